@@ -1,5 +1,5 @@
-//! Sees to it that the folder of the built page exists, so that the bridge also compiles before the page was built. A released
-//! bridge carries the page within it and is built anew with it; any other reads it from its folder.
+//! Creates the folder of the built page, so that the bridge compiles before the page is built. A release
+//! build embeds the page and is rebuilt if the page changes; other builds read its folder.
 
 use std::path::Path;
 

@@ -1,7 +1,6 @@
 //! Turns `www/locales/*.toml` into sorted tables of (key, text): one file, one language.
 //!
-//! Comes in: the files. Goes out: `locales.rs` with the languages and their names, and their tables. The page carries English alone
-//! and fetches the others when they are chosen, so for wasm only that table is written.
+//! The page carries English alone and fetches the others when they are chosen, so for wasm only that table is written.
 
 use std::{env, fmt::Write, fs, path::Path};
 

@@ -1,4 +1,4 @@
-//! Tells the drill which firmware of the USB step adapter belongs to it.
+//! Passes the checksum of the matching firmware of the USB step adapter to the drill.
 
 use std::path::Path;
 

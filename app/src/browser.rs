@@ -1,54 +1,50 @@
-//! The few calls to the browser that the link needs: time, addresses, small requests.
-//!
-//! Comes in: paths and bytes. Goes out: answers. Knows no messages.
+//! The browser functions that the link needs: time, URLs, small requests.
 
 use js_sys::{Date, Uint8Array};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Headers, RequestInit, Response, Storage, Window};
 
-/// The element that shows the picture of a camera.
+/// Id of the camera picture's element.
 pub(crate) const CAMERA_PICTURE: &str = "camera-picture";
 
-/// The window; there is one wherever the page runs.
+/// The window. Every context that runs this code has one.
 pub fn window() -> Window {
     web_sys::window().expect("the page runs in a window")
 }
 
-/// Milliseconds since the page was opened; never goes back.
+/// Milliseconds since the page was opened; monotonic.
 pub fn now_ms() -> f64 {
     window().performance().map_or_else(Date::now, |clock| clock.now())
 }
 
-/// Milliseconds since 1970, by the clock on the wall.
+/// Milliseconds since 1970, by the system clock.
 pub fn clock_ms() -> f64 {
     Date::now()
 }
 
-/// Whether the page is not seen.
+/// True if the page is not visible.
 pub fn document_hidden() -> bool {
     window().document().is_some_and(|document| document.hidden())
 }
 
-/// What is kept in this browser for the next time.
+/// Local storage: survives closing the browser.
 pub fn kept_storage() -> Option<Storage> {
     window().local_storage().ok().flatten()
 }
 
-/// What survives a reload of this tab and nothing else.
+/// Session storage: survives only a reload of this tab.
 pub fn tab_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()
 }
 
-/// An answer to a request.
+/// The response to an HTTP request.
 pub struct HttpAnswer {
-    /// HTTP status.
     pub status: u16,
-    /// Its body.
     pub body: Vec<u8>,
 }
 
-/// Asks the server this page came from. None where no answer came at all.
+/// Sends a request to the server of this page. None if there was no response.
 pub async fn request(
     method: &str,
     path: &str,

@@ -1,7 +1,4 @@
-//! Numbers as people read them: lengths in the unit on show, times as clocks.
-//!
-//! Comes in: millimetres and seconds. Goes out: text without its unit (that stands beside it, from the locale
-//! tables). Knows no browser. What people type is read by the core.
+//! Formats numbers for people: lengths in the chosen unit, times as clocks. The core parses what people type.
 
 pub use annulus_core::locale::typed;
 
@@ -9,18 +6,16 @@ use crate::said::{Text, key};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 
-/// The unit lengths are shown in. Everything inside stays millimetres; this is for the eye alone.
+/// The unit for displayed lengths. Internally all lengths are millimetres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unit {
-    /// Millimetres.
     #[default]
     Millimetre,
-    /// Inches.
     Inch,
 }
 
 impl Unit {
-    /// `mm` in this unit.
+    /// Converts `mm` to this unit.
     pub fn of_mm(self, mm: f64) -> f64 {
         match self {
             Self::Millimetre => mm,
@@ -28,24 +23,24 @@ impl Unit {
         }
     }
 
-    /// A coordinate with the digits a machine can tell apart: 1 µm, or 0.0001 inch.
+    /// A coordinate with the resolution of a machine: 1 µm, or 0.0001 inch.
     pub fn coordinate(self, mm: f64) -> String {
         self.with_digits(mm, if self == Self::Inch { 4 } else { 3 })
     }
 
-    /// How far `to` is from `from`: straight, in X and in Y, each with the digits of a coordinate.
+    /// The distance from `from` to `to`: direct, in X and in Y.
     pub fn apart(self, from: Point, to: Point) -> [String; 3] {
         let lengths_mm = [from.distance_mm(to), (to.x - from.x).mm(), (to.y - from.y).mm()];
         lengths_mm.map(|mm| self.coordinate(mm))
     }
 
-    /// A coordinate without the zeros at its end.
+    /// A coordinate without trailing zeros.
     pub fn short(self, mm: f64) -> String {
         let text = self.coordinate(mm);
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     }
 
-    /// A size as written on a drill bit.
+    /// A size as written on a drill.
     pub fn size(self, mm: f64) -> String {
         match self {
             Self::Inch => self.with_digits(mm, 4),
@@ -57,8 +52,8 @@ impl Unit {
         }
     }
 
-    /// The length of a scale bar of at most `most_px` at `px_per_mm`: 1, 2 or 5 of some decade of this unit. In pixels, and in
-    /// the unit.
+    /// The longest round scale bar that fits `most_px`: 1, 2 or 5 times a power of ten in this unit. Returns
+    /// its length in pixels and in the unit.
     pub fn scale(self, px_per_mm: f64, most_px: f64) -> Option<(f64, f64)> {
         let px_per_unit = px_per_mm / self.of_mm(1.0);
         let most = most_px / px_per_unit;
@@ -75,26 +70,31 @@ impl Unit {
     }
 }
 
-/// A number with so many decimals; what is zero then has no sign.
+/// A number with fixed decimals, without a minus sign if it rounds to zero.
 fn rounded(number: f64, digits: usize) -> String {
     let text = format!("{number:.digits$}");
     let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-/// What of a board names places of it, beside all that is said of its toolpaths.
-const NAME_PLACES: [&str; 6] = [
+/// Diagnostics with `x` and `y` in file coordinates, apart from those of toolpaths (`cam.…`).
+const NAME_PLACES: [&str; 11] = [
+    "board.holes_in_layer_only",
     "board.nets_meet",
+    "board.outline_frame_around",
+    "board.outline_frames",
     "board.outline_mended",
+    "board.outline_part_empty",
+    "board.outline_trimmed",
     "drawing.file_is_another",
     "written.extra",
     "written.missing",
     "written.still",
 ];
 
-/// What was `found`, with the place of the board that it names counted from `zero` instead of in the files' coordinates.
+/// `found` with its `x` and `y` relative to `zero` instead of to the files' origin.
 pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
-    // A zone is told where a person typed that it lies.
+    // `cam.zone_beside` repeats coordinates as the user typed them: don't convert these.
     let of_toolpaths = found.code.starts_with("cam.") && found.code != "cam.zone_beside";
     let mut found = found.clone();
     if !of_toolpaths && !NAME_PLACES.contains(&found.code.as_str()) {
@@ -114,13 +114,13 @@ pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
     found
 }
 
-/// A number with as many digits as it has, at most three.
+/// A number with up to three decimals, without trailing zeros.
 pub fn plain(value: f64) -> String {
     let text = format!("{value:.3}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// How long something takes, as people say it: `6 min 11 s`.
+/// A duration for people: `6 min 11 s`.
 pub fn duration(seconds: f64) -> Text {
     let whole = if seconds.is_finite() { seconds.max(0.0).round() as u64 } else { 0 };
     let (h, min, s) = (whole / 3600, whole / 60 % 60, whole % 60);
@@ -132,7 +132,7 @@ pub fn duration(seconds: f64) -> Text {
     Text::Key { key, args: args.into_iter().map(|(name, value)| (name, value.to_string())).collect() }
 }
 
-/// `00:42`, or `1:02:03` from an hour on.
+/// `00:42`; from one hour `1:02:03`.
 pub fn clock(seconds: f64) -> String {
     let whole = if seconds.is_finite() { seconds.max(0.0) as u64 } else { 0 };
     let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_and_sizes() {
+    fn coordinates_and_sizes_have_decimals_by_unit() {
         let rows = [
             (Unit::Millimetre, 12.7, "12.700", "12.7"),
             (Unit::Millimetre, 0.85, "0.850", "0.85"),
@@ -174,14 +174,14 @@ mod tests {
     }
 
     #[test]
-    fn a_measure_has_as_many_decimals_in_every_part() {
+    fn distance_parts_have_equal_decimals() {
         let (from, to) = (Point::from_mm(1.0, 2.0), Point::from_mm(4.0, 0.75));
         assert_eq!(Unit::Millimetre.apart(from, to), ["3.250", "3.000", "-1.250"]);
         assert_eq!(Unit::Inch.apart(from, to), ["0.1280", "0.1181", "-0.0492"]);
     }
 
     #[test]
-    fn places_of_the_board_are_counted_from_its_zero_and_shifts_are_not() {
+    fn board_positions_count_from_work_zero_but_shifts_do_not() {
         let zero = Point::from_mm(100.0, -50.0);
         let rows = [
             ("cam.holes_outside", "112.345", "-40.00", "12.345 10.00"),
@@ -199,8 +199,8 @@ mod tests {
     }
 
     #[test]
-    fn every_sentence_with_a_place_of_the_board_is_known_as_one() {
-        // How far something is moved, and a zone where a person typed it.
+    fn every_message_with_a_board_position_is_recognized() {
+        // These are a displacement, and a zone as the user typed it.
         let others = [
             "board.holes_shifted",
             "board.moved",
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_bar_is_a_round_length_that_fits() {
+    fn scale_bar_is_a_round_length_that_fits() {
         let rows = [
             (Unit::Millimetre, 10.0, Some((100.0, 10.0))),
             (Unit::Millimetre, 6.6, Some((66.0, 10.0))),
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn durations() {
+    fn durations_are_shown_in_their_largest_units() {
         let rows = [
             (0.4, "page.duration.s", vec!["0"]),
             (59.6, "page.duration.min", vec!["1", "0"]),
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn clocks() {
+    fn clock_shows_minutes_and_seconds() {
         for (seconds, text) in
             [(0.0, "00:00"), (42.9, "00:42"), (870.0, "14:30"), (3723.0, "1:02:03"), (-3.0, "00:00")]
         {

@@ -1,28 +1,23 @@
-//! How well the connection is: when to try again, when values are old, whether STOP was heard.
+//! Health of the connection: when to retry, when values are old, whether STOP was received.
 //!
 //! ```text
-//! age of the last word   0 ───── 1 s ───── 3 s ─────▶
-//!                        fresh    stale     lost
+//! age of the last message   0 ───── 1 s ───── 3 s ─────▶
+//!                            fresh    stale     lost
 //! ```
-//!
-//! Comes in: times in ms of one clock. Goes out: verdicts. Knows no socket.
 
 use crate::said::key;
 use annulus_core::control::State;
 
-/// How old the last word of the bridge is.
+/// Age class of the last message from the bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Freshness {
-    /// Under a second.
     #[default]
     Fresh,
-    /// Shown greyed.
     Stale,
-    /// Three seconds and more: as good as no link.
+    /// Three seconds or older: treated as no connection.
     Lost,
 }
 
-/// The verdict on values `age_ms` old.
 pub fn freshness(age_ms: f64) -> Freshness {
     match age_ms {
         age if age < 1000.0 => Freshness::Fresh,
@@ -31,43 +26,44 @@ pub fn freshness(age_ms: f64) -> Freshness {
     }
 }
 
-/// How long to wait before try number `attempt` (from 0): quick at first, never longer than eight seconds.
+/// Delay before try number `attempt` (from 0): 250 ms, doubling up to 8 s.
 pub fn retry_ms(attempt: u32) -> u32 {
     250 << attempt.min(5)
 }
 
-/// Why this page has no control any more.
+/// Why this page lost control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ousted {
-    /// Another page took it.
+    /// Another page took control.
     Taken,
-    /// The bridge did not hear of this page for some seconds and took it away.
+    /// The bridge got nothing from this page for some seconds and withdrew control.
     Silent,
 }
 
-/// Why control was lost, if it was: this page had it (`before`), has it or not (`yours`), somebody has it (`taken`); it had
-/// been given back on purpose (`released`).
+/// Why control was lost, if it was. `before`: this page had it; `yours`: has it now; `taken`: some page has
+/// it; `released`: this page gave it back on purpose.
 pub fn ousted(before: bool, yours: bool, taken: bool, released: bool) -> Option<Ousted> {
     (before && !yours && !released).then_some(if taken { Ousted::Taken } else { Ousted::Silent })
 }
 
-/// What a page without control says of who has it: another page (`taken`), or none. Nothing where the page says already why it
-/// lost control.
+/// The message about who has control, for a page without it. None if the page already shows why it lost
+/// control.
 pub fn observer(ousted: Option<Ousted>, taken: bool) -> Option<&'static str> {
     let word = if taken { key!("page.control.observer") } else { key!("page.control.free") };
     ousted.is_none().then_some(word)
 }
 
-/// Whether this page holds on to control: it had it, and neither gave it back nor lost it to another page. Then it asks for
-/// it again as soon as nobody has it: after a silence of its own, or when its own earlier connection has lapsed.
+/// Whether this page keeps its claim to control: it had control, and neither released it nor lost it to
+/// another page. Then it asks again as soon as control is free: after it was silent, or when its earlier
+/// connection has expired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Claim {
-    /// It had control.
     pub had: bool,
 }
 
 impl Claim {
-    /// The bridge says who has control, this page had it until now or not (`before`). Whether to ask for it.
+    /// Updates the claim from the bridge's report. Returns true if the page should ask for control. `before`:
+    /// it had control until now.
     pub fn told(&mut self, before: bool, yours: bool, taken: bool) -> bool {
         if yours {
             self.had = true;
@@ -78,22 +74,20 @@ impl Claim {
     }
 }
 
-/// Why the machine does not take a wish for motion.
+/// Why the machine rejects a request to move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blocked {
-    /// No bridge.
     NoLink,
-    /// What is known of the machine is old.
+    /// The last status is too old.
     Old,
-    /// Another page has control, or nobody.
+    /// Another page has control, or none has.
     NoControl,
-    /// An alarm was not acknowledged.
+    /// An alarm is not acknowledged.
     Alarm,
-    /// It is doing something.
     Busy,
 }
 
-/// What keeps the machine from being initialised, if anything does.
+/// The reason why the machine can't be initialised, if any.
 pub fn blocked(open: bool, freshness: Freshness, yours: bool, state: Option<State>) -> Option<Blocked> {
     match state {
         _ if !open => Some(Blocked::NoLink),
@@ -106,28 +100,29 @@ pub fn blocked(open: bool, freshness: Freshness, yours: bool, state: Option<Stat
     }
 }
 
-/// How long STOP may go unanswered before the page shouts.
+/// Time without an answer to STOP after which the page warns.
 pub const STOP_PATIENCE_MS: f64 = 250.0;
 
-/// Where a pressed STOP is on its way.
+/// Progress of a STOP press.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StopWay {
-    /// Not pressed, or done.
+    /// Not pressed, or answered.
     #[default]
     Idle,
-    /// There is no link: it goes out first when there is one again.
+    /// No connection: sent first when there is one again.
     Latched,
-    /// Sent at this time, not answered yet.
+    /// Sent at this time in ms, not answered yet.
     Sent(f64),
 }
 
 impl StopWay {
-    /// Whether an answer stamped `stamp_ms` (of the ping sent right behind it) means that it was heard.
+    /// True if the pong shows that STOP arrived. `stamp_ms` is the stamp of its ping; pings are sent right
+    /// after STOP.
     pub fn heard_by_pong(self, stamp_ms: f64) -> bool {
         matches!(self, Self::Sent(at_ms) if stamp_ms >= at_ms)
     }
 
-    /// Whether a status in `state` means that it was heard.
+    /// True if a status in `state` shows that STOP arrived.
     pub fn heard_by(self, state: State) -> bool {
         matches!(self, Self::Sent(_))
             && !matches!(
@@ -136,7 +131,7 @@ impl StopWay {
             )
     }
 
-    /// Whether to shout at `now_ms`.
+    /// True if the page must warn at `now_ms`.
     pub fn overdue(self, now_ms: f64) -> bool {
         match self {
             Self::Idle => false,
@@ -151,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waiting_grows_to_eight_seconds_and_no_further() {
+    fn retry_delay_doubles_up_to_eight_seconds() {
         let waits: Vec<_> = (0..8).map(retry_ms).collect();
         assert_eq!(waits, [250, 500, 1000, 2000, 4000, 8000, 8000, 8000]);
     }
@@ -170,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn stop_is_heard_by_a_later_pong_or_by_standing_still_only() {
+    fn later_pong_or_stopped_state_confirms_stop() {
         let sent = StopWay::Sent(100.0);
         assert!(sent.heard_by_pong(100.0) && !sent.heard_by_pong(99.0));
         assert!(sent.heard_by(State::Stopping) && sent.heard_by(State::Ready));
@@ -181,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_loses_control_is_told_why() {
+    fn loss_of_control_has_a_reason_unless_released() {
         let rows = [
             ((true, false, true, false), Some(Ousted::Taken)),
             ((true, false, false, false), Some(Ousted::Silent)),
@@ -196,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_control_is_said_once_and_as_it_is() {
+    fn observer_message_is_not_repeated_after_loss() {
         let rows = [
             (None, true, Some("page.control.observer")),
             (None, false, Some("page.control.free")),
@@ -209,19 +204,19 @@ mod tests {
     }
 
     #[test]
-    fn control_that_was_not_given_away_is_asked_for_again_once_nobody_has_it() {
-        // what the bridge says, one after the other: (before, yours, taken) and whether to ask
+    fn lapsed_control_is_requested_once_free() {
+        // Reports of the bridge in order: (before, yours, taken) and whether to ask.
         type Told = ((bool, bool, bool), bool);
         let rows: [&[Told]; 5] = [
-            // silent for three seconds
+            // Silent for three seconds.
             &[((false, true, true), false), ((true, false, false), true), ((false, true, true), false)],
-            // the link broke; the bridge still holds the earlier connection for this page's
+            // The link broke; the bridge still counts this page's earlier connection.
             &[((false, true, true), false), ((false, false, true), false), ((false, false, false), true)],
-            // another page took it, and gave it back
+            // Another page took it and gave it back.
             &[((false, true, true), false), ((true, false, true), false), ((false, false, false), false)],
-            // never had it
+            // Never had it.
             &[((false, false, true), false), ((false, false, false), false)],
-            // has it
+            // Has it.
             &[((false, true, true), false), ((true, true, true), false)],
         ];
         for row in rows {
@@ -233,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn what_blocks_is_told_the_nearest_first() {
+    fn nearest_obstacle_is_reported_first() {
         let rows = [
             (true, Freshness::Fresh, true, Some(State::NotHomed), None),
             (true, Freshness::Fresh, true, Some(State::Ready), None),

@@ -1,15 +1,13 @@
-//! Every word on the page comes from here: a key of the locale tables, in the language the person chose.
+//! Every text on the page: keys of the locale tables, in the chosen language.
 //!
 //! ```text
 //! t!("page.stop")               a boxed closure: text that follows the language
-//! say!("page.hole", n = 3)      a String, now (inside closures that follow the language by themselves)
+//! say!("page.hole", n = 3)      a String, now (for closures that already follow the language)
 //! key!("page.state.ready")      the key, checked like the others
 //! ```
-//!
-//! Comes in: keys and arguments, the language of the page. Goes out: text. Does not know who shows it.
 
 use crate::format::Unit;
-use crate::page;
+use crate::page::{self, read};
 use crate::said::Text;
 pub(crate) use crate::said::key;
 use annulus_core::diagnostic::Diagnostic;
@@ -17,7 +15,7 @@ use annulus_core::locale;
 use leptos::prelude::*;
 use leptos::reactive::diagnostics::SpecialNonReactiveZone;
 
-/// Text that is made anew whenever what it is made of changes. All of it is of one type, so that what shows it is compiled once.
+/// Reactive text. One boxed type for all, so that the code that shows it is compiled once.
 pub(crate) type Words = Box<dyn Fn() -> String + Send + Sync>;
 
 /// Text that follows the language.
@@ -27,7 +25,6 @@ macro_rules! t {
             as $crate::i18n::Words
     };
 }
-/// Text now.
 macro_rules! say {
     ($key:literal $(, $name:ident = $value:expr)* $(,)?) => {
         $crate::i18n::text($key, &[$((stringify!($name), ($value).to_string())),*])
@@ -35,13 +32,13 @@ macro_rules! say {
 }
 pub(crate) use {say, t};
 
-/// The language now; whoever asks inside an effect follows it, whoever asks elsewhere says something once.
+/// The current language. Reading it inside an effect subscribes to changes; elsewhere it is read once.
 pub fn language() -> String {
     let _once_is_fine = SpecialNonReactiveZone::enter();
     page::language().and_then(|language| language.try_get()).unwrap_or_else(|| locale::FALLBACK.to_owned())
 }
 
-/// A sentence that was found before.
+/// The text of a [`Text`] in the current language.
 pub fn sentence(text: &Text) -> String {
     match text {
         Text::Key { key, args } => self::text(key, args),
@@ -49,36 +46,35 @@ pub fn sentence(text: &Text) -> String {
     }
 }
 
-/// The text of `key`.
 pub fn text(key: &str, args: &[(&str, String)]) -> String {
     let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
     locale::text(&language(), key, &args)
 }
 
-/// A measure that stands alone, as the language writes it.
+/// A measure on its own, with the decimal mark of the language.
 pub fn number(text: impl AsRef<str>) -> String {
     locale::number(&language(), text.as_ref())
 }
 
-/// The word for the unit of lengths on show.
+/// The word for the chosen unit of length.
 pub fn unit_word() -> String {
-    match page::frame().unit.get() {
+    match read(|m| m.frame.unit) {
         Unit::Millimetre => say!("page.unit.mm"),
         Unit::Inch => say!("page.unit.inch"),
     }
 }
 
-/// The word for the unit of a table, which may have another one in this language.
+/// The word for a unit in the locale tables; some languages write it differently.
 pub fn unit_of(unit: &'static str) -> String {
     if unit == "rpm" { say!("page.unit.rpm") } else { unit.to_owned() }
 }
 
-/// What happened and what it means.
+/// The message: event and meaning.
 pub fn message(diagnostic: &Diagnostic) -> String {
     diagnostic.message(&language())
 }
 
-/// What to do about it.
+/// How to fix it.
 pub fn advice(diagnostic: &Diagnostic) -> String {
     diagnostic.advice(&language())
 }

@@ -1,55 +1,45 @@
-//! Which layers are seen, how strongly, and in what colour: what the layers panel changes.
+//! Visibility, opacity and colour of layers: the state of the layers panel.
 //!
 //! ```text
-//!   below ─▶ … ─▶ above       seen from above: bottom copper, top copper, …, legend
+//!   below ─▶ … ─▶ above       seen from above: bottom copper, top copper, …, silkscreen
 //!                             seen from below: the other way round
 //! ```
-//!
-//! Comes in: role and side of every layer, what the person chose. Goes out: looks, in the order of drawing. Knows no
-//! screens.
 
 use crate::view::{Colour, Palette};
+use annulus_core::artwork::{Role, Side};
 
-/// What a layer is, as far as its look goes.
+/// The kind of a layer, which decides its look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LayerKind {
-    /// Copper of the upper side.
     CopperTop,
-    /// Copper of the lower side.
     CopperBottom,
-    /// Copper inside the board.
     CopperInner,
-    /// Where there is no solder mask.
+    /// Openings in the solder mask.
     Mask,
-    /// Legend.
     Silk,
-    /// Solder paste.
     Paste,
-    /// Anything else.
     Other,
-    /// Holes and slots.
     Holes,
-    /// Edge of the board.
     Outline,
 }
 
 impl LayerKind {
-    /// Of a file's role and side.
-    pub fn of(role: &str, side: Option<&str>) -> Self {
+    /// From a file's role and side.
+    pub const fn of(role: Role, side: Option<Side>) -> Self {
         match (role, side) {
-            ("copper", Some("bottom")) => Self::CopperBottom,
-            ("copper", Some("inner")) => Self::CopperInner,
-            ("copper", _) => Self::CopperTop,
-            ("mask", _) => Self::Mask,
-            ("silk", _) => Self::Silk,
-            ("paste", _) => Self::Paste,
-            ("outline", _) => Self::Outline,
-            ("drill", _) => Self::Holes,
-            _ => Self::Other,
+            (Role::Copper, Some(Side::Bottom)) => Self::CopperBottom,
+            (Role::Copper, Some(Side::Inner)) => Self::CopperInner,
+            (Role::Copper, _) => Self::CopperTop,
+            (Role::Mask, _) => Self::Mask,
+            (Role::Silk, _) => Self::Silk,
+            (Role::Paste, _) => Self::Paste,
+            (Role::Outline, _) => Self::Outline,
+            (Role::Drill, _) => Self::Holes,
+            (Role::Other, _) => Self::Other,
         }
     }
 
-    /// Its colour until somebody chooses another.
+    /// The default colour.
     pub fn colour(self, palette: &Palette) -> Colour {
         match self {
             Self::CopperTop => palette.copper_top,
@@ -62,17 +52,17 @@ impl LayerKind {
         }
     }
 
-    /// Whether something of it can be caught in the picture.
+    /// True if things on it can be selected in the picture.
     pub const fn can_be_locked(self) -> bool {
         matches!(self, Self::CopperTop | Self::CopperBottom | Self::Holes | Self::Outline)
     }
 
-    /// Whether it is seen until somebody says otherwise.
+    /// Default visibility.
     const fn first_seen(self) -> bool {
         matches!(self, Self::CopperTop | Self::CopperBottom | Self::Holes | Self::Outline)
     }
 
-    /// Height over the board's middle: the higher is drawn later when seen from above.
+    /// Height above the middle of the board. Seen from above, higher layers are drawn later.
     const fn height(self, side: LayerSide) -> i32 {
         let over = match self {
             Self::CopperInner | Self::Other => 0,
@@ -87,78 +77,71 @@ impl LayerKind {
     }
 }
 
-/// Where a layer lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LayerSide {
-    /// Above.
     #[default]
     Top,
-    /// Below.
     Bottom,
-    /// In between, or through everything.
+    /// In between, or through the whole board.
     Both,
 }
 
 impl LayerSide {
-    /// Of a file's side.
-    pub fn of(word: Option<&str>) -> Self {
-        match word {
-            Some("top") => Self::Top,
-            Some("bottom") => Self::Bottom,
-            _ => Self::Both,
+    /// From a file's side.
+    pub const fn of(side: Option<Side>) -> Self {
+        match side {
+            Some(Side::Top) => Self::Top,
+            Some(Side::Bottom) => Self::Bottom,
+            Some(Side::Inner) | None => Self::Both,
         }
     }
 }
 
-/// One line of the panel.
+/// One row of the panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerLook {
-    /// Tells the layer from others, also when the files are read again.
+    /// Identifies the layer, also after its file is read again.
     pub name: String,
-    /// What it is.
     pub kind: LayerKind,
-    /// Where it lies.
     pub side: LayerSide,
-    /// Index of its triangles; none for holes and outline.
+    /// Index of its mesh; none for holes and outline.
     pub mesh: Option<usize>,
-    /// Whether it is seen.
+    /// Visible.
     pub eye: bool,
-    /// From 0, not there, to 100.
+    /// Percent, 0 to 100.
     pub opacity: u8,
-    /// A colour of the person's own.
+    /// A colour that the user chose.
     pub colour: Option<Colour>,
-    /// Nothing of it is caught or changed.
+    /// Nothing on it can be selected or edited.
     pub locked: bool,
-    /// It is the one that is to be found: the others are dimmed.
+    /// Highlighted: all other layers are dimmed.
     pub front: bool,
-    /// It looks as on the board that is made: a mask is the film that it is, not its openings, and copper is copper on either side.
+    /// Realistic view: a mask is shown as the film, not as its openings, and copper has one colour on both
+    /// sides.
     pub made: bool,
 }
 
-/// Groups of layers shown with one press.
+/// Groups of layers shown by one press.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
-    /// Everything.
     All,
-    /// What lies on the upper side.
+    /// Everything on the top side.
     Top,
-    /// What lies on the lower side.
+    /// Everything on the bottom side.
     Bottom,
-    /// Copper alone.
     Copper,
-    /// Holes alone.
     Holes,
-    /// What can be drawn here: copper of both sides, holes, edge. A board is seen so first.
+    /// Everything that can be drawn here: copper of both sides, holes, edge. The default for a new board.
     Drawn,
-    /// The board as it is made: copper under its mask, with the legend on it.
+    /// Realistic view: copper under solder mask and silkscreen.
     Made,
 }
 
-/// How much of what is under a mask it hides.
+/// Opacity of the mask film.
 const MASK_SHARE: f64 = 0.82;
 
 impl LayerLook {
-    /// A layer as it is seen first.
+    /// A layer with the default look.
     pub fn new(name: String, kind: LayerKind, side: LayerSide, mesh: Option<usize>) -> Self {
         Self {
             name,
@@ -174,7 +157,7 @@ impl LayerLook {
         }
     }
 
-    /// The colour it is drawn in.
+    /// The colour to draw it in, with opacity.
     pub fn tint(&self, palette: &Palette) -> Colour {
         let share = f64::from(self.opacity.min(100)) / 100.0 * if self.is_film() { MASK_SHARE } else { 1.0 };
         let own = match self.kind {
@@ -185,18 +168,18 @@ impl LayerLook {
         self.colour.unwrap_or(own).alpha((share * 255.0) as u8)
     }
 
-    /// The board is covered but where the layer is.
+    /// True if the mesh shows openings and everything else is covered: the mask in realistic view.
     pub fn is_film(&self) -> bool {
         self.made && self.kind == LayerKind::Mask
     }
 
-    /// Is seen as `preset` shows it, or not.
+    /// Sets visibility and look from `preset`.
     pub fn choose(&mut self, preset: Preset) {
         (self.eye, self.made) = (self.in_preset(preset), preset == Preset::Made);
         self.front = false;
     }
 
-    /// Whether `preset` shows it.
+    /// True if `preset` shows it.
     pub fn in_preset(&self, preset: Preset) -> bool {
         let through = matches!(self.kind, LayerKind::Holes | LayerKind::Outline);
         match preset {
@@ -221,7 +204,7 @@ impl LayerLook {
     }
 }
 
-/// What the person chose before is kept for layers that are still there.
+/// Carries the user's choices over to layers that still exist.
 pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
     let keep = |look: LayerLook| match before.iter().find(|old| old.name == look.name) {
         Some(old) => {
@@ -233,10 +216,10 @@ pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
     fresh.into_iter().map(keep).collect()
 }
 
-/// Of what is dimmed so much is seen.
+/// Opacity factor of dimmed layers.
 const DIMMED_SHARE: f32 = 0.25;
 
-/// The layer `index` is brought to the front and seen, or is as before where it was there already.
+/// Toggles the highlight of layer `index`; a highlighted layer becomes visible.
 pub fn bring_to_front(looks: &mut [LayerLook], index: usize) {
     for (at, look) in looks.iter_mut().enumerate() {
         look.front = at == index && !look.front;
@@ -244,24 +227,24 @@ pub fn bring_to_front(looks: &mut [LayerLook], index: usize) {
     }
 }
 
-/// Whether `look` is dimmed, because another one is in front.
+/// True if another layer is highlighted.
 pub fn is_dimmed(look: &LayerLook, looks: &[LayerLook]) -> bool {
     !look.front && looks.iter().any(|look| look.front)
 }
 
-/// The colour that `look` is drawn in among `looks`.
+/// The colour of `look`, dimmed if another of `looks` is highlighted.
 pub fn tint_among(look: &LayerLook, looks: &[LayerLook], palette: &Palette) -> Colour {
     let tint = look.tint(palette);
     let share = if is_dimmed(look, looks) { DIMMED_SHARE } else { 1.0 };
     tint.alpha((f32::from(tint.0[3]) * share) as u8)
 }
 
-/// A colour of what cannot be seen through, where it is dimmed on a board of the colour `ground`.
+/// An opaque colour, dimmed towards the board colour `ground`.
 pub fn dimmed(colour: Colour, ground: Colour) -> Colour {
     colour.mixed(ground, DIMMED_SHARE)
 }
 
-/// The looks in the order of drawing, the lowest first; what is in front is the last.
+/// The visible layers in drawing order, lowest first; the highlighted one is last.
 pub fn drawn(looks: &[LayerLook], from_below: bool) -> Vec<&LayerLook> {
     let mut order: Vec<&LayerLook> = looks.iter().filter(|look| look.eye && look.opacity > 0).collect();
     order.sort_by_key(|look| {
@@ -270,7 +253,7 @@ pub fn drawn(looks: &[LayerLook], from_below: bool) -> Vec<&LayerLook> {
     });
     let sides = [LayerSide::Top, LayerSide::Bottom];
     let [near, far] = if from_below { [sides[1], sides[0]] } else { sides };
-    // A board is not seen through under its mask.
+    // Nothing shows through a board under its mask film.
     if order.iter().any(|look| look.is_film() && look.side == near) {
         order.retain(|look| look.side != far);
     }
@@ -302,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_side_is_drawn_later() {
+    fn nearer_side_is_drawn_later() {
         let mut looks = looks();
         assert_eq!(names(&drawn(&looks, false)), "bottom top");
         looks[2].eye = true;
@@ -331,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_brought_to_the_front_is_seen_above_all_and_the_others_are_dimmed() {
+    fn highlighted_layer_is_in_front_and_others_are_dimmed() {
         let mut looks = looks();
         bring_to_front(&mut looks, 1);
         assert_eq!(names(&drawn(&looks, false)), "top bottom");
@@ -341,7 +324,7 @@ mod tests {
         bring_to_front(&mut looks, 2);
         assert!(looks[2].eye, "what was hidden is seen");
         assert_eq!([0, 1, 2].map(|at| alpha(&looks, at)), [63, 63, 255]);
-        // Once more, and all are as before; a group shows its layers alike.
+        // A second press restores all; a preset also clears the highlight.
         bring_to_front(&mut looks, 2);
         assert_eq!([0, 1, 2].map(|at| alpha(&looks, at)), [255; 3]);
         bring_to_front(&mut looks, 0);
@@ -350,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_board_as_it_is_made_the_side_that_is_looked_at_is_seen() {
+    fn realistic_view_shows_the_viewed_side() {
         let mut looks = looks();
         let films = [("film", LayerSide::Top, 3), ("film below", LayerSide::Bottom, 4)];
         looks
@@ -371,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn choices_outlive_reading_the_files_again() {
+    fn layer_choices_survive_rereading_files() {
         let mut before = looks();
         before[1].eye = false;
         before[1].opacity = 40;
@@ -385,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn opacity_is_the_alpha_of_the_colour() {
+    fn opacity_sets_the_alpha_of_the_colour() {
         let mut look = looks().remove(0);
         assert_eq!(look.tint(&Palette::DARK), Palette::DARK.copper_top);
         look.opacity = 50;

@@ -1,10 +1,11 @@
-//! The page of Annulus, what draws in it on the GPU, and the engine that reads and plans in its workers, so that the page never
-//! waits. Each is a file of WebAssembly of its own (`bin/`): the window shows something before the others are there.
+//! The page of Annulus, its GPU renderer, and the engine that reads and plans in workers so that the page
+//! never blocks. Each is a separate WebAssembly file (`bin/`), so that the window shows something before the
+//! others are loaded.
 //!
 //! ```text
 //! screens ─ Event ─▶ page ─▶ model ─▶ Effect ─▶ effects ═ worker, store, files ═▶ annulus-core
 //!    ▲                │ ▲                         │
-//!    └──── signals ───┘ └──────── Event ──────────┘        screens ─▶ view    the picture, knows no boards
+//!    └──── signals ───┘ └──────── Event ──────────┘        screens ─▶ view    only pictures, no boards
 //! ```
 
 pub mod drawing;
@@ -39,7 +40,8 @@ pub mod trusted;
 #[cfg(target_arch = "wasm32")]
 pub mod widgets;
 
-/// The page begins, in a window. What is said where its program breaks is in `www/index.html`, since nothing here answers then.
+/// Starts the page in a window. The message for a crash of this program is in `www/index.html`, because no
+/// code here runs then.
 #[cfg(target_arch = "wasm32")]
 pub fn begin_page() {
     console_error_panic_hook::set_once();
@@ -50,7 +52,8 @@ pub fn begin_page() {
     });
 }
 
-/// The engine begins, in a worker: that of the drill by its name, or one that reads and plans.
+/// Starts the engine in a worker: the drill's engine if the worker has its name, else one that reads and
+/// plans.
 #[cfg(target_arch = "wasm32")]
 pub fn begin_engine() {
     if engine::drill::is_here() {

@@ -1,49 +1,44 @@
-//! The parts of a program as people count them: a stretch of holes or of toolpaths, of one operation, with one bit.
+//! The parts of a program: runs of holes or toolpaths of one operation with one tool.
 //!
 //! ```text
-//! bit V · way way way │ bit 0.8 · hole hole │ bit 2.0 · way        three parts; "2 of 3: hole 1 of 2"
+//! tool V · path path path │ tool 0.8 · hole hole │ tool 2.0 · path     three parts; "2 of 3: hole 1 of 2"
 //! ```
-//!
-//! Comes in: a [`Program`], and of which operation each toolpath is where that is known. Goes out: parts, and where a leg lies
-//! in them. Knows no words.
 
 use annulus_core::job::{Mark, Program};
 
-/// A stretch of the same work.
+/// A run of holes or toolpaths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WorkPart {
-    /// Holes are drilled; else toolpaths are milled.
+    /// True for drilling, false for milling.
     pub drills: bool,
-    /// The bit, an index into the program's bits.
+    /// Index into the program's tools.
     pub bit: Option<u32>,
-    /// The operation of its toolpaths, where that is known.
+    /// The operation of its toolpaths, if known.
     pub operation: Option<u16>,
-    /// Its first leg.
     pub from_leg: u32,
-    /// How many holes or toolpaths it has.
+    /// Number of holes or toolpaths.
     pub count: u32,
 }
 
-/// Where a leg lies.
+/// The position of a leg in the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LegPlace {
-    /// Which part, from 0.
+    /// Index of the part.
     pub at: usize,
     /// Holes or toolpaths of the part before this leg.
     pub done: u32,
 }
 
-/// Holes and toolpaths of a job, each as (made, in all).
+/// Holes and toolpaths of a job, each as (done, total).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkCount {
-    /// Holes.
     pub holes: (u32, u32),
-    /// Toolpaths.
     pub toolpaths: (u32, u32),
 }
 
 impl WorkCount {
-    /// The same, of a machine that has a job; of one that has none, what the last job `made` of the holes and toolpaths of `shown`.
+    /// These counts if the machine has a job; else what the last job completed (`made`) of the totals in
+    /// `shown`.
     pub fn or_ended(self, made: (u32, u32), shown: (u32, u32)) -> Self {
         if self.holes.1 + self.toolpaths.1 > 0 {
             return self;
@@ -51,14 +46,14 @@ impl WorkCount {
         Self { holes: (made.0, shown.0), toolpaths: (made.1, shown.1) }
     }
 
-    /// How much of it is made, from 0 to 1; none of a job without anything to make.
+    /// Completed share, 0 to 1; none if the job has nothing to do.
     pub fn share(self) -> Option<f64> {
         let all = self.holes.1 + self.toolpaths.1;
         (all > 0).then(|| f64::from(self.holes.0 + self.toolpaths.0) / f64::from(all))
     }
 }
 
-/// The parts of `program`; `operations` has the operation of each toolpath, by its index.
+/// The parts of `program`. `operations` has the operation of each toolpath, by index.
 pub fn parts(program: &Program, operations: &[u16]) -> Vec<WorkPart> {
     let mut parts: Vec<WorkPart> = Vec::new();
     let mut bit = None;
@@ -82,7 +77,7 @@ pub fn parts(program: &Program, operations: &[u16]) -> Vec<WorkPart> {
     parts
 }
 
-/// Where leg `leg` lies; before the first part it is the first that comes.
+/// The position of leg `leg`; a leg before the first part counts as the start of that part.
 pub fn place(program: &Program, parts: &[WorkPart], leg: u32) -> Option<LegPlace> {
     let at = parts.partition_point(|part| part.from_leg <= leg).saturating_sub(1);
     let part = parts.get(at)?;
@@ -113,10 +108,10 @@ mod tests {
     }
 
     #[test]
-    fn holes_and_toolpaths_are_counted_apart_also_when_the_job_is_over() {
+    fn holes_and_toolpaths_are_counted_separately() {
         let told = |holes, toolpaths| WorkCount { holes, toolpaths };
         let rows = [
-            // told by the machine │ made by the last job, planned in all │ shown, share
+            // (reported by the machine, completed by the last job, planned total, shown, share)
             ((5, 22), (13, 13), (0, 0), (22, 13), told((5, 22), (13, 13)), Some(18.0 / 35.0)),
             ((0, 0), (0, 0), (22, 13), (22, 13), told((22, 22), (13, 13)), Some(1.0)),
             ((0, 0), (0, 0), (0, 7), (0, 14), told((0, 0), (7, 14)), Some(0.5)),
@@ -129,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_in_parts_and_every_leg_in_its_part() {
+    fn program_is_split_into_parts_by_tool_and_operation() {
         use Mark::{Finish, Hole, Prepare, ToolChange, Toolpath};
         let marks = [
             Prepare,

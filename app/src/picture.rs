@@ -1,13 +1,10 @@
-//! A board, its plan and its travel as a scene. The one place that knows both boards and pictures.
+//! Turns a board, its plan and its travel into a scene. The only module that knows both boards and pictures.
 //!
 //! ```text
 //!        outline closed      ╭───╮
-//!        ──────────────▶  ╭──╯ ○ │ filled, rings inside are holes        none or open ─▶ plate around everything
+//!        ──────────────▶  ╭──╯ ○ │ filled; inner rings are cut-outs     none or open ─▶ a plate instead
 //!                         ╰──────╯
 //! ```
-//!
-//! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
-//! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
 use crate::toolpaths::{self, ToolpathPiece, Toolpaths, Travel};
 use crate::view::{
@@ -22,50 +19,50 @@ use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
-/// Free board around the outermost holes where no outline says better.
+/// Margin around the outermost holes of a board without an outline.
 const MARGIN: Length = Length::from_um(4_000);
-/// Rounding of the board's corners.
+/// Corner radius of that plate.
 const CORNER_MM: f32 = 1.5;
-/// A hole whose size no file says is drawn this large.
+/// Diameter for holes whose file gives none.
 const UNSIZED: Length = Length::from_um(800);
-/// More rings than this are no outline of a board.
+/// An outline with more rings isn't filled.
 const MOST_RINGS: usize = 1_000;
-/// How far a chord may be from its arc, in mm.
+/// Maximum distance of a chord from its arc, mm.
 const CHORD_ERROR_MM: f64 = 0.005;
-/// Width of travel lines in CSS pixels.
+/// Width of travel lines, CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
-/// Width of a finding's dot in CSS pixels.
+/// Diameter of a problem's dot, CSS pixels.
 const FINDING_PX: f32 = 8.0;
-/// Radius of the ring round the finding on show, and in how many strokes it is drawn.
+/// Radius of the ring around the selected problem, and its number of segments.
 const RING_MM: f32 = 0.9;
 const RING_STEPS: u16 = 40;
-/// As most drills for boards are ground, degrees.
+/// The usual point angle of PCB drills, degrees.
 const USUAL_POINT_DEG: f64 = 130.0;
-/// How much of its own colour a swath has; the rest is the board's, which is what is left there.
+/// Share of the tool's colour in a swath; the rest is the board's colour.
 const SWATH_SHARE: f32 = 0.45;
 
-/// The place in the files' coordinates that the picture counts from.
+/// Origin of the picture in file coordinates: the lower left corner of the body.
 pub fn origin(body: Option<Bounds>) -> Point {
     body.map_or_else(Point::default, |bounds| bounds.min)
 }
 
-/// A place of the files in millimetres of the picture.
+/// Converts file coordinates to mm in the picture.
 pub fn place(origin: Point, at: Point) -> [f32; 2] {
     [(at.x - origin.x).mm() as f32, (at.y - origin.y).mm() as f32]
 }
 
-/// What `program` does, in millimetres of the picture of a board with this `body`.
+/// The toolpaths of `program` in mm in the picture of a board with this `body`.
 pub fn program_in(program: &Program, body: Option<Bounds>) -> Toolpaths {
     let corner = origin(body);
     toolpaths::toolpaths(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y))
 }
 
-/// The board's body: its outline, or a margin around its holes and its copper.
+/// Bounds of the board: its outline, or its holes and copper with a margin.
 pub fn body(board: &Board) -> Option<Bounds> {
     body_with(board, [])
 }
 
-/// The same where something happens at `places` too.
+/// Like [`body`], but without an outline it also includes `places`.
 pub fn body_with(board: &Board, places: impl IntoIterator<Item = Point>) -> Option<Bounds> {
     let places = Bounds::around(places);
     let inside = || {
@@ -76,7 +73,7 @@ pub fn body_with(board: &Board, places: impl IntoIterator<Item = Point>) -> Opti
     board.outline.bounds().or_else(inside)
 }
 
-/// The sizes of holes and slots there are, ascending; each has a colour.
+/// The distinct sizes of holes and slots, ascending. The index decides the colour.
 pub fn sizes(board: &Board) -> Vec<Length> {
     let holes = board.holes.iter().map(|hole| hole.diameter.unwrap_or(UNSIZED));
     let mut sizes: Vec<_> =
@@ -86,7 +83,7 @@ pub fn sizes(board: &Board) -> Vec<Length> {
     sizes
 }
 
-/// The board with all holes planned, no travel and no layers. `body` is that of the whole board.
+/// The board with all holes planned, without travel and layers. `body` is that of the whole board.
 pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
     let origin = origin(body);
     let sizes = sizes(board);
@@ -124,7 +121,7 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
     }
 }
 
-/// The closed lines of an outline, in mm from `origin`.
+/// The rings of an outline, in mm from `origin`.
 pub fn rings(outline: &Region, origin: Point) -> Vec<Vec<[f32; 2]>> {
     let ring = |path: &Path| {
         let points = path.flattened(CHORD_ERROR_MM);
@@ -134,12 +131,14 @@ pub fn rings(outline: &Region, origin: Point) -> Vec<Vec<[f32; 2]>> {
     outline.paths().map(ring).collect()
 }
 
-/// Rings as triangles. A ring within another is a hole in it, one within a hole is solid again.
+/// Triangulates rings by the even-odd rule: a ring inside another is a cut-out, one inside a cut-out is
+/// solid.
 fn fill(rings: &[Vec<[f32; 2]>]) -> Vec<[f32; 2]> {
     let ring = |ring: &Vec<[f32; 2]>| LineString::from(ring.clone());
     let solid = |ring: LineString<f32>| Polygon::new(ring, Vec::new());
     let mut all: Vec<Polygon<f32>> = rings.iter().map(ring).map(solid).collect();
     all.retain(|ring| ring.unsigned_area() > 0.0);
+    // A ring can only be inside a larger one.
     all.sort_by(|a, b| b.unsigned_area().total_cmp(&a.unsigned_area()));
     if all.len() > MOST_RINGS {
         return Vec::new();
@@ -162,8 +161,8 @@ fn plate(origin: Point, bounds: Bounds) -> Plate {
     Plate { min_mm: place(origin, bounds.min), max_mm: place(origin, bounds.max), corner_mm: CORNER_MM }
 }
 
-/// The way of the head from `start` over `holes` (indices into the board's holes), in order: line `n` leads to the
-/// hole with number `n`.
+/// The travel of the spindle from `start` through `holes` (indices into the board's holes). Line `n` leads to
+/// hole `n` of that order.
 pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette: &Palette) -> Vec<Line> {
     let stops = holes.iter().filter_map(|index| board.holes.get(*index as usize)).map(|hole| hole.at);
     let mut from = place(origin, start);
@@ -175,8 +174,8 @@ pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette
     stops.enumerate().map(leg).collect()
 }
 
-/// The box that the axes of `machine` reach, machine mm, as it lies about the work zero at `zero_mm`; `place` puts work mm into the
-/// picture.
+/// The travel limits of `machine` as a box. `zero_mm` is the work zero in machine coordinates; `place`
+/// converts work coordinates to the picture.
 pub fn travel_box(
     machine: &Machine,
     zero_mm: [f64; 2],
@@ -196,8 +195,8 @@ pub fn travel_box(
     (0..corners.len()).map(edge).collect()
 }
 
-/// What a program does as lines: swaths as wide as they cut, the middle of each, and the travel between. They bear the
-/// numbers of their stops. `colour` is that of a stop's swaths; the travel is left out unless it is wanted.
+/// Toolpaths as lines: swaths as wide as the cut, their center lines, and the travel if wanted. Each line's
+/// order is its stop number. `colour` gives a stop's colour.
 pub fn toolpaths(
     toolpaths: &Toolpaths,
     palette: &Palette,
@@ -217,8 +216,8 @@ pub fn toolpaths(
     wide.map(swath).chain(toolpaths.cuts.iter().map(middle)).chain(travels).collect()
 }
 
-/// The nearest of `places` that lies more in the direction `way` from `from_mm` than beside it; every other place lies so in one of four
-/// directions.
+/// The nearest of `places` within 45° of the direction `way` from `from_mm`. With four directions, every
+/// position can be reached.
 pub fn beside(places: impl Iterator<Item = [f64; 2]>, from_mm: [f64; 2], way: [i8; 2]) -> Option<usize> {
     let way = way.map(f64::from);
     let ranked = places.enumerate().filter_map(|(index, [x, y])| {
@@ -229,8 +228,8 @@ pub fn beside(places: impl Iterator<Item = [f64; 2]>, from_mm: [f64; 2], way: [i
     ranked.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index)
 }
 
-/// What changed of holes and slots with new exports: a ring round what came, a cross over what went, a line along which one moved
-/// to its ring.
+/// Changes of holes and slots by new exports: a ring around an added one, a cross over a removed one, a
+/// line from the old position of a moved one to its ring.
 pub fn changed(changes: &BoardChanges, origin: Point, palette: &Palette) -> Vec<Line> {
     let holes = changes.holes.iter().map(|hole| {
         let at = |hole: &Hole| place(origin, hole.at);
@@ -261,7 +260,6 @@ fn mark(fate: Fate, before: Option<[f32; 2]>, now: Option<[f32; 2]>, palette: &P
     }
 }
 
-/// A ring round a place.
 fn ring(place: [f32; 2], colour: Colour) -> impl Iterator<Item = Line> {
     let on_ring = move |step: u16| {
         let angle = f64::from(step) * std::f64::consts::TAU / f64::from(RING_STEPS);
@@ -274,7 +272,7 @@ fn ring(place: [f32; 2], colour: Colour) -> impl Iterator<Item = Line> {
     })
 }
 
-/// A finding at `place`: a dot, and a ring where it is the one on show.
+/// A problem at `place`: a dot, and a ring if it is the selected one.
 pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) -> Vec<Line> {
     let line = |a_mm, b_mm, width, colour| Line { a_mm, b_mm, width, colour, order: UNORDERED };
     let mut marks = vec![
@@ -287,10 +285,11 @@ pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) 
     marks
 }
 
-/// A tool in the picture, with its tip there. A drill is pointed as its operation says of it, else as most for boards are ground.
+/// A tool in the picture with its tip at `tip_mm`. A drill's point angle is its own if the operation has one,
+/// else the usual one.
 pub fn cutting(bit: &Bit, work: Option<&Work>, tip_mm: [f32; 3]) -> Cutting {
     let radius_mm = 0.5 * bit.diameter.mm();
-    // How much higher the edge is for every mm further out, by the whole angle of the point.
+    // Rise of the cutting edge per mm of radius, from the full point angle.
     let slope = |degrees: f64| 1.0 / libm::tan((0.5 * degrees).to_radians()).max(1e-6);
     let (end_mm, slope) = match bit.cutter {
         Cutter::Mill => (radius_mm, 0.0),
@@ -304,7 +303,7 @@ pub fn cutting(bit: &Bit, work: Option<&Work>, tip_mm: [f32; 3]) -> Cutting {
     Cutting { tip_mm, end_mm: end_mm as f32, radius_mm: radius_mm as f32, slope: slope as f32 }
 }
 
-/// The whole angle of the point of a drill: its own, else that of all drills of an operation that drills.
+/// The full point angle of a drill: its own, else the one common to its drilling operation.
 fn point_deg(work: &Work, diameter: Length) -> Option<f64> {
     let drills = || {
         work.operations.iter().filter(|one| one.on).filter_map(|one| match &one.action {
@@ -352,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn the_travel_lies_about_the_work_zero_and_is_not_what_the_picture_is_fitted_to() {
+    fn travel_box_is_placed_from_work_zero_and_not_fitted() {
         let mut machine = annulus_core::machine::virtual_drill();
         let mm = |mm: i64| Length::from_um(mm * 1_000);
         ((machine.x.min, machine.x.max), (machine.y.min, machine.y.max)) =
@@ -369,9 +368,8 @@ mod tests {
     }
 
     #[test]
-    fn a_drill_is_pointed_as_it_is_said_to_be() {
-        let machine = annulus_core::machine::virtual_drill();
-        let mut operation = Operation::usual("drill", annulus_core::board::Face::Top, &machine).unwrap();
+    fn drill_picture_uses_the_configured_point() {
+        let mut operation = Operation::usual("drill", annulus_core::board::Face::Top).unwrap();
         let OperationKind::Drill(drill) = &mut operation.action else { panic!() };
         (drill.point_deg, drill.points) =
             (90.0, vec![(Length::from_um(1_000), 180.0), (Length::from_um(600), 120.0)]);
@@ -404,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_counts_from_the_boards_corner() {
+    fn picture_coordinates_start_at_the_board_corner() {
         let scene = seen(&board());
         assert_eq!(scene.plate.map(|plate| (plate.min_mm, plate.max_mm)), Some(([0.0, 0.0], [18.0, 28.0])));
         assert_eq!(scene.discs[0].centre_mm, [4.0, 4.0]);
@@ -414,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_sizes_share_a_colour_and_others_do_not() {
+    fn equal_hole_sizes_share_a_colour() {
         let palette = Palette::DARK;
         let scene = seen(&board());
         assert_eq!(scene.discs[1].colour, palette.tool(0), "0.6 mm is the smallest");
@@ -424,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outline_is_the_body_where_there_is_one() {
+    fn board_outline_defines_its_body() {
         let square = [(990.0, 490.0), (1050.0, 490.0), (1050.0, 540.0), (990.0, 540.0)];
         let corners: Vec<Point> = square.iter().map(|(x, y)| Point::from_mm(*x, *y)).collect();
         let outer = Path::through(&corners).unwrap();
@@ -449,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_lies_between_the_rings_is_filled() {
+    fn only_the_area_between_rings_is_filled() {
         let notched = vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [6.0, 10.0], [6.0, 4.0], [0.0, 4.0]];
         type Row = (&'static str, Vec<Vec<[f32; 2]>>, f32);
         let rows: [Row; 6] = [
@@ -466,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn travel_leads_from_hole_to_hole_in_order() {
+    fn travel_lines_follow_the_hole_order() {
         let board = board();
         let corner = origin(body(&board));
         let lines = travel(&board, corner, corner, &[1, 0, 7], &Palette::DARK);
@@ -476,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn by_four_directions_every_hole_is_reached_and_the_nearest_first() {
+    fn arrow_keys_reach_every_hole_nearest_first() {
         let places = [[0.0, 0.0], [10.0, 0.0], [20.0, 1.0], [10.0, 9.0], [10.0, -30.0]];
         let rows = [
             ([0.0, 0.0], [1, 0], Some(1)),
@@ -500,7 +498,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changed_has_a_shape_of_its_own_beside_its_colour() {
+    fn each_kind_of_change_has_its_own_marker_shape() {
         let palette = Palette::DARK;
         let [a, b] = [[1.0, 2.0], [4.0, 6.0]];
         let shape = |fate, before, now| {
@@ -517,7 +515,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_board_is_an_empty_scene() {
+    fn empty_board_gives_an_empty_scene() {
         assert_eq!(seen(&Board::default()), Scene::default());
     }
 }

@@ -1,14 +1,11 @@
-//! What a plot says without being looked at: the value under a cursor, a summary in words, rows of a table.
-//!
-//! Comes in: a [`Plot`] and an x. Goes out: numbers and text. Knows no pixels and no browser.
+//! A plot as text: the value at a cursor, a summary in words, rows of a table.
 
 use annulus_core::plot::{Plot, PlotPanel, Series, SeriesLook};
 
-/// Rows of the table of a plot.
 const ROWS: usize = 25;
 
-/// The value of `series` at `x`: on the line between two points, or held since the last. None outside and in gaps;
-/// bars have none.
+/// The value of `series` at `x`: interpolated, or held since the last point. None outside the data, in gaps
+/// and for bars.
 pub fn value_at(series: &Series, x: f64) -> Option<f64> {
     if matches!(series.look, SeriesLook::Bars) {
         return None;
@@ -27,7 +24,7 @@ pub fn value_at(series: &Series, x: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// A number with four digits that say something.
+/// A number with four significant digits.
 pub fn short(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -51,7 +48,7 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
 }
 
-/// The lowest and highest x of everything in the plot.
+/// The lowest and highest x in the plot.
 pub fn reach(plot: &Plot) -> Option<[f64; 2]> {
     let xs = plot.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
     let xs = xs.map(|point| point[0]).filter(|x| x.is_finite());
@@ -61,7 +58,7 @@ pub fn reach(plot: &Plot) -> Option<[f64; 2]> {
     })
 }
 
-/// The value of every line of `panel` at `x`: name and number with its unit.
+/// The name and value with unit of every curve of `panel` at `x`.
 pub fn at_cursor(panel: &PlotPanel, x: f64) -> Vec<(String, String)> {
     let lines = panel.series.iter().filter_map(|series| {
         let value = value_at(series, x)?;
@@ -71,12 +68,11 @@ pub fn at_cursor(panel: &PlotPanel, x: f64) -> Vec<(String, String)> {
     lines.collect()
 }
 
-/// A number and its unit.
 pub fn with_unit(value: f64, unit: &str) -> String {
     if unit.is_empty() { short(value) } else { format!("{} {unit}", short(value)) }
 }
 
-/// Ends of every line, in words: `speed: S-curve 0 … 12 mm/s`.
+/// The range of every curve in words: `speed: S-curve 0 … 12 mm/s`.
 pub fn summary(plot: &Plot) -> String {
     let mut parts = Vec::new();
     for panel in &plot.panels {
@@ -94,7 +90,7 @@ pub fn summary(plot: &Plot) -> String {
     parts.join("; ")
 }
 
-/// A table of `panel`: the x of each row with the values of every line there.
+/// A table of `panel`: x and the value of every curve there.
 pub fn rows(panel: &PlotPanel, reach: [f64; 2]) -> Vec<(f64, Vec<Option<f64>>)> {
     let [low, high] = reach;
     let xs = (0..ROWS).map(|row| {
@@ -114,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_value_under_the_cursor() {
+    fn cursor_value_is_interpolated_within_the_series() {
         let rows = [
             (-1.0, None),
             (0.0, Some(0.0)),
@@ -135,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short_and_never_lie() {
+    fn short_numbers_are_rounded_without_losing_magnitude() {
         let rows = [
             (0.0, "0"),
             (12.3456, "12.35"),
@@ -152,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_in_words_and_as_a_table() {
+    fn plot_has_a_text_summary_and_a_table() {
         let panel =
             PlotPanel { y: PlotAxis::new("speed", "mm/s"), series: vec![ramp()], ..PlotPanel::default() };
         let plot = Plot { title: String::new(), panels: vec![panel.clone()] };

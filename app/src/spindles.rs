@@ -1,30 +1,28 @@
-//! The spindles of a machine that has several: which of them drill, how deep each goes in the hole in work, and how long its tip takes to
-//! the board (P4).
-//!
-//! Comes in: a machine, a [`Program`] and its leg in work. Goes out: a row a spindle, mm and ms. Knows no words.
+//! The spindles of a machine with several: which ones drill, how deep, and how long each tip takes to reach
+//! the board.
 
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::motion::drill_cycles;
 use annulus_core::units::Length;
 
-/// A hole: its bottom over the board's surface, and the feed down to it in µm/s.
+/// The bottom of a hole relative to the board surface, and the plunge feed in µm/s.
 type Hole = (Length, u32);
 
-/// A spindle in the hole in work.
+/// A spindle at the current hole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpindleInHole {
     /// Z1 to Z6.
     pub name: String,
-    /// It drills in this job.
+    /// True if it drills in this job.
     pub drills: bool,
-    /// How deep below the board's surface.
+    /// Depth below the board surface.
     pub depth_mm: f64,
-    /// t_z: how long its tip takes from the top to the board, in ms.
+    /// t_z: time from the top until the tip touches the board, ms.
     pub contact_ms: Option<f64>,
 }
 
-/// The hole that `leg` is.
+/// The hole that `leg` drills, if any.
 fn hole_of(leg: &Leg) -> Option<Hole> {
     let plunges = leg.commands.iter().filter(|_| matches!(leg.mark, Mark::Hole(_)));
     let depths = plunges.filter_map(|command| match *command {
@@ -34,12 +32,13 @@ fn hole_of(leg: &Leg) -> Option<Hole> {
     depths.min_by_key(|(to, _)| *to)
 }
 
-/// The hole in work: that of leg `leg` or the next one after it.
+/// The current hole: that of `leg`, else the next one, else the first of the program.
 pub fn hole_in_work(program: &Program, leg: usize) -> Option<Hole> {
     program.legs.iter().skip(leg).find_map(hole_of).or_else(|| program.legs.iter().find_map(hole_of))
 }
 
-/// The spindles of `machine` in `hole`; where there is none, in one through the board. `drilling` are those that the job drills with.
+/// The spindles of `machine` in `hole`, or in a through hole if none. `drilling` is a bit mask of the
+/// spindles that the job uses.
 pub fn in_hole(machine: &Machine, hole: Option<Hole>, drilling: u8) -> Vec<SpindleInHole> {
     let process = &machine.process;
     let through = Length::ZERO - process.board_thickness - process.breakthrough;
@@ -65,7 +64,7 @@ mod tests {
     use annulus_core::machine::{Value, apply, six_spindles};
 
     #[test]
-    fn each_spindle_has_its_depth_and_its_time_to_the_board_in_the_hole_in_work() {
+    fn each_spindle_has_its_depth_and_contact_time() {
         let list = |key: &str, numbers: &[f64]| (key.to_owned(), Value::Numbers(numbers.to_vec()));
         let changes = [list("spindle.deeper", &[0.0, 0.3]), list("spindle.enabled", &[1.0, 1.0, 0.0])];
         let machine = apply(&six_spindles(), &changes).unwrap();

@@ -1,65 +1,56 @@
-//! What a program does, as it is drawn: the strokes of its bits as wide as they cut, the travel between, its stops in order.
+//! A program as it is drawn: strokes as wide as the cut, the travel between them, the stops in order.
 //!
 //! ```text
 //!   travel ─ ─ ─ ▶ ●━━━━━━━━●      stop 3: a hole, or a toolpath: all cuts of one leg
-//!                  ╲ as wide as the bit cuts at that depth
+//!                  ╲ as wide as the tool cuts at that depth
 //! ```
-//!
-//! Comes in: a [`Program`], the place of the picture's corner in work coordinates. Goes out: [`Toolpaths`] in mm of the
-//! picture. Knows no colours.
 
 use annulus_core::geometry::{Point, chords};
 use annulus_core::job::{Command, Leg, Mark, Program, travel_mm};
 use annulus_core::units::Length;
 
-/// How far a chord may be from its arc, in mm.
+/// Maximum distance of a chord from its arc, mm.
 const CHORD_ERROR_MM: f64 = 0.005;
-/// More cuts than this are not drawn.
+/// Further cuts are not drawn.
 const MOST_CUTS: usize = 1_500_000;
 
-/// What a program does.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Toolpaths {
-    /// Holes and toolpaths in the order in which they are made: the stops.
+    /// Holes and toolpaths in order of execution.
     pub stops: Vec<Mark>,
-    /// Straight pieces of all toolpaths.
+    /// Straight segments of all toolpaths.
     pub cuts: Vec<ToolpathPiece>,
-    /// From stop to stop.
+    /// Moves from stop to stop.
     pub travels: Vec<Travel>,
-    /// For each leg of the program, how many stops lie before it.
+    /// For each leg of the program, the number of stops before it.
     pub before: Vec<u32>,
-    /// Length of all travel, mm.
     pub travel_mm: f64,
 }
 
-/// A straight piece of a toolpath.
+/// A straight segment of a toolpath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolpathPiece {
-    /// From here …
     pub a_mm: [f32; 2],
-    /// … to here.
     pub b_mm: [f32; 2],
-    /// Width of the cut at the surface; 0 where the tip is above it.
+    /// Width of the cut at the surface; 0 if the tip is above it.
     pub width_mm: f32,
-    /// Which stop it belongs to.
+    /// Index of its stop.
     pub stop: u32,
-    /// The bit that cuts, an index into the program's bits.
+    /// Index into the program's tools.
     pub bit: u32,
 }
 
-/// The head on its way to a stop.
+/// A move of the spindle to a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
-    /// From here …
     pub a_mm: [f32; 2],
-    /// … to here.
     pub b_mm: [f32; 2],
-    /// The stop it leads to.
+    /// Index of the stop that it leads to.
     pub stop: u32,
 }
 
 impl Toolpaths {
-    /// How many stops are done in leg `leg` when `holes` holes are through.
+    /// Number of completed stops in leg `leg` after `holes` holes.
     pub fn done(&self, leg: u32, holes: u32) -> u32 {
         let before = self.before.get(leg as usize).copied().unwrap_or(self.stops.len() as u32);
         let is_hole = |(_, mark): &(u32, &Mark)| matches!(mark, Mark::Hole(_));
@@ -68,18 +59,17 @@ impl Toolpaths {
         before.max(through.unwrap_or(0))
     }
 
-    /// How many toolpaths there are.
     pub fn toolpath_count(&self) -> usize {
         self.stops.iter().filter(|mark| matches!(mark, Mark::Toolpath(_))).count()
     }
 }
 
-/// Whether a leg with this mark is a stop.
+/// True if a leg with this mark is a stop: a hole or a toolpath.
 pub const fn is_stop(mark: Mark) -> bool {
     matches!(mark, Mark::Hole(_) | Mark::Toolpath(_))
 }
 
-/// The head while the program is walked through.
+/// State while walking through the program.
 struct Head<'a> {
     program: &'a Program,
     corner: Point,
@@ -89,7 +79,7 @@ struct Head<'a> {
     toolpaths: Toolpaths,
 }
 
-/// What `program` does, seen from `corner`, a place in work coordinates.
+/// The toolpaths of `program` relative to `corner`, in work coordinates.
 pub fn toolpaths(program: &Program, corner: Point) -> Toolpaths {
     let height = program.safe_height;
     let toolpaths = Toolpaths { travel_mm: travel_mm(program), ..Toolpaths::default() };
@@ -134,7 +124,7 @@ impl Head<'_> {
         self.at = to;
     }
 
-    /// A ramp is drawn as wide as its deeper end.
+    /// A ramp is drawn as wide as at its deeper end.
     fn cut(&mut self, points: impl IntoIterator<Item = Point>, height: Length) {
         let depth = -self.height.min(height);
         let bit = self.program.bits.get(self.bit as usize);
@@ -219,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn cuts_are_as_wide_as_the_bit_at_its_depth_and_belong_to_their_stop() {
+    fn cut_width_follows_the_tool_at_its_depth() {
         let found = toolpaths(&program(), Point::from_mm(1.0, 0.0));
         assert_eq!(found.stops, [Mark::Toolpath(0), Mark::Hole(7)]);
         assert_eq!(found.cuts[0].a_mm, [0.0, 1.0]);
@@ -243,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_milled_over_the_board_has_no_width() {
+    fn cut_above_the_board_has_no_width() {
         let mut program = program();
         if let Some(Command::Mill { height, .. }) = program.legs[1].commands.get_mut(2) {
             *height = mm(0.5);

@@ -1,13 +1,10 @@
-//! The page's one Trusted Types policy, `annulus`, made by `www/boot.js`: the shipped security policy lets no script
-//! address through that it did not make.
-//!
-//! Comes in: addresses of our own scripts. Goes out: the same, vouched for. Where the browser has no Trusted Types they
-//! pass as they are.
+//! The page's Trusted Types policy, `annulus`, created by `www/boot.js`. The shipped security policy rejects
+//! any script URL that it didn't create. Browsers without Trusted Types accept plain URLs.
 
 use js_sys::{Function, Reflect};
 use wasm_bindgen::prelude::*;
 
-/// The address of one of our own scripts, fit for `new Worker` and for registering the service worker.
+/// The URL of one of our scripts, for `new Worker` and for registering the service worker.
 pub fn script_url(path: &str) -> JsValue {
     vouched(path).unwrap_or_else(|| path.into())
 }

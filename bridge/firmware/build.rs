@@ -1,4 +1,4 @@
-//! Puts the map of the memory where the linker looks, and tells the program which sources it was made of.
+//! Puts the memory map where the linker finds it, and passes the checksum of the sources to the program.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

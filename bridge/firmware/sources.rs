@@ -1,5 +1,5 @@
-// Which sources a firmware is made of, as one number. Read by the build scripts of the firmware, which says it, and of the drill, which
-// compares. Comes in: the folder of the firmware. Goes out: CRC-32C of its sources, those of the link among them.
+// Computes CRC-32C over the firmware's sources and those of the link, in the firmware's folder `base`. The
+// build scripts of the firmware, which reports it, and of the drill, which compares it, include this file.
 
 fn firmware_sources(base: &std::path::Path) -> u32 {
     fn look(base: &std::path::Path, folder: &str, found: &mut Vec<String>) {

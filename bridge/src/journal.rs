@@ -1,14 +1,15 @@
-//! The journal: what was begun and done, on the disk before the next stroke starts (N16).
+//! The journal: started and completed legs, durable before the next drill cycle starts.
 //!
 //! ```text
-//! leg k   travel ─ [earlier legs durable?] ─ stroke ─ up │ record {done: k+1, begun: k+1} ── fsync ── durable = k+1
-//! leg k+1                                                │ travel … waits here ───────────────────────┴─▶ stroke
+//! leg k   travel ─ [earlier legs durable?] ─ cycle ─ up │ record {done: k+1, begun: k+1} ── fsync ── durable = k+1
+//! leg k+1                                               │ travel … waits here ───────────────────────┴─▶ cycle
 //! ```
 //!
-//! So at any moment at most one stroke is made and not yet on the disk: that one is made twice, none is left out.
+//! So at any moment at most one completed cycle is not yet durable: that one is drilled twice, and none is
+//! left out.
 //!
-//! Comes in: records. Goes out: the interrupted job, if there is one. A journal that is damaged is moved aside, never
-//! overwritten, and the new one remembers that until somebody has read it. Does not know what a leg is.
+//! A damaged journal is moved aside, never overwritten. The new one remembers that until the user
+//! acknowledges it.
 
 use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
@@ -21,14 +22,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const TABLE: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("journal");
-/// Keys of what tools have done begin with the first and lie before the second.
+/// Keys of tool wear start with the first and sort before the second.
 const WEAR: &str = "wear/";
 const WEAR_END: &str = "wear0";
 const STOPS: TableDefinition<'_, u32, &[u8]> = TableDefinition::new("stops");
 
-/// An open journal.
 pub(crate) struct Journal {
-    /// None while it cannot be opened again.
+    /// `None` while it cannot be opened again.
     database: Option<Database>,
     opens: Opener,
 }
@@ -36,19 +36,18 @@ pub(crate) struct Journal {
 /// Opens the journal again.
 type Opener = Box<dyn Fn() -> Result<Database, String> + Send>;
 
-/// Why there is no journal.
+/// Why the journal cannot be opened.
 #[derive(Debug)]
 pub(crate) enum Trouble {
-    /// Another process has it.
+    /// Another process uses it.
     InUse,
-    /// It cannot be understood.
+    /// Its contents are invalid.
     Damaged(String),
-    /// The disk refused.
     Disk(String),
 }
 
-/// The journal at `path` and what it holds. A damaged one is moved aside; where `used` says that a drill worked here before, one that
-/// is not there is gone.
+/// Opens the journal at `path` and returns its contents. A damaged one is moved aside. A missing one is
+/// reported as damage if the drill was `used` before.
 pub(crate) fn open(path: &Path, used: bool) -> Result<(Journal, Contents), Diagnostic> {
     if !path.exists() {
         if used {
@@ -64,7 +63,7 @@ pub(crate) fn open(path: &Path, used: bool) -> Result<(Journal, Contents), Diagn
             fs::rename(path, &aside)
                 .map_err(|error| cannot("journal.cannot_open", path, &error.to_string()))?;
             begin_anew(path, damage).inspect_err(|_| {
-                // Without a journal that remembers it, the damage must be found again.
+                // Without a new journal to remember it, the damage must be found again.
                 let _ = fs::rename(&aside, path);
             })
         }
@@ -72,7 +71,7 @@ pub(crate) fn open(path: &Path, used: bool) -> Result<(Journal, Contents), Diagn
     }
 }
 
-/// A journal without anything in it, there whole or not at all: half a one would be taken for a damaged one.
+/// Creates an empty journal atomically: a partial one would count as damaged.
 fn create(path: &Path) -> Result<(), Diagnostic> {
     let beside = path.with_extension("new");
     let cannot = |error: &dyn std::fmt::Display| cannot("journal.cannot_open", path, &error.to_string());
@@ -87,7 +86,7 @@ fn create(path: &Path) -> Result<(), Diagnostic> {
     fs::rename(&beside, path).map_err(|error| cannot(&error))
 }
 
-/// A new journal at `path` that remembers what happened to the one before.
+/// Creates a new journal at `path` that remembers the damage of the old one.
 fn begin_anew(path: &Path, damage: Damage) -> Result<(Journal, Contents), Diagnostic> {
     create(path)?;
     let (journal, contents) = try_open(path).map_err(|trouble| refusal(path, trouble))?;
@@ -95,7 +94,7 @@ fn begin_anew(path: &Path, damage: Damage) -> Result<(Journal, Contents), Diagno
     Ok((journal, Contents { damage: Some(damage), ..contents }))
 }
 
-/// The name of the last job that a damaged journal still tells of: of the records whose digest is right.
+/// The name of the last job in a damaged journal, from the records with a valid digest.
 fn salvaged(path: &Path) -> Option<String> {
     const BEGINS: &[u8] = br#"{"key":""#;
     let bytes = fs::read(path).ok()?;
@@ -109,7 +108,7 @@ fn salvaged(path: &Path) -> Option<String> {
     places.filter_map(|(at, _)| job(at)).next_back().map(|job| job.name)
 }
 
-/// Whether the journal at `path` can be read; one that is not there yet can. Nothing is moved aside.
+/// Checks that the journal at `path` can be read; a missing one is fine. Changes nothing.
 pub(crate) fn examine(path: &Path) -> Result<(), Diagnostic> {
     if !path.exists() {
         return Ok(());
@@ -121,7 +120,7 @@ pub(crate) fn examine(path: &Path) -> Result<(), Diagnostic> {
     }
 }
 
-/// The journal at `path` as it is, to look up or change what tools have done: none where there is none yet. Nothing is moved aside.
+/// Opens the journal at `path`, to read or change tool wear; `None` if there is none. Never moves it aside.
 pub(crate) fn look_into(path: &Path) -> Result<Option<(Journal, Contents)>, Diagnostic> {
     if !path.exists() {
         return Ok(None);
@@ -148,7 +147,7 @@ fn free_name(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.with_extension("damaged"))
 }
 
-/// Opens and reads. The library may panic on files that were tampered with; that counts as damaged, and nobody sees it.
+/// Opens and reads. The library may panic on manipulated files; that counts as damage, without a message.
 fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
     if fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0) {
         return Err(Trouble::Damaged("it is empty".to_owned()));
@@ -163,7 +162,7 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
     opened.unwrap_or_else(|| Err(Trouble::Damaged("its structure is broken".to_owned())))
 }
 
-/// The database at `path`, every page of it looked at.
+/// Opens the database at `path` and checks every page.
 fn open_database(path: &Path) -> Result<Database, Trouble> {
     let mut database = Database::create(path).map_err(|error| match error {
         DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
@@ -177,7 +176,7 @@ fn open_database(path: &Path) -> Result<Database, Trouble> {
         }
         other => Trouble::Damaged(other.to_string()),
     })?;
-    // Every page by its checksum: a key that is not found must not be one that was changed.
+    // Check every page's checksum: a key must not go missing because it was changed.
     match database.check_integrity() {
         Ok(true) => Ok(database),
         Ok(false) => Err(Trouble::Damaged("its checksums do not match".to_owned())),
@@ -195,7 +194,7 @@ impl Trouble {
 }
 
 impl Journal {
-    /// On a backend of the caller's, to see what a failing disk does.
+    /// A journal on the caller's backend, to test failing disks.
     #[cfg(test)]
     pub(crate) fn on<B: redb::StorageBackend>(
         backend: impl Fn() -> B + Send + 'static,
@@ -312,7 +311,7 @@ impl Keeper for Journal {
         self.write(&[("damage", None)], None, false).map_err(full)
     }
 
-    /// It is closed and opened: as it is, nothing else can be written.
+    /// Closes and reopens it: after a failed write, redb accepts no others.
     fn again(&mut self) -> Result<(), Diagnostic> {
         let closed = self.database.take();
         let opened = quiet::caught(|| {
@@ -325,7 +324,7 @@ impl Keeper for Journal {
     }
 }
 
-/// Where what a tool has done stands.
+/// The key of a tool's wear.
 fn wear_key(wear: &ToolWear) -> String {
     format!("{WEAR}{}/{}", wear.machine, wear.number)
 }

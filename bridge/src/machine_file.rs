@@ -1,7 +1,5 @@
-//! Machine files: commented TOML, one table a section of the settings table (A11).
-//!
-//! Comes in: paths and names. Goes out: [`Machine`]s, or a refusal with file, line and column. A file that cannot be
-//! read is never overwritten. Does not know what the settings mean; the table in `machine` does.
+//! Machine files: commented TOML, one table per section of the settings. An unreadable file is never
+//! overwritten.
 
 use crate::own;
 use crate::refusal::Refusal;
@@ -14,19 +12,19 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-/// A machine and the file that its settings are kept in.
+/// A machine, and the file of its settings.
 #[derive(Debug)]
 pub(crate) struct Known {
-    /// What was configured, or the preset where nothing was yet.
+    /// As configured; the preset if nothing was configured yet.
     pub(crate) machine: Machine,
-    /// Where changes go. The file need not exist.
+    /// The file for changes; it need not exist.
     pub(crate) path: PathBuf,
 }
 
 /// Version of the file's layout.
 const SCHEMA: i64 = 1;
 
-/// Where jobs, journal and drilled-board record live: `$ANNULUS_HOME`, else `$XDG_DATA_HOME/annulus`, else
+/// Folder of jobs, journal and drilled-board record: `$ANNULUS_HOME`, else `$XDG_DATA_HOME/annulus`, else
 /// `~/.local/share/annulus`.
 pub(crate) fn data_folder() -> PathBuf {
     folder("XDG_DATA_HOME", ".local/share")
@@ -36,13 +34,13 @@ fn config_folder() -> PathBuf {
     folder("XDG_CONFIG_HOME", ".config")
 }
 
-/// Where the machine called `name` keeps its settings: `machines/NAME.toml` in `$ANNULUS_HOME`, else in
+/// The settings file of the machine `name`: `machines/NAME.toml` in `$ANNULUS_HOME`, else in
 /// `$XDG_CONFIG_HOME/annulus`, else in `~/.config/annulus`.
 pub(crate) fn path_of(name: &str) -> PathBuf {
     config_folder().join("machines").join(format!("{name}.toml"))
 }
 
-/// Where this user's own profiles of frequency converters are.
+/// Folder of this user's own frequency converter profiles.
 pub(crate) fn converters() -> PathBuf {
     config_folder().join("converters")
 }
@@ -56,7 +54,7 @@ fn folder(variable: &str, beneath_home: &str) -> PathBuf {
     base.unwrap_or_default().join("annulus")
 }
 
-/// Names of the machines that have a file, in order.
+/// Sorted names of the machines with a file.
 pub(crate) fn names() -> Vec<String> {
     let Some(folder) = path_of("x").parent().map(Path::to_owned) else { return Vec::new() };
     let files = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -67,7 +65,7 @@ pub(crate) fn names() -> Vec<String> {
     names
 }
 
-/// The machine that `text` means: a name with a file, a preset's name, or the path of a machine file.
+/// The machine that `text` means: the name of a machine file, of a preset, or the path of a machine file.
 pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
     let text = machine::preset_name(text);
     let is_name = !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_');
@@ -88,7 +86,7 @@ pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
     Err(Refusal::surroundings(why))
 }
 
-/// Every word that stands for a machine: presets, what people call them, and machine files of one's own; in order.
+/// Every name of a machine, sorted: presets, their aliases, and the user's machine files.
 pub(crate) fn words() -> Vec<String> {
     let mut words: Vec<String> = machine::preset_words().map(str::to_owned).chain(names()).collect();
     words.sort();
@@ -96,7 +94,7 @@ pub(crate) fn words() -> Vec<String> {
     words
 }
 
-/// The machine in the file `path`.
+/// Loads the machine from the file `path`.
 pub(crate) fn load(path: &Path) -> Result<Machine, Refusal> {
     let file = path.display().to_string();
     let bytes = fs::read(path).map_err(|error| unreadable(&file, &error))?;
@@ -114,7 +112,7 @@ fn unreadable(file: &str, error: &io::Error) -> Refusal {
     Refusal::surroundings(why)
 }
 
-/// The machine in `written`. Settings that it does not mention are those of the virtual drill.
+/// Parses a machine file. Settings that it does not mention are those of the virtual drill.
 fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
     let document = toml::de::DeTable::parse(written).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
@@ -140,7 +138,8 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
                     let key = format!("{}.{}", section.get_ref(), name.get_ref());
                     let (value_at, name_at) = (value.span().start, name.span().start);
                     let change = [(key.clone(), text::value(value.get_ref()))];
-                    // One by one first, so that a refusal has the line of its field; bounds between fields later.
+                    // First one by one, so that an error has the line of its field; limits between fields
+                    // later.
                     if machine::setting(&key).is_none() {
                         let why = Diagnostic::error("machine.setting_unknown").with("key", key);
                         return Err(place(why, name_at));
@@ -183,10 +182,10 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
     }
 }
 
-/// A change that a file makes, and where it stands in it.
+/// A change in a file, and its offset.
 type Placed = ((String, Value), usize);
 
-/// The settings of the parallel port in a file that is older than its section: they stood in that of the card.
+/// In older files the settings of the parallel port are in the card's section: moves them.
 fn moved_from_card(changes: &[Placed]) -> Vec<Placed> {
     let is_on_it =
         |((key, value), _): &Placed| key == "machine.output" && *value == Value::Text("parallel".to_owned());
@@ -207,7 +206,7 @@ fn moved_from_card(changes: &[Placed]) -> Vec<Placed> {
     moved.collect()
 }
 
-/// Writes `machine` to `path`, whole or not at all.
+/// Writes `machine` to `path` atomically.
 pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Diagnostic> {
     write_own(path, text_of(machine).as_bytes()).map_err(|error| {
         let file = path.display();
@@ -215,14 +214,14 @@ pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Diagnostic> {
     })
 }
 
-/// Writes a file so that after any interruption either the old or the new one is there.
+/// Writes a file so that after any interruption either the old or the new one exists.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write(path, bytes, |fresh| fs::File::create(fresh))
 }
 
-/// The same for a file that is this user's alone.
+/// The same for a file that only this user may read.
 pub(crate) fn write_own(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    // A machine file that its user keeps elsewhere lies in a folder that is none of ours.
+    // The folder of a user's own machine file elsewhere is not ours to change.
     let inside = path.parent().unwrap_or(Path::new("."));
     let ours = [data_folder(), config_folder()].into_iter().find(|root| inside.starts_with(root));
     if let Some(root) = ours {
@@ -232,7 +231,7 @@ pub(crate) fn write_own(path: &Path, bytes: &[u8]) -> io::Result<()> {
         }
     }
     write(path, bytes, |fresh| {
-        // What a killed process left; whatever it is, it is not written to.
+        // A leftover of a killed process; never write into an existing file.
         let _ = fs::remove_file(fresh);
         own::open(fresh, fs::OpenOptions::new().write(true).create_new(true))
     })
@@ -254,7 +253,7 @@ fn write(path: &Path, bytes: &[u8], make: impl Fn(&Path) -> io::Result<fs::File>
     fs::File::open(folder)?.sync_all()
 }
 
-/// The file of `machine`, with a comment over every setting: its sentence, unit and range.
+/// The file of `machine`, with a comment above every setting: its description, unit and range.
 pub(crate) fn text_of(machine: &Machine) -> String {
     let mut out = format!(
         "# A machine of Annulus. Lines that are left out keep the virtual drill's value.\nschema = {SCHEMA}\n"
@@ -292,7 +291,7 @@ mod tests {
     use annulus_core::chance::Chance;
 
     #[test]
-    fn what_is_saved_loads() {
+    fn saved_presets_load_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         for (name, machine) in machine::presets() {
             let path = folder.path().join("deep").join(format!("{name}.toml"));
@@ -304,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rack_of_bare_diameters_is_read_and_saved_as_tools() {
+    fn list_of_diameters_is_read_and_saved_as_tools() {
         let old = "schema = 1\n[rack]\nbits = [0.8, 1.0]\n";
         let machine = parse("old", old).unwrap();
         assert_eq!(machine.drills().len(), 2);
@@ -318,25 +317,25 @@ mod tests {
     }
 
     #[test]
-    fn a_parallel_port_that_is_wired_as_a_card_was_is_read() {
+    fn parallel_port_with_old_card_wiring_is_read() {
         let wired = "x = [0, 1, 2, 3, -1, -1, -1, -1]\ny = [4, 5, 6, 7, -1, -1, -1, -1]\nz = [8, 9, 10, 11, -1, -1, -1, -1]\n\
             spindle = -1\nsensors = [1, -1, 0, -1, 2, 3, 4]\nstart_stop_rate = 90\n";
         let old =
             format!("schema = 1\n[machine]\noutput = \"parallel\"\ncard_address = 632\n[card]\n{wired}");
         let machine = parse("old", &old).unwrap();
         let port = &machine.parallel;
-        // What it left out is what was usual then.
+        // Missing values are the defaults of that time.
         assert_eq!((port.address, port.wiring.device.as_str()), (632, "/dev/port"));
         assert_eq!((port.wiring.sensors[..3].to_vec(), port.wiring.start_stop_hz), (vec![1, -1, 0], 90));
         assert_eq!(machine.wiring(), &port.wiring);
         assert_eq!(parse("saved", &text_of(&machine)).unwrap(), machine);
-        // Who has a section of its own is not asked for the other; on a card nothing moves.
+        // A file with the parallel port's own section ignores the card's; with a card, nothing is moved.
         let new = format!("{old}[parallel]\naddress = 888\n");
         let own = parse("new", &new).unwrap().parallel;
         assert_eq!((own.address, own.wiring.start_stop_hz), (888, 70));
         let card = parse("card", &old.replace("parallel", "virtual")).unwrap();
         assert_eq!(card.parallel, machine::virtual_drill().parallel);
-        // A new file that says nothing of wires has the port as shipped.
+        // A new file without wires has the default port.
         for bare in ["", "[parallel]\n"] {
             let bare = format!("schema = 1\n[machine]\noutput = \"parallel\"\n{bare}");
             assert_eq!(parse("bare", &bare).unwrap().parallel, machine::virtual_drill().parallel);
@@ -347,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corrupted_file_is_refused_with_its_place_and_left_alone() {
+    fn corrupt_file_is_refused_with_line_and_left_unchanged() {
         let rows: [(&str, &str, u32, u32); 9] = [
             ("schema = 1\n[x\nmax = 3\n", "machine.file_syntax", 2, 3),
             ("schema = 1\n[x]\nmax_speed = \"fast\"\n", "machine.setting_kind", 3, 13),
@@ -371,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn no_truncation_and_no_random_byte_panics() {
+    fn truncation_and_random_bytes_do_not_panic() {
         let text = text_of(&machine::virtual_drill());
         for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
             let _ = parse("cut", &text[..end]);

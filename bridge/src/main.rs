@@ -1,7 +1,5 @@
 //! `annulus`: reads boards, plans, simulates, exports and drills; without a command it serves the page.
-//!
-//! Comes in: the command line. Goes out: text for people on standard error, one JSON object for scripts on
-//! standard output. The commands themselves are one file each in `cli/`.
+//! Each command is a file in `cli/`.
 
 mod adapter;
 mod cli;

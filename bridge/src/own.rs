@@ -1,26 +1,23 @@
-//! What belongs to this user alone: folders that nobody else enters, files that nobody else reads, holds or put there.
-//!
-//! Comes in: paths of state (journal, jobs, notes, records). Goes out: folders with mode 0700 and files with mode 0600 of this
-//! user, made or mended, or why not. A symbolic link inside of such a folder is never followed. So a lock on such a file can
-//! be held by nobody else. Does not know what is in them.
+//! Files and folders that only this user may access. A symbolic link inside such a folder is never
+//! followed, so only this user can hold a lock on such a file.
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
-/// The folder that all state lies in, made if it is missing. It may be reached through a link: its user put that there.
+/// Creates the folder of all state, if missing. Only here a link is allowed: the user chose it.
 pub(crate) fn root(folder: &Path) -> io::Result<()> {
     builder().create(folder)?;
     check(&fs::canonicalize(folder)?, true)
 }
 
-/// A folder in it.
+/// Creates a folder inside the root.
 pub(crate) fn folder(folder: &Path) -> io::Result<()> {
     builder().create(folder)?;
     check(folder, true)
 }
 
-/// A file in it, where there is one: of this user, no link, for nobody else.
+/// Restricts a file inside the root to this user; a missing file is fine.
 pub(crate) fn mend(path: &Path) -> io::Result<()> {
     match check(path, false) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
@@ -28,7 +25,7 @@ pub(crate) fn mend(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Opens a file in it with `options`, which may say that it is made.
+/// Opens a file inside the root with `options`, which may create it.
 pub(crate) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     #[cfg(unix)]
     {
@@ -49,7 +46,7 @@ fn builder() -> DirBuilder {
     builder
 }
 
-/// Whether what is at `path` is what it should be, of this user; others' rights to it are taken away.
+/// Checks type and owner of `path`, and removes the rights of others.
 fn check(path: &Path, is_folder: bool) -> io::Result<()> {
     let found = fs::symlink_metadata(path)?;
     let refuse = |why: &str| Err(io::Error::new(ErrorKind::PermissionDenied, why.to_owned()));
@@ -83,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn others_rights_are_taken_away_and_links_are_not_followed() {
+    fn files_are_private_and_links_are_not_followed() {
         let place = tempfile::tempdir().unwrap();
         let home = place.path().join("home");
         fs::create_dir(&home).unwrap();

@@ -1,18 +1,17 @@
-//! Panics that are expected of a library and caught at once: nobody at the machine is to see one.
-//!
-//! Comes in: work that may panic. Goes out: what came of it, or nothing. Panics of everything else, and of other threads in the
-//! meantime, are told as ever. Does not know the work.
+//! Catches expected panics of a library without their message. All other panics, and those of other
+//! threads, are reported as usual.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether this thread's panics are caught by [`caught`].
+    /// Panics of this thread are caught by [`caught`].
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What came of `work`; none where it panicked, of which nothing is said. What `work` had in hand must not be used afterwards.
+/// Returns the result of `work`; `None` if it panicked. After a panic, the values that `work` used must not
+/// be used again.
 pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -35,10 +34,10 @@ mod tests {
     use std::process::Command;
     use std::thread;
 
-    /// What the test below looks at from outside.
+    /// Observed by the test below from outside.
     #[test]
     #[ignore = "run by the test below, in a process of its own"]
-    fn some_panics() {
+    fn panics_are_caught() {
         assert_eq!(caught(|| 7), Some(7));
         assert_eq!(caught(|| panic!("by design")), None::<()>);
         let in_another = || {
@@ -51,9 +50,9 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_caught_by_design_is_quiet() {
+    fn only_caught_panics_are_silent() {
         let mut process = Command::new(std::env::current_exe().unwrap());
-        process.args(["quiet::tests::some_panics", "--exact", "--ignored", "--nocapture"]);
+        process.args(["quiet::tests::panics_are_caught", "--exact", "--ignored", "--nocapture"]);
         let output = process.env("RUST_BACKTRACE", "1").output().unwrap();
         let told = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{told}");

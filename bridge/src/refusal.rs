@@ -1,24 +1,21 @@
-//! Why a command was refused, for people and for scripts, and with which exit code.
-//!
-//! Comes in: a diagnostic or an I/O error. Goes out: sentence, object, exit code. Does not know the commands.
+//! Why a command was refused, for users and for scripts, and its exit code.
 
 use annulus_core::diagnostic::Diagnostic;
 use serde_json::{Value, json};
 use std::fmt;
 use std::process::ExitCode;
 
-/// Exit codes of the contract.
+/// Exit codes; documented, so never change them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// Done; diagnostics are allowed.
+    /// Done; there may be warnings.
     Done = 0,
-    /// Refused for content: an error that nobody acknowledged, a check that failed.
+    /// Refused because of the content: an unaccepted error, a failed check.
     Content = 1,
-    /// Wrong usage.
     Usage = 2,
-    /// Surroundings: missing file, port in use, no permission, disk full.
+    /// Environment: missing file, busy port, no permission, full disk.
     Surroundings = 3,
-    /// Interrupted by a person.
+    /// Interrupted by the user.
     Interrupted = 130,
 }
 
@@ -28,40 +25,40 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// A refusal: what, where, what it means, what to do, and a stable code.
+/// A refusal: what happened, where, what it means, what to do, and a stable code.
 #[derive(Debug)]
 pub(crate) struct Refusal {
-    /// What happened, as a diagnostic whose sentences are in the locale tables.
+    /// The reason; its sentences are in the locale tables.
     pub(crate) why: Diagnostic,
-    /// How the process ends.
+    /// Exit code of the process.
     pub(crate) exit: Exit,
-    /// Everything that was said of the files, this among it.
+    /// All diagnostics about the files, including this one.
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 impl Refusal {
-    /// A refusal for content.
+    /// A refusal because of the content.
     pub(crate) fn content(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Content, diagnostics: Vec::new() }
     }
 
-    /// A refusal of wrong usage.
+    /// A refusal because of wrong usage.
     pub(crate) fn usage(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Usage, diagnostics: Vec::new() }
     }
 
-    /// A refusal because of the surroundings.
+    /// A refusal because of the environment.
     pub(crate) fn surroundings(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Surroundings, diagnostics: Vec::new() }
     }
 
-    /// The same with everything else that was said, by file and line.
+    /// Adds all other diagnostics, sorted by file and line.
     #[must_use]
     pub(crate) fn among(mut self, mut diagnostics: Vec<Diagnostic>) -> Self {
         diagnostics.sort_by(|a, b| a.place.cmp(&b.place));
         self.diagnostics = Vec::with_capacity(diagnostics.len());
         for diagnostic in diagnostics {
-            // Equal ones stand in one place.
+            // Keep equal ones once per position.
             let mut here = self.diagnostics.iter().rev().take_while(|other| other.place == diagnostic.place);
             if !here.any(|other| *other == diagnostic) {
                 self.diagnostics.push(diagnostic);
@@ -70,7 +67,7 @@ impl Refusal {
         self
     }
 
-    /// The object for scripts.
+    /// The JSON object for scripts.
     pub(crate) fn object(&self) -> Value {
         let place = self.why.place.as_ref();
         json!({
@@ -86,7 +83,7 @@ impl Refusal {
     }
 }
 
-/// One diagnostic for scripts.
+/// One diagnostic as JSON.
 pub(crate) fn diagnostic(diagnostic: &Diagnostic) -> Value {
     let place = diagnostic.place.as_ref();
     json!({

@@ -1,6 +1,4 @@
-//! Serial ports: which there are, and one of them opened.
-//!
-//! Comes in: the name of a port. Goes out: names, and bytes. A port that fails is gone for good. Does not know what is said.
+//! Serial ports: lists and opens them. A port that has failed stays unusable.
 
 use serialport::{ClearBuffer, FlowControl, SerialPort, SerialPortType};
 pub(crate) use serialport::{Parity, StopBits};
@@ -10,21 +8,21 @@ use std::time::Duration;
 
 /// How long a read waits for a byte.
 const PATIENCE: Duration = Duration::from_millis(4);
-/// Most bytes that wait to be written: far more than a controller holds.
+/// Most bytes that may wait to be written: far more than a controller buffers.
 const MOST_WAITING: usize = 64 * 1024;
 
-/// A port as people know it.
+/// A port in the list.
 #[derive(Debug, Clone)]
 pub(crate) struct Listed {
-    /// How it is opened.
+    /// Name for opening it.
     pub(crate) name: String,
-    /// What is on it, if it says so.
+    /// Description of the device, if known.
     pub(crate) what: String,
-    /// Its USB number: vendor and product.
+    /// USB vendor and product ID.
     pub(crate) usb: Option<(u16, u16)>,
 }
 
-/// The ports of this computer; those that say what is on them first.
+/// The ports of this computer; described ones first.
 pub(crate) fn list() -> Vec<Listed> {
     let mut found: Vec<Listed> = serialport::available_ports()
         .unwrap_or_default()
@@ -51,24 +49,23 @@ pub(crate) fn list() -> Vec<Listed> {
     found
 }
 
-/// An open port.
 pub(crate) struct Port {
-    /// How it was opened.
+    /// Name under which it was opened.
     pub(crate) name: String,
     serial: Box<dyn SerialPort>,
     waiting: VecDeque<u8>,
-    /// What was read and given back.
+    /// Bytes that were read and put back.
     unread: Vec<u8>,
-    /// Whatever is at its other end is not to begin anew by its being opened.
+    /// Opening the port must not reset its device.
     pub(crate) spares: bool,
 }
 
-/// Opens the port called `name`. Most boards begin anew with that.
+/// Opens the port `name`. That resets most controllers.
 pub(crate) fn open(name: &str, baud: u32) -> serialport::Result<Port> {
     open_as(name, baud, Parity::None, StopBits::One)
 }
 
-/// Opens it for words of another form: of 8 bits with this parity, and so many stop bits.
+/// Opens it with words of 8 bits, this parity and these stop bits.
 pub(crate) fn open_as(
     name: &str,
     baud: u32,
@@ -81,8 +78,8 @@ pub(crate) fn open_as(
     Ok(Port { name, serial, waiting: VecDeque::new(), unread: Vec::new(), spares: false })
 }
 
-/// The same, for a board that is not to begin anew with it: its lines are left as the port has them, and stay so when it is closed. Where
-/// they fell with the closing before, the system raises them, and nobody can keep it from that.
+/// Opens it without resetting the controller: its control lines keep their levels, also when it is closed.
+/// If they fell when it was last closed, the system raises them, which cannot be prevented.
 pub(crate) fn open_sparing(name: &str, baud: u32) -> serialport::Result<Port> {
     let kept = lines::stay(name);
     let port = Port { spares: true, ..open(name, baud)? };
@@ -97,7 +94,8 @@ mod lines {
     use std::fs::{File, OpenOptions};
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// DTR and RTS of the port called `name` stay as they are when it is closed, where it lets that be set. The port, open until then.
+    /// Lets DTR and RTS of the port `name` keep their levels when it is closed, if it supports that. The
+    /// returned file keeps it open meanwhile.
     pub(super) fn stay(name: &str) -> Option<File> {
         let quietly = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
         let port = OpenOptions::new().read(true).write(true).custom_flags(quietly).open(name).ok()?;
@@ -110,12 +108,12 @@ mod lines {
 
 #[cfg(not(unix))]
 mod lines {
-    /// There the lines are as the driver sets them.
+    /// Other systems: the driver decides.
     pub(super) fn stay(_: &str) {}
 }
 
 impl Port {
-    /// What came; nothing after a short wait.
+    /// Received bytes; empty after a short wait.
     pub(crate) fn read(&mut self) -> io::Result<Vec<u8>> {
         if !self.unread.is_empty() {
             return Ok(std::mem::take(&mut self.unread));
@@ -135,23 +133,23 @@ impl Port {
         }
     }
 
-    /// What was read is read again, by whoever does so next.
+    /// Puts read bytes back for the next read.
     pub(crate) fn unread(&mut self, bytes: Vec<u8>) {
         self.unread = bytes;
     }
 
-    /// From now on at so many bits in a second; what came before is forgotten.
+    /// Changes the speed and drops what was received before.
     pub(crate) fn set_bits_per_s(&mut self, bits_per_s: u32) -> io::Result<()> {
         self.serial.set_baud_rate(bits_per_s).map_err(io::Error::from)?;
         self.serial.clear(ClearBuffer::Input).map_err(io::Error::from)
     }
 
-    /// Whether some of what was written waits for room.
+    /// Returns `true` if written bytes still wait for room.
     pub(crate) fn is_full(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// Writes what has room; the rest waits for the next turn.
+    /// Writes as much as fits; the rest waits for the next call.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.waiting.extend(bytes);
         if self.waiting.len() > MOST_WAITING {

@@ -1,10 +1,11 @@
-//! The speed of a controller's line, where nobody says which: a board of our own looks at the speed that its client has set.
+//! Tests that the speed of a controller's line is found: a simulated controller reads the speed that its
+//! client has set.
 
 use super::pty::Board;
 use serde_json::Value;
 use std::process::Command;
 
-/// What `annulus grbl info` makes of it, with these words more.
+/// The answer of `annulus grbl info` with these extra arguments.
 fn info(board: &Board, words: &[&str]) -> (Option<i32>, Value, String) {
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
@@ -15,7 +16,7 @@ fn info(board: &Board, words: &[&str]) -> (Option<i32>, Value, String) {
 }
 
 #[test]
-fn the_speed_of_a_board_is_found_and_said() {
+fn baud_rate_is_detected_and_reported() {
     for bits_per_s in [57_600, 250_000] {
         let board = Board::at(bits_per_s);
         let (exit, object, said) = info(&board, &[]);
@@ -26,7 +27,7 @@ fn the_speed_of_a_board_is_found_and_said() {
 }
 
 #[test]
-fn a_speed_that_is_given_is_that_one_and_no_other() {
+fn given_baud_rate_is_the_only_one_tried() {
     let board = Board::at(57_600);
     let (exit, object, said) = info(&board, &["--baud", "57600"]);
     assert_eq!((exit, &object["bits_per_s"]), (Some(0), &57_600.into()), "{object} {said}");

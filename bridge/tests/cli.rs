@@ -1,4 +1,4 @@
-//! The other commands as real processes: what scripts rely on, and who stops listening (N24).
+//! Tests of the other commands as real processes: the contract with scripts, and closed pipes.
 
 use serde_json::Value;
 use std::fs;
@@ -21,7 +21,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn nobody_has_to_be_reading() {
+fn closed_output_pipes_do_not_change_the_exit_code() {
     let folder = folder();
     for (arguments, exit) in [
         ("inspect board.drl", 0),
@@ -41,7 +41,7 @@ fn nobody_has_to_be_reading() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_under_the_answer_is_said() {
+fn full_disk_under_the_output_is_an_error() {
     let folder = folder();
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let mut command = annulus(folder.path(), "inspect board.drl --json");
@@ -56,7 +56,7 @@ fn json(output: &Output) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// The answer of a command that has to succeed.
+/// The answer of a command that must succeed.
 fn answer(home: &Path, arguments: &str) -> Value {
     let output = annulus(home, &format!("{arguments} --json")).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{arguments}: {output:?}");
@@ -66,7 +66,7 @@ fn answer(home: &Path, arguments: &str) -> Value {
 }
 
 #[test]
-fn answers_have_the_keys_of_the_contract_in_its_order() {
+fn json_output_has_the_documented_keys_in_order() {
     let folder = folder();
     for (arguments, keys) in [
         (
@@ -125,7 +125,7 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
 }
 
 #[test]
-fn an_exported_board_is_read_as_the_same_holes() {
+fn exported_excellon_reads_back_as_the_same_holes() {
     let folder = folder();
     answer(folder.path(), "export board.drl --to excellon -o out.drl --order file");
     fs::create_dir(folder.path().join("twice")).unwrap();
@@ -149,14 +149,16 @@ fn an_exported_board_is_read_as_the_same_holes() {
 }
 
 #[test]
-fn a_drill_layer_is_drilled_and_drill_programs_come_first() {
+fn drill_layer_is_used_only_without_a_drill_file() {
     let folder = folder();
     fs::create_dir(folder.path().join("layers")).unwrap();
     let layer = "%TF.FileFunction,Plated,1,2,PTH,Mixed*%\n%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,0.8*%\n%ADD11C,1.0*%\nD10*\n\
         X5000Y5000D03*\nX9000Y5000D03*\nD11*\nX0Y0D02*\nX3000Y0D01*\nM02*\n";
     fs::write(folder.path().join("layers/pth.gbr"), layer).unwrap();
     fs::write(folder.path().join("pth.gbr"), layer).unwrap();
-    for (job, holes) in [("layers", 2), ("pth.gbr", 2), (".", 4)] {
+    let told = json(&annulus(folder.path(), "plan . --json").output().unwrap());
+    assert_eq!(told["error"]["code"], "board.holes_in_layer_only", "{told}");
+    for (job, holes) in [("layers", 2), ("pth.gbr", 2), (". --accept board.holes_in_layer_only", 4)] {
         let told = answer(folder.path(), &format!("plan {job}"));
         let found: u64 =
             told["tools"].as_array().unwrap().iter().filter_map(|row| row["holes"].as_u64()).sum();
@@ -169,7 +171,7 @@ fn a_drill_layer_is_drilled_and_drill_programs_come_first() {
 }
 
 #[test]
-fn a_template_of_ones_own_is_checked_and_used() {
+fn user_postprocessor_is_checked_and_used() {
     let folder = folder();
     let shipped = answer(folder.path(), "templates grbl")["text"].as_str().unwrap().to_owned();
     let save = |text: &str| fs::write(folder.path().join("mine.toml"), text).unwrap();
@@ -178,7 +180,7 @@ fn a_template_of_ones_own_is_checked_and_used() {
     answer(folder.path(), "export board.drl --to mine.toml -o a.nc");
     answer(folder.path(), "export board.drl --to grbl -o b.nc");
     let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    // They are called after the files.
+    // They are named after the files.
     assert_eq!(text("a.nc").replacen("job: a", "job: b", 1), text("b.nc"));
     save(&shipped.replace("X@X@ Y@Y@\nG0 Z@A@", "X@XX@ Y@Y\nG0 Z@A@"));
     let output = annulus(folder.path(), "templates mine.toml --json").output().unwrap();
@@ -194,10 +196,10 @@ fn a_template_of_ones_own_is_checked_and_used() {
 }
 
 #[test]
-fn refusals_are_one_object_with_its_exit_code() {
+fn errors_are_one_json_object_with_an_exit_code() {
     let folder = folder();
     fs::write(folder.path().join("letter.txt"), "Dear Sir,\nno holes today.\n").unwrap();
-    // Too small for every drill and every mill.
+    // Too small for every drill and end mill.
     let tiny = BOARD.replace("T1C0.8", "T1C0.2");
     fs::write(folder.path().join("tiny.drl"), tiny).unwrap();
     fs::write(folder.path().join("broken.annulus-program"), b"annulus-program 1\n\xFF\xFF\xFF").unwrap();
@@ -242,7 +244,7 @@ fn refusals_are_one_object_with_its_exit_code() {
 }
 
 #[test]
-fn nothing_counts_one_thing_as_many() {
+fn count_of_one_has_no_plural() {
     let folder = folder();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     write("b.drl", "M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n");
@@ -276,7 +278,7 @@ fn nothing_counts_one_thing_as_many() {
 }
 
 #[test]
-fn refusals_carry_all_that_was_said() {
+fn errors_carry_every_diagnostic() {
     let folder = folder();
     fs::write(folder.path().join("x.tar.gz"), b"\x1F\x8B\x08\0\0\0\0\0\0\x03abcdef").unwrap();
     let output = annulus(folder.path(), "plan x.tar.gz --json").output().unwrap();
@@ -292,7 +294,7 @@ fn refusals_carry_all_that_was_said() {
 }
 
 #[test]
-fn a_zip_that_is_cut_off_is_refused_and_says_why_once() {
+fn truncated_zip_is_refused_with_one_reason() {
     let folder = folder();
     let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
     write("cut.zip", b"PK\x03\x04\x14\0\0\0\x08\0cut off");
@@ -311,13 +313,13 @@ fn a_zip_that_is_cut_off_is_refused_and_says_why_once() {
         assert_eq!((output.status.code(), text.matches(message).count()), (Some(1), 1), "{text}");
         assert!(text.contains(object["error"]["advice"].as_str().unwrap()), "{text}");
     }
-    // A folder with such a file in it is listed.
+    // A folder containing it can still be listed.
     let output = annulus(folder.path(), "inspect . --json").output().unwrap();
     assert_eq!(output.status.code(), Some(0));
 }
 
 #[test]
-fn a_board_is_compared_with_what_it_was_before() {
+fn against_reports_moved_and_resized_holes() {
     let folder = folder();
     let home = folder.path();
     for (name, text) in [

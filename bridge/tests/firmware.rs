@@ -1,4 +1,5 @@
-//! `annulus firmware flash`: what it refuses, and what it copies. The disk of a board is a folder here; a person is a terminal.
+//! Tests of `annulus firmware flash`: what it refuses, and what it copies. A folder replaces the board's
+//! disk, a pseudo-terminal the user.
 
 use crate::server::client::{Running, annulus, output};
 use annulus_link::adapter::{Adapter, Inputs};
@@ -27,7 +28,7 @@ fn firmware() -> Vec<u8> {
     out
 }
 
-/// A computer with the file and a board in its boot mode.
+/// A computer with the file and a board in boot mode.
 struct Desk {
     home: TempDir,
     file: PathBuf,
@@ -44,7 +45,7 @@ impl Desk {
         Self { home, file, disk }
     }
 
-    /// Somebody types `word` in a terminal: exit code, and the code of the refusal.
+    /// Types `word` in the terminal. Returns the exit code and the code of the refusal.
     fn typed(&self, word: &str, disk: &Path) -> (i32, Value) {
         self.flashed(word, disk, &["--no-wait"])
     }
@@ -73,7 +74,7 @@ fn code(object: &Value) -> &str {
     object["error"]["code"].as_str().unwrap_or_default()
 }
 
-/// An adapter that came back with some firmware, at a port.
+/// An adapter that returned with some firmware, at a port.
 struct CameBack {
     name: String,
     ends: Arc<AtomicBool>,
@@ -114,7 +115,7 @@ impl Drop for CameBack {
 }
 
 #[test]
-fn a_firmware_is_copied_for_a_person_who_typed_the_word_and_for_nobody_else() {
+fn firmware_is_flashed_only_after_typed_confirmation() {
     let desk = Desk::new();
     let (file, disk) = (desk.file.display().to_string(), desk.disk.display().to_string());
     let (exit, object, _) =
@@ -131,7 +132,7 @@ fn a_firmware_is_copied_for_a_person_who_typed_the_word_and_for_nobody_else() {
 }
 
 #[test]
-fn a_damaged_file_a_stranger_and_a_missing_one_are_refused_before_anybody_is_asked() {
+fn bad_firmware_files_are_refused_before_flashing() {
     let desk = Desk::new();
     let mut stranger = firmware();
     stranger[40] = b'x';
@@ -150,7 +151,7 @@ fn a_damaged_file_a_stranger_and_a_missing_one_are_refused_before_anybody_is_ask
 }
 
 #[test]
-fn nothing_is_touched_while_a_bridge_runs() {
+fn running_bridge_refuses_flashing() {
     let desk = Desk::new();
     let Desk { home, file, disk } = desk;
     let mut bridge = Running::start_in(home);
@@ -161,7 +162,7 @@ fn nothing_is_touched_while_a_bridge_runs() {
 }
 
 #[test]
-fn whoever_comes_back_is_asked_which_firmware_it_has_now() {
+fn flashed_adapter_must_report_the_new_firmware() {
     let desk = Desk::new();
     for (firmware, exit, wanted) in [(0x1234_5678, 0, ""), (0x1234_5679, 3, "firmware.not_taken")] {
         let adapter = CameBack::with(firmware);

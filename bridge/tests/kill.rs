@@ -1,5 +1,5 @@
-//! The bridge killed at random moments, as a real process on a real disk (N16). Judged by the drilled-board record alone,
-//! which the virtual drill appends hole by hole and which knows nothing of the journal.
+//! Tests that kill the bridge at random moments, as a real process on a real disk. Only the drilled-board
+//! record is judged, which the virtual drill writes hole by hole, independent of the journal.
 
 use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
@@ -14,16 +14,16 @@ use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
 pub(crate) const HOLES: u32 = 24;
-/// Kills on every push, and with `cargo xtask test --long`.
+/// Number of kills, normally and with `cargo xtask test --long`.
 const KILLS: [u32; 2] = [200, 1_000];
-/// Kills until a board is left in peace.
+/// Kills before a board is left in peace.
 const KILLS_A_BOARD: u32 = 12;
 
 fn place(hole: u32) -> Point {
     Point::from_mm(f64::from(hole % 6) * 2.0, f64::from(hole / 6) * 2.0)
 }
 
-/// A small board with two bits.
+/// A small board with two tools.
 pub(crate) fn board() -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
@@ -79,14 +79,14 @@ pub(crate) fn start(home: &Path) -> Child {
         .unwrap()
 }
 
-/// The holes in the record, in order. Every line is whole and lies where a hole of the board is.
+/// The holes in the record, in order; checks that every line is complete and belongs to the board.
 pub(crate) fn record(home: &Path) -> Vec<u32> {
     let text = fs::read_to_string(home.join("drilled.txt")).unwrap_or_default();
     let rows = text.lines().map(|line| {
         let numbers: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
         let [x, y, depth] = numbers[..] else { panic!("{line}") };
         assert!(depth >= 1.6, "{line}");
-        // Work zero is where the head rests after homing: 1 mm from the sensors.
+        // Work zero is the head's position after homing: 1 mm from the sensors.
         let near = |hole: &u32| {
             (place(*hole).x.mm() + 1.0 - x).abs() < 0.03 && (place(*hole).y.mm() + 1.0 - y).abs() < 0.03
         };
@@ -95,10 +95,10 @@ pub(crate) fn record(home: &Path) -> Vec<u32> {
     rows.collect()
 }
 
-/// Waits until the record has more than `known` holes, or the child is over.
+/// Waits until the record has more than `known` holes, or the child has ended.
 pub(crate) fn drilled(home: &Path, known: usize, child: &mut Child) {
     let since = Instant::now();
-    // Whole lines alone: the last one may be half written.
+    // Only complete lines: the last one may be half written.
     let lines = || fs::read_to_string(home.join("drilled.txt")).map_or(0, |text| text.matches('\n').count());
     while lines() <= known && child.try_wait().unwrap().is_none() {
         assert!(since.elapsed() < Duration::from_secs(60), "it drills nothing and does not end");
@@ -123,7 +123,7 @@ fn finish(mut child: Child) {
 }
 
 #[test]
-fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
+fn killed_runs_drill_every_hole_and_at_most_one_twice() {
     let seed: u64 =
         std::env::var("ANNULUS_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(20_261_120);
     let most = KILLS[usize::from(std::env::var_os("ANNULUS_LONG").is_some())];
@@ -144,7 +144,8 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
             let left_in_peace = boards == 0 || round >= KILLS_A_BOARD;
             if !left_in_peace {
                 let (at_once, share) = (chance.below(2) == 0, chance.unit());
-                // One half at any moment of the life; the other once it has drilled, so that a slow start takes none away.
+                // Half of them at any moment of the run; the others after a first hole, so that a slow
+                // start is no problem.
                 if at_once {
                     std::thread::sleep(whole_run.mul_f64(share));
                 } else {
@@ -161,7 +162,7 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
                 child.wait().unwrap();
                 kills += 1;
             }
-            // What this life of the bridge added: only its first hole may have been there before.
+            // New holes of this run: only the first one may have existed before.
             let holes = record(home);
             for (index, hole) in holes[known..].iter().enumerate() {
                 let fresh = seen.insert(*hole);
@@ -176,7 +177,7 @@ fn killed_anywhere_it_drills_every_hole_and_at_most_one_twice() {
             }
             while_drilling += u32::from(!over && holes.len() > known);
             known = holes.len();
-            // Killed after the last hole: whether the journal had closed the job by then cannot be told from outside.
+            // Killed after the last hole: it is unknown whether the journal had ended the job.
             if over || seen.len() == HOLES as usize {
                 break;
             }

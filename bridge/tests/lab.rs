@@ -1,4 +1,4 @@
-//! `annulus lab` as a real process: exit codes, one object, refusals, the forms a report needs (N24, M1, M2).
+//! Tests of `annulus lab` as a real process: exit codes, one JSON object, refusals, output for reports.
 
 use serde_json::Value;
 use std::fs;
@@ -11,7 +11,7 @@ fn annulus(home: &Path, arguments: &str) -> Output {
     command.output().unwrap()
 }
 
-/// The one object on standard output, and the exit code.
+/// The JSON object on standard output, and the exit code.
 fn object(home: &Path, arguments: &str) -> (Value, i32) {
     let output = annulus(home, &format!("{arguments} --json"));
     let text = String::from_utf8(output.stdout).unwrap();
@@ -25,7 +25,7 @@ fn text(home: &Path, arguments: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Two cases of the power law; the second has a duration that may be altered.
+/// Two cases of the power law; the second has a variable duration.
 fn cases(duration: &str) -> String {
     format!(
         r#"{{"schema": "power11/1", "tolerance": {{"time_rel": 1e-9}}, "cases": [
@@ -35,7 +35,8 @@ fn cases(duration: &str) -> String {
 }
 
 #[test]
-fn a_check_passes_fails_and_refuses() {
+#[allow(clippy::too_many_lines, reason = "a table of files and answers")]
+fn check_passes_fails_and_refuses_files() {
     let home = tempfile::tempdir().unwrap();
     let home = home.path();
     fs::write(home.join("good.json"), cases("0.07583333333333334")).unwrap();
@@ -118,7 +119,7 @@ fn a_check_passes_fails_and_refuses() {
 }
 
 #[test]
-fn a_profile_has_the_times_of_the_reference() {
+fn profile_times_match_the_reference() {
     let home = tempfile::tempdir().unwrap();
     let (found, exit) = object(home.path(), "lab profile --length-mm 5 --samples 11");
     assert_eq!(exit, 0);
@@ -136,14 +137,14 @@ fn a_profile_has_the_times_of_the_reference() {
     assert_eq!((columns.len(), last.as_array().unwrap().len()), (13, 13));
     assert_eq!(found["samples"].as_array().unwrap().len(), 11);
     assert_eq!((&columns[1], &last[1]), (&"linear_s_mm".into(), &5.0.into()));
-    // A machine brings its limits; a limit of one's own goes before.
+    // A machine provides limits; an explicit limit overrides them.
     let (machine, _) = object(home.path(), "lab profile --machine lab --speed 7 --shape auto");
     assert_eq!(machine["limits"]["speed_mm_per_s"], 7.0);
     assert_eq!(machine["profiles"].as_array().unwrap().len(), 1);
 }
 
 #[test]
-fn the_automaton_has_the_steps_of_the_reference() {
+fn automaton_steps_match_the_reference() {
     let home = tempfile::tempdir().unwrap();
     let (found, exit) = object(home.path(), "lab automaton --target 10 --retarget 12:25");
     assert_eq!((exit, &found["total_interrupts"], &found["final_position"]), (0, &46.into(), &25.into()));
@@ -152,7 +153,8 @@ fn the_automaton_has_the_steps_of_the_reference() {
         (first[0].as_f64(), first[1].as_f64(), first[2].as_f64()),
         (Some(7.0), Some(0.014), Some(1.0))
     );
-    // Part A.5: 100 steps need 121 interrupts, 0.2086 s at 580 Hz; the machine of the paper has the same table.
+    // Part A.5: 100 steps need 121 interrupts, 0.2086 s at 580 Hz; the machine of the paper has the same
+    // table.
     let (found, _) = object(home.path(), "lab automaton --target -100 --interrupt-hz 580");
     assert_eq!((&found["total_interrupts"], &found["final_position"]), (&121.into(), &(-100).into()));
     assert!((found["duration_s"].as_f64().unwrap() - 0.2086).abs() < 5e-5);
@@ -165,7 +167,7 @@ fn the_automaton_has_the_steps_of_the_reference() {
 }
 
 #[test]
-fn a_cycle_has_the_events_of_the_reference() {
+fn cycle_events_match_the_reference() {
     let home = tempfile::tempdir().unwrap();
     let (found, exit) = object(home.path(), "lab cycle");
     assert_eq!(exit, 0);
@@ -196,15 +198,15 @@ fn a_cycle_has_the_events_of_the_reference() {
 }
 
 #[test]
-fn a_cycle_of_a_machine_without_overlap_is_that_of_its_own_moves() {
+fn cycle_without_overlap_equals_the_simulation() {
     let home = tempfile::tempdir().unwrap();
     let home = home.path();
     fs::write(home.join("apart.toml"), "schema = 1\n[overlap]\non = \"no\"\n").unwrap();
     fs::write(home.join("two.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX10.0Y0.0\nX15.0Y0.0\nX17.54Y2.54\nM30\n")
         .unwrap();
     for machine in ["lab", "./apart.toml"] {
-        // The work zero of a board is in its corner: the first hole is there.
-        // A drill of 0.8 mm goes the height of its point deeper: 0.4 mm / tan 65°.
+        // The work zero of a board is its corner: the first hole is there. A drill of 0.8 mm goes deeper by
+        // the height of its point: 0.4 mm / tan 65°.
         let hops = "--hop 0,0 --hop 5,0 --hop 2.54,2.54 --depth-mm 2.286523";
         let (found, exit) = object(home, &format!("lab cycle --machine {machine} {hops}"));
         assert_eq!(
@@ -222,7 +224,7 @@ fn a_cycle_of_a_machine_without_overlap_is_that_of_its_own_moves() {
 }
 
 #[test]
-fn a_cycle_says_the_last_stop_and_the_holes_of_one_spindle_beside_those_of_all() {
+fn cycle_reports_the_last_stop_and_holes_of_all_spindles() {
     let home = tempfile::tempdir().unwrap();
     let home = home.path();
     for (machine, spindles) in [("virtual", 1.0), ("six", 6.0)] {
@@ -242,15 +244,15 @@ fn a_cycle_says_the_last_stop_and_the_holes_of_one_spindle_beside_those_of_all()
 }
 
 #[test]
-fn the_bound_of_a_profile_is_said_to_be_that_of_its_jerk() {
+fn profile_text_names_the_jerk_limit() {
     let home = tempfile::tempdir().unwrap();
     let said = text(home.path(), "lab profile");
-    // The linear law has no limit of jerk, and is faster.
+    // The linear law has no jerk limit, and is faster.
     assert!(said.contains("with this jerk no move is faster than"), "{said}");
 }
 
 #[test]
-fn the_loop_has_the_numbers_of_the_reference() {
+fn servo_metrics_match_the_reference() {
     let home = tempfile::tempdir().unwrap();
     let (found, _) = object(home.path(), "lab servo");
     // Part B2.4 of the reference: overshoot in % and settling in ms.
@@ -274,7 +276,7 @@ fn the_loop_has_the_numbers_of_the_reference() {
 }
 
 #[test]
-fn plots_and_tables_are_written_as_asked() {
+fn plots_and_tables_are_written_in_the_requested_format() {
     let home = tempfile::tempdir().unwrap();
     let home = home.path();
     for (command, words) in [

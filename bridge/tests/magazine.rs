@@ -1,5 +1,5 @@
-//! A machine that fetches its tools itself, as a real process on a real disk (C5, N16): killed at random moments, changes of tools among
-//! them, it drills every hole, each with its tool, and no tool is pushed onto another.
+//! Tests of a machine with automatic tool changes, as a real process on a real disk. Killed at random
+//! moments, also during changes, it drills every hole with its tool and never pushes one tool onto another.
 
 use annulus_core::chance::Chance;
 use std::collections::BTreeMap;
@@ -8,10 +8,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Kills on every push, and with `cargo xtask test --long`.
+/// Number of kills, normally and with `cargo xtask test --long`.
 const KILLS: [u32; 2] = [24, 240];
 
-/// Kills until a board is left in peace.
+/// Kills before a board is left in peace.
 const KILLS_A_BOARD: u32 = 6;
 
 /// Three sizes, three holes each.
@@ -30,7 +30,7 @@ fn start(home: &Path, loads: bool) -> Child {
     command.spawn().unwrap()
 }
 
-/// How often each hole is in the record, with the tool of its place.
+/// How often each hole is in the record, with the tool for its position.
 fn record(home: &Path) -> BTreeMap<String, u32> {
     let mut holes = BTreeMap::new();
     for line in fs::read_to_string(home.join("home").join("drilled.txt")).unwrap_or_default().lines() {
@@ -41,7 +41,7 @@ fn record(home: &Path) -> BTreeMap<String, u32> {
 }
 
 #[test]
-fn killed_in_any_change_it_drills_every_hole_with_its_tool() {
+fn killed_tool_changes_still_drill_each_hole_with_its_tool() {
     let seed = 20_261_126_u64;
     println!("seed {seed}");
     let mut chance = Chance::new(seed);
@@ -71,7 +71,7 @@ fn killed_in_any_change_it_drills_every_hole_with_its_tool() {
             let output = child.wait_with_output().unwrap();
             let text = String::from_utf8_lossy(&output.stdout).into_owned();
             let object: serde_json::Value = serde_json::from_str(&text).unwrap();
-            // Killed before it was written down what lies where, that is said again.
+            // Killed before the magazine's contents were saved: they must be stated again.
             if object["error"]["code"] == "magazine.spindle_unknown" && record(home).is_empty() && !loads {
                 loads = true;
                 continue;

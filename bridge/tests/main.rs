@@ -1,8 +1,9 @@
-//! Every test of the program `annulus` as others meet it, in one program, so that it is linked once.
+//! All tests of the program `annulus` from outside, in one binary, so that it is linked once.
 
 #[cfg(target_os = "linux")]
 mod baud;
 mod cam;
+mod cast;
 mod cli;
 mod faults;
 mod firmware;

@@ -1,5 +1,6 @@
-//! One planner: whatever asks for a drill job gets the same program and the same figures. `plan`, `export`, `simulate`, `run`
-//! and `cam` as real processes and the worker of the page beside them, on every board of ours and of the corpus (S5, N9, N24).
+//! Tests that every command gets the same program and figures for a drill job. Compares `plan`, `export`,
+//! `simulate`, `run` and `cam` as real processes, and the page's worker, on all of our boards and the
+//! corpus.
 
 use annulus_app::engine::messages::{Answer, PlanReady, Request, Settings, ToPlan, ToRead};
 use annulus_app::engine::{Cache, perform};
@@ -15,15 +16,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The job file of a job that only makes holes and slots.
+/// A job file for holes and slots only.
 const HOLES: &str = "schema = 1\n[setup]\nface = \"top\"\npairs = 0\n[[operation]]\nkind = \"drill\"\n[[operation]]\nkind = \"mill_holes\"\n";
-/// Findings of a proof, which `cam` wants read.
+/// Problems of a proof, which `cam` wants accepted.
 const FINDINGS: &str = "short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant";
-/// More holes than this are not turned into steps here.
+/// Most holes to turn into steps here.
 const MOST_STEPS: u64 = 400;
 
-/// What a command answers when all errors that it tells are accepted one after the other: its exit code, its object, and what
-/// was accepted.
+/// Runs a command, accepting all its errors in turn. Returns exit code, JSON object, and the accepted
+/// codes.
 fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Value, BTreeSet<String>) {
     let mut accepted = given.clone();
     loop {
@@ -34,7 +35,7 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
         let object: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
         let told = object["error"]["code"].as_str().unwrap_or_default().to_owned();
         let exit = output.status.code().unwrap_or(-1);
-        // `cam` tells all that is unseen at once.
+        // `cam` reports all unaccepted errors at once.
         let errors: Vec<String> = if told == "cam.unacknowledged_errors" {
             let diagnostics = object["programs"].as_array().into_iter().flatten();
             let diagnostics = diagnostics
@@ -54,7 +55,7 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
     }
 }
 
-/// What the worker of the page makes of the same files.
+/// The page's worker on the same files.
 fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<PlanReady> {
     let mut cache = Cache::default();
     let machine = Settings::of(&virtual_drill());
@@ -76,14 +77,14 @@ fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<PlanRe
     }
 }
 
-/// The program without what was accepted of it; and that.
+/// Separates the program from its list of accepted errors.
 fn apart(bytes: &[u8]) -> (Program, BTreeSet<String>) {
     let mut program = program::decode(bytes).expect("a program");
     let accepted = std::mem::take(&mut program.accepted).into_iter().collect();
     (program, accepted)
 }
 
-/// Walks the board at `path` through all commands and the page. None where it has nothing to plan.
+/// Takes the board at `path` through all commands and the page. `None` if there is nothing to plan.
 fn walk(path: &Path, home: &Path) -> Option<()> {
     let named = path.display().to_string();
     let alone: &[&str] = if path.is_file() { &["--alone"] } else { &[] };
@@ -99,7 +100,7 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     fs::write(home.join("holes.toml"), HOLES).unwrap();
     let words = ["cam", &named, "--job", "holes.toml", "--to", "program", "-o", "cam"];
     if exit != 0 {
-        // What one refuses, nobody plans.
+        // If one refuses, all must refuse.
         let (exit, cam, all) = ask(&words, &accepted);
         assert_ne!(exit, 0, "{named}: plan refuses ({}), cam does not: {cam}", plan["error"]);
         assert!(page(&files, &all).is_none(), "{named}: plan refuses ({}), the page does not", plan["error"]);
@@ -118,7 +119,7 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     let written = fs::read(home.join(file)).unwrap();
     let (by_cam, seen_by_cam) = apart(&written);
     assert!(program == by_cam, "{named}: cam\n{program:?}\n{by_cam:?}");
-    // It reads the copper too: what it leaves out of that is its own.
+    // `cam` also reads the copper, so it may report more.
     assert!(seen.is_subset(&seen_by_cam), "{named}: {seen:?} {seen_by_cam:?}");
     if seen == seen_by_cam {
         assert_eq!(bytes, written, "{named}: cam");
@@ -144,12 +145,12 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     assert!(travel <= plan["travel_before_mm"].as_f64().unwrap() + 1e-6, "{named}");
     let all = cam["programs"][0]["travel_mm"].as_f64().unwrap();
     assert_eq!(plan["travel_mm"].as_f64(), Some(all), "{named}");
-    // Slots and wide holes have travel of their own.
+    // Slots and wide holes add travel.
     let drills_alone =
         program.legs.iter().all(|leg| !matches!(leg.mark, annulus_core::job::Mark::Toolpath(_)));
     assert!(if drills_alone { (all - travel).abs() < 1e-5 } else { all > travel }, "{named}: {all} {travel}");
 
-    // `export` and `simulate` plan the same anew as from the program.
+    // `export` and `simulate` give the same from the board as from the program.
     let holes: u64 = cam["programs"][0]["holes"].as_u64().unwrap();
     let own = own.to_str()?;
     let mut texts = Vec::new();
@@ -166,7 +167,7 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     Some(())
 }
 
-/// The files of a board: the file itself, or those of its folder in their order.
+/// The files of a board: the file itself, or the sorted files of its folder.
 fn files(path: &Path) -> Vec<PathBuf> {
     if path.is_file() {
         return vec![path.to_owned()];
@@ -176,7 +177,7 @@ fn files(path: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Walks all of them; how many there was something to plan of.
+/// Walks all of them. Returns how many had something to plan.
 fn walk_all(paths: impl IntoIterator<Item = PathBuf>) -> usize {
     let home = tempfile::tempdir().unwrap();
     let walked = paths.into_iter().filter(|path| {
@@ -192,7 +193,7 @@ fn root() -> PathBuf {
 }
 
 #[test]
-fn our_own_boards_give_the_same_program_and_figures_everywhere() {
+fn sample_boards_give_the_same_program_in_every_command() {
     let data = root().join("tests/data");
     // A hundred thousand holes take a minute each time.
     let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|kind| kind.len() < 500_000);
@@ -205,7 +206,7 @@ fn our_own_boards_give_the_same_program_and_figures_everywhere() {
 }
 
 #[test]
-fn real_boards_give_the_same_program_and_figures_everywhere() {
+fn real_boards_give_the_same_program_in_every_command() {
     let beside = || root().join("../shared/corpus");
     let corpus = std::env::var_os("ANNULUS_CORPUS").map_or_else(beside, PathBuf::from);
     if !corpus.is_dir() {
@@ -217,15 +218,15 @@ fn real_boards_give_the_same_program_and_figures_everywhere() {
     let boards = |maker: PathBuf| files(&maker).into_iter().filter(|path| path.is_dir());
     let apart = ["expected", "licenses", "synthetic", "tsplib"];
     let all = makers.filter(|maker| !apart.iter().any(|name| maker.ends_with(name))).flat_map(boards);
-    // One in five on a push.
+    // One in five, except in long tests.
     let (each, least) = if std::env::var_os("ANNULUS_LONG").is_some() { (1, 20) } else { (5, 5) };
     let walked = walk_all(all.step_by(each));
     assert!(walked >= least, "{walked}");
 }
 
-/// A real run takes the same steps, slots and wide holes too.
+/// A real run makes the same steps, slots and wide holes included.
 #[test]
-fn a_run_makes_what_was_planned() {
+fn run_and_simulation_have_the_same_stream() {
     let home = tempfile::tempdir().unwrap();
     let board = "M48\nMETRIC,TZ\nT1C0.8\nT2C4.0\nT3C1.0\n%\nT1\nX5.0Y5.0\nX9.0Y5.0\nT2\nX15.0Y9.0\nT3\nX3.0Y12.0G85X6.0Y12.0\nM30\n";
     fs::write(home.path().join("board.drl"), board).unwrap();
@@ -264,13 +265,13 @@ fn a_run_makes_what_was_planned() {
     assert_eq!((&simulated["holes"], &run["holes_done"]), (&2.into(), &2.into()), "{run}");
     assert_eq!(simulated["toolpaths"], run["toolpaths_done"]);
     assert_eq!(run["drilled"]["missing"], 0, "{run}");
-    // Without mills two holes are left, and what is missing has to be seen.
+    // Without milling, two holes are left out, which must be accepted.
     let words = ["plan", "board.drl", "--no-mill"];
     let (exit, told, accepted) = answer(home.path(), &words, &none);
     let missing = ["plan.no_bit", "plan.slots_not_drilled"].map(str::to_owned);
     assert_eq!((exit, accepted), (0, BTreeSet::from(missing)), "{told}");
     assert_eq!(told["tools"].as_array().map(Vec::len), Some(1));
-    // Planned anew from the program, what it mills is left out and has to be seen.
+    // Planned again from the program, its milling is left out, which must be accepted.
     let (exit, told, accepted) = answer(home.path(), &["plan", "own.annulus-program"], &none);
     assert_eq!((exit, accepted), (0, BTreeSet::from(["job.toolpaths_left_out".to_owned()])), "{told}");
 }

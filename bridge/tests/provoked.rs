@@ -1,12 +1,12 @@
-//! Faults of the virtual drill, provoked by their names: what is seen is what table and manual say (N20). A board that is not flat is
-//! touched and followed on the drill's own outputs (N17).
+//! Tests of injected faults of the virtual drill: the effects agree with the table and the manual. Also of
+//! a board that is not flat, measured and followed on the drill itself.
 
 use annulus_core::virtual_drill::faults::FAULTS;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Twelve holes of 40 by 30 mm.
+/// Twelve holes within 40 by 30 mm.
 fn board() -> String {
     let holes = (0..12).map(|hole| format!("X{}.0Y{}.0\n", 5 + hole % 4 * 13, 5 + hole / 4 * 15));
     format!("M48\nMETRIC\nT1C0.8\n%\nT1\n{}M30\n", holes.collect::<String>())
@@ -27,7 +27,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// A board with three sizes of holes on a machine that fetches its tools itself: the words of the run.
+/// A board with three hole sizes and a machine with a magazine. Returns the arguments of the run.
 fn with_magazine(home: &Path) -> String {
     let sizes = "M48\nMETRIC\nT1C0.6\nT2C0.8\nT3C1.0\n%\n";
     let holes = |tool: u32| {
@@ -40,7 +40,7 @@ fn with_magazine(home: &Path) -> String {
 }
 
 #[test]
-fn a_machine_with_a_magazine_drills_every_hole_with_its_tool_and_says_beforehand_how_long_it_takes() {
+fn magazine_fetches_each_tool_and_the_estimate_counts_changes() {
     let folder = folder();
     let home = folder.path();
     let run = with_magazine(home);
@@ -57,7 +57,7 @@ fn a_machine_with_a_magazine_drills_every_hole_with_its_tool_and_says_beforehand
         tools,
         ["D0.6000", "D0.6000", "D0.6000", "D0.8000", "D0.8000", "D0.8000", "D1.0000", "D1.0000", "D1.0000"]
     );
-    // What was said beforehand counts the changes.
+    // The predicted time includes the changes.
     let simulated = |machine: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
         command.args(["simulate", "three.drl", "--machine", machine, "--json"]).current_dir(home);
@@ -71,14 +71,14 @@ fn a_machine_with_a_magazine_drills_every_hole_with_its_tool_and_says_beforehand
         (by_itself[0] - by_hand[0] - (by_itself[1] - by_hand[1])).abs() < 0.01,
         "{by_itself:?} {by_hand:?}"
     );
-    // Without tools in it, it is refused before anything moves.
+    // With an empty magazine it is refused before anything moves.
     fs::remove_dir_all(home.join("home")).unwrap();
     let (exit, object) = annulus(home, "run three.drl --machine changer.toml");
     assert_eq!((exit, &object["error"]["code"]), (1, &"magazine.spindle_unknown".into()), "{object}");
 }
 
 #[test]
-fn every_fault_is_seen_as_table_and_manual_say() {
+fn every_fault_gives_the_code_in_table_and_manual() {
     let manual = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/manual/faults.md"));
     let manual = manual.unwrap();
     for row in FAULTS {
@@ -89,7 +89,7 @@ fn every_fault_is_seen_as_table_and_manual_say() {
                 fs::write(folder.path().join("looks.toml"), tolerance).unwrap();
                 "run board.drl --machine looks.toml".to_owned()
             }
-            // The contact speaks where the board is touched, the magazine where tools are changed.
+            // Contact faults show when the board is probed, magazine faults when tools are changed.
             name if name.starts_with("contact-") => "level board.drl".to_owned(),
             _ if row.seen.is_some_and(|code| code.starts_with("magazine.")) => with_magazine(folder.path()),
             _ => "run board.drl".to_owned(),
@@ -108,7 +108,7 @@ fn every_fault_is_seen_as_table_and_manual_say() {
 }
 
 #[test]
-fn a_board_that_is_not_flat_is_touched_and_every_hole_goes_through() {
+fn height_map_drills_every_hole_of_an_uneven_board() {
     let folder = folder();
     let home = folder.path();
     let (exit, object) = annulus(home, "run board.drl --level --fault board-not-flat");

@@ -1,7 +1,7 @@
-//! A board of our own behind a pseudo-terminal. At another speed than its own it hears nothing that it understands, and what it says is
-//! noise; a line may be swallowed on its way.
+//! A simulated controller on a pseudo-terminal. At a wrong speed it understands nothing and sends noise; it
+//! can lose a line on its way.
 
-// The same board that the engine's own tests have.
+// Shared with the engine's own tests.
 #[allow(dead_code)]
 #[path = "../../core/tests/controller/automaton/mod.rs"]
 mod automaton;
@@ -15,17 +15,19 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// A board at its port.
+/// A controller at its port.
 pub(crate) struct Board {
     pub(crate) port: String,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What its thread is asked for, and what it tells.
+/// Requests to its thread, and its answers.
 #[derive(Default)]
 struct Shared {
     ends: AtomicBool,
+    /// Its door stands open.
+    door: AtomicBool,
     /// It is to tell how it is.
     asked: AtomicBool,
     told: Mutex<Option<String>>,
@@ -37,19 +39,19 @@ impl Board {
         Self::that_swallows(bits_per_s, b"none")
     }
 
-    /// The first line that begins so never comes to it.
+    /// The first line that starts like this never arrives.
     pub(crate) fn that_swallows(bits_per_s: u32, line: &'static [u8]) -> Self {
         Self::with(bits_per_s, line, Automaton::new([0.0; 3]))
     }
 
-    /// One below whose tip a board lies at this height, by the place of its carriage.
+    /// A controller above a board whose surface has this height, by carriage position.
     pub(crate) fn over(surface: fn(f64, f64) -> f64) -> Self {
         let mut board = Automaton::new([0.0; 3]);
         board.surface = Some(surface);
         Self::with(115_200, b"none", board)
     }
 
-    /// One that was built without mist.
+    /// A controller built without mist.
     pub(crate) fn without_mist() -> Self {
         let mut board = Automaton::new([0.0; 3]);
         board.has_mist = false;
@@ -63,7 +65,7 @@ impl Board {
         let own_shared = Arc::clone(&shared);
         let thread = thread::spawn(move || {
             let shared = own_shared;
-            // It was on before anybody listened.
+            // The controller was on before the test listens.
             drop(board.said());
             let (began, mut ticks, mut swallowed) = (Instant::now(), 0, false);
             while !shared.ends.load(Ordering::SeqCst) {
@@ -72,12 +74,15 @@ impl Board {
                 if let Ok(count) = own.read(&mut bytes)
                     && same
                 {
-                    // Nothing else is sent beside a line that stands alone.
+                    // A single line is sent alone.
                     let found = bytes[..count].windows(line.len()).position(|part| part == line);
                     let count = found.filter(|_| !swallowed).unwrap_or(count);
                     swallowed |= found.is_some();
                     board.hear(&bytes[..count]);
                     shared.heard.lock().unwrap().extend(&bytes[..count]);
+                }
+                if shared.door.load(Ordering::SeqCst) {
+                    board.held.get_or_insert("Door:0");
                 }
                 while ticks < began.elapsed().as_millis() {
                     board.tick();
@@ -96,12 +101,17 @@ impl Board {
         Self { port, shared, thread: Some(thread) }
     }
 
+    /// Somebody opens its door, and leaves it open.
+    pub(crate) fn opens_door(&self) {
+        self.shared.door.store(true, Ordering::SeqCst);
+    }
+
     /// Everything that it heard.
     pub(crate) fn heard(&self) -> String {
         String::from_utf8_lossy(&self.shared.heard.lock().unwrap()).into_owned()
     }
 
-    /// What a report of it says now, which nobody else hears.
+    /// A status report that only the test gets.
     pub(crate) fn report(&self) -> String {
         self.shared.asked.store(true, Ordering::SeqCst);
         let since = Instant::now();

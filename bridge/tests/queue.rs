@@ -1,4 +1,4 @@
-//! `annulus queue` as a real process: check, run, step, refusals (A8, N24).
+//! Tests of `annulus queue` as a real process: check, run, step, refusals.
 
 use serde_json::Value;
 use std::fs;
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 const FOUR: &str = "; four holes\nSPINDLE 20000\nREPEAT 2\n  MOVE_BY 40 0\n  CALL hole\n  MOVE_TO 5 10\n  CALL hole\nEND\nSUB hole\n\
       KMD_WIERTLO_DOL\n  KMD_WIERTLO_GORA\nEND\n";
 
-/// Exit code, object, and what was said to the person.
+/// Exit code, JSON object, and text for the user.
 fn annulus(home: &TempDir, arguments: &str) -> (i32, Value, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
     command.args(arguments.split_whitespace()).arg("--json").current_dir(home).stdin(Stdio::null());
@@ -25,7 +25,7 @@ fn with(text: &str) -> TempDir {
 }
 
 #[test]
-fn a_queue_is_checked_and_run_on_every_machine() {
+fn queue_is_checked_and_run_on_two_machines() {
     let home = with(FOUR);
     for machine in ["virtual", "lab"] {
         let (exit, object, _) = annulus(&home, &format!("queue check q.txt --machine {machine}"));
@@ -50,7 +50,7 @@ fn a_queue_is_checked_and_run_on_every_machine() {
 }
 
 #[test]
-fn a_wrong_queue_is_refused_with_every_place_and_nothing_moves() {
+fn wrong_queue_is_refused_with_every_line_and_no_motion() {
     let home = with("FLY\nWAIT 1\nWAIT x\n");
     for what in ["check", "run"] {
         let (exit, object, text) = annulus(&home, &format!("queue {what} q.txt"));
@@ -78,7 +78,7 @@ fn a_wrong_queue_is_refused_with_every_place_and_nothing_moves() {
 }
 
 #[test]
-fn a_queue_is_stepped_and_a_failed_row_ends_it() {
+fn failed_row_ends_a_stepped_queue() {
     let home = with("MOVE_BY 8 8\nWAIT_INPUT CONTACT ON 30\nMOVE_BY 8 8\n");
     let (exit, object, text) = annulus(&home, "queue run q.txt --step --speed 2000");
     assert_eq!((exit, &object["ended"]), (1, &"failed".into()), "{object}");

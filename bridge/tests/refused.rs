@@ -1,17 +1,17 @@
-//! A line that a controller refuses in its check mode, of several programs of one board: it is told with the program that it is of.
+//! Tests that a line refused in check mode is reported with its program, if the board has several programs.
 
 use super::pty::Board;
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
 
-/// A program with this line in it, as its fifth.
+/// A program whose fifth line is this one.
 fn program(line: &str) -> String {
     format!("G21 G90\nG0 Z2\nG0 X1 Y1\nM3 S9000\n{line}\nG1 Z-0.5 F600\nG0 Z2\nM5\nM2\n")
 }
 
 #[test]
-fn a_refused_line_of_several_programs_is_told_with_its_program() {
+fn refused_line_is_reported_with_its_program() {
     let board = Board::without_mist();
     let folder = tempfile::tempdir().unwrap();
     for (name, line) in [("first.nc", "M8"), ("second.nc", "M7"), ("third.nc", "M8")] {
@@ -30,7 +30,7 @@ fn a_refused_line_of_several_programs_is_told_with_its_program() {
     assert!(!told.is_empty() && told.iter().all(|why| why["file"] == "second.nc"), "{object}");
     assert_eq!((&told[0]["line"], &object["error"]["place"]["file"]), (&5.into(), &"second.nc".into()));
     assert!(said.contains("second.nc, line 5: "), "{said}");
-    // Of one alone the line says enough.
+    // With a single program the line is enough.
     let (_, object, said) = check(&["second.nc"]);
     assert!(said.contains("Line 5: ") && object["error"]["place"].is_null(), "{object} {said}");
 }

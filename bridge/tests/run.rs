@@ -1,6 +1,6 @@
-//! `annulus run` as a real process: a board from a drill file, a full disk, corrupted files (A11, N16, N24).
+//! Tests of `annulus run` as a real process: a board from a drill file, a full disk, corrupted files.
 
-use annulus_core::machine::{Machine, SECTIONS, Value, lab, virtual_drill};
+use annulus_core::machine::{Machine, SECTIONS, Value, apply, lab, virtual_drill};
 use annulus_core::wire::program;
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ const BOARD: &str =
     "M48\nMETRIC,TZ\nT1C0.8\nT2C1.0\n%\nT1\nX5.0Y5.0\nX10.0Y5.0\nX10.0Y9.0\nT2\nX3.0Y3.0\nM30\n";
 
 fn annulus(home: &Path, arguments: &str) -> Output {
-    // Through a shell, so that its limits can be set: no size of a file above so many blocks of 512 bytes.
+    // Through a shell, to set its limits: a maximal file size in blocks of 512 bytes.
     let (limit, rest) = arguments.split_once('|').unwrap_or(("", arguments));
     let line = format!("{limit} exec {} {rest}", env!("CARGO_BIN_EXE_annulus"));
     let mut shell = Command::new("sh");
@@ -31,7 +31,76 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_board_is_drilled_from_its_file() {
+fn machine_with_a_controller_needs_a_port_or_a_rehearsal() {
+    let folder = folder();
+    for machine in ["genmitsu-3018-pro", "shapeoko-3", "fluidnc-3018", "hobby", "3018", "lab", "six"] {
+        let output = annulus(folder.path(), &format!("run board.drl --machine {machine} --json"));
+        let object = json(&output);
+        let code = object["error"]["code"].as_str().unwrap_or_default().to_owned();
+        let wanted: &[_] = match machine {
+            "lab" | "six" => &[("run.no_output", 2)],
+            _ => &[("run.no_port", 2), ("run.no_ports", 3)],
+        };
+        let found = (code.as_str(), output.status.code().unwrap_or_default());
+        assert!(wanted.contains(&found), "{machine}: {object}");
+        assert!(!folder.path().join("home/drilled.txt").exists(), "{machine}");
+    }
+    let output =
+        annulus(folder.path(), "run board.drl --machine genmitsu-3018-pro --rehearse --speed 2000 --json");
+    let object = json(&output);
+    assert_eq!((output.status.code(), &object["rehearsal"]), (Some(0), &true.into()), "{object}");
+    assert_eq!((&object["driven_by"], &object["holes_done"]), (&"virtual_drill".into(), &4.into()));
+    let said = annulus(folder.path(), "run board.drl --machine hobby --rehearse --speed 2000 --from-start");
+    let text = String::from_utf8_lossy(&said.stdout).into_owned();
+    let claims = text.lines().filter(|line| line.contains("hole"));
+    assert!(claims.clone().count() > 0 && claims.clone().all(|line| line.contains("Rehearsal")), "{text}");
+}
+
+#[test]
+fn controller_flags_are_refused_on_the_virtual_drill() {
+    let folder = folder();
+    for flag in ["--zero-here", "--probe-depth 3", "--level=measure", "--same-length", "--baud 9600"] {
+        let output = annulus(folder.path(), &format!("run board.drl {flag} --json"));
+        let object = json(&output);
+        assert_eq!(
+            (output.status.code(), &object["error"]["code"]),
+            (Some(2), &"run.needs_controller".into()),
+            "{flag}: {object}"
+        );
+    }
+    let ports = annulus(folder.path(), "ports --json");
+    assert!(json(&ports)["ports"].is_array() && ports.status.code() == Some(0));
+}
+
+#[test]
+fn port_is_refused_for_a_machine_without_a_controller() {
+    let folder = folder();
+    let adapter = [("machine.output".to_owned(), Value::Text("adapter".to_owned()))];
+    fs::write(folder.path().join("adapter.toml"), file(&apply(&virtual_drill(), &adapter).unwrap())).unwrap();
+    let rows = [
+        ("run board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "adapter.port"),
+        ("grbl run board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "serve"),
+        ("grbl check board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "serve"),
+        ("grbl level board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "serve"),
+        ("run board.drl --port nowhere --machine virtual", 2, "run.port_of_virtual", "--machine 3018"),
+        ("run board.drl --machine adapter.toml", 2, "run.needs_page", "serve"),
+    ];
+    for (words, exit, code, advice) in rows {
+        let output = annulus(folder.path(), &format!("{words} --json"));
+        let error = &json(&output)["error"];
+        assert_eq!((output.status.code(), &error["code"]), (Some(exit), &code.into()), "{words}: {error}");
+        assert!(error["advice"].as_str().unwrap_or_default().contains(advice), "{words}: {error}");
+    }
+    for machine in ["3018", "hobby"] {
+        let output =
+            annulus(folder.path(), &format!("run board.drl --port nowhere --machine {machine} --json"));
+        let code = &json(&output)["error"]["code"];
+        assert_eq!((output.status.code(), code), (Some(3), &"grbl.port_unopened".into()), "{machine}");
+    }
+}
+
+#[test]
+fn run_drills_a_board_from_its_file() {
     let folder = folder();
     let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
     let object = json(&output);
@@ -46,15 +115,18 @@ fn a_board_is_drilled_from_its_file() {
     assert_eq!(object["drilled"], clean);
 }
 
-/// The laboratory drill with so many interrupts a second, as a machine file.
+/// A machine file of the laboratory drill with this interrupt frequency.
 fn lab_at(interrupts: u32) -> String {
-    let machine = Machine { interrupt_hz: interrupts, ..lab() };
+    file(&Machine { interrupt_hz: interrupts, ..lab() })
+}
+
+fn file(machine: &Machine) -> String {
     let mut text = "schema = 1\n".to_owned();
     for (section, rows) in SECTIONS {
         text += &format!("[{section}]\n");
         for row in *rows {
             let name = row.key.rsplit('.').next().unwrap();
-            text += &match row.value(&machine) {
+            text += &match row.value(machine) {
                 Value::Number(number) => format!("{name} = {number:?}\n"),
                 Value::Text(text) => format!("{name} = {text:?}\n"),
                 Value::Numbers(numbers) => format!("{name} = {numbers:?}\n"),
@@ -66,7 +138,7 @@ fn lab_at(interrupts: u32) -> String {
 }
 
 #[test]
-fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so() {
+fn lab_drill_loses_steps_at_600_hz_but_not_at_500() {
     let folder = folder();
     fs::write(
         folder.path().join("wide.drl"),
@@ -101,7 +173,7 @@ fn the_laboratory_drill_runs_clean_at_500_hz_and_loses_steps_at_600_and_says_so(
 }
 
 #[test]
-fn a_milling_program_runs_as_it_was_simulated() {
+fn milling_program_runs_as_simulated() {
     let folder = folder();
     let file = program::encode(&crate::programs::milling(&virtual_drill()));
     fs::write(folder.path().join("milled.annulus-program"), file).unwrap();
@@ -119,7 +191,13 @@ fn a_milling_program_runs_as_it_was_simulated() {
     let sum: f64 = time.values().filter_map(serde_json::Value::as_f64).sum();
     assert!((sum - simulated["total_time_s"].as_f64().unwrap()).abs() < 0.01, "{simulated}");
     assert!(time["mill"].as_f64() > time["drill"].as_f64(), "{simulated}");
-    // Four sides of 8 mm with quarters of circles of 1 mm, five turns of 1.5 mm going down 2 mm in four, 14 mm with a tab.
+    let parts = simulated["toolpath_time_s"].as_object().unwrap();
+    let parts = ["plunge", "cut", "travel"].map(|part| parts[part].as_f64().unwrap());
+    let both = time["mill"].as_f64().unwrap() + time["between"].as_f64().unwrap();
+    assert!(parts.iter().all(|part| *part > 0.0), "{simulated}");
+    assert!((parts.iter().sum::<f64>() - both).abs() < 0.01, "{simulated}");
+    // Four sides of 8 mm with quarter circles of 1 mm. Five turns of 1.5 mm, which descend 2 mm in four. 14
+    // mm with a tab.
     let turn = std::f64::consts::TAU;
     let milled = 32.0 + turn + 4.0 * 9.438 + 1.5 * turn + 14.2;
     let found = simulated["milled_mm"].as_f64().unwrap();
@@ -127,7 +205,7 @@ fn a_milling_program_runs_as_it_was_simulated() {
 }
 
 #[test]
-fn a_full_disk_is_refused_before_anything_moves() {
+fn full_disk_refuses_a_run_before_any_motion() {
     let folder = folder();
     let output = annulus(folder.path(), "trap '' XFSZ; ulimit -f 4; |run board.drl --speed 2000 --json");
     let object = json(&output);
@@ -140,7 +218,7 @@ fn a_full_disk_is_refused_before_anything_moves() {
 }
 
 #[test]
-fn a_corrupted_machine_file_is_refused_with_its_place_and_kept() {
+fn corrupt_machine_file_is_refused_and_left_unchanged() {
     let folder = folder();
     let file = folder.path().join("home/machines/virtual.toml");
     fs::create_dir_all(file.parent().unwrap()).unwrap();
@@ -154,7 +232,7 @@ fn a_corrupted_machine_file_is_refused_with_its_place_and_kept() {
 }
 
 #[test]
-fn a_corrupted_journal_is_moved_aside_and_the_board_drilled_with_a_word() {
+fn corrupt_journal_is_moved_aside_once_accepted() {
     let folder = folder();
     fs::create_dir_all(folder.path().join("home")).unwrap();
     fs::write(folder.path().join("home/journal.redb"), [7_u8; 9_000]).unwrap();
@@ -168,7 +246,7 @@ fn a_corrupted_journal_is_moved_aside_and_the_board_drilled_with_a_word() {
     assert_eq!(kept, [7_u8; 9_000]);
 }
 
-/// Runs `annulus run`, waits for so many holes in the record and sends a signal. Never judged by the clock.
+/// Runs `annulus run`, waits for this many holes in the record, then sends a signal. Independent of time.
 #[cfg(unix)]
 fn signalled(home: &Path, arguments: &str, holes: usize, signal: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
@@ -188,7 +266,7 @@ fn signalled(home: &Path, arguments: &str, holes: usize, signal: &str) -> Output
 
 #[test]
 #[cfg(unix)]
-fn a_signal_stops_in_a_controlled_way_and_the_job_goes_on_later() {
+fn signals_stop_a_job_with_known_position_and_it_resumes() {
     const HOLES: usize = 200;
     for signal in ["INT", "TERM", "HUP"] {
         let folder = folder();
@@ -209,7 +287,7 @@ fn a_signal_stops_in_a_controlled_way_and_the_job_goes_on_later() {
             let text = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap();
             text.lines().map(|line| line.rsplit_once(' ').unwrap().0.to_owned()).collect()
         };
-        // Stopped below the board, the hole is there but its leg is not done.
+        // Stopped below the board, the hole is there but its leg is not completed.
         let before = places().len();
         assert!((2..HOLES).contains(&known) && (known..=known + 1).contains(&before), "{known} {before}");
         let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
@@ -231,7 +309,7 @@ fn a_signal_stops_in_a_controlled_way_and_the_job_goes_on_later() {
 
 #[test]
 #[cfg(unix)]
-fn a_board_whose_touching_was_broken_off_is_touched_anew() {
+fn interrupted_probing_starts_again() {
     let folder = folder();
     let home = folder.path();
     let level = |speed: &str| {
@@ -240,7 +318,7 @@ fn a_board_whose_touching_was_broken_off_is_touched_anew() {
         command.env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     };
-    // Ended without a word, and taken away: wherever it was, what it had touched is known to nobody.
+    // Ended without a result, at an unknown moment: its measurements are lost.
     let mut child = level("8").spawn().unwrap();
     std::thread::sleep(Duration::from_secs(3));
     let sent = Command::new("sh").args(["-c", &format!("kill -s INT {}", child.id())]).status();
@@ -252,7 +330,7 @@ fn a_board_whose_touching_was_broken_off_is_touched_anew() {
 
 #[test]
 #[cfg(unix)]
-fn a_signal_while_homing_starts_nothing() {
+fn interrupt_during_homing_starts_no_job() {
     let folder = folder();
     let output = signalled(folder.path(), "board.drl --speed 0.1 --json", 0, "INT");
     let object = json(&output);
@@ -262,10 +340,11 @@ fn a_signal_while_homing_starts_nothing() {
 }
 
 #[test]
-fn the_laboratory_drill_ends_its_strokes_by_the_sensor() {
+fn lab_drill_completes_a_job_with_sensor_ended_cycles() {
     let folder = folder();
-    // A stroke whose sensor never turns on ends in an alarm, so that a job that is done met it at every hole.
-    let output = annulus(folder.path(), "run board.drl --machine lab --speed 200 --json");
+    // A drill cycle whose sensor never turns on ends in an alarm, so a completed job reached it at every
+    // hole.
+    let output = annulus(folder.path(), "run board.drl --machine lab --rehearse --speed 200 --json");
     let object = json(&output);
     assert_eq!((output.status.code(), object["holes_done"].as_u64()), (Some(0), Some(4)), "{object}");
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));

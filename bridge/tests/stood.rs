@@ -1,5 +1,5 @@
-//! The command is suspended in the middle of a job, or sent behind another: it does not go on unasked after a while, and it does not
-//! freeze.
+//! Tests of a command that is suspended during a job, or moved to the background: after a while it must
+//! neither continue unasked nor freeze.
 
 use super::pty::Board;
 use rustix::process::{Pid, Signal, kill_process};
@@ -15,12 +15,12 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// So that a terminal that is opened does not become the one of this process.
+/// Keeps the opened terminal from becoming this process's controlling terminal.
 const NOT_MINE: i32 = 0o400;
-/// The longest that anything here takes.
+/// Longest duration of anything here.
 const MOST: Duration = Duration::from_secs(90);
 
-/// A person at a terminal, a board, and a job of a dozen holes.
+/// A user at a terminal, a controller, and a job of a dozen holes.
 struct Desk {
     board: Board,
     folder: tempfile::TempDir,
@@ -49,7 +49,7 @@ impl Desk {
         self.folder.path()
     }
 
-    /// The words of the command line that run the job.
+    /// The command line that runs the job.
     fn run(&self) -> String {
         let annulus = env!("CARGO_BIN_EXE_annulus");
         format!(
@@ -58,7 +58,7 @@ impl Desk {
         )
     }
 
-    /// Starts these words of a shell; `own` where the terminal is to be its own, with jobs before and behind.
+    /// Starts this shell command; `own` gives it its own terminal with job control.
     fn starts(&self, words: &str, own: bool) -> Child {
         let mut command = Command::new(if own { "setsid" } else { "sh" });
         if own {
@@ -82,6 +82,11 @@ impl Desk {
         }
     }
 
+    /// How often the board heard that.
+    fn heard_count(&self, text: &str) -> usize {
+        self.board.heard().matches(text).count()
+    }
+
     fn says(&self, text: &str) {
         self.until(text, || self.said().contains(text));
     }
@@ -90,16 +95,18 @@ impl Desk {
         self.hand.write_all(text.as_bytes()).unwrap();
     }
 
-    /// Waits until so many holes are there.
-    fn drills(&self, holes: u64) {
-        let journal = || {
-            let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
-            serde_json::from_slice::<Value>(&text).unwrap_or_default()
-        };
-        self.until("so many holes", || journal()["holes"].as_u64() >= Some(holes));
+    /// How many holes are there, as it is written down.
+    fn holes(&self) -> u64 {
+        let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
+        serde_json::from_slice::<Value>(&text).unwrap_or_default()["holes"].as_u64().unwrap_or_default()
     }
 
-    /// It is held, and nothing moves.
+    /// Waits until so many holes are there.
+    fn drills(&self, holes: u64) {
+        self.until("so many holes", || self.holes() >= holes);
+    }
+
+    /// Checks that it is held, and that nothing moves.
     fn is_held(&self) {
         let report = self.board.report();
         sleep(Duration::from_millis(700));
@@ -107,7 +114,7 @@ impl Desk {
         assert_eq!(self.board.report().split('|').nth(1), report.split('|').nth(1));
     }
 
-    /// The exit of the shell is that of the command: done, and every hole made.
+    /// Checks the exit code of the shell and that every hole is done.
     fn is_done(&self, mut child: Child) {
         let mut exit = None;
         self.until("its end", || {
@@ -126,7 +133,7 @@ impl Desk {
     }
 }
 
-/// Suspends a command for longer than it may go on by itself behind.
+/// Suspends a command for longer than it may continue by itself.
 fn stands_still(child: &Child) {
     let process = Pid::from_child(child);
     kill_process(process, Signal::STOP).unwrap();
@@ -135,7 +142,7 @@ fn stands_still(child: &Child) {
 }
 
 #[test]
-fn a_command_that_stood_still_for_long_holds_its_job_until_a_person_goes_on() {
+fn suspended_command_holds_its_job_until_resumed_by_key() {
     let mut desk = Desk::new();
     let words = format!("exec {} --same-length --confirm-tools 0", desk.run());
     let child = desk.starts(&words, false);
@@ -151,11 +158,66 @@ fn a_command_that_stood_still_for_long_holds_its_job_until_a_person_goes_on() {
 }
 
 #[test]
-fn a_tool_change_that_nobody_answers_is_not_gone_on_from_unasked() {
+fn held_job_without_a_terminal_ends_with_the_resume_command() {
+    let desk = Desk::new();
+    let words = format!("exec {} --same-length --unattended-tool-change 0 --yes < /dev/null", desk.run());
+    let mut child = desk.starts(&words, false);
+    desk.drills(2);
+    stands_still(&child);
+    let mut exit = None;
+    desk.until("its end", || {
+        exit = child.try_wait().unwrap();
+        exit.is_some()
+    });
+    let answer = fs::read_to_string(desk.path().join("answer.json")).unwrap();
+    let object: Value = serde_json::from_str(&answer).unwrap();
+    assert_eq!(exit.and_then(|exit| exit.code()), Some(1), "{answer}");
+    assert_eq!(object["error"]["code"], "grbl.held_unattended", "{answer} {}", desk.said());
+    assert_eq!(object["resume_with"], format!("annulus grbl resume --port {}", desk.board.port));
+    assert!(desk.said().contains("(grbl.command_stood)") && desk.said().contains("annulus grbl resume"));
+    assert!(desk.said().contains("Nobody is asked"), "{}", desk.said());
+}
+
+/// Runs the job from a pipe with `flags`, opens the door once `so`, and gives the answer.
+fn with_open_door(desk: &Desk, flags: &str, so: impl Fn() -> bool) -> Value {
+    let words = format!("exec {} --unattended-tool-change 0 --yes {flags} < /dev/null", desk.run());
+    let mut child = desk.starts(&words, false);
+    desk.until("the moment", so);
+    desk.board.opens_door();
+    let mut exit = None;
+    desk.until("its end", || {
+        exit = child.try_wait().unwrap();
+        exit.is_some()
+    });
+    let answer = fs::read_to_string(desk.path().join("answer.json")).unwrap();
+    assert_eq!(exit.and_then(|exit| exit.code()), Some(1), "{answer} {}", desk.said());
+    serde_json::from_str(&answer).unwrap()
+}
+
+#[test]
+fn open_door_without_a_terminal_ends_the_job() {
+    let desk = Desk::new();
+    let object = with_open_door(&desk, "--same-length", || desk.holes() >= 2);
+    assert_eq!(object["error"]["code"], "grbl.held_unattended", "{object} {}", desk.said());
+    assert_eq!(object["resume_with"], format!("annulus grbl resume --port {}", desk.board.port));
+    assert!(desk.heard_count("\u{18}") > 0, "a reset switches the spindle off");
+    assert!(desk.said().contains("annulus grbl resume"), "{}", desk.said());
+}
+
+#[test]
+fn open_door_while_a_tool_is_probed_ends_the_job() {
+    let desk = Desk::new();
+    let object = with_open_door(&desk, "--probe-depth 10", || desk.heard_count("G38.2") > 0);
+    assert_eq!(object["error"]["code"], "grbl.held_unattended", "{object} {}", desk.said());
+    assert!(object["resume_with"].is_string(), "{object}");
+}
+
+#[test]
+fn suspended_unattended_tool_change_holds_the_job() {
     let mut desk = Desk::new();
     let words = format!("exec {} --same-length --confirm-tools 2", desk.run());
     let child = desk.starts(&words, false);
-    desk.says("Tool 1: tool 1");
+    desk.says("Tool 1\n");
     stands_still(&child);
     desk.says("(grbl.command_stood)");
     desk.until("a hold", || desk.board.report().contains("<Hold:0|"));
@@ -165,7 +227,7 @@ fn a_tool_change_that_nobody_answers_is_not_gone_on_from_unasked() {
 }
 
 #[test]
-fn a_person_who_was_away_in_a_tool_change_goes_on_by_go_alone() {
+fn suspended_tool_change_continues_with_go() {
     let mut desk = Desk::new();
     let child = desk.starts(&format!("exec {} --same-length", desk.run()), false);
     desk.says("Type: ");
@@ -176,7 +238,7 @@ fn a_person_who_was_away_in_a_tool_change_goes_on_by_go_alone() {
 }
 
 #[test]
-fn a_command_that_goes_on_behind_another_does_not_freeze() {
+fn job_moved_to_the_background_continues() {
     let mut desk = Desk::new();
     let words = format!("set -m; {} --same-length --confirm-tools 0; stty sane; bg %1; wait %1", desk.run());
     let child = desk.starts(&words, true);
@@ -186,7 +248,7 @@ fn a_command_that_goes_on_behind_another_does_not_freeze() {
 }
 
 #[test]
-fn a_command_that_comes_to_the_front_again_hears_its_keys() {
+fn job_back_in_the_foreground_reads_its_keys() {
     let mut desk = Desk::new();
     let waits = "while [ ! -f go ]; do sleep 0.1; done";
     let words =
@@ -206,7 +268,7 @@ fn a_command_that_comes_to_the_front_again_hears_its_keys() {
 }
 
 #[test]
-fn a_command_that_is_begun_behind_another_does_not_freeze_and_is_answered_in_front() {
+fn job_started_in_the_background_is_answered_in_foreground() {
     let mut desk = Desk::new();
     let waits = "while [ ! -f go ]; do sleep 0.1; done";
     let words = format!("set -m; {} --same-length & {waits}; fg %1", desk.run());

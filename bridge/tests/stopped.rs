@@ -1,4 +1,5 @@
-//! Ctrl-C before a job has begun: it does not begin any more, and the board is at rest, not held, once the command has ended.
+//! Tests of Ctrl-C before a job has started: it does not start, and the controller is idle, not held, after
+//! the command.
 
 use super::pty::Board;
 use rustix::process::{Pid, Signal, kill_process};
@@ -10,11 +11,11 @@ use std::time::{Duration, Instant};
 
 const JOB: &str = "G21 G17 G90 G94\nM5\nG0 Z2\nG0 X1 Y1\nM3 S9000\nG0 Z0.5\nG1 Z-0.5 F600\nG0 Z2\nG0 X21 Y11\nG0 Z0.5\n\
     G1 Z-0.5\nG0 Z2\nM5\nM2\n";
-/// How long the command may take to end, be it that the board has to begin anew.
+/// Time limit for the command to end, even if the controller must be reset.
 const MOST: Duration = Duration::from_secs(30);
 
-/// `annulus grbl` with these words at this board: it is stopped once the board has heard `moment`. Its exit, its object, and what the
-/// board has heard behind that.
+/// Runs `annulus grbl` with these arguments and stops it once the controller has received `moment`. Returns
+/// exit code, JSON object, and what the controller received later.
 fn stopped(board: &Board, words: &str, moment: &str) -> (Option<i32>, Value, String) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("job.nc"), JOB).unwrap();
@@ -46,7 +47,7 @@ fn stopped(board: &Board, words: &str, moment: &str) -> (Option<i32>, Value, Str
 }
 
 #[test]
-fn what_is_stopped_before_its_job_begins_does_not_begin_it_and_leaves_the_board_at_rest() {
+fn stop_before_the_job_prevents_it_and_all_motion() {
     let run = "run job.nc --zero-at -100,-100,-20 --same-length --confirm-tools 0";
     let measures = format!("{run} --level measure --grid 5");
     let level = "level job.nc --zero-at -100,-100,-20 --grid 5 --probe 12";
@@ -60,7 +61,7 @@ fn what_is_stopped_before_its_job_begins_does_not_begin_it_and_leaves_the_board_
         (level, "G38.3Z", "level.stopped"),
         ("check job.nc --home", "$H\n", "grbl.check_stopped"),
     ] {
-        // The board lies where the zero is, or 7 mm below where homing leaves the tip.
+        // The board is at the zero, or 7 mm below the tool's position after homing.
         let board = Board::over(if words == level { |_, _| -8.0 } else { |_, _| -20.0 });
         let (exit, object, behind) = stopped(&board, words, moment);
         let is_told = exit == Some(130) && object["error"]["code"] == code;

@@ -1,4 +1,5 @@
-//! A line of a person's wish that a controller never heard: what was asked for is asked for again, and nobody waits for ever.
+//! Tests of a requested line that the controller never received: it is sent again, and nothing waits
+//! forever.
 
 use super::pty::Board;
 use serde_json::Value;
@@ -9,8 +10,8 @@ use std::time::{Duration, Instant};
 
 const JOB: &str = "G21 G17 G90 G94\nM5\nG0 Z2\nG0 X1 Y1\nM3 S9000\nG0 Z0.5\nG1 Z-0.5 F600\nG0 Z2\nM5\nM2\n";
 
-/// `annulus grbl run` of `job` at a board that swallows this line, with these words more; `typed` once it asks for a tool. Its exit, what it
-/// said and its object; fails where it never ends.
+/// Runs `annulus grbl run` for `job` with these arguments, at a controller that loses this line; `typed`
+/// answers its tool request. Returns exit code, text and JSON object; panics if it never ends.
 fn run(swallows: &'static [u8], job: &str, words: &[&str], typed: &str) -> (Option<i32>, String, Value) {
     let board = Board::that_swallows(115_200, swallows);
     let folder = tempfile::tempdir().unwrap();
@@ -44,7 +45,7 @@ fn run(swallows: &'static [u8], job: &str, words: &[&str], typed: &str) -> (Opti
 }
 
 #[test]
-fn a_zero_that_was_not_heard_is_set_again() {
+fn lost_zero_command_is_sent_again() {
     let words = ["--same-length", "--confirm-tools", "0"];
     let (exit, said, object) = run(b"G21G10", JOB, &words, "");
     assert!(said.contains("grbl.answer_missing"), "it was swallowed: {said}");
@@ -52,7 +53,7 @@ fn a_zero_that_was_not_heard_is_set_again() {
 }
 
 #[test]
-fn a_line_that_is_lost_in_a_tool_change_ends_the_job_and_the_command() {
+fn lost_line_in_a_tool_change_ends_the_job() {
     let job = JOB.replace("M3 S9000", "(MSG, tool 1)\nM0\nM3 S9000");
     for (swallows, typed) in [(&b"G21G10L20P1Z"[..], "zero"), (b"$J=", "z -0.5"), (b"G91G38.2", "probe 5")] {
         let (exit, said, object) = run(swallows, &job, &[], typed);

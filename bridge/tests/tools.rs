@@ -1,12 +1,13 @@
-//! Tools that wear: a life that ends in mid-job, and what is known of it when the bridge was killed (C3). The real `annulus`, on the
-//! virtual drill; the holes are those of the drilled-board record, which knows nothing of the journal.
+//! Tests of tool wear: a life that ends during a job, and the counts after a killed bridge. The real
+//! `annulus` on the virtual drill; holes are counted in the drilled-board record, independent of the
+//! journal.
 
 use crate::kill;
 use crate::server::client::{Running, output};
 use crate::server::work::{home, row_of_holes, until_status};
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State};
-use annulus_core::wire::{Ask, RowVerdict, Tell, ToolsReport, program};
+use annulus_core::wire::{ArmedJob, Ask, JobEnd, RowVerdict, Tell, ToolsReport, program};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -14,7 +15,7 @@ use std::fs;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// A home whose virtual drill has this rack.
+/// A home whose virtual drill has these tools.
 fn home_with(tools: &str) -> TempDir {
     let home = TempDir::new().unwrap();
     let folder = home.path().join("machines");
@@ -23,7 +24,7 @@ fn home_with(tools: &str) -> TempDir {
     home
 }
 
-/// `annulus tools list`: numbers, hits and whether they are worn.
+/// `annulus tools list`: number, holes, and whether worn.
 fn listed(home: &TempDir) -> Vec<(u64, u64, bool)> {
     let (code, object, said) = output(home, &["tools", "list", "--json"]);
     assert_eq!(code, 0, "{said}");
@@ -33,8 +34,8 @@ fn listed(home: &TempDir) -> Vec<(u64, u64, bool)> {
 }
 
 #[test]
-fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
-    // T1 and T9 are alike: T9 takes over from T1, and once both are worn, a new T1 is asked for.
+fn worn_tool_is_replaced_by_its_twin_between_two_holes() {
+    // T1 and T9 are alike: T9 replaces T1, and once both are worn, a new T1 is requested.
     let home_of_it = home_with("\"T1 drill 0.8 life 5\", \"T9 drill 0.8 life 3\"");
     let bridge = Running::start_at(home_of_it, "20");
     let mut page = bridge.page();
@@ -44,13 +45,13 @@ fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
-    let armed = page.until(|tell| matches!(tell, Tell::Armed { .. }));
-    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    let armed = page.until(|tell| matches!(tell, Tell::Armed(_)));
+    let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
     assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
     let told = checks.iter().find(|row| row.finding.code == "preflight.tool_wears_out").unwrap();
     assert_eq!(told.verdict, RowVerdict::Pass);
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
-    // Holes done, the tool that is wanted, and what T1 and T9 have done.
+    // Holes done, requested tool, and wear of T1 and T9.
     let changes = [(0, 1, [0, 0]), (5, 9, [5, 0]), (8, 1, [5, 3])];
     for (holes, wanted, hits) in changes {
         let report = page.until(|tell| matches!(tell, Tell::Tools(report) if report.wanted.is_some()));
@@ -60,19 +61,20 @@ fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
         let status = until_status(&mut page, |status| status.state == State::ToolChange);
         assert_eq!((status.holes_done, status.spindle_rpm), (holes, 0));
         if holes > 0 {
-            assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
+            let change = status.change.unwrap();
+            assert!(change.is_up && change.is_at_place, "up, and at the change position: {status:?}");
         }
         page.ask(&Ask::ToolChanged);
     }
     let ended = page.until_ended();
-    assert!(matches!(ended, Tell::Ended { ending: Ending::Done, holes_done: 12, .. }), "{ended:?}");
+    assert!(matches!(ended, Tell::Ended(JobEnd { ending: Ending::Done, holes_done: 12, .. })), "{ended:?}");
     let status = until_status(&mut page, |status| status.state == State::Ready);
     let drilled = status.drilled.unwrap();
     assert_eq!((drilled.missing, drilled.doubled, drilled.shifted, drilled.broken), (0, 0, 0, 0));
     let folder = bridge.home.as_ref().unwrap();
     let record = fs::read_to_string(folder.path().join("drilled.txt")).unwrap();
     assert_eq!((record.lines().count(), record.lines().collect::<BTreeSet<_>>().len()), (12, 12));
-    // While it runs, the journal is its own; the page says that a new T9 is in.
+    // While it runs, the journal is locked; the page reports a new T9.
     let (code, refused, _) = output(folder, &["tools", "reset", "9", "--json"]);
     assert!(code != 0 && refused["error"]["code"] == "journal.in_use", "{refused}");
     page.ask(&Ask::NewTool { number: 7 });
@@ -92,7 +94,7 @@ fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
 }
 
 #[test]
-fn killed_anywhere_every_hole_is_counted_once() {
+fn killed_runs_count_every_hole_once_as_wear() {
     let mut chance = Chance::new(20_261_126);
     let home = TempDir::new().unwrap();
     fs::write(home.path().join("board.annulus-program"), program::encode(&kill::board())).unwrap();
@@ -107,7 +109,7 @@ fn killed_anywhere_every_hole_is_counted_once() {
         let record = kill::record(home.path());
         let holes = record.iter().collect::<BTreeSet<_>>().len() as u64;
         let hits: u64 = listed(&home).iter().map(|(_, hits, _)| hits).sum();
-        // The stroke in flight may be made and not be counted yet; it is made again then, and counted.
+        // The current drill cycle may be made but not counted yet; it is then repeated and counted.
         assert!(hits == holes || hits + 1 == holes, "kill {kills}: {hits} hits, {holes} holes");
         known = record.len();
         kills += u32::from(!over);
@@ -117,7 +119,7 @@ fn killed_anywhere_every_hole_is_counted_once() {
         }
     }
     assert!(kills >= 3, "the board was done after {kills} kills");
-    // The same board twice more, the first of them perhaps what was left of the one before: the journal goes on counting.
+    // The same board twice more, the first time perhaps only its rest: the journal counts on.
     for _ in 0..2 {
         kill::start(home.path()).wait_with_output().unwrap();
     }

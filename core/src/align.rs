@@ -1,48 +1,47 @@
-//! A board that lies elsewhere than it should: the best shift and turn from alignment holes that were planned to those that were found,
-//! how well they fit, and programs that go along (N17).
+//! Alignment: computes the shift and rotation of a board from planned and measured holes, and moves programs
+//! accordingly.
 //!
 //! ```text
-//!  planned   ○ a        ○ b           found     ○ a'
-//!                               ─▶                        ○ b'     shift, turn, and what is left over at each hole
+//!  planned   ○ a        ○ b           measured  ○ a'
+//!                               ─▶                    ○ b'     shift, rotation, and an error at each hole
 //! ```
 //!
-//! Comes in: pairs of places, whole nanometres. Goes out: an [`BoardFit`], places that are moved by it. A board does not stretch: what
-//! shift and turn cannot explain is left over, and too much of it is refused. Does not know who found the holes, nor with what.
+//! A board doesn't stretch: shift and rotation leave an error at each hole, and too large an error is
+//! refused.
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program};
 use serde::{Deserialize, Serialize};
 
-/// Holes nearer to each other than this do not tell how a board is turned, mm.
+/// Smallest distance between alignment holes that gives a reliable rotation, mm.
 const NEAREST_MM: f64 = 5.0;
-/// What may be left over at a hole, mm: a third of a usual isolation gap.
+/// Greatest error at a hole, mm: a third of a typical isolation gap.
 const LEFT_OVER_MM: f64 = 0.1;
-/// A board that is turned by more than this was put down another way round, degrees.
+/// Greatest rotation, degrees. A larger one means that the board was placed the wrong way round.
 const MOST_DEG: f64 = 15.0;
 
-/// An alignment hole: where it was planned, and where it was found.
+/// An alignment hole with its planned and measured positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FoundHole {
-    /// As planned, work coordinates.
+    /// Planned position, work coordinates.
     pub planned: Point,
-    /// As found, work coordinates.
+    /// Measured position, work coordinates.
     pub found: Point,
 }
 
-/// How a board lies: turned about the work zero, then shifted.
+/// Pose of a board: rotated about the work zero, then shifted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardFit {
-    /// Turn counter-clockwise, radians.
     pub turn_rad: f64,
-    /// Shift after it, mm.
+    /// Shift after the rotation, mm.
     pub shift_mm: [f64; 2],
-    /// What is left over at the worst hole, mm.
+    /// Error at the worst hole, mm.
     pub left_over_mm: f64,
 }
 
 impl BoardFit {
-    /// The best fit of two holes or more: the sum of the squares of what is left over is the least that it can be.
+    /// Least-squares fit of two or more holes.
     pub fn of(holes: &[FoundHole]) -> Result<Self, Diagnostic> {
         if holes.len() < 2 {
             return Err(Diagnostic::error("align.too_few"));
@@ -81,12 +80,11 @@ impl BoardFit {
         Ok(fit)
     }
 
-    /// Turn counter-clockwise, degrees.
     pub fn degrees(&self) -> f64 {
         self.turn_rad * 180.0 / std::f64::consts::PI
     }
 
-    /// Where a planned place is.
+    /// Real position of a planned position.
     #[must_use]
     pub fn moved(&self, at: Point) -> Point {
         let [x, y] = self.moved_mm([at.x.mm(), at.y.mm()]);
@@ -99,7 +97,7 @@ impl BoardFit {
     }
 }
 
-/// The program where the board lies. It begins and ends at the work zero as before.
+/// Moves the program to the board's pose. The program still starts and ends at the work zero.
 #[must_use]
 pub fn aligned(program: &Program, fit: &BoardFit) -> Program {
     let moved = |command: &Command| match *command {
@@ -121,10 +119,11 @@ pub fn aligned(program: &Program, fit: &BoardFit) -> Program {
     Program { legs: legs.collect(), ..program.clone() }
 }
 
-/// Two or three of `places` that tell best how a board lies: the two that are furthest apart, and the one that is furthest from both.
+/// Up to three of `places` that determine the pose best: the two with the greatest distance, and the one
+/// furthest from both.
 pub fn telling(places: &[Point]) -> Vec<Point> {
     let apart = |a: Point, b: Point| a.distance_mm(b);
-    // Of many, the ones at the rim are enough.
+    // Only points on the rim can be furthest apart, and that saves time with many points.
     let mut rim: Vec<Point> = Vec::new();
     for turn in 0..32 {
         let angle = f64::from(turn) * std::f64::consts::PI / 16.0;
@@ -156,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_and_a_turn_are_found_again() {
+    fn fit_recovers_rotation_and_shift() {
         let mut chance = Chance::new(5);
         for round in 0..500 {
             let truth = BoardFit {
@@ -181,8 +180,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_over_is_the_least_and_told() {
-        // Three holes, one of them 90 µm off: every other shift and turn leaves more.
+    fn fit_minimises_squared_distances() {
+        // Three holes, one of them off by 90 µm: every other shift and rotation has a larger error.
         let holes =
             [hole([0.0, 0.0], [0.0, 0.0]), hole([80.0, 0.0], [80.0, 0.0]), hole([0.0, 60.0], [0.0, 60.09])];
         let fit = BoardFit::of(&holes).unwrap();
@@ -199,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_goes_along_and_begins_and_ends_where_it_did() {
+    fn alignment_moves_toolpaths_but_not_the_finish() {
         use crate::units::Length;
         let at = Point::from_mm;
         let leg = |mark, commands| Leg { mark, commands };
@@ -217,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_holes_at_the_corners_tell_best() {
+    fn telling_holes_are_far_apart() {
         let at = Point::from_mm;
         let grid: Vec<Point> =
             (0..60).map(|n| at(f64::from(n % 10) * 8.0, f64::from(n / 10) * 8.0)).collect();
@@ -230,11 +229,11 @@ mod tests {
     }
 
     #[test]
-    fn what_no_board_does_is_refused() {
+    fn impossible_alignments_are_errors() {
         let rows: [(&str, Vec<FoundHole>); 5] = [
             ("align.too_few", vec![hole([0.0, 0.0], [0.0, 0.0])]),
             ("align.too_near", vec![hole([0.0, 0.0], [0.0, 0.0]), hole([2.0, 0.0], [2.0, 0.0])]),
-            // Stretched by a millimetre, seen from below, put down the other way round.
+            // Stretched by a millimetre, mirrored, rotated half a turn.
             ("align.apart", vec![hole([0.0, 0.0], [0.0, 0.0]), hole([80.0, 0.0], [81.0, 0.0])]),
             (
                 "align.apart",

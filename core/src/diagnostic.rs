@@ -1,25 +1,25 @@
-//! What a reader, a plan or a check has to say: a code, a place and named arguments. The sentences themselves
-//! live in the locale tables under the same code.
-//!
-//! Comes in: a finding. Goes out: a [`Diagnostic`]. Does not know any language.
+//! Problems that readers, planners and checks report: a code, a location and named arguments. The locale
+//! tables hold the texts under that code.
 
 use crate::locale;
 use serde::{Deserialize, Serialize};
 
-/// How much a diagnostic weighs.
+/// Argument with the number of further problems of one cause in the file.
+pub const MORE: &str = "more";
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
-    /// Nothing is lost; good to know.
+    /// For information; nothing is lost.
     Note,
-    /// The reading is probably right; somebody should look.
+    /// The result is probably right, but the user should check it.
     Warning,
-    /// Something of the input is missing from the result. Work cannot start until it was seen.
+    /// Part of the input is missing from the result. Work can't start until the user accepts it.
     Error,
 }
 
 impl Severity {
-    /// Its word in what scripts read.
+    /// Stable word for JSON output.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Note => "note",
@@ -29,101 +29,102 @@ impl Severity {
     }
 }
 
-/// Where in a file. Lines and columns count from 1; 0 means the file as a whole.
+/// Position in a file; line and column 0 mean the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Location {
-    /// Name of the file as it was given, for example `board.zip!/drill.drl`.
+    /// File name as opened, for example `board.zip!/drill.drl`.
     pub file: String,
-    /// Line, from 1.
     pub line: u32,
-    /// Column in bytes, from 1.
+    /// From 1, in bytes.
     pub column: u32,
 }
 
-/// One finding. `code` is a key of the locale tables, for example `drill.unknown_word`; the table has
-/// `drill.unknown_word.message` and `drill.unknown_word.advice`, with `{name}` where an argument goes.
+/// One problem. `code` is a key of the locale tables, for example `drill.unknown_word`. The tables hold
+/// `drill.unknown_word.message` and `drill.unknown_word.advice`, with a `{name}` for each argument.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Diagnostic {
-    /// How much it weighs.
     pub severity: Severity,
     /// Stable code, a key of the locale tables.
     pub code: String,
-    /// Where it was found, if in a file.
+    /// Position in a file, if any.
     pub place: Option<Location>,
-    /// Arguments of the sentence, by name.
+    /// Arguments of the text, by name.
     pub args: Vec<(String, String)>,
 }
 
 impl Diagnostic {
-    /// A diagnostic without place and arguments.
+    /// A diagnostic without position and arguments.
     pub fn new(severity: Severity, code: &str) -> Self {
         Self { severity, code: code.to_owned(), place: None, args: Vec::new() }
     }
 
-    /// What stands under the first of `names` that it has an argument for.
+    /// Value of the first of `names` that is an argument.
     pub fn argument(&self, names: &[&str]) -> Option<&str> {
         let find = |name: &&str| self.args.iter().find(|(have, _)| have == name);
         names.iter().find_map(find).map(|(_, value)| value.as_str())
     }
 
-    /// Something of the input is missing from the result, or cannot be done.
+    /// Part of the input is missing from the result, or the request can't be met.
     pub fn error(code: &str) -> Self {
         Self::new(Severity::Error, code)
     }
 
-    /// Probably right; somebody should look.
+    /// Probably right, but the user should check it.
     pub fn warning(code: &str) -> Self {
         Self::new(Severity::Warning, code)
     }
 
-    /// Good to know.
     pub fn note(code: &str) -> Self {
         Self::new(Severity::Note, code)
     }
 
-    /// The same at a place.
+    /// Sets the position.
     #[must_use]
     pub fn at(mut self, file: &str, line: u32, column: u32) -> Self {
         self.place = Some(Location { file: file.to_owned(), line, column });
         self
     }
 
-    /// The same with one more argument.
+    /// Adds an argument.
     #[must_use]
     pub fn with(mut self, name: &str, value: impl ToString) -> Self {
         self.args.push((name.to_owned(), value.to_string()));
         self
     }
 
-    /// Whether it is an error whose code is not among those that somebody has seen and accepted.
+    /// True for an error with a code that isn't in `accepted`.
     pub fn is_unacknowledged(&self, accepted: &[String]) -> bool {
         self.severity == Severity::Error && !accepted.contains(&self.code)
     }
 
-    /// What happened and what it means, in `language`.
+    /// The message in `language`, with the number of further problems of one cause.
     pub fn message(&self, language: &str) -> String {
-        locale::text(language, &format!("{}.message", self.code), &self.args)
+        let first = locale::text(language, &format!("{}.message", self.code), &self.args);
+        match self.argument(&[MORE]) {
+            Some(_) => first + &locale::text(language, "file.and_more", &self.args),
+            None => first,
+        }
     }
 
-    /// What to do, in `language`.
+    /// The advice in `language`.
     pub fn advice(&self, language: &str) -> String {
         locale::text(language, &format!("{}.advice", self.code), &self.args)
     }
 }
 
-/// The name among `known` that is nearest to `name`: fewest letters to put in, take out, exchange or swap.
+/// The name in `known` with the smallest edit distance to `name`.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> &'a str {
     let wanted: Vec<char> = name.chars().take(64).collect();
     known.into_iter().min_by_key(|candidate| distance(&wanted, candidate)).unwrap_or_default()
 }
 
-/// How many letters have to be put in, taken out, exchanged or swapped to come from `name` to `other`.
+/// Edit distance between `name` and `other`: letters inserted, deleted, replaced or swapped.
 pub fn letters_apart(name: &str, other: &str) -> usize {
     let wanted: Vec<char> = name.chars().take(64).collect();
     distance(&wanted, other).div_ceil(2)
 }
 
-/// Twice the edit distance; two letters swapped, and a letter that is only small or capital, count half.
+/// Twice the edit distance. A swap of two letters, or a change of case, counts half.
 fn distance(wanted: &[char], candidate: &str) -> usize {
     let candidate: Vec<char> = candidate.chars().collect();
     let mut before: Vec<usize> = Vec::new();

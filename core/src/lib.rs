@@ -1,7 +1,7 @@
-//! The pure heart of Annulus. No file, no socket, no clock, no thread; the same bytes in the page (wasm) and
-//! in the bridge (native), so that what is simulated is what runs.
+//! The core of Annulus: pure, without files, sockets, clocks or threads. The page (wasm) and the bridge
+//! (native) run identical code, so the simulation matches the machine.
 //!
-//! Data walks one way. Each floor makes one noun, and does not know the floors above it:
+//! Data flows in one direction; a module knows only those before it:
 //!
 //! ```text
 //! bytes ─ artwork ─▶ DrillFile ─ board ─▶ Board ─ cam ─▶ Plan ─▶ Program (job)
@@ -9,35 +9,36 @@
 //!                                                  └─ check: is it safe?
 //! ```
 //!
-//! | floor | makes | does not know |
-//! |---|---|---|
-//! | `units` | lengths in whole nanometres | anything else |
-//! | `diagnostic` | what a reader or check has to say, as code and arguments | the sentences |
-//! | `locale` | the sentences, one table a language | who asks |
-//! | `geometry` | points, boxes, regions of lines and arcs | boards |
-//! | `machine` | a machine described, its settings table, presets | jobs |
-//! | `artwork` | files as written | what they are for |
-//! | `board` | the board as meant: holes and slots | files' words |
-//! | `job` | the program: legs of commands with gates and marks | how fast |
-//! | `align` | where a board lies, from holes that were found: shift, turn, what is left over | who found them |
-//! | `level` | the board's surface as it was touched, and programs whose depth follows it | who touches it |
-//! | `cam` | plans: rack, order of holes, lowering to a program | motion |
-//! | `post` | programs in other controllers' words | motion |
-//! | `project` | the job file: a work as text | how toolpaths are made |
-//! | `proof` | what copper is left after a program, against the nets | planners |
-//! | `motion` | when each axis is where | steps |
-//! | `steps` | step times as runs, their digest and replay | planners' reasons |
-//! | `magazine` | which tool lies where, the steps of an automatic change, the way on from where one stopped | jobs |
-//! | `check` | an independent verdict on a stream | planners |
-//! | `pins` | the traits under the executor, and its step | who computed the stream |
-//! | `virtual_drill` | the virtual drill | programs |
-//! | `queue` | work commands: text, dry check, the next piece of work | sockets |
-//! | `sim` | the moment shown in a playback | pins |
-//! | `control` | session, queue, guard, trust: (state, event) → (state, actions) | sockets |
-//! | `controller` | controllers that plan their own motion, by serial line: lines, looks, trust | ports |
-//! | `servo` | a closed-loop axis: staged fuzzy PID and the servo it drives | how moves are planned |
-//! | `plot` | pictures of numbers: panels, axes, lines, as shapes and as SVG | what is plotted |
-//! | `wire` | what page and bridge say to each other | how it travels |
+//! | module | contents |
+//! |---|---|
+//! | `units` | lengths in whole nanometres |
+//! | `diagnostic` | problems, as code and arguments |
+//! | `locale` | texts, one table per language |
+//! | `geometry` | points, boxes, regions of lines and arcs |
+//! | `machine` | description of a machine, its settings, presets |
+//! | `artwork` | Gerber, Excellon and other input files, as written |
+//! | `board` | the board: holes and slots, copper, outline |
+//! | `job` | programs: legs of commands with gates and marks |
+//! | `gcode` | the words that a G-code controller accepts |
+//! | `align` | shift and rotation of a board from measured holes |
+//! | `level` | height maps, and programs that follow them |
+//! | `cam` | planning: tools, order of holes, toolpaths, lowering to a program |
+//! | `post` | G-code and other output files |
+//! | `project` | job files and saved projects |
+//! | `proof` | check of the copper left by a program against the nets |
+//! | `motion` | time and position of each axis |
+//! | `steps` | step times as runs, their digest and replay |
+//! | `magazine` | automatic tool change |
+//! | `check` | independent verdict on a step stream |
+//! | `pins` | hardware traits, and the executor's step |
+//! | `virtual_drill` | simulated machine |
+//! | `queue` | work commands: text, dry check, execution |
+//! | `sim` | playback of a program |
+//! | `control` | session, control, alarms, trust in the position: (state, event) → (state, actions) |
+//! | `controller` | GRBL-family controllers on a serial line |
+//! | `servo` | closed-loop axis: staged fuzzy PID and its servo |
+//! | `plot` | charts, as shapes and as SVG |
+//! | `wire` | messages between page and bridge |
 
 pub mod align;
 pub mod artwork;
@@ -48,6 +49,7 @@ pub mod check;
 pub mod control;
 pub mod controller;
 pub mod diagnostic;
+pub mod gcode;
 pub mod geometry;
 pub mod job;
 pub mod level;

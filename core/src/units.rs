@@ -1,7 +1,5 @@
-//! Lengths at rest are whole nanometres; in flight they are `f64` millimetres; at the pins they are whole steps, and
-//! time is whole ticks. The conversions live here and nowhere else.
-//!
-//! Comes in: decimal millimetres and inches. Goes out: [`Length`]. Knows no files and no machines.
+//! Units and their conversions, here and nowhere else. Saved lengths are whole nanometres, calculations use
+//! `f64` millimetres, pins use whole steps, and time is in whole ticks.
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
@@ -16,50 +14,44 @@ pub const TICK_HZ: u64 = 10_000_000;
 
 /// A length, or a coordinate along one axis, in whole nanometres.
 ///
-/// The range is ±9.2 · 10⁹ m; readers refuse anything beyond [`Length::LIMIT`], so sums of a few lengths cannot
-/// overflow.
+/// The range is ±9.2 · 10⁹ m. Readers refuse anything beyond [`Length::LIMIT`], so sums of a few lengths
+/// can't overflow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Length(i64);
 
 impl Length {
-    /// No length.
     pub const ZERO: Self = Self(0);
-    /// The largest coordinate any reader lets through: 10 m either way.
+    /// Largest coordinate that readers accept: 10 m in either direction.
     pub const LIMIT: Self = Self(10_000 * NM_PER_MM);
 
-    /// From whole nanometres.
     pub const fn from_nm(nm: i64) -> Self {
         Self(nm)
     }
 
-    /// From whole micrometres.
     pub const fn from_um(um: i64) -> Self {
         Self(um * 1_000)
     }
 
-    /// The nearest whole nanometre to `mm` millimetres, halves away from zero. Not-a-number gives zero and
-    /// what does not fit saturates; readers check ranges before they convert.
+    /// Rounds `mm` to whole nanometres, halves away from zero. NaN gives zero and overflow saturates, so
+    /// readers check ranges before they convert.
     pub fn from_mm(mm: f64) -> Self {
         Self(libm::round(mm * NM_PER_MM as f64) as i64)
     }
 
-    /// The nearest whole nanometre to `inch` inches, halves away from zero.
+    /// Rounds `inch` to whole nanometres, halves away from zero.
     pub fn from_inch(inch: f64) -> Self {
         Self(libm::round(inch * NM_PER_INCH as f64) as i64)
     }
 
-    /// Whole nanometres.
     pub const fn nm(self) -> i64 {
         self.0
     }
 
-    /// Millimetres.
     pub fn mm(self) -> f64 {
         self.0 as f64 / NM_PER_MM as f64
     }
 
-    /// Without its sign.
     pub const fn abs(self) -> Self {
         Self(self.0.abs())
     }

@@ -1,5 +1,5 @@
-//! The integer automaton: event for event as in the reference, exact for every distance and every change of target, and
-//! tables proved by running them (A4, A5).
+//! Tests of the integer automaton: events against the reference, every distance and every change of target
+//! reached exactly, and tables checked by running them.
 
 use crate::reference::vectors;
 use annulus_core::chance::Chance;
@@ -25,7 +25,7 @@ fn dynamics(period: &[u32], enter: &[u32], leave: &[u32]) -> Dynamics {
     Dynamics { period: period.to_vec(), enter: enter.to_vec(), leave: leave.to_vec() }
 }
 
-/// Serves interrupts until rest: (interrupt, position, state) of every step.
+/// Serves interrupts until the motor rests. Returns (interrupt, position, state) of every step.
 fn run(automaton: &mut Automaton, most: u64) -> Vec<(u64, i64, i32)> {
     let mut log = Vec::new();
     for interrupt in 1..=most {
@@ -39,7 +39,7 @@ fn run(automaton: &mut Automaton, most: u64) -> Vec<(u64, i64, i32)> {
 }
 
 #[test]
-fn every_event_is_that_of_the_reference() {
+fn automaton_events_match_the_reference() {
     let file = vectors("step_automaton.json");
     let mut events = 0;
     for case in file["cases"].as_array().unwrap() {
@@ -70,7 +70,7 @@ fn every_event_is_that_of_the_reference() {
 }
 
 #[test]
-fn totals_and_table_conditions_are_those_of_the_reference() {
+fn totals_and_table_conditions_match_the_reference() {
     let file = vectors("step_automaton.json");
     let arendt = Dynamics::arendt();
     for case in file["totals"].as_array().unwrap() {
@@ -95,7 +95,7 @@ fn totals_and_table_conditions_are_those_of_the_reference() {
     }
 }
 
-/// The sufficient conditions of the reference, part A.6.
+/// Sufficient conditions from part A.6 of the reference.
 struct Conditions {
     exact: bool,
     unimodal: bool,
@@ -117,7 +117,7 @@ impl Conditions {
         }
     }
 
-    /// Running a table never finds a fault that the conditions exclude.
+    /// Running a table must never reveal a fault that the conditions exclude.
     fn agree_with_running(&self, table: &Dynamics) {
         match check(table) {
             Ok(warnings) => {
@@ -132,7 +132,7 @@ impl Conditions {
 }
 
 #[test]
-fn every_distance_ends_exactly_both_ways_in_the_time_of_the_closed_formula() {
+fn every_distance_takes_the_closed_formula_time_both_ways() {
     let table = Dynamics::arendt();
     for distance in 1..=2000_i64 {
         let mut logs = Vec::new();
@@ -156,7 +156,7 @@ fn every_distance_ends_exactly_both_ways_in_the_time_of_the_closed_formula() {
 }
 
 #[test]
-fn long_moves_are_a_handful_of_stretches() {
+fn long_moves_need_few_stretches() {
     let table = Dynamics::arendt();
     let found: Vec<(u32, u64)> = stretches(&table, 1_000_000_000_000)
         .unwrap()
@@ -172,7 +172,7 @@ fn long_moves_are_a_handful_of_stretches() {
 }
 
 #[test]
-fn targets_may_change_at_any_moment() {
+fn changed_targets_are_reached_exactly() {
     let tables = [
         Dynamics::arendt(),
         dynamics(&[7, 4, 2, 1], &[0, 1, 2], &[1, 2, 4]),
@@ -200,8 +200,8 @@ fn targets_may_change_at_any_moment() {
 }
 
 #[test]
-fn a_table_is_refused_for_what_it_does() {
-    /// Periods, enter, leave, code of the first refusal, part of its sentence.
+fn invalid_tables_are_refused_with_the_reason() {
+    /// Periods, `enter`, `leave`, code of the first refusal, part of its message.
     type Row<'a> = (&'a [u32], &'a [u32], &'a [u32], &'a str, &'a str);
     let rows: [Row<'_>; 11] = [
         (&[], &[], &[], "automaton.lengths", "0"),
@@ -216,13 +216,14 @@ fn a_table_is_refused_for_what_it_does() {
             "automaton.too_many_states",
             "16",
         ),
-        // Enters state 1 for a move of 3 with 2 steps left and state 2 with 1 left.
+        // A move of 3 steps reaches state 1 with 2 steps left and state 2 with 1 left.
         (&[7, 4, 2], &[0, 0], &[1, 2], "automaton.overshoots", "3 steps"),
-        // Never slows down before the target.
+        // This table never slows down before the target.
         (&[7, 4], &[1], &[0], "automaton.overshoots", "3 steps"),
-        // Motors five steps before the end and finds room to go faster again.
+        // The motor slows down five steps before the end, and then has room to accelerate again.
         (&[7, 4, 2], &[1, 2], &[2, 6], "automaton.hunts", "steps"),
-        // From rest it is exact; a new target close ahead of a fast motor is missed although it could have stopped.
+        // Exact from rest. A new target shortly before a fast motor is overshot, although the motor could
+        // have stopped.
         (&[7, 4, 2], &[2, 0], &[1, 2], "automaton.overshoots_retargeted", "state 1"),
         (&[3, 2], &[0], &[4], "automaton.hunts", "steps"),
     ];
@@ -237,7 +238,7 @@ fn a_table_is_refused_for_what_it_does() {
 }
 
 #[test]
-fn what_is_accepted_may_still_deserve_a_look() {
+fn accepted_table_can_have_warnings() {
     let warnings = |table: Dynamics| -> Vec<String> {
         check(&table).unwrap().into_iter().map(|diagnostic| diagnostic.message("en")).collect()
     };
@@ -247,8 +248,8 @@ fn what_is_accepted_may_still_deserve_a_look() {
     assert!(early.len() == 1 && early[0].contains("2 steps") && early[0].contains('4'), "{early:?}");
 }
 
-/// What a table does, found by serving interrupts alone: from rest, and after a change of target in every state at every
-/// distance that leaves room to stop.
+/// Returns `true` if interrupts alone reach every target: from rest, and after a change of target in every
+/// state. Distances are all those that leave room to stop.
 fn does_well(table: &Dynamics) -> bool {
     let far = i64::from(table.enter.iter().chain(&table.leave).max().copied().unwrap_or(0)) + 20;
     let top = table.enter.len() as i32;
@@ -289,7 +290,7 @@ fn does_well(table: &Dynamics) -> bool {
 }
 
 #[test]
-fn the_verdict_is_what_interrupts_show_for_random_tables() {
+fn table_check_agrees_with_simulated_interrupts() {
     let mut seed = Chance::new(20_260_101);
     println!("seed 20260101");
     let (mut accepted, mut refused) = (0, 0);
@@ -325,7 +326,7 @@ fn the_verdict_is_what_interrupts_show_for_random_tables() {
 }
 
 #[test]
-fn hostile_tables_are_answered() {
+fn extreme_tables_do_not_panic() {
     let top = MOST_STATES as u32;
     let rising = |first: u32| (0..top).map(|state| (first + state * 600).min(FARTHEST)).collect::<Vec<_>>();
     let period: Vec<u32> = (1..=top + 1).rev().collect();
@@ -337,7 +338,7 @@ fn hostile_tables_are_answered() {
     ];
     let verdicts: Vec<bool> = rows.iter().map(|table| check(table).is_ok()).collect();
     assert_eq!(verdicts, [true, true, false, false]);
-    // Whatever the table, an automaton only counts.
+    // Even with a refused table the automaton must not panic or overflow: counting is all that it does.
     for table in [dynamics(&[], &[1], &[2]), dynamics(&[0, 0], &[0, 5], &[]), dynamics(&[3, 1], &[0], &[0])] {
         let mut automaton = Automaton::new(table, i64::MAX - 2);
         automaton.retarget(i64::MIN);
@@ -348,9 +349,9 @@ fn hostile_tables_are_answered() {
 }
 
 #[test]
-fn a_feed_is_a_state_that_is_not_exceeded() {
+fn feed_limits_the_automaton_state() {
     let table = Dynamics::arendt();
-    // (most steps a second at 500 Hz, state)
+    // (maximum steps per second at 500 Hz, state)
     for (most_hz, state) in [(1.0, 0), (72.0, 0), (125.0, 1), (249.0, 1), (250.0, 2), (500.0, 3), (9e9, 3)] {
         assert_eq!(state_within(&table, 500.0, most_hz), state, "{most_hz}");
         let slower = capped(&table, state);

@@ -1,4 +1,4 @@
-//! The board as it is carved, against areas and depths that are known, and against the tip itself at random places.
+//! Tests of the carved board against known areas and depths, and against the tool itself at random places.
 
 use annulus_core::chance::Chance;
 use annulus_core::geometry::{Bounds, Point};
@@ -25,7 +25,7 @@ fn stock(width: f64, height: f64) -> Stock {
 }
 
 #[test]
-fn a_board_that_is_turned_over_is_the_same_from_below() {
+fn flipped_stock_has_mirrored_depths() {
     let mut before = stock(10.03, 7.0);
     carved(
         &mut before,
@@ -51,7 +51,7 @@ fn a_board_that_is_turned_over_is_the_same_from_below() {
     }
 }
 
-/// A program of one leg with this bit, down at the first place.
+/// A program of one leg with one tool.
 fn program(bit: Bit, commands: Vec<Command>) -> Program {
     Program {
         name: String::new(),
@@ -94,7 +94,7 @@ fn turn(at: (f64, f64), center: (f64, f64), height: i64) -> Command {
 fn known_shapes_have_their_volumes() {
     let straight = |depth: i64| vec![rapid(3.0, 3.0), plunge(-depth), mill(13.0, 8.0, -depth)];
     let (length, wide) = (libm::hypot(10.0, 5.0), bit(3_175, vee()).width_at(um(500)).mm());
-    // A groove of a vee: a trapezoid along the way and a cone with a flat tip at its ends.
+    // A V-bit cuts a groove with a trapezoid as its cross-section, and a truncated cone at the ends.
     let cone = PI * 0.5 / 3.0 * (0.25 * wide * wide + 0.05 * wide + 0.01);
     let circle = |depth: i64| vec![rapid(7.0, 5.0), plunge(-depth), turn((7.0, 5.0), (5.0, 5.0), -depth)];
     let ring = PI * (2.5 * 2.5 - 1.5 * 1.5);
@@ -105,7 +105,7 @@ fn known_shapes_have_their_volumes() {
         (bit(800, Cutter::Mill), straight(300), (0.8 * length + PI * 0.16) * 0.3),
         (bit(3_175, vee()), straight(500), 0.5 * (0.2 + wide) * length * 0.5 + cone),
         (bit(1_000, Cutter::Mill), circle(400), ring * 0.4),
-        // A wedge that the round bit runs ahead of, and its last round.
+        // A wedge with the half circle of the tool at its end.
         (bit(500, Cutter::Mill), ramp, 10.0 * 0.5 * 0.5 + PI * 0.0625),
         (bit(1_000, Cutter::Mill), bore, ring * 1.6),
         (bit(1_000, Cutter::Drill), vec![rapid(5.0, 5.0), plunge(-1_800)], PI * 0.25 * 1.6),
@@ -118,9 +118,10 @@ fn known_shapes_have_their_volumes() {
     }
 }
 
-/// A mill's or vee's cut is as deep as its deepest passing of the place: sampled along the way, at random places.
+/// The cut of a mill or V-bit is as deep as its deepest pass over a place. The test samples the path at
+/// random places.
 #[test]
-fn every_place_is_as_deep_as_the_deepest_passing_of_the_bit() {
+fn depth_is_the_deepest_pass_of_the_tool() {
     let mut looked = 0;
     for seed in 0..40 {
         let mut chance = Chance::new(seed);
@@ -148,7 +149,8 @@ fn every_place_is_as_deep_as_the_deepest_passing_of_the_bit() {
         for _ in 0..40 {
             let tip = cuts[chance.bits() as usize % cuts.len()].way.at(chance.between(0.0, 1.0));
             let place = [tip[0] + chance.between(-0.8, 0.8), tip[1] + chance.between(-0.8, 0.8)];
-            // The places around decide between edges that lie within a cell and ramps cut in pieces.
+            // Neighbouring places are compared because an edge may pass through a cell and ramps are cut in
+            // pieces.
             let passed = |aside: f64, lower: f64| {
                 let samples =
                     cuts.iter().flat_map(|cut| (0..=400).map(|part| cut.way.at(f64::from(part) / 400.0)));
@@ -180,7 +182,7 @@ fn every_place_is_as_deep_as_the_deepest_passing_of_the_bit() {
 }
 
 #[test]
-fn a_cut_in_two_parts_is_the_cut_and_holes_are_through() {
+fn split_cut_equals_the_whole_cut() {
     let mut commands = vec![rapid(7.0, 5.0), plunge(-500)];
     commands.extend([turn((7.0, 5.0), (5.0, 5.0), -500), mill(12.0, 9.0, -500), plunge(-1_600)]);
     let program = program(bit(800, Cutter::Mill), commands);
@@ -199,7 +201,7 @@ fn a_cut_in_two_parts_is_the_cut_and_holes_are_through() {
 }
 
 #[test]
-fn a_stock_is_bounded_and_only_cut_tiles_take_memory() {
+fn stock_size_is_limited_and_only_cut_tiles_use_memory() {
     let corner = |mm: f64| Bounds::of(Point::default()).with(Point::from_mm(mm, mm));
     let sizes = [(50.0, 0.025), (160.0, 0.05), (1_000.0, 0.4), (2_500.0, 0.8)];
     for (mm, cell) in sizes {
@@ -211,7 +213,7 @@ fn a_stock_is_bounded_and_only_cut_tiles_take_memory() {
     }
     let mut stock = Stock::new(corner(100.0), um(1_600)).unwrap();
     carved(&mut stock, &program(bit(800, Cutter::Drill), vec![rapid(3.0, 3.0), plunge(-1_700)]));
-    // Beside the board there is nothing to cut.
+    // Outside the board there is nothing to cut.
     carved(&mut stock, &program(bit(800, Cutter::Drill), vec![rapid(-3.0, 300.0), plunge(-1_700)]));
     let cut: Vec<_> = stock.tiles().filter(|tile| tile.depths_um.is_some()).collect();
     assert_eq!((cut.len(), cut[0].first), (4, [64, 64]), "the hole lies on a corner of four tiles");

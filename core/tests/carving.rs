@@ -1,5 +1,5 @@
-//! The board as it is carved in the course of a playback: the same at every second from wherever it is reached, no more work than
-//! a checkpoint's away, and what is wrong on the way.
+//! Tests of the carved board during a playback. A time must give the same result from any starting point,
+//! with at most one checkpoint of work. Faults on the way must be found.
 
 use annulus_core::chance::Chance;
 use annulus_core::geometry::{Bounds, Point};
@@ -34,7 +34,7 @@ fn up() -> Command {
     Command::Retract { to: um(2_000) }
 }
 
-/// Rows of a mill, a circle of a vee, holes.
+/// Rows of a mill, a circle of a V-bit, holes.
 fn program() -> Program {
     let bit = |diameter, cutter| Bit {
         diameter: um(diameter),
@@ -86,7 +86,7 @@ fn carving(program: &Program) -> Carving {
 }
 
 #[test]
-fn every_second_is_the_same_from_wherever_it_is_reached_and_never_far() {
+fn every_playback_time_gives_the_same_stock() {
     let program = program();
     let total_s = playback(&program).total_s();
     let mut cursor = carving(&program);
@@ -98,7 +98,7 @@ fn every_second_is_the_same_from_wherever_it_is_reached_and_never_far() {
     let mut before = (0.0, 0.0);
     for number in 0..40 {
         let t_s = if number % 8 == 0 { before.0 } else { chance.between(0.0, total_s) };
-        // A checkpoint and one way more are enough, wherever one comes from.
+        // One checkpoint and one path segment must be enough from any starting point.
         assert!(cursor.seek(t_s, 3_000_000), "{t_s} s is too far");
         let mut fresh = carving(&program);
         assert!(fresh.seek(t_s, u64::MAX));
@@ -114,7 +114,7 @@ fn every_second_is_the_same_from_wherever_it_is_reached_and_never_far() {
 }
 
 #[test]
-fn what_was_explored_is_near_and_is_the_same() {
+fn explored_times_are_cheap_and_equal() {
     let program = program();
     let total_s = playback(&program).total_s();
     let mut cursor = carving(&program);
@@ -126,7 +126,7 @@ fn what_was_explored_is_near_and_is_the_same() {
     }
     assert!(calls > 3, "{calls} calls are more than a call's work");
     assert_eq!((cursor.stock(), cursor.at_s()), (&here, 1.0), "nobody sees it");
-    // Never looked at, and near all the same.
+    // These times were never shown. After `explore` they must be cheap to reach.
     for share in [1.0, 0.9, 0.35, 0.6, 0.1] {
         assert!(cursor.seek(share * total_s, 3_000_000), "{share} is too far");
         let mut fresh = carving(&program);
@@ -140,7 +140,7 @@ fn what_was_explored_is_near_and_is_the_same() {
     assert!(cursor.explore(0), "nothing is left");
 }
 
-/// All of a program at once, by its commands and not by its times.
+/// Carves a whole program by its commands, without the playback's times.
 fn carved_whole(program: &Program) -> f64 {
     let bounds = Bounds::of(Point::default()).with(Point::from_mm(30.0, 30.0));
     let mut stock = Stock::new(bounds, um(1_600)).unwrap().with_points(130.0);
@@ -151,7 +151,7 @@ fn carved_whole(program: &Program) -> f64 {
 }
 
 #[test]
-fn a_hole_has_the_point_of_its_drill_and_is_there_once_it_is_drilled() {
+fn hole_has_the_drill_point_when_drilled() {
     let program = program();
     let playback = playback(&program);
     let mut cursor = carving(&program);
@@ -170,7 +170,7 @@ fn a_hole_has_the_point_of_its_drill_and_is_there_once_it_is_drilled() {
 }
 
 #[test]
-fn a_place_finds_its_second_and_a_second_its_place() {
+fn position_and_playback_time_find_each_other() {
     let program = program();
     let playback = playback(&program);
     let line = playback.timeline();
@@ -195,7 +195,7 @@ fn room(travel: Option<Bounds>, deepest: i64) -> ToolRoom {
 }
 
 #[test]
-fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
+fn clamp_zones_and_low_rapids_give_warnings() {
     let good = program();
     let zone =
         |x: f64, y: f64, size: f64| Bounds::of(Point::from_mm(x, y)).with(Point::from_mm(x + size, y + size));
@@ -204,18 +204,18 @@ fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
         warnings(&playback(program), &program.bits, &room)
     };
     assert_eq!(told(&good, vec![zone(40.0, 40.0, 5.0)]), [], "nobody goes there");
-    // The mill of 0.8 mm cuts at X 2; 0.3 mm beside it is within its radius, 0.5 mm is not.
+    // The mill of 0.8 mm cuts at X 2. A clamp 0.3 mm away is within its radius, one at 0.5 mm is not.
     let cut = told(&good, vec![zone(0.7, 10.0, 1.0)]);
     assert_eq!((cut[0].fault, cut[0].leg), (Fault::Clamp, 1), "{cut:?}");
     assert!(cut[0].depth_mm > 0.19, "{cut:?}");
     assert_eq!(told(&good, vec![zone(0.5, 10.0, 1.0)]), []);
-    // The V-bit of 3 mm goes round (14, 10) at 6 mm.
+    // The V-bit of 3 mm circles (14, 10) with radius 6 mm.
     let mut round = good.clone();
     round.legs[1].commands = vec![rapid(2.0, 2.0), plunge(-200), up()];
     let arc = told(&round, vec![zone(14.0, 17.2, 1.0)]);
     assert_eq!(arc.iter().map(|one| (one.fault, one.leg)).collect::<Vec<_>>(), [(Fault::Clamp, 3)]);
     assert_eq!(told(&round, vec![zone(13.5, 17.7, 1.0), zone(13.5, 10.5, 1.0)]), []);
-    // From hole to hole at Y 25, over a zone between them.
+    // The rapid between the holes at Y 25 crosses a clamp zone.
     let over = told(&good, vec![zone(14.0, 24.5, 1.0)]);
     assert!(
         over.iter().all(|one| (one.fault, one.leg) == (Fault::Clamp, 6) && one.depth_mm < 0.0),
@@ -230,7 +230,7 @@ fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
 }
 
 #[test]
-fn motors_that_take_play_up_move_nothing_in_the_board() {
+fn backlash_takeup_moves_nothing_in_the_board() {
     let program = program();
     let mut machine = virtual_drill();
     (machine.x.backlash, machine.y.backlash) = (um(60), um(80));
@@ -239,7 +239,7 @@ fn motors_that_take_play_up_move_nothing_in_the_board() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_second_and_its_leg() {
+fn warnings_have_their_time_and_leg() {
     let good = program();
     let travel = Bounds::of(Point::from_mm(-1.0, -1.0)).with(Point::from_mm(40.0, 40.0));
     let found = |program: &Program, travel, deepest| {

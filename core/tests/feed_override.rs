@@ -1,13 +1,16 @@
-//! Feed override: holds and stops at any moment keep the path and the machine's limits, and every step is counted (N15, N12).
+//! Tests of the feed override: holds and stops at any moment keep to the path and the machine's limits, and
+//! every step is counted.
 
 use annulus_core::chance::Chance;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Output, Steps, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Playhead, Recorder, Written, play};
+use annulus_core::pins::{
+    Clock, Motors, Operator, Order, Outcome, Playhead, Recorder, Written, play, play_on_by_turns, through,
+};
 use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 
-/// Time that is always on time, or late by chance.
+/// A clock that is exact, or late by a random amount.
 struct TestClock {
     late_by: u64,
     chance: Chance,
@@ -25,7 +28,7 @@ impl Clock for TestClock {
     }
 }
 
-/// Orders at ticks, in order of time; the last one stands.
+/// Orders by tick, in order of time. The latest one applies.
 struct Script(Vec<(u64, Order)>, u64);
 
 impl Operator for Script {
@@ -78,7 +81,7 @@ fn ticks(pins: &Recorder, axis: usize) -> Vec<u64> {
     steps.collect()
 }
 
-/// Mean speeds over 8 steps, and how they change over 16, in steps per second and per second².
+/// Largest mean speed over 8 steps in steps/s, and its largest change over 16 steps in steps/s².
 fn extremes(ticks: &[u64]) -> (f64, f64) {
     let s = |ticks: u64| ticks as f64 / TICK_HZ as f64;
     let speeds: Vec<(f64, f64)> = ticks
@@ -93,7 +96,7 @@ fn extremes(ticks: &[u64]) -> (f64, f64) {
 }
 
 #[test]
-fn without_orders_every_pulse_comes_when_it_was_planned() {
+fn pulses_without_orders_match_the_plan() {
     let machine = virtual_drill();
     let travel = travel(&machine, [8_000, -3_000]);
     let played = run(&machine, &travel, vec![], Recorder::default(), 0);
@@ -106,7 +109,7 @@ fn without_orders_every_pulse_comes_when_it_was_planned() {
 }
 
 #[test]
-fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
+fn stops_and_holds_stay_on_the_path_and_within_limits() {
     let machine = virtual_drill();
     let mut seed = Chance::new(11);
     let axis = &machine.x;
@@ -128,7 +131,7 @@ fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
         let played = run(&machine, &travel, orders.clone(), Recorder::default(), 0);
         let trace = format!("round {round}: to {to:?}, {orders:?}");
         assert_eq!(played.pins.position, played.line.position, "every step is counted: {trace}");
-        // The path: the pulses are those planned, in their order, and nothing but later.
+        // The pulses must be the planned ones in the planned order, and only later.
         let planned: Vec<_> = replay(&travel).collect();
         for (call, pulse) in played.pins.written.iter().zip(&planned) {
             let Written::Step { tick, axes, forward } = call else { panic!("{trace}") };
@@ -144,8 +147,8 @@ fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
         held += u32::from(!stop && played.line.tick > travel.duration_ticks + 10);
         for axis in 0..2 {
             let (fastest, hardest) = extremes(&ticks(&played.pins, axis));
-            // Steps are whole: over 16 of them the mean is off by a fraction of a step at either end, and the
-            // axis with fewer steps goes evenly between two steps of the other.
+            // Steps are integers: over 16 of them the mean is off by a fraction of a step at both ends.
+            // Steps of the slower axis are spaced evenly between two steps of the faster one.
             let leads = to[axis].abs() >= to[1 - axis].abs();
             let tolerance = if leads { 1.25 } else { 1.5 };
             hardest_seen = hardest_seen.max(hardest / acceleration);
@@ -158,7 +161,7 @@ fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
 }
 
 #[test]
-fn a_hold_at_the_first_steps_costs_its_own_time_and_no_more() {
+fn hold_at_the_first_steps_adds_only_its_own_time() {
     let machine = virtual_drill();
     let travel = travel(&machine, [8_000, 1_000]);
     let first = replay(&travel).next().unwrap().tick;
@@ -167,7 +170,7 @@ fn a_hold_at_the_first_steps_costs_its_own_time_and_no_more() {
         let played = run(&machine, &travel, orders, Recorder::default(), 0);
         assert_eq!(played.outcome, Outcome::Completed);
         let longer = played.line.tick - travel.duration_ticks;
-        // Beside the hold: coming to rest and getting going again, and the wait between two looks.
+        // In addition to the hold: deceleration, acceleration, and the wait between two checks.
         assert!(longer < hold + 400_000, "held at {from} for {hold}: {longer} ticks longer");
         let last: Vec<u64> = ticks(&played.pins, 0).into_iter().rev().take(4_000).collect();
         let planned: Vec<u64> =
@@ -180,7 +183,7 @@ fn a_hold_at_the_first_steps_costs_its_own_time_and_no_more() {
 }
 
 #[test]
-fn late_is_never_caught_up() {
+fn lateness_is_never_caught_up() {
     let machine = virtual_drill();
     let travel = travel(&machine, [2_000, 500]);
     let on_time = run(&machine, &travel, vec![], Recorder::default(), 0);
@@ -189,7 +192,7 @@ fn late_is_never_caught_up() {
     assert!(late.line.late > 0);
 }
 
-/// A clock that is late once: when it is asked for a tick from `at` on.
+/// A clock that is late once, by `by`, when asked for a tick from `at` on.
 struct LateOnce {
     at: u64,
     by: u64,
@@ -208,7 +211,7 @@ impl Clock for LateOnce {
 }
 
 #[test]
-fn a_step_that_comes_too_late_for_a_turning_motor_ends_the_move() {
+fn late_step_of_a_turning_motor_ends_the_move() {
     let mut machine = virtual_drill();
     let travel = travel(&machine, [20_000, 0]);
     let middle = travel.duration_ticks / 2;
@@ -232,12 +235,12 @@ fn a_step_that_comes_too_late_for_a_turning_motor_ends_the_move() {
     assert!((10_000..20_000).contains(&rest), "it comes to rest on its way: {rest}");
     assert_eq!(outcome(Output::Card, middle, interval / 4).0, Outcome::Completed, "a little late");
     assert_eq!(outcome(Output::Card, 0, 20 * interval).0, Outcome::Completed, "late before the first step");
-    // The virtual drill goes by stream time: there, life only paces.
+    // The virtual drill runs by stream time; real time only paces it.
     assert_eq!(outcome(Output::Virtual, middle, 20 * interval).0, Outcome::Completed);
 }
 
 #[test]
-fn a_deadline_is_counted_in_planned_time() {
+fn gate_deadline_counts_planned_time() {
     let machine = virtual_drill();
     let mut seek = travel(&machine, [-4_000, 0]);
     let half_way = 2 * seek.duration_ticks;
@@ -247,7 +250,7 @@ fn a_deadline_is_counted_in_planned_time() {
         otherwise: Otherwise::Alarm,
     });
     let pins = Recorder { script: vec![(half_way, Input::XMin.bit())], ..Recorder::default() };
-    // At a feed override of a quarter the sensor turns on after twice the time that all of the move was planned to take.
+    // At a feed override of 25 % the sensor turns on after twice the planned duration of the whole move.
     let slow = run(&machine, &seek, vec![(0, Order::At { percent: 25 })], pins, 0);
     assert!(matches!(slow.outcome, Outcome::Gated(_)), "{:?}", slow.outcome);
     let never = run(&machine, &seek, vec![(0, Order::At { percent: 25 })], Recorder::default(), 0);
@@ -284,9 +287,9 @@ fn gates_end_a_move_and_guards_stop_it() {
 }
 
 #[test]
-fn on_the_way_to_a_sensor_no_step_comes_after_an_edge_where_the_motor_may_stand() {
+fn slow_sensor_seek_stops_on_the_edge() {
     let mut machine = virtual_drill();
-    // At 160 steps a second it may stand at once, at 12,000 it has to brake.
+    // At 160 steps a second the motor may stop at once, at 12,000 it has to brake.
     for (speed_mm_per_s, beyond) in [(2.0, 0..=0), (150.0, 100..=510)] {
         machine.x.max_speed_mm_per_s = speed_mm_per_s;
         let mut seek = travel(&machine, [-4_000, 0]);
@@ -305,4 +308,56 @@ fn on_the_way_to_a_sensor_no_step_comes_after_an_edge_where_the_motor_may_stand(
         assert!(beyond.contains(&more), "{more} steps after it at {speed_mm_per_s} mm/s");
         assert_eq!(played.pins.position, played.line.position);
     }
+}
+
+/// Interrupts a segment at each tick of `at`, and continues it later.
+fn left_and_gone_on(machine: &Machine, segment: &Segment, at: &[u64]) -> Played {
+    let (mut line, mut pins) = (Playhead::default(), Recorder::default());
+    let mut clock = TestClock { late_by: 0, chance: Chance::new(3), now: 0 };
+    let (motors, mut made) = (Motors::of(machine), 0);
+    for tick in at.iter().copied().map(Some).chain([None]) {
+        let mut operator = Script(tick.map(|tick| (tick, Order::Leave)).into_iter().collect(), line.tick);
+        let played =
+            play_on_by_turns(segment, made, &motors, &mut line, &mut pins, &mut clock, &mut operator);
+        match through(played) {
+            Outcome::Left { pulses } => made = pulses,
+            outcome => return Played { outcome, line, pins },
+        }
+        // Something else moves meanwhile and returns to the same place: time passes.
+        line.tick += 5_000_000;
+    }
+    panic!("it never ended")
+}
+
+#[test]
+fn interrupted_path_continues_from_its_step_within_limits() {
+    let machine = virtual_drill();
+    let per_mm = machine.x.scale.steps_per_mm();
+    let limit = machine.x.max_acceleration_mm_per_s2 * per_mm;
+    let (mut seed, mut left) = (Chance::new(5), 0);
+    for round in 0..300 {
+        let span = 200 + chance(&mut seed, 12_000) as i64;
+        let travel = travel(&machine, [span, chance(&mut seed, 2 * span as u64) as i64 - span]);
+        let first = chance(&mut seed, travel.duration_ticks);
+        let at = [first, first + 6_000_000 + chance(&mut seed, 1_000_000)];
+        let played = left_and_gone_on(&machine, &travel, &at);
+        assert_eq!((played.outcome, played.line.position), (Outcome::Completed, travel.end), "round {round}");
+        let made: Vec<_> = played
+            .pins
+            .written
+            .iter()
+            .filter_map(|call| match call {
+                Written::Step { axes, forward, .. } => Some((*axes, *forward)),
+                _ => None,
+            })
+            .collect();
+        let planned: Vec<_> = replay(&travel).map(|pulse| (pulse.axes, pulse.forward)).collect();
+        assert_eq!(made, planned, "round {round}: the same pulses in the same order");
+        left += u32::from(played.line.tick > travel.duration_ticks + 5_000_000);
+        for axis in 0..2 {
+            let (_, hardest) = extremes(&ticks(&played.pins, axis));
+            assert!(hardest <= limit * 1.5, "round {round}: {hardest} steps/s² on axis {axis}");
+        }
+    }
+    assert!(left > 150, "{left}");
 }

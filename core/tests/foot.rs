@@ -1,5 +1,6 @@
-//! The presser foot (C7): down before the bit enters, up after it left, each with its time; its sensor is an interlock; STOP and streams
-//! that break the rules are refused or come to rest with the foot up.
+//! Tests of the presser foot: down before the tool enters the board, up after it has left, with time for
+//! both. The foot's sensor is an interlock. After STOP the foot is lifted. Streams that break these rules
+//! are refused.
 
 use crate::operator::{OnTime, Orders};
 use crate::programs::{Chance, one_by_one, random_program};
@@ -15,7 +16,7 @@ use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 use std::sync::{Arc, Mutex};
 
-/// So many ticks the foot takes here.
+/// Time that the foot takes in these tests.
 const FOOT_TICKS: u64 = TICK_HZ * 80 / 1_000;
 
 fn on(machine: &Machine) -> Machine {
@@ -24,7 +25,7 @@ fn on(machine: &Machine) -> Machine {
     apply(machine, &changes.map(|(key, value)| (key.to_owned(), value))).unwrap()
 }
 
-/// Four holes, one of them in two strokes, and a path.
+/// Four holes, one of them drilled in two cycles, and a path.
 fn program(machine: &Machine) -> Program {
     let mut program = random_program(&mut Chance::new(5), machine, 4);
     let deep = program.legs[1].commands[1];
@@ -70,17 +71,17 @@ fn played_with(
 }
 
 #[test]
-fn it_is_down_before_the_bit_enters_and_up_before_x_and_y_leave_and_has_its_time() {
+fn pressure_foot_is_down_only_around_a_plunge() {
     for base in [one_by_one(), hobby_3018()] {
         let machine = on(&base);
         let stream = stream(&machine);
         let mut recorder = Recorder { position: stream.start, ..Recorder::default() };
-        // A foot that nobody tells of.
+        // The executor has no foot configured, so that the interlock can't interfere.
         let motors = Motors { pressed: 0, ..Motors::of(&machine) };
         let (outcome, _) = played_with(&motors, &stream.segments, &mut recorder, stream.start);
         assert_eq!(outcome, Outcome::Completed);
         let (mut down, mut since, mut z, mut strokes) = (false, None::<u64>, stream.start[2], 0);
-        // The path is milled with the foot up, also where the bit goes down to it.
+        // The path, including the plunge to it, is milled with the foot up.
         let ends = stream.segments.iter().scan(0, |end, segment| {
             *end += segment.duration_ticks;
             Some((*end - segment.duration_ticks, *end, segment.mark))
@@ -122,7 +123,7 @@ fn it_is_down_before_the_bit_enters_and_up_before_x_and_y_leave_and_has_its_time
 }
 
 #[test]
-fn without_one_the_stream_is_what_it_was() {
+fn stream_without_a_foot_switches_no_foot() {
     let machine = one_by_one();
     let switched = |machine: &Machine| {
         stream(machine)
@@ -136,7 +137,7 @@ fn without_one_the_stream_is_what_it_was() {
 }
 
 #[test]
-fn the_check_refuses_a_bit_without_the_foot_and_a_plane_under_it() {
+fn check_refuses_plunge_without_foot_and_xy_motion_under_it() {
     let machine = on(&one_by_one());
     let zero = check::roomy_zero(&machine, Point::default());
     let verdict = |change: fn(&mut StepStream)| {
@@ -158,11 +159,11 @@ fn the_check_refuses_a_bit_without_the_foot_and_a_plane_under_it() {
 }
 
 #[test]
-fn its_sensor_stops_the_bit_and_the_plane_and_the_cover_stops_everything_but_the_way_up() {
+fn foot_sensor_and_cover_stop_all_but_upward_motion() {
     let machine = on(&one_by_one());
     let stream = stream(&machine);
     let [foot, cover] = [Input::FootDown, Input::CoverOpen].map(Input::bit);
-    // Inputs from a tick on, after a second of them as they should be; what ends it.
+    // Inputs by tick, the outcome that they cause, and a name.
     let down_at = {
         let mut now = 0;
         let mut at = 0;
@@ -193,7 +194,7 @@ fn its_sensor_stops_the_bit_and_the_plane_and_the_cover_stops_everything_but_the
             assert_eq!(line.position[2], stream.start[2], "the bit did not go down");
         }
     }
-    // The way up is free.
+    // Upward moves are allowed.
     let up = stream.segments.iter().find(|segment| segment.stage == Stage::Retract).unwrap();
     let mut recorder = Recorder { script: vec![(0, cover)], ..Recorder::default() };
     assert_eq!(
@@ -203,7 +204,7 @@ fn its_sensor_stops_the_bit_and_the_plane_and_the_cover_stops_everything_but_the
 }
 
 #[test]
-fn the_virtual_drill_shows_it_and_drills_every_hole_under_it() {
+fn virtual_drill_lowers_the_foot_for_every_hole() {
     let machine = on(&one_by_one());
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
@@ -212,7 +213,7 @@ fn the_virtual_drill_shows_it_and_drills_every_hole_under_it() {
     let mill = Bit { cutter: Cutter::Mill, ..program(&machine).bits[0].clone() };
     drill.bit(0, &mill);
     let stream = stream(&machine);
-    // The board lies where the drill stands, and its spindle is at the height where the program begins.
+    // The board is under the drill, and the spindle is at the height at which the program begins.
     let [x, y, z] = drill.inner().real();
     let surface = machine.z.scale.steps(machine.process.surface);
     let mut line = Playhead { position: [x, y, z, 0, 0, 0, 0, 0], ..Playhead::default() };
@@ -238,7 +239,7 @@ fn the_virtual_drill_shows_it_and_drills_every_hole_under_it() {
 }
 
 #[test]
-fn a_stroke_of_the_queue_goes_down_under_it_too() {
+fn queue_lowers_the_foot_for_a_stroke() {
     let machine = on(&one_by_one());
     let mut drill = Steady::new(VirtualDrill::new(&machine, 1, Faults::default(), Box::new(|_| {})));
     let rig = Rig::homed(&machine, &mut drill).unwrap();
@@ -254,7 +255,7 @@ fn a_stroke_of_the_queue_goes_down_under_it_too() {
     let (rest, rig) = run("DRILL_UP\nMOVE_BY 400 0\n", rig, &mut drill);
     assert_eq!(rest, Some(Rest::Done));
     assert!(!rig.line.foot_down && drill.inputs(rig.line.tick) & Input::FootDown.bit() == 0);
-    // A stroke that homing lifts leaves it down: whoever moves X or Y then has it lifted first.
+    // Homing that raises the tool leaves the foot down: the next move of X or Y must raise the foot first.
     let mut rig = rig;
     for text in
         ["HOME Z\nMOVE_BY 400 0\n", "HOME ALL\n", "DRILL_UP\nOUTPUT foot ON\nWAIT 200\nMOVE_BY 400 0\n"]
@@ -268,7 +269,7 @@ fn a_stroke_of_the_queue_goes_down_under_it_too() {
 }
 
 #[test]
-fn a_bit_that_touches_nothing_where_it_must_or_something_above_it_is_noticed_at_its_hole() {
+fn missing_or_early_contact_is_detected_at_its_hole() {
     for overlap in [true, false] {
         let text = |text: &str| Value::Text(text.to_owned());
         let word = if overlap { "yes" } else { "no" };

@@ -1,5 +1,6 @@
-//! Changes of tools on the virtual drill (C5): every step stopped before, within and behind, with sensors and without, and taken up
-//! again as offered; what lies where is what is believed, and nothing is ever pushed onto another tool.
+//! Tests of tool changes on the virtual drill: every step interrupted before, during and after, with
+//! sensors and without, then continued as offered. The stock must match reality, and no tool may be pushed
+//! onto another.
 
 use crate::operator::{OnTime, Orders};
 use crate::programs::rounds;
@@ -21,7 +22,7 @@ fn tool(number: u32) -> StockedTool {
     }
 }
 
-/// The virtual drill with its magazine and a presser foot.
+/// The virtual drill with a magazine and a presser foot.
 fn machine() -> Machine {
     let base = virtual_drill();
     let overlap = Overlap { on: false, ..base.overlap };
@@ -30,7 +31,7 @@ fn machine() -> Machine {
     machine
 }
 
-/// The same machine behind a card whose sensors of the magazine are wired, or none of them.
+/// The same machine on a card, with all sensors of the magazine wired or none.
 fn carded(has_sensors: bool) -> Machine {
     let first = [0, 1, 2, 3, 4, 5, 6].map(f64::from);
     let further: Vec<f64> = (7..13).map(|bit| if has_sensors { f64::from(bit) } else { -1.0 }).collect();
@@ -46,7 +47,7 @@ fn carded(has_sensors: bool) -> Machine {
     apply(&machine(), &changes).unwrap()
 }
 
-/// A drill, what is believed of its tools, and where it stands.
+/// A drill, the assumed stock, and the positions.
 struct Bench {
     machine: Machine,
     told: u32,
@@ -77,7 +78,7 @@ impl Bench {
         play(piece, &motors, &mut self.line, &mut self.drill, &mut clock, &mut operator)
     }
 
-    /// Switches and plays the work of a step; whether it was played to its end.
+    /// Executes a step: its output, then its segments. Returns `true` if they were played to the end.
     fn work(&mut self, work: &StepWork, stop: Option<f64>) -> bool {
         if let Some((place, on)) = work.output {
             self.drill.output(self.line.tick, place, on);
@@ -89,7 +90,8 @@ impl Bench {
         })
     }
 
-    /// What the owner does where a change stopped: the clamp comes to its end, the tip goes up, and the sensors are looked at.
+    /// The owner's actions after an interrupted change: lets the clamp finish, raises the tool and reads
+    /// the sensors.
     fn made_safe(&mut self) {
         self.line.tick += self.stock.wait_before_lift_ticks(&self.machine);
         self.drill.inputs(self.line.tick);
@@ -114,7 +116,7 @@ impl Bench {
         }
     }
 
-    /// What a person sees who looks at the tool in doubt.
+    /// Where a user finds the uncertain tool.
     fn look(&self) -> Seen {
         let (tool, place) = self.stock.change.as_ref().unwrap().uncertain();
         let drill = self.drill.inner();
@@ -126,7 +128,8 @@ impl Bench {
         }
     }
 
-    /// Changes to `bit`, stopped where `stops` says: before a step, or after a share of it. Whether the bit is in.
+    /// Changes to `bit`. `stops` gives the share of a step after which the change stops; 0 is before the
+    /// step. Returns `true` if the tool is fitted.
     fn change(
         &mut self,
         bit: &Bit,
@@ -159,7 +162,7 @@ impl Bench {
         Ok(true)
     }
 
-    /// What is believed is what is so, no tool is in two places, and nothing broke.
+    /// The stock must match reality, no tool may be in two places, and nothing may have broken.
     fn is_true(&self, trace: &str) {
         let drill = self.drill.inner();
         assert_eq!(drill.broken(), None, "{trace}");
@@ -175,7 +178,7 @@ impl Bench {
     }
 }
 
-/// Tools 1 … 4, the first in the spindle or in its place.
+/// Tools 1 to 4, the first one in the spindle or in its place.
 fn stock(machine: &Machine, in_spindle: bool) -> ToolStock {
     let mut places: Vec<_> = (1..=4).map(|number| Some(tool(number))).collect();
     let spindle = if in_spindle {
@@ -187,7 +190,7 @@ fn stock(machine: &Machine, in_spindle: bool) -> ToolStock {
 }
 
 #[test]
-fn a_change_that_nobody_stops_goes_through_the_steps_of_the_paper() {
+fn unstopped_tool_change_runs_every_step() {
     let mut bench = Bench::new(&machine(), stock(&machine(), true), Faults::default());
     let mut steps = Vec::new();
     let mut note = |step| {
@@ -202,14 +205,14 @@ fn a_change_that_nobody_stops_goes_through_the_steps_of_the_paper() {
         (Held::Tool { tool: tool(3), place: Some(2) }, None)
     );
     assert_eq!(bench.change(&tool(3).bit, &mut |_| Some(0.0)), Ok(true), "it is in already");
-    // The time that is said beforehand is the time of these moves.
+    // The announced time must be the duration of these moves.
     let said_s = change_s(&machine(), true).unwrap();
     let empty_s = change_s(&machine(), false).unwrap();
     assert!(said_s > empty_s && empty_s > 3.0 && said_s < 60.0, "{said_s} {empty_s}");
 }
 
 #[test]
-fn stopped_at_every_step_it_goes_on_as_offered_with_sensors_and_without() {
+fn stopped_tool_change_resumes_at_every_step() {
     let mut seen = std::collections::BTreeSet::new();
     for (has_old, sensors) in
         [(true, None), (false, None), (true, Some(true)), (true, Some(false)), (false, Some(false))]
@@ -243,7 +246,7 @@ fn stopped_at_every_step_it_goes_on_as_offered_with_sensors_and_without() {
 }
 
 #[test]
-fn whatever_is_stopped_and_however_often_every_bit_is_fetched_and_nothing_is_pushed_onto_anything() {
+fn repeatedly_stopped_tool_changes_never_collide() {
     let seed = 20_261_126_u64;
     println!("seed {seed}");
     let mut chance = Chance::new(seed);
@@ -279,8 +282,8 @@ fn whatever_is_stopped_and_however_often_every_bit_is_fetched_and_nothing_is_pus
 }
 
 #[test]
-fn every_fault_of_clamp_and_magazine_stops_at_its_step_and_the_change_goes_on_when_it_is_mended() {
-    // (fault, where it is seen, its alarm, what is known of the spindle then)
+fn clamp_and_magazine_faults_stop_at_their_step() {
+    // (fault, step at which it shows, its alarm, whether the spindle's content is known then)
     type Row = (fn(&mut Faults), ChangeStep, &'static str, bool);
     let rows: [Row; 5] = [
         (|faults| faults.clamp_stuck = true, ChangeStep::WaitOpen, "magazine.clamp_closed", true),
@@ -301,7 +304,7 @@ fn every_fault_of_clamp_and_magazine_stops_at_its_step_and_the_change_goes_on_wh
         bench.stock.settle(bench.told, inputs, over);
         assert_eq!(bench.stock.goes_on_with().is_some(), is_known, "{code}: {:?}", bench.stock);
         assert_eq!(bench.drill.inner().broken(), None, "{code}");
-        // Mended, and looked at where nobody knew.
+        // Repaired; if the content is unknown, the user has looked.
         if !is_known {
             let seen = if bench.drill.inner().held().is_some() { Seen::InSpindle } else { Seen::TakenAway };
             bench.stock.seen(seen).unwrap();
@@ -309,7 +312,7 @@ fn every_fault_of_clamp_and_magazine_stops_at_its_step_and_the_change_goes_on_wh
         let mut stock = bench.stock.clone();
         let lost = stock.place_of(&tool(3).bit).is_none() && !stock.holds(&tool(3).bit);
         if lost {
-            // It was picked up and laid into its place again.
+            // The tool was picked up and put back into its place.
             stock.places[2] = Some(tool(3));
         }
         let mut mended = Bench::new(&machine(), stock, Faults::default());
@@ -319,18 +322,18 @@ fn every_fault_of_clamp_and_magazine_stops_at_its_step_and_the_change_goes_on_wh
 }
 
 #[test]
-fn a_place_that_is_taken_gets_no_second_tool() {
+fn occupied_slot_refuses_a_second_tool() {
     let faults = Faults { place_occupied: true, ..Faults::default() };
     let mut bench = Bench::new(&machine(), stock(&machine(), false), faults);
     assert_eq!(bench.change(&tool(2).bit, &mut |_| None), Ok(true));
-    // What lies in place 2 now nobody told of.
+    // The tool in place 2 is missing from the stock.
     assert_eq!(bench.change(&tool(3).bit, &mut |_| None), Err("magazine.place_taken".to_owned()));
     assert_eq!(bench.drill.inner().broken(), None);
     assert!(bench.drill.inner().held() == Some(&tool(2)), "it is still held");
 }
 
 #[test]
-fn what_cannot_be_fetched_is_refused_before_anything_moves() {
+fn impossible_fetch_is_refused_before_motion() {
     let machine = machine();
     let rows: [(ToolStock, u32, &str); 3] = [
         (ToolStock { spindle: Held::Unknown, ..stock(&machine, true) }, 3, "magazine.spindle_unknown"),

@@ -1,5 +1,5 @@
-//! Every test of `core` that uses it from outside, in one program, so that it is linked once. In a browser only those
-//! run that promise the same answer everywhere.
+//! All tests of `core` through its public interface, in one program so that linking happens once. In a
+//! browser only the tests run that promise the same results on every platform.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod automaton;
@@ -38,5 +38,7 @@ mod same_everywhere;
 mod servo;
 #[cfg(not(target_arch = "wasm32"))]
 mod settings;
+#[cfg(not(target_arch = "wasm32"))]
+mod sweep;
 #[cfg(not(target_arch = "wasm32"))]
 mod virtual_drill;

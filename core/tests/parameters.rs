@@ -1,5 +1,6 @@
-//! Every parameter of an axis, of the system and of the process (C2): changed one by one, each changes a stream, a cycle, a plan, what is put
-//! out, or is refused. The table is that of the manual's page on the machine.
+//! Tests that every parameter of an axis, of the system and of the process has an effect. Changed one at a
+//! time, each changes a stream, a cycle, a plan or an output, or is refused. The table is that of the
+//! manual's page on the machine.
 
 use crate::programs::{Chance, one_by_one, random_program};
 use annulus_core::board::{Board, Hole};
@@ -13,14 +14,14 @@ use annulus_core::magazine::{Change, Held, StockedTool, ToolStock, change_s};
 use annulus_core::motion::cycles;
 use annulus_core::pins::Motors;
 use annulus_core::units::Length;
-use annulus_core::{motion, queue, steps};
+use annulus_core::{check, motion, queue, steps};
 use std::fs;
 use std::path::Path;
 
-/// What of a machine is looked at.
-type Look = fn(&Machine) -> String;
+/// One aspect of a machine, as text for comparison.
+pub(crate) type Look = fn(&Machine) -> String;
 
-/// Digest of a stream that drills and mills round a corner.
+/// Digest of a stream that drills, and mills around a corner.
 fn stream(machine: &Machine) -> String {
     let mut program = random_program(&mut Chance::new(3), machine, 4);
     let deep = Length::from_mm(-0.2);
@@ -36,11 +37,14 @@ fn stream(machine: &Machine) -> String {
     ];
     let last = program.legs.len() - 1;
     program.legs.insert(last, Leg { mark: Mark::Toolpath(0), commands });
-    let timeline = motion::timeline(&program, machine).unwrap();
-    steps::digest(&steps::stream(&timeline, machine).unwrap())
+    let timeline = match motion::timeline(&program, machine) {
+        Ok(timeline) => timeline,
+        Err(why) => return why.code,
+    };
+    steps::stream(&timeline, machine).map_or_else(|why| why.code, |stream| steps::digest(&stream))
 }
 
-/// Where the tips are on the board's surface.
+/// Positions of the tools on the board's surface.
 fn tips(machine: &Machine) -> String {
     format!("{:?}", annulus_core::check::corner_zero(machine))
 }
@@ -50,7 +54,7 @@ fn homing(machine: &Machine) -> String {
     format!("{:?}", cycles::home(machine).unwrap())
 }
 
-/// A stroke by hand, as the Lab makes it.
+/// A manual drill cycle, as in the Lab.
 fn stroke(machine: &Machine) -> String {
     let mut from = Steps::default();
     from[2] = machine.z.scale.steps(machine.process.surface + machine.process.safe_height);
@@ -58,7 +62,7 @@ fn stroke(machine: &Machine) -> String {
     format!("{:?}", cycles::stroke(machine, from, bottom, None).unwrap())
 }
 
-/// The tip on its way down to a board whose height is looked for, and to just above it, which takes less time.
+/// The downward move to a board whose height is probed, and to just above it, which takes less time.
 fn touch(machine: &Machine) -> String {
     let mut to = Steps::default();
     to[2] = machine.z.scale.steps(machine.process.surface);
@@ -69,7 +73,7 @@ fn touch(machine: &Machine) -> String {
     format!("{touches:?} {nears:?}")
 }
 
-/// The program that is planned for a board of three holes.
+/// The program planned for a board with three holes.
 fn plan(machine: &Machine) -> String {
     let hole = |x: f64, size_um: i64| Hole {
         at: Point::from_mm(x, 4.0),
@@ -88,7 +92,7 @@ fn plan(machine: &Machine) -> String {
     format!("{:b} {:?}", program.spindles, program.legs)
 }
 
-/// A change of tools, step by step.
+/// A tool change, step by step.
 fn change(machine: &Machine) -> String {
     let bit = |number: i64| annulus_core::job::Bit {
         diameter: Length::from_um(100 * number),
@@ -103,29 +107,39 @@ fn change(machine: &Machine) -> String {
     let mut change = Change::new(&mut stock, &bit(2), (at, [false; 2])).unwrap().unwrap();
     let mut all = String::new();
     while let Some(step) = change.step() {
-        let work = change.begin(machine, &mut stock, (at, step.before().on)).unwrap();
+        let work = match change.begin(machine, &mut stock, (at, step.before().on)) {
+            Ok(work) => work,
+            Err(why) => return all + &why.code,
+        };
         all += &format!("{step:?} {work:?}\n");
         change.done(machine, &mut stock, step.after().on).unwrap();
     }
     all + &format!("{:?}", change_s(machine, true))
 }
 
-/// Whether the machine changes its tools, and how many seconds it takes.
+/// Whether the machine has a tool magazine, and how tools are changed.
 fn mode(machine: &Machine) -> String {
     format!("{:?} {:?}", machine.has_magazine(), machine.tool_change)
 }
 
-/// The way to where the head is parked.
+/// The move to the parking position.
 fn parking(machine: &Machine) -> String {
     format!("{:?}", queue::park(machine, Steps::default()).unwrap())
 }
 
-/// What the executor of the machine goes by.
+/// The moves to the position for a manual tool change, with known tool lengths.
+fn changing(machine: &Machine) -> String {
+    let zero = [400, 800];
+    let moves = queue::to_change(machine, machine.on_surface(), zero, true).unwrap();
+    format!("{moves:?} {}", machine.has_equal_lengths())
+}
+
+/// Data that the machine's executor uses.
 fn executor(machine: &Machine) -> String {
     format!("{:?} {:?}", Motors::of(machine), machine.output_names())
 }
 
-/// Which bits of the port are on when low.
+/// The active-low bits of the port.
 fn levels(machine: &Machine) -> String {
     format!("{:?}", [0, 1].map(|byte| machine.wiring().low_bits(byte)))
 }
@@ -140,21 +154,43 @@ fn with_foot() -> Machine {
     machine::apply(&one_by_one(), &[on]).unwrap()
 }
 
-/// Its X homes to an index pulse.
+/// A virtual drill whose X homes to an index pulse.
 fn with_index() -> Machine {
     machine::apply(&virtual_drill(), &[("x.index".to_owned(), Value::Text("yes".to_owned()))]).unwrap()
 }
 
-/// Parked at a place of its own.
+/// A virtual drill with a separate parking position.
 fn parked_apart() -> Machine {
     machine::apply(&virtual_drill(), &[("park.at".to_owned(), Value::Text("place".to_owned()))]).unwrap()
+}
+
+/// Result of the independent check for holes and cuts, measured from the corner.
+fn verdict(machine: &Machine) -> String {
+    let program = random_program(&mut Chance::new(3), machine, 4);
+    let timeline = motion::timeline(&program, machine).unwrap();
+    let stream = steps::stream(&timeline, machine).unwrap();
+    format!("{:?}", check::verify(&stream, machine, check::corner_zero(machine)))
+}
+
+/// All aspects.
+pub(crate) const LOOKS: &[Look] =
+    &[plan, stream, verdict, tips, homing, stroke, touch, mode, parking, executor, levels, change, changing];
+
+/// Machines such that every setting has a meaning on at least one of them.
+pub(crate) fn machines() -> Vec<Machine> {
+    let lab = machine::lab();
+    let all =
+        [virtual_drill(), six_spindles(), lab, with_magazine(), with_foot(), with_index(), parked_apart()];
+    let index = ["y.index", "z.index"].map(|key| (key.to_owned(), Value::Text("yes".to_owned())));
+    let with_others = machine::apply(&virtual_drill(), &index).unwrap();
+    all.into_iter().chain([breakout(), with_others]).collect()
 }
 
 fn breakout() -> Machine {
     preset("breakout").unwrap()
 }
 
-/// The paper's name, ours, another value, the machine, and what the change has to show in.
+/// The paper's name, the setting's key, another value, the machine, and the aspect that must change.
 type Row = (&'static str, &'static str, Value, fn() -> Machine, Look);
 
 fn rows() -> Vec<Row> {
@@ -200,6 +236,9 @@ fn rows() -> Vec<Row> {
         ("parking", "park.at", word("place"), virtual_drill, parking),
         ("parking", "park.x", number(40.0), parked_apart, parking),
         ("parking", "park.y", number(180.0), parked_apart, parking),
+        ("tool change by hand", "change.at", word("zero"), virtual_drill, changing),
+        ("tool change by hand", "change.height", number(12.0), virtual_drill, changing),
+        ("tool change by hand", "change.lengths", word("touch"), virtual_drill, changing),
         ("depth detection", "stroke.contact_tolerance", number(0.3), virtual_drill, executor),
         ("depth-detection speed", "stroke.touch_speed", number(0.4), virtual_drill, touch),
         ("broken-bit tolerance", "stroke.contact_tolerance", number(0.1), virtual_drill, executor),
@@ -211,15 +250,54 @@ fn rows() -> Vec<Row> {
         ("working stroke", "stroke.safe_height", number(3.0), virtual_drill, plan),
         ("lower dead point", "stroke.surface", number(-29.0), virtual_drill, stroke),
         ("spindle speed", "spindle.speed", number(24_000.0), virtual_drill, plan),
+        ("maximum spindle speed", "spindle.max_speed", number(20_000.0), virtual_drill, plan),
         ("tool-change mode", "rack.change", word("magazine"), virtual_drill, mode),
     ]
 }
 
+/// Parameters of every axis with another value for the virtual drill, and the aspect that must change.
+fn of_axes() -> Vec<(String, Value, Look)> {
+    let number = Value::Number;
+    let word = |word: &str| Value::Text(word.to_owned());
+    let mut rows: Vec<(String, Value, Look)> = Vec::new();
+    for axis in ["x", "y", "z"] {
+        let is_z = axis == "z";
+        let each: Vec<(&str, Value, Look)> = vec![
+            ("max_speed", number(21.0), stream),
+            ("max_acceleration", number(900.0), stream),
+            ("max_jerk", number(40_000.0), stream),
+            ("scale", number(100.0), stream),
+            ("scale_per", word("inch"), stream),
+            ("gear_up", number(2.0), stream),
+            ("gear_down", number(2.0), stream),
+            ("home_speed", number(9.0), homing),
+            ("home_search", number(390.0), homing),
+            ("home_offset", number(3.0), homing),
+            ("index", word("yes"), homing),
+        ];
+        rows.extend(each.into_iter().map(|(name, value, look)| (format!("{axis}.{name}"), value, look)));
+        if !is_z {
+            rows.push((format!("{axis}.backlash"), number(0.1), stream));
+            rows.push((format!("{axis}.home_end"), word("max"), homing));
+        }
+    }
+    rows
+}
+
 #[test]
-fn every_parameter_acts() {
+fn every_axis_parameter_has_an_effect() {
+    for (key, value, look) in of_axes() {
+        let changed = machine::apply(&virtual_drill(), &[(key.clone(), value.clone())]);
+        let after = changed.unwrap_or_else(|why| panic!("{key}: {why:?}"));
+        assert_ne!(look(&virtual_drill()), look(&after), "{key} = {value} does nothing");
+    }
+}
+
+#[test]
+fn every_parameter_has_an_effect() {
     for (name, key, value, machine, look) in rows() {
         let before = machine();
-        // A magazine has as many places along Y as along X.
+        // A magazine needs as many places along Y as along X.
         let mut changes = vec![(key.to_owned(), value.clone())];
         if key == "magazine.x" {
             changes.push(("magazine.y".to_owned(), Value::Numbers(vec![190.0; 2])));
@@ -230,16 +308,16 @@ fn every_parameter_acts() {
 }
 
 #[test]
-fn what_touches_is_at_rest_soon_behind_the_contact() {
+fn touch_speed_is_limited_by_the_stopping_distance() {
     let mill = machine::hobby_3018();
     let at = |mm_per_s| machine::apply(&mill, &[("stroke.touch_speed".to_owned(), Value::Number(mm_per_s))]);
-    // 0.1 mm by 30 mm/s²: 2.44 mm/s.
+    // 0.1 mm at 30 mm/s²: 2.44 mm/s.
     assert!(at(2.4).is_ok());
     assert_eq!(at(2.5).unwrap_err()[0].code, "machine.touch_too_fast");
 }
 
 #[test]
-fn an_axis_is_enabled_by_the_job() {
+fn job_selects_the_spindles() {
     let machine = six_spindles();
     let program = random_program(&mut Chance::new(3), &machine, 3);
     let digest = |spindles| {
@@ -251,7 +329,7 @@ fn an_axis_is_enabled_by_the_job() {
 }
 
 #[test]
-fn the_manual_has_every_name() {
+fn manual_lists_every_parameter() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/manual/machine.md");
     let manual = fs::read_to_string(page).unwrap();
     for (name, key, ..) in rows() {
@@ -263,11 +341,11 @@ fn the_manual_has_every_name() {
 }
 
 #[test]
-fn a_gear_is_exact_however_far_an_axis_goes() {
+fn gear_ratio_is_exact_over_any_distance() {
     let mut scale = virtual_drill().x.scale;
     (scale.gear_up, scale.gear_down) = (3, 7);
     for turns in [1_i64, 7, 70, 7_000_000] {
-        // 80 steps a millimetre, by 3/7.
+        // 80 steps per millimetre, times 3/7.
         assert_eq!(scale.steps(Length::from_um(7_000 * turns)), 240 * turns);
         assert_eq!(scale.length(240 * turns), Length::from_um(7_000 * turns));
     }

@@ -1,4 +1,5 @@
-//! Phase tables: bytes as in the reference both ways, no 24 V at rest, and wrong tables refused by column (A3).
+//! Tests of phase tables: bytes as in the reference in both directions, no 24 V at rest, and wrong tables
+//! refused by column.
 
 use crate::reference::vectors;
 use annulus_core::chance::Chance;
@@ -12,7 +13,7 @@ fn table(columns: &[u8]) -> PhaseTable {
 }
 
 #[test]
-fn bytes_are_those_of_the_reference_both_ways() {
+fn phase_bytes_match_the_reference_both_ways() {
     let file = vectors("step_automaton.json");
     let lab = PhaseTable::arendt();
     let printed: Vec<u8> = serde_json::from_value(file["phase_table"]["bytes"].clone()).unwrap();
@@ -30,7 +31,7 @@ fn bytes_are_those_of_the_reference_both_ways() {
 }
 
 #[test]
-fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
+fn preset_phase_tables_are_valid_and_force_at_switching() {
     for name in PRESETS {
         let table = preset(name).unwrap();
         assert_eq!(check("x.phases", &table), Ok(vec![]), "{name}");
@@ -59,7 +60,7 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
                 assert_eq!((held, motor.hold()), (byte & WINDINGS, byte & WINDINGS), "held on 5 V");
             }
         }
-        // A cycle is one turn of the current: the angle goes with the steps.
+        // A cycle is one revolution of the current: the angle follows the steps.
         let ideal = (motor.steps() - 5) * 8 / length;
         assert!((angle_now - begun - ideal).abs() <= 2, "{name}");
     }
@@ -68,8 +69,8 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
 }
 
 #[test]
-fn wrong_tables_are_refused_with_the_column() {
-    // (columns, code of the first diagnostic, what it names)
+fn wrong_phase_tables_are_refused_with_the_column() {
+    // (columns, code of the first diagnostic, part of its message)
     let rows: [(&[u8], &str, &str); 13] = [
         (&[], "phases.length", "0 columns"),
         (&[5; MOST_COLUMNS + 1], "phases.length", "65"),
@@ -103,19 +104,19 @@ fn wrong_tables_are_refused_with_the_column() {
 }
 
 #[test]
-fn one_bit_wrong_in_the_boost_table_is_found() {
+fn every_wrong_bit_in_the_boost_table_is_found() {
     let lab = PhaseTable::arendt();
     for (index, bit) in (0..12).flat_map(|index| (0..8).map(move |bit| (index, bit))) {
         let mut wrong = lab.clone();
         wrong.columns[index] ^= 1 << bit;
-        // A winding may be let go a step before it is switched: the field still goes on.
+        // A winding may be switched off one step early: the field still advances.
         let early = [(2, 2), (5, 0), (8, 3), (11, 1)].contains(&(index, bit));
         assert_eq!(check("x.phases", &wrong).is_ok(), early, "column {} bit {bit}", index + 1);
     }
 }
 
 #[test]
-fn any_length_up_to_64_works() {
+fn phase_tables_up_to_64_columns_are_valid() {
     for (name, times) in [("full_two", 16), ("half", 8), ("boost_12", 5), ("full_one", 1)] {
         let once = preset(name).unwrap();
         let many = table(&once.columns.repeat(times));
@@ -130,7 +131,7 @@ fn any_length_up_to_64_works() {
 }
 
 #[test]
-fn a_machine_with_a_wrong_table_is_refused() {
+fn machine_with_a_wrong_table_is_refused() {
     let change = |key: &str, numbers: &[f64]| {
         apply(&virtual_drill(), &[(key.to_owned(), Setting::Numbers(numbers.to_vec()))])
     };

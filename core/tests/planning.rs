@@ -1,5 +1,5 @@
-//! Laws of planning, held over many small boards made by chance: nothing lost, nothing twice, never longer than the
-//! file, the same every time. And golden prints of one small board at every station (S5, N9).
+//! Tests of the laws of planning on many small random boards: no hole lost or made twice, never longer than
+//! the file's order, deterministic. Golden files show one small board at every stage.
 
 use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::cam::figures::{Figures, SizeRow, figures};
@@ -14,7 +14,7 @@ use annulus_core::machine::{Machine, StrokeEnd, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::program::encode;
 
-/// Boards in the property test.
+/// Number of boards in the property test.
 const BOARDS: u64 = 100_000;
 
 fn hole(x_um: i64, y_um: i64, size_um: i64) -> Hole {
@@ -28,7 +28,7 @@ fn hole(x_um: i64, y_um: i64, size_um: i64) -> Hole {
     }
 }
 
-/// A time for a hop that is no distance: the slower axis decides, and starting costs.
+/// A duration of a rapid that is no metric distance: the slower axis decides, and starting costs time.
 fn rapid_time(a: Point, b: Point) -> f64 {
     let way = (a.x - b.x).abs().max((a.y - b.y).abs()).mm();
     libm::sqrt(way) * 0.1
@@ -36,7 +36,7 @@ fn rapid_time(a: Point, b: Point) -> f64 {
 
 fn board(chance: &mut Chance) -> Board {
     let count = 1 + chance.below(14);
-    // A coarse grid now and then, so that equal places and equal distances are common.
+    // Sometimes a coarse grid, so that equal places and equal distances are common.
     let grid = [1_000, 40_000][chance.below(2)];
     let places = 1 + chance.below(60) * chance.below(60);
     let mut place = || (chance.below(places) as i64 * 40_000 / grid) * grid / 40;
@@ -45,7 +45,7 @@ fn board(chance: &mut Chance) -> Board {
     Board { holes: holes.collect(), ..Board::default() }
 }
 
-/// A plan that only drills, and what is asked of it.
+/// A plan with drilling only, and its diagnostics and figures.
 struct Made {
     planned: Planned,
     diagnostics: Vec<Diagnostic>,
@@ -53,7 +53,7 @@ struct Made {
     program: Program,
 }
 
-/// One drill of a plan: the sizes that it stands in for, and its holes in order.
+/// One drill of a plan: its diameter, the hole sizes that it makes, and its holes in order.
 struct Drill {
     bit: Length,
     sizes: Vec<Length>,
@@ -99,12 +99,12 @@ fn ring(places: &[Point]) -> f64 {
     places.last().map_or(0.0, |&last| way(last, places.iter().copied(), Point::distance_mm))
 }
 
-/// From the work zero over all places and back.
+/// Cost of the route from work zero through all places and back.
 fn round(zero: Point, places: &[Point], cost: impl Fn(Point, Point) -> f64) -> f64 {
     way(zero, places.iter().copied().chain([zero]), cost)
 }
 
-/// What must hold for every plan of every board.
+/// Checks the laws of every plan.
 fn holds(board: &Board, made: &Made, order: HoleOrder) {
     let (drills, figures, zero) = (made.drills(), &made.figures, made.planned.origin);
     let mut seen = vec![0; board.holes.len()];
@@ -134,7 +134,7 @@ fn holds(board: &Board, made: &Made, order: HoleOrder) {
             );
         }
     }
-    // Once each; of holes at one place that the same bit makes, the first.
+    // Every hole is drilled once; of coinciding holes for the same tool only the first is.
     let near = Length::from_um(1);
     let made = |hole: usize| {
         let (at, size) = (board.holes[hole].at, board.holes[hole].diameter.expect("a size"));
@@ -150,7 +150,7 @@ fn holds(board: &Board, made: &Made, order: HoleOrder) {
     let wrong = (0..seen.len()).find(|&hole| !(seen[hole] == 1 || seen[hole] == 0 && made(hole)));
     assert_eq!(wrong, None, "of {} holes", seen.len());
     assert!(drills.windows(2).all(|pair| pair[0].bit < pair[1].bit));
-    // The figures are those of the program: the sum of its rapids.
+    // The figures must equal the sum of the program's rapids.
     let close = |a: f64, b: f64| (a - b).abs() < 1e-6;
     assert!(close(figures.travel_before_mm, before) && close(figures.travel_after_mm, after));
     match order {
@@ -173,7 +173,7 @@ fn rapids_mm(program: &Program) -> f64 {
 }
 
 #[test]
-fn every_plan_of_many_small_boards_holds() {
+fn every_plan_of_random_small_boards_is_valid() {
     let machine = virtual_drill();
     for seed in 0..BOARDS {
         let mut chance = Chance::new(seed);
@@ -196,7 +196,7 @@ fn every_plan_of_many_small_boards_holds() {
     }
 }
 
-/// The least cost over all orders, by trying them.
+/// The least cost over all orders, by exhaustive search.
 fn least(places: &mut Vec<Point>, fixed: usize, cost: &dyn Fn(&[Point]) -> f64) -> f64 {
     if fixed + 1 >= places.len() {
         return cost(places);
@@ -211,7 +211,7 @@ fn least(places: &mut Vec<Point>, fixed: usize, cost: &dyn Fn(&[Point]) -> f64) 
 }
 
 #[test]
-fn few_holes_are_ordered_as_well_as_can_be() {
+fn few_holes_are_ordered_optimally() {
     let machine = virtual_drill();
     for seed in 0..200 {
         let mut chance = Chance::new(seed);
@@ -224,7 +224,7 @@ fn few_holes_are_ordered_as_well_as_can_be() {
         let ordered = |made: &Made| -> Vec<Point> {
             made.drills()[0].holes.iter().map(|hole| board.holes[*hole as usize].at).collect()
         };
-        // When the way in and back costs more than the order saves, the file's order stays.
+        // If the way in and back costs more than the order saves, the file's order is used.
         let shortest = plan(&board, &machine, HoleOrder::Shortest, &options);
         if shortest.figures.travel_after_mm < shortest.figures.travel_before_mm {
             let best = least(&mut places, 1, &ring);
@@ -241,7 +241,7 @@ fn few_holes_are_ordered_as_well_as_can_be() {
 }
 
 #[test]
-fn a_stop_is_obeyed_at_every_moment() {
+fn planning_can_be_cancelled_at_every_moment() {
     let board = cam::bench::scattered_board(3_000, 5);
     for ticks in [0, 1, 3, 9] {
         for order in [HoleOrder::Shortest, HoleOrder::Fastest] {
@@ -259,7 +259,7 @@ fn a_stop_is_obeyed_at_every_moment() {
 }
 
 #[test]
-fn progress_grows_to_what_was_promised() {
+fn planning_progress_grows_to_its_total() {
     let mut board = cam::bench::scattered_board(500, 5);
     board.holes[7].diameter = Some(Length::from_um(1_000));
     let (mut last, mut whole) = (0, 0);
@@ -276,7 +276,7 @@ fn progress_grows_to_what_was_promised() {
 }
 
 #[test]
-fn clusters_lines_and_crowds_are_no_trouble() {
+fn clusters_and_lines_of_holes_are_planned() {
     let mut chance = Chance::new(9);
     let rows: [(&str, Vec<Hole>); 4] = [
         ("one place", (0..20_000).map(|_| hole(7, 7, 800)).collect()),
@@ -300,8 +300,8 @@ fn clusters_lines_and_crowds_are_no_trouble() {
 }
 
 #[test]
-fn errors_are_told_until_they_are_seen() {
-    // Too small for every drill and mill, without a size, and one that is drilled.
+fn plan_errors_are_reported_until_accepted() {
+    // Too small for every drill and mill, without a size, and one that can be drilled.
     let mut board =
         Board { holes: vec![hole(0, 0, 800), hole(10, 0, 200), hole(20, 0, 800)], ..Board::default() };
     board.holes[2].diameter = None;
@@ -325,7 +325,7 @@ fn errors_are_told_until_they_are_seen() {
     let seen = plan(&board, &machine, HoleOrder::Shortest, &options);
     assert_eq!((seen.drills().len(), &seen.drills()[0].holes[..]), (1, &[0][..]));
     assert_eq!(seen.program.accepted, ["cam.holes_missing", "plan.no_size"]);
-    // Errors of the files stand in the program too, those that were seen.
+    // Errors of the files that the user accepted are listed in the program, too.
     options.lost = vec!["job.a".into(), "job.b".into()];
     options.accept.push("job.b".into());
     let seen = plan(&board, &machine, HoleOrder::Shortest, &options);
@@ -334,7 +334,7 @@ fn errors_are_told_until_they_are_seen() {
     assert_eq!(codes(&board, &options), ["cam.nothing_to_do"]);
 }
 
-/// Slots and holes that no drill fits are milled without anybody asking, and stand among the figures.
+/// Slots and holes for which no drill exists are milled automatically, and appear in the figures.
 #[test]
 fn slots_and_wide_holes_are_milled() {
     let slot = |x: i64, width: Option<i64>| Slot {
@@ -366,9 +366,10 @@ fn slots_and_wide_holes_are_milled() {
         (3, 1.0, "end mill 0.8".to_owned(), 0, 1, true),
     ];
     assert_eq!(told(&made.figures.rows), rows);
-    // Travel is that of the drills.
+    // Travel counts drills only.
     assert_eq!((made.figures.travel_before_mm, made.figures.travel_after_mm), (0.0, 0.0));
-    // A board of slots alone lies at the corner of their middles; a slot without a width is told.
+    // A board with slots only has its origin at the corner of their centres. A slot without a width is
+    // reported.
     board.holes.clear();
     board.slots.push(slot(30_000, None));
     let made = plan(&board, &machine, HoleOrder::Shortest, &PlanOptions::default());
@@ -377,7 +378,7 @@ fn slots_and_wide_holes_are_milled() {
 }
 
 #[test]
-fn sizes_share_a_bit_and_a_hole_that_two_files_have_is_drilled_once() {
+fn similar_sizes_share_a_drill_and_duplicates_are_dropped() {
     let rows =
         [(0, 1_020), (5_000, 800), (10_000, 780), (15_000, 1_000), (5_000, 800), (5_001, 790), (0, 800)];
     let holes = rows.iter().map(|&(x, size)| hole(x, 0, size)).collect();
@@ -399,10 +400,10 @@ fn sizes_share_a_bit_and_a_hole_that_two_files_have_is_drilled_once() {
 }
 
 #[test]
-fn the_loaded_bit_can_go_first() {
+fn loaded_drill_can_be_first() {
     let holes = [800, 1_000, 3_000].map(|size| hole(0, 0, size)).to_vec();
     let board = Board { holes, ..Board::default() };
-    // loaded in µm, bits in order, diagnostic
+    // Loaded size in µm, tools in order, diagnostic.
     let rows: [(Option<i64>, [i64; 3], Option<&str>); 5] = [
         (Some(800), [800, 1_000, 3_000], None),
         (Some(1_000), [1_000, 800, 3_000], None),
@@ -452,7 +453,7 @@ fn print(program: &Program) -> String {
 }
 
 #[test]
-fn golden_program() {
+fn small_plan_matches_its_golden_text() {
     let mut machine = virtual_drill();
     let program = small(&machine);
     assert_eq!((program.origin, program.machine.len()), (Point::from_mm(10.0, 20.0), 64));

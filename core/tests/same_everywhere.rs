@@ -1,5 +1,5 @@
-//! The same programs give the same steps in a browser and natively (N13): both are compared with one golden file.
-//! `ANNULUS_BLESS=1` accepts a change, natively.
+//! Tests that the same programs give the same steps in a browser and natively: both are compared with one
+//! golden file. `ANNULUS_BLESS=1` accepts a change, natively only.
 
 use crate::programs::{Chance, machines, random_program};
 use annulus_core::motion::timeline;
@@ -9,7 +9,7 @@ use std::fmt::Write;
 #[cfg(target_arch = "wasm32")]
 wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_browser);
 
-/// Digest and length of many streams, on both machines.
+/// Digest and length of many streams, for native and browser alike.
 fn digests() -> String {
     let mut text = String::new();
     for machine in machines() {

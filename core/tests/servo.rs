@@ -1,4 +1,4 @@
-//! The closed loop against reference numbers computed elsewhere (M2).
+//! Tests of the closed loop against reference numbers computed elsewhere.
 
 use annulus_core::motion::profile::{Limits, MotionLaw, Profile, plan};
 use annulus_core::servo::{
@@ -38,7 +38,7 @@ fn controller(row: &Value) -> ServoController {
 }
 
 #[test]
-fn rules_and_inference_agree_with_the_reference() {
+fn fuzzy_rules_and_inference_match_the_reference() {
     let file = vectors();
     for rules in [FuzzyRules::Even, FuzzyRules::Classic] {
         let tables = rules.tables();
@@ -57,7 +57,7 @@ fn rules_and_inference_agree_with_the_reference() {
 }
 
 #[test]
-fn closed_loops_agree_with_the_reference() {
+fn closed_loops_match_the_reference() {
     let file = vectors();
     let cases = file["steps"].as_array().unwrap();
     assert!(cases.len() > 10);
@@ -126,7 +126,7 @@ fn moment(profile: &Profile, t: f64) -> ReferenceMoment {
 }
 
 #[test]
-fn whole_strokes_agree_with_the_reference() {
+fn whole_strokes_match_the_reference() {
     let file = vectors();
     let cases = file["strokes"].as_array().unwrap();
     assert!(cases.len() > 3);
@@ -189,9 +189,9 @@ fn step(controller: ServoController, plant: Plant, setpoint_mm: f64) -> StepRun 
     StepRun { controller, plant, stage: CycleStage::Travel, setpoint_mm, duration_s: 0.4, load }
 }
 
-/// Part B2.4: with another gain or another delay of the axis the staged loop still overshoots less.
+/// Part B2.4: the staged loop still overshoots less if the gain or the delay of the axis differs.
 #[test]
-fn the_staged_loop_bears_another_plant() {
+fn staged_loop_tolerates_another_plant() {
     for (controller, low, high) in
         [(staged_fuzzy(), 0.0, 6.7), (staged_fuzzy().plain(), 9.8, 19.8), (retuned_pid(), 1.6, 8.1)]
     {
@@ -204,9 +204,9 @@ fn the_staged_loop_bears_another_plant() {
     }
 }
 
-/// The even rules: left and right are mirror images, bit for bit.
+/// The rules are symmetric: left and right are mirror images, bit for bit.
 #[test]
-fn both_directions_are_alike() {
+fn opposite_directions_respond_symmetrically() {
     let plant = Plant { gain_mm_per_s_per_v: 60.0, tau_s: 0.006 };
     for size in [0.01, 0.2, 1.0, 30.0] {
         let right = step_response(&step(staged_fuzzy(), plant, size)).unwrap();

@@ -1,12 +1,12 @@
-//! The rows of the table of settings that are said not to shape the stream: changed one by one, they do not. So no such row is
-//! missing from the fingerprint that page and bridge compare.
+//! Tests that the settings marked as irrelevant to the stream don't change it, one at a time. Thus no
+//! setting is missing from the fingerprint that page and bridge compare.
 
 use crate::programs::{machines, random_program};
 use annulus_core::chance::Chance;
 use annulus_core::machine::{self, Machine, Setting, Value, ValueKind};
 use annulus_core::{motion, steps};
 
-/// Values of a setting other than the one it has, nearest first.
+/// Values of a setting other than the present one, nearest first.
 fn others(setting: &Setting, now: &Value) -> Vec<Value> {
     let number = |value: f64| Value::Number(value);
     match (setting.kind, now) {
@@ -32,8 +32,8 @@ fn others(setting: &Setting, now: &Value) -> Vec<Value> {
     }
 }
 
-/// Changes of a row, each with what must be changed along with it: an output that is switched is a bit and a name, a converter is
-/// at a port.
+/// Changes of a setting, each with the changes that it requires: a switched output is a bit and a name, a
+/// converter needs a port.
 fn changes(setting: &Setting, machine: &Machine) -> Vec<Vec<(String, Value)>> {
     if let Some((section, "outputs" | "output_names")) = setting.key.split_once('.') {
         let names = (format!("{section}.output_names"), Value::Text("pump light".to_owned()));
@@ -63,7 +63,7 @@ fn digest(machine: &Machine, program: &annulus_core::job::Program) -> Option<Str
 }
 
 #[test]
-fn what_is_said_not_to_shape_the_stream_does_not() {
+fn settings_marked_as_neutral_do_not_change_the_stream() {
     let mut tried = std::collections::BTreeSet::new();
     for machine in machines() {
         let program = random_program(&mut Chance::new(7), &machine, 3);
@@ -82,8 +82,8 @@ fn what_is_said_not_to_shape_the_stream_does_not() {
     let all: Vec<_> =
         machine::settings().filter(|setting| !setting.shapes_stream).map(|row| row.key).collect();
     let never: Vec<_> = all.iter().filter(|key| !tried.contains(*key)).collect();
-    // Z that is homed at the board is refused, on every machine; phases at the adapter want sensors and rates of their own, which
-    // `machine::adapter` tests.
+    // Every machine refuses a Z that homes at the board. Phases on the adapter need additional sensors and
+    // rates; `machine::adapter` tests them.
     assert_eq!(never, [&"adapter.outputs", &"z.home_end"]);
     assert!(tried.len() > 20, "{tried:?}");
 }

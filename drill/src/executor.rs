@@ -1,13 +1,13 @@
-//! What an executor is to its owner: tasks, one report each, and the few numbers that both share without waiting.
+//! The interface between owner and executor: tasks, one report for each, and a few numbers shared without
+//! blocking.
 //!
 //! ```text
-//! owner ── orders, in their order ──▶ executor ──▶ pins
-//!   ▲  └── stop up to task n, legs durable up to n, feed override: numbers, seen between two steps
-//!   └───── reports: every task, once, at rest; the latest place: lossy, never waited for
+//! owner ── orders, in sequence ──▶ executor ──▶ pins
+//!   ▲  └── stop up to task n, legs durable up to n, feed override: numbers, read between two steps
+//!   └───── reports: every task, once, when stopped; the latest position: lossy, never waited for
 //! ```
 //!
-//! Comes in: tasks of segments. Goes out: reports. Does not know where the executor sits; of the journal it knows one number: how
-//! many legs are durable. The tip does not go down before every earlier leg is.
+//! The tool does not go down to a hole before every earlier leg is durable.
 
 use crate::grant::Grant;
 use annulus_core::diagnostic::Diagnostic;
@@ -22,248 +22,304 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// How long it is since some moment, by a clock that only goes forward.
+/// A monotonic clock: the time since a fixed moment.
 pub type Time = fn() -> Duration;
 
-/// Something to move.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Task {
-    /// Grows from task to task.
+    /// Increases from task to task.
     pub id: u64,
-    /// Each begins and ends at rest.
+    /// Each starts and ends stopped.
     pub segments: Vec<Segment>,
-    /// It ends with the tip in the board, and another task follows at once.
+    /// The task ends with the tool in the board, and another task follows at once.
     pub follows: bool,
-    /// Machine steps of Z below which the tip is in the board.
+    /// Machine steps of Z below which the tool is in the board.
     pub surface_steps: i64,
-    /// So many steps of Z higher than flat the board lies at the hole of this task, as its height map has it.
+    /// Height of the board at this task's hole above flat, in steps of Z, from the height map.
     pub board_steps: i64,
-    /// Legs that must be durable before the tip goes down.
+    /// Legs that must be durable before the tool goes down.
     pub needs_durable: u32,
-    /// Machine steps of Z to which the tip may be lifted when nobody is left to say so; none where the position is not
+    /// Machine steps of Z to which the executor may lift the tool on its own; `None` if the position is not
     /// trusted.
     pub lift_to: Option<i64>,
-    /// It goes only as long as it is granted again and again ([`Shared::grant`]).
+    /// The task moves only while [`Shared::grant`] is renewed.
     pub granted: bool,
 }
 
 impl Task {
-    /// Whether a tip is in the board where the axes of `machine` are at `place`, machine steps.
+    /// Returns `true` if a tool of `machine` is in the board at `place`, machine steps.
     pub(crate) fn is_low(&self, machine: &Machine, place: &Steps) -> bool {
         machine.lowest(place) < self.surface_steps
     }
 }
 
-/// How a task ended, at rest.
+/// How a task ended; the axes are stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// Which.
     pub id: u64,
-    /// How many segments it played to their end.
+    /// Number of segments played to their end.
     pub completed: usize,
-    /// Why no more.
     pub ended: Ended,
-    /// Where it rests, machine steps.
+    /// Final position, machine steps.
     pub position: Steps,
-    /// Axes that came there from above.
+    /// Axes whose last step counted down.
     pub down: AxisSet,
-    /// The inputs then.
     pub inputs: u32,
-    /// Stream time it took, in ticks.
+    /// Stream time used, in ticks.
     pub ticks: u64,
 }
 
 /// Why a task ended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ended {
-    /// All of it was played.
+    /// All segments were played.
     Completed,
     /// A gate's input turned on here.
     Gated(Steps),
     /// A gate's input did not turn on.
     Unmet(Gate),
-    /// A sensor that must not be reached turned on.
+    /// A sensor turned on that had to stay off.
     Guarded(Input),
-    /// A sensor that must be on is off.
+    /// A sensor is off that had to be on.
     Missing(Input),
-    /// The tip touched something on its way down to a hole, higher than the board can be.
+    /// On its way down to a hole, the tool touched something higher than the board can be.
     Early {
-        /// Where it touched, machine steps.
+        /// Position of the touch, machine steps.
         at: Steps,
     },
-    /// A step came so many ticks too late for its motor.
+    /// A step came too late for its motor, by this many ticks.
     Late {
-        /// How late.
         ticks: u64,
     },
-    /// The spindle was to turn, and does not any more, or never reached its speed.
+    /// The spindle stopped, or never reached its speed.
     Spindle {
-        /// Why.
         trouble: SpindleTrouble,
     },
-    /// Not begun: the tip was down in the board, this task did not come in time, and the tip was lifted.
+    /// Not started: the tool was in the board, the task did not arrive in time, and the tool was lifted.
     Starved,
-    /// The path did not come in time, or the way to the pins was cut: it came to rest on the path, every step counted.
+    /// The path did not arrive in time, or the line to the pins was cut. Motion stopped on the path; every
+    /// step is counted.
     RanDry,
-    /// As ordered.
     Stopped,
 }
 
 impl Ended {
-    /// Whether what is being touched sees to it. The contact ends a way beside the board: nothing was pushed, every step is counted.
+    /// Returns `true` if the probing code handles this end. A contact that ends a move is no collision:
+    /// nothing was pushed and every step is counted.
     pub(crate) fn is_of_touch(self) -> bool {
         let own = matches!(self, Self::Completed | Self::Gated(_) | Self::Unmet(_));
         own || self == Self::Guarded(Input::Contact)
     }
 }
 
-/// The latest place, for people to look at.
+/// The latest position, for display.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Glimpse {
-    /// Steps counted.
     pub position: Steps,
     /// Inputs, one bit each.
     pub inputs: u32,
-    /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter, where somebody counts them.
+    /// Touches of each of [`Input::OF_AXES`] shorter than its filter; `None` if they are not counted.
     #[serde(default)]
     pub touches: Option<[ShortTouches; Input::OF_AXES.len()]>,
-    /// Firmware of an adapter that is not the one of this program.
+    /// Firmware of the adapter, if it differs from the one of this program.
     #[serde(default)]
     pub other_firmware: Option<OtherFirmware>,
-    /// Spindle speed that is wanted.
+    /// Requested spindle speed.
     pub rpm: u32,
-    /// What the spindle tells of itself.
+    /// The spindle's own report.
     #[serde(default)]
     pub spindle: SpindleState,
-    /// What is being done; none at rest.
+    /// Number of the hold that stopped it on its path; 0 if none.
+    #[serde(default)]
+    pub held: u64,
+    /// The tool was lifted off the path, and the spindle is off.
+    #[serde(default)]
+    pub lifted: bool,
+    /// The current stage; `None` when stopped.
     pub stage: Option<Stage>,
-    /// Where it goes, in the segment's own coordinates.
+    /// End of the current segment, in its own coordinates.
     pub end: Steps,
 }
 
-/// What an executor tells its owner.
+/// A message from an executor.
 #[derive(Clone, Debug)]
 pub enum Heard {
-    /// A task ended, at rest.
+    /// A task ended.
     Report(Report),
-    /// The executor is no more; what it was doing was not reported.
+    /// The executor ended; its current task will not be reported.
     Gone(Diagnostic),
 }
 
-/// What owner, journal and executor share without waiting for each other.
+/// State that owner, journal and executor share without blocking.
 pub struct Shared {
     time: Time,
     stop_upto: AtomicU64,
     durable: AtomicU32,
-    /// Percent that the feed is below the planned one.
+    /// Percent below the planned feed.
     slower: AtomicU8,
+    /// The task to hold on its path, and the task whose tool to lift there; 0 for none.
+    hold: AtomicU64,
+    lift: AtomicU64,
+    holds: AtomicU64,
     glimpse: Mutex<Glimpse>,
-    /// Until when a move by hand may go.
+    /// The permission for a jog.
     grant: Grant,
-    /// The way to an executor that is elsewhere.
+    /// Forwards changes to an executor in another process.
     courier: Mutex<Option<Courier>>,
 }
 
-/// What tells an executor elsewhere. Never waits.
+/// Sends to an executor in another process. Never blocks.
 pub type Courier = Box<dyn Fn(Said) + Send>;
 
-/// What an executor elsewhere has to be told.
+/// A message to an executor in another process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Said {
-    /// To be done after what was ordered before.
+    /// Carried out after all earlier orders.
     Order(Instruction),
-    /// Every task up to this one comes to rest, at once.
+    /// Stop every task up to this one, at once.
     Stop {
-        /// Number of the last task that is meant.
+        /// Number of the last task to stop.
         upto: u64,
     },
-    /// So many legs are durable.
-    Durable {
-        /// How many.
-        legs: u32,
-    },
-    /// Everything at so many percent of the planned feed.
+    /// This many legs are durable.
+    Durable { legs: u32 },
+    /// Run at this share of the planned feed.
     FeedOverride {
-        /// Of the planned feed.
+        /// Percent of the planned feed.
         percent: u8,
     },
-    /// A move by hand may go for a moment.
+    /// Renews the permission for a jog.
     Grant,
-    /// It may not any more.
+    /// Withdraws it.
     Revoke,
+    /// Hold this task on its path.
+    Hold {
+        /// Number of the task.
+        id: u64,
+        /// Number of the hold.
+        number: u64,
+    },
+    /// Lift this task's tool off its path, and switch the spindle off.
+    Lift {
+        /// Number of the task.
+        id: u64,
+    },
+    /// Continue after a hold.
+    Go,
 }
 
-/// What is ordered, one after the other.
+/// An order; orders are carried out in sequence.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Instruction {
-    /// Something to move.
     Task(Task),
-    /// The count of an axis is off by so much.
+    /// Corrects the step count of an axis.
     Correct {
-        /// Which.
         axis: usize,
-        /// So many steps more than were counted.
+        /// Steps to add to the count.
         steps: i64,
     },
-    /// The spindle's speed at rest.
+    /// Sets the spindle speed while stopped.
     Spindle {
-        /// Its speed; 0 is off.
+        /// In rpm; 0 is off.
         rpm: u32,
     },
-    /// An output by its place among the machine's names.
+    /// Switches an output.
     Output {
-        /// Its place among the machine's outputs.
+        /// Index among the machine's named outputs.
         place: u8,
-        /// On, else off.
         on: bool,
     },
-    /// A new bit is in the spindles.
+    /// A new tool is in the spindles.
     Bit(Bit),
-    /// A person says what lies in the magazine and the spindle.
+    /// The user states what is in the magazine and the spindle.
     Stock(Box<ToolStock>),
-    /// It ends, and there is nobody who could still make the machine safe.
+    /// End, and lift the tool first: the owner is gone and cannot make the machine safe.
     Abandon,
-    /// It ends.
     Finish,
 }
 
 impl Shared {
-    /// For an executor that does not move yet, with a clock that only goes forward.
+    /// For an executor that does not move yet.
     pub fn new(time: Time) -> Self {
         Self {
             time,
             stop_upto: AtomicU64::default(),
             durable: AtomicU32::default(),
             slower: AtomicU8::default(),
+            hold: AtomicU64::default(),
+            lift: AtomicU64::default(),
+            holds: AtomicU64::default(),
             glimpse: Mutex::default(),
             grant: Grant::default(),
             courier: Mutex::default(),
         }
     }
 
-    /// Every task up to `id` comes to rest.
+    /// Stops every task up to `id`.
     pub fn stop(&self, id: u64) {
         self.stop_upto.fetch_max(id, Ordering::SeqCst);
         self.say(Said::Stop { upto: id });
     }
 
-    /// Up to which task everything is to rest.
+    /// Number of the last task to stop.
     pub fn stopped(&self) -> u64 {
         self.stop_upto.load(Ordering::SeqCst)
     }
 
-    /// So many legs are on the disk.
+    /// Sets the number of durable legs.
     pub fn set_durable(&self, legs: u32) {
         self.durable.store(legs, Ordering::SeqCst);
         self.say(Said::Durable { legs });
     }
 
-    /// How many legs are on the disk.
+    /// Number of durable legs.
     pub fn durable(&self) -> u32 {
         self.durable.load(Ordering::SeqCst)
     }
 
-    /// Everything goes at so many percent of the planned feed.
+    /// Holds task `id` if it follows a toolpath. Returns the number of this hold.
+    pub fn hold(&self, id: u64) -> u64 {
+        let number = self.holds.load(Ordering::SeqCst) + 1;
+        self.hold_as(id, number);
+        number
+    }
+
+    /// Holds task `id` under a number that the owner's process chose.
+    pub fn hold_as(&self, id: u64, number: u64) {
+        self.holds.store(number, Ordering::SeqCst);
+        self.hold.store(id, Ordering::SeqCst);
+        self.say(Said::Hold { id, number });
+    }
+
+    /// Lifts the tool of the held task `id` off its path, and switches the spindle off.
+    pub fn lift(&self, id: u64) {
+        self.lift.store(id, Ordering::SeqCst);
+        self.say(Said::Lift { id });
+    }
+
+    /// Continues after a hold; a lifted tool goes down to its path first.
+    pub fn go(&self) {
+        self.hold.store(0, Ordering::SeqCst);
+        self.lift.store(0, Ordering::SeqCst);
+        self.say(Said::Go);
+    }
+
+    /// Returns `true` if task `id` should hold on its path.
+    pub fn is_held(&self, id: u64) -> bool {
+        self.hold.load(Ordering::SeqCst) == id
+    }
+
+    /// Returns `true` if the tool of task `id` should be lifted off its path.
+    pub fn is_lifted(&self, id: u64) -> bool {
+        self.is_held(id) && self.lift.load(Ordering::SeqCst) == id
+    }
+
+    /// Number of the last hold.
+    pub fn holds(&self) -> u64 {
+        self.holds.load(Ordering::SeqCst)
+    }
+
+    /// Sets the percent of the planned feed.
     pub fn set_feed_override(&self, percent: u8) {
         self.slower.store(100 - percent.min(100), Ordering::SeqCst);
         self.say(Said::FeedOverride { percent });
@@ -274,57 +330,49 @@ impl Shared {
         100 - self.slower.load(Ordering::Relaxed)
     }
 
-    /// A move by hand may go for a moment from now on.
+    /// Renews the permission for a jog.
     pub fn grant(&self) {
         self.grant.give((self.time)());
         self.say(Said::Grant);
     }
 
-    /// Nobody watches what moves by hand any more.
+    /// Withdraws the permission for a jog.
     pub fn revoke(&self) {
         self.grant.revoke();
         self.say(Said::Revoke);
     }
 
-    /// What a move by hand is to do now.
+    /// The order for a jog at this moment.
     pub fn granted(&self) -> pins::Order {
         self.grant.order((self.time)())
     }
 
-    /// The latest place.
     pub fn glimpse(&self) -> Glimpse {
         self.glimpse.lock().map(|glimpse| *glimpse).unwrap_or_default()
     }
 
-    /// Leaves the latest place.
-    pub fn set_glimpse(&self, latest: Glimpse) {
+    /// Changes the snapshot; waits for a reader.
+    pub fn change_glimpse(&self, change: impl FnOnce(&mut Glimpse)) {
         if let Ok(mut glimpse) = self.glimpse.lock() {
-            *glimpse = latest;
+            change(&mut glimpse);
         }
     }
 
-    /// Leaves what the spindle tells of itself.
-    pub fn set_spindle(&self, spindle: SpindleState) {
-        if let Ok(mut glimpse) = self.glimpse.lock() {
-            glimpse.spindle = spindle;
-        }
-    }
-
-    /// Changes the latest place, if nobody is looking.
+    /// Changes the snapshot, for an executor in motion: skipped while a reader holds the lock.
     pub(crate) fn try_glimpse(&self, change: impl FnOnce(&mut Glimpse)) {
         if let Ok(mut glimpse) = self.glimpse.try_lock() {
             change(&mut glimpse);
         }
     }
 
-    /// Whether every stop, and so on, is also told elsewhere.
+    /// Forwards every later change to `courier`, or stops doing so.
     pub fn set_courier(&self, courier: Option<Courier>) {
         if let Ok(mut place) = self.courier.lock() {
             *place = courier;
         }
     }
 
-    /// Tells an executor elsewhere, if there is one. Never waits.
+    /// Sends to an executor in another process, if there is one. Never blocks.
     pub fn say(&self, said: Said) {
         if let Ok(courier) = self.courier.lock()
             && let Some(courier) = &*courier
@@ -334,22 +382,22 @@ impl Shared {
     }
 }
 
-/// Where an executor sits: in a thread, in another process, or taken by turns with everything else.
+/// Where an executor runs: in a thread, in another process, or in turns with its owner.
 pub trait Seat: Send {
-    /// Orders something. Never waits for it.
+    /// Sends an order. Never blocks.
     fn order(&self, message: Instruction);
 
-    /// Whether it died: nothing that is ordered will be reported.
+    /// Returns `true` if the executor died: later orders will not be reported.
     fn is_gone(&self) -> bool;
 
-    /// Switches everything off in the place of an executor that is gone.
+    /// Switches everything off in place of a dead executor.
     fn make_safe(&self) -> Result<(), Diagnostic>;
 
-    /// Comes to rest, makes the outputs safe and lets go of them. A second time, nothing.
+    /// Stops, makes the outputs safe and releases them. Calling it twice is harmless.
     fn finish(&mut self);
 }
 
-/// The owner's end.
+/// The owner's handle of an executor.
 pub(crate) struct Executor {
     seat: Box<dyn Seat>,
     pub(crate) shared: Arc<Shared>,
@@ -360,22 +408,22 @@ impl Executor {
         Self { seat, shared }
     }
 
-    /// Gives it something to move. One task at a time is given.
+    /// Gives a task. Only one may be pending.
     pub(crate) fn give(&self, task: Task) {
         self.seat.order(Instruction::Task(task));
     }
 
-    /// The count of `axis` is off by `steps`.
+    /// Corrects the step count of `axis`.
     pub(crate) fn correct(&self, axis: usize, steps: i64) {
         self.seat.order(Instruction::Correct { axis, steps });
     }
 
-    /// Sets the spindle's speed at rest.
+    /// Sets the spindle speed while stopped.
     pub(crate) fn spindle(&self, rpm: u32) {
         self.seat.order(Instruction::Spindle { rpm });
     }
 
-    /// Spindle off at rest. Where nobody is left to do it, everything off at once.
+    /// Switches the spindle off while stopped. If the executor is dead, switches everything off.
     pub(crate) fn spindle_off(&self) -> Result<(), Diagnostic> {
         if self.seat.is_gone() {
             return self.seat.make_safe();
@@ -384,27 +432,27 @@ impl Executor {
         Ok(())
     }
 
-    /// Switches an output, by its place among the machine's names, at rest.
+    /// Switches an output, by its index among the machine's names, while stopped.
     pub(crate) fn output(&self, place: u8, on: bool) {
         self.seat.order(Instruction::Output { place, on });
     }
 
-    /// A new bit of this kind is in the spindles.
+    /// A new tool of this kind is in the spindles.
     pub(crate) fn bit(&self, bit: Bit) {
         self.seat.order(Instruction::Bit(bit));
     }
 
-    /// What lies in the magazine and the spindle, as a person says.
+    /// The magazine's and spindle's contents, as the user states them.
     pub(crate) fn stock(&self, stock: ToolStock) {
         self.seat.order(Instruction::Stock(Box::new(stock)));
     }
 
-    /// Whether it died: nothing that is given will be reported.
+    /// Returns `true` if the executor died: later orders will not be reported.
     pub(crate) fn is_gone(&self) -> bool {
         self.seat.is_gone()
     }
 
-    /// Comes to rest, makes the outputs safe and lets go of them.
+    /// Stops, makes the outputs safe and releases them.
     pub(crate) fn finish(&mut self) {
         self.seat.finish();
     }

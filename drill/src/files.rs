@@ -1,36 +1,32 @@
-//! The files of a drill without threads, and of a controller: what they are called, and what is asked of the place where they lie.
-//!
-//! Goes out: names. Does not know what is in them, nor where they lie.
+//! The names of the files that a drill or controller in a page uses, and the storage interface.
 
-/// A file of the drill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum File {
     /// One of the two halves of the journal.
     Slot(bool),
-    /// The program of a job, in turns too: that of the job before stays until the new one is in the journal.
+    /// The program of a job. There are two, so that the previous one survives until the journal names the
+    /// new one.
     Program(bool),
-    /// A journal that could not be believed.
+    /// A copy of a damaged journal.
     Aside,
-    /// The drilled-board record.
     Drilled,
-    /// The machine's settings.
     Settings,
     /// The height map of the board on the drill.
     Surface,
-    /// One of the two halves of what is done of a controller's job.
+    /// One of the two halves of the progress of a controller's job.
     Done(bool),
-    /// The program of that job, in turns too.
+    /// The program of that job; two files, like [`Self::Program`].
     ControllerProgram(bool),
-    /// The same as it is sent.
+    /// The lines that are sent for it.
     Sent(bool),
-    /// What a person set for jobs on a controller.
+    /// The user's settings for jobs on a controller.
     ControllerSettings,
     /// The height map of the board on a controller.
     HeightMap,
 }
 
 impl File {
-    /// Those of the virtual drill.
+    /// Files of the virtual drill.
     pub const DRILL: [Self; 8] = [
         Self::Slot(false),
         Self::Slot(true),
@@ -42,7 +38,7 @@ impl File {
         Self::Surface,
     ];
 
-    /// Those of a controller.
+    /// Files of a controller.
     pub const CONTROLLER: [Self; 8] = [
         Self::Done(false),
         Self::Done(true),
@@ -54,7 +50,6 @@ impl File {
         Self::HeightMap,
     ];
 
-    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Slot(false) => "journal-0",
@@ -77,14 +72,13 @@ impl File {
     }
 }
 
-/// Where files lie. A file that was never written is empty.
+/// Storage. A file that was never written is empty.
 pub trait Files {
-    /// What is in a file.
     fn read(&mut self, file: File) -> Result<Vec<u8>, String>;
 
-    /// Puts `bytes` into a file in place of what was there; they are durable when this returns.
+    /// Replaces the contents of a file; durable when it returns.
     fn write(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
 
-    /// Puts `bytes` behind what is there.
+    /// Appends `bytes` to a file.
     fn append(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
 }

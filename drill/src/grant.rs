@@ -1,41 +1,38 @@
-//! The dead man's grant: a move by hand goes only while somebody says again and again that it may.
+//! The dead man's switch of a jog: it moves only while the page keeps renewing its permission.
 //!
 //! ```text
 //! Jog      JogOn    JogOn                        no more
-//!  ├─ 150 ms ─┼─ 150 ms ─┼─ 150 ms ─┤ rests where it is ─ 1 s ─▶ it is over
-//!                                    └─ JogOn: goes on
+//!  ├─ 150 ms ─┼─ 150 ms ─┼─ 150 ms ─┤ holds ─ 1 s ─▶ ends
+//!                                    └─ JogOn: continues
 //! ```
-//!
-//! Comes in: grants, and the time of any clock that only goes forward. Goes out: whether it may go. Does not know who grants.
 
 use annulus_core::pins::Order;
 use annulus_core::wire::JOG_GRANT_MS;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// How long a move rests on its way for the next grant before it is over.
+/// How long a jog holds for the next renewal before it ends.
 const WAITS: Duration = Duration::from_secs(1);
 
-/// Until when it may go; read between two steps, so nobody waits for it.
+/// End of the permission; an atomic, because the executor reads it between two steps and must not block.
 #[derive(Debug, Default)]
 pub(crate) struct Grant {
-    /// Microseconds of that clock; 0 is revoked.
+    /// Microseconds of the caller's clock; 0 is withdrawn.
     until_us: AtomicU64,
 }
 
 impl Grant {
-    /// It may go for [`JOG_GRANT_MS`] from `now` on.
+    /// Permits moves for [`JOG_GRANT_MS`] from `now`.
     pub(crate) fn give(&self, now: Duration) {
         let until = now + Duration::from_millis(JOG_GRANT_MS);
         self.until_us.store(micros(until), Ordering::SeqCst);
     }
 
-    /// It is over.
     pub(crate) fn revoke(&self) {
         self.until_us.store(0, Ordering::SeqCst);
     }
 
-    /// What a move that needs it is to do at `now`.
+    /// The order for a move that needs permission, at `now`.
     pub(crate) fn order(&self, now: Duration) -> Order {
         let until = self.until_us.load(Ordering::SeqCst);
         let now = micros(now);
@@ -57,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_goes_while_it_is_granted_rests_a_while_and_is_over() {
+    fn grant_lasts_150_ms_then_holds_then_stops() {
         let grant = Grant::default();
         let at = Duration::from_millis;
         assert_eq!(grant.order(at(0)), Order::Stop, "nobody granted anything");

@@ -1,10 +1,8 @@
-//! What of a job is durable: the records of a journal, and how each is sealed (N16).
+//! The records of the journal, and how each is sealed.
 //!
 //! ```text
-//! digest (16 bytes) │ JSON          a record that was damaged, or half written, is not believed
+//! digest (16 bytes) │ JSON          a damaged or half-written record is ignored
 //! ```
-//!
-//! Comes in: values. Goes out: bytes, and values that are what was written. Does not know where they are kept.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
@@ -12,7 +10,7 @@ use annulus_core::magazine::ToolStock;
 use annulus_core::wire::auth;
 use serde::{Deserialize, Serialize};
 
-/// What the steps of X and Y were counted by: a work zero means a place only as long as this is the same.
+/// The meaning of one step of X and Y: a work zero in steps is valid only while this is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ruler {
     /// Scale of X and Y: millionths of a step, per this many nanometres.
@@ -21,91 +19,87 @@ pub struct Ruler {
     pub home_edge: [i64; 2],
 }
 
-/// A work zero, and what its steps were counted by.
+/// A work zero, and the meaning of its steps.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorkZero {
     /// Machine steps of X and Y.
     pub steps: [i64; 2],
-    /// By this.
     pub ruler: Ruler,
 }
 
-/// A job that was started.
+/// A started job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JobRecord {
     /// SHA-256 of the program.
     pub key: String,
-    /// Its name.
     pub name: String,
-    /// Machine it runs on.
+    /// Fingerprint of its machine.
     pub fingerprint: String,
     /// Work zero, machine steps.
     pub zero: [i64; 2],
-    /// What they were counted by; not known of a job that an older bridge began.
+    /// The meaning of those steps; missing in records of older bridges.
     #[serde(default)]
     pub ruler: Option<Ruler>,
     /// Digest of its stream.
     pub stream_digest: String,
-    /// Holes in all.
     pub holes_total: u32,
-    /// Toolpaths in all; none of a job that an older bridge began.
+    /// Number of toolpaths; 0 in records of older bridges.
     #[serde(default)]
     pub toolpaths_total: u32,
-    /// The height map that its depth follows, by its key; none where it follows none.
+    /// Key of the height map that its depths follow, if any.
     #[serde(default)]
     pub levelled: Option<String>,
-    /// How long the drilled-board record was when it began, bytes; not known of a job that an older bridge began.
+    /// Length of the drilled-board record at the start of the job, bytes; missing in records of older
+    /// bridges.
     #[serde(default)]
     pub record_from: Option<u64>,
 }
 
-/// How far it is.
+/// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Legs done: the next one to run.
+    /// Completed legs, which is also the index of the next leg.
     pub done: u32,
-    /// The leg begun last.
+    /// The last leg that was started.
     pub begun: u32,
-    /// Holes drilled.
     pub holes: u32,
-    /// Toolpaths milled.
     #[serde(default)]
     pub toolpaths: u32,
 }
 
-/// What a journal holds.
+/// Contents of a journal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
-    /// The job that did not come to its end.
+    /// The interrupted job.
     pub job: Option<(JobRecord, Progress)>,
-    /// Work zero in force.
+    /// The current work zero.
     pub zero: Option<WorkZero>,
-    /// What tools have done since they were new.
+    /// Tool wear.
     pub wear: Vec<ToolWear>,
-    /// A journal before this one was damaged, and nobody has read that yet.
+    /// The previous journal was damaged, and the user has not acknowledged that.
     pub damage: Option<Damage>,
-    /// What lies in the magazine.
+    /// Contents of the magazine.
     pub stock: Option<ToolStock>,
 }
 
-/// A journal that was damaged, or is gone.
+/// A damaged or missing journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Damage {
-    /// Where it was moved to; one that is gone was not.
+    /// Where the damaged file was moved to; `None` if it is missing.
     pub file: Option<String>,
-    /// The last job that could still be read in it.
+    /// The last job that was still readable in it.
     pub job: Option<String>,
 }
 
 impl Damage {
-    /// The alarm that tells of it; the virtual drill's record has `holes` lines.
+    /// The alarm that reports it; `holes` is the number of lines in the drilled-board record.
     pub fn told(&self, holes: usize) -> Diagnostic {
         let Some(file) = &self.file else { return Diagnostic::error(GONE).with("holes", holes) };
         let told = Diagnostic::error(DAMAGED).with("file", file);
         told.with("job", self.job.as_deref().unwrap_or("?")).with("holes", holes)
     }
 
-    /// Whether `alarm` is one that tells of it.
+    /// Returns `true` if `alarm` reports a damaged journal.
     pub(crate) fn is_told_by(alarm: &Diagnostic) -> bool {
         [GONE, DAMAGED].contains(&alarm.code.as_str())
     }
@@ -114,48 +108,44 @@ impl Damage {
 const DAMAGED: &str = "journal.damaged";
 const GONE: &str = "journal.gone";
 
-/// What is to be written, in its order.
+/// A change to write; changes are written in order.
 pub enum Record {
-    /// A job begins; the owner hears when it is durable.
+    /// A job starts; the owner is notified when this is durable.
     Begin {
-        /// What the job is.
         job: Box<JobRecord>,
-        /// Where it stands.
         progress: Progress,
-        /// The bytes of its program.
+        /// The program's bytes.
         program: Vec<u8>,
     },
-    /// A leg is done, the next begun. With the place where a sensor ended the stroke of a leg, and what its tool has done now: in one
-    /// go, so that no hit is lost and none counted twice.
+    /// A leg is completed and the next one started. Wear and stop position are in the same record, so that
+    /// no hole is lost or counted twice.
     Advance {
-        /// Where the job stands.
         progress: Progress,
-        /// What the tool has done, where the leg wore one.
+        /// The tool's new wear, if the leg wore one.
         wear: Option<ToolWear>,
-        /// The leg whose stroke a sensor ended, and where.
+        /// The leg whose drill cycle ended on a sensor, and the position.
         stop: Option<(u32, Steps)>,
     },
-    /// The job is over or forgotten.
+    /// The job ended or was discarded.
     Finish,
-    /// What a tool has done now: nothing, where a new one was put in.
+    /// A tool's new wear; zero for a new tool.
     Wear(ToolWear),
-    /// The work zero in force.
+    /// The current work zero.
     Zero(Option<WorkZero>),
-    /// What lies in the magazine; the owner hears when it is durable.
+    /// Contents of the magazine; the owner is notified when this is durable.
     Stock {
-        /// What.
         stock: Box<ToolStock>,
         /// Number of the record.
         number: u32,
     },
-    /// It was read that the journal before this one was damaged.
+    /// The user acknowledged the damage of the previous journal.
     DamageRead,
 }
 
-/// Length of the digest in front of a value.
+/// Length of the digest before a value, bytes.
 pub const SEAL: usize = 16;
 
-/// A value with the start of its digest in front, so that no damaged one is believed.
+/// Serializes a value after the first bytes of its digest, which reveal damage.
 pub fn sealed(value: &impl Serialize) -> Vec<u8> {
     let body = serde_json::to_vec(value).unwrap_or_default();
     let mut bytes = auth::sha256(&body).into_bytes();
@@ -164,7 +154,7 @@ pub fn sealed(value: &impl Serialize) -> Vec<u8> {
     bytes
 }
 
-/// The value in `bytes`, or why they are not believed.
+/// Reads a sealed value, or returns why it is invalid.
 pub fn unsealed<T: for<'a> Deserialize<'a>>(bytes: &[u8]) -> Result<T, String> {
     let (seal, body) = bytes.split_at_checked(SEAL).ok_or("a record is too short")?;
     if !auth::sha256(body).as_bytes().starts_with(seal) {

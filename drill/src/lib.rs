@@ -1,14 +1,11 @@
-//! The drill: one owner of machine, job, journal and pins, wherever it runs. Everything that can move goes through here.
+//! The drill: one owner of machine, job, journal and pins. Everything that can move is ordered here.
 //!
 //! ```text
-//! asks, plans, STOP ─ Message ─▶ owner ── tasks ──▶ executor (Place) ── steps ──▶ pins (virtual drill, or card)
-//!        tells ◀─ Outside::tell ─┤  ▲   control: (session, event) → (session, actions)      │
-//!                                │  └── report: done, gated, stopped, alarm ◀───────────────┘
-//!                                └── legs begun and done ──▶ Outside::record ── durable ──▶ lets the next stroke start
+//! asks, plans, STOP ─ Message ─▶ owner ── tasks ──▶ executor (Place) ── steps ──▶ pins
+//!      pages ◀─ Outside::tell ───┤  ▲   control: (session, event) → (session, actions)      │
+//!                                │  └── report: done, gated, stopped, alarm ◀──────────────┘
+//!                                └── legs started and done ──▶ Outside::record ── durable ──▶ allows the next hole
 //! ```
-//!
-//! Comes in: messages, the time, and an [`Outside`]. Goes out: tells, records, orders. Does not know sockets, sessions, leases, files,
-//! nor whose thread it is.
 
 pub mod adapter;
 mod alone;
@@ -16,6 +13,7 @@ pub mod controller;
 pub mod executor;
 mod files;
 mod grant;
+mod height;
 pub mod journal;
 mod line;
 mod outside;
@@ -32,6 +30,7 @@ mod ticket;
 pub use alone::{Alone, Port};
 pub use executor::Time;
 pub use files::{File, Files};
+pub use height::KnownHeight;
 pub use outside::Outside;
 pub use owner::board::line;
 pub use owner::{Message, Owner, Parts};

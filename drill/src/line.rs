@@ -1,39 +1,36 @@
-//! The line to the one page: the frames of `wire`, as the bridge's server speaks them with many.
+//! The connection to the one page: the frames of `wire`, which the bridge's server speaks with many pages.
 //!
-//! Comes in: text. Goes out: text, and what is asked of the drill. Nobody has to prove who he is: whoever reaches this drill is the
-//! page that made it. Does not know how frames travel.
+//! No authentication: only the page that created this drill can reach it.
 
 use crate::owner::Message;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::control::lease::{Lease, LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, understand};
+use annulus_core::wire::{Ask, Control, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, understand};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-/// The one page.
 const PAGE: Viewer = 1;
 
-/// What the page asks of the drill.
+/// A request of the page, for the drill to carry out.
 pub(crate) enum Asked {
-    /// To be put before the owner.
+    /// A message for the owner.
     Message(Message),
-    /// A job to be planned and checked.
+    /// Plan and check a job.
     Arm { job: String, from_leg: u32, ticket: Ticket },
-    /// The plan for a feed override that was ordered.
+    /// Plan the requested feed override.
     FeedOverride { percent: u8 },
 }
 
-/// Something that is waited for.
+/// A pending answer of the owner.
 enum Waiting {
-    /// An answer, and the feed override to be planned after it.
+    /// An answer, and the feed override to plan after a success.
     Answer(Receiver<Result<Vec<Tell>, Diagnostic>>, Option<u8>),
-    /// What a newcomer must know.
+    /// The messages for a newly connected page.
     Greeting(Receiver<Vec<Tell>>),
 }
 
-/// The line.
 pub(crate) struct Line {
     pub(crate) tickets: Arc<Tickets>,
     lease: Lease,
@@ -48,7 +45,6 @@ impl Line {
         Self { tickets, lease, welcome: false, waiting, frames }
     }
 
-    /// The first frame.
     pub(crate) fn challenge(&mut self) {
         self.welcome = false;
         let (proto, min) = (PROTOCOL, OLDEST_PROTOCOL);
@@ -56,19 +52,19 @@ impl Line {
         self.say(&Tell::Challenge { proto, min, bridge, nonce: String::new() });
     }
 
-    /// The frames to be sent.
+    /// Takes the frames to send.
     pub(crate) fn frames(&mut self) -> Vec<String> {
         std::mem::take(&mut self.frames)
     }
 
-    /// Something that everybody hears.
+    /// Sends a message, if the page has completed its hello.
     pub(crate) fn tell(&mut self, tell: &Tell) {
         if self.welcome {
             self.say(tell);
         }
     }
 
-    /// What became of something that was asked.
+    /// Sends the result of a request.
     pub(crate) fn answer(&mut self, answer: Result<Vec<Tell>, Diagnostic>) {
         match answer {
             Ok(tells) => tells.iter().for_each(|tell| self.say(tell)),
@@ -76,7 +72,7 @@ impl Line {
         }
     }
 
-    /// The same, once it is there.
+    /// Sends the result of a request when it arrives.
     pub(crate) fn await_answer(&mut self, answer: Receiver<Result<Vec<Tell>, Diagnostic>>) {
         self.waiting.push(Waiting::Answer(answer, None));
     }
@@ -85,7 +81,7 @@ impl Line {
         self.frames.extend(serde_json::to_string(tell));
     }
 
-    /// What the page says.
+    /// Handles a frame from the page.
     pub(crate) fn heard(&mut self, text: &str, now: Duration) -> Vec<Asked> {
         if text.len() > FRAME_LIMIT {
             self.answer(Err(Diagnostic::error("socket.too_large").with("limit", FRAME_LIMIT)));
@@ -138,7 +134,7 @@ impl Line {
 
     fn say_control(&mut self) {
         let yours = self.lease.holder() == Some(PAGE);
-        self.say(&Tell::Control { yours, taken: yours, viewers: 1 });
+        self.say(&Tell::Control(Control { yours, taken: yours, viewers: 1 }));
     }
 
     fn control(&mut self, event: LeaseEvent, now: Duration) -> Vec<Asked> {
@@ -155,12 +151,12 @@ impl Line {
         vec![Asked::Message(Message::ControlChanged)]
     }
 
-    /// Time went by: whoever was silent too long has no control any more.
+    /// Advances the time: a page that was silent too long loses control.
     pub(crate) fn passed(&mut self, now: Duration) -> Vec<Asked> {
         self.control(LeaseEvent::Tick, now)
     }
 
-    /// Hands on the answers that have come; what is to be done after them.
+    /// Passes on the answers that arrived. Returns the work to do after them.
     pub(crate) fn answers(&mut self) -> Vec<Asked> {
         let mut asked = Vec::new();
         for waiting in std::mem::take(&mut self.waiting) {

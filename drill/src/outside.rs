@@ -1,7 +1,5 @@
-//! What the drill needs of the place where it runs: executors, a journal, a file of settings, a record, and somebody to tell.
-//!
-//! Comes in: records, tells, machines. Goes out: executors, what was kept. Nothing of it waits for the owner. Does not know what
-//! is behind it: threads and files, or a page.
+//! Interfaces that a drill needs from its host: executors, a journal, settings, a record, and a channel to
+//! the pages. Nothing here may block.
 
 use crate::executor::{Seat, Shared};
 use crate::journal::Record;
@@ -13,35 +11,36 @@ use annulus_core::pins::Pins;
 use annulus_core::wire::Tell;
 use std::sync::Arc;
 
-/// The place where a drill runs. What it hears of executors and journal it puts before the owner as messages.
+/// The host of a drill. Results from executors and journal reach the owner as messages.
 pub trait Outside: Send {
-    /// Tells everybody. Nobody listening is fine.
+    /// Sends to all pages, if there are any.
     fn tell(&self, tell: Tell);
 
-    /// Has `record` written behind those before it; what comes of it the owner hears as a message.
+    /// Queues `record` after the earlier ones; the result reaches the owner as a message.
     fn record(&self, record: Record);
 
-    /// Whether what is to be written will be.
+    /// Returns `true` if records can still be written.
     fn records(&self) -> bool;
 
-    /// Whether the setting `key`, which belongs into a machine's file, is changed here all the same: where there is no such file.
+    /// Returns `true` if the wiring setting `key`, normally changed only in the machine file, may be
+    /// changed here because there is no such file.
     fn may_rewire(&self, _key: &str) -> bool {
         false
     }
 
-    /// Keeps the machine's settings.
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic>;
 
-    /// Keeps the height map of the board in place of the one before; or none.
+    /// Saves the height map of the board; `None` deletes it.
     fn keep_surface(&self, surface: Option<&KeptSurface>) -> Result<(), Diagnostic>;
 
-    /// How long the drilled-board record is, bytes.
+    /// Length of the drilled-board record, bytes.
     fn record_length(&self) -> Option<u64>;
 
-    /// The drilled-board record from that byte on.
+    /// The drilled-board record from this byte on.
     fn recorded(&self, from: u64) -> Option<String>;
 
-    /// An executor that plays on `pins`, on a computer that is so `late` with every step, in ticks, where that is to be judged.
+    /// Starts an executor on simulated `pins`. `late` simulates a host that is late by this many ticks at
+    /// every step.
     fn seat(
         &self,
         machine: &Machine,
@@ -50,8 +49,8 @@ pub trait Outside: Send {
         shared: &Arc<Shared>,
     ) -> Result<Box<dyn Seat>, Diagnostic>;
 
-    /// An executor of a machine that is not virtual, and what its clock is worth, or was `measured` before; none where the clock
-    /// of this computer times nothing.
+    /// Starts an executor of a real machine. Also returns the timing quality of its clock, measured now or
+    /// taken from `measured`; `None` if this computer's clock times nothing.
     fn real_seat(
         &self,
         machine: &Machine,

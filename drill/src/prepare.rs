@@ -1,9 +1,12 @@
-//! Arming: the program becomes a stream, the stream is checked, and the pre-flight says row by row what was found.
-//!
-//! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
+//! Arming: turns the program into a stream, checks it, and lists the results as the pre-flight check. Moves
+//! nothing.
 
+mod lengths;
+
+use crate::height::KnownHeight;
 use crate::surface::{Followed, Ground, KeptSurface, followed};
 use annulus_core::board::bed;
+use annulus_core::cam::suits;
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
@@ -14,75 +17,70 @@ use annulus_core::machine::{self, Machine, RackTool, Steps, ToolWear};
 use annulus_core::magazine::{Held, ToolStock, changes_ticks};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
-use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
+use annulus_core::wire::{ArmedJob, PreflightRow, RowVerdict, Tell, program};
 use std::sync::Arc;
 use std::thread;
 
-/// How the drill stands when a job is prepared.
+/// The drill's state when a job is prepared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Context {
-    /// The machine.
     pub machine: Machine,
-    /// Work zero in machine steps, where there is one.
+    /// Work zero in machine steps, if set.
     pub zero: Option<[i64; 2]>,
-    /// What it is doing.
     pub state: State,
-    /// What its position is worth.
     pub trust: Trust,
-    /// The highest safe step rate, where time is real.
+    /// The highest safe step rate, on real hardware.
     pub safe_hz: Option<f64>,
-    /// Whether the spindle answers, where it is one that tells of itself.
+    /// Whether the spindle responds; `None` if it does not report.
     pub spindle_answers: Option<bool>,
-    /// What the tools of its rack have done.
+    /// Tool wear.
     pub wear: Vec<ToolWear>,
-    /// What lies in the magazine, where there is one.
+    /// Contents of the magazine, if there is one.
     pub stock: Option<ToolStock>,
-    /// An interrupted job.
     pub offer: Option<Broken>,
-    /// The height map that was kept.
+    /// The saved height map.
     pub surface: Option<Arc<KeptSurface>>,
+    /// The tool for which the board height is known.
+    pub known: KnownHeight,
 }
 
-/// A job that was broken off, as far as another start has to know it.
+/// An interrupted job, as far as the start of another one needs it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
     /// SHA-256 of its program.
     pub key: String,
-    /// The leg it goes on with.
+    /// The leg where it resumes.
     pub next_leg: u32,
-    /// The work zero it was begun with, machine steps, where those still mean what they meant.
+    /// The work zero that it started with, machine steps, if those still have the same meaning.
     pub zero_steps: Option<[i64; 2]>,
-    /// The height map that it follows, by its key.
+    /// Key of the height map that it follows.
     pub levelled: Option<String>,
 }
 
-/// A job that was checked.
+/// A checked job.
 pub struct Prepared {
     /// SHA-256 of the program's bytes.
     pub key: String,
-    /// These.
     pub bytes: Vec<u8>,
-    /// The program, its depth as that of its height map where it follows one.
+    /// The program; its depths are corrected if it follows a height map.
     pub program: Program,
     /// The height map that it follows.
     pub follows: Option<Arc<KeptSurface>>,
-    /// Its steps.
     pub stream: Packed,
-    /// Their digest.
     pub digest: String,
-    /// Time from the start of every leg to the end of the job, with the changes that the machine makes by itself, in ticks.
+    /// Time from the start of every leg to the end of the job, with automatic tool changes, in ticks.
     pub left_ticks: Vec<u64>,
-    /// Work zero in machine steps, every tip on the board's surface.
+    /// Work zero in machine steps, with every tool on the board's surface.
     pub zero: Steps,
-    /// What was found, row by row.
+    /// The rows of the pre-flight check.
     pub checks: Vec<PreflightRow>,
-    /// What it was prepared for; arming is void when that changed meanwhile.
+    /// The state that it was prepared for. If the state changed since, arming is void.
     pub context: Context,
-    /// Its feeds, percent of those in `bytes`.
+    /// Its feed, percent of the one in `bytes`.
     pub feed_percent: u8,
 }
 
-/// What a program becomes on a machine.
+/// A program, planned for a machine.
 struct Planned {
     program: Program,
     stream: Packed,
@@ -90,19 +88,19 @@ struct Planned {
 }
 
 impl Prepared {
-    /// The verdict as everybody sees it.
+    /// The result for the pages.
     pub(crate) fn tell(&self) -> Tell {
         let (job, stream_digest) = (self.key.clone(), self.digest.clone());
         let levelled = self.follows.is_some();
-        Tell::Armed { job, stream_digest, levelled, checks: self.checks.clone() }
+        Tell::Armed(ArmedJob { job, stream_digest, levelled, checks: self.checks.clone() })
     }
 
-    /// The first reason against starting.
+    /// The first reason not to start.
     pub(crate) fn refusal(&self) -> Option<Diagnostic> {
         self.checks.iter().find(|row| row.verdict == RowVerdict::Fail).map(|row| row.finding.clone())
     }
 
-    /// Where leg `leg` starts when it is begun from rest, in machine steps: all spindles up.
+    /// Where leg `leg` starts from a stop, in machine steps: all spindles up.
     pub(crate) fn start_of_leg(&self, leg: usize) -> Steps {
         let from = self.before_leg(leg);
         let up = self.stream.start();
@@ -111,7 +109,7 @@ impl Prepared {
         })
     }
 
-    /// Whether the motors of X and Y went down in their numbers last before leg `leg`: so their play is taken up.
+    /// Whether X and Y last moved down before leg `leg`, which decides the side of their backlash.
     fn down_before(&self, leg: usize) -> [bool; 2] {
         let mut down = [None; 2];
         for segment in (0..leg).rev().flat_map(|leg| self.stream.leg(leg).into_iter().rev()) {
@@ -126,8 +124,8 @@ impl Prepared {
         down.map(Option::unwrap_or_default)
     }
 
-    /// Where the motors of X and Y go first, in machine steps, when leg `leg` is begun from anywhere: so that they come to its
-    /// start from the side that the stream has them come from, with their play taken up.
+    /// Where X and Y go first, in machine steps, before leg `leg` starts: from there they reach the start
+    /// from the stream's side, without backlash.
     pub(crate) fn before_start(&self, machine: &Machine, leg: usize) -> Steps {
         let mut start = self.start_of_leg(leg);
         for (axis, down) in self.down_before(leg).into_iter().enumerate() {
@@ -139,17 +137,18 @@ impl Prepared {
         start
     }
 
-    /// Where everything stands when leg `leg` follows the one before, in steps from the work zero.
+    /// The position before leg `leg` in sequence, in steps from the work zero.
     pub fn before_leg(&self, leg: usize) -> Steps {
         self.stream.before(leg)
     }
 
-    /// Whether leg `leg` goes on from the bottom of the hole before.
+    /// Returns `true` if leg `leg` continues from the bottom of the previous hole.
     pub(crate) fn begins_low(&self, leg: usize) -> bool {
         !self.stream.range(leg).is_empty() && self.before_leg(leg)[2..].iter().any(|height| *height < 0)
     }
 
-    /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
+    /// Leg `leg`, started with all spindles up. If the next leg continues from its bottom, the retract is
+    /// left out.
     pub(crate) fn entry(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
         let mut alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         if self.begins_low(leg + 1) {
@@ -158,13 +157,14 @@ impl Prepared {
         Ok(alone.moves.iter().map(|planned| steps::segment(planned, machine)).collect())
     }
 
-    /// What lifts the spindles after leg `leg` when the next one does not follow at once.
+    /// The retract after leg `leg`, for when the next one does not follow at once.
     pub(crate) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
         let alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         Ok(alone.moves.last().map(|planned| steps::segment(planned, machine)).into_iter().collect())
     }
 
-    /// How many steps of Z the board lies higher than flat at the hole that leg `leg` of a job that follows a height map drills.
+    /// Height of the board above flat at the hole of leg `leg`, in steps of Z, if the job follows a height
+    /// map.
     pub(crate) fn board_steps(&self, machine: &Machine, leg: usize) -> i64 {
         let hole = self.program.legs.get(leg).filter(|leg| matches!(leg.mark, Mark::Hole(_)));
         let place = hole.and_then(|leg| {
@@ -177,7 +177,7 @@ impl Prepared {
         height.map_or(0, |height| machine.z.scale.steps(height))
     }
 
-    /// What is in force before segment `first`: bit and spindle speed.
+    /// Tool and spindle speed in force before segment `first`.
     pub(crate) fn in_force(&self, first: usize) -> (Option<u32>, u32) {
         let (mut bit, mut rpm) = (None, 0);
         for effect in self.stream.effects_before(first) {
@@ -213,7 +213,7 @@ fn note(code: &str) -> Diagnostic {
     Diagnostic::note(code)
 }
 
-/// The job `bytes` prepared for the drill as it stands.
+/// Prepares the job `bytes` for the drill in its current state.
 pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Result<Prepared, Diagnostic> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
@@ -250,6 +250,8 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     checks.extend(machine::warnings(machine).into_iter().map(|warning| row(RowVerdict::Warn, warning)));
     checks.extend(unknown_bit(program).map(|why| row(RowVerdict::Fail, why)));
     checks.extend(bite::judged_all(program).into_iter().map(|why| row(RowVerdict::Warn, why)));
+    checks.extend(suits::judged(program, machine).into_iter().map(|why| row(RowVerdict::Warn, why)));
+    checks.extend(unseen_breakage(program, machine));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
         let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
@@ -258,9 +260,10 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     checks.extend(worn_tools(program, machine, (from_leg as usize, &context.wear)));
     if let Some(stock) = &context.stock {
         checks.extend(magazine(program, from_leg as usize, stock));
-    } else if let Some(bit) = bit_of_leg(program, from_leg as usize) {
+    } else if let Some(bit) = bit_of_leg(program, from_leg as usize).filter(|_| machine.has_equal_lengths()) {
         checks.push(row(RowVerdict::Warn, note("preflight.first_bit").with("bit", bit.titled())));
     }
+    checks.extend(lengths::rows(program, context, from_leg as usize));
     checks.extend(far_below(program, machine));
     checks.extend(accepted(program));
     checks.extend(given_up(key, from_leg, context).map(|why| row(RowVerdict::Warn, why)));
@@ -269,8 +272,8 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     Ok(Prepared { zero, checks, digest, follows, ..bare(plan, key, bytes, context.clone()) })
 }
 
-/// The rows about the tools that the machine fetches itself: whether all of them are there, what the spindle holds, and with which step
-/// a change that stopped goes on.
+/// The rows about a magazine: whether all tools are there, what the spindle holds, and the next step of an
+/// interrupted change.
 fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<PreflightRow> {
     let waits = program.legs.iter().skip(from_leg).flat_map(|leg| &leg.commands);
     let wanted = waits.filter_map(|command| match command {
@@ -301,21 +304,28 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
     rows
 }
 
-/// A tip goes so far below the board that the bed may not be so thick.
+/// Warns that a tool that breaks while drilling goes unnoticed.
+fn unseen_breakage(program: &Program, machine: &Machine) -> Option<PreflightRow> {
+    let unseen = program.hole_count() > 0 && !machine.notices_broken_bits();
+    unseen.then(|| row(RowVerdict::Warn, Diagnostic::warning("preflight.broken_bits_unseen")))
+}
+
+/// Warns if a tool goes deeper below the board than the spoilboard may be thick.
 pub(crate) fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let below = deepest(program) - machine.process.board_thickness;
     let why = || Diagnostic::warning("preflight.far_below").with("below", format!("{:.2}", below.mm()));
     (below > bed(false)).then(|| row(RowVerdict::Warn, why()))
 }
 
-/// The errors of the job that a person saw and accepted, said once more.
+/// Repeats the errors that the user accepted.
 pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
     let codes = program.accepted.join(", ");
     (!codes.is_empty())
         .then(|| row(RowVerdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)))
 }
 
-/// What is given up when the job `key` begins at `from_leg`: another job that was broken off, or what is made of this one.
+/// Warning about what a start of `key` at `from_leg` discards: another interrupted job, or the progress of
+/// this one.
 fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
     let Broken { key: offered, next_leg, .. } = context.offer.as_ref()?;
     if offered != key {
@@ -324,7 +334,7 @@ fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
     (from_leg == 0 && *next_leg > 0).then(|| Diagnostic::warning("preflight.anew"))
 }
 
-/// How much of the program there is to be done from `from_leg` on, and how long it takes.
+/// The remaining holes, toolpaths and time from `from_leg`.
 pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
     let (holes, toolpaths) = made(program.legs.iter().skip(from_leg));
     let words = if toolpaths > 0 { "preflight.time_milling" } else { "preflight.time" };
@@ -333,7 +343,7 @@ pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnosti
     spent.with("minutes", whole_s / 60).with("seconds", whole_s % 60)
 }
 
-/// The bit that leg `leg` is made with; before any is put in, the first of the program.
+/// The tool of leg `leg`; before the first change, the first tool of the program.
 pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     let put_in = program.legs.iter().take(leg + 1).rev().find_map(|leg| match leg.mark {
         Mark::ToolChange(bit) => Some(bit as usize),
@@ -342,7 +352,7 @@ pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     program.bits.get(put_in.unwrap_or(0))
 }
 
-/// The tools of the program that are worn, or will be before it is done from leg `from` on.
+/// The tools that are worn, or will be before the job ends, counted from leg `from`.
 pub(crate) fn worn_tools(
     program: &Program,
     machine: &Machine,
@@ -359,7 +369,7 @@ pub(crate) fn worn_tools(
     rows
 }
 
-/// What there is to say of a tool that has done so much, as `bit` of a job that needs so much of it: that it is worn, or will be.
+/// The problem of a tool with wear `now` for a job that adds `needs`: worn, or worn out during the job.
 pub(crate) fn worn_tool(tool: &RackTool, bit: &Bit, (now, needs): (&ToolWear, Wear)) -> Option<Diagnostic> {
     let way = tool.wears_by_way();
     let found = match (now.is_over(tool.life), now.plus(needs).is_over(tool.life)) {
@@ -373,7 +383,8 @@ pub(crate) fn worn_tool(tool: &RackTool, bit: &Bit, (now, needs): (&ToolWear, We
     Some(found.with("done", now.done()).with("life", tool.life))
 }
 
-/// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
+/// The drills of the program that are not in the machine's tool list. End mills and V-bits belong to the
+/// job and need no entry.
 pub(crate) fn missing_drills(program: &Program, machine: &Machine) -> Vec<String> {
     let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.iter().any(|tool| tool.is(bit));
     program.bits.iter().filter(lacks).map(|bit| bit.titled()).collect()
@@ -385,7 +396,8 @@ fn planned(program: Program, context: &Context) -> Result<Planned, Diagnostic> {
     Ok(Planned { program, stream, left_ticks })
 }
 
-/// The digest of a stream, and what the independent checker says of it where the work zero is known: side by side.
+/// The digest of a stream, and the independent checker's verdict if the work zero is known; computed in
+/// parallel.
 fn judged(
     stream: &Packed,
     machine: &Machine,
@@ -396,13 +408,13 @@ fn judged(
     thread::scope(|scope| {
         let beside = thread::Builder::new().name("digest".to_owned()).spawn_scoped(scope, digest);
         let verdict = zero.map(check);
-        // Where there is no second thread, or it failed, it is done here.
+        // Without a second thread, compute it here.
         let found = beside.ok().and_then(|beside| beside.join().ok());
         (found.unwrap_or_else(digest), verdict)
     })
 }
 
-/// A plan with what it was made from, at the feeds it came with, not judged.
+/// A plan with its source, at the original feed, not checked yet.
 fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepared {
     let Planned { program, stream, left_ticks } = plan;
     let (zero, checks, digest, feed_percent) = (Steps::default(), Vec::new(), String::new(), 100);
@@ -410,8 +422,8 @@ fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepare
     Prepared { key, bytes, program, follows, stream, digest, left_ticks, zero, checks, context, feed_percent }
 }
 
-/// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
-/// anew. Refused where the check, or this computer's clock, refuses it.
+/// The running job at `percent` of its original feed: the same legs to the same positions, planned and
+/// checked again. Fails if the check, or this computer's clock, refuses it.
 pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
     let machine = &job.context.machine;
     let mut program = program::decode(&job.bytes)?;
@@ -432,7 +444,7 @@ pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
     Ok(Prepared { zero: job.zero, checks, digest, follows, feed_percent: percent, ..anew })
 }
 
-/// A wait for a bit that the program does not have: nobody could put it in.
+/// An error if the program waits for a tool that it does not define: no tool could satisfy it.
 fn unknown_bit(program: &Program) -> Option<Diagnostic> {
     let commands = program.legs.iter().flat_map(|leg| &leg.commands);
     let mut waits = commands.filter_map(|command| match command {
@@ -476,7 +488,7 @@ fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
     }
 }
 
-/// What the machine's own changes of tools add to each leg, in ticks.
+/// Time of automatic tool changes in each leg, in ticks.
 fn change_ticks(program: &Program, context: &Context) -> Vec<u64> {
     let mut each = vec![0; program.legs.len()];
     let Some(stock) = &context.stock else { return each };
@@ -509,4 +521,35 @@ fn left_ticks(stream: &Packed, change_ticks: &[u64]) -> Vec<u64> {
         .collect();
     rows.reverse();
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::machine::{Value, apply, preset, virtual_drill};
+
+    #[test]
+    fn machine_without_contact_sensing_gives_a_warning() {
+        let set = |machine: &Machine, mm: f64| {
+            apply(machine, &[("stroke.contact_tolerance".to_owned(), Value::Number(mm))]).unwrap()
+        };
+        let breakout = preset("breakout").unwrap();
+        let unwired = apply(
+            &breakout,
+            &[("parallel.sensors".to_owned(), Value::Numbers(vec![3.0, -1.0, 4.0, -1.0, 2.0, -1.0, -1.0]))],
+        );
+        let rows = [
+            (virtual_drill(), false),
+            (breakout.clone(), false),
+            (set(&breakout, 0.0), true),
+            (set(&breakout, 0.3), false),
+            (unwired.unwrap(), true),
+        ];
+        for (machine, told) in rows {
+            let program = crate::tests::holes(&machine, 2, 2, |_| 800);
+            let found = unseen_breakage(&program, &machine).map(|row| (row.finding.code, row.verdict));
+            let expected = told.then(|| ("preflight.broken_bits_unseen".to_owned(), RowVerdict::Warn));
+            assert_eq!(found, expected, "{}", machine.name);
+        }
+    }
 }

@@ -1,11 +1,9 @@
-//! Programs that were brought, by their keys: the newest, so many and no more.
-//!
-//! Comes in: a key and bytes. Goes out: the bytes of a key. Does not know jobs: whoever has one says which program stays.
+//! Uploaded programs by key; only the newest are saved.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::program;
 
-/// So many are kept; the oldest goes first.
+/// Most programs; the oldest is dropped first.
 const MOST: usize = 8;
 
 /// Keys and bytes, the oldest first.
@@ -13,12 +11,13 @@ const MOST: usize = 8;
 pub(crate) struct Programs(Vec<(String, Vec<u8>)>);
 
 impl Programs {
-    /// Those that are known from the beginning.
+    /// Starts with a known program, if any.
     pub(crate) fn of(known: Option<(String, Vec<u8>)>) -> Self {
         Self(known.into_iter().collect())
     }
 
-    /// Keeps `bytes` under `key`, their SHA-256, if they are a program. That which `stays` does not go for it.
+    /// Saves `bytes` under `key`, their SHA-256, if they are a program. The program named by `stays` is
+    /// never dropped.
     pub(crate) fn keep(
         &mut self,
         key: &str,
@@ -38,7 +37,7 @@ impl Programs {
         Ok(())
     }
 
-    /// The bytes kept under `key`.
+    /// The program saved under `key`.
     pub(crate) fn bytes(&self, key: &str) -> Option<&[u8]> {
         self.0.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())
     }

@@ -1,8 +1,6 @@
-//! How records are written, wherever they are kept: in order, and what comes of it goes before the owner.
+//! Writes records in order and reports the results to the owner.
 //!
-//! Comes in: records. Goes out: the number of legs that are durable, which lets the next stroke start, or a diagnostic when the
-//! disk refuses. After a refusal no further leg is written: what the journal says stays true; what else comes is tried anew. Does
-//! not know the executor, nor what a journal is made of.
+//! After a failure no further leg is written, so the journal stays true; other records are tried again.
 
 use crate::executor::Shared;
 use crate::journal::{JobRecord, Progress, Record, WorkZero};
@@ -11,12 +9,13 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::magazine::ToolStock;
 
-/// Somewhere to keep what must survive. Whatever returns without a reason is durable.
+/// Durable storage. A call that succeeds is durable when it returns.
 pub trait Keeper {
-    /// A job begins at leg `progress.done`. Its program is kept too, so that it can always be taken up.
+    /// A job starts at leg `progress.done`. Its program is saved too, so that it can be resumed.
     fn begin(&mut self, job: &JobRecord, progress: Progress, program: &[u8]) -> Result<(), Diagnostic>;
 
-    /// A leg is done and the next begun. `stop` is where a sensor ended the stroke of a leg, `wear` what its tool has done now.
+    /// A leg is completed and the next started. `stop` is where a sensor ended a leg's drill cycle, `wear`
+    /// the tool's new wear.
     fn advance(
         &mut self,
         progress: Progress,
@@ -24,36 +23,36 @@ pub trait Keeper {
         wear: Option<&ToolWear>,
     ) -> Result<(), Diagnostic>;
 
-    /// What a tool has done now.
+    /// Saves a tool's new wear.
     fn keep_wear(&mut self, wear: &ToolWear) -> Result<(), Diagnostic>;
 
-    /// The job came to its end, or is to be forgotten.
+    /// The job ended or was discarded.
     fn finish(&mut self) -> Result<(), Diagnostic>;
 
-    /// The work zero in force.
+    /// Saves the current work zero.
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic>;
 
-    /// What lies in the magazine.
+    /// Saves the contents of the magazine.
     fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic>;
 
-    /// Somebody has read that the journal before this one was damaged.
+    /// The user acknowledged the damage of the previous journal.
     fn forget_damage(&mut self) -> Result<(), Diagnostic>;
 
-    /// Once something was refused: it is tried anew.
+    /// Prepares for another attempt after a failure.
     fn again(&mut self) -> Result<(), Diagnostic>;
 }
 
-/// What became of the records so far.
+/// State of the recording.
 #[derive(Debug, Default)]
 pub struct Recording {
-    /// The job in work cannot be kept up with.
+    /// The progress of the running job can no longer be recorded.
     failed: bool,
-    /// The last one was refused.
+    /// The last record failed.
     refused: bool,
 }
 
 impl Recording {
-    /// Has `record` kept; what the owner has to hear of it goes to `owner`.
+    /// Writes `record`, and sends the result to `owner`.
     pub fn write(
         &mut self,
         keeper: &mut impl Keeper,

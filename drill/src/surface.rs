@@ -1,12 +1,11 @@
-//! The height map of the board on a drill of our own, as it is kept, and programs that follow it (N17).
+//! The saved height map of the board on Annulus' own drill, and programs that follow it.
 //!
 //! ```text
-//! Touched ─▶ KeptSurface ─ same job, same zero, same height? ─▶ the program with its depth as the board's, told in the pre-flight
+//! Touched ─▶ KeptSurface ─ same job, same zero, same height? ─▶ the program with corrected depths
 //! ```
 //!
-//! Comes in: a program, how the drill stands. Goes out: what becomes of the program, and what there is to read of that. It is the
-//! program as it was planned that is kept and journaled: what follows a map is made of it each time, so none is levelled twice. Does
-//! not know who touched the board.
+//! Only the program as planned is saved and journaled. The corrected one is derived each time, so no
+//! correction is applied twice.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
@@ -17,22 +16,21 @@ use annulus_core::wire::{PreflightRow, RowVerdict};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A height map, and where its zero of Z was.
+/// A height map, and the height of its Z zero.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeptSurface {
-    /// The map.
     pub map: HeightMap,
-    /// Height of the board's surface in machine coordinates that its heights are over.
+    /// Height of the board's surface in machine coordinates; the map's heights are above it.
     pub height: Length,
 }
 
 impl KeptSurface {
-    /// Whether it can be believed.
+    /// Returns `true` if its values are valid.
     pub fn is_whole(&self) -> bool {
         self.map.is_whole() && (-Length::LIMIT..=Length::LIMIT).contains(&self.height)
     }
 
-    /// Why it does not fit to `machine` with its work zero at these steps; none where it does.
+    /// Why it does not fit `machine` with its work zero at these steps; `None` if it fits.
     pub(crate) fn misplaced(&self, machine: &Machine, zero_steps: Option<[i64; 2]>) -> Option<Diagnostic> {
         let Some(zero) = zero_steps else {
             return Some(Diagnostic::error("level.other_zero").with("mm", "?"));
@@ -44,29 +42,30 @@ impl KeptSurface {
     }
 }
 
-/// What became of a program.
+/// A program, corrected or not.
 pub(crate) struct Followed {
-    /// The program that is to be run.
+    /// The program to run.
     pub(crate) program: Program,
     /// The map that it follows.
     pub(crate) follows: Option<Arc<KeptSurface>>,
-    /// What there is to read of that.
+    /// The pre-flight row about it.
     pub(crate) told: Option<PreflightRow>,
 }
 
-/// How a drill stands to a program whose depth may follow its board.
+/// Inputs that decide whether a program follows a height map.
 pub(crate) struct Ground<'a> {
     pub(crate) machine: &'a Machine,
     /// Machine steps of the work zero.
     pub(crate) zero_steps: Option<[i64; 2]>,
-    /// The map that was kept.
+    /// The saved map.
     pub(crate) kept: Option<&'a Arc<KeptSurface>>,
-    /// Of a job that is taken up: the key of the map that it was begun with, if it was with one.
+    /// For a resumed job: the key of the map that it started with; the inner `None` if it started without
+    /// one.
     pub(crate) begun: Option<Option<&'a str>>,
 }
 
-/// The `program` as it is run there: its depth follows the map that was kept, where it was measured for this job. A job that is
-/// taken up follows what it was begun with.
+/// Corrects the depths of `program` by the saved map, if that was measured for this job. A resumed job uses
+/// the map it started with.
 pub(crate) fn followed(program: Program, ground: &Ground<'_>) -> Followed {
     let row = |verdict, finding| PreflightRow { finding, verdict };
     let as_planned = |program, told| Followed { program, follows: None, told };

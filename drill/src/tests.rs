@@ -1,4 +1,4 @@
-//! Boards that the tests drill: holes on a grid, planned as everywhere.
+//! Boards for the tests: holes on a grid, planned as usual.
 
 use annulus_core::board::{Board, Hole};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
@@ -10,7 +10,7 @@ use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::units::Length;
 
-/// So many holes, 2.5 mm apart, `columns` beside each other; the diameter of each in µm.
+/// `count` holes, 2.5 mm apart, in rows of `columns`; `diameter` gives each hole's diameter in µm.
 pub(crate) fn holes(
     machine: &Machine,
     count: usize,

@@ -1,25 +1,25 @@
-//! What an ask from a page is good for: the control it was asked under, and the last STOP before it.
+//! Decides whether a page's request is still valid: it carries the state of control and the number of STOPs
+//! when it was sent.
 //!
 //! ```text
 //! page ── jog ──▶ ticket 7 ── queue ──▶ owner: still 7? ── yes ──▶ moves
 //!   └── gone ──▶ control changed: 8 ───────┘ no: refused, nothing moves
 //! ```
 //!
-//! The owner compares, and hears of every change of control and of every STOP in the same queue. So an ask is either refused,
-//! or what it set in motion is stopped by what comes behind it: there is no moment in between. Comes in: changes. Goes out:
-//! tickets, refusals. Does not know pages.
+//! Changes of control and STOPs go through the owner's own queue. So a request is either refused, or the
+//! message after it stops what it started: there is no gap.
 
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How often control changed hands and how often somebody pressed STOP.
+/// Number of changes of control, and of STOPs.
 #[derive(Debug, Default)]
 pub struct Tickets {
     control: AtomicU64,
     stops: AtomicU64,
 }
 
-/// What was so when something was asked.
+/// Those numbers when a request was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ticket {
     control: u64,
@@ -27,22 +27,20 @@ pub struct Ticket {
 }
 
 impl Tickets {
-    /// For what is asked now.
+    /// A ticket for a request sent now.
     pub fn now(&self) -> Ticket {
         Ticket { control: self.control.load(Ordering::SeqCst), stops: self.stops.load(Ordering::SeqCst) }
     }
 
-    /// Control changed hands.
     pub fn control_changed(&self) {
         self.control.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Somebody pressed STOP.
     pub fn stopped(&self) {
         self.stops.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Whether what was asked with `ticket` may still be done.
+    /// Checks that a request with `ticket` is still valid.
     pub fn check(&self, ticket: Ticket) -> Result<(), Diagnostic> {
         let now = self.now();
         let code = match ticket {
@@ -59,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ticket_is_good_until_control_changes_or_somebody_stops() {
+    fn ticket_is_valid_until_control_changes_or_stop() {
         let tickets = Tickets::default();
         let code = |ticket| tickets.check(ticket).err().map(|why| why.code);
         let first = tickets.now();

@@ -1,12 +1,10 @@
 //! Numbers as bytes, lowest byte first, and back.
 //!
 //! ```text
-//! short numbers: seven bits a byte, the highest bit says that more follow        5 → 05    300 → AC 02
+//! short numbers: seven bits per byte, the highest bit marks that more follow        5 → 05    300 → AC 02
 //! ```
-//!
-//! Comes in: numbers, or bytes. Goes out: bytes, or numbers, none where the bytes are at an end. Does not know what they say.
 
-/// Writes into a buffer; what does not fit is noticed at the end.
+/// Writes into a buffer; [`Writer::end`] reports an overflow.
 #[derive(Debug)]
 pub struct Writer<'a> {
     out: &'a mut [u8],
@@ -14,12 +12,11 @@ pub struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Into `out`, from its start on.
     pub fn new(out: &'a mut [u8]) -> Self {
         Self { out, length: 0 }
     }
 
-    /// Bytes as they are.
+    /// Raw bytes.
     pub fn bytes(&mut self, bytes: &[u8]) {
         if let Some(place) = self.out.get_mut(self.length..self.length + bytes.len()) {
             place.copy_from_slice(bytes);
@@ -27,7 +24,7 @@ impl<'a> Writer<'a> {
         self.length += bytes.len();
     }
 
-    /// A number that is small mostly.
+    /// A number that is usually small.
     pub fn short(&mut self, mut number: u32) {
         while number > 0x7F {
             self.bytes(&[number as u8 | 0x80]);
@@ -36,7 +33,7 @@ impl<'a> Writer<'a> {
         self.bytes(&[number as u8]);
     }
 
-    /// A number that is near 0 mostly, and may be larger than 32 bits.
+    /// A number that is usually near 0 and may exceed 32 bits.
     pub fn long_signed(&mut self, number: i64) {
         let mut folded = (number << 1 ^ number >> 63) as u64;
         while folded > 0x7F {
@@ -46,20 +43,18 @@ impl<'a> Writer<'a> {
         self.bytes(&[folded as u8]);
     }
 
-    /// How much was written, none where it did not fit.
+    /// Number of bytes written; `None` if they did not fit.
     pub fn end(self) -> Option<usize> {
         (self.length <= self.out.len()).then_some(self.length)
     }
 }
 
-/// Reads from bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    /// From their start on.
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes }
     }
@@ -71,7 +66,7 @@ impl<'a> Reader<'a> {
         Some(taken)
     }
 
-    /// A number that is small mostly.
+    /// A number that is usually small.
     pub fn short(&mut self) -> Option<u32> {
         let mut number = 0_u32;
         for shift in [0, 7, 14, 21, 28] {
@@ -88,11 +83,11 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// A number that is near 0 mostly, of up to 48 bits.
+    /// A number that is usually near 0, of up to 48 bits.
     pub fn long_signed(&mut self) -> Option<i64> {
         let low = self.bytes.first().copied()?;
         if low & 0x80 == 0 {
-            // Most are of one byte.
+            // Most numbers take one byte.
             self.bytes = &self.bytes[1..];
             return Some(i64::from(i32::from(low >> 1) ^ -i32::from(low & 1)));
         }
@@ -108,26 +103,24 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// Goes over a number of [`Self::short`] or of [`Self::long_signed`].
+    /// Skips a number of [`Self::short`] or [`Self::long_signed`].
     pub fn skip(&mut self) -> Option<()> {
         let last = self.bytes.iter().position(|byte| byte & 0x80 == 0)?;
         self.bytes = self.bytes.get(last + 1..)?;
         Some(())
     }
 
-    /// What was not read.
+    /// The unread bytes.
     pub fn rest(self) -> &'a [u8] {
         self.bytes
     }
 }
 
-/// What has one form as bytes.
+/// A value with one fixed byte layout.
 pub trait Plain: Sized {
     /// All zeros.
     const NONE: Self;
-    /// Writes it.
     fn put(&self, out: &mut Writer<'_>);
-    /// Reads it.
     fn take(from: &mut Reader<'_>) -> Option<Self>;
 }
 

@@ -1,16 +1,14 @@
-//! A chunk: head and runs as bytes, and whether it may be played.
+//! A chunk of path: writes its head and runs as bytes, and checks whether it may be played.
 //!
 //! ```text
-//!            places                                  rest, if nothing newer comes
-//!  path   ───┼────── chunk ──────┼── chunk ──┼── chunk ──┼
-//!            |<────── ticks ────>|<──── its tail ───>|         the tail is the path that follows, in which time comes to rest
-//!  rate   1  ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾'-.                           when its rate falls as steeply as it may: a chunk is begun at
-//!         0                         '-.__________            full rate only where all of its tail is here
+//!          places                                  end, if nothing newer arrives
+//! path   ───┼────── chunk ──────┼── chunk ──┼── chunk ──┼
+//!           |<────── ticks ────>|<──── its tail ───>|   tail: the following path in which stream time
+//! rate   1  ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾'-.                     stops if its rate falls as steeply as allowed. A chunk
+//!        0                         '-.__________      starts at full rate only if its whole tail arrived
 //! ```
 //!
-//! Steps at the first tick of a chunk belong to the one before it, steps at its last tick to itself.
-//!
-//! Comes in: runs of every axis. Goes out: a payload; or a payload, and a verdict. Does not know when it is played.
+//! A step at the first tick of a chunk belongs to the chunk before; a step at its last tick belongs to it.
 
 use crate::bytes::{Plain, Reader, Writer};
 use crate::crc::Crc;
@@ -19,21 +17,23 @@ use crate::message::{Chunk, Configure, Refusal};
 use crate::run::Run;
 use crate::{AXES, FULL_RATE};
 
-/// Ticks of a slice: the rate of time changes from slice to slice.
+/// Ticks of a slice: the rate of stream time changes only between slices.
 pub const SLICE: u32 = 1024;
 
 /// Longest chunk, in ticks: 250 ms.
 pub const LONGEST: u32 = 2_500_000;
 
-/// Longest tail, in ticks: 1 s, in which slow machines come to rest too.
+/// Longest tail, in ticks: 1 s, enough for slow machines to stop.
 pub const LONGEST_TAIL: u32 = 10_000_000;
 
-/// Ticks of path in which time comes to rest when its rate falls by `fall` in every slice: the tail of a chunk.
+/// Length of a chunk's tail: ticks of path until stream time stops, if its rate falls by `fall` in every
+/// slice.
 pub fn stopping(fall: u16) -> u32 {
     (FULL_RATE / u32::from(fall.max(1)) + 3) * (SLICE / 2)
 }
 
-/// Writes a chunk and its runs into `out`; how long it is, none where there is no room. The counts of runs are set here.
+/// Writes a chunk and its runs into `out`, and sets the run counts. Returns the length, `None` if there is
+/// no room.
 pub fn write(head: &Chunk, runs: [&[Run]; AXES], out: &mut [u8; PAYLOAD]) -> Option<usize> {
     let mut head = *head;
     for (count, own) in head.runs.iter_mut().zip(runs) {
@@ -51,31 +51,31 @@ pub fn write(head: &Chunk, runs: [&[Run]; AXES], out: &mut [u8; PAYLOAD]) -> Opt
     writer.end()
 }
 
-/// The check over the index of every axis before a chunk and after it.
+/// The checksum over the index of every axis before and after a chunk.
 pub fn places(first: [i32; AXES], last: [i32; AXES]) -> u32 {
     let bytes = first.into_iter().chain(last).flat_map(i32::to_le_bytes);
     bytes.fold(Crc::new(), Crc::with).value()
 }
 
-/// Where an axis is when a chunk begins, as far as its pulses are concerned.
+/// State of an axis before a chunk, as its pulses see it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Before {
     /// Ticks since its last step.
     pub since: u32,
     /// Direction of that step.
     pub forward: bool,
-    /// Direction that its pin says now: that of the step to come, as the last chunk told.
+    /// Direction that its pin shows now: the next step's, as announced by the last chunk.
     pub shown: bool,
 }
 
 impl Before {
-    /// At rest for long, its pin saying `forward`.
+    /// Stopped for a long time, with the pin showing `forward`.
     pub fn at_rest(forward: bool) -> Self {
         Self { since: u32::MAX >> 1, forward, shown: forward }
     }
 }
 
-/// What the runs of one axis come to.
+/// Total of an axis's runs.
 struct Sum {
     counted: i32,
     before: Before,
@@ -99,7 +99,8 @@ fn axis(
         if since <= pulse || run.count > 1 && extent.shortest <= pulse {
             return Err(Refusal::Rate);
         }
-        // The pin turns when the last pulse is over, or where the chunk begins if nobody said before that it would.
+        // The pin turns when the last pulse ends; if the turn was not announced, at the start of this
+        // chunk.
         let untold = !stepped && run.forward != now.shown;
         let seen = if untold { extent.first.min(since - pulse) } else { since - pulse };
         if (untold || run.forward != now.forward) && seen < setup {
@@ -118,8 +119,8 @@ fn axis(
     Ok(Sum { counted, before: Before { since, ..now } })
 }
 
-/// Whether the chunk of a payload may follow what was before it, its axes at the index `first`; if so, what is before the next,
-/// and the index there.
+/// Checks that a chunk may follow the state `before`, with its axes at the index `first`. Returns the state
+/// and index after it.
 pub fn check(
     head: &Chunk,
     runs: &[u8],

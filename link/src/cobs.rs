@@ -1,13 +1,12 @@
-//! Bytes without zeros between two zeros (COBS): wherever one begins to listen, the next zero is the end of a frame.
+//! Consistent overhead byte stuffing (COBS): no zeros inside a frame, so a listener that joins anywhere
+//! finds the next frame at the next zero.
 //!
 //! ```text
 //! 11 22 00 33        ─▶  03 11 22 02 33 00
-//! each group begins with its length; a zero follows every group but one of 255 and the last
+//! each group begins with its length; a zero follows every group except one of 255 and the last
 //! ```
-//!
-//! Comes in: bytes. Goes out: bytes. Does not know what they say.
 
-/// Most bytes that `length` bytes become, the zero at the end included.
+/// Most bytes that `length` bytes become, including the final zero.
 pub const fn longest(length: usize) -> usize {
     length + length / 254 + 2
 }
@@ -16,13 +15,13 @@ pub const fn longest(length: usize) -> usize {
 #[derive(Debug)]
 pub struct Stuffer<'a> {
     out: &'a mut [u8],
-    /// Where the length of the group in the making goes, and where its next byte goes.
+    /// Position of the current group's length byte, and of the next byte.
     group: usize,
     next: usize,
 }
 
 impl<'a> Stuffer<'a> {
-    /// Into `out`, which has room for [`longest`].
+    /// `out` must have room for [`longest`].
     pub fn new(out: &'a mut [u8]) -> Self {
         Self { out, group: 0, next: 1 }
     }
@@ -36,7 +35,6 @@ impl<'a> Stuffer<'a> {
         self.next += 1;
     }
 
-    /// One byte more.
     pub fn put(&mut self, byte: u8) {
         if byte != 0 {
             if let Some(place) = self.out.get_mut(self.next) {
@@ -49,7 +47,7 @@ impl<'a> Stuffer<'a> {
         }
     }
 
-    /// Ends the frame; how long it is, none where there was no room.
+    /// Ends the frame. Returns its length, `None` if there was no room.
     pub fn end(mut self) -> Option<usize> {
         self.close();
         *self.out.get_mut(self.group)? = 0;
@@ -57,22 +55,21 @@ impl<'a> Stuffer<'a> {
     }
 }
 
-/// Reads frames out of bytes that come one by one. `SIZE` is the longest frame; a longer one is dropped.
+/// Reads frames from single bytes. `SIZE` is the longest frame; longer ones are dropped.
 #[derive(Debug)]
 pub struct Unstuffer<const SIZE: usize> {
     frame: [u8; SIZE],
     length: usize,
-    /// Bytes left in the group; whether a zero stands before the next one.
+    /// Bytes left in the group; whether a zero comes before the next group.
     left: u8,
     zero: bool,
-    /// Whether what came does not make a frame.
+    /// The received bytes are no valid frame.
     broken: bool,
-    /// Whether the frame was handed out: the next byte begins another.
+    /// The frame was returned: the next byte starts another.
     ended: bool,
 }
 
 impl<const SIZE: usize> Unstuffer<SIZE> {
-    /// Waiting for a first byte.
     pub const fn new() -> Self {
         Self { frame: [0; SIZE], length: 0, left: 0, zero: false, broken: false, ended: false }
     }
@@ -85,7 +82,7 @@ impl<const SIZE: usize> Unstuffer<SIZE> {
         self.length = (self.length + 1).min(SIZE);
     }
 
-    /// Takes a byte; gives the frame that it ends, none where that is empty or broken.
+    /// Takes a byte. Returns the frame that it completes; `None` for an empty or broken one.
     pub fn take(&mut self, byte: u8) -> Option<&[u8]> {
         if self.ended {
             (self.length, self.left, self.zero, self.broken, self.ended) = (0, 0, false, false, false);

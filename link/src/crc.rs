@@ -1,6 +1,4 @@
-//! CRC-32C (Castagnoli): the check of every frame and of the settings.
-//!
-//! Comes in: bytes. Goes out: 32 bits. Does not know frames.
+//! CRC-32C (Castagnoli), the checksum of every frame and of the settings.
 
 const POLYNOMIAL: u32 = 0x82F6_3B78;
 
@@ -22,23 +20,22 @@ const fn table() -> [u32; 256] {
     table
 }
 
-/// A check in the making.
+/// A checksum in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Crc(u32);
 
 impl Crc {
-    /// Of no bytes yet.
     pub const fn new() -> Self {
         Self(!0)
     }
 
-    /// With one byte more.
+    /// Adds one byte.
     #[inline]
     pub const fn with(self, byte: u8) -> Self {
         Self(TABLE[((self.0 ^ byte as u32) & 0xFF) as usize] ^ self.0 >> 8)
     }
 
-    /// The check of all bytes so far.
+    /// The checksum of all bytes added.
     pub const fn value(self) -> u32 {
         !self.0
     }
@@ -50,7 +47,7 @@ impl Default for Crc {
     }
 }
 
-/// The check of `bytes`.
+/// The checksum of `bytes`.
 pub const fn crc32c(bytes: &[u8]) -> u32 {
     let (mut crc, mut at) = (Crc::new(), 0);
     while at < bytes.len() {

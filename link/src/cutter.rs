@@ -1,11 +1,9 @@
-//! The path of a segment cut into chunks: what the bridge sends.
+//! Cuts the path of a segment into chunks; the bridge sends those.
 //!
 //! ```text
-//! run      ──────────────────────────────         may be longer than any chunk: it is cut between two steps, and the parts
-//! chunks   |<─ 1 ─>|<─ 2 ─>|<─ 3 ─>|               that its first piece left over go with the second
+//! run      ──────────────────────────────         may be longer than any chunk: it is cut between two steps, and the
+//! chunks   |<─ 1 ─>|<─ 2 ─>|<─ 3 ─>|               fraction of a tick left by the first piece moves to the second
 //! ```
-//!
-//! Comes in: runs of every axis from rest to rest. Goes out: heads with their runs. Does not know the line.
 
 use crate::AXES;
 use crate::chunk::{LONGEST, SLICE, places, write};
@@ -16,22 +14,22 @@ use crate::run::{Cursor, Run};
 /// Most runs of one axis in a chunk.
 const MOST: usize = 240;
 
-/// Most runs of all axes in a chunk: an adapter looks at all of them in one go, and words are to be made meanwhile.
+/// Most runs of all axes in a chunk: the adapter checks a chunk without a pause, and must still make words
+/// in time.
 const ALL: usize = 128;
 
-/// How chunks are to be.
+/// How to cut chunks.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// How long, in ticks.
+    /// Length in ticks.
     pub ticks: u32,
-    /// Most that the rate of time may fall or rise in a slice of [`SLICE`] ticks, in 1/65,536 of full rate.
+    /// Largest fall or rise of the rate in a slice of [`SLICE`] ticks, in 1/65,536 of full rate.
     pub fall: u16,
-    /// See `fall`.
     pub rise: u16,
 }
 
 impl Rule {
-    /// The rule for coming to rest within so many ticks and getting going within as many, in chunks of 20 ms.
+    /// The rule for stopping, and starting, within this many ticks, in chunks of 20 ms.
     pub fn resting_within(ticks: u32) -> Self {
         let slope = crate::FULL_RATE * SLICE / ticks.max(SLICE);
         let slope = u16::try_from(slope).unwrap_or(u16::MAX).max(1);
@@ -58,29 +56,27 @@ impl Runs {
         Some(())
     }
 
-    /// Those that there are.
     pub fn all(&self) -> &[Run] {
         self.list.get(..self.count).unwrap_or_default()
     }
 }
 
-/// A chunk that was cut.
+/// A chunk, cut from the path.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// Its head; the counts of runs are set when it is written.
+    /// Its head; [`write()`] sets the run counts.
     pub head: Chunk,
-    /// Its runs.
     pub runs: [Runs; AXES],
 }
 
 impl Piece {
-    /// Its runs, as [`write()`] takes them.
+    /// Its runs in the form that [`write()`] takes.
     pub fn slices(&self) -> [&[Run]; AXES] {
         self.runs.each_ref().map(Runs::all)
     }
 }
 
-/// Where an axis is in its runs.
+/// Position of an axis in its runs.
 #[derive(Clone, Copy, Debug)]
 struct Place<'a> {
     run: Option<Run>,
@@ -97,7 +93,8 @@ impl Place<'_> {
         }
     }
 
-    /// Takes the steps of the `ticks` ticks behind `at`; how far they lead. None where there are too many runs.
+    /// Takes the steps of the `ticks` ticks after `at`. Returns the distance in steps; `None` if there are
+    /// too many runs.
     fn take(&mut self, at: u32, ticks: u32, out: &mut Runs) -> Option<i32> {
         let is_in = |cursor: &Cursor| cursor.left > 0 && cursor.tick.wrapping_sub(at) <= ticks;
         let mut led = 0_i32;
@@ -127,7 +124,7 @@ impl Place<'_> {
     }
 }
 
-/// The path that is left to be sent.
+/// The path that is left to cut.
 #[derive(Clone, Debug)]
 pub struct ChunkCutter<'a> {
     axes: [Place<'a>; AXES],
@@ -138,7 +135,7 @@ pub struct ChunkCutter<'a> {
 }
 
 impl<'a> ChunkCutter<'a> {
-    /// The path of `runs`, `ticks` long, from `index` on. Its first chunk is number `number`.
+    /// The path of `runs`, `ticks` long, starting at `index`; its first chunk has this `number`.
     pub fn new(runs: [&'a [Run]; AXES], ticks: u64, number: u32, index: [i32; AXES]) -> Self {
         let axes = runs.map(|later| {
             let mut place = Place { run: None, cursor: Cursor::NONE, later };
@@ -148,7 +145,7 @@ impl<'a> ChunkCutter<'a> {
         Self { axes, at: 0, left: ticks, number, index }
     }
 
-    /// Whether all is cut.
+    /// Returns `true` if everything is cut.
     pub fn is_done(&self) -> bool {
         self.left == 0
     }
@@ -158,17 +155,18 @@ impl<'a> ChunkCutter<'a> {
         self.number
     }
 
-    /// Index of every axis behind what was cut.
+    /// Index of every axis after the last chunk.
     pub fn index(&self) -> [i32; AXES] {
         self.index
     }
 
-    /// Ticks that are left, as far as a chunk or a tail may ask.
+    /// Ticks left, limited to 32 bits.
     fn left(&self) -> u32 {
         u32::try_from(self.left).unwrap_or(u32::MAX)
     }
 
-    /// Cuts off the next chunk; none where all is cut. A chunk that would be too long for a frame, or of too many runs, is made shorter.
+    /// Cuts the next chunk; `None` at the end. A chunk too long for a frame, or with too many runs, is cut
+    /// shorter.
     pub fn cut(&mut self, rule: &Rule) -> Option<Piece> {
         let mut ticks = rule.ticks.min(LONGEST).min(self.left()).max(1);
         while self.left > 0 && ticks > 0 {

@@ -1,4 +1,4 @@
-//! An input that counts as on only when it was touched for longer than its filter; shorter touches are counted.
+//! A filtered input: on only after it was touched longer than its filter; shorter touches are counted.
 //!
 //! ```text
 //! level    ___▂▔▂_____▂▔▔▔▔▔▔▔▔▔▔▔▔▂___
@@ -6,28 +6,24 @@
 //! counted    1 short        filter
 //! ```
 //!
-//! Whoever has the pins looks at every edge, but not before [`LOOK_US`] after the edge before, and when a touch that lasts comes of age. An
-//! edge between two looks is remembered for the second. Comes in: looks. Goes out: whether it is on; how many touches were short, and the longest of them. Times in µs. Does not know
-//! pins, nor what stops.
+//! The caller looks at every edge, but not earlier than [`LOOK_US`] after the previous one, and when a
+//! touch reaches its time. An edge between two looks is latched for the second. Times in µs.
 
-/// Behind an edge the next look is so much later: noise takes a part of the processor, never all of it.
+/// Delay from an edge to the next look: noise takes only part of the processor's time.
 pub const LOOK_US: u32 = 5;
 
-/// Longest filter.
 pub const LONGEST_FILTER_US: u16 = 10_000;
 
-/// One look at an input.
+/// A look at an input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Glance {
-    /// It is touched.
     pub touched: bool,
-    /// It began to be, since the look before.
+    /// A touch started since the last look.
     pub came: bool,
-    /// It ceased to be, since the look before.
+    /// A touch ended since the last look.
     pub left: bool,
 }
 
-/// One input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filter {
     least_us: u16,
@@ -38,45 +34,44 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// Without a filter: what is touched is on.
+    /// Without a filter: a touched input is on.
     pub const NONE: Self = Self { least_us: 0, since: None, is_on: false, short: 0, longest_us: 0 };
 
-    /// From now on touches are to be longer than `least_us`. What was counted stays.
+    /// Requires touches longer than `least_us` from now on. The counters stay.
     pub fn set(&mut self, least_us: u16) {
         if self.least_us != least_us {
             *self = Self { least_us, since: None, is_on: false, ..*self };
         }
     }
 
-    /// Whether touches have to last.
+    /// Returns `true` if touches must last.
     pub fn is_set(&self) -> bool {
         self.least_us > 0
     }
 
-    /// Whether it is touched long enough.
+    /// Returns `true` if the touch lasted long enough.
     pub fn is_on(&self) -> bool {
         self.is_on
     }
 
-    /// How long from `now_us` on until a touch that is too short as yet is long enough; none where there is no such touch.
+    /// Time from `now_us` until the current touch is long enough; `None` if there is no such touch.
     #[inline(always)]
     pub fn left_us(&self, now_us: u32) -> Option<u32> {
         let since = self.since.filter(|_| !self.is_on)?;
-        // The clock counts whole µs: one more is sure to be longer.
+        // The clock counts whole µs: one more makes it certainly longer.
         Some((u32::from(self.least_us) + 1).saturating_sub(now_us.wrapping_sub(since)))
     }
 
-    /// Touches that were too short, at most 65,535.
+    /// Number of touches that were too short, at most 65,535.
     pub fn short(&self) -> u16 {
         self.short
     }
 
-    /// The longest of them, up to [`LOOK_US`] and a µs more than it was; at most 65,535.
+    /// The longest of them, overestimated by at most [`LOOK_US`] + 1 µs; at most 65,535.
     pub fn longest_us(&self) -> u16 {
         self.longest_us
     }
 
-    /// Takes a look.
     #[inline(always)]
     pub fn look(&mut self, glance: Glance, now_us: u32) {
         let is_over = glance.left || !glance.touched;
@@ -120,7 +115,7 @@ mod tests {
         filter
     }
 
-    /// Looks every so many µs at a touch that begins at `from`: when it was on first.
+    /// Looks every few µs at a touch that starts at `from`. Returns when it was first on.
     fn touched(filter: &mut Filter, from: u32, length_us: u32) -> Option<u32> {
         let mut on = None;
         filter.look(look(true, true, false), from);
@@ -137,9 +132,9 @@ mod tests {
     }
 
     #[test]
-    fn a_touch_counts_as_on_when_it_is_longer_than_the_filter_and_not_before() {
+    fn input_is_on_only_after_the_filter_time() {
         for least_us in [1, 3, 40, 1_000, LONGEST_FILTER_US] {
-            // The clock begins anew in the middle of it.
+            // The clock wraps in the middle of it.
             for from in [7, u32::MAX - u32::from(least_us) / 2] {
                 for length_us in [1, u32::from(least_us) / 2, u32::from(least_us)] {
                     let mut filter = filter(least_us);
@@ -156,11 +151,11 @@ mod tests {
     }
 
     #[test]
-    fn touches_one_behind_the_other_are_not_one_long_one() {
+    fn separate_touches_are_not_merged() {
         let mut filter = filter(20);
         filter.look(look(true, true, false), 0);
         for turn in 1..200 {
-            // Between two looks it was let go of and touched again.
+            // Released and touched again between two looks.
             filter.look(look(true, true, true), 10 * turn);
             assert!(!filter.is_on() && filter.left_us(10 * turn) == Some(21));
         }
@@ -168,19 +163,19 @@ mod tests {
     }
 
     #[test]
-    fn what_came_and_left_between_two_looks_is_counted_once() {
+    fn touch_between_two_looks_is_counted_once() {
         let mut filter = filter(20);
         filter.look(look(false, true, true), 5);
         filter.look(NOTHING, 9);
         assert_eq!((filter.short(), u32::from(filter.longest_us())), (1, LOOK_US));
-        // It was seen going first, its edge is remembered for the next look.
+        // The level changed first; its edge is latched for the next look.
         filter.look(look(false, true, false), 15);
         filter.look(look(false, false, true), 16);
         assert_eq!((filter.short(), filter.left_us(16)), (2, None));
     }
 
     #[test]
-    fn counts_stay_at_their_end_and_outlast_another_filter() {
+    fn counters_saturate_and_survive_a_new_filter() {
         let mut filter = filter(20);
         filter.short = u16::MAX;
         filter.look(TOUCHED, 0);
@@ -191,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_filter_what_is_touched_is_on_at_once() {
+    fn input_without_filter_is_on_at_once() {
         let mut filter = Filter::NONE;
         filter.look(TOUCHED, 3);
         assert!(filter.is_on() && !filter.is_set());

@@ -1,10 +1,8 @@
-//! One frame: header and payload under one check, stuffed.
+//! One frame: header and payload under one checksum, byte-stuffed.
 //!
 //! ```text
 //! COBS( session u32 │ number u32 │ kind u8 │ payload, at most 1024 bytes │ CRC-32C of all before it u32 ) 00
 //! ```
-//!
-//! Comes in: a header and a payload, or bytes from a line. Goes out: the other. Does not know what a kind means.
 
 use crate::bytes::{Plain, Reader};
 use crate::cobs::{Stuffer, longest};
@@ -13,27 +11,27 @@ use crate::crc::{Crc, crc32c};
 /// Longest payload, in bytes.
 pub const PAYLOAD: usize = 1024;
 
-/// Bytes of header and check.
+/// Bytes of header and checksum.
 pub const AROUND: usize = 13;
 
-/// Longest frame before it is stuffed.
+/// Longest frame before stuffing.
 pub const FRAME: usize = PAYLOAD + AROUND;
 
 /// Longest frame on the line.
 pub const ON_LINE: usize = longest(FRAME);
 
-/// What stands before every payload.
+/// Precedes every payload.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
-    /// Whose frame it is: chosen by the bridge at random when it connects, never 0.
+    /// The session: a random number that the bridge chooses when it connects, never 0.
     pub session: u32,
-    /// Its number within the session; 0 for what is not numbered.
+    /// Number within the session; 0 for unnumbered frames.
     pub number: u32,
-    /// What it says.
     pub kind: u8,
 }
 
-/// Writes a frame onto `line`, which has room for [`ON_LINE`]; how long it is. None where the payload is too long.
+/// Writes a frame to `line`, which must have room for [`ON_LINE`]. Returns its length; `None` if the
+/// payload is too long.
 pub fn seal(header: Header, payload: &[u8], line: &mut [u8]) -> Option<usize> {
     if payload.len() > PAYLOAD {
         return None;
@@ -49,7 +47,7 @@ pub fn seal(header: Header, payload: &[u8], line: &mut [u8]) -> Option<usize> {
     out.end()
 }
 
-/// Header and payload of an unstuffed frame, none where its check is wrong.
+/// Splits an unstuffed frame into header and payload; `None` if the checksum is wrong.
 pub fn open(frame: &[u8]) -> Option<(Header, &[u8])> {
     let (bytes, check) = frame.split_last_chunk::<4>()?;
     if crc32c(bytes) != u32::from_le_bytes(*check) {

@@ -1,13 +1,11 @@
-//! Every message of the link, described once: the table below makes the types, the writer and the reader.
+//! Every message of the link, described once: the table below generates types, writer and reader.
 //!
-//! Comes in: a message, or a kind and a payload. Goes out: the other. Does not know when a message is right.
-//!
-//! Never renumber, append only: what has another form gets another kind, and [`crate::NEWEST`] grows.
+//! Never renumber, only append: a changed layout gets a new kind, and [`crate::NEWEST`] grows.
 
 use crate::bytes::{Plain, Reader, Writer};
 use crate::{AXES, INPUTS};
 
-/// Most columns of a table of phases.
+/// Most columns of a phase table.
 pub const COLUMNS: usize = 64;
 
 macro_rules! messages {
@@ -34,17 +32,19 @@ macro_rules! messages {
 
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        #[allow(missing_docs)]
         pub enum $name { $($message($message),)* }
 
         impl $name {
             /// Its kind in the header of a frame.
             pub fn kind(&self) -> u8 { match self { $(Self::$message(_) => $kind,)* } }
 
-            /// Its payload.
+            pub const fn name(&self) -> &'static str {
+                match self { $(Self::$message(_) => stringify!($message),)* }
+            }
+
             pub fn put(&self, out: &mut Writer<'_>) { match self { $(Self::$message(message) => message.put(out),)* } }
 
-            /// The message of a payload, and the bytes behind it, which only a chunk has.
+            /// The message of a payload, and the bytes after it, which only a chunk has.
             pub fn take(kind: u8, payload: &[u8]) -> Option<(Self, &[u8])> {
                 let mut from = Reader::new(payload);
                 let message = match kind {
@@ -63,6 +63,12 @@ macro_rules! words {
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub enum $name { $($(#[$said])* $word,)* }
 
+        impl $name {
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$word => stringify!($word),)* }
+            }
+        }
+
         impl Plain for $name {
             const NONE: Self = [$(Self::$word),*][0];
             fn put(&self, out: &mut Writer<'_>) { (*self as u8).put(out); }
@@ -75,79 +81,77 @@ macro_rules! words {
 }
 
 words! {
-    /// What the adapter is doing. Only `Running` moves; a new program of steps is taken in `Ready` and `Running`.
+    /// State of the adapter. Only `Running` moves; new path is accepted in `Ready` and `Running`.
     State {
-        /// No settings yet in this session.
+        /// The session has no settings yet.
         #[default]
         Unset,
-        /// At rest.
         Ready,
-        /// Steps are going out, or time is held between two of them.
+        /// Steps are being given, or time is held between two of them.
         Running,
-        /// Came to rest on its tail because nothing newer came. The index is exact.
+        /// Stopped on its tail because nothing newer arrived. The index is exact.
         Starved,
-        /// Came to rest as ordered, with path left. The index is exact.
+        /// Stopped by request with path left. The index is exact.
         Stopped,
-        /// An end sensor stopped the pulses at once. The index is exact, the motors may have gone on.
+        /// A limit switch stopped the pulses at once. The index is exact, but the motors may have overrun.
         Limit,
         /// The emergency stop is pressed, or was.
         EmergencyStop,
-        /// The adapter could not keep its own time: steps may be missing.
+        /// The adapter missed its own timing: steps may be missing.
         Fault,
     }
 
-    /// Whether the index is where the machine is.
+    /// How far the index matches the machine position.
     Trust {
-        /// Nobody said where it is since the last reset, or it was stopped by force in motion.
+        /// No position was set since the last reset, or the machine was stopped by force in motion.
         #[default]
         Lost,
-        /// It was stopped by an end sensor, or ran dry.
+        /// A limit switch stopped it, or it ran dry.
         Suspect,
-        /// As told by the bridge, and every step counted since.
+        /// Set by the bridge, and every step counted since.
         Trusted,
     }
 
-    /// Why the latest frame that was refused was refused. Nothing moves differently for it.
+    /// Reason of the latest refusal. A refusal does not change the motion.
     Refusal {
-        /// None was.
         #[default]
         None,
-        /// Not in this state.
+        /// Not allowed in this state.
         State,
-        /// It is no message, or its runs are none.
+        /// Not a message, or invalid runs.
         Form,
         /// A chunk before it is missing.
         Gap,
-        /// It does not begin where the last one ends.
+        /// Does not start at the end of the previous chunk.
         Index,
-        /// Its runs do not add up to what its head says.
+        /// Its runs do not add up to its head.
         Counts,
         /// Steps closer than pulse and pause allow.
         Rate,
-        /// A turn without the time that the driver needs to see the direction.
+        /// A turn without the driver's direction setup time.
         Turn,
-        /// The path in which it could come to rest is not all here, or would be longer than any may be.
+        /// The tail in which it could stop has not fully arrived, or exceeds the limit.
         Tail,
-        /// More bytes than there is room for.
+        /// More bytes than the room left.
         Room,
         /// Settings out of range.
         Settings,
-        /// The emergency stop or an end sensor is still there.
+        /// The emergency stop or a limit switch is still active.
         Input,
     }
 }
 
 messages! {
-    /// What the bridge says.
+    /// Messages of the bridge.
     Ask {
-        /// First frame of a session, not numbered. Ends every older session; the same one again changes nothing.
+        /// First frame of a session, unnumbered. Ends every older session; repeating it changes nothing.
         1 Hello {
             /// Oldest version of the link that the bridge speaks.
             oldest: u16,
-            /// Newest one.
             newest: u16,
         }
-        /// Still here; not numbered. Any frame of the session keeps the outputs on; this one says nothing else.
+        /// Keep-alive, unnumbered. Every frame of the session keeps the outputs on; this one does nothing
+        /// else.
         2 Beat {}
         /// Settings of the session.
         3 Configure {
@@ -159,156 +163,151 @@ messages! {
             limits: u8,
             /// Inputs that are on while their pin is low.
             low_inputs: u8,
-            /// Axes whose pulse is low.
+            /// Axes with active-low pulses.
             low_steps: u8,
             /// Axes whose direction pin is high when they count down.
             low_forward: u8,
-            /// What the tables of [`Windings`] are known by, where pins drive windings by them; 0 where they give steps and directions.
+            /// Checksum of the [`Windings`] tables if the pins drive windings; 0 if they give steps and
+            /// directions.
             phases: u32,
         }
         /// A piece of path. Its runs follow the head, axis by axis.
         4 Chunk {
-            /// Its number in the session, from 0 on without gaps.
+            /// Number in the session, from 0 without gaps.
             number: u32,
-            /// CRC-32C of the index of every axis before it and of every axis after it.
+            /// CRC-32C of the index of every axis before it and after it.
             places: u32,
-            /// How long it takes, in ticks.
+            /// Duration in ticks.
             ticks: u32,
-            /// Most that the rate of time may fall in a slice, in 1/65,536 of full rate.
+            /// Largest fall of the rate in a slice, in 1/65,536 of full rate.
             fall: u16,
-            /// Most that it may rise.
+            /// Largest rise of the rate.
             rise: u16,
-            /// Direction of the step that follows this chunk, one bit an axis, on for forward.
+            /// Direction of the first step after this chunk, one bit per axis, 1 for forward.
             ahead: u8,
-            /// 1 where the path rests at its end, so that nothing has to follow it.
+            /// 1 if the path is stopped at its end, so that nothing must follow.
             rests: u8,
-            /// Runs of every axis.
+            /// Number of runs of every axis.
             runs: [u8; AXES],
         }
-        /// Go, from rest.
         5 Begin {}
-        /// The rate of time that is wanted, in 1/65,536 of full rate; 0 holds.
+        /// Requested rate of stream time, in 1/65,536 of full rate; 0 holds.
         6 Rate {
             /// 0 … 65,536.
             wanted: u32,
         }
-        /// Come to rest on the path and forget the rest of it.
+        /// Stop on the path and drop the rest of it.
         7 Stop {}
-        /// Outputs, one bit each; bit 0 is the spindle. Off by themselves 250 ms after the last frame of the session.
+        /// Outputs, one bit each; bit 0 is the spindle. They go off 250 ms after the session's last frame.
         8 Outputs {
-            /// Those that are on.
+            /// Outputs to switch on.
             on: u8,
         }
-        /// What stopped it was seen: ready again.
+        /// The cause of a stop was acknowledged: ready again.
         9 Clear {}
-        /// Where the machine is, said at rest.
+        /// Sets the machine position, while stopped.
         10 Place {
             /// Index of every axis.
             index: [i32; AXES],
         }
-        /// Inputs that stop all pulses from now on, said at rest: a switch can be left only while it does not stop.
+        /// Inputs that stop all pulses from now on; only while stopped. Moving off a limit switch requires
+        /// that it does not stop.
         11 Guard {
-            /// One bit each.
             limits: u8,
         }
-        /// The phases of a motor, said at rest, before the settings that name them.
+        /// The phase table of a motor; while stopped, before the settings that name it.
         12 Windings {
-            /// Which motor.
             axis: u8,
-            /// How long the forcing of a winding stays without another step, in ticks.
+            /// How long a winding stays forced without another step, in ticks.
             forcing: u32,
-            /// Columns that there are.
+            /// Number of columns.
             count: u8,
-            /// Those of the machine's table, one after the other.
+            /// The columns of the machine's table, in order.
             columns: [u8; COLUMNS],
         }
-        /// How long an input has to be touched to count as on, said at rest; none of a session that says nothing.
+        /// How long an input must be touched to count as on; while stopped. Without this message, no input
+        /// has a filter.
         16 Filters {
             /// Of every input, in µs; 0 for no filter.
             least_us: [u16; INPUTS],
         }
-        /// How often inputs were touched for less than their filter; not numbered.
+        /// Requests the counts of touches shorter than their filter; unnumbered.
         17 CountTouches {}
     }
 }
 
 messages! {
-    /// What the adapter says. Nothing of it is numbered: the latest counts, and any can be asked for again.
+    /// Messages of the adapter, all unnumbered: the latest counts, and each can be requested again.
     Tell {
-        /// Answer to a hello whose versions meet its own.
+        /// Answer to a hello with a common version.
         129 Welcome {
             /// Version that both speak.
             version: u16,
-            /// CRC-32C of the sources that the firmware was made of.
+            /// CRC-32C of the firmware's sources.
             firmware: u32,
             /// Clock in Hz.
             clock_hz: u32,
             /// Room for chunks, in bytes.
             buffer: u32,
-            /// Frames that may be on their way at once.
+            /// Most frames that may be on their way.
             window: u8,
-            /// Axes it drives.
             axes: u8,
-            /// First step pin, by the map of steps; the others follow.
+            /// First step pin in the map of steps; the others follow.
             step_pin: u8,
-            /// First direction pin, by that map too.
+            /// First direction pin in that map.
             direction_pin: u8,
-            /// Emergency stop, by the map in force, as the next two; by that of steps where nobody said which since the reset.
+            /// Pin of the emergency stop. This and the next two refer to the current map, and before one is
+            /// selected to that of steps.
             stop_pin: u8,
-            /// First input.
             input_pin: u8,
-            /// First output.
             output_pin: u8,
-            /// Most steps a second on every axis at once.
+            /// Highest step rate on every axis at once, Hz.
             max_rate_hz: u32,
-            /// 1 where the watchdog was what last reset it.
+            /// 1 if the watchdog caused the last reset.
             by_watchdog: u8,
         }
-        /// Where everything is; every 10 ms, and at every change. Also what was received.
+        /// The adapter's state and the frames received; sent every 10 ms and at every change.
         130 Status {
-            /// Number of the numbered frame that is waited for.
+            /// Number of the next expected frame.
             next: u32,
-            /// Which of those behind it are here already: bit 0 is `next` + 1.
+            /// Later frames that have already arrived: bit 0 is `next` + 1.
             held: u8,
-            /// Bytes of payload of all chunks of the session up to which there is room.
+            /// Total payload bytes of the session's chunks up to which there is room.
             limit: u32,
-            /// What it is doing.
             state: State,
-            /// Whether the index is where the machine is.
+            /// How far the index matches the machine position.
             trust: Trust,
-            /// Input that stopped it, counted from 0; 255 where none did.
+            /// Input that stopped it, from 0; 255 for none.
             input: u8,
-            /// Index of every axis: at rest exact, in motion at most 2 ms ahead of the pins.
+            /// Index of every axis: exact when stopped, at most 2 ms ahead of the pins in motion.
             index: [i32; AXES],
-            /// Number of the chunk that is waited for.
+            /// Number of the next expected chunk.
             chunk: u32,
-            /// Path that is here and not yet made into pulses, in ticks.
+            /// Path that has arrived and is not yet made into pulses, in ticks.
             resident: u32,
-            /// Rate of time now.
+            /// Current rate of stream time.
             rate: u32,
             /// Inputs that are on; bit 15 is the emergency stop.
             inputs: u16,
             /// Outputs that are on.
             outputs: u8,
-            /// CRC-32C of the settings' payload; 0 where there are none.
+            /// CRC-32C of the settings' payload; 0 without settings.
             settings: u32,
-            /// Why the latest refused frame was refused.
+            /// Reason of the latest refusal.
             refusal: Refusal,
-            /// Its number.
             refused: u32,
             /// The adapter's clock, in µs.
             micros: u32,
         }
-        /// Answer to a hello whose versions do not meet: the session does not begin.
+        /// Answer to a hello without a common version: no session starts.
         131 Refused {
             /// Oldest version of the link that the adapter speaks.
             oldest: u16,
-            /// Newest one.
             newest: u16,
         }
-        /// Touches that were shorter than the filter of their input, since the adapter has power. Answer to [`CountTouches`].
+        /// Touches shorter than their input's filter, since power-on. Answer to [`CountTouches`].
         144 Touches {
-            /// How many, of every input; 65,535 says that many or more.
+            /// Number for every input, saturating at 65,535.
             short: [u16; INPUTS],
             /// The longest of them, in µs.
             longest_us: [u16; INPUTS],

@@ -1,16 +1,16 @@
-//! Motors driven by their phases: which halves of their windings are on, and which windings are forced.
+//! Motors driven by their phases: which winding halves are on, and which windings are forced.
 //!
 //! ```text
-//! bit of a column    0  1  2  3    5  6         of the machine's table: 1a 1b 2a 2b on 5 V, windings 1 and 2 on 24 V
-//! bit of a pattern   0  1  2  3    4  5         of the pins of a motor, which lie side by side
+//! bit of a column    0  1  2  3    5  6         of the machine's table: 1a 1b 2a 2b on 5 V, 1 and 2 on 24 V
+//! bit of a pattern   0  1  2  3    4  5         of the neighbouring pins of a motor
 //!
-//! forcing   a winding that is driven otherwise than before the step is forced if its table ever forces it: until the next step,
-//!           or until its time is over, or until the path rests
-//! word      wait │ pattern │ step 1 │ direction 1     a state machine waits, then shows the pattern; the rest is for who counts
+//! forcing   a winding whose drive changes with a step is forced, if its table ever forces it:
+//!           until the next step, until its time is over, or until the path rests
+//! word      wait │ pattern │ step 1 │ direction 1     a state machine waits, then shows the pattern;
+//!                                                     the rest is for counting
 //! ```
 //!
-//! Nothing is on before the first step. Comes in: tables, steps. Goes out: patterns, words. Does not know where a motor is: which
-//! column is on says what its rotor was told last, whatever the index is called.
+//! Nothing is on before the first step.
 
 use crate::CYCLES_PER_TICK;
 use crate::bytes::{Plain, Writer};
@@ -20,10 +20,10 @@ use crate::message::Windings;
 /// Motors that an adapter drives by their phases.
 pub const MOTORS: usize = 3;
 
-/// Inputs that it has then.
+/// Inputs that are left in this wiring.
 pub const INPUTS: u8 = 0b1111;
 
-/// Cycles of a word beside its wait.
+/// Cycles of a word in addition to its wait.
 pub const AROUND_WAIT: u32 = 7;
 
 /// Longest forcing, in ticks: 100 ms.
@@ -32,17 +32,18 @@ const LONGEST: u32 = 1_000_000;
 /// The halves of both windings, in a column and in a pattern.
 const HALVES: u8 = 0b00_1111;
 
-/// Of each winding: its halves, its forcing in a column, its forcing in a pattern.
+/// Of each winding: its halves, its forcing bit in a column, its forcing bit in a pattern.
 const WINDINGS: [(u8, u8, u8); 2] = [(0b0011, 0b010_0000, 0b01_0000), (0b1100, 0b100_0000, 0b10_0000)];
 
-/// The word that shows `pattern` so many ticks after the last one was shown. `step` is which way it steps, where it does.
+/// The word that shows `pattern` this many ticks after the previous one. `step` is the direction of its
+/// step, if any.
 pub fn phase_word(ticks: u32, pattern: u8, step: Option<bool>) -> u32 {
     let wait = ticks.wrapping_mul(CYCLES_PER_TICK).wrapping_sub(AROUND_WAIT);
     let counts = step.map_or(0, |forward| 2 | u32::from(forward));
     wait << 8 | u32::from(pattern) << 2 | counts
 }
 
-/// What the tables of all motors are known by; never 0.
+/// The checksum that identifies the tables of all motors; never 0.
 pub fn tables_crc(tables: &[Windings; MOTORS]) -> u32 {
     const LONGEST: usize = 80;
     let mut checks = [0; 4 * MOTORS];
@@ -56,7 +57,8 @@ pub fn tables_crc(tables: &[Windings; MOTORS]) -> u32 {
     crc32c(&checks).max(1)
 }
 
-/// Whether a motor may be driven by it: never both halves of a winding, always one half of any.
+/// Returns `true` if the table is safe for a motor: never both halves of a winding, always at least one
+/// half on.
 fn is_right(table: &Windings) -> bool {
     let Some(columns) = table.columns.get(..usize::from(table.count)) else { return false };
     let is_right = |column: &u8| {
@@ -67,32 +69,29 @@ fn is_right(table: &Windings) -> bool {
     !columns.is_empty() && columns.iter().all(is_right) && (1..=LONGEST).contains(&table.forcing)
 }
 
-/// One motor.
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseMotor {
     table: Windings,
-    /// Forcing that its table uses anywhere, as in a column.
+    /// Forcing bits used anywhere in its table, as in a column.
     forced: u8,
-    /// The column that is on.
+    /// The current column.
     at: u8,
     is_on: bool,
-    /// Forcing bits of the pattern, and the tick of the machine up to which they stay.
+    /// Forcing bits of the pattern, and the machine tick at which they end.
     forcing: u8,
     until: u32,
 }
 
 impl PhaseMotor {
-    /// Without a table.
     pub const NONE: Self =
         Self { table: Windings::NONE, forced: 0, at: 0, is_on: false, forcing: 0, until: 0 };
 
-    /// Its table.
     pub fn table(&self) -> &Windings {
         &self.table
     }
 
-    /// Takes up a table at rest; whether a motor may be driven by it. The same one again changes nothing: a motor that is held goes
-    /// on from where it is.
+    /// Takes a table while stopped. Returns `false` if it is unsafe. The same table again changes nothing:
+    /// a held motor keeps its position.
     pub fn take(&mut self, table: &Windings) -> bool {
         if !is_right(table) {
             return false;
@@ -106,12 +105,12 @@ impl PhaseMotor {
         true
     }
 
-    /// Nothing is on until the next step.
+    /// Switches all windings off until the next step.
     pub fn switch_off(&mut self) {
         (self.is_on, self.forcing) = (false, 0);
     }
 
-    /// What its pins show.
+    /// The levels of its pins.
     pub fn pattern(&self) -> u8 {
         if self.is_on { self.column(self.at) & HALVES | self.forcing } else { 0 }
     }
@@ -120,7 +119,7 @@ impl PhaseMotor {
         self.table.columns.get(usize::from(at)).copied().unwrap_or(0)
     }
 
-    /// The next column, or the one before it, at a tick of the machine.
+    /// Steps to the next or previous column, at a machine tick.
     pub fn step(&mut self, forward: bool, at: u32) {
         let (before, last) = (self.column(self.at), self.table.count.saturating_sub(1));
         self.at = match (forward, self.at) {
@@ -137,17 +136,16 @@ impl PhaseMotor {
         (self.is_on, self.until) = (true, at.wrapping_add(self.table.forcing));
     }
 
-    /// The tick of the machine at which its forcing goes, where it has any.
+    /// The machine tick at which the forcing ends, if there is any.
     pub fn forced_until(&self) -> Option<u32> {
         (self.forcing != 0).then_some(self.until)
     }
 
-    /// Held without forcing.
     pub fn hold(&mut self) {
         self.forcing = 0;
     }
 
-    /// So many steps that it was told were not made: it is held where it is.
+    /// Takes back steps that were not made: the motor holds where it is.
     pub fn undo(&mut self, steps: i32) {
         self.hold();
         let count = i64::from(self.table.count.max(1));

@@ -1,30 +1,28 @@
-//! Steps of one axis at intervals that grow or shrink evenly: the runs of the step stream, and their arithmetic in steps of
-//! 32 bits.
+//! Steps of one axis at evenly growing or shrinking intervals: the runs of the step stream, with 32-bit
+//! arithmetic for each step.
 //!
 //! ```text
 //! tick of step i = tick before the run + ⌊(phase + i·interval + i(i−1)/2·change) in parts / 65,536⌋,  i = 1 … count
 //! ```
 //!
-//! The tick before a run is that of the axis' last step, or the start of the chunk for its first run in it. `phase` is half a
-//! tick but in a run that goes on with one that was cut in two: there it is what the first part left over.
+//! The tick before a run is that of the axis' last step, or the start of the chunk for its first run.
+//! `phase` is half a tick. Only in the second part of a run that was cut, it is the fraction left by the
+//! first part.
 //!
-//! As bytes a run is what it is otherwise than its axis' run before it lets expect: the intervals of ramps go on where those before
-//! ended, and change a third less, or half as much more, from run to run.
+//! As bytes, a run is its difference from a prediction by the axis' previous run. Ramp intervals continue
+//! from the previous end; their change shrinks by a quarter or grows by half from run to run.
 //!
 //! ```text
-//! forward 1 │ phase follows 1 │ even 1 │ zeros 5      the parts and their change are so many times halved without a rest
-//! count │ parts − expected │ change − expected        of seven bits a byte; no change where it is even
+//! forward 1 │ phase follows 1 │ even 1 │ zeros 5      number of zero bits common to the parts and their change
+//! count │ parts − expected │ change − expected        seven bits per byte; no change if even
 //! phase u16
 //! ```
-//!
-//! Comes in: runs. Goes out: bytes, or ticks. Does not know axes or chunks.
 
 use crate::bytes::{Reader, Writer};
 
-/// Half a tick.
 pub const HALF: u16 = 1 << 15;
 
-/// Bits of the first byte of a run; the others are how often it can be halved.
+/// Bits of a run's first byte; the others are the number of common zero bits.
 const FORWARD: u8 = 1 << 7;
 const PHASE: u8 = 1 << 6;
 const EVEN: u8 = 1 << 5;
@@ -39,32 +37,32 @@ const LONGEST: u32 = 1 << 24;
 /// Steps of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Whether they count up.
+    /// Counts up.
     pub forward: bool,
-    /// How many, at least 1.
+    /// Number of steps, at least 1.
     pub count: u32,
-    /// Whole ticks of the interval before the first.
+    /// Whole ticks of the interval before the first step.
     pub interval: u32,
-    /// What it is longer than that, in parts of a tick, 65,536 to the tick.
+    /// Fraction of that interval, 65,536 to the tick.
     pub fraction: u16,
-    /// Change of the interval after every step, in parts of a tick.
+    /// Change of the interval after every step, in 1/65,536 of a tick.
     pub change: i32,
-    /// Parts of a tick that are counted from.
+    /// Fraction of a tick to start from.
     pub phase: u16,
 }
 
 impl Run {
-    /// One step, so many ticks later.
+    /// One step after this many ticks.
     pub fn one(forward: bool, interval: u32) -> Self {
         Self { forward, count: 1, interval, fraction: 0, change: 0, phase: HALF }
     }
 
-    /// The interval before the first step, in parts of a tick.
+    /// The interval before the first step, in 1/65,536 of a tick.
     fn parts(&self) -> i64 {
         i64::from(self.interval) << 16 | i64::from(self.fraction)
     }
 
-    /// Parts and change of the run behind this one, as a ramp would go on.
+    /// Predicted interval and change of the next run of a ramp.
     #[inline(always)]
     fn expected(&self) -> (i64, i32) {
         if self.change == 0 {
@@ -75,7 +73,7 @@ impl Run {
         (parts.clamp(0, i64::from(LONGEST) << 16), self.change.wrapping_add(more))
     }
 
-    /// Writes it; `before` is the run of its axis before it, where there is one.
+    /// Writes it; `before` is the axis' previous run, if any.
     pub fn put(&self, before: Option<&Self>, out: &mut Writer<'_>) {
         let (parts, change) = before.map_or((0, 0), Self::expected);
         let zeros = self.parts().trailing_zeros().min(self.change.trailing_zeros()).min(ZEROS);
@@ -95,7 +93,7 @@ impl Run {
         }
     }
 
-    /// Reads it; `before` is the run of its axis before it, where there is one.
+    /// Reads it; `before` is the axis' previous run, if any.
     pub fn take(before: Option<&Self>, from: &mut Reader<'_>) -> Option<Self> {
         let (parts, change) = before.map_or((0, 0), Self::expected);
         let &[flags] = from.bytes(1)? else { return None };
@@ -113,7 +111,7 @@ impl Run {
         Some(Self { forward: flags & FORWARD != 0, count, interval, fraction: parts as u16, change, phase })
     }
 
-    /// Goes over one without reading it.
+    /// Skips a run.
     pub fn skip(from: &mut Reader<'_>) -> Option<()> {
         let &[flags] = from.bytes(1)? else { return None };
         let numbers = if flags & EVEN == 0 { 3 } else { 2 };
@@ -121,14 +119,13 @@ impl Run {
         if flags & PHASE == 0 { Some(()) } else { from.bytes(2).map(|_| ()) }
     }
 
-    /// The shortest interval in it, in whole ticks, and the ticks from before it to its first and its last step. None where
-    /// it has no steps, or goes back, or takes longer than any tail.
+    /// Its extent in ticks; `None` if it has no steps, goes back in time, or takes longer than any tail.
     pub fn extent(&self) -> Option<Extent> {
         if self.count == 0 || self.count > MOST || self.interval > LONGEST {
             return None;
         }
         let first = i64::from(self.interval) << 16 | i64::from(self.fraction);
-        // A small processor takes its time to multiply such numbers.
+        // These multiplications are slow on a small processor.
         let is_even = self.count == 1 || self.change == 0;
         let last = if is_even { first } else { first + i64::from(self.count - 1) * i64::from(self.change) };
         if !(0..i64::from(LONGEST) << 16).contains(&last) {
@@ -144,10 +141,10 @@ impl Run {
     }
 }
 
-/// What a run takes.
+/// The extent of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
-    /// No two steps of it are closer, in ticks.
+    /// Shortest interval between its steps, in whole ticks.
     pub shortest: u32,
     /// Ticks to its first step.
     pub first: u32,
@@ -155,29 +152,28 @@ pub struct Extent {
     pub last: u32,
 }
 
-/// Where ticks of a chunk lie in the machine's time, and what words are made of them.
+/// Maps ticks of a chunk to machine time, and to words.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
-    /// Ticks of the chunk from … until.
+    /// First tick of the slice.
     pub from: u32,
-    /// See `from`: the last one of the slice.
+    /// Last tick of the slice.
     pub until: u32,
-    /// The machine's tick at `from`.
+    /// The machine tick at `from`.
     pub machine: u32,
-    /// Ticks of the machine to a tick of the chunk, in 1/65,536.
+    /// Machine ticks per chunk tick, in 1/65,536.
     pub inverse: u32,
-    /// Added before the parts are cut off.
+    /// Added before the fraction is cut off.
     pub offset: u32,
     /// Least ticks from pulse to pulse.
     pub least: u32,
-    /// A word is the ticks since the last pulse, times this,
+    /// A word is the ticks since the last pulse, times `scale`, plus `base`.
     pub scale: u32,
-    /// and this.
     pub base: u32,
 }
 
 impl Stretch {
-    /// The machine's tick at a tick of the chunk within the slice.
+    /// The machine tick of a chunk tick within the slice.
     #[inline(always)]
     pub fn machine_tick(&self, tick: u32) -> u32 {
         let parts = tick.wrapping_sub(self.from).wrapping_mul(self.inverse).wrapping_add(self.offset);
@@ -185,14 +181,14 @@ impl Stretch {
     }
 }
 
-/// A place in a run: the next step of it.
+/// Position in a run: its next step.
 #[derive(Clone, Copy, Debug)]
 pub struct Cursor {
-    /// Tick of the next step, counted as the tick before the run was.
+    /// Tick of the next step, on the same scale as the tick before the run.
     pub tick: u32,
-    /// Steps left, the next one included.
+    /// Steps left, including the next one.
     pub left: u32,
-    /// Whether they count up.
+    /// Counts up.
     pub forward: bool,
     part: u32,
     interval: u32,
@@ -202,7 +198,6 @@ pub struct Cursor {
 }
 
 impl Cursor {
-    /// In no run.
     pub const NONE: Self = Self {
         tick: 0,
         left: 0,
@@ -229,7 +224,7 @@ impl Cursor {
         }
     }
 
-    /// Goes to the next step. With none left the tick means nothing.
+    /// Advances to the next step. After the last one, the tick is meaningless.
     #[inline(always)]
     pub fn advance(&mut self) {
         self.left = self.left.wrapping_sub(1);
@@ -241,15 +236,16 @@ impl Cursor {
         self.part = part & 0xFFFF;
     }
 
-    /// Whether [`Self::burst`] can go on from here: no interval of a slice is then too long for its arithmetic.
+    /// Returns `true` if [`Self::burst`] can continue from here: no interval overflows its arithmetic.
     #[inline(always)]
     pub fn is_quick(&self) -> bool {
         self.left > 0 && self.interval < 1 << 15
     }
 
-    /// The steps up to `span.until` as words behind each other, as many as `out` has places for: how many, the machine's tick and
-    /// the chunk's tick of the last. `before` is the machine's tick of the pulse before them; the next step is not behind
-    /// `span.until`. Made to be fast on a small processor: ticks and parts are one number, counted from the slice.
+    /// Writes the steps up to `span.until` as consecutive words, as many as `out` holds. Returns their
+    /// number, and machine tick and chunk tick of the last. `before` is the machine tick of the previous
+    /// pulse; the next step must not be after `span.until`. Fast on a small processor: ticks and fractions
+    /// share one number, counted from the slice.
     #[inline(never)]
     pub fn burst<const STRETCHED: bool>(
         &mut self,
@@ -287,8 +283,8 @@ impl Cursor {
         (count, last.wrapping_add(span.machine), tick.wrapping_add(span.from))
     }
 
-    /// What is left of `run` from the next step on, as a run of its own that follows `before`: the next step by itself, and
-    /// those behind it.
+    /// The rest of `run` from the next step on, as runs that follow `before`: the next step alone, and the
+    /// steps after it.
     pub fn rest(&self, run: &Run, before: u32) -> [Option<Run>; 2] {
         if self.left == 0 {
             return [None, None];

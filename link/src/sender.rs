@@ -1,6 +1,5 @@
-//! The bridge's end: numbered frames, sent again until they are there, and never more chunks than there is room for.
-//!
-//! Comes in: messages, the adapter's status, the time. Goes out: frames for the line. Does not know what moves.
+//! The bridge's end: numbered frames, repeated until confirmed, and never more chunks than there is room
+//! for.
 
 use crate::bytes::Writer;
 use crate::chunk;
@@ -11,10 +10,10 @@ use crate::run::Run;
 use crate::store::AROUND;
 use crate::{AXES, NEWEST, OLDEST};
 
-/// After so many µs without an acknowledgement a frame is sent again.
+/// Time without a confirmation after which a frame is repeated, in µs.
 pub const AGAIN_US: u64 = 25_000;
 
-/// A frame that is known to be missing is sent again at once, but not more often than this, in µs.
+/// Least time between repetitions of a frame that is known to be missing, in µs.
 const MISSING_US: u64 = 3_000;
 
 #[derive(Clone, Copy, Debug)]
@@ -22,9 +21,9 @@ struct Slot {
     kind: u8,
     length: usize,
     payload: [u8; PAYLOAD],
-    /// When it was sent last, none before it was.
+    /// When it was last sent; `None` before.
     sent: Option<u64>,
-    /// Whether the adapter has it although one before it is missing; whether it is known to be missing.
+    /// The adapter has it although an earlier one is missing; the adapter is known to miss it.
     held: bool,
     missing: bool,
 }
@@ -32,42 +31,41 @@ struct Slot {
 const EMPTY: Slot =
     Slot { kind: 0, length: 0, payload: [0; PAYLOAD], sent: None, held: false, missing: false };
 
-/// One session as the bridge sees it.
+/// The bridge's side of a session.
 #[derive(Debug)]
 pub struct Sender {
     session: u32,
-    /// First number that is not acknowledged, and the number of the next frame.
+    /// First unconfirmed number, and the number of the next frame.
     first: u32,
     next: u32,
     slots: [Slot; WINDOW as usize],
-    /// Bytes of all chunks so far, and up to which there is room.
+    /// Bytes of all chunks sent, and the limit up to which there is room.
     bytes: u32,
     limit: u32,
 }
 
 impl Sender {
-    /// A new session, whose number was never used before; 0 becomes 1.
+    /// Starts a session. Its number must never have been used before; 0 becomes 1.
     pub fn new(session: u32) -> Self {
         let session = session.max(1);
         Self { session, first: FIRST, next: FIRST, slots: [EMPTY; WINDOW as usize], bytes: 0, limit: 0 }
     }
 
-    /// Its session.
     pub fn session(&self) -> u32 {
         self.session
     }
 
-    /// How many frames are not acknowledged.
+    /// Number of unconfirmed frames.
     pub fn pending(&self) -> u32 {
         self.next.wrapping_sub(self.first)
     }
 
-    /// The frame that begins the session, as often as one likes.
+    /// The frame that starts the session; may be repeated.
     pub fn hello(&self, line: &mut [u8; ON_LINE]) -> Option<usize> {
         self.unnumbered(&Hello { oldest: OLDEST, newest: NEWEST }.into(), line)
     }
 
-    /// A frame that is not numbered.
+    /// An unnumbered frame.
     pub fn unnumbered(&self, ask: &Ask, line: &mut [u8; ON_LINE]) -> Option<usize> {
         let mut payload = [0; PAYLOAD];
         let mut out = Writer::new(&mut payload);
@@ -81,7 +79,7 @@ impl Sender {
         &mut self.slots[(number % WINDOW) as usize]
     }
 
-    /// Takes a message to be sent; its number, none while as many as may be are on their way.
+    /// Queues a message. Returns its number; `None` while the window is full.
     pub fn offer(&mut self, ask: &Ask) -> Option<u32> {
         if self.pending() >= WINDOW {
             return None;
@@ -96,7 +94,7 @@ impl Sender {
         Some(number)
     }
 
-    /// Takes a chunk to be sent; none while there is no room for it, or where it is too long.
+    /// Queues a chunk. Returns `None` while there is no room for it, or if it is too long.
     pub fn offer_chunk(&mut self, head: &Chunk, runs: [&[Run]; AXES]) -> Option<u32> {
         if self.pending() >= WINDOW {
             return None;
@@ -114,7 +112,7 @@ impl Sender {
         Some(number)
     }
 
-    /// What the adapter has. An older status changes nothing.
+    /// Takes the adapter's confirmation. An older status changes nothing.
     pub fn hear(&mut self, status: &Status) {
         let taken = status.next.wrapping_sub(self.first);
         if taken > self.pending() {
@@ -132,7 +130,8 @@ impl Sender {
         }
     }
 
-    /// The next frame that is due at `now_us`, written onto `line`: its length. None while there is nothing to send.
+    /// Writes the next frame due at `now_us` to `line`. Returns its length; `None` if there is nothing to
+    /// send.
     pub fn due(&mut self, now_us: u64, line: &mut [u8; ON_LINE]) -> Option<usize> {
         let session = self.session;
         for ahead in 0..self.pending() {

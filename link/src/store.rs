@@ -1,16 +1,13 @@
-//! Chunks in waiting: payloads one behind the other in a ring of bytes.
-//!
-//! Comes in: payloads. Goes out: the oldest of them. Does not know what they say.
+//! Waiting chunks: consecutive payloads in a ring of bytes.
 
 use crate::frame::PAYLOAD;
 
-/// Room for chunks, in bytes: about a second of the busiest path.
+/// Room for chunks, in bytes: about a second of the densest path.
 pub const ROOM: usize = 64 * 1024;
 
-/// Bytes that a payload takes beside itself.
+/// Extra bytes per payload.
 pub const AROUND: usize = 2;
 
-/// The ring.
 #[derive(Debug)]
 pub struct Store {
     ring: [u8; ROOM],
@@ -19,27 +16,24 @@ pub struct Store {
 }
 
 impl Store {
-    /// Nothing in it.
     pub const fn new() -> Self {
         Self { ring: [0; ROOM], from: 0, length: 0 }
     }
 
-    /// Whether a payload of so many bytes has room.
+    /// Returns `true` if a payload of this length fits.
     pub fn has_room(&self, length: usize) -> bool {
         self.length + length + AROUND <= ROOM
     }
 
-    /// Bytes that are free.
+    /// Free bytes.
     pub fn free(&self) -> usize {
         ROOM - self.length
     }
 
-    /// Whether nothing waits.
     pub fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// Forgets everything.
     pub fn clear(&mut self) {
         (self.from, self.length) = (0, 0);
     }
@@ -61,7 +55,7 @@ impl Store {
         self.length -= length;
     }
 
-    /// Keeps a payload; whether it had room.
+    /// Stores a payload. Returns `false` if there is no room.
     pub fn push(&mut self, payload: &[u8]) -> bool {
         let (true, Ok(length)) = (self.has_room(payload.len()), u16::try_from(payload.len())) else {
             return false;
@@ -71,7 +65,7 @@ impl Store {
         true
     }
 
-    /// Copies the first bytes of the oldest payload, which stays; none where there is no such payload.
+    /// Copies the first bytes of the oldest payload, which stays; `None` if there is none.
     pub fn look(&self, out: &mut [u8]) -> Option<()> {
         let payload = self.length.checked_sub(AROUND)?;
         for (place, byte) in out.iter_mut().enumerate() {
@@ -80,7 +74,7 @@ impl Store {
         (out.len() <= payload).then_some(())
     }
 
-    /// Moves the oldest payload to the start of `out`; how long it is.
+    /// Moves the oldest payload to the start of `out`. Returns its length.
     pub fn pop(&mut self, out: &mut [u8; PAYLOAD]) -> Option<usize> {
         if self.is_empty() {
             return None;

@@ -1,5 +1,5 @@
-//! What an I/O card makes of a stream: core plays it, and every motor has core's commutator. What phase outputs of the adapter are
-//! measured by.
+//! The reference for phase outputs: an I/O card that plays a stream with core's player and core's
+//! commutator.
 
 use annulus_core::machine::phases::{Commutator, FORCING};
 use annulus_core::machine::{PhaseTable, virtual_drill};
@@ -8,17 +8,17 @@ use annulus_core::steps::{Segment, Steps};
 use annulus_link::message::{COLUMNS, Windings};
 use annulus_link::phases::MOTORS;
 
-/// What the pins of a motor show from a tick or a cycle on.
+/// Patterns of a motor's pins, each with its first tick or cycle.
 pub(crate) type Shown = Vec<(u64, u8)>;
 
-/// The table of a motor as the link says it.
+/// The table of a motor as a message.
 pub(crate) fn windings(axis: usize, table: &PhaseTable, forcing: u32) -> Windings {
     let mut columns = [0; COLUMNS];
     columns[..table.columns.len()].copy_from_slice(&table.columns);
     Windings { axis: axis as u8, forcing, count: table.columns.len() as u8, columns }
 }
 
-/// The bits of a phase byte as the pins of a motor have them.
+/// The pattern of a motor's pins for a phase byte.
 pub(crate) fn pattern(byte: u8) -> u8 {
     byte & 0b1111 | (byte & FORCING) >> 1
 }
@@ -43,7 +43,7 @@ impl Card {
         }
     }
 
-    /// What the pins show when a segment of the stream was played, each behind the other.
+    /// The patterns while playing some segments of the stream in sequence.
     pub(crate) fn played(mut self, segments: &[Segment]) -> [Shown; MOTORS] {
         let motors = Motors::of(&virtual_drill());
         let mut line = Playhead::default();
@@ -102,7 +102,7 @@ impl Pins for Card {
     fn safe(&mut self) {}
 }
 
-/// A clock that nobody waits for.
+/// A clock that never waits.
 struct Free(u64);
 
 impl Clock for Free {
@@ -115,7 +115,7 @@ impl Clock for Free {
     }
 }
 
-/// An operator without wishes.
+/// An operator that never interferes.
 struct Idle;
 
 impl Operator for Idle {

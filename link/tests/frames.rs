@@ -1,4 +1,4 @@
-//! Frames and messages: there and back, and nothing that is not one.
+//! Tests of frames and messages: round trips, and rejection of everything else.
 
 use crate::support::seeds;
 use annulus_core::chance::Chance;
@@ -10,14 +10,14 @@ use annulus_link::message::{Ask, Chunk, Configure, Hello, Outputs, Status, Tell,
 use annulus_link::run::Run;
 
 #[test]
-fn the_check_is_the_one_that_everybody_calls_crc_32c() {
+fn checksum_is_crc_32c() {
     assert_eq!(crc32c(b"123456789"), 0xE306_9283);
     assert_eq!(crc32c(&[0; 32]), 0x8A91_36AA);
     assert_eq!(crc32c(&[]), 0);
 }
 
 #[test]
-fn stuffed_bytes_are_those_of_the_method() {
+fn stuffed_bytes_match_cobs() {
     let rows: [(&[u8], &[u8]); 4] = [
         (&[0], &[1, 1, 0]),
         (&[0x11, 0x22, 0, 0x33], &[3, 0x11, 0x22, 2, 0x33, 0]),
@@ -33,7 +33,7 @@ fn stuffed_bytes_are_those_of_the_method() {
     }
 }
 
-/// A payload of chance, with zeros in it and without, of every length.
+/// A random payload of any length, with or without zeros.
 fn payload(chance: &mut Chance) -> Vec<u8> {
     let length = if chance.below(2) == 0 { chance.below(8) } else { chance.below(PAYLOAD + 1) };
     let zeros = chance.below(3);
@@ -47,12 +47,12 @@ fn payload(chance: &mut Chance) -> Vec<u8> {
 }
 
 #[test]
-fn every_frame_comes_back_whatever_stood_before_it() {
+fn every_frame_is_read_after_noise() {
     for seed in seeds(300) {
         let mut chance = Chance::new(seed);
         let (mut line, mut unstuffer) = ([0; ON_LINE], Unstuffer::<FRAME>::new());
         for _ in 0..20 {
-            // Noise ends with a zero, or spoils the frame behind it and no more.
+            // Noise ends with a zero, or spoils only the next frame.
             for _ in 0..chance.below(40) {
                 let _ = unstuffer.take(chance.bits() as u8);
             }
@@ -73,7 +73,7 @@ fn every_frame_comes_back_whatever_stood_before_it() {
 }
 
 #[test]
-fn a_frame_with_any_bit_turned_is_none() {
+fn frame_with_a_flipped_bit_is_rejected() {
     let header = Header { session: 7, number: 8, kind: 9 };
     let mut line = [0; ON_LINE];
     let length = seal(header, &[1, 0, 255, 4], &mut line).unwrap();
@@ -90,7 +90,7 @@ fn a_frame_with_any_bit_turned_is_none() {
 }
 
 #[test]
-fn a_payload_that_is_too_long_is_refused_and_a_line_without_end_forgotten() {
+fn overlong_payloads_and_endless_lines_are_rejected() {
     let mut line = [0; ON_LINE];
     assert_eq!(seal(Header::default(), &[1; PAYLOAD + 1], &mut line), None);
     assert!(seal(Header::default(), &[0; PAYLOAD], &mut line).is_some());
@@ -112,7 +112,7 @@ fn there_and_back(ask: &Ask) {
 }
 
 #[test]
-fn messages_are_the_bytes_that_they_were_from_the_first_day() {
+fn messages_have_stable_bytes() {
     there_and_back(&Hello { oldest: 1, newest: 2 }.into());
     there_and_back(&Configure { pulse: 10, setup: 300, limits: 3, ..Configure::default() }.into());
     let columns = std::array::from_fn(|column| column as u8);
@@ -145,7 +145,7 @@ fn messages_are_the_bytes_that_they_were_from_the_first_day() {
 }
 
 #[test]
-fn runs_are_read_as_they_were_written_whatever_was_before_them() {
+fn runs_read_back_after_any_predecessor() {
     let mut longest = 0;
     for seed in seeds(2000) {
         let mut chance = Chance::new(seed);
@@ -185,7 +185,7 @@ fn runs_are_read_as_they_were_written_whatever_was_before_them() {
 }
 
 #[test]
-fn no_bytes_break_the_readers() {
+fn random_bytes_never_break_the_readers() {
     for seed in seeds(2000) {
         let mut chance = Chance::new(seed);
         let payload = payload(&mut chance);

@@ -1,4 +1,5 @@
-//! Bridge and adapter over a bad line: frames lost, garbled, doubled, out of order, and not one wrong step.
+//! Tests of bridge and adapter over a bad line: frames lost, garbled, doubled, out of order, and not one
+//! wrong step.
 
 use crate::card::windings;
 use crate::machines::Machines;
@@ -31,11 +32,11 @@ const SETTINGS: Configure = Configure {
     phases: 0,
 };
 
-/// What the line does to bytes, by chance; `bad` is for a byte.
+/// A line that damages bytes at random, with the probability `bad` per byte.
 struct Line {
     chance: Chance,
     bad: f64,
-    /// Frames on their way, the next to arrive last.
+    /// Frames on their way; the last one arrives next.
     frames: Vec<Vec<u8>>,
 }
 
@@ -62,7 +63,7 @@ impl Line {
     }
 }
 
-/// Everything between a bridge and the pins.
+/// Everything from the bridge to the pins.
 struct World {
     now: u64,
     sender: Sender,
@@ -95,7 +96,7 @@ impl World {
         }
     }
 
-    /// A millisecond of both ends.
+    /// One millisecond of both ends.
     fn turn(&mut self) {
         self.now += 1000;
         let mut line = [0; ON_LINE];
@@ -161,7 +162,7 @@ impl World {
         panic!("it never came about: {:?}", self.status);
     }
 
-    /// Says it, and waits until it was taken.
+    /// Sends `ask`, and waits until it is confirmed.
     fn say(&mut self, ask: impl Into<Ask>) -> Status {
         let ask = ask.into();
         self.until(|world| world.welcome.is_some());
@@ -185,10 +186,10 @@ impl World {
 }
 
 #[test]
-fn a_bad_line_costs_time_and_never_a_step() {
+fn bad_line_costs_time_and_never_a_step() {
     let (mut starved, mut rested) = (0, 0);
     for seed in seeds(60) {
-        // Over a byte: from one in a hundred thousand to one in a thousand, the promised one in ten thousand among them.
+        // Error rates from 1e-5 to 1e-3 per byte, including the promised 1e-4.
         let bad = Chance::new(seed).scale(1e-5, 1e-3);
         let mut world = World::new(seed, bad);
         let mut chance = Chance::new(seed);
@@ -221,7 +222,7 @@ fn a_bad_line_costs_time_and_never_a_step() {
 }
 
 impl World {
-    /// Sends what there is room for until everything is played or it starved.
+    /// Sends what there is room for, until everything is played or the adapter starved.
     fn until_played(
         &mut self,
         cutter: &mut ChunkCutter<'_>,
@@ -253,7 +254,7 @@ impl World {
 }
 
 #[test]
-fn versions_that_do_not_meet_are_refused_and_nothing_begins() {
+fn incompatible_versions_are_refused() {
     let mut world = World::new(5, 0.0);
     let mut line = [0; ON_LINE];
     for (oldest, newest) in [(2, 9), (0, 0)] {
@@ -270,7 +271,7 @@ fn versions_that_do_not_meet_are_refused_and_nothing_begins() {
 }
 
 #[test]
-fn a_new_session_ends_the_older_one_for_good() {
+fn new_session_ends_the_older_one_permanently() {
     let mut world = World::new(7, 0.0);
     world.begin();
     let (runs, ticks) = path(&mut Chance::new(7), 3_000_000);
@@ -287,7 +288,7 @@ fn a_new_session_ends_the_older_one_for_good() {
     assert!(settings != 0);
     world.sender = Sender::new(0xABCD);
     (world.welcome, world.status) = (None, None);
-    // What the old one still says is not heard, its hello neither.
+    // Frames of the old session, its hello included, are ignored.
     let mut line = [0; ON_LINE];
     world.until(|world| world.welcome.is_some());
     assert_eq!(
@@ -312,7 +313,7 @@ fn a_new_session_ends_the_older_one_for_good() {
 }
 
 #[test]
-fn what_was_on_when_a_new_session_began_goes_off_at_last_whatever_moves() {
+fn old_outputs_go_off_during_repeated_hellos() {
     let mut world = World::new(23, 0.0);
     world.begin();
     let steady = [Run { count: 4_000, ..Run::one(true, 1_000) }];
@@ -323,7 +324,7 @@ fn what_was_on_when_a_new_session_began_goes_off_at_last_whatever_moves() {
     world.say(Outputs { on: 1 });
     world.say(Begin {});
     let mut line = [0; ON_LINE];
-    // One after the other says hello, and words are not made any more.
+    // New sessions say hello in turn, and no words are made.
     let since = world.now as u32;
     for session in 0..20 {
         let now = since + OUTPUTS_AT_LAST_US / 20 * session;
@@ -337,7 +338,7 @@ fn what_was_on_when_a_new_session_began_goes_off_at_last_whatever_moves() {
 }
 
 #[test]
-fn what_may_not_be_is_refused_and_changes_nothing() {
+fn invalid_commands_are_refused_and_change_nothing() {
     let mut world = World::new(9, 0.0);
     assert_eq!(world.say(Begin {}).refusal, Refusal::State);
     assert_eq!(world.say(Place { index: [1; AXES] }).refusal, Refusal::State);
@@ -371,19 +372,19 @@ fn what_may_not_be_is_refused_and_changes_nothing() {
     assert_eq!(world.say(Rate { wanted: 2 * FULL_RATE }).state, State::Ready);
 }
 
-/// 9 ms in which nothing moves.
+/// A motionless chunk of 9 ms.
 fn still() -> Chunk {
     let nowhere = places([0; AXES], [0; AXES]);
     Chunk { places: nowhere, ticks: 90_000, fall: 1000, rise: 1000, rests: 1, ..Chunk::default() }
 }
 
 #[test]
-fn a_path_is_not_begun_before_all_of_its_tail_is_here() {
+fn path_starts_only_with_its_complete_tail() {
     let mut world = World::new(21, 0.0);
     world.begin();
     let steady = [Run { count: 4_000, ..Run::one(true, 1_000) }];
     let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
-    // It comes to rest in 50,000 ticks of path: two chunks and a half.
+    // Stops within 50,000 ticks of path: two and a half chunks.
     let rule = Rule { ticks: 20_000, ..Rule::resting_within(100_000) };
     for chunk in 0..4 {
         let status = world.say(Begin {});
@@ -401,7 +402,7 @@ fn a_path_is_not_begun_before_all_of_its_tail_is_here() {
 }
 
 #[test]
-fn of_a_path_that_is_refused_the_first_reason_stays_until_it_begins_anew() {
+fn first_refusal_of_a_path_stays_until_the_next_start() {
     let mut world = World::new(27, 0.0);
     world.begin();
     let steady = [Run { count: 4_000, ..Run::one(true, 1_000) }];
@@ -415,7 +416,7 @@ fn of_a_path_that_is_refused_the_first_reason_stays_until_it_begins_anew() {
     let first = (Refusal::Counts, numbers[5], 5);
     assert_eq!(reason(world.status.unwrap()), first, "those behind it have gaps before them");
     assert_eq!(world.say(Begin {}).state, State::Running);
-    // It runs dry, and more comes that was on its way.
+    // The adapter runs dry, then a frame on its way arrives.
     world.until(|world| world.status.unwrap().state == State::Starved);
     world.offer(&pieces[6]).unwrap();
     world.until(|world| world.sender.pending() == 0);
@@ -434,7 +435,7 @@ fn of_a_path_that_is_refused_the_first_reason_stays_until_it_begins_anew() {
 }
 
 #[test]
-fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
+fn forced_stop_can_be_cleared_by_the_next_session() {
     for (input, stop, state) in
         [(Some(1), false, State::Limit), (None, true, State::EmergencyStop), (None, false, State::Fault)]
     {
@@ -451,7 +452,7 @@ fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
 }
 
 #[test]
-fn the_emergency_stop_is_seen_although_something_else_stopped_it_before() {
+fn emergency_stop_overrides_an_earlier_stop() {
     for input in [Some(1), None] {
         let mut world = World::new(25, 0.0);
         world.begin();
@@ -471,7 +472,7 @@ fn the_emergency_stop_is_seen_although_something_else_stopped_it_before() {
 }
 
 #[test]
-fn frames_that_came_before_a_lost_one_are_obeyed_one_at_a_time() {
+fn reordered_frames_are_executed_in_order() {
     let mut world = World::new(27, 0.0);
     world.begin();
     let empty: [&[Run]; AXES] = [&[]; AXES];
@@ -483,7 +484,7 @@ fn frames_that_came_before_a_lost_one_are_obeyed_one_at_a_time() {
     while let Some(length) = world.sender.due(world.now, &mut line) {
         frames.push(line[..length].to_vec());
     }
-    // The first of them comes last.
+    // The first of them arrives last.
     frames.rotate_left(1);
     frames.concat().iter().for_each(|byte| world.adapter.hear(*byte, 1));
     for chunk in 0..4 {
@@ -496,7 +497,7 @@ fn frames_that_came_before_a_lost_one_are_obeyed_one_at_a_time() {
 }
 
 #[test]
-fn orders_that_come_in_one_packet_are_all_obeyed() {
+fn commands_in_one_packet_are_all_executed() {
     let mut world = World::new(13, 0.0);
     world.begin();
     let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
@@ -512,13 +513,13 @@ fn orders_that_come_in_one_packet_are_all_obeyed() {
     while world.adapter.obey_next() {}
     assert_eq!([world.adapter.order(), world.adapter.order()], [Some(Order::Settle), Some(Order::Begin)]);
     world.adapter.begin();
-    // The stop that came before the first word is not forgotten.
+    // A stop before the first word must not be lost.
     let end = (0..200).find_map(|_| world.adapter.slice(&mut world.machines));
     assert_eq!(end, Some(End::Stopped));
 }
 
 #[test]
-fn outputs_go_off_when_the_bridge_falls_silent() {
+fn outputs_go_off_if_the_bridge_is_silent() {
     let mut world = World::new(11, 0.0);
     world.begin();
     assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
@@ -531,14 +532,14 @@ fn outputs_go_off_when_the_bridge_falls_silent() {
 }
 
 #[test]
-fn what_was_sent_before_outputs_went_off_begins_nothing_until_they_are_said_anew() {
+fn stale_path_starts_only_after_outputs_are_sent_again() {
     let mut world = World::new(19, 0.0);
     world.begin();
     assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
     let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
     let head = still();
     assert!(world.sender.offer_chunk(&head, empty).is_some());
-    // A hub held it back: nobody was heard, and then everything comes at once.
+    // A hub delayed the frames: silence first, then everything at once.
     world.adapter.attend(Inputs::default(), world.now as u32 + OUTPUTS_US);
     let status = world.say(Begin {});
     assert_eq!((status.state, status.refusal, status.outputs), (State::Ready, Refusal::State, 0));
@@ -549,12 +550,12 @@ fn what_was_sent_before_outputs_went_off_begins_nothing_until_they_are_said_anew
 }
 
 #[test]
-fn when_nobody_is_heard_it_rests_on_the_path_before_its_spindle_goes_off() {
+fn silence_stops_motion_before_the_spindle() {
     for patience_us in [OUTPUTS_US, OUTPUTS_AT_LAST_US] {
         let mut world = World::new(17, 0.0);
         world.begin();
         assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
-        // 400 ms of path are there; then nobody says anything.
+        // 400 ms of path are there; then the bridge is silent.
         let steady = Run { count: 4_000, ..Run::one(true, 1_000) };
         let steady = [steady];
         let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
@@ -599,14 +600,14 @@ fn when_nobody_is_heard_it_rests_on_the_path_before_its_spindle_goes_off() {
 }
 
 #[test]
-fn bytes_of_chance_move_nothing() {
+fn random_bytes_move_nothing() {
     for seed in seeds(30) {
         let mut chance = Chance::new(seed);
         let mut world = World::new(seed, 0.0);
         world.begin();
         let (mut line, mut taken) = ([0; ON_LINE], 0);
         for _ in 0..400 {
-            // Frames with a right check and a wrong sense, in the right session with the right number.
+            // Frames with a valid checksum, session and number, but invalid contents.
             let number = world.adapter.status(0).next;
             let header = annulus_link::frame::Header {
                 session: world.sender.session(),
@@ -626,7 +627,7 @@ fn bytes_of_chance_move_nothing() {
 }
 
 #[test]
-fn filters_are_those_of_the_session_and_touches_are_told_when_asked_for() {
+fn filters_last_one_session_and_touches_are_sent_on_request() {
     let mut world = World::new(21, 0.0);
     let filters = Filters { least_us: [0, 50, 10_000, 0, 0, 0, 0, 1] };
     assert_eq!(world.say(filters).refusal, Refusal::State, "not before the settings");

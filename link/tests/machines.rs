@@ -1,4 +1,4 @@
-//! The state machines of the adapter: words into steps, true to the cycle.
+//! A model of the adapter's state machines: words into steps, exact to the cycle.
 
 use crate::support::PULSE;
 use annulus_link::player::{BEFORE_PULSE, WITHOUT_PULSE, Words};
@@ -7,21 +7,20 @@ use annulus_link::{AXES, CYCLES_PER_TICK};
 /// One step at the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Step {
-    /// Cycle at which the pulse begins.
+    /// First cycle of the pulse.
     pub(crate) cycle: u64,
-    /// Which way.
     pub(crate) forward: bool,
 }
 
-/// The state machines: words into steps.
+/// The state machines.
 #[derive(Debug, Default)]
 pub(crate) struct Machines {
     now: [u64; AXES],
     pub(crate) steps: [Vec<Step>; AXES],
-    /// Since when the direction pin says what it says, and what.
+    /// Since when the direction pin has its level, and the level.
     shown: [(u64, bool); AXES],
     pub(crate) shortest_setup: u64,
-    /// Few places at a time: a ring has an end.
+    /// Few words at a time, as a ring has an end.
     places: [u32; 7],
 }
 
@@ -30,7 +29,7 @@ impl Machines {
         Self { shortest_setup: u64::MAX, ..Self::default() }
     }
 
-    /// How long an axis was given words for.
+    /// Cycle up to which each axis has words.
     pub(crate) fn now(&self) -> [u64; AXES] {
         self.now
     }

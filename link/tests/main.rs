@@ -1,4 +1,4 @@
-//! The link and the adapter's own thinking, without hardware.
+//! Tests of the link and the adapter's logic, without hardware.
 
 mod card;
 mod frames;

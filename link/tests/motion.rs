@@ -1,4 +1,5 @@
-//! From a path to pulses: every step at its tick, every axis on the same timeline, rest wherever the path is left.
+//! Tests from a path to pulses: every step at its tick, every axis on the same timeline, a common stop
+//! anywhere on the path.
 
 use crate::machines::Machines;
 use crate::support::{PULSE, SETUP, meant, path, seeds};
@@ -37,7 +38,7 @@ fn payload(piece: &Piece) -> Vec<u8> {
     bytes[..length].to_vec()
 }
 
-/// What is before a chunk, and the index there.
+/// State before a chunk, and the index there.
 type Place = ([Before; AXES], [i32; AXES]);
 
 /// Checks a piece as the adapter does.
@@ -66,7 +67,7 @@ fn rule_of(chance: &mut Chance) -> Rule {
 }
 
 #[test]
-fn at_full_rate_every_step_comes_in_its_tick_however_the_path_is_cut() {
+fn full_rate_steps_are_in_their_tick_in_any_chunks() {
     let mut steps = 0;
     for seed in seeds(40) {
         let mut chance = Chance::new(seed);
@@ -106,12 +107,12 @@ fn at_full_rate_every_step_comes_in_its_tick_however_the_path_is_cut() {
     assert!(steps > 50_000, "{steps}");
 }
 
-/// Plays with orders of chance; how it ended, and what came out.
+/// Plays with random orders. Returns how it ended, and the steps.
 fn played(chance: &mut Chance, runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule) -> (End, Player, Machines) {
     let (mut player, mut store, mut machines) = (Player::new(), Box::new(Store::new()), Machines::new());
     player.want(FULL_RATE);
     let pieces = pieces(runs, ticks, rule);
-    // Where the bridge dies.
+    // The bridge dies here.
     let alive = if chance.below(2) == 0 { pieces.len() } else { 1 + chance.below(pieces.len()) };
     let mut waiting = pieces[..alive].iter();
     let mut begun = false;
@@ -139,7 +140,7 @@ fn played(chance: &mut Chance, runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule)
 }
 
 #[test]
-fn wherever_it_is_left_it_rests_on_the_path_with_all_axes_at_the_same_moment() {
+fn interrupted_motion_stops_on_the_path_on_all_axes() {
     let mut ends = [0; 3];
     for seed in seeds(150) {
         let mut chance = Chance::new(seed);
@@ -148,7 +149,8 @@ fn wherever_it_is_left_it_rests_on_the_path_with_all_axes_at_the_same_moment() {
         let rule = rule_of(&mut chance);
         let (end, player, machines) = played(&mut chance, &runs, ticks, &rule);
         let wanted = meant(&runs, ticks);
-        // The moment of the path at which it rests: behind the last step of every axis, before the next.
+        // The moment of the path at which it stopped: after the last step of every axis and before its
+        // next.
         let made = |axis: usize| machines.steps[axis].len();
         let from =
             (0..AXES).filter_map(|axis| wanted[axis].get(made(axis).wrapping_sub(1))).map(|step| step.0);
@@ -178,9 +180,9 @@ fn wherever_it_is_left_it_rests_on_the_path_with_all_axes_at_the_same_moment() {
     assert!(ends.iter().all(|count| *count > 5), "{ends:?}");
 }
 
-/// Times of the steps of one axis that should go evenly, and their rate relative to full in every slice.
+/// Step times of one even axis, and their rate relative to full in every slice.
 #[test]
-fn time_slows_down_no_faster_than_allowed_and_stands_still_in_a_hold() {
+fn time_scale_changes_at_its_ramp_and_is_zero_in_a_hold() {
     let even = Run {
         forward: true,
         count: 40_000,
@@ -211,7 +213,7 @@ fn time_slows_down_no_faster_than_allowed_and_stands_still_in_a_hold() {
         rates.push(player.rate());
     }
     for pair in rates.windows(2) {
-        // A slice that ends with its chunk is shorter, the next change smaller for it.
+        // The last slice of a chunk is shorter, and so is the next change.
         assert!(pair[0] <= pair[1] + 1000 && pair[1] <= pair[0] + 500, "{pair:?}");
     }
     assert_eq!((rates[170], rates[240], rates[390]), (0, 0, FULL_RATE / 2));
@@ -225,7 +227,7 @@ fn time_slows_down_no_faster_than_allowed_and_stands_still_in_a_hold() {
 }
 
 #[test]
-fn chunks_that_lie_are_refused_with_the_reason() {
+fn inconsistent_chunks_are_refused_with_the_reason() {
     let run = |forward, count, interval| Run { count, ..Run::one(forward, interval) };
     let runs = [vec![run(true, 100, 1000), run(false, 100, 1000)], vec![run(true, 3, 60)], vec![], vec![]];
     let rule = Rule { ticks: 60_000, ..Rule::resting_within(20_000) };
@@ -249,7 +251,7 @@ fn chunks_that_lie_are_refused_with_the_reason() {
     let at = |before| ([before; AXES], [0; AXES]);
     assert_eq!(checked(&bytes, &at(close)), Err(Refusal::Rate));
     assert_eq!(checked(&bytes, &at(Before { since: 6, ..close })).err(), None);
-    // A turn: the pin may have been told long before, or only now.
+    // A turn: the pin may have turned long before, or only now.
     let turn = |since, shown| checked(&bytes, &at(Before { since, forward: false, shown })).err();
     assert_eq!(turn(1000, false), Some(Refusal::Turn));
     assert_eq!(turn(1000, true), None);

@@ -1,4 +1,4 @@
-//! Phases of motors: patterns and forcing as core has them, words in their ticks, tables that no motor may be driven by.
+//! Tests of motor phases: patterns and forcing as in core, words at their ticks, unsafe tables refused.
 
 use crate::card::{Card, Shown, pattern, windings};
 use crate::support::{seeds, segment, slow_path};
@@ -13,7 +13,7 @@ use annulus_link::player::{End, Player, Words, without};
 use annulus_link::store::Store;
 use annulus_link::{AXES, CYCLES_PER_TICK, FULL_RATE, chunk};
 
-/// Tables of every kind that a machine may have: those that ship, one turned over, longer ones, one of odd length.
+/// Tables of every kind: the shipped ones, a reversed one, longer ones, one of odd length.
 pub(crate) fn tables() -> Vec<PhaseTable> {
     let named = PRESETS.map(|name| preset(name).unwrap());
     let mirrored = PhaseTable { columns: named[1].columns.iter().rev().copied().collect() };
@@ -25,20 +25,20 @@ pub(crate) fn tables() -> Vec<PhaseTable> {
     all
 }
 
-/// Tables of chance for the three motors.
+/// Random tables for the three motors.
 fn any_tables(chance: &mut Chance) -> [PhaseTable; MOTORS] {
     let all = tables();
     std::array::from_fn(|_| all[chance.below(all.len())].clone())
 }
 
-/// What the words show, by the cycle, and what they count.
+/// The patterns by cycle, and the counted steps.
 #[derive(Default)]
 struct Patterns {
     now: [u64; AXES],
     shown: [Shown; MOTORS],
     steps: [Vec<bool>; MOTORS],
     words: [Vec<u32>; AXES],
-    /// Words of the slice in work.
+    /// Words of the current slice.
     most: [u32; AXES],
 }
 
@@ -64,7 +64,7 @@ impl Words for Patterns {
 }
 
 #[test]
-fn every_table_gives_the_patterns_that_core_gives_in_both_directions_held_or_not() {
+fn every_table_gives_the_patterns_of_core() {
     for table in tables() {
         let (mut motor, mut core) = (PhaseMotor::NONE, Commutator::new(table.clone(), 0));
         assert!(motor.take(&windings(0, &table, 100)));
@@ -82,11 +82,11 @@ fn every_table_gives_the_patterns_that_core_gives_in_both_directions_held_or_not
                 motor.hold();
                 assert_eq!(motor.pattern(), core.byte() & WINDINGS);
             }
-            // The same table again changes nothing: a bridge began anew.
+            // The same table again changes nothing: the bridge restarted.
             assert!(motor.take(&windings(0, &table, 100)));
             assert_eq!(motor.pattern(), pattern(core.byte()));
         }
-        // Steps that were told and not made.
+        // Steps that were requested but not made.
         let (here, told) = (motor.pattern() & WINDINGS, chance.below(200) as i32);
         (0..told).for_each(|at| motor.step(true, at as u32));
         motor.undo(told);
@@ -98,7 +98,7 @@ fn every_table_gives_the_patterns_that_core_gives_in_both_directions_held_or_not
 }
 
 #[test]
-fn tables_that_would_harm_a_motor_are_refused_and_change_nothing() {
+fn harmful_tables_are_refused_and_change_nothing() {
     let good = windings(0, &preset("half").unwrap(), 20_000);
     let with = |change: &dyn Fn(&mut Windings)| {
         let mut table = good;
@@ -129,7 +129,7 @@ fn tables_that_would_harm_a_motor_are_refused_and_change_nothing() {
     assert!(tables_crc(&all) != tables_crc(&other) && tables_crc(&all) != 0);
 }
 
-/// Pieces of some segments, each from rest to rest, as bytes.
+/// Chunks of some segments, each from stop to stop, as bytes.
 fn pieces(segments: &[([Vec<annulus_link::run::Run>; AXES], u32)], rule: &Rule) -> Vec<(Chunk, Vec<u8>)> {
     let (mut all, mut number, mut index) = (Vec::new(), 0, [0; AXES]);
     for (runs, ticks) in segments {
@@ -155,7 +155,7 @@ fn player(tables: &[PhaseTable; MOTORS], forcing: u32) -> Player {
     player
 }
 
-/// Plays pieces; what the words show.
+/// Plays chunks. Returns the patterns.
 fn played(
     player: &mut Player,
     pieces: &[(Chunk, Vec<u8>)],
@@ -180,7 +180,7 @@ fn played(
 }
 
 #[test]
-fn every_pattern_and_every_end_of_forcing_comes_in_the_tick_in_which_a_card_has_it() {
+fn every_pattern_and_forcing_end_is_in_its_tick() {
     let (mut edges, mut ends) = (0, 0);
     for seed in seeds(60) {
         let mut chance = Chance::new(seed);
@@ -206,7 +206,7 @@ fn every_pattern_and_every_end_of_forcing_comes_in_the_tick_in_which_a_card_has_
 }
 
 #[test]
-fn held_slowed_starved_or_cut_short_the_motors_are_where_the_index_says() {
+fn motors_stay_at_their_index_after_any_interruption() {
     let mut seen = [0; 3];
     for seed in seeds(100) {
         let mut chance = Chance::new(seed);
@@ -236,7 +236,7 @@ fn held_slowed_starved_or_cut_short_the_motors_are_where_the_index_says() {
             assert_eq!(made.shown[axis].last().map_or(0, |last| last.1), held, "at rest, nothing forced");
         }
         assert_eq!(player.index(), index);
-        // As if it had been stopped by force before the last words were played.
+        // Simulates a forced stop before the last words were played.
         let cut: [usize; MOTORS] = std::array::from_fn(|axis| chance.below(made.words[axis].len() + 1));
         for axis in 0..MOTORS {
             for word in made.words[axis][cut[axis]..].iter().rev() {

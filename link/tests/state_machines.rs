@@ -1,5 +1,5 @@
-//! A second opinion on the state machines of the firmware: their text, run by a model that shares nothing with the assembler of the
-//! firmware nor with the emulator of its other tests.
+//! A second opinion on the firmware's state machines: a model runs their source text, independently of the
+//! firmware's assembler and emulator.
 
 use crate::machines::{Machines, Step};
 use crate::support::{PULSE, path, seeds};
@@ -13,9 +13,9 @@ const PULSES: &str = include_str!("../../bridge/firmware/src/pulses.pio");
 const PHASES: &str = include_str!("../../bridge/firmware/src/phases.pio");
 const WATCHER: &str = include_str!("../../bridge/firmware/src/watcher.pio");
 
-/// One state machine, a cycle at a time.
+/// One state machine, cycle by cycle.
 struct Model {
-    /// Operation, what it is done to, level of the side pin, cycles behind it.
+    /// Operation, operands, level of the side pin, delay cycles.
     program: Vec<(String, Vec<String>, Option<bool>, u32)>,
     labels: Vec<(String, usize)>,
     wrap: (usize, usize),
@@ -26,10 +26,9 @@ struct Model {
     out: u32,
     into: u32,
     words: VecDeque<u32>,
-    /// Levels that it reads, and the pin that it asks.
+    /// Input levels, and the level of the pin that it tests.
     inputs: u32,
     asked: bool,
-    /// What it drives.
     side: bool,
     pins: u32,
     interrupts: u32,
@@ -137,7 +136,7 @@ impl Model {
     }
 }
 
-/// The steps of a machine that plays `words` for so many cycles, and how long every pulse is.
+/// Steps and pulse lengths of a machine that plays `words` for this many cycles.
 fn played(words: &[u32], cycles: u64) -> (Vec<Step>, Vec<u64>) {
     let mut model = Model::new(PULSES);
     model.words.extend(words);
@@ -157,7 +156,7 @@ fn played(words: &[u32], cycles: u64) -> (Vec<Step>, Vec<u64>) {
 }
 
 #[test]
-fn words_become_the_steps_that_the_player_meant() {
+fn pulse_words_become_the_intended_steps() {
     for seed in seeds(4) {
         let (runs, _) = path(&mut Chance::new(seed), 60_000);
         let (mut machines, mut words, mut at) = (Machines::new(), Vec::new(), 0);
@@ -180,7 +179,7 @@ fn words_become_the_steps_that_the_player_meant() {
     }
 }
 
-/// What the pins of a motor show, by the cycle: RUN is there up to `run`.
+/// Patterns of a motor's pins by cycle, with RUN high up to `run`.
 fn shown(words: &[u32], cycles: u64, run: u64) -> Vec<(u64, u32)> {
     let mut model = Model::new(PHASES);
     model.words.extend(words);
@@ -197,7 +196,7 @@ fn shown(words: &[u32], cycles: u64, run: u64) -> Vec<(u64, u32)> {
 }
 
 #[test]
-fn patterns_change_all_at_once_in_the_cycle_that_the_player_meant_and_not_without_run() {
+fn phase_patterns_change_at_once_and_only_with_run() {
     for seed in seeds(4) {
         let mut chance = Chance::new(seed);
         let (mut words, mut wanted, mut ticks, mut last) = (Vec::new(), Vec::new(), 0, 0);
@@ -213,7 +212,8 @@ fn patterns_change_all_at_once_in_the_cycle_that_the_player_meant_and_not_withou
         }
         let cycles = u64::from(ticks * CYCLES_PER_TICK) + 100;
         assert_eq!(shown(&words, cycles, u64::MAX), wanted, "seed {seed}");
-        // RUN goes: what was asked for before is shown, nothing later; the machine does not come back by itself.
+        // When RUN goes low, earlier patterns are shown and later ones never; the machine does not restart
+        // itself.
         let run = wanted[wanted.len() / 2].0 + chance.below(5_000) as u64;
         let before: Vec<_> = wanted.into_iter().filter(|(cycle, _)| cycle - 2 < run).collect();
         assert_eq!(shown(&words, cycles, run), before, "seed {seed}, without RUN from {run} on");
@@ -221,7 +221,7 @@ fn patterns_change_all_at_once_in_the_cycle_that_the_player_meant_and_not_withou
 }
 
 #[test]
-fn without_run_no_pulse_begins_and_none_comes_later() {
+fn pulses_end_without_run_and_stay_off() {
     let words = [pulse_word(50, true); 4];
     let mut model = Model::new(PULSES);
     model.words.extend(words);
@@ -236,8 +236,8 @@ fn without_run_no_pulse_begins_and_none_comes_later() {
 }
 
 #[test]
-fn the_watcher_lets_a_short_touch_pass_and_takes_run_away_for_a_long_one() {
-    // All phases of its circle, every length of a touch.
+fn watcher_ignores_short_touches_and_clears_run_for_long_ones() {
+    // All phases of its loop, every length of a touch.
     for (from, length) in (0..12).flat_map(|from| (1..300).map(move |length| (from, length))) {
         let mut model = Model::new(WATCHER);
         let mut tripped = None;

@@ -1,4 +1,4 @@
-//! What the tests share: paths of chance, what the step stream means by them, seeds.
+//! Shared by the tests: random paths, their steps in the stream, seeds.
 
 use annulus_core::chance::Chance;
 use annulus_core::job::{Stage, Switching};
@@ -6,24 +6,24 @@ use annulus_core::steps;
 use annulus_link::AXES;
 use annulus_link::run::Run;
 
-/// A pulse in ticks.
+/// Length of a pulse in ticks.
 pub(crate) const PULSE: u32 = 10;
 
-/// Time from a turn to the next pulse.
+/// Ticks from a turn to the next pulse.
 pub(crate) const SETUP: u32 = 50;
 
-/// Seeds of a property: the first ones, more where `ANNULUS_LONG` says so. Each is printed when its turn comes.
+/// Seeds of a property test, more of them with `ANNULUS_LONG`. Each is printed when used.
 pub(crate) fn seeds(few: u64) -> impl Iterator<Item = u64> {
     let count = if std::env::var_os("ANNULUS_LONG").is_some() { 50 * few } else { few };
     (1..=count).inspect(|seed| println!("seed {seed}"))
 }
 
-/// A path of chance: runs of every axis from rest to rest, and how long it takes in ticks.
+/// A random path: runs of every axis from stop to stop, and its duration in ticks.
 pub(crate) fn path(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
     let mut runs: [Vec<Run>; AXES] = Default::default();
     for own in &mut runs {
         let (mut at, mut forward) = (0, chance.below(2) == 1);
-        // Away from the start: the pin may have to turn.
+        // Not at the start: the pin may have to turn.
         let mut room = SETUP + PULSE;
         while at < ticks {
             if chance.below(4) == 0 {
@@ -49,7 +49,7 @@ pub(crate) fn path(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
     (runs, ticks + 100)
 }
 
-/// A path of chance of the first three axes, from rest to rest: its steps are so many ticks apart.
+/// A random path of the first three axes, from stop to stop, with steps at least this many ticks apart.
 pub(crate) fn slow_path(
     chance: &mut Chance,
     ticks: u32,
@@ -73,7 +73,7 @@ pub(crate) fn slow_path(
             own.push(run);
         }
     }
-    // Now and then the path rests in the tick of its last step.
+    // Sometimes the path ends in the tick of its last step.
     let last =
         |runs: &Vec<Run>| runs.iter().map(|run| run.extent().map_or(0, |extent| extent.last)).sum::<u32>();
     let end = runs.iter().map(last).max().unwrap_or(0).max(1);
@@ -81,7 +81,7 @@ pub(crate) fn slow_path(
     (runs, end + rest)
 }
 
-/// The same path as a segment of the step stream.
+/// The path as a segment of the step stream.
 pub(crate) fn segment(runs: &[Vec<Run>; AXES], ticks: u32) -> steps::Segment {
     let of = |(axis, own): (usize, &Vec<Run>)| {
         own.iter()
@@ -107,7 +107,7 @@ pub(crate) fn segment(runs: &[Vec<Run>; AXES], ticks: u32) -> steps::Segment {
     }
 }
 
-/// The steps of every axis as the stream means them, by `replay` of core.
+/// The steps of every axis in the stream, by core's `replay`.
 pub(crate) fn meant(runs: &[Vec<Run>; AXES], ticks: u32) -> [Vec<(u64, bool)>; AXES] {
     let mut all: [Vec<(u64, bool)>; AXES] = Default::default();
     for pulse in steps::replay(&segment(runs, ticks)) {

@@ -1,7 +1,5 @@
-// The firmware of the USB step adapter in an emulated RP2040, and a carriage with switches that follows its pins. With the chip's
-// own processor it takes nine times as long as life, seventeen beside a page.
-//
-// Comes in: what happens to the cable. Goes out: a port, and where the carriage is. Steps. Knows nothing of pages.
+// Runs the firmware of the USB step adapter in an emulated RP2040, with a carriage and switches driven by its
+// pins. At the chip's own clock it is nine times slower than real time, seventeen times next to a page.
 
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
@@ -12,14 +10,15 @@ import { root } from "./harness.mjs";
 
 const [STEP, DIRECTION, STOP, INPUT, SPINDLE] = [2, 6, 10, 11, 20]; // pins
 const CLOCK_HZ = 120_000_000;
-/** So many times as slow as the chip's is its processor here, which saves as much of this computer's: what it does in time, and how much of
- *  that it takes, is judged elsewhere, by the chip's own. With eight it cannot keep the time of its pins, and says so. */
+/** Factor by which the emulated processor is slower than the chip's, to save time on this computer. Timing
+ *  and load of the firmware are tested elsewhere, at full speed. With a factor of 8 the firmware can't keep
+ *  its pin timing, and reports that. */
 const SLOW = 3;
 const TURN = 60_000; // cycles: half a millisecond
-/** Where the carriage stands at first, in steps from its switches: X and Y beside them, Z below. */
+/** Start position of the carriage in steps from its switches: X and Y next to them, Z below. */
 const START = [90, 70, -120];
 
-/** The firmware, built; or null where it is not (with ANNULUS_NOTHING_SKIPPED that fails). */
+/** The built firmware; null if there is none (an error with ANNULUS_NOTHING_SKIPPED). */
 export function firmware() {
   const built = process.env.ANNULUS_FIRMWARE ?? join(root, "target/firmware/thumbv6m-none-eabi/release/annulus-firmware");
   if (existsSync(built) && existsSync(join(root, "bridge/firmware/emulator/node_modules"))) return built;
@@ -27,7 +26,7 @@ export function firmware() {
   return null;
 }
 
-/** The same firmware under another number, as if it were built of other sources. */
+/** The firmware with another build number, as if built from other sources. */
 export function renumbered(built) {
   const bytes = readFileSync(built);
   const own = Number(/Annulus step adapter, sources (\d+)/.exec(bytes.toString("latin1"))[1]);
@@ -42,10 +41,10 @@ export function renumbered(built) {
   return file;
 }
 
-/** An adapter with its power on, and its machine. */
+/** Starts an adapter with its machine. */
 export async function startAdapter(built) {
   const child = spawn("node", [join(root, "bridge/firmware/emulator/serve.mjs"), built, String(SLOW)], { stdio: ["pipe", "pipe", "inherit"] });
-  // What is written to one that was killed is of no use to anybody.
+  // Ignore write errors after the process was killed.
   child.stdin.on("error", () => {});
   const lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
   const order = async (what) => {
@@ -116,20 +115,21 @@ export async function startAdapter(built) {
       said.length = came.length = 0;
       tell();
     },
-    /** Until so many seconds of the adapter's own time have passed. */
+    /** Waits until this many seconds of the adapter's time have passed. */
     passed: async (seconds) => {
       const end = turns + (seconds * CLOCK_HZ) / TURN;
       while (turns < end && !over) await new Promise((later) => setTimeout(later, 20));
     },
-    /** Until Z is at `z` steps or below it. */
+    /** Waits until Z is at or below `z` steps. */
     below: (z) => new Promise((told) => depths.push({ z, told })),
-    /** Touches an input for so many µs. */
+    /** Activates an input for this many µs. */
     touch: (input, micros) => touches.push([input, micros]),
     place: () => [...place],
     spindle: () => spindle,
     steps: () => steps,
-    /** Every place in the plane at which Z went below `bottom`, one after the other, and whether the spindle turned all the way down.
-     *  Up it may stand: who was left in the board without a host is lifted out of it as it is. */
+    /** All XY positions where Z went below `bottom`, in order, and whether the spindle was on during the
+     *  whole plunge. The retract can be with the spindle off, if the host was lost while the tool was in the
+     *  board. */
     holes: (bottom) => {
       const found = [];
       let inside = false;

@@ -1,4 +1,4 @@
-// The page as a site of files alone, below a folder of any server: no bridge, no network after the first visit.
+// The page as a static site, in a folder of any server: no bridge, and no network after the first visit.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -6,9 +6,9 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, downloaded, drillOnly, openBrowser, openPage, picture, press, root, serveFiles, site, startJob, tab, until } from "./harness.mjs";
+import { broken, data, downloaded, drillOnly, openBrowser, openPage, picture, press, root, serveFiles, site, startJob, tab, until } from "./harness.mjs";
 
-/** Waits until the site is kept and looks after this page. */
+/** Waits until the service worker controls the page. */
 const kept = (page) => until(() => page.evaluate(() => navigator.serviceWorker.controller !== null), "a site that is kept");
 
 async function openSample(page) {
@@ -57,7 +57,7 @@ test("without a bridge and with the network cut, a board is opened, planned, pro
   }
 });
 
-/** Where the virtual drill made holes, by its own record. */
+/** The holes that the virtual drill has drilled, from its own record. */
 const drilled = (page) =>
   page.evaluate(async () => {
     const folder = await (await navigator.storage.getDirectory()).getDirectoryHandle("annulus-drill");
@@ -65,12 +65,12 @@ const drilled = (page) =>
     return (await file.text()).split("\n").filter(Boolean);
   });
 
-/** How many of the holes lie where another one does: within a tenth of a millimetre. */
+/** The number of holes within 0.1 mm of another one. */
 const twice = (holes) => holes.length - new Set(holes.map((line) => line.split(" ").slice(0, 2).map((mm) => Math.round(Number(mm) * 10)).join())).size;
 
-const bit = (page) => page.getByRole("button", { name: "Continue: the bit is in" });
+const bit = (page) => page.getByRole("button", { name: "Start spindle and continue" });
 
-/** The sample board, drilled only, started on the virtual drill of the page. */
+/** Starts the sample board on the page's virtual drill, drilling only. */
 async function started(page) {
   await openSample(page);
   await drillOnly(page);
@@ -78,7 +78,7 @@ async function started(page) {
   await start.click();
 }
 
-/** Puts in every bit that is asked for until the job is done. */
+/** Confirms every tool change until the job is done. */
 async function toTheEnd(page) {
   const done = page.getByText(/^The job is done\./);
   await until(async () => {
@@ -128,12 +128,13 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
     await other.close();
     const told = page.getByText(/^STOP was pressed\. Holes drilled: \d+/).first();
     const done = Number((await told.innerText()).match(/drilled: (\d+)/)[1]);
-    // A stop in the lift out of a hole leaves one that is made and not done: it is made again, as any that nobody is sure of.
+    // After a stop during a retract, the hole is drilled but not counted as done, so it is drilled again.
     const made = (await drilled(page)).length;
     assert.ok(made === done || made === done + 1, `${made} made, ${done} done`);
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
-    // What is left is offered where the stop is told; its pre-flight counts the rest alone, and beginning anew is told as such.
+    // The notice about the stop offers the rest. Its pre-flight counts only the rest, and a restart is marked
+    // as such.
     const before = page.getByRole("dialog", { name: "Before the start" });
     const holes = Number(await data(page, "holes"));
     const planned = async (button) => {
@@ -147,6 +148,32 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
     assert.deepEqual(await planned(/Resume where it stopped/), [holes - done, 0]);
     assert.deepEqual(await planned("Start…"), [holes, 1]);
     await page.getByRole("button", { name: "Close", exact: true }).click();
+    await page.getByRole("button", { name: /Resume where it stopped/ }).waitFor();
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
+test("a page whose program broke still stops its own drill", async () => {
+  const server = await serveFiles();
+  const { page, context } = await openPage(browser, `${server.url}?speed=3`);
+  try {
+    await started(page);
+    await bit(page).click();
+    await until(async () => (await drilled(page)).length > 1, "the first holes");
+    const fallen = await broken(page);
+    const before = (await drilled(page)).length;
+    await until(async () => (await drilled(page)).length > before, "a drill that goes on without its page");
+    await fallen.getByRole("button", { name: "STOP", exact: true }).click();
+    await fallen.getByText(/^STOP was sent\./).waitFor();
+    await new Promise((later) => setTimeout(later, 1000));
+    const made = (await drilled(page)).length;
+    await new Promise((later) => setTimeout(later, 3000));
+    assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
+    assert.ok(made < Number(await data(page, "holes")), "the job was not done");
+    await fallen.getByRole("button", { name: "Load the page again" }).click();
+    await tab(page, "Machine").click();
     await page.getByRole("button", { name: /Resume where it stopped/ }).waitFor();
   } finally {
     await context.close();
@@ -214,7 +241,7 @@ test("a reload in mid-job is asked about; Machine names the job, offers its boar
     await start.click();
     const looks = page.getByRole("list", { name: "The machine tells" });
     await looks.waitFor();
-    assert.deepEqual(await looks.getByRole("listitem").allInnerTexts(), ["Spindle off", "Z up", "At the change position"]);
+    assert.deepEqual(await looks.getByRole("listitem").allInnerTexts(), ["Spindle off", "Z at the change height", "At the change position"]);
     await bit(page).click();
     await until(async () => Number(await data(page, "done")) > 2, "holes");
     await page.reload();
@@ -290,7 +317,7 @@ test("a site whose files are not all of one making is not kept, and what was kep
   }
 });
 
-/** A server of one board, as somebody else's: with and without leave for other sites to read it. */
+/** A foreign server with one board, with and without CORS permission. */
 async function serveBoard() {
   const board = readFileSync(join(root, "www/examples/sensor.drl"));
   const server = createServer((request, response) => {
@@ -350,7 +377,7 @@ test("a link to a board opens it; one that is missing, shut or no link is told i
       assert.equal(await other.getByRole("heading", { name: /Drop the files/ }).count(), 1, "and the page is as it was");
       await other.close();
     }
-    // A link that is put in by hand goes the same way.
+    // A pasted link works the same way.
     const other = await context.newPage();
     await other.goto(`${server.url}?lang=en`);
     const field = other.getByLabel("Or paste a link to a board");
@@ -377,7 +404,7 @@ test("files that another program shares with the page are opened once, and the b
     const told = installabilityErrors.map((one) => one.errorId).filter((id) => id !== "in-incognito");
     assert.deepEqual(told, [], "installable");
     const text = readFileSync(join(root, "www/examples/sensor.drl"), "utf8");
-    /** Shares so many files of this text, as the system's share sheet does. */
+    /** Shares this many files with this text, as the system's share dialog does. */
     const share = (text, count) =>
       page.evaluate(
         ([text, count]) => {
@@ -434,12 +461,13 @@ test("a tool that is worn in mid-job is asked for anew, and the table says what 
     await page.getByText(/^Planned .* m,/).waitFor();
     const { start } = await startJob(page);
     await start.click();
-    // Counted in the page: on a busy computer the next change may be there before anybody has seen that this one is over.
+    // Count inside the page: on a busy computer, the next change can start before a poll sees the end of the
+    // last one.
     await page.evaluate(() => {
       globalThis.wornTools = 0;
       let [open, worn] = [false, false];
       const look = () => {
-        const dialog = [...document.querySelectorAll("dialog[open]")].find((one) => one.textContent.includes("Continue: the bit is in"));
+        const dialog = [...document.querySelectorAll("dialog[open]")].find((one) => one.textContent.includes("Start spindle and continue"));
         if (dialog && !open) worn = false;
         open = dialog !== undefined;
         if (worn || !/is worn \(4 of 4 holes\): put in a new one/.test(dialog?.textContent)) return;

@@ -1,7 +1,8 @@
-// Thirty attacks on the bridge from a real browser: other sites, names bound anew, frames, forms, replays, quarrels, floods.
+// Thirty attacks on the bridge from a real browser: foreign origins, DNS rebinding, frames, forms, replays,
+// contention, floods.
 //
-// The attacker is a server of its own on another port of this computer, which is as near as a foreign page can come. The bridge
-// needs no built page for any of this: pages of its own origin are its refusals, which carry the same policy.
+// The attacker is a server on another port of this computer, the closest that a foreign page can be. The
+// bridge needs no built page for this: its error pages have its origin and the same security policy.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -15,7 +16,7 @@ import { PATIENCE_MS, root, startBridge, until } from "./harness.mjs";
 let bridge, port, browser, attacker, evil, watch;
 const seen = [];
 
-/** A fresh one-time token of the running bridge. */
+/** A new one-time token of the running bridge. */
 function token(scope = "configure", home = bridge.home) {
   const program = process.env.ANNULUS_BIN ?? join(root, "target/debug/annulus");
   const env = { ...process.env, ANNULUS_HOME: home };
@@ -23,7 +24,7 @@ function token(scope = "configure", home = bridge.home) {
   return link.stdout.match(/#t=([0-9a-f]+)/)[1];
 }
 
-/** What our own page does, in a page of our own origin. */
+/** The client code of our page, for a page of our origin. */
 function helpers() {
   const hex = (bytes) => [...new Uint8Array(bytes)].map((byte) => byte.toString(16).padStart(2, "0")).join("");
   const bytes = (text) => new Uint8Array(text.match(/../g).map((two) => parseInt(two, 16)));
@@ -37,7 +38,7 @@ function helpers() {
       const secret = await crypto.subtle.importKey("raw", bytes(key), algorithm, false, ["sign"]);
       return hex(await crypto.subtle.sign("HMAC", secret, new TextEncoder().encode(nonce)));
     },
-    /** A socket; `session` says hello on it. Everything it hears is in `tells`. */
+    /** Opens a socket; `session` sends a hello. `tells` collects all messages. */
     open(session, proof) {
       const socket = new WebSocket(`ws://${location.host}/api/socket`);
       const line = { socket, tells: [], closed: false };
@@ -67,7 +68,7 @@ function helpers() {
   };
 }
 
-/** A page of the bridge's own origin. */
+/** A page of the bridge's origin. */
 async function ours() {
   const context = await browser.newContext();
   context.setDefaultTimeout(PATIENCE_MS);
@@ -77,7 +78,7 @@ async function ours() {
   return page;
 }
 
-/** A page of the attacker with this body; `answers` are what the bridge answered to anything in it. */
+/** A page of the attacker with this body; `answers` collects the bridge's responses to it. */
 async function theirs(body = "", at = attacker) {
   const context = await browser.newContext();
   context.setDefaultTimeout(PATIENCE_MS);
@@ -90,7 +91,7 @@ async function theirs(body = "", at = attacker) {
   return { page, answers };
 }
 
-/** Whether a socket opened by `page` to `url` ever opens. */
+/** True if a socket from `page` to `url` opens. */
 const opens = (page, url) =>
   page.evaluate(
     (address) =>
@@ -107,7 +108,7 @@ const opens = (page, url) =>
     url,
   );
 
-/** What becomes of a request by `page`. */
+/** The result of a request by `page`. */
 const asked = (page, url, options) =>
   page.evaluate(
     async ([address, how]) => {
@@ -121,7 +122,7 @@ const asked = (page, url, options) =>
     [url, options],
   );
 
-/** Neither opened nor read: the browser or the bridge said no. */
+/** Checks that the browser or the bridge blocked the request. */
 const denied = (reply) =>
   assert.ok(reply.failed || reply.status === 403 || (reply.type === "opaque" && reply.text === ""), JSON.stringify(reply));
 
@@ -142,7 +143,7 @@ before(async () => {
     args: ["--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking",
       "--host-resolver-rules=MAP evil.example 127.0.0.1"],
   });
-  // Somebody watches all the while: nothing may ever move.
+  // A watcher checks all the time that nothing moves.
   watch = await ours();
   await watch.evaluate(async (fresh) => {
     const session = await own.pair(fresh);
@@ -156,7 +157,7 @@ after(async () => {
   await bridge?.stop();
 });
 
-/** One attack; afterwards nothing has moved, and the door is open for who belongs here. */
+/** Runs one attack; then checks that nothing has moved, and that a legitimate client still gets in. */
 function attack(name, what) {
   seen.push(name);
   test(name, async () => {
@@ -169,7 +170,7 @@ function attack(name, what) {
   });
 }
 
-// Names.
+// DNS rebinding.
 attack("a name bound anew to 127.0.0.1 is not answered", async () => {
   const { page, answers } = await theirs();
   await page.goto(`${evil}/`);
@@ -203,7 +204,7 @@ attack("other spellings of the loopback address are no names of ours", async () 
   }
 });
 
-// Other origins.
+// Foreign origins.
 for (const host of ["127.0.0.1", "localhost", "[::1]"]) {
   attack(`another page opens no socket at ${host}`, async () => {
     const { page } = await theirs();
@@ -267,7 +268,7 @@ attack("a beacon is refused", async () => {
   assert.ok(answers.every((status) => status === 403), String(answers));
 });
 
-// Put into another page.
+// Embedding.
 attack("our page is shown in no frame", async () => {
   const { page, answers } = await theirs(`<iframe src="${bridge.origin}/"></iframe>`);
   await until(() => answers.length > 0 || page.frames().some((frame) => frame.url().startsWith("chrome-error")), "an end");
@@ -326,11 +327,11 @@ attack("a scan of ports learns nothing that it can read", async () => {
   }
 });
 
-// What is injected into our own page gets no further.
+// Injection into our own page.
 attack("script in the text of a page of ours does not run, nor is text made code", async () => {
   const page = await ours();
   const told = await page.evaluate(async () => {
-    // In a task of the page itself: what a test evaluates is let make code.
+    // In a task of the page itself, because code evaluated by the test is exempt from the policy.
     await new Promise((next) => setTimeout(next));
     const script = document.createElement("script");
     const trials = {
@@ -407,7 +408,7 @@ attack("a session of a bridge that was killed is not known to the next", async (
   assert.deepEqual(codes, ["socket.session"]);
 });
 
-// Quarrels and floods.
+// Contention and floods.
 attack("of two pages that fight for control one has it, and the other moves nothing", async () => {
   const page = await ours();
   const told = await page.evaluate(async (fresh) => {
@@ -415,7 +416,8 @@ attack("of two pages that fight for control one has it, and the other moves noth
     const both = [own.open(session), own.open(session)];
     for (const line of both) await line.heard((tell) => tell.t === "welcome");
     for (let turn = 0; turn < 20; turn += 1) both[turn % 2].say({ t: "take_control", force: true });
-    // Two sockets are two lanes: the fight is over when the first is through, and then the second takes it once more.
+    // Two sockets are processed independently: the contention ends when the first is done, and then the
+    // second takes control.
     both[0].say({ t: "ping", stamp: 6 });
     await both[0].heard((tell) => tell.t === "pong");
     both[1].say({ t: "take_control", force: true });

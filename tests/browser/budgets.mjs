@@ -1,9 +1,10 @@
-// The budgets of the page, measured in Chromium on the page as it was built: `cargo xtask bench --page`.
+// Measures the page's performance budgets in Chromium on the built page: `cargo xtask bench --page`.
 //
-// Comes in: ANNULUS_CHROMIUM, ANNULUS_BIN, ANNULUS_SITE (a site with its page in `www` beside it), the corpus where it is; names
-// of groups as arguments, else all. Goes out: a table, `budget | target | fail limit | measured`, with the machine it was taken
-// on and how busy that was. Times are those of the clock; "processor" is what the page's own process took, all its threads
-// together, which a busy machine changes little. Judges nothing: a busy machine without a graphics card is no customer's.
+// Needs ANNULUS_CHROMIUM, ANNULUS_BIN and ANNULUS_SITE (a site with its page in `www` next to it); uses the
+// corpus if present. Arguments select groups. Prints a table, `budget | target | fail limit | measured`, with
+// the machine and its load. Times are wall-clock; "processor" is the CPU time of the page's process with all
+// threads, which a busy machine changes little. Sets no limits, because a busy machine without a graphics
+// card isn't representative.
 
 import { spawnSync } from "node:child_process";
 import { existsSync, readFileSync, readdirSync } from "node:fs";
@@ -29,7 +30,7 @@ const kB = (bytes) => `${Math.round(bytes / 1000)} kB`;
 const at = (values, share) => [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(values.length * share))];
 const spread = (values) => `median ${ms(at(values, 0.5))}, longest ${ms(Math.max(...values))} of ${values.length}`;
 
-/** What a page tells of itself; runs in it before anything else does. */
+/** Collects measurements inside the page; runs before all other scripts. */
 function probe() {
   const seen = { tasks: [], events: [], paints: {}, history: [] };
   globalThis.annulusProbe = seen;
@@ -42,11 +43,11 @@ function probe() {
   const hear = ({ interactionId, duration, name, target }) =>
     interactionId && seen.events.push([interactionId, duration, `${name} ${words(target)}`]);
   observe("event", hear, { durationThreshold: 16 });
-  // What is to be seen each time it has changed, by the clock of everybody.
+  // Records the visible state with a time whenever it changes.
   let last = "";
   setInterval(() => {
     const button = (name) => [...document.querySelectorAll("button")].find((one) => one.textContent.includes(name));
-    // What is asked for in the review of files; the button of Draw with the same words makes a board each time.
+    // Confirms the import review. Not on Draw, where the button with the same text makes a board each time.
     if (document.querySelector("main")?.dataset.screen !== "draw") button("Use this board")?.click();
     const picture = document.querySelector("canvas")?.dataset ?? {};
     const now = {
@@ -64,25 +65,25 @@ function probe() {
 const browser = await openBrowser();
 const session = await browser.newBrowserCDPSession();
 
-/** Seconds of processor that each process of a page took so far. */
+/** CPU seconds of each process so far. */
 async function taken() {
   const { processInfo } = await session.send("SystemInfo.getProcessInfo");
   return new Map(processInfo.filter(({ type }) => type === "renderer").map(({ id, cpuTime }) => [id, cpuTime]));
 }
 
-/** Milliseconds of processor since `before` of the page that took most of it, and its process. */
+/** CPU milliseconds since `before` of the busiest page process, and that process. */
 async function since(before) {
   const all = [...(await taken())].map(([id, seconds]) => [(seconds - (before.get(id) ?? 0)) * 1000, id]);
   return all.sort((a, b) => b[0] - a[0])[0];
 }
 
-/** The memory that a process shares with nobody, in bytes. */
+/** Private memory of a process, bytes. */
 function own(pid) {
   const lines = readFileSync(`/proc/${pid}/smaps_rollup`, "utf8").split("\n").filter((line) => line.startsWith("Private_"));
   return lines.reduce((sum, line) => sum + 1024 * Number(line.match(/\d+/)[0]), 0);
 }
 
-/** A page with the probe in it, its processor `slow` times slower, its network one of `net` bits a second. */
+/** A page with the probe; its CPU `slow` times slower, its network limited to `net` bits per second. */
 async function opened(url, { slow = 1, net = 0 } = {}) {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, reducedMotion: "reduce" });
   context.setDefaultTimeout(240_000);
@@ -104,7 +105,7 @@ async function opened(url, { slow = 1, net = 0 } = {}) {
   return { page, context, told, longest, slower, received: () => received, now: () => page.evaluate(() => performance.now()) };
 }
 
-/** A server of files that sends the site packed, as servers of sites do. */
+/** A static file server with compression. */
 async function serve() {
   const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
   const server = createServer((request, response) => {
@@ -128,7 +129,8 @@ function fresh() {
   return opened(link.stdout.match(/http:\/\/\S+/)[0]);
 }
 
-/** Opens a board in a page: the sample, or one of the corpus. What was to be seen, and when, until its plan was proved and timed. */
+/** Opens a board, the sample or one of the corpus, and waits until its plan is proved; returns the visible
+ *  states with times. */
 async function board({ page, told }, name) {
   const before = await taken();
   let began;
@@ -152,7 +154,7 @@ async function board({ page, told }, name) {
   return { layer: first((one) => one.layers > 0), picture: first((one) => one.layers === most), toolpaths: first((one) => one.lines > 0), all: done?.at - began, processor, pid };
 }
 
-/** Moves the slider of a playback about as a hand does, in small steps and in leaps: how long until the next frame, each time. */
+/** Moves a playback slider in small and large steps, as by hand; returns the time until the next frame for each. */
 const scrubbed = (slider) =>
   slider.evaluate(async (slider) => {
     const canvas = document.querySelector("canvas");
@@ -168,7 +170,7 @@ const scrubbed = (slider) =>
     return took;
   });
 
-/** A drawing of so many things: pads on their nodes. */
+/** A drawing of this many things: pads on their nodes. */
 function drawing(count) {
   const things = {};
   for (let pad = 0; pad < count / 2; pad += 1) {
@@ -178,7 +180,7 @@ function drawing(count) {
   return JSON.stringify({ annulus_drawing: 1, name: "large", things });
 }
 
-/** Goes through the screens by keys and pointer, as somebody does who looks around. */
+/** Visits the screens by keys and pointer. */
 async function tour(page) {
   const press = async (key, times = 1) => {
     for (let time = 0; time < times; time += 1) {
@@ -213,7 +215,7 @@ async function tour(page) {
   for (const [x, y] of [[0.3, 0.3], [0.5, 0.5], [0.6, 0.4]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
 }
 
-/** Drags the pad in the middle of a `drawing` about: how long from each move until the next frame. */
+/** Drags the pad in the middle of a `drawing`; returns the time from each move to the next frame. */
 async function dragged(page) {
   await page.keyboard.press("v");
   const canvas = page.locator("canvas").first();
@@ -307,7 +309,7 @@ const GROUPS = {
         const changed = async () => (await told()).history.find((now) => now.at >= began && now.lines !== lines);
         took.push((await until(changed, "other toolpaths")).at - began);
       }
-      // Another depth, so that nothing that was planned before is known.
+      // Another depth, so that no cached plan applies.
       await page.getByRole("slider", { name: /Depth/ }).first().focus();
       await page.keyboard.press("ArrowRight");
     }
@@ -345,7 +347,7 @@ const GROUPS = {
     const { start } = await startJob(page);
     const [before, from] = [await taken(), await one.now()];
     await start.click();
-    const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
+    const go_on = page.getByRole("button", { name: "Start spindle and continue" });
     await until(async () => {
       if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
       return page.getByText(/The job is done/).isVisible();

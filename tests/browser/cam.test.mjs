@@ -1,4 +1,4 @@
-// From a whole set of files to a proved job: layers, operations, toolpaths, problems, and the export.
+// From a set of files to a proved job: layers, operations, toolpaths, problems, and export.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -10,7 +10,7 @@ import { atRest, corpus, data, downloaded, findings, picture, planned, program, 
 
 const { fresh } = stand("none");
 
-/** Opens the sample and goes to its job, planned and proved. */
+/** Opens the sample and waits until its job is planned and proved. */
 async function job(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
@@ -93,13 +93,13 @@ test("problems are shown and seen before anything is exported", async () => {
   }
 });
 
-/** Opens files by the button, and goes to their job, planned and proved. */
+/** Opens files by the button, and waits until their job is planned and proved. */
 async function opened(page, files) {
   const chooser = page.waitForEvent("filechooser");
   await page.getByRole("button", { name: "Open files…" }).click();
   await (await chooser).setFiles(files);
   await until(async () => Number(await data(page, "layers")) > 0, "copper in the picture");
-  // Where something is in warning the files are looked at first.
+  // With warnings, the import review comes first.
   await atRest(page);
   const use = page.getByRole("button", { name: "Use this board" });
   if (await use.isVisible()) await use.click();

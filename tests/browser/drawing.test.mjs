@@ -1,4 +1,4 @@
-// The board editor: drawn by mouse, by keys and by numbers; taken back, kept over a reload, made into a board.
+// The board editor: drawing by mouse, keys and numbers; undo; restoring after a reload; making a board.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -11,24 +11,24 @@ async function draw(options) {
   const opened = await fresh(options);
   await opened.page.getByRole("button", { name: /Draw a board/ }).click();
   await opened.page.getByRole("heading", { name: "Objects" }).waitFor();
-  // The sheet is fitted into the picture: it lies to the right of the zero point and above it.
+  // Wait until the sheet is fitted: it is to the right of the origin and above it.
   await until(async () => ((await data(opened.page, "centre")) ?? "0").split(" ").every((mm) => Number(mm) > 0), "the sheet in the picture");
   return opened;
 }
 
-/** How many things the drawing has, by its own words. */
+/** The number of things in the drawing, from its description. */
 const things = async (page) => {
   const words = await page.locator("canvas").first().getAttribute("aria-label");
   return Number(/: (\d+) objects?$/.exec(words ?? "")?.[1] ?? -1);
 };
 
-/** Waits until so many things are drawn. */
+/** Waits until this many things are drawn. */
 const drawn = (page, count, what) =>
   until(async () => (await things(page)) === count, what).catch(async (error) => {
     throw new Error(`${error.message}; ${await things(page)} objects instead of ${count}`);
   });
 
-/** Where a place of the drawing is in the window. */
+/** Window position of a point in the drawing. */
 async function at(page, x, y) {
   const canvas = page.locator("canvas").first();
   const box = await canvas.boundingBox();
@@ -61,7 +61,7 @@ test("a board is drawn by mouse and keys, taken back, kept over a reload, and mi
     await press(page, 40, 20);
     await page.keyboard.press("End");
     await drawn(page, 7, "a track on their nodes");
-    // The edge by typed places.
+    // The edge by typed coordinates.
     await page.getByRole("group", { name: "Layer" }).getByRole("button", { name: "Edge" }).click();
     await page.keyboard.press("c");
     for (const place of ["x 10 y 10", "@40 0", "@0 20", "@-40 0", "10 10"]) {
@@ -74,7 +74,7 @@ test("a board is drawn by mouse and keys, taken back, kept over a reload, and mi
     await page.getByRole("button", { name: /^Track 0.6/ }).waitFor();
     await page.screenshot({ path: picture("draw-1440-dark") });
     assert.deepEqual(await findings(page), [], "Draw");
-    // Everything goes back, and comes again.
+    // Undo everything, then redo.
     const all = 7;
     for (let step = 0; step < all; step += 1) await page.keyboard.press("Control+z");
     await drawn(page, 0, "an empty sheet");
@@ -137,7 +137,7 @@ test("while Space is held a drag moves the picture and draws nothing", async () 
     const wanted = [before[0] - 60 * mm, before[1] + 20 * mm];
     await until(async () => (await centre()).every((at, axis) => Math.abs(at - wanted[axis]) < 0.1), "a picture that went along");
     assert.equal(await things(page), 0, "nothing is drawn");
-    // Let go, the same drag leaves the picture where it is.
+    // Without Space, the same drag doesn't move the picture.
     await drag();
     assert.deepEqual((await centre()).map((at) => at.toFixed(1)), wanted.map((at) => at.toFixed(1)));
   } finally {
@@ -284,7 +284,7 @@ test("in the tree things go into groups and out of them, by pointer and by keys,
     await until(async () => (await depth(hole(60))) > top, "the other hole in the group");
     await page.keyboard.press("Alt+ArrowLeft");
     await until(async () => (await depth(hole(60))) === top, "out of it again");
-    // The list is walked by arrows: what is chosen goes along.
+    // Arrows walk through the list and select.
     const chosen = page.getByRole("listbox", { name: "Objects" }).locator("[aria-selected=true]");
     await hole(60).click();
     const before = await chosen.innerText();
@@ -323,7 +323,7 @@ test("what the open files draw is chosen by keys from a list, by kind, and a loc
     await list("Pads").focus();
     await page.keyboard.press("PageDown");
     await until(async () => /^Pad [\d.]+/.test((await chosen.allInnerTexts()).join().trim()), "a pad");
-    // The holes are locked: they are chosen neither here nor on the board, and none is taken out.
+    // Locked holes can be selected neither here nor on the board, and not deleted.
     await show(page, "Board");
     await page.getByRole("button", { name: "Lock Holes" }).click();
     const unlock = page.getByRole("button", { name: "Unlock Holes" });
@@ -366,11 +366,11 @@ test("what the open files draw is copied, turned, lined up and saved, and there 
     const push = (name) => page.getByRole("button", { name, exact: true }).click();
     await push("Duplicate");
     await lines(/Copy from: /, 1, "a copy in the tree");
-    // The copy is chosen: it is put where it is typed to be.
+    // The copy is selected; typed coordinates move it.
     await field(page, "X").fill("12.5");
     await page.keyboard.press("Enter");
     await line(/Copy from: .* 12.5 /).waitFor();
-    // The one in the file and its copy together.
+    // The original in the file and its copy.
     await list("Pads").focus();
     await page.keyboard.press("ArrowDown");
     await page.keyboard.press("ArrowUp");

@@ -1,19 +1,21 @@
-// How long a frame of the simulation takes, flat and in space, played and scrubbed, in both graphics interfaces. `cargo xtask bench`
-// runs it. The interfaces draw in software, and a frame takes a small part of that on a graphics card: with ANNULUS_CARD=1 one
-// draws, and frames follow each other as fast as they can, not as a screen shows them.
+// Measures frame times of the simulation in 2D and 3D view, playing and scrubbing, with both graphics APIs.
+// Run by `cargo xtask bench`.
 //
-// Comes in: the sample, and boards of the corpus where there is one; or as arguments, how many straight pieces are to be routed
-// instead (125000 are a million segments: the mill goes down in eight steps). Goes out: lines on standard output. Judges nothing.
+// Rendering is in software; a graphics card needs a small part of that time. With ANNULUS_CARD=1 a card
+// renders, with unlimited frame rate. Uses the sample and boards of the corpus; or, as arguments, numbers of
+// straight segments to route (125000 make a million segments, because the tool plunges in eight steps).
+// Prints lines; sets no limits.
 
 import { join } from "node:path";
 import { readdirSync } from "node:fs";
-import { corpus, data, onCard, openBrowser, openLinked, show, startBridge, until } from "./harness.mjs";
+import { backend, corpus, data, onCard, openBrowser, openLinked, show, startBridge, until } from "./harness.mjs";
 
 const BOARDS = ["kicad/4.0-multivibrator", "eagle/arduino-uno"];
 const WATCHED_MS = 4000;
 const UNTHROTTLED = onCard ? ["--disable-frame-rate-limit", "--disable-gpu-vsync"] : [];
 
-/** An Excellon file that routes so many straight pieces in rows over 100 mm × 80 mm, up and down a little so that none goes on. */
+/** An Excellon file that routes this many straight segments in rows over 100 mm × 80 mm, slightly zigzag so
+ *  that none can be merged. */
 function routed(segments) {
   const [rows, paths] = [Math.ceil(segments / 2000), []];
   for (let row = 0, left = segments; row < rows; row += 1, left -= 2000) {
@@ -40,7 +42,7 @@ async function open(page, board) {
   if (await use.isVisible()) await use.click();
 }
 
-/** Times between frames while `act` is done at every frame, in ms, ascending. */
+/** Times between frames in ms, ascending, with `act` run in every frame. */
 const frames = (page, scrub) =>
   page.evaluate(
     async ([watched_ms, scrub]) => {
@@ -79,7 +81,7 @@ for (const gpu of ["webgl2", "webgpu"]) {
     await show(page, "Simulate");
     await page.getByRole("button", { name: "From above (T)" }).waitFor();
     await page.waitForTimeout(5000);
-    const drawn = `${await data(page, "backend")}, ${await data(page, "lines")} segments`;
+    const drawn = `${await backend(page)}, ${await data(page, "lines")} segments`;
     for (const flat of [false, true]) {
       if (flat) await page.keyboard.press("Alt+3");
       const name = `frame/${String(board ?? "sample").split("/").pop()}, ${flat ? "flat" : "in space"}`.padEnd(44);

@@ -1,7 +1,5 @@
-// The unmodified GRBL firmware on a simulated board, and a stand-in for `navigator.serial` whose port carries bytes to it. The
-// browser's surface is stood in for, the firmware is not.
-//
-// Comes in: settings of the board. Goes out: a board with a port; every step that its pins made. Steps, mm. Knows nothing of pages.
+// Runs the unmodified GRBL firmware on a simulated board, and gives pages a fake `navigator.serial` whose
+// port is connected to it. Only the browser API is faked, not the firmware.
 
 import { spawn, spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -9,11 +7,11 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { root, until } from "./harness.mjs";
 
-/** Steps in a millimetre of every axis, and its travel in mm: places run from minus that to 0. */
+/** Steps per millimetre of every axis. Positions range from minus the travel, in mm, to 0. */
 export const STEPS = 250;
 const TRAVEL = 200;
 
-/** A board that homes, of moderate speed. */
+/** A machine with homing, of moderate speed. */
 const SETTINGS = [
   [22, 1],
   [20, 1],
@@ -30,7 +28,7 @@ const SETTINGS = [
   ]),
 ];
 
-/** The simulator, built; or null where this computer does not have it (with ANNULUS_NOTHING_SKIPPED that fails). */
+/** The built simulator; null if this computer doesn't have it (an error with ANNULUS_NOTHING_SKIPPED). */
 export function instrument() {
   const folder = process.env.ANNULUS_GRBL ?? resolve(root, "../shared/instruments/grbl");
   const built = join(root, "target/tmp/grbl-pty-browser");
@@ -42,7 +40,7 @@ export function instrument() {
   return null;
 }
 
-/** A port that is open: bytes in and out through two processes that hold it as a driver would. */
+/** Opens a port: bytes in and out through two processes, which hold it as a driver would. */
 function openPort(path) {
   const script = 'exec 3<>"$1"; stty raw -echo <&3; cat <&3 & exec cat >&3';
   const child = spawn("sh", ["-c", script, "sh", path], { detached: true, stdio: ["pipe", "pipe", "ignore"] });
@@ -56,20 +54,20 @@ function openPort(path) {
   child.stdout.on("end", () => ((ended = true), tell()));
   child.stdin.on("error", () => {});
   return {
-    /** What came since; null when the port is gone. */
+    /** The bytes since the last call; null once the port is gone. */
     read: () => new Promise((told) => (waiting.push(told), tell())),
     write: (bytes) => child.stdin.write(Buffer.from(bytes)),
     close: () => {
       try {
         process.kill(-child.pid, "SIGKILL");
       } catch {
-        // It was gone already.
+        // The process had already ended.
       }
     },
   };
 }
 
-/** A board with its power on. `speed` is how many times faster than life it runs, `surface` what its probe meets, as the instrument wants it. */
+/** Starts a board. `speed` is relative to real time; `surface` is what the probe meets, in the simulator's format. */
 export async function startBoard(tools, speed, surface) {
   const folder = mkdtempSync(join(tmpdir(), "annulus-board-"));
   const at = (name) => join(folder, name);
@@ -111,14 +109,15 @@ export async function startBoard(tools, speed, surface) {
       child.kill("SIGUSR2");
       await until(() => existsSync(at("port")) !== before, "the cable");
     },
-    /** Net steps of X, Y, Z since power-on, as the pins have it now. */
+    /** Net steps of X, Y, Z since power-on, from the pins. */
     steps: async () => {
       const before = reports().length;
       child.kill("SIGUSR1");
       await until(() => reports().length > before, "a report of the board");
       return JSON.parse(reports().at(-1)).steps;
     },
-    /** Turns it off. Every place in the plane at which Z was below the surface, one after the other, with the lowest Z: steps. */
+    /** Turns the board off. Returns all XY positions where Z was below the surface, in order, each with the
+     *  lowest Z, in steps. */
     end: async (surface) => {
       child.kill("SIGTERM");
       await ended;
@@ -138,12 +137,12 @@ export async function startBoard(tools, speed, surface) {
       rmSync(folder, { recursive: true, force: true });
       return dips;
     },
-    /** Turns it off, and leaves what it did to be read. */
+    /** Turns the board off; its recording remains readable. */
     off: async () => {
       child.kill("SIGTERM");
       await ended;
     },
-    /** Seconds of the board at which an axis made a step, and where it was then, in steps; once it is off. */
+    /** After `off`: the board's time in s of every step of an axis, and the position then, in steps. */
     moves: (axis) => {
       const edges = readFileSync(at("edges"), "utf8").split("\n").filter(Boolean).map((line) => line.split(" "));
       return edges.filter(([, own]) => own === axis || own === String("XYZ".indexOf(axis))).map(([cycle, , to]) => [Number(cycle) / 16e6, Number(to)]);
@@ -152,14 +151,13 @@ export async function startBoard(tools, speed, surface) {
   };
 }
 
-/** The USB number of the bridge chip on many boards. */
+/** USB id of the serial chip on many boards. */
 const CH340 = { usbVendorId: 0x1a86, usbProductId: 0x7523 };
 
-/**
- * Gives the pages of `context` a `navigator.serial` with this board at its port. Gives how often that was opened, and what the board
- * heard. In the page `navigator.serial` can do more than a browser's: `disturb(name)` as a line does, `anew()` makes another object of
- * the port as a replug does, `strange(info)` adds another port.
- */
+/** Gives the pages of `context` a `navigator.serial` with this board at its port. Returns the number of
+ *  openings and the received bytes. In the page, `navigator.serial` has extra functions: `disturb(name)` acts
+ *  like a line error, `anew()` creates a new object for the port, as after a replug, and `strange(info)` adds
+ *  another port. */
 export async function plugInto(context, board) {
   let port = null;
   const told = { opens: 0, heard: [] };
@@ -188,7 +186,7 @@ export async function plugInto(context, board) {
 /** Runs in the page. */
 function standIn(usb) {
   const lost = () => new DOMException("The device has been lost.", "NetworkError");
-  // Bytes that are waited for are those of whoever reads then: none is lost by a disturbance.
+  // Pending bytes belong to the reader at their arrival, so that an error loses none.
   let waiting = null;
   const next = () => {
     if (waiting) return waiting;
@@ -197,7 +195,7 @@ function standIn(usb) {
     });
     return (waiting = own);
   };
-  /** What disturbs the first read of the port that is opened next. */
+  /** The error for the first read of the port that is opened next. */
   let early = null;
   const make = (info) => {
     let from = null;
@@ -235,7 +233,7 @@ function standIn(usb) {
         await globalThis.boardCloses();
         port.readable = port.writable = null;
       },
-      /** The stream ends with this error, and there is a new one: so it says in the specification of Web Serial. */
+      /** Ends the stream with this error; there is a new one, as the Web Serial specification requires. */
       disturb(name) {
         const before = from;
         early = null;
@@ -257,7 +255,7 @@ function standIn(usb) {
     getPorts: async () => [...strangers, ...(granted() && (await globalThis.boardPlugged()) ? ports : [])],
     disturb: (name) => (ports[0].readable ? ports[0].disturb(name) : (early = name)),
     anew: () => (ports = [make(usb)]),
-    /** Another port that this site may use; how often it was opened is counted. */
+    /** Adds another port that this site may use; counts its openings. */
     strange(info) {
       const open = async () => {
         serial.strange_opens += 1;

@@ -1,5 +1,5 @@
-// What the proof found, in groups with the cure of the whole before those of single places; the files of both sides in one zip with
-// the run sheet; and the choice among several boards.
+// Grouped problems of the proof, with the fix for the whole board before those of single positions; the files
+// of both sides in one zip with the run sheet; choosing among several boards.
 
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
@@ -14,7 +14,7 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 
 const um = (mm) => Math.round(mm * 1000);
 
-/** Square pads of 1 mm at the given places, as a layer. */
+/** A layer of square pads of 1 mm at the given positions. */
 function layer(name, side, places) {
   const flashes = places.map(([x, y]) => `X${um(x)}Y${um(y)}D03*`).join("\n");
   const text = `%FSLAX33Y33*%\n%MOMM*%\n%TF.FileFunction,Copper,${side}*%\n%ADD10R,1X1*%\nD10*\n${flashes}\nM02*\n`;
@@ -28,7 +28,7 @@ function drill(name, places) {
   return join(folder, name);
 }
 
-/** Pads in a row with these gaps between them, mm. */
+/** Pads in a row with these gaps, mm. */
 function row(y, gaps) {
   let x = 1;
   return [[x, y], ...gaps.map((gap) => [(x += 1 + gap), y])];
@@ -54,7 +54,7 @@ async function toJob(page) {
 test("gaps are told as one group, and one button cures the whole before single places are", async () => {
   const { page, problems, context } = await fresh();
   try {
-    // The cut is 0.143 mm wide; 0.127 at the least depth.
+    // The cut is 0.143 mm wide, and 0.127 mm at the smallest depth.
     const places = [...row(2, Array(8).fill(0.135)), ...row(5, [0.11, 0.11, 0.11, 0.11])];
     await opened(page, [layer("gaps-F_Cu.gbr", "L1,Top", places), drill("gaps.drl", [places[0], places[9]])]);
     await toJob(page);
@@ -74,7 +74,7 @@ test("gaps are told as one group, and one button cures the whole before single p
     assert.equal(await list.locator(".place[aria-current=true]").count(), 1);
     await page.keyboard.press("F8");
     await until(async () => (await list.locator(".place[aria-current=true]").count()) === 1, "the next place");
-    // The whole first: a lesser depth opens eight, a finer tip the rest.
+    // First the whole board: a smaller depth opens eight gaps, a finer tip the rest.
     const whole = list.locator(".whole-cure").getByRole("button");
     assert.equal(await whole.count(), 1, "one choice");
     await list.getByText(/opens 8 of 12 gaps/).waitFor();
@@ -88,7 +88,7 @@ test("gaps are told as one group, and one button cures the whole before single p
     await page.getByRole("button", { name: "Take back" }).click();
     await planned(page);
     await list.getByText(/gaps that stay closed: 4\./).waitFor();
-    // Seen as a group.
+    // Accept the group.
     await list.getByRole("checkbox", { name: "Seen" }).first().check();
     await until(async () => page.getByRole("button", { name: "Export files" }).isEnabled(), "an export that is allowed");
     assert.deepEqual(problems, [], "nothing was said on the console");
@@ -127,7 +127,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     assert.ok(await sheet.getByText(programs[0], { exact: true }).isVisible(), "the sheet is printed");
     assert.equal(await shown("Operations"), false, "and nothing else");
     await page.emulateMedia({ media: null });
-    // A side that is down and has something unread keeps all of it back.
+    // Problems of the side that is down, not yet accepted, block the whole export.
     await sheet.getByRole("button", { name: "Close" }).click();
     await page.getByRole("group", { name: "Side that is up" }).getByRole("button", { name: /Bottom/ }).click();
     await planned(page);
@@ -176,7 +176,7 @@ test("of several boards the person chooses one", async () => {
   }
 });
 
-/** How many pixels of each picture are drawn. */
+/** The number of drawn pixels of each picture. */
 const painted = (pictures) =>
   pictures.evaluateAll((all) =>
     all.map((one) => {
@@ -226,7 +226,7 @@ test("in the review every layer has a picture of its own, and so has the other w
   }
 });
 
-/** Which share of the picture is copper, and which is green: solder mask. */
+/** The shares of the picture that are copper, and green like solder mask. */
 async function shares(page) {
   const shot = (await page.locator("canvas").first().screenshot()).toString("base64");
   return page.evaluate(async (shot) => {

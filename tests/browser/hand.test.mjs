@@ -1,5 +1,5 @@
-// The hand at the machine: a click is one step, a hold goes on until it is let go; control comes back by itself; what the board
-// lacks is said and can be drilled.
+// Jogging: a click is one step, a hold continues until release. Control returns automatically. Missing holes
+// are reported and can be drilled.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -17,7 +17,7 @@ const SMALL = { width: 1024, height: 768 };
 const digits = async (page, axis) => Number(await page.locator(`.digits[data-axis=${axis}]`).innerText());
 const still = (page, axis) => settled(() => digits(page, axis), `${axis} at rest`, 700);
 
-/** At the machine, homed. */
+/** On the Machine screen, homed. */
 async function homed(page) {
   await tab(page, "Machine").click();
   await press(page, page.getByRole("button", { name: "Home", exact: true }));
@@ -59,6 +59,7 @@ test("a click is one step, a hold goes on until it is let go, by mouse, finger a
       const rest = await still(page, "X");
       assert.ok(rest - let_go < 25, `${what}: it comes to rest, ${let_go} to ${rest}`);
       await page.getByText("At rest, position known.").waitFor();
+      await until(() => x.isEnabled(), "a pad that may be pressed");
     };
     const [at, up] = await middle(x);
     await page.mouse.move(at, up);
@@ -76,7 +77,7 @@ test("a click is one step, a hold goes on until it is let go, by mouse, finger a
     );
     await touch("touchEnd", []);
 
-    // Keys move nothing before they are armed.
+    // Keys move nothing unless armed.
     const before = await still(page, "X");
     await page.locator("#jog-pad").focus();
     await page.keyboard.press("ArrowRight");
@@ -137,7 +138,7 @@ test("a page that was stuck for seconds has control again by itself, and so has 
     }
     await page.reload();
     await has.waitFor();
-    // What was given back is not asked for again.
+    // After releasing control, the page doesn't ask for it again.
     await has.click();
     const take = page.getByRole("button", { name: "Take control" });
     await take.waitFor();
@@ -155,7 +156,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
   try {
     await page.getByRole("button", { name: /Sample board/ }).click();
     await drillOnly(page);
-    // A spindle that hardly turns breaks the bit.
+    // A nearly stopped spindle breaks the tool.
     await tab(page, "CAM").click();
     await page.getByRole("button", { name: /Drill/ }).first().click();
     const speed = page.getByRole("textbox", { name: /^Spindle/ });
@@ -166,7 +167,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     if (await seen.isEnabled()) await seen.click();
     const { start } = await startJob(page);
     await start.click();
-    const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
+    const go_on = page.getByRole("button", { name: "Start spindle and continue" });
     const alarm = page.getByRole("alert").getByText(/the board is not as programmed/);
     await until(async () => {
       if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
@@ -186,7 +187,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     const dialog = page.getByRole("dialog", { name: "Before the start" });
     await dialog.waitFor();
     await until(async () => (await dialog.getByText(/computed the same steps/).count()) === 1, "the bridge's verdict");
-    // After a reload it is still said.
+    // Still shown after a reload.
     await page.reload();
     await page.getByText("The board of the last job is not as programmed.").waitFor();
     await again.waitFor();

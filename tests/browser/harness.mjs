@@ -1,7 +1,6 @@
-// Starts the real bridge and the real browser for a test, and stops both.
-//
-// Comes in: ANNULUS_BIN (the program), ANNULUS_CHROMIUM (the browser). Nothing is mocked: real sockets, real disk,
-// real time. Every bridge gets a home folder of its own that is removed afterwards.
+// Starts the real bridge and a real browser for a test, and stops both. Needs ANNULUS_BIN (the program) and
+// ANNULUS_CHROMIUM (the browser). Nothing is mocked: real sockets, real disk, real time. Every bridge has a
+// separate home folder, which is removed afterwards.
 
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, existsSync, mkdirSync } from "node:fs";
@@ -17,10 +16,10 @@ import { chromium } from "playwright-core";
 const here = dirname(fileURLToPath(import.meta.url));
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** How long anything is waited for: far more than a machine ten times slower than usual takes. */
+/** Maximum time to wait for anything: far more than a machine ten times slower than usual needs. */
 export const PATIENCE_MS = Number(process.env.ANNULUS_PATIENCE_MS ?? 240_000);
 
-/** Sizes and times of the long run: `rounds(short, long)` by ANNULUS_LONG. */
+/** Sizes and durations, short or long: `rounds(short, long)`, long with ANNULUS_LONG. */
 export const rounds = (short, long) => (process.env.ANNULUS_LONG ? long : short);
 
 /** The root of the repository. */
@@ -29,7 +28,7 @@ export const root = resolve(here, "../..");
 /** The program under test. */
 export const program = process.env.ANNULUS_BIN ?? join(root, "target/debug/annulus");
 
-/** The corpus of real boards, or null (then the test is skipped; with ANNULUS_NOTHING_SKIPPED it fails). */
+/** The corpus of real boards, or null: then the test is skipped (an error with ANNULUS_NOTHING_SKIPPED). */
 export function corpus() {
   const folder = process.env.ANNULUS_CORPUS ?? resolve(root, "../shared/corpus");
   if (existsSync(folder)) return folder;
@@ -47,10 +46,10 @@ const common = [
   "--disable-sync",
 ];
 
-/** Flags under which WebGL2 draws in software. */
+/** Flags for WebGL2 in software. */
 const webgl2 = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
-/** Flags under which WebGPU draws in software; without them the page falls back to WebGL2. */
+/** Flags for WebGPU in software; without them the page falls back to WebGL2. */
 const webgpu = [
   "--enable-unsafe-webgpu",
   "--ignore-gpu-blocklist",
@@ -59,26 +58,26 @@ const webgpu = [
   "--use-vulkan=swiftshader",
 ];
 
-/** Flags under which a graphics card draws, by Vulkan: `ANNULUS_CARD=1`, for measuring only. */
+/** Flags for a graphics card with Vulkan: `ANNULUS_CARD=1`, only for measuring. */
 const card = ["--use-angle=vulkan", "--use-vulkan=native", "--enable-features=Vulkan", "--ignore-gpu-blocklist", "--enable-gpu"];
 
-/** Whether a graphics card draws. */
+/** True if a graphics card renders. */
 export const onCard = Boolean(process.env.ANNULUS_CARD);
 
-/** Flags by what draws; with "none" the page has a plain canvas, as on a computer whose graphics card is not trusted. */
+/** Flags by renderer. "none" leaves a 2D canvas, as on a computer whose graphics card is blocked. */
 const GPUS = {
   webgpu: onCard ? [...card, "--enable-unsafe-webgpu"] : [...webgl2, ...webgpu],
   webgl2: onCard ? [...card, "--disable-features=WebGPU,WebGPUService"] : webgl2,
   none: ["--disable-gpu", "--disable-software-rasterizer"],
 };
 
-/** A browser in which "webgpu", "webgl2" or "none" draws, with more flags. */
+/** A browser with "webgpu", "webgl2" or "none" for rendering, and more flags. */
 export async function openBrowser(gpu = "webgl2", more = []) {
   const args = [...common, ...GPUS[gpu], ...more];
   return chromium.launch({ executablePath: process.env.ANNULUS_CHROMIUM ?? "/usr/bin/chromium", args });
 }
 
-/** A running bridge with its address. */
+/** Starts a bridge and returns its address. */
 export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}) {
   const own = home ?? mkdtempSync(join(tmpdir(), "annulus-test-"));
   const child = spawn(
@@ -105,7 +104,7 @@ export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}
     home: own,
     pid: child.pid,
     errors: () => errors,
-    /** Holds the whole program, or lets it go on. */
+    /** Suspends the program, or continues it. */
     freeze: (held) => child.kill(held ? "SIGSTOP" : "SIGCONT"),
     kill: async (signal = "SIGKILL") => {
       child.kill(signal);
@@ -121,10 +120,8 @@ export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}
   };
 }
 
-/**
- * A page of the bridge, with what its console said. Nothing moves on it by itself (reduced motion), so that a look at it
- * never falls into a transition. `ANNULUS_SLOW=6` gives it a processor six times slower.
- */
+/** Opens a page of the bridge and records its console. Reduced motion, so that no check happens during a
+ *  transition. `ANNULUS_SLOW=6` makes its CPU six times slower. */
 export async function openPage(browser, url, { width = 1440, height = 900, scheme = "dark", ...more } = {}) {
   const context = await browser.newContext({
     viewport: { width, height },
@@ -133,7 +130,7 @@ export async function openPage(browser, url, { width = 1440, height = 900, schem
     ...more,
   });
   context.setDefaultTimeout(PATIENCE_MS);
-  // Files are chosen as where the browser has no picker of its own: a field for files can be answered from here.
+  // Remove the file picker API: the fallback file input can be controlled from here.
   await context.addInitScript(() => delete window.showOpenFilePicker);
   const page = await context.newPage();
   const slow = Number(process.env.ANNULUS_SLOW ?? 1);
@@ -146,13 +143,13 @@ export async function openPage(browser, url, { width = 1440, height = 900, schem
     if (message.type() === "error") problems.push(message.text());
   });
   page.on("pageerror", (error) => problems.push(String(error)));
-  // Choosers are caught from the beginning: whoever waits for one and opens it at once may be too early otherwise.
+  // Register a listener from the start, because a chooser can open before a test waits for it.
   page.on("filechooser", () => {});
   await page.goto(url);
   return { page, context, problems };
 }
 
-/** Another page of a running bridge, by a link of its own. */
+/** Opens another page of a running bridge with a new link. */
 export async function openLinked(browser, bridge, options) {
   const env = { ...process.env, ANNULUS_HOME: bridge.home };
   const link = spawnSync(program, ["link"], { env, encoding: "utf8" });
@@ -161,7 +158,8 @@ export async function openLinked(browser, bridge, options) {
   return openPage(browser, url, options);
 }
 
-/** One browser and one bridge for all tests of a file. What is not about pictures takes half the time with no `gpu` at all. */
+/** One browser and one bridge for all tests of a file. Tests that don't look at the picture take half the
+ *  time with `gpu` "none". */
 export function stand(gpu = "webgl2") {
   const held = {
     browser: undefined,
@@ -187,12 +185,12 @@ export function stand(gpu = "webgl2") {
   return held;
 }
 
-/** The site as it was built. */
+/** The built site. */
 export const site = process.env.ANNULUS_SITE ?? join(root, "target/site");
 
 const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
 
-/** A server of files that knows nothing of Annulus; `changed` gives other bytes for a file. */
+/** A static file server; `changed` can replace a file's bytes. */
 export async function serveFiles(changed = () => null) {
   const asked = [];
   const server = createServer((request, response) => {
@@ -212,7 +210,7 @@ export async function serveFiles(changed = () => null) {
   return { url, asked, stop: () => (server.closeAllConnections(), server.close()) };
 }
 
-/** Waits until `look` gives something true, and gives that. */
+/** Waits until `look` returns something true, and returns that. */
 export async function until(look, what, limit_ms = PATIENCE_MS) {
   const end = Date.now() + limit_ms;
   let last;
@@ -224,7 +222,7 @@ export async function until(look, what, limit_ms = PATIENCE_MS) {
   throw new Error(`waited ${limit_ms} ms for ${what}; last seen: ${JSON.stringify(last)}`);
 }
 
-/** Waits until the page is drawn as it stands: nothing moves, and two frames have passed. */
+/** Waits until the page is drawn: nothing moves, and two frames have passed. */
 export async function atRest(page) {
   await until(
     () =>
@@ -237,10 +235,11 @@ export async function atRest(page) {
   );
 }
 
-/** What axe leaves open and what is a fault all the same: a name where none is allowed, with text under it by chance. */
+/** Rules that axe reports as incomplete but that are errors here: a name on an element that allows none,
+ *  which happens to have text. */
 const faultsAnyway = ["aria-prohibited-attr"];
 
-/** What axe finds on the page as it stands, once it is at rest. */
+/** The problems that axe finds, once the page is stable. */
 export async function findings(page) {
   await atRest(page);
   await page.evaluate(axe);
@@ -250,7 +249,7 @@ export async function findings(page) {
   return [...found.violations, ...open].map((one) => `${one.id}: ${one.nodes.map((node) => node.target).join(" ")}`);
 }
 
-/** Waits until what `look` gives has not changed for `still_ms`, and gives it. */
+/** Waits until the result of `look` hasn't changed for `still_ms`, and returns it. */
 export async function settled(look, what, still_ms = 1000) {
   let last;
   let since = 0;
@@ -275,7 +274,7 @@ export function unzipped(bytes) {
   return found;
 }
 
-/** What a press of `button` downloads: the names of the files in it with what they say. */
+/** Presses `button` and returns the downloaded files by name with their contents. */
 export async function downloaded(page, button) {
   const download = page.waitForEvent("download");
   await button.click();
@@ -285,14 +284,26 @@ export async function downloaded(page, button) {
   return name.endsWith(".zip") ? unzipped(bytes) : new Map([[name, bytes]]);
 }
 
-/** Where screenshots go. */
+/** The panel of a page whose program has crashed, triggered from outside by freeing memory that was never
+ *  allocated. */
+export async function broken(page) {
+  await page.evaluate(async () => {
+    const program = await (await import(new URL("page.js", document.baseURI).href)).default();
+    setTimeout(() => program.__wbindgen_free(0xfffffff0, 64, 4));
+  });
+  const fallen = page.getByRole("dialog", { name: "This page broke down" });
+  await fallen.waitFor();
+  return fallen;
+}
+
+/** The path of a screenshot. */
 export function picture(name) {
   const folder = process.env.ANNULUS_PICTURES ?? join(root, "target/pictures");
   mkdirSync(folder, { recursive: true });
   return join(folder, `${name}.png`);
 }
 
-/** Pictures of what is on show on a desk, a tablet upright and a phone; the page is as wide as on a desk again afterwards. */
+/** Screenshots in desktop, tablet and phone size; restores the desktop size. */
 export async function pictures(page, name) {
   for (const [width, height] of [[820, 1180], [390, 844], [1440, 900]]) {
     await page.setViewportSize({ width, height });
@@ -300,7 +311,7 @@ export async function pictures(page, name) {
   }
 }
 
-/** `error` with what the page said then, and a picture of it called `name`: elsewhere only the text of a failure is kept. */
+/** Adds the page's text to `error` and saves a screenshot `name`, because the test log keeps only text. */
 export async function failed(page, name, error) {
   await page.screenshot({ path: picture(name) });
   const alerts = await page.locator("[role=alert], [role=status], dialog[open], .machine-top").filter({ visible: true }).allInnerTexts();
@@ -315,7 +326,8 @@ export const tab = (page, name) => page.getByRole("navigation", { name: "Screens
 /** The screens, in the order of their keys. */
 export const SCREENS = ["Draw", "Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
 
-/** Goes to a screen by its key, whatever has the focus. A key under a dialog is nobody's: one that was answered is gone first. */
+/** Switches to a screen by its key, whatever has the focus. Dialogs swallow keys, so waits until an answered
+ *  one is gone. */
 export async function show(page, screen) {
   await until(async () => (await page.locator("dialog[open]").count()) === 0, "the dialog's end");
   await page.evaluate(() => document.activeElement?.blur());
@@ -323,25 +335,34 @@ export async function show(page, screen) {
   await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
 }
 
-/** What the picture says of itself, once whatever was asked of it is painted: on a busy computer a frame takes seconds. */
+/** An attribute of the canvas, after the last request is painted: on a busy computer a frame takes seconds. */
 export const data = (page, name) =>
   page.locator("canvas").first().evaluate(async (canvas, name) => {
     const painted = new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
-    // A page that is not on show paints nothing.
+    // A hidden page paints nothing.
     await Promise.race([painted, new Promise((next) => setTimeout(next, 5000))]);
     return canvas.getAttribute(`data-${name}`);
   }, name);
 
-/** Presses a button as soon as it may be pressed. A page that was silent for three seconds, as on a busy computer, has lost
- * control: then it is taken back first, as a person would. */
-export async function press(page, button) {
+/** Name of the renderer, once it has drawn: it is loaded after the page. */
+export async function backend(page) {
+  let name = null;
+  await until(async () => (name = await data(page, "backend")), "a first picture");
+  return name;
+}
+
+/** Presses a button once it is enabled and uncovered; `clear` removes what may cover it. If the page lost
+ *  control because it was silent for three seconds, as on a busy computer, takes control back first. */
+export async function press(page, button, clear = async () => {}) {
   const take = page.getByRole("button", { name: "Take control" });
+  // The guard of moving buttons checks ten times a second: a button that just moved can still look enabled.
+  const ready = async () => (await button.isEnabled()) && (await page.waitForTimeout(150), await button.isEnabled());
   await until(async () => {
-    if (await button.isEnabled().catch(() => false)) return true;
+    await clear();
+    if (await ready().catch(() => false)) return button.click({ timeout: 30_000 }).then(() => true, () => false);
     if ((await page.locator("dialog[open]").count()) === 0 && (await take.isVisible())) await take.click().catch(() => {});
     return false;
   }, "a button that may be pressed");
-  await button.click();
 }
 
 /** Homes, sets the work zero and starts the planned job. */
@@ -363,13 +384,13 @@ export async function startJob(page) {
   return { dialog, start };
 }
 
-/** Waits until the plan is that of the job as it stands, or nobody works on one. */
+/** Waits until the plan matches the job, or no planning is in progress. */
 export async function planned(page) {
   const waiting = page.locator("main[data-stale], footer progress");
   await until(async () => (await waiting.count()) === 0, "a plan of the job as it stands");
 }
 
-/** Leaves of the job on the CAM screen only the drilling, sees its problems, and goes back to the Board. */
+/** Leaves only drilling in the job, accepts its problems, and returns to Board. */
 export async function drillOnly(page) {
   await page.getByText(/^Planned .* m,/).waitFor();
   await tab(page, "CAM").click();

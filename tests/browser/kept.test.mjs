@@ -1,5 +1,5 @@
-// What was open is offered again after a reload, is opened only when somebody says so, and loses nothing: with two tabs, a full
-// disk, files that are damaged, very many or very large. New exports of the open board are compared with what was open.
+// Saved projects are offered after a reload, opened only on request, and lose nothing: with two tabs, a full
+// disk, damaged, very many or very large files. New exports of the open board are compared with it.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -14,7 +14,7 @@ after(async () => browser?.close());
 const offer = (page) => page.getByText(/was open in this browser until/);
 const holes = async (page) => Number(await data(page, "holes").catch(() => 0));
 
-/** The job that the browser keeps at a place, as text. */
+/** The job that the browser has saved at a place, as text. */
 const kept = (page, place) =>
   page.evaluate(
     (key) =>
@@ -32,19 +32,19 @@ const kept = (page, place) =>
     `${place}/job`,
   );
 
-/** Opens the sample and waits until it lies in the picture. */
+/** Opens the sample and waits until it is shown. */
 async function openSample(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await until(async () => (await holes(page)) > 0, "holes in the picture");
 }
 
-/** The same, and waits until the browser keeps it. */
+/** Also waits until the browser has saved it. */
 async function keptSample(page) {
   await openSample(page);
   await until(async () => (await kept(page, 0)) !== "", "the board in the store");
 }
 
-/** Loads the page again and waits for the empty sheet. */
+/** Reloads the page and waits for the empty page. */
 async function again(page) {
   await page.reload();
   await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
@@ -138,9 +138,9 @@ test("another board does not push out the one that is on offer", async () => {
     };
     await press(1);
     await until(async () => (await kept(page, 1)) === "", "the second board forgotten");
-    // Both boards are on offer until the page has looked again.
+    // Both boards are offered until the page has listed again.
     await until(async () => (await offer(page).count()) === 1, "one offer");
-    // The second press of a double click finds the first board where the second was.
+    // The second press of a double click hits the other board, which has moved there.
     await press(2);
     await page.waitForTimeout(500);
     assert.notEqual(await kept(page, 0), "", "the first is still there, and offered");
@@ -169,7 +169,7 @@ test("a board that another one took the place of is among the earlier ones at on
   }
 });
 
-/** Changes the passes of the isolation once. */
+/** Changes the number of isolation passes once. */
 async function morePasses(page) {
   await page.keyboard.press("2");
   await page.getByRole("button", { name: /1 Isolate/ }).click();
@@ -272,11 +272,11 @@ test("a full store is told and stays told, the project can be saved, and what is
 const sample = (name) => ({ name, mimeType: "application/octet-stream", buffer: readFileSync(join(root, "www/examples", name)) });
 const SAMPLE = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"].map(sample);
 
-/** The same drill file, changed. */
+/** The drill file with a change. */
 const drill = (change) => ({ ...SAMPLE[0], buffer: Buffer.from(change(SAMPLE[0].buffer.toString())) });
 const oneMore = (text) => text.replace("T1\nX14.", "T1\nX12.345Y6.789\nX14.");
 
-/** Lets the page choose these files by `button`. */
+/** Chooses these files by `button`. */
 async function choose(page, button, files) {
   const chooser = page.waitForEvent("filechooser");
   await button.click();
@@ -319,7 +319,7 @@ test("a file exported anew takes the place of its namesake, what changed is show
     await panel.getByRole("button", { name: "Back to the files before" }).click();
     await until(async () => (await holes(page)) === before, "the files from before");
     await page.getByText(/^Planned .* m,/).waitFor();
-    // By whatever name, where the person says that they are of this board.
+    // Under any name, if the user states that they belong to this board.
     const other = { ...drill(oneMore), name: "sensor-v2.drl" };
     await choose(page, page.getByRole("button", { name: "New exports…" }), [other, ...SAMPLE.slice(1)]);
     await panel.getByText("1 hole added").waitFor();
@@ -357,7 +357,7 @@ test("the way back from a review leads to the board before at its place, which n
   }
 });
 
-/** Writes a file of the browser's own and gives what is asked for of its handle. */
+/** Writes a file in the browser's private file system, and returns what `give` makes of its handle. */
 const write = (page, file, give) =>
   page.evaluate(
     async ([name, text, give]) => {
@@ -372,7 +372,7 @@ const write = (page, file, give) =>
     [file.name, file.buffer.toString(), give],
   );
 
-/** The page is looked at again: what was written meanwhile is offered, and taken in. */
+/** Brings the page to the front: it offers files written meanwhile, and reads them. */
 async function followed(page) {
   await until(async () => (await holes(page)) > 0, "the holes of the file");
   const before = await holes(page);
@@ -461,7 +461,7 @@ test("damaged projects, two hundred files and a layer of 100 MB are told of, and
     await page.screenshot({ path: picture("many-1440") });
     await page.getByRole("button", { name: "Close the board" }).click();
     await page.getByRole("button", { name: "Restore" }).first().waitFor();
-    // 100 MB of flashes, made in the page: no message between here and there may be as long.
+    // 100 MB of flashes, generated in the page because messages from the test are limited.
     await page.evaluate(() => {
       const line = "X0010000Y0010000D03*\n".repeat(50_000);
       const parts = ["%FSLAX36Y36*%%MOMM*%%ADD10C,1*%D10*\n", ...Array(100).fill(line), "M02*\n"];

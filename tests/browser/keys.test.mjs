@@ -1,4 +1,5 @@
-// Keys where something else has them: a dialog, a menu, a slider; keyboards of other scripts; regions by F6; commands without keys.
+// Keys that something else uses: a dialog, a menu, a slider; keyboards of other scripts; regions by F6;
+// commands without keys.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +10,7 @@ const { fresh, opened } = stand("none");
 const screenNow = (page) => page.getByRole("navigation", { name: "Screens" }).locator("[aria-current=page]").innerText();
 const operations = (page) => page.getByRole("checkbox", { name: /^Do / }).count();
 
-/** A key as a keyboard of another layout sends it. */
+/** A key as sent by a keyboard of another layout. */
 const sent = (page, press) =>
   page.evaluate((press) => {
     const at = document.activeElement ?? document.body;
@@ -78,7 +79,7 @@ test("Shift+2 shows what is chosen where one draws too, and Shift+C types a plac
   try {
     await page.getByRole("button", { name: /Draw a board/ }).click();
     await page.getByRole("heading", { name: "Objects" }).waitFor();
-    // The sheet is fitted into the picture first.
+    // Wait until the sheet is fitted.
     await until(async () => ((await data(page, "centre")) ?? "0").split(" ").every((mm) => Number(mm) > 0), "the sheet in the picture");
     await page.keyboard.press("o");
     await page.keyboard.press("c");
@@ -93,7 +94,7 @@ test("Shift+2 shows what is chosen where one draws too, and Shift+C types a plac
     await page.getByRole("heading", { name: /^\d+ selected$/ }).waitFor();
     const look = () => data(page, "zoom");
     const before = Number(await settled(look, "a picture at rest"));
-    // Where the chosen ones are is known once they are drawn.
+    // The positions of the selected holes are known once they are drawn.
     await until(async () => {
       await page.keyboard.press("Shift+2");
       return Number(await look()) > 1.5 * before;
@@ -147,7 +148,7 @@ test("an edit of the job is taken back on Board and Simulate too, and an operati
   }
 });
 
-/** The region that has the focus, by the class that says which. */
+/** The region with the focus, by its class. */
 const region = (page) =>
   page.evaluate(() => ["top-bar", "top", "left", "stage", "under", "right", "bottom", "whole", "status-bar"].find((one) => document.activeElement.classList.contains(one)));
 
@@ -173,7 +174,7 @@ test("F6 goes round all the regions of a screen, and Shift+F6 the other way", as
       };
       const round = await walk("F6");
       assert.deepEqual(round.toSorted(), ring, screen);
-      // From the last one back to the one before it, and so on to the last one again.
+      // From the last region backwards through all, and around to the last again.
       assert.deepEqual(await walk("Shift+F6"), [...round.slice(0, -1).reverse(), round.at(-1)], `${screen} backwards`);
     }
     await page.setViewportSize({ width: 390, height: 844 });

@@ -1,4 +1,4 @@
-// The Lab by keyboard alone, and every sheet of it in dark and light without an accessibility finding.
+// The Lab by keyboard alone, and every panel in dark and light without an accessibility problem.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -19,7 +19,7 @@ async function lab(browser, options) {
   return opened;
 }
 
-/** Opens a sheet by keyboard: to the tabs, along them with the arrows, Enter. */
+/** Opens a panel by keyboard: to the tabs, along them with the arrows, Enter. */
 async function open(page, name) {
   await page.getByRole("tablist", { name: "Parts of the Lab" }).getByRole("tab", { selected: true }).focus();
   await page.keyboard.press("Home");
@@ -97,7 +97,7 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await is("1b", 1, "on");
     await page.keyboard.press("Control+z");
     await is("1b", 1, "off");
-    // A block of two columns, copied over the next two.
+    // Copies a block of two columns over the next two.
     await cell("1a", 1).focus();
     await page.keyboard.press("Home");
     for (const key of ["ArrowRight", "ArrowDown", "ArrowDown", "ArrowDown"]) await page.keyboard.press(`Shift+${key}`);
@@ -111,7 +111,7 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await is("2a", 4, "on");
     await page.keyboard.press("Control+z");
     await is("2a", 4, "off");
-    // Its motor turns without losing a step, and what was edited is applied by the machine.
+    // The motor turns without losing a step, and the machine applies the edits.
     await page.getByRole("button", { name: "Test on virtual motor" }).press("Enter");
     await page.getByText(/none was lost/).waitFor();
     await page.getByRole("button", { name: "Play the table" }).press("Enter");
@@ -146,7 +146,7 @@ test("motion by keyboard: what is typed changes the plot, wrong tables are refus
     await plot.focus();
     await page.keyboard.press("ArrowRight");
     await until(async () => /time 0 s/.test(await plot.getAttribute("aria-valuetext")), "the cursor at the beginning");
-    // A table that runs over its target.
+    // A table that overruns its target.
     const leave = page.getByRole("textbox", { name: /^State 3: left/ });
     await leave.focus();
     await page.keyboard.press("Control+a");
@@ -155,7 +155,7 @@ test("motion by keyboard: what is typed changes the plot, wrong tables are refus
     await until(() => page.getByRole("button", { name: "Apply" }).isDisabled(), "a wrong table is not applied");
     await page.keyboard.press("Control+z");
     await page.getByText("Every move ends at its target at rest.").waitFor();
-    // Steps are lost above the motor's rate.
+    // Above the motor's maximum rate, steps are lost.
     const interrupts = page.getByRole("textbox", { name: /^Interrupts/ });
     await interrupts.focus();
     await page.keyboard.press("Control+a");
@@ -188,7 +188,7 @@ test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is 
       async () => (await rows.nth(1).getByRole("button").getAttribute("aria-pressed")) === "true",
       "a breakpoint",
     );
-    // The focus follows an edit with the next frame.
+    // The focus follows an edit in the next frame.
     const at = (line) =>
       until(() => page.evaluate((id) => document.activeElement?.id === id, `queue-row-${line - 1}`), `line ${line}`);
     await page.keyboard.press("Control+d");
@@ -205,7 +205,7 @@ test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is 
       await until(async () => (await rows.count()) === count, "an edit less");
     }
     await page.getByText(/^It can run/).waitFor();
-    // Out of range: refused, with the row.
+    // Out of range: rejected, with the row.
     await rows.nth(4).focus();
     await at(4);
     await page.keyboard.press("Enter");
@@ -237,18 +237,23 @@ test("the queue runs on the machine by its buttons, and outputs are switched und
     const ready = page.getByText("Step and Run move the machine.");
     await ready.waitFor();
     await page.keyboard.press("F10");
-    await page.waitForTimeout(500); // long enough to have begun, were a key able to
+    await page.waitForTimeout(500); // long enough for a start, if keys could start it
     assert.ok(await ready.isVisible(), "no key moved the machine");
-    await page.getByRole("button", { name: "Step", exact: true }).press("Enter");
+    const pressed = async (name, inside = page) => {
+      const button = inside.getByRole("button", { name, exact: true });
+      await until(() => button.isEnabled(), `${name} that may be pressed`);
+      await button.press("Enter");
+    };
+    await pressed("Step");
     await page.getByText("Held before row 2.").waitFor();
-    await page.getByRole("button", { name: "Run", exact: true }).press("Enter");
+    await pressed("Run");
     await page.getByText("The last row is done.").waitFor();
     await open(page, "Inputs and outputs");
     await page.getByRole("button", { name: "Unlock for 5 minutes" }).press("Enter");
     await page.getByText(/^Unlocked for/).waitFor();
     const row = page.getByRole("table", { name: "Outputs" }).getByRole("row").nth(1);
-    await row.getByRole("button", { name: "On", exact: true }).press("Enter");
-    await row.getByRole("button", { name: "Off", exact: true }).press("Enter");
+    await pressed("On", row);
+    await pressed("Off", row);
     await row.getByRole("button", { name: "On", exact: true }).waitFor();
     await open(page, "Log");
     await open(page, "Inputs and outputs");
@@ -280,7 +285,7 @@ test("a fault is provoked, seen at the machine, and mended", async () => {
       await page.getByRole("button", { name: "Acknowledge" }).click({ timeout: 1000 }).catch(() => {});
       return (await page.getByText("control.sensor_stuck").count()) === 0;
     }, "the alarm acknowledged");
-    // Another page sees what is broken, and a reload too.
+    // Another page and a reload show the active faults too.
     await page.reload();
     await tab(page, "Lab").click();
     await open(page, "Faults");

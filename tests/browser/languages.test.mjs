@@ -1,4 +1,5 @@
-// The languages of the page: chosen by the address, switched without a reload, kept, and no word cut off in its control.
+// The languages of the page: selected by the URL, switched without a reload, saved, and no text cut off in
+// its control.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -10,8 +11,8 @@ const inPolish = (address) => address.replace("/#", "/?lang=pl#");
 const language = (page) => page.evaluate(() => document.documentElement.lang);
 const menu = (page) => page.locator("select:visible", { has: page.locator("option[value=zh]") }).first();
 
-/** Buttons, tabs, labels and heads whose words stick out of them. What scrolls or ends in dots by design (a name of the person's own)
- * has the class `cut`. A menu shows as much as it has room for. */
+/** Buttons, tabs, labels and headings with text wider than themselves. The class `cut` marks elements that
+ *  may scroll or end in dots, such as the user's own names. A menu shows only as much as fits. */
 const cutOff = (page) =>
   page.evaluate(() => {
     const one = "button, .tab, label > span, h2, h3, th, dt, summary";
@@ -33,7 +34,7 @@ const cutOff = (page) =>
       .map((element) => `${element.tagName.toLowerCase()}.${element.className}: ${element.innerText.trim().slice(0, 60)}`);
   });
 
-/** Panels of the page that would have to be scrolled sideways. */
+/** Panels that would need horizontal scrolling. */
 const sideways = (page) =>
   page.evaluate(() =>
     [...document.querySelectorAll("main > .panel, main > .bottom")]
@@ -41,7 +42,7 @@ const sideways = (page) =>
       .map((panel) => `${panel.className} is ${panel.scrollWidth} wide, ${panel.clientWidth} to be seen`),
   );
 
-/** What of the top bar stands in a second row. */
+/** Elements of the top bar that have wrapped to a second row. */
 const secondRow = (page) =>
   page.evaluate(() => {
     const bar = document.querySelector(".top-bar").getBoundingClientRect();

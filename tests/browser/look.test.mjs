@@ -1,9 +1,9 @@
-// What every screen owes everybody: no accessibility finding, both graphics interfaces, bad files in red rows, the keyboard.
+// Checks for all screens: no accessibility problem, both graphics APIs, bad files in red rows, keyboard use.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { SCREENS, atRest, data, drillOnly, findings, openBrowser, openLinked, picture, root, startBridge, startJob, tab, until } from "./harness.mjs";
+import { SCREENS, atRest, backend, data, drillOnly, findings, openBrowser, openLinked, picture, root, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));
@@ -19,7 +19,7 @@ for (const gpu of ["webgpu", "webgl2"]) {
       await page.getByRole("button", { name: /Sample board/ }).click();
       await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
       await until(async () => Number(await data(page, "frames")) > 0, "a frame");
-      assert.match((await data(page, "backend")).toLowerCase(), new RegExp(gpu));
+      assert.match((await backend(page)).toLowerCase(), new RegExp(gpu));
       await page.screenshot({ path: picture(`board-${gpu}`) });
     } finally {
       await browser.close();

@@ -1,4 +1,5 @@
-// The machine screen under stress, against the real bridge: stop, pause, a closed page, a second page, a killed bridge.
+// The Machine screen under stress with the real bridge: stop, pause, a closed page, a second page, a killed
+// bridge.
 
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -7,7 +8,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { SCREENS, data, drillOnly, failed, openBrowser, openLinked, openPage, picture, pictures, press, settled, show, startBridge, startJob, tab, until } from "./harness.mjs";
 
-/** A small window: few pixels to paint in software beside a machine that runs in real time. */
+/** A small window needs less CPU for software rendering, next to a machine in real time. */
 const SMALL = { width: 1024, height: 768 };
 
 let browser;
@@ -24,9 +25,9 @@ async function drilling(page) {
   await until(async () => Number(await data(page, "done")) > 1, "the first holes");
 }
 
-/** Puts the bit in that is asked for. */
+/** Confirms the tool change. */
 async function bit(page) {
-  await page.getByRole("button", { name: "Continue: the bit is in" }).click();
+  await page.getByRole("button", { name: "Start spindle and continue" }).click();
 }
 
 test("STOP stops at once, from the keyboard too, and the position stays known", async () => {
@@ -71,7 +72,7 @@ test("where Start is not to be had, a button leads to the screen that cures it; 
 });
 
 test("pause holds between holes, nothing resumes by itself, resume goes on", async () => {
-  const bridge = await startBridge({ speed: 1 }); // slow enough to stay within the first bit
+  const bridge = await startBridge({ speed: 1 }); // slow enough to stay within the first tool
   const { page, context } = await openPage(browser, bridge.url, SMALL);
   try {
     await drilling(page);
@@ -101,8 +102,8 @@ test("a closed page leaves the job running; another page watches it and may stop
     await new Promise((later) => setTimeout(later, 500));
     await first.context.close();
     second = await openLinked(browser, bridge, SMALL);
-    // On a slow computer the job has come to a tool change meanwhile: its dialog is put off.
-    const later = second.page.getByRole("button", { name: "Not yet" });
+    // On a slow computer the job has meanwhile reached a tool change: postpone its dialog.
+    const later = second.page.getByRole("button", { name: "Jog first" });
     await until(async () => {
       if (await later.isVisible()) await later.click().catch(() => {});
       return tab(second.page, "Machine").click({ timeout: 2000 }).then(() => true, () => false);
@@ -151,7 +152,7 @@ test("after a killed bridge the job is offered again at the right hole", async (
   try {
     await drilling(first.page);
     await bridge.kill("SIGKILL");
-    // What the picture has caught up with is all that the bridge ever said.
+    // Once the picture is stable, it has caught up with the bridge's last message.
     const done = Number(await settled(() => data(first.page, "done"), "a picture that has heard everything"));
     await first.context.close();
     bridge = await startBridge({ speed: 60, home });
@@ -169,7 +170,7 @@ test("after a killed bridge the job is offered again at the right hole", async (
   }
 });
 
-/** The sample planned to be drilled, on the Machine screen, homed and with its zero. */
+/** The sample planned for drilling, on the Machine screen, homed and with its zero. */
 async function based(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await page.getByText(/^Planned .* m,/).waitFor();
@@ -201,7 +202,7 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     const start = preflight.getByRole("button", { name: "Start the job" });
     await until(() => start.isEnabled(), "nothing that fails");
     await preflight.getByRole("button", { name: "Cancel" }).click();
-    // Another zero: the map says so before anything moves.
+    // Another zero: the map shows it before anything moves.
     await press(page, page.getByRole("button", { name: "Move X to the right" }));
     await page.getByText("At rest, position known.").waitFor();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
@@ -235,7 +236,7 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     await side.getByRole("button", { name: "Crosshair on the dot" }).click();
     await side.getByText(/^The crosshair is X -/).waitFor();
     await pictures(page, "second-side");
-    // By the picture, then by the keyboard: both holes at one place, which no board does.
+    // By the picture, then by keyboard: both holes at one position, which is impossible for a board.
     await side.locator("button.camera").click();
     await side.getByText(/: found/).first().waitFor();
     await crosshair.focus();
@@ -246,7 +247,7 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     await until(async () => !(await side.locator("button.camera").isVisible()), "no picture");
     assert.deepEqual(problems, []);
     await context.close();
-    // A browser that lets no page see, or has nothing to see with.
+    // A browser that denies the camera, or has none.
     blind = await openLinked(browser, bridge, SMALL);
     await blind.page.getByRole("button", { name: /Sample board/ }).click();
     await blind.page.getByText(/^Planned .* m,/).waitFor();

@@ -1,4 +1,5 @@
-// Which mill a GRBL controller is said to be, and what of it is compared; where strokes ended, as a map of the holes.
+// The machine profile of a GRBL controller and what is compared with it; where drill strokes ended, as a map
+// of the holes.
 
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";

@@ -1,6 +1,5 @@
-// What an operator sees at the machine while a job runs, when it goes wrong, and what is put right by hand: against the real bridge.
-//
-// What may change between two looks is counted inside the page.
+// The operator's view during a job, after a fault, and during recovery, with the real bridge. Short-lived
+// states are recorded inside the page, because polling could miss them.
 
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
@@ -14,9 +13,9 @@ before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
 const SMALL = { width: 1024, height: 768 };
-const go_on = (page) => page.getByRole("button", { name: "Continue: the bit is in" });
+const go_on = (page) => page.getByRole("button", { name: "Start spindle and continue" });
 
-/** A page of a bridge whose machine file says this and has these faults; `end` stops both. */
+/** A page of a bridge with these machine settings and faults; `end` stops both. */
 async function at(settings, faults = [], speed = 200) {
   const folder = mkdtempSync(join(tmpdir(), "annulus-machine-"));
   const file = join(folder, "machine.toml");
@@ -36,7 +35,7 @@ async function sample(page) {
   await page.getByText(/^Planned .* m,/).waitFor();
 }
 
-/** Puts in every bit that is asked for until `done`. */
+/** Confirms every tool change until `done`. */
 async function fetching(page, done, what) {
   await until(async () => {
     if (await go_on(page).isVisible().catch(() => false)) await go_on(page).click({ timeout: 2000 }).catch(() => {});
@@ -44,7 +43,7 @@ async function fetching(page, done, what) {
   }, what);
 }
 
-/** From now on notes inside the page whatever `look` finds after a change, each once; `noted` gives it. */
+/** Records every distinct result of `look` after changes of the page; `noted` returns them. */
 async function note(page, look) {
   await page.evaluate((look) => {
     const noted = new Set();
@@ -59,7 +58,7 @@ async function note(page, look) {
   return () => page.evaluate(() => [...globalThis.noted].map((text) => JSON.parse(text)));
 }
 
-/** What stands under the tabs while an alarm does: bars, banners, notices, green ticks. */
+/** The elements shown below the tabs during an alarm: bars, banners, notices, green ticks. */
 const WHILE_ALARMED = `
   const count = (what) => [...document.querySelectorAll(what)].filter((one) => one.getClientRects().length > 0).length;
   if (count(".alarm-bar") === 0) return null;
@@ -76,7 +75,7 @@ test("an alarm in mid-job is one bar on every screen, with no other word and no 
     const bar = page.locator(".alarm-bar");
     await fetching(page, () => bar.isVisible(), "the alarm");
     await bar.getByText("control.early_contact").waitFor();
-    // The job has ended by it, and the spindle is off: nothing of that is told beside it.
+    // The alarm has ended the job and stopped the spindle: no separate message about these.
     await page.getByText("0 rpm", { exact: true }).waitFor();
     for (const screen of ["Board", "CAM", "Simulate", "Machine"]) {
       await show(page, screen);
@@ -113,8 +112,8 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
     const tool = step("Look at the bit");
     await tool.getByRole("button", { name: "I have looked at it" }).waitFor();
     assert.deepEqual([await mark("Read the alarm"), await mark("Bring the bit out"), await mark("Go on with the job")], ["done", "done", "now"]);
-    // Somebody moves the tip down: it has to come up before anything else.
-    const hand = page.getByRole("region", { name: "Move by hand" });
+    // The tip is jogged down, so it must be raised before anything else.
+    const hand = page.getByRole("region", { name: "Jog", exact: true });
     await hand.getByRole("button", { name: "10", exact: true }).click();
     const up = step("Bring the bit out").getByRole("button", { name: "Move Z up" });
     await until(async () => {
@@ -124,8 +123,12 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
     }, "the tip in the board");
     assert.equal(await mark("Go on with the job"), "later");
     await page.screenshot({ path: picture("way-back-1024") });
-    await press(page, up);
-    await until(async () => (await mark("Bring the bit out")) === "done", "the bit out of the board");
+    await until(async () => {
+      if ((await mark("Bring the bit out")) === "done") return true;
+      // A press within a second after something moved has no effect.
+      await up.click({ timeout: 2000 }).catch(() => {});
+      return false;
+    }, "the bit out of the board");
     await press(page, tool.getByRole("button", { name: "I have looked at it" }));
     await until(async () => (await mark("Look at the bit")) === "done", "the bit looked at");
     assert.equal(await mark("Go on with the job"), "now");
@@ -137,7 +140,7 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
   }
 });
 
-/** What is said of the job in work: the part, the hole or toolpath of it, and the stage that is marked. */
+/** What the page shows about the running job: part, hole or toolpath, and the marked stage. */
 const IN_WORK = `
   const text = (what) => document.querySelector(what)?.textContent ?? "";
   const stage = text('.stage-chip[aria-current="step"]');
@@ -221,7 +224,7 @@ test("the clamp of a magazine whose change stopped is opened from the page, aske
       return (await page.locator(".alarm-bar").count()) === 0;
     }, "the alarm acknowledged");
     await press(page, magazine.getByRole("button", { name: "Open the clamp…" }));
-    await magazine.getByText(/^T\d+ .* falls out of the spindle when the clamp opens/).waitFor();
+    await magazine.getByText(/^The spindle must be stopped\. Hold T\d+ /).waitFor();
     await magazine.getByRole("button", { name: "Leave it closed" }).click();
     await press(page, magazine.getByRole("button", { name: "Open the clamp…" }));
     await page.screenshot({ path: picture("clamp-1024") });
@@ -252,9 +255,9 @@ test("a worn tool is taken out of the clamp and a new one put in by its dialog; 
     await start.click();
     const dialog = page.getByRole("alertdialog");
     await dialog.getByText(/T1 .* has drilled 3 holes of 3/).or(dialog.getByText(/T1/)).first().waitFor();
-    assert.ok(await go_on(page).isEnabled());
-    // While the spindle comes to rest it is refused; whoever waits is let.
-    const falls = dialog.getByText(/^T1 .* falls out of the spindle when the clamp opens/);
+    await until(() => go_on(page).isEnabled(), "a job that may go on");
+    // Rejected while the spindle stops; allowed after waiting.
+    const falls = dialog.getByText(/^The spindle must be stopped\. Hold T1 /);
     const open = dialog.getByText(/^The clamp is open\./);
     await until(async () => {
       const first = dialog.getByRole("button", { name: "Open the clamp…" });

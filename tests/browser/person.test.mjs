@@ -1,17 +1,18 @@
-// A job at the pace of a person: who reads, fetches a bit, closes the page and opens it again. Waiting has no clock.
+// A job at human pace: the user reads, changes tools, closes the page and reopens it. Waiting has no time
+// limit.
 //
-// The tests of this file sleep most of the time, so they run beside each other.
+// These tests mostly sleep, so they run concurrently.
 
 import assert from "node:assert/strict";
 import { describe, test } from "node:test";
 import { PATIENCE_MS, data, drillOnly, openBrowser, openPage, press, rounds, show, startBridge, startJob, until } from "./harness.mjs";
 
-/** How long a person takes. */
+/** Time that a user takes for a step. */
 const PERSON_MS = 30_000;
-/** A small window: few pixels to paint in software. */
+/** A small window needs less CPU for software rendering. */
 const SMALL = { width: 1024, height: 768 };
 
-/** A bridge, a browser and a page of one person. */
+/** A bridge, a browser and a page of one user. */
 async function begun(speed) {
   const bridge = await startBridge({ speed });
   const browser = await openBrowser("none");
@@ -24,15 +25,15 @@ async function begun(speed) {
 }
 
 const wait = (ms) => new Promise((later) => setTimeout(later, ms));
-const go_on = (page) => page.getByRole("button", { name: "Continue: the bit is in" });
-/** The bit that the page asks for; nothing where it asks for none. */
+const go_on = (page) => page.getByRole("button", { name: "Start spindle and continue" });
+/** The tool that the page asks for, if any. */
 const asked = async (page) => {
   const shown = await page.locator("dialog .change .bit").last().innerText({ timeout: 1000 }).catch(() => "");
   return (await go_on(page).isVisible().catch(() => false)) ? shown : "";
 };
 const alarms = (page) => page.locator(".alarm-bar").allInnerTexts();
 
-/** The sample, planned, of its job only the drilling, at the machine with the pre-flight ticked. */
+/** The planned sample with drilling only, on the Machine screen, with the pre-flight accepted. */
 async function preflight(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await page.getByText(/^Planned .* m,/).waitFor();
@@ -42,19 +43,19 @@ async function preflight(page) {
   return { holes, start };
 }
 
-/** Loads the page again; its address says that it shows the machine. */
+/** Reloads the page; its URL selects the Machine screen. */
 async function again(page) {
   await page.reload();
   await page.locator("main[data-screen=machine]").waitFor();
 }
 
-/** Goes on with the new bit; a page that lost control meanwhile takes it back first. */
+/** Continues with the new tool; takes control back first if the page has lost it. */
 async function bitIsIn(page) {
   if (!(await go_on(page).isEnabled())) {
-    await page.getByRole("button", { name: "Not yet" }).click();
+    await page.getByRole("button", { name: "Jog first" }).click();
     const take = page.getByRole("button", { name: "Take control" });
     await until(async () => !(await take.isVisible()) || (await take.click(), false), "control of the machine");
-    await page.getByRole("button", { name: "Show", exact: true }).click();
+    await page.getByRole("button", { name: "Back to tool change", exact: true }).click();
     await until(() => go_on(page).isEnabled(), "a page that may go on");
   }
   await go_on(page).click();
@@ -81,7 +82,8 @@ describe("a person", { concurrency: true }, () => {
           }
           const bit = await until(() => asked(page), "the bit that is asked for");
           await bitIsIn(page);
-          // The next bit may be asked for before anybody looks; who still sees the same one after a while presses again.
+          // The next tool can be requested before a poll sees the change; if the same one is still requested
+          // after a while, press again.
           const taken = async () => (await asked(page)) !== bit;
           await until(taken, "the bit taken", 20_000).catch(() => bitIsIn(page));
           await until(taken, "the bit taken");
@@ -108,7 +110,7 @@ describe("a person", { concurrency: true }, () => {
       const told = page.getByText(/^You stopped it\. Holes drilled/).first();
       await told.waitFor();
       await wait(3000);
-      // Who has gone to another screen is told there too, until it was read.
+      // On another screen, the end of the job is shown too, until it is closed.
       await show(page, "Board");
       await told.waitFor();
       await page.getByRole("button", { name: "Close", exact: true }).last().click();

@@ -1,4 +1,4 @@
-// Where one is and what waits there: addresses with what they name, Back between screens, counts on the tabs, widths of the panels.
+// Navigation: URLs and what they select, Back between screens, counts on the tabs, widths of the panels.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -9,7 +9,7 @@ const { fresh, opened } = stand("none");
 
 const addressOf = (page) => new URL(page.url()).hash;
 
-/** Waits until the address is `wanted`. */
+/** Waits until the URL's hash is `wanted`. */
 const isAt = (page, wanted) => until(() => addressOf(page) === wanted, wanted).catch((error) => Promise.reject(new Error(`${error.message}; ${addressOf(page)}`)));
 
 const screenNow = (page) => page.getByRole("navigation", { name: "Screens" }).locator("[aria-current=page]").innerText();
@@ -84,7 +84,7 @@ test("a page that is loaded again shows what its address names as soon as the bo
   }
 });
 
-/** What a tab says beside its word: the number drawn on it, and its name for those who hear it. */
+/** The count on a tab, as drawn, and in its name for screen readers. */
 const counted = (page, screen) =>
   tab(page, screen).evaluate((one) => [getComputedStyle(one, "::before").content.replaceAll('"', ""), one.ariaLabel]);
 

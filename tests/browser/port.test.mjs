@@ -1,5 +1,5 @@
-// What happens to the port of a mill that the page drives: a cable that slips out, a page that hangs, is hidden or closed, a line that is
-// disturbed, ports that are not the one. The mill is the unmodified GRBL firmware; judged by its step pins.
+// Port faults of a GRBL machine driven by the page: a pulled cable, a page that hangs, is hidden or closed,
+// line errors, wrong ports. Runs the unmodified GRBL firmware; checks its step pins.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -15,7 +15,7 @@ let browser;
 before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
-/** A test of a page with a mill at its port, connected and homed. */
+/** A test of a page with a GRBL machine at its port, connected and homed. */
 function mill(name, act, { speed = SPEED, drill = DRILL } = {}) {
   test(name, async (t) => {
     if (!tools) return t.skip("no GRBL");
@@ -40,18 +40,18 @@ async function connected(page) {
   await home(page);
 }
 
-/** A job of one tool, in its second hole. */
+/** A job of one tool, at its second hole. */
 async function drilling(page, board) {
   const zero = await ready(page, board);
   await planned(page);
   await press(page, page.getByRole("button", { name: "Start…" }));
   await begin(page, "Start the job");
-  await page.getByRole("alertdialog").getByRole("button", { name: /^Continue/ }).click();
+  await page.getByRole("alertdialog").getByRole("button", { name: /^Start spindle/ }).click();
   await shown(page, /^Hole [2-4] of 6/);
   return zero;
 }
 
-/** The board stands still: its steps then. */
+/** Waits until the board has stopped; returns its steps. */
 async function rests(board) {
   let before = "";
   return until(async () => {
@@ -63,13 +63,13 @@ async function rests(board) {
   }, "a board at rest");
 }
 
-/** Holds a button of the jog pad, and waits until the axis has gone some way. Where a busy page let it end early, or the board was taken for
- * one that lost a line, it is pressed again, as a person would. */
+/** Holds a jog button until the axis has moved this far. Presses again if a busy page ended the jog early, or
+ *  if the board counted as lost for a moment. */
 async function hold(page, board, axis, up, mm) {
   const button = page.getByRole("button", { name: WAYS[axis][up ? 1 : 0], exact: true });
   const steps = async () => (await board.steps())["XYZ".indexOf(axis)];
   for (let again = 0; again < 5; again++) {
-    // What was before, a page that hung among it, is over for the page too.
+    // Waits until the page, too, has left the previous state, such as a hang.
     await shown(page, "At rest, position known.");
     const from = await steps();
     await button.scrollIntoViewIfNeeded();
@@ -85,7 +85,7 @@ async function hold(page, board, axis, up, mm) {
   assert.fail(`no hold of ${mm} mm in five`);
 }
 
-/** Resumes a job as often as it is held, until it is done. */
+/** Resumes a job whenever it is held, until it is done. */
 async function resumed(page) {
   const resume = page.getByRole("button", { name: "Resume", exact: true });
   const take = page.getByRole("button", { name: "Take control" });
@@ -101,7 +101,8 @@ async function resumed(page) {
   }, "the end of the job");
 }
 
-/** Every hole once, those in work when it was disturbed at most twice, and nothing else. */
+/** Checks that every hole was drilled once, up to `twice` holes a second time after a disturbance, and
+ *  nothing else. */
 async function judged(board, zero, twice = 0) {
   const dips = await board.end(zero[2] - 10);
   const at = ([x, y]) => dips.filter(({ at }) => Math.abs(at[0] - zero[0] - x * STEPS) < 8 && Math.abs(at[1] - zero[1] - y * STEPS) < 8);
@@ -117,7 +118,7 @@ mill("a hold goes evenly, ends when it is let go, and soon when the cable is out
   await hold(page, board, "X", false, 25);
   await page.mouse.up();
   await rests(board);
-  // A page that hangs carries nothing: what the board has is all that follows.
+  // A hanging page sends nothing: the board only executes what it has already received.
   await hold(page, board, "Y", false, 10);
   const hangs = board.steps().then(async (begins) => [begins, await rests(board)]);
   await page.evaluate(() => {
@@ -134,9 +135,9 @@ mill("a hold goes evenly, ends when it is let go, and soon when the cable is out
   await page.mouse.up();
   await board.off();
   console.log(`went on for ${hung.toFixed(2)} mm when the page hung, for ${went.toFixed(2)} mm from before the cable was pulled`);
-  // From the look at the pins until it hung or was out it went on as well.
+  // From the check of the pins until the hang or the unplugging, the board kept moving too.
   assert.ok(hung < 20 && went < 8, `${hung} ${went}`);
-  // At full speed from a millimetre after its begin until one before its end: every tenth of a millimetre.
+  // At full speed from 1 mm after the start to 1 mm before the end: a step time every 0.1 mm.
   const [span, moves] = [STEPS / 10, board.moves("X").filter(([, to]) => to < -2 * STEPS)];
   const firsts = moves.flatMap(([s], at) => (at === 0 || s - moves[at - 1][0] > 0.3 ? [at] : []));
   const ways = firsts.map((from, at) => moves.slice(from, firsts[at + 1]));
@@ -181,8 +182,8 @@ mill("a page that is left in mid-job: the next one offers the rest, and leaves n
   const zero = await drilling(page, board);
   page.once("dialog", (dialog) => dialog.accept());
   await page.evaluate(() => setTimeout(() => location.reload()));
-  // Whether its feed hold still goes out is up to the browser: without it the board drills what it has, three holes or four.
-  // Which holes were drilled is kept; the port is taken again, and its board begins anew.
+  // The browser may or may not still send the feed hold; without it, the board drills what it has: three
+  // holes or four. The record of drilled holes is saved; the port is opened again, and the board resets.
   await shown(page, "The position is not known. Home first.");
   await home(page);
   await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
@@ -194,7 +195,7 @@ mill("a page that is left in mid-job: the next one offers the rest, and leaves n
 
 mill("a page that is told to be hidden makes its job to the end, and what moves by hand ends", async ({ page, board }) => {
   await connected(page);
-  // A browser without a screen hides no page: the page is told so in its place.
+  // A headless browser hides no page, so fake the event.
   const hide = (hidden) =>
     page.evaluate((hidden) => {
       Object.defineProperty(document, "hidden", { value: hidden, configurable: true });
@@ -224,7 +225,7 @@ mill("a line that is disturbed is no cable that is out: it is said once, and the
   for (const name of ["ParityError", "BufferOverrunError"]) await page.evaluate((name) => navigator.serial.disturb(name), name);
   await shown(page, /The cable is disturbed: BufferOverrunError, 4× so far/);
   await page.screenshot({ path: picture("port-disturbed-1440") });
-  // One notice at a time: how the job ended comes before this one.
+  // One notice at a time: the end of the job is shown before this one.
   await shown(page, /^The job is done\./);
   await page.getByRole("button", { name: "Close", exact: true }).first().click();
   await shown(page, /The cable is disturbed: BufferOverrunError, 4× so far/);
@@ -236,7 +237,7 @@ mill("plugged in again it is the port of before that is opened, and among severa
   const strange = (info) => page.evaluate((info) => navigator.serial.strange(info), info);
   const opens = () => page.evaluate(() => navigator.serial.strange_opens);
   await connected(page);
-  // Another mill of this site, of another make; the browser makes another object of the first one.
+  // Another port of this site with another USB id; the browser creates a new object for the first one.
   await strange({ usbVendorId: 0x2341, usbProductId: 0x43 });
   const replug = async () => {
     await board.replug();
@@ -249,7 +250,7 @@ mill("plugged in again it is the port of before that is opened, and among severa
   await shown(page, "The position is not known. Home first.");
   await shown(page, /^GRBL 1\.1h/);
   assert.deepEqual([port.opens, await opens()], [2, 0]);
-  // And one of the same make: which it is nobody can tell.
+  // And one with the same USB id: these two can't be distinguished.
   await strange({ usbVendorId: 0x1a86, usbProductId: 0x7523 });
   await replug();
   await shown(page, /Several ports may be the one/);

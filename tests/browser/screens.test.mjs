@@ -1,5 +1,5 @@
-// The layouts: a tablet upright does not scroll, a phone has STOP at its foot and the job first, whoever stands at the machine
-// has it alone and large; help and commands by keys; colours that the system chooses.
+// Layouts: a tablet in portrait doesn't scroll; a phone has STOP at the bottom and the job first; the
+// operator view shows only the machine, large. Help and commands by keys; colours by the system's preference.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -8,7 +8,8 @@ import { SCREENS, atRest, data, drillOnly, findings, openLinked, picture, planne
 
 const held = stand("none");
 const { opened } = held;
-/** What sticks out of the window to the right and cannot be scrolled into it; or out of a dialog to the left. */
+/** Elements that extend beyond the right edge of the window and can't be scrolled into view, or beyond the
+ *  left edge of a dialog. */
 const cutOff = (page) =>
   page.evaluate(() => {
     const found = [];
@@ -89,7 +90,7 @@ test("on a tablet upright the machine is one screen that does not scroll, with t
     assert.deepEqual(rest, [false], "nothing to be scrolled");
     const foot = await tab(page, "Machine").boundingBox();
     assert.ok(foot.y > 1100 && foot.y + foot.height <= 1180, `the screens at the foot: ${foot.y}`);
-    // A board is fitted 36 px from the edge of the canvas.
+    // A fitted board is 36 px from the edge of the canvas.
     const [canvas, tools] = [page.locator("canvas").first(), page.getByRole("toolbar", { name: "View" })];
     const [at, over] = [await canvas.boundingBox(), await tools.boundingBox()];
     assert.ok(over.y >= at.y + at.height - 36, `buttons from ${over.y} on, a board down to ${at.y + at.height - 36}`);
@@ -186,7 +187,7 @@ test("with the system's colours buttons that matter are told apart, and no text 
           if (contrast < 4.5) rows.push(`${one.className}: ${style.color} on ${style.backgroundColor}, ${contrast.toFixed(2)}`);
           if (one.classList.contains("stop") && parseFloat(style.borderTopWidth) < 2) rows.push("STOP without a border");
         }
-        // A dot of colour has an edge that is seen and a word beside it.
+        // A colour dot needs a visible border and a word next to it.
         for (const one of document.querySelectorAll(".swatch, .chip .dot, .layer input[type=color], .lamp i")) {
           if (!one.checkVisibility()) continue;
           const style = getComputedStyle(one);
@@ -208,7 +209,7 @@ test("with the system's colours buttons that matter are told apart, and no text 
   }
 });
 
-/** A key as the help writes it, as the browser presses it. */
+/** Converts a key from the help's notation to the browser's. */
 function pressedAs(written) {
   const signs = { "↑": "ArrowUp", "↓": "ArrowDown", "→": "ArrowRight", "←": "ArrowLeft", Esc: "Escape", Ctrl: "Control", "'": "Quote", ",": "Comma", ".": "Period", "-": "Minus" };
   const words = written.replace(/ \+ \+$/, "+Equal").split(/\s*\+\s*/);
@@ -233,7 +234,7 @@ test("every key that the help lists is taken by the page on its screen, and the 
       groups.map(([name]) => name),
       ["Everywhere", ...SCREENS.filter((screen) => screen !== "Settings"), "By hand, with armed keys"],
     );
-    // Armed keys are the machine's: they are tried with one.
+    // The last group, the jog keys, needs a machine and is tested with one.
     for (const [name, keys] of groups.slice(0, -1)) {
       const screen = SCREENS.includes(name) ? name : "Board";
       for (const written of keys.filter((written) => written !== "Esc")) {
@@ -363,7 +364,8 @@ test("rulers count along the picture, and what is large enough bears its size", 
   }
 });
 
-/** The boxes of the pixels of two colours on the picture, as it is painted without a graphics card: copper, and what the first operation cuts. */
+/** The bounding boxes of the pixels in two colours, as rendered without a GPU: copper, and the cut of the
+ *  first operation. */
 const painted = (page) =>
   page.locator("canvas").first().evaluate((canvas) => {
     const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -426,7 +428,7 @@ test("the screen stays lit from the pre-flight to the end of the job, and it is 
     const { dialog, start } = await startJob(page);
     await dialog.getByText("This computer stays awake while this page is in front.").waitFor();
     await start.click();
-    await page.getByRole("button", { name: "Continue: the bit is in" }).click();
+    await page.getByRole("button", { name: "Start spindle and continue" }).click();
     assert.equal(await page.evaluate(() => globalThis.lit.at(-1)), "screen", "held while the job runs");
     await page.keyboard.press("Control+Shift+E");
     await until(async () => (await page.evaluate(() => globalThis.lit.at(-1))) === "released", "let go of at the end");

@@ -1,4 +1,4 @@
-// A reporter beside the counting one: how long the tests of each file took, a line each.
+// A test reporter that prints the duration of each file, one per line.
 
 import { basename } from "node:path";
 

@@ -1,5 +1,5 @@
-// A mill with GRBL, or a drill behind the USB step adapter, at a port of this computer, driven by the page alone through Web Serial: no
-// bridge is anywhere. Judged by the step pins of the firmware.
+// A GRBL machine, or a drill with the USB step adapter, at a port of this computer, driven by the page alone
+// with Web Serial and without a bridge. Checks the step pins of the firmware.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -8,7 +8,7 @@ import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
 import { PATIENCE_MS, failed, openBrowser, openPage, picture, pictures, planned, press, serveFiles, startBridge, tab, until } from "./harness.mjs";
 import { HOLES, SPEED, begin, connect, digits, drillFile, goOn, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
 
-/** Two sizes of tools: six holes each. */
+/** Two tool sizes with six holes each. */
 const DRILL = drillFile({ 0.8: HOLES.slice(0, 6), "1.0": HOLES.slice(6) });
 
 const tools = instrument();
@@ -29,24 +29,24 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await until(async () => isZero(await digits(page, "X")), "zero of X");
-    // The job does not start before the height of the board is set.
+    // The job can't start before the height of the board is set.
     await planned(page);
     await press(page, page.getByRole("button", { name: "Start…" }));
     await shown(page, /height of the board was not set/);
     await page.getByRole("dialog").getByRole("button", { name: "Cancel" }).click();
-    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await press(page, page.getByRole("button", { name: /^Set Z zero here/ }));
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const zero = await board.steps();
-    // Nothing is said that such a board does not tell.
+    // Shows only what such a board reports.
     assert.deepEqual(await page.getByRole("region", { name: "Sensors" }).getByRole("listitem").locator("span:first-of-type").allInnerTexts(), ["X switch", "Y switch", "Z switch", "Contact"]);
     assert.equal(await page.getByText(/^(Lower dead point|X and Y go on|Phases)$/).count(), 0);
     await pictures(page, "serial-ready");
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /plans its own motion/.test(row)) && rows.some((row) => /Keep this page open/.test(row)), rows.join("\n"));
-    // The first tool is the one that was in when the height was set.
+    // The first tool is the one that was in the spindle when the height was set.
     const change = page.getByRole("alertdialog");
-    await change.getByRole("button", { name: /^Continue/ }).click();
+    await change.getByRole("button", { name: /^Start spindle/ }).click();
     await shown(page, /^Hole [2-5] of 6/);
     await page.keyboard.press("Control+Shift+E");
     await shown(page, /^You stopped it/);
@@ -55,19 +55,19 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     assert.deepEqual(await board.steps(), stopped, "nothing moves after STOP");
     await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
     await begin(page, "Resume the job");
-    // It may be another bit than it was: it is touched off before it cuts.
-    await change.getByRole("button", { name: /^Continue/ }).click();
-    await change.getByRole("button", { name: "Not yet" }).click();
+    // The tool can be another one than before, so it is touched off before it cuts.
+    await change.getByRole("button", { name: /^Start spindle/ }).click();
+    await change.getByRole("button", { name: "Jog first" }).click();
     await shown(page, /was not touched off/);
     await page.getByRole("button", { name: "Close", exact: true }).click();
     await moveTo(page, "Z", 0);
-    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await press(page, page.getByRole("button", { name: /^Set Z zero here/ }));
     await page.screenshot({ path: picture("serial-touched-1440") });
     await goOn(page);
-    // And the second tool: its tip is elsewhere.
+    // The second tool has another length.
     await touchOff(page);
     await shown(page, /^Hole [2-5] of 6/);
-    // The browser would ask before the page is left now.
+    // The page would now ask before closing.
     await board.replug();
     await shown(page, /The cable was pulled/);
     await pictures(page, "serial-pulled");
@@ -81,7 +81,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await touchOff(page);
     await shown(page, /^The job is done\./);
     await pictures(page, "serial-done");
-    // Let go of, the page has its virtual drill again; the port is known.
+    // After disconnecting, the page has its virtual drill again and remembers the port.
     await press(page, page.getByRole("button", { name: "Disconnect" }));
     await page.getByRole("button", { name: "Connect the one used before" }).waitFor();
     await shown(page, "The position is not known. Home first.");
@@ -106,7 +106,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
 
 test("a board that lies askew is touched from the page, its map is seen, and the job follows it", async (t) => {
   if (!tools) return t.skip("no GRBL");
-  // 20 µm up for every millimetre to the right; at the work zero it is where the tip will be set on it.
+  // The surface rises 20 µm per millimetre in X; at the work zero it is where the tip will touch it.
   const [server, board] = [await serveFiles(), await startBoard(tools, SPEED, "-20.58,0.02,0")];
   const { page, context, problems } = await opened(browser, server, board, DRILL);
   try {
@@ -120,11 +120,11 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     await press(page, page.getByRole("button", { name: "Height map…" }));
     const map = page.getByRole("dialog", { name: "Height map of the board" });
     const touch = map.getByRole("button", { name: "Touch the board" });
-    // Not before the height is known; said where it can be read.
+    // Not before the height is known; the message is visible in the dialog.
     await press(page, touch);
     await map.getByText(/height of the board was not set/).waitFor();
     await map.getByRole("button", { name: "Close", exact: true }).click();
-    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await press(page, page.getByRole("button", { name: /^Set Z zero here/ }));
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const zero = await board.steps();
     await press(page, page.getByRole("button", { name: "Height map…" }));
@@ -143,9 +143,9 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /Depth follows the height map/.test(row)), rows.join("\n"));
     const change = page.getByRole("alertdialog");
-    await change.getByRole("button", { name: /^Continue/ }).click();
+    await change.getByRole("button", { name: /^Start spindle/ }).click();
     await shown(page, /^Hole [2-5] of 6/);
-    await change.getByRole("button", { name: "Not yet" }).waitFor();
+    await change.getByRole("button", { name: "Jog first" }).waitFor();
     await page.keyboard.press("Control+Shift+E");
     await shown(page, /^You stopped it/);
     const deep = (await board.end(zero[2] - 250)).filter(({ lowest }) => lowest < zero[2] - 1.2 * STEPS);
@@ -170,7 +170,7 @@ test("feed, spindle and rapids are as the controller reports them, and it reads 
   const chosen = (name) => menu(name).evaluate((menu) => menu.selectedOptions[0]?.textContent);
   const became = (name, wanted) => until(async () => (await chosen(name)) === wanted, `${name} at ${wanted}`);
   try {
-    // A drill of our own has the first of them alone.
+    // Our own drill has only the first of them.
     await menu("Feed override").waitFor();
     assert.equal(await menu("Spindle override").count(), 0);
     await press(page, connect(page));
@@ -179,7 +179,7 @@ test("feed, spindle and rapids are as the controller reports them, and it reads 
     await menu("Spindle override").selectOption("50");
     await menu("Rapid override").selectOption("25");
     await until(() => port.heard.filter((byte) => byte === 0x9b).length === 5 && port.heard.includes(0x97), "the steps to 50 %, and 25 %");
-    // What somebody changes at the machine is shown as well, once what was wanted here is reported.
+    // Changes made at the machine are shown too, once the values requested here are reported.
     await new Promise((later) => setTimeout(later, 3000));
     await page.evaluate(() => globalThis.boardHears([0x9b, 0x96]));
     await became("Spindle override", "40 %");
@@ -189,7 +189,7 @@ test("feed, spindle and rapids are as the controller reports them, and it reads 
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await until(async () => isZero(await digits(page, "X")), "zero of X");
     await planned(page);
-    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await press(page, page.getByRole("button", { name: /^Set Z zero here/ }));
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const before = await board.steps();
     await press(page, page.getByRole("button", { name: "Start…" }));
@@ -198,10 +198,10 @@ test("feed, spindle and rapids are as the controller reports them, and it reads 
     await dialog.getByText(/^The controller has read all \d+ lines and takes every one/).waitFor();
     await page.screenshot({ path: picture("serial-checked-1440") });
     assert.deepEqual(await board.steps(), before, "nothing has moved");
-    // It has begun anew, and the job is still the one that was compared.
+    // The board has reset, and the job is still the one that was compared.
     await became("Spindle override", "100 %");
     await begin(page, "Start the job");
-    await page.getByRole("alertdialog").getByRole("button", { name: /^Continue/ }).click();
+    await page.getByRole("alertdialog").getByRole("button", { name: /^Start spindle/ }).click();
     await shown(page, /^Hole [2-5] of 6/);
     await page.keyboard.press("Control+Shift+E");
     await shown(page, /^You stopped it/);
@@ -239,11 +239,12 @@ test("a reload has the controller again without a dialog; a page of the bridge h
   }
 });
 
-/** Steps in a millimetre of the drill that a page without a machine file has: plane and Z; its board from the top of Z, mm. */
+/** Steps per millimetre of the default drill: XY and Z; the board's position from the top of Z, mm. */
 const [PLANE, HEIGHT, BOARD] = [80, 400, -30];
-/** Two holes, mm from the work zero: the emulator takes its time. */
+/** Only two holes, mm from the work zero, because the emulator is slow. */
 const TWO = [[0, 0], [2, 0]];
-/** For what takes the adapter seconds: the emulator takes seventeen times as long beside a page alone, and more on a busy computer. */
+/** Limit for operations that take the adapter seconds: the emulator is seventeen times slower next to a page,
+ *  and more on a busy computer. */
 const EMULATED_MS = 4 * PATIENCE_MS;
 
 test("the page alone drills a board through the USB step adapter, over a pulled cable", async (t) => {
@@ -273,14 +274,14 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /same steps/i.test(row)), `page and adapter play the same steps: ${rows.join("\n")}`);
-    const bit = page.getByRole("button", { name: "Continue: the bit is in" });
+    const bit = page.getByRole("button", { name: "Start spindle and continue" });
     const bottom = origin[2] + HEIGHT * (BOARD + 1 - 1.6);
     const deep = board.below(bottom);
     await press(page, bit);
     await shown(page, /^Hole 1 of 2/);
     await deep;
     board.replug();
-    // The page waits for it for twenty seconds of life: no more of the emulator's than is needed.
+    // The page waits twenty seconds of real time for the adapter: emulate no more than needed.
     await until(() => !board.spindle(), "the spindle off: nobody is heard");
     const [rests, rest] = [board.steps(), board.place()];
     await board.passed(0.05);
@@ -290,24 +291,31 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await shown(page, /The adapter got no more path in time/);
     await page.screenshot({ path: picture("adapter-ran-dry-1440") });
     assert.deepEqual(board.place().slice(0, 2), rest.slice(0, 2), "nothing but the bit, which is lifted, moves by itself");
-    // While it is lifted the alarm cannot be acknowledged, and that is said.
-    const ready = page.getByText("At rest, position known.");
-    await until(async () => {
-      if (await ready.first().isVisible()) return true;
-      await page.getByRole("button", { name: "Acknowledge" }).click({ timeout: 2000 }).catch(() => {});
-      return false;
-    }, "the alarm acknowledged");
-    await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
-    await begin(page, "Resume the job");
-    await press(page, bit);
-    await shown(page, /^The job is done\./, EMULATED_MS);
+    const dry = page.getByText(/The adapter got no more path in time/).first();
+    const done = page.getByText(/^The job is done\./).first();
+    const ready = page.getByText("At rest, position known.").first();
+    // A computer too busy to feed the adapter in time stops the job again; the user resumes it each time.
+    let resumed = 0;
+    for (; !(await done.isVisible()); resumed += 1) {
+      assert.ok(resumed < 5, "resumed five times without an end");
+      // While Z is being raised, the alarm can't be acknowledged, and the page reports that.
+      await until(async () => {
+        if (await ready.isVisible()) return true;
+        await page.getByRole("button", { name: "Acknowledge" }).click({ timeout: 2000 }).catch(() => {});
+        return false;
+      }, "the alarm acknowledged");
+      await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
+      await begin(page, "Resume the job");
+      await press(page, bit);
+      await until(async () => (await done.isVisible()) || (await dry.isVisible()), "the job done or stopped", EMULATED_MS);
+    }
     await page.screenshot({ path: picture("adapter-done-1440") });
     const made = board.holes(bottom);
     for (const [x, y] of TWO) {
       const here = made.filter(({ at }) => Math.abs(at[0] - origin[0] - x * PLANE) <= 2 && Math.abs(at[1] - origin[1] - y * PLANE) <= 2);
       assert.ok(here.length >= 1, `a hole at ${x}, ${y}: ${JSON.stringify(made)}`);
     }
-    assert.ok(made.length <= TWO.length + 1, `at most one twice: ${JSON.stringify(made)}`);
+    assert.ok(made.length <= TWO.length + resumed, `each stop makes at most one hole twice: ${JSON.stringify(made)}`);
     assert.ok(made.every(({ turned }) => turned), "no hole without the spindle");
     assert.deepEqual(problems, []);
   } catch (error) {
@@ -335,7 +343,7 @@ test("a page says that the adapter has another firmware, and how its own comes i
     await page.screenshot({ path: picture("adapter-other-firmware-1440") });
     await press(page, notice.getByRole("button", { name: "Close", exact: true }));
     await notice.waitFor({ state: "detached" });
-    // A second of reports of the same adapter.
+    // A second of reports from the same adapter.
     await board.passed(1);
     assert.equal(await notice.count(), 0, "what was read is not told again");
     assert.deepEqual(problems, []);

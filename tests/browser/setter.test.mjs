@@ -1,5 +1,6 @@
-// A tool setter at a mill that the page drives: chosen in the settings with its picture, said before the start, each step named while a
-// tool is measured. The mill is the unmodified GRBL firmware, its probe's plane the pin; judged by its step pins.
+// A tool setter at a machine driven by the page: selected in the settings, mentioned before the start, each
+// step shown during a measurement. Runs the unmodified GRBL firmware with the setter as its probe's surface;
+// checks its step pins.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -12,18 +13,18 @@ let browser;
 before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
-/** Waits until the tip is on its way down to the setter. */
+/** Waits until the tip moves down to the setter. */
 async function goesDown(page) {
   const change = page.getByRole("alertdialog");
   const step = change.locator('.measurement [aria-current="step"]');
   await until(async () => (await step.allTextContents()).join() === "Down until the contact closes", "the tip on its way down");
-  assert.equal(await change.getByRole("button", { name: /^Continue/ }).isEnabled(), false, "there is nothing to continue meanwhile");
+  assert.equal(await change.getByRole("button", { name: /^Start spindle/ }).isEnabled(), false, "there is nothing to continue meanwhile");
 }
 
-/** Continues in the tool change, and waits until the tool is measured. */
+/** Continues the tool change, and waits until the tool is measured. */
 async function measured(page) {
   const change = page.getByRole("alertdialog");
-  await press(page, change.getByRole("button", { name: /^Continue/ }));
+  await press(page, change.getByRole("button", { name: /^Start spindle/ }));
   await goesDown(page);
   await pictures(page, "setter-measures");
   await change.waitFor({ state: "hidden" });
@@ -58,10 +59,10 @@ test("a tool setter is chosen once, said before the start, and measures each too
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /measures the tool on the tool setter at X -1\.000 Y -1\.000/.test(row)), rows.join("\n"));
-    // What zero of Z was set with is measured first, before anything is asked for.
+    // The tool with which Z zero was set is measured first, before any tool change.
     await goesDown(page);
     await measured(page);
-    await page.getByRole("alertdialog").getByRole("button", { name: /^Continue/ }).waitFor();
+    await page.getByRole("alertdialog").getByRole("button", { name: /^Start spindle/ }).waitFor();
     await measured(page);
     await shown(page, /^The job is done\./);
     const dips = await board.end(zero[2] - 10);

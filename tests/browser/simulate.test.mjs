@@ -1,11 +1,11 @@
-// The simulation as a person uses it: lines of the written program beside it, the side that was done before, and the carved board
-// in both graphics interfaces, pixel for pixel what it was (ANNULUS_BLESS=1 accepts a change).
+// The simulation for users: program lines next to it, the side that was milled before, and the carved board
+// with both graphics APIs, compared pixel by pixel with stored pictures (ANNULUS_BLESS=1 accepts a change).
 
 import assert from "node:assert/strict";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
-import { atRest, data, findings, openBrowser, openLinked, picture, root, settled, show, stand, startBridge, until } from "./harness.mjs";
+import { atRest, backend, data, findings, openBrowser, openLinked, picture, root, settled, show, stand, startBridge, until } from "./harness.mjs";
 
 const held = stand();
 
@@ -15,7 +15,7 @@ const clock = async (page) => (await page.locator(".timeline .clock").innerText(
 
 async function lines(page) {
   await show(page, "Simulate");
-  // The board in space takes a processor that draws all its time.
+  // Software rendering of the 3D view would use all CPU time.
   await page.getByRole("checkbox", { name: "Flat picture" }).check();
   await page.getByRole("button", { name: "Program", exact: true }).click();
   await until(async () => (await list(page).getByRole("option").count()) > 10, "lines of the program");
@@ -34,9 +34,9 @@ test("a line leads to its second, a second to its line, and so does a press in t
     await until(async () => /M2|M30|G0/.test((await marked(page).allInnerTexts()).join(" ")), "the last lines are marked");
     await page.screenshot({ path: picture("simulate-lines-1440") });
     const last = (await marked(page).allInnerTexts()).join("\n");
-    // A press on a line somewhere in the middle.
+    // Press a line near the middle.
     await list(page).evaluate((element) => (element.scrollTop = element.scrollHeight / 2));
-    // Rows are made anew while the list is scrolled: the one whose text is read is the one that is pressed.
+    // Scrolling rebuilds rows: read the text from the same row that is pressed.
     const text = await until(async () => {
       const row = await list(page).evaluateHandle((box) => {
         const { top, bottom } = box.getBoundingClientRect();
@@ -50,7 +50,7 @@ test("a line leads to its second, a second to its line, and so does a press in t
     await until(async () => (await marked(page).allInnerTexts()).some((one) => one.trim() === text), "the line pressed is marked");
     const then = await clock(page);
     assert.notEqual((await marked(page).allInnerTexts()).join("\n"), last);
-    // The playback follows: the marked line moves on and stays in sight.
+    // The playback follows: the marked line advances and stays in view.
     await page.getByRole("button", { name: "Play", exact: true }).click();
     await until(async () => (await clock(page)) !== then, "time goes on");
     await until(async () => !(await marked(page).allInnerTexts()).some((one) => one.trim() === text), "another line");
@@ -72,7 +72,7 @@ test("a graphics card that is lost again and again leaves a flat picture that sa
       await page.locator("canvas").first().evaluate((canvas) => canvas.getContext("webgl2").getExtension("WEBGL_lose_context").loseContext());
       await until(async () => Number(await data(page, "losses")) === loss, `a new picture after loss ${loss}`);
     }
-    assert.equal(await data(page, "backend"), "2D");
+    assert.equal(await backend(page), "2D");
     await page.locator("footer").getByText("2D", { exact: false }).waitFor();
     const look = async () => `${await data(page, "zoom")} at ${await data(page, "centre")}`;
     const before = await settled(look, "the flat picture");
@@ -99,11 +99,11 @@ test("WebGPU that is lost again and again leaves WebGL2, and that leaves a flat 
     await until(async () => Number(await data(page, "frames")) > 0, "a picture");
     const drawn = [];
     for (let loss = 1; loss <= 8; loss += 1) {
-      drawn.push(await data(page, "backend"));
+      drawn.push(await backend(page));
       await page.locator("canvas").first().dispatchEvent("webglcontextlost");
       await until(async () => Number(await data(page, "losses")) === loss, `a new picture after loss ${loss}`);
     }
-    drawn.push(await data(page, "backend"));
+    drawn.push(await backend(page));
     assert.deepEqual(drawn, [...Array(4).fill("WebGPU"), ...Array(4).fill("WebGL2"), "2D"]);
   } finally {
     await browser.close();
@@ -119,7 +119,7 @@ test("what draws on the graphics card is fetched by itself: without it there is 
     await page.getByRole("button", { name: /Sample board/ }).click();
     await page.getByText(/^Planned .* m,/).waitFor();
     await until(async () => Number(await data(page, "frames")) > 0, "a picture");
-    assert.equal(await data(page, "backend"), "2D");
+    assert.equal(await backend(page), "2D");
     assert.ok(asked > 0, "it was asked for");
     await page.screenshot({ path: picture("simulate-no-painter-1440") });
     await page.unroute("**/painter_bg.wasm");
@@ -149,7 +149,7 @@ test("the operations with their times are a menu, and choosing one goes to its b
     await until(async () => (await clock(page)) === begins(rows[1]), "the second one, from its beginning");
     await menu.selectOption({ index: rows.length - 1 });
     await until(async () => (await clock(page)) === begins(rows.at(-1)), "the last one");
-    // The one in work is the one that is chosen.
+    // The current operation is the selected one.
     await page.getByRole("slider", { name: "Time", exact: true }).focus();
     await page.keyboard.press("Home");
     await until(async () => (await menu.evaluate((one) => one.selectedIndex)) === 0, "the first one");
@@ -203,7 +203,7 @@ test("the side that was done before lies carved under the one that is up", async
   }
 });
 
-/** The picture of the canvas in so many columns and rows: the mean colour of each. */
+/** The canvas as a grid: the mean colour of each cell. */
 async function grid(page, columns = 96, rows = 60) {
   const shot = (await page.locator("canvas").first().screenshot()).toString("base64");
   const blank = await page.context().newPage();
@@ -240,7 +240,7 @@ async function grid(page, columns = 96, rows = 60) {
   }
 }
 
-/** How far two grids are apart: the mean and the greatest difference of a colour, 0 to 255. */
+/** Difference of two grids: mean and maximum per colour, 0 to 255. */
 function distance(one, other) {
   const colours = (rows) => rows.join("").match(/../g).map((two) => parseInt(two, 16));
   const [a, b] = [colours(one), colours(other)];
@@ -249,7 +249,7 @@ function distance(one, other) {
   return { mean: off.reduce((sum, value) => sum + value, 0) / off.length, most: Math.max(...off) };
 }
 
-/** The picture once it does not change any more: a board is carved frame by frame, and planned before that. */
+/** The picture once it no longer changes: a board is planned and then carved frame by frame. */
 async function still(page) {
   await atRest(page);
   let last = "";
@@ -272,7 +272,7 @@ for (const gpu of ["webgl2", "webgpu"]) {
       await page.getByRole("button", { name: /Sample board/ }).click();
       await page.getByText(/^Planned .* m,/).waitFor();
       await show(page, "Simulate");
-      assert.match((await data(page, "backend")).toLowerCase(), new RegExp(gpu));
+      assert.match((await backend(page)).toLowerCase(), new RegExp(gpu));
       await page.getByRole("button", { name: "From above (T)" }).waitFor();
       await page.getByRole("slider", { name: "Time", exact: true }).focus();
       await page.keyboard.press("End");
@@ -287,7 +287,7 @@ for (const gpu of ["webgl2", "webgpu"]) {
         }
         assert.ok(existsSync(golden), golden);
         const off = distance(last, JSON.parse(readFileSync(golden, "utf8")));
-        // In software both interfaces draw alike to the last bit; other versions of them may round an edge otherwise.
+        // Software rendering is identical with both APIs; other versions can round edges differently.
         assert.ok(off.mean < 0.25 && off.most < 12, `${view} by ${gpu}: ${JSON.stringify(off)}`);
         await page.screenshot({ path: picture(`carved-${view}-${gpu}`) });
       }

@@ -1,11 +1,12 @@
-// STOP is in the window and can be pressed: on every screen and in every dialog, at every size, magnified, and in the
-// colours of the system; and whatever else there is can be reached by scrolling.
+// STOP is visible and can be pressed: on every screen, in every dialog, at every size, zoomed, and in
+// high-contrast colours; everything else can be reached by scrolling.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { SCREENS, atRest, data, drillOnly, findings, openLinked, picture, rounds, show, stand, startBridge, startJob, until } from "./harness.mjs";
+import { SCREENS, atRest, broken, data, drillOnly, findings, openLinked, picture, rounds, show, stand, startBridge, startJob, until } from "./harness.mjs";
 
-/** Windows in px: phones upright and lying, tablets, a desktop at 200 % and at 400 %, and the edges of the layouts. */
+/** Window sizes in px: phones in portrait and landscape, tablets, a desktop at 200 % and 400 %, and the
+ *  limits of the layouts. */
 const SIZES = [
   [320, 256], [320, 568], [360, 225], [360, 740], [390, 844], [480, 320], [640, 400], [700, 450], [720, 450], [768, 1024], [820, 1180], [926, 428],
   [1023, 700], [1024, 768], [1280, 360], [1280, 800], [1400, 900],
@@ -17,7 +18,7 @@ const EVERY = [256, 480, 768, 1200].flatMap((height) =>
 const held = stand("none");
 
 const { opened } = held;
-/** Where the one STOP is that can be pressed: an open dialog makes the rest of the page inert. */
+/** The container of the STOP that can be pressed: an open dialog makes the rest of the page inert. */
 async function within(page) {
   const dialog = page.locator("dialog[open]");
   return (await dialog.count()) > 0 ? dialog : page.locator("header.top-bar");
@@ -25,7 +26,7 @@ async function within(page) {
 
 const pressed = async (page) => (await within(page)).getByRole("button", { name: "STOP", exact: true });
 
-/** What is wrong with STOP as the page stands. */
+/** Problems of STOP on the current page. */
 async function wrong(page) {
   const stop = await pressed(page);
   assert.equal(await stop.count(), 1, "one STOP");
@@ -56,7 +57,7 @@ async function wrong(page) {
   });
 }
 
-/** STOP at all `sizes`, with what is wrong named. */
+/** Checks STOP at all `sizes`, and names the problems. */
 async function looked(page, what, sizes) {
   const found = [];
   for (const [width, height] of sizes) {
@@ -66,7 +67,7 @@ async function looked(page, what, sizes) {
   return found;
 }
 
-/** The same in the page's colours and in those of the system. */
+/** Checks STOP in the page's colours and in the system's. */
 async function lookedInAllColours(page, what, sizes) {
   const found = await looked(page, what, sizes);
   await page.emulateMedia({ forcedColors: "active" });
@@ -197,7 +198,7 @@ test("STOP stays in the corner of what is seen while two fingers magnify the pag
   }
 });
 
-/** Controls that no scrolling brings into the window and to the top. */
+/** Controls that scrolling can't bring into the window and to the front. */
 const unreachable = (page) =>
   page.evaluate(() => {
     const found = [];
@@ -236,7 +237,7 @@ test("on a narrow window everything is reached by scrolling, and nothing is inac
   }
 });
 
-/** The sample's holes are being drilled, and the first bit is asked for. */
+/** The sample is being drilled, and the first tool is requested. */
 async function started(page) {
   await page.getByRole("button", { name: /Sample board/ }).click();
   await drillOnly(page);
@@ -244,23 +245,12 @@ async function started(page) {
   await start.click();
 }
 
-/** The panel of a page whose program trapped, from outside: memory is given back that there never was. */
-async function broken(page) {
-  await page.evaluate(async () => {
-    const program = await (await import(new URL("page.js", document.baseURI).href)).default();
-    setTimeout(() => program.__wbindgen_free(0xfffffff0, 64, 4));
-  });
-  const fallen = page.getByRole("dialog", { name: "This page broke down" });
-  await fallen.waitFor();
-  return fallen;
-}
-
 test("on a phone that shows another screen a STOP is told in sight, however far it is scrolled", async () => {
   const own = await startBridge({ speed: 2 });
   const { page, context } = await openLinked(held.browser, own, { width: 390, height: 844 });
   try {
     await started(page);
-    await page.getByRole("button", { name: "Continue: the bit is in" }).click();
+    await page.getByRole("button", { name: "Start spindle and continue" }).click();
     await show(page, "Settings");
     await page.evaluate(() => scrollTo(0, document.body.scrollHeight));
     await (await pressed(page)).click();
@@ -281,7 +271,7 @@ test("a page whose program broke says so above every dialog, and its own STOP st
   const { page, context } = await openLinked(held.browser, own, { width: 390, height: 844 });
   try {
     await started(page);
-    await page.getByRole("button", { name: "Continue: the bit is in" }).waitFor();
+    await page.getByRole("button", { name: "Start spindle and continue" }).waitFor();
     const fallen = await broken(page);
     await page.keyboard.press("Escape");
     assert.ok(await fallen.isVisible(), "it stays");
@@ -297,7 +287,7 @@ test("a page whose program broke says so above every dialog, and its own STOP st
     await fallen.getByRole("button", { name: "Load the page again" }).click();
     await page.getByRole("heading", { level: 1 }).first().waitFor({ state: "attached" });
     assert.ok(!(await fallen.isVisible()), "the page is there again");
-    // A line that is closed takes a STOP without a word: it is not said to be sent.
+    // A closed line accepts a STOP without an error: the page must not show it as sent.
     await (await pressed(page)).waitFor();
     await own.stop();
     await page.waitForTimeout(1000);

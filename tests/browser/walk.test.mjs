@@ -1,4 +1,4 @@
-// The walk of a board through the page, against the real bridge: open, look, play, home, drill, done.
+// The complete way of a board through the page with the real bridge: open, look, play, home, drill, done.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -19,16 +19,16 @@ async function openSample(page) {
   await planned(page);
 }
 
-/** Waits until the plan stands beside the picture. */
+/** Waits until the plan is shown next to the picture. */
 async function planned(page) {
   await page.getByText(/^Planned .* m,/).waitFor();
   await drillOnly(page);
 }
 
-/** Puts in every bit that is asked for until `done` says so. */
+/** Confirms every tool change until `done`. */
 async function changeBits(page, done) {
   return until(async () => {
-    const go_on = page.getByRole("button", { name: "Continue: the bit is in" });
+    const go_on = page.getByRole("button", { name: "Start spindle and continue" });
     if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
     return done();
   }, "the end of the job", 2 * PATIENCE_MS);
@@ -90,7 +90,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
     ).expected.totals;
     assert.ok(Number(await data(page, "holes")) >= expected.hits, "every hit is in the picture");
     await planned(page);
-    // Slots are left to no operation now: that is an error, and the job does not start before it was seen.
+    // Now no operation mills the slots: an error, and the job can't start before it is accepted.
     const seen = page.getByRole("checkbox", { name: /Seen/ });
     await seen.first().check();
     await planned(page);
@@ -121,7 +121,7 @@ test("of a board that was milled and drilled everything is done in the picture, 
     if (await seen.isEnabled()) await seen.click();
     const { start } = await startJob(page);
     await start.click();
-    await page.getByRole("button", { name: "Continue: the bit is in" }).waitFor();
+    await page.getByRole("button", { name: "Start spindle and continue" }).waitFor();
     await page.reload();
     await page.locator("main[data-screen=machine]").waitFor();
     await changeBits(page, () => page.getByText(/The job is done/).isVisible());
@@ -147,7 +147,7 @@ test("a hole in the picture and its row in the list choose each other", async ()
     const list = page.getByRole("listbox", { name: "Holes in order of drilling" });
     await list.getByRole("option").first().click();
     await until(async () => (await data(page, "selected")) === "1", "the hole chosen in the picture");
-    // And back: the mounting hole in the lower left corner, clicked where the camera shows it.
+    // And back: a click on the mounting hole in the lower left corner, where the camera shows it.
     let seen;
     await until(async () => {
       const now = `${await data(page, "zoom")} ${await data(page, "centre")}`;
@@ -157,7 +157,7 @@ test("a hole in the picture and its row in the list choose each other", async ()
       return still;
     }, "a camera at rest");
     const [x, y] = (await data(page, "centre")).split(" ").map(Number);
-    const zoom = (Number(await data(page, "zoom")) * 96) / 25.4; // zoom 1 is the board at its own size
+    const zoom = (Number(await data(page, "zoom")) * 96) / 25.4; // zoom 1 is actual size
     const box = await canvas(page).boundingBox();
     const at = { x: box.width / 2 + (3.81 - x) * zoom, y: box.height / 2 - (3.81 - y) * zoom };
     await canvas(page).click({ position: at });

@@ -1,4 +1,5 @@
-//! What several tests share: where the repository and the corpus of real boards are, and folders read as one set.
+//! Shared by several tests: the locations of the repository and of the corpus of real boards, and reading
+//! whole folders.
 
 pub mod targets;
 
@@ -6,7 +7,7 @@ use annulus_core::artwork::{Artwork, Overrides, read_set};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// How many rounds a test of chance goes: few on every push, many when asked for with `cargo xtask test --long`.
+/// Rounds of a randomised test: few on every push, many with `cargo xtask test --long`.
 pub fn rounds(short: u64, long: u64) -> u64 {
     if std::env::var_os("ANNULUS_LONG").is_some() { long } else { short }
 }
@@ -19,13 +20,13 @@ pub fn root() -> PathBuf {
         .to_owned()
 }
 
-/// The tests' own data: `synthetic` files with what is `expected` of them, laid out as a corpus is.
+/// The repository's test data: `synthetic` files and what is `expected` of them, laid out like the corpus.
 pub fn data() -> PathBuf {
     root().join("tests/data")
 }
 
-/// The corpus of other people's boards, beside the repository or where `ANNULUS_CORPUS` says. Without it the test is skipped
-/// with a line that says so; where `ANNULUS_NOTHING_SKIPPED` is set that is a failure.
+/// The corpus of third-party boards, next to the repository or at `ANNULUS_CORPUS`. Without it, tests print a
+/// line and are skipped; with `ANNULUS_NOTHING_SKIPPED` set, that is a failure.
 pub fn corpus() -> Option<PathBuf> {
     let beside = || root().join("../shared/corpus");
     let folder = std::env::var_os("ANNULUS_CORPUS").map_or_else(beside, PathBuf::from);
@@ -37,8 +38,8 @@ pub fn corpus() -> Option<PathBuf> {
     None
 }
 
-/// What is expected of files: for every JSON below `expected` of a corpus, the file's path and the JSON. Our own files always;
-/// other people's where their corpus is.
+/// For every JSON below `expected`: the path of its file, and the JSON. From the test data and, if present,
+/// the corpus.
 pub fn expectations() -> Vec<(PathBuf, serde_json::Value)> {
     let mut found = Vec::new();
     for root in [Some(data()), corpus()].into_iter().flatten() {
@@ -50,7 +51,7 @@ pub fn expectations() -> Vec<(PathBuf, serde_json::Value)> {
             let text = fs::read(&path).expect("a file that can be read");
             let value: serde_json::Value = serde_json::from_slice(&text).expect("an expectation is JSON");
             let name = value["file"].as_str().map(str::to_owned);
-            // Our own files may lie in the corpus as well: they are looked at once.
+            // The corpus can contain the synthetic files too: use them once.
             if let Some(name) = name.filter(|name| own || !name.starts_with("synthetic/")) {
                 found.push((root.join(name), value));
             }
@@ -68,7 +69,7 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     entries.into_iter().flat_map(below).collect()
 }
 
-/// Everything in a folder, read as one set.
+/// Reads a folder as one set.
 pub fn read_folder(folder: &Path) -> Artwork {
     let bytes = |path: &PathBuf| fs::read(path).expect("a file that can be read");
     let named: Vec<_> =

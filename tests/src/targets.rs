@@ -1,7 +1,5 @@
-//! What must hold for any bytes at all: the readers end, within their limits, and break no promise.
-//!
-//! Comes in: bytes. Goes out: nothing, or a panic that names the broken promise. The seeded mutation test and the
-//! fuzzer run the same functions.
+//! Properties that hold for any bytes: the readers terminate within their limits and keep their invariants.
+//! Used by the seeded mutation test and by the fuzzer.
 
 use annulus_core::artwork::{
     Artwork, FileKind, MOST_HITS, MOST_KEPT, Overrides, nets, painted, painted_measures, read_drill, read_set,
@@ -10,12 +8,11 @@ use annulus_core::board::from_artwork;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::machine::virtual_drill;
 use annulus_core::project;
 use annulus_core::project::saved;
 use annulus_core::units::Length;
 
-/// The bytes as a drill file alone.
+/// The bytes as a single drill file.
 pub fn drill(bytes: &[u8]) {
     let file = read_drill("mutated.drl", bytes);
     promises(&Artwork { files: vec![file] });
@@ -26,7 +23,7 @@ pub fn any(bytes: &[u8]) {
     promises(&read_set(&[("mutated".to_owned(), bytes.to_vec())], &Overrides::default()));
 }
 
-/// The first half as a drill file, the second as the copper layer or report beside it.
+/// The first half as a drill file, the second as the copper layer or report next to it.
 pub fn beside(bytes: &[u8]) {
     let (front, back) = bytes.split_at(bytes.len() / 2);
     let files = [("a.drl".to_owned(), front.to_vec()), ("a.gtl".to_owned(), back.to_vec())];
@@ -50,7 +47,7 @@ pub fn gerber(bytes: &[u8]) {
     promises(&artwork);
 }
 
-/// A project takes apart to no more than this, in bytes: the most that a zip may hold.
+/// Maximum total size of a project's unpacked members, bytes: the limit of the zip reader.
 const MOST_UNPACKED: usize = 128 << 20;
 
 /// The bytes as a saved project, with its job and its files.
@@ -63,7 +60,7 @@ pub fn project(bytes: &[u8]) {
     let size: usize = open.files.iter().map(|(_, bytes)| bytes.len()).sum();
     assert!(size <= MOST_UNPACKED, "{size} bytes unpacked");
     open.job.iter().for_each(|text| job(text.as_bytes()));
-    // What can be read is written and read again as it was, but for names that lead out of the zip.
+    // A readable project survives writing and reading, except for names that lead out of the zip.
     match saved::write(&open) {
         Ok(written) => {
             let again = saved::read("again", &written).expect("what was written is read");
@@ -83,10 +80,10 @@ pub fn project(bytes: &[u8]) {
     promises(&artwork);
 }
 
-/// The bytes as a job file: refused with its place, or read, written and read again as the same work.
+/// The bytes as a job file: rejected with a position, or unchanged after writing and reading.
 pub fn job(bytes: &[u8]) {
-    let (text, machine, base) = (String::from_utf8_lossy(bytes), virtual_drill(), Work::default());
-    match project::read("mutated.toml", &text, &base, &machine) {
+    let (text, base) = (String::from_utf8_lossy(bytes), Work::default());
+    match project::read("mutated.toml", &text, &base) {
         Err(why) => {
             has_sentences(&why);
             assert!(why.place.is_some(), "{why:?} has no place");
@@ -94,14 +91,15 @@ pub fn job(bytes: &[u8]) {
         Ok(work) => {
             assert!(work.bits.len() <= 64 && work.operations.len() <= 64);
             let written = project::write(&work);
-            let again = project::read("again.toml", &written, &base, &machine);
+            let again = project::read("again.toml", &written, &base);
             let again = again.unwrap_or_else(|why| panic!("{}\n{written}", why.message("en")));
             assert_eq!(project::write(&again), written, "written twice, it is the same");
         }
     }
 }
 
-/// A diagnostic has both sentences (a reason has one), and every place in them is filled.
+/// Checks that a diagnostic has its texts (message and advice; a reason has only one), and that all
+/// placeholders are filled.
 pub fn has_sentences(diagnostic: &Diagnostic) {
     for part in ["message", "advice"] {
         let key = format!("{}.{part}", diagnostic.code);
@@ -132,12 +130,22 @@ fn promises(artwork: &Artwork) {
         }
         assert!(drill.rapid_length_mm().is_finite());
     }
-    let (board, _) = from_artwork(artwork, &artwork.default_use());
-    let hits: usize = artwork
-        .default_use()
-        .iter()
-        .filter_map(|&i| artwork.files[i].drill.as_ref())
-        .map(|d| d.hits.len())
-        .sum();
-    assert_eq!(board.holes.len(), hits);
+    board_promises(artwork);
+}
+
+/// Checks that the board has every hole and slot of its files; slots without length and lists of vias are
+/// reported.
+fn board_promises(artwork: &Artwork) {
+    let used = artwork.default_use();
+    let (board, diagnostics) = from_artwork(artwork, &used);
+    let drills = || used.iter().filter_map(|&index| artwork.files[index].drill.as_ref());
+    let hits: usize = drills().map(|drill| drill.hits.len()).sum();
+    let slots: usize = drills().map(|drill| drill.slots.len() + drill.routes.len()).sum();
+    let reported = |code: &str| -> usize {
+        let counts = diagnostics.iter().filter(|found| found.code == code).flat_map(|found| &found.args);
+        counts.filter(|(name, _)| name == "count").map(|(_, count)| count.parse::<usize>().unwrap()).sum()
+    };
+    let (round, twice) = (reported("board.slots_round"), reported("board.holes_in_both"));
+    assert_eq!(board.holes.len() + twice, hits + round, "{round} round slots, {twice} holes listed twice");
+    assert_eq!(board.slots.len() + round, slots, "{round} round slots");
 }

@@ -1,5 +1,5 @@
-//! The copper that is left on the carved board is the copper that the proof computes exactly: no place whose neighbours are all
-//! carved alike is otherwise there.
+//! The copper left on the carved board equals the copper that the proof computes exactly. Compares only cells
+//! whose neighbours are all carved alike.
 
 use annulus_core::board::{BoardWanted, from_artwork_with};
 use annulus_core::cam::PlanOptions;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Folders of the corpus.
 const BOARDS: [&str; 4] =
     ["kicad/4.0-multivibrator", "easyeda/easytrace-tht", "kicad/2013-clockblock", "eagle/arduino-uno"];
-/// Every so many rows are compared.
+/// Every n-th row is compared.
 const ROWS: usize = 5;
 
 /// The edges of a region as lines, mm.
@@ -31,7 +31,7 @@ fn edges(region: &Region) -> Vec<[[f64; 2]; 2]> {
     lines.collect()
 }
 
-/// Where a row at height `y` passes the edges, ascending.
+/// X positions at which a row at height `y` crosses the edges, ascending.
 fn crossings(edges: &[[[f64; 2]; 2]], y: f64) -> Vec<f64> {
     let passed = edges.iter().filter(|[a, b]| (a[1] > y) != (b[1] > y));
     let mut at: Vec<f64> = passed.map(|[a, b]| a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])).collect();
@@ -44,7 +44,7 @@ fn is_inside(crossings: &[f64], x: f64) -> bool {
 }
 
 #[test]
-fn the_carved_copper_of_four_boards_is_that_of_the_proof_within_a_cell() {
+fn carved_copper_matches_the_proof_within_a_cell() {
     let Some(corpus) = corpus() else { return };
     let machine = virtual_drill();
     let options = PlanOptions::default();
@@ -62,7 +62,7 @@ fn the_carved_copper_of_four_boards_is_that_of_the_proof_within_a_cell() {
         let left = proof::prove(&planned.board, std::slice::from_ref(&program), &asked).left;
         let playback = Arc::new(Playback::new(motion::timeline(&program, &machine).expect("a timeline")));
         let total_s = playback.total_s();
-        // Without an outline the proof cuts a blank that it makes itself.
+        // Without an outline, the proof makes a blank itself.
         let blank = |bounds| Region { islands: vec![Island { outer: rectangle(bounds), holes: vec![] }] };
         let board = match planned.board.outline.bounds() {
             Some(_) => planned.board.outline.clone(),
@@ -86,8 +86,9 @@ fn the_carved_copper_of_four_boards_is_that_of_the_proof_within_a_cell() {
     }
 }
 
-/// Places on the board, and whether copper was left by the carving (1), where all cells around are carved alike and the proof says otherwise as far around, and how many were
-/// looked at: a sliver narrower than a cell is no difference.
+/// Positions where carving and proof disagree, with 1 if the carving left copper, and the number of compared
+/// cells. A cell counts only if all cells around it agree within carving and within proof, so slivers
+/// narrower than a cell are ignored.
 fn differences(stock: &Stock, origin: &Point, board: &Region, left: &Region) -> (Vec<[f64; 3]>, usize) {
     let (cell, [columns, rows], low) = (stock.cell_mm(), stock.cells(), stock.low_mm());
     let (board, left) = (edges(board), edges(left));

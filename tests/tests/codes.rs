@@ -1,15 +1,15 @@
-//! The codes of diagnostics against the table of sentences, which is the table of codes: what the sources name has its sentence,
-//! every sentence is of a code that somebody names, and whatever stands in its braces is filled where the code is named.
+//! Checks diagnostic codes against the table of texts: every code in the sources has a text, every text has a
+//! code in the sources, and every placeholder is filled where the code is used.
 //!
 //! ```text
-//! Diagnostic::error("queue.no_zero")      a string that looks like a code: it is one, also where a helper is given it
-//! format!("grbl.error_{number}")          names all that begin so
-//! .with("row", …)   ("row", …)            a name that opens a bracket fills {row}, in its floor or one that names the code too
-//! refuse("queue.no_zero").with("row", …)  and what is given to a code where it is named stands in its sentence
+//! Diagnostic::error("queue.no_zero")      a string that looks like a code is one, even in other calls
+//! format!("grbl.error_{number}")          means all codes with this beginning
+//! .with("row", …)   ("row", …)            fills {row}, in this folder or another that uses the code
+//! refuse("queue.no_zero").with("row", …)  an argument given directly to a code must be in its text
 //! ```
 //!
-//! Comes in: the sources without their tests, the table. Goes out: a list of what is wrong. Whether the right helper is called is not
-//! seen here: `locale::text` stops every test that says a sentence with a gap.
+//! Doesn't check that the right helper is called: `locale::text` panics in tests if a placeholder isn't
+//! filled.
 
 use crate::floor_plan::rust_files;
 use annulus_core::{cam::parameters, locale, machine};
@@ -18,7 +18,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
-/// What looks like a code and is none: the fields of the page that are undone by their names.
+/// Strings that look like codes but are names of undoable fields of the page.
 const FIELDS: &[&str] = &[
     "queue.text",
     "servo.depth",
@@ -35,19 +35,18 @@ const FIELDS: &[&str] = &[
     "servo.tau",
 ];
 
-/// What several codes begin with.
+/// Common beginnings of several codes.
 const BEGINNINGS: &[&str] = &["board.outline"];
 
-/// Arguments that no sentence says, because a program reads them, and which.
+/// Arguments that are in no text because a program reads them, and which one.
 const READ: &[(&str, &str)] = &[
     ("field", "the Lab marks the argument of the row that is meant"),
     ("found", "JSON has what was found beside what was expected"),
 ];
 
-/// Endings of files.
 const ENDINGS: &[&str] = &[".toml", ".json", ".redb"];
 
-/// Every code with the names in the braces of its message and advice.
+/// Every code with the placeholders of its message and advice.
 fn codes() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let mut codes: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for (key, text) in locale::entries("en") {
@@ -59,13 +58,14 @@ fn codes() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     codes
 }
 
-/// The string that a token is.
+/// The string literal of a token.
 fn text(token: &TokenTree) -> Option<String> {
     let TokenTree::Literal(literal) = token else { return None };
     Some(literal.to_string().strip_prefix('"')?.strip_suffix('"')?.to_owned())
 }
 
-/// The strings of a source, those of them that open a bracket, and which argument a string is given at once: `("code").with("name", …)`.
+/// The strings of a source, those that are first in parentheses, and the arguments given directly to a
+/// string: `("code").with("name", …)`.
 #[derive(Default)]
 struct Strings {
     all: BTreeSet<String>,
@@ -73,14 +73,14 @@ struct Strings {
     given: BTreeSet<(String, String)>,
 }
 
-/// The string that opens the brackets of `token`.
+/// The first string in the parentheses of `token`.
 fn opening(token: &TokenTree) -> Option<String> {
     let TokenTree::Group(group) = token else { return None };
     let first = group.stream().into_iter().next().filter(|_| group.delimiter() == Delimiter::Parenthesis);
     first.as_ref().and_then(text)
 }
 
-/// What a chain of calls gives to the string that opens its first brackets.
+/// The arguments that a chain of calls gives to the string in its first parentheses.
 fn given(chain: &[TokenTree], out: &mut BTreeSet<(String, String)>) {
     let Some(code) = chain.first().and_then(opening) else { return };
     for call in chain[1..].chunks_exact(3) {
@@ -97,7 +97,7 @@ fn given(chain: &[TokenTree], out: &mut BTreeSet<(String, String)>) {
 }
 
 impl Strings {
-    /// Takes in what is neither an attribute nor for tests alone.
+    /// Reads tokens, except attributes and test code.
     fn read(&mut self, tokens: TokenStream) {
         let (mut is_attribute, mut of_tests) = (false, false);
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
@@ -131,7 +131,7 @@ fn strings(source: &str) -> Strings {
     strings
 }
 
-/// The strings of every floor: of a folder in `src`, or of a file that lies there by itself.
+/// The strings per folder in `src`, or per file directly in `src`.
 fn floors() -> BTreeMap<String, Strings> {
     let mut floors: BTreeMap<String, Strings> = BTreeMap::new();
     for folder in ["core/src", "drill/src", "bridge/src", "app/src"] {
@@ -153,7 +153,7 @@ fn floors() -> BTreeMap<String, Strings> {
     floors
 }
 
-/// Whether `text` names `code`: as it is, or by how it begins.
+/// True if `text` names `code`, entirely or by its beginning.
 fn names(text: &str, code: &str) -> bool {
     let begins = || {
         text.split_once('{')
@@ -162,7 +162,7 @@ fn names(text: &str, code: &str) -> bool {
     text == code || begins()
 }
 
-/// Whether `text` is made as codes are: small letters with points between them.
+/// True if `text` looks like a code: lower-case words separated by points.
 fn is_word(text: &str) -> bool {
     let letters =
         |letter: char| letter.is_ascii_lowercase() || letter.is_ascii_digit() || matches!(letter, '_' | '.');
@@ -171,7 +171,7 @@ fn is_word(text: &str) -> bool {
         && text.chars().all(letters)
 }
 
-/// Whether the table, or another one, has `text`.
+/// True if this or another table has `text`.
 fn is_known(text: &str, codes: &BTreeMap<&str, BTreeSet<&str>>) -> bool {
     machine::setting(text).is_some()
         || parameters::OPERATION.iter().any(|row| row.key == text)
@@ -182,7 +182,7 @@ fn is_known(text: &str, codes: &BTreeMap<&str, BTreeSet<&str>>) -> bool {
         || ENDINGS.iter().any(|ending| text.ends_with(ending))
 }
 
-/// Strings of the sources that look like codes and are in no table.
+/// Strings of the sources that look like codes but are in no table.
 fn unknown(strings: &Strings, codes: &BTreeMap<&str, BTreeSet<&str>>) -> Vec<String> {
     let families: BTreeSet<&str> = codes.keys().filter_map(|code| code.split('.').next()).collect();
     let is_like = |text: &&String| {
@@ -192,7 +192,7 @@ fn unknown(strings: &Strings, codes: &BTreeMap<&str, BTreeSet<&str>>) -> Vec<Str
     strings.all.iter().filter(is_like).filter(|text| !is_known(text, codes)).cloned().collect()
 }
 
-/// What no floor that names `code` fills; nothing where none names it.
+/// The placeholders that no folder using `code` fills; empty if none uses it.
 fn gaps(
     code: &str,
     wanted: &BTreeSet<&'static str>,
@@ -204,7 +204,7 @@ fn gaps(
     (!naming.is_empty()).then(|| wanted.iter().filter(is_gap).copied().collect())
 }
 
-/// What is given to codes that do not say it, nor does a program read it.
+/// Arguments given to codes whose text doesn't contain them, and that no program reads.
 fn unsaid(strings: &Strings, codes: &BTreeMap<&str, BTreeSet<&str>>) -> Vec<String> {
     let is_unsaid = |code: &str, name: &str| {
         let of_code = codes.get(code).is_some_and(|wanted| !wanted.contains(name));
@@ -215,7 +215,7 @@ fn unsaid(strings: &Strings, codes: &BTreeMap<&str, BTreeSet<&str>>) -> Vec<Stri
 }
 
 #[test]
-fn every_code_has_its_sentence_and_every_sentence_its_code() {
+fn every_code_has_a_text_and_every_text_a_code() {
     let (codes, floors) = (codes(), floors());
     let mut wrong = Vec::new();
     for (floor, strings) in &floors {
@@ -235,7 +235,7 @@ fn every_code_has_its_sentence_and_every_sentence_its_code() {
 }
 
 #[test]
-fn the_scan_of_codes_finds_what_it_is_for() {
+fn code_scan_finds_planted_errors() {
     let source = r#"
         //! "queue.comment"
         #[doc = "queue.attribute"]

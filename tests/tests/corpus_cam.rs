@@ -1,5 +1,5 @@
-//! Boards of the corpus from files to a proved program: the usual job of each, planned, and proved from the program alone.
-//! Everything that the bit fits around is isolated, nothing of a net is lost, and no loose copper is thinner than holds.
+//! Corpus boards from files to a proved program: plans the default job of each and proves the program alone.
+//! Everything is isolated if the tool fits, no net loses copper, and no loose copper is too thin to hold.
 
 use annulus_core::board::{Board, BoardWanted, from_artwork_with};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
@@ -13,9 +13,12 @@ use annulus_core::pins::Pins;
 use annulus_core::proof::{self, FindingKind};
 use annulus_core::steps::{self, StepStream};
 use annulus_core::virtual_drill::{Cause, Faults, Slip, VirtualDrill};
-use annulus_tests::{corpus, read_folder};
-use std::collections::BTreeMap;
-use std::path::Path;
+use annulus_core::wire;
+use annulus_tests::{corpus, files_below, read_folder, root};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// Folders of the corpus.
 const BOARDS: [&str; 6] = [
@@ -27,9 +30,9 @@ const BOARDS: [&str; 6] = [
     "kicad/8.0-carte_test",
 ];
 
-/// Boards whose usual job leaves slivers: how many that are part of a net, which are never cut, and how many loose ones.
-/// Clockblock has vias as wide as their drills: a thread of copper stays round their holes. Its loose one is the horn
-/// between the round end of a sliver's way and a groove.
+/// Boards whose default job leaves slivers: the number of slivers that belong to a net and are never cut, and
+/// of loose ones. Clockblock has vias as wide as their drills, so a thread of copper remains around their
+/// holes. Its loose sliver is the horn between the round end of a sliver's path and a groove.
 const SLIVERS: [(&str, usize, usize); 1] = [("kicad/2013-clockblock", 9, 1)];
 
 fn board(folder: &Path) -> Board {
@@ -37,8 +40,8 @@ fn board(folder: &Path) -> Board {
     from_artwork_with(&artwork, &artwork.default_use(), BoardWanted { copper: true, aligned: true }).0
 }
 
-/// The first face's usual job of a board, or its holes alone, as a program on `machine`; its toolpaths at `feed_um_per_s` where
-/// it is given.
+/// The default job of a board's first face, or only its holes, as a program on `machine`; toolpaths at
+/// `feed_um_per_s` if given.
 fn program_of(board: &Board, machine: &Machine, toolpaths: bool, feed: Option<u32>) -> Program {
     let mut work = if toolpaths {
         Work::default_for(board, machine)
@@ -59,16 +62,16 @@ fn program_of(board: &Board, machine: &Machine, toolpaths: bool, feed: Option<u3
     program
 }
 
-/// Steps of a stream, and its bytes as it would be sent.
+/// Number of steps of a stream, and its transmitted size in bytes.
 fn told(stream: &StepStream) -> (u64, u64) {
     let steps = steps::replay_stream(stream).map(|pulse| u64::from(pulse.axes.count_ones())).sum();
     (steps, steps::compact(stream).len() as u64)
 }
 
-/// Boards of the corpus isolated, at their own feed and fast, and drilled, also by the laboratory drill: no more than a byte a
-/// step, of the milled toolpaths alone as of everything.
+/// Isolates corpus boards at their default feed and at a high feed, and drills them, also on the laboratory
+/// drill. The stream needs at most one byte per step, with and without the toolpaths alone.
 #[test]
-fn streams_of_real_boards_take_no_more_than_a_byte_a_step() {
+fn streams_of_real_boards_take_at_most_a_byte_per_step() {
     let Some(corpus) = corpus() else { return };
     let (uno, clock) = ("eagle/arduino-uno", "kicad/2013-clockblock");
     let rows = [
@@ -105,10 +108,56 @@ fn streams_of_real_boards_take_no_more_than_a_byte_a_step() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// How long the Arduino Uno's isolation takes at 20 mm/s with corners of 5 µm: some 57,000 pieces, 17.4 m, 873 s if nothing
-/// ever slowed down.
+/// Golden test: digests of program and stream for the holes of every board, and for some default jobs.
+/// `ANNULUS_BLESS=1` accepts a change.
 #[test]
-fn the_paths_of_a_real_board_are_no_slower_than_corners_arcs_and_jerk_make_them() {
+fn corpus_programs_and_streams_have_stable_bytes() {
+    let Some(corpus) = corpus() else { return };
+    let machine = virtual_drill();
+    let mut text = String::new();
+    let mut row = |name: &str, program: &Program| {
+        let timeline = motion::timeline(program, &machine).expect("a timeline");
+        let stream = steps::stream(&timeline, &machine).expect("a stream");
+        let key = wire::program::key(&wire::program::encode(program));
+        writeln!(text, "{name} {} legs {key} {}", program.legs.len(), steps::digest(&stream)).unwrap();
+    };
+    for folder in folders_below(&corpus) {
+        let board = board(&folder);
+        if !board.holes.is_empty() {
+            let name = folder.strip_prefix(&corpus).unwrap().display().to_string();
+            row(&name, &program_of(&board, &machine, false, None));
+        }
+    }
+    for name in BOARDS {
+        row(&format!("{name} milled"), &program_of(&board(&corpus.join(name)), &machine, true, None));
+    }
+    let path = root().join("tests/data/cast/corpus.txt");
+    if std::env::var_os("ANNULUS_BLESS").is_some() {
+        return fs::write(path, text).unwrap();
+    }
+    let expected = fs::read_to_string(path).unwrap();
+    let changed: Vec<&str> = text.lines().filter(|row| !expected.lines().any(|line| line == *row)).collect();
+    assert!(changed.is_empty(), "{changed:#?}");
+    assert_eq!(text.lines().count(), expected.lines().count());
+}
+
+/// The board folders, two levels below the corpus.
+fn folders_below(corpus: &Path) -> Vec<PathBuf> {
+    let parts = |file: PathBuf| {
+        let mut parts = file.strip_prefix(corpus).ok()?.components();
+        let family = parts.next()?.as_os_str().to_str()?.to_owned();
+        let board = corpus.join(&family).join(parts.next()?);
+        (!["broken", "conformance", "expected", "licenses", "synthetic", "tsplib"].contains(&family.as_str()))
+            .then_some(board)
+    };
+    let folders: BTreeSet<PathBuf> = files_below(corpus).into_iter().filter_map(parts).collect();
+    folders.into_iter().filter(|folder| folder.is_dir()).collect()
+}
+
+/// Isolation time of the Arduino Uno at 20 mm/s with corners of 5 µm: about 57,000 segments, 17.4 m, 873 s
+/// without any slowdown.
+#[test]
+fn real_board_path_takes_1100_to_1330_s() {
     let Some(corpus) = corpus() else { return };
     let mut machine = virtual_drill();
     machine.motion.corner_mm = 0.005;
@@ -136,19 +185,20 @@ fn the_paths_of_a_real_board_are_no_slower_than_corners_arcs_and_jerk_make_them(
         }
     }
     println!("{pieces} pieces, {length_mm:.0} mm, {seconds:.0} s; {:.0} s at 20 mm/s", length_mm / 20.0);
-    assert!(pieces > 55_000 && length_mm > 17_000.0, "{pieces} pieces, {length_mm} mm");
-    // What no profile within the jerk can beat is 1,156 s (docs/motion-profiles.md, D); the best that was found, about 1,270 s.
-    assert!((1_156.0..1_380.0).contains(&seconds), "{seconds} s");
-    // As it would be sent, with everything between the paths: less than a byte a step.
+    assert!(pieces > 45_000 && length_mm > 16_000.0, "{pieces} pieces, {length_mm} mm");
+    // Joined toolpaths took 1,276 s. Earlier, with 55,000 segments, no profile within the jerk limit could be
+    // below 1,156 s (docs/motion-profiles.md, D).
+    assert!((1_100.0..1_330.0).contains(&seconds), "{seconds} s");
+    // As transmitted, with everything between the paths: less than one byte per step.
     let stream = steps::stream(&timeline, &machine).expect("a stream");
     let made: u64 = steps::replay_stream(&stream).map(|pulse| u64::from(pulse.axes.count_ones())).sum();
     let bytes = steps::compact(&stream).len();
     println!("{made} steps in {bytes} bytes");
-    assert!(made > 4_000_000 && (bytes as u64) < made, "{made} steps in {bytes} bytes");
+    assert!(made > 3_000_000 && (bytes as u64) < made, "{made} steps in {bytes} bytes");
 }
 
 #[test]
-fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
+fn default_job_isolates_all_reachable_gaps() {
     let Some(corpus) = corpus() else { return };
     let machine = virtual_drill();
     let options = PlanOptions::default();
@@ -207,7 +257,7 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Where motors lose steps that are driven by the stream of a board's usual job, because of what they are asked for.
+/// The positions where motors lose steps because the default job's stream asks too much of them.
 fn lost_by_the_motors(board: &Board, machine: &Machine) -> Vec<Slip> {
     let mut work = Work::default_for(board, machine);
     work.setup.face = work.faces()[0];
@@ -221,13 +271,13 @@ fn lost_by_the_motors(board: &Board, machine: &Machine) -> Vec<Slip> {
     for pulse in steps::replay_stream(&stream) {
         twin.step(pulse.tick, pulse.axes, pulse.forward);
     }
-    // It starts anywhere, and so it may also meet its ends.
+    // The virtual drill starts at a random position, so it can also hit a limit: ignore that cause.
     let asked = |slip: &&Slip| matches!(slip.cause, Cause::TooFast | Cause::TooSteep);
     twin.slips().iter().filter(asked).copied().collect()
 }
 
 #[test]
-fn the_usual_job_of_real_boards_asks_no_more_of_the_motors_than_they_can() {
+fn default_job_stays_within_motor_limits() {
     let Some(corpus) = corpus() else { return };
     let few = ["easyeda/easytrace-tht", "kicad/4.0-multivibrator"];
     let whole = std::env::var_os("ANNULUS_LONG").is_some();

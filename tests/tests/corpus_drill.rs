@@ -1,5 +1,5 @@
-//! Every drill file, list and zip of the corpus, read with its neighbours, against its expectation; the dialects of one
-//! board; hostile files within their limits.
+//! Every drill file, list and zip of the corpus, read with its neighbours and compared with its expectation;
+//! all dialects of one board; hostile files within their limits.
 
 use annulus_core::artwork::{
     Artwork, DrillFile, FileKind, FileRead, MOST_HITS, MOST_KEPT, Overrides, read_set,
@@ -12,14 +12,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Expectations are rounded to 1 µm; inch data often sits on a half.
+/// Expectations are rounded to 1 µm; inch values are often exactly halfway.
 const TOLERANCE_MM: f64 = 0.0011;
 
 fn read_alone(path: &Path) -> Artwork {
     read_set(&[(path.display().to_string(), fs::read(path).unwrap())], &Overrides::default())
 }
 
-/// Everything in which a file differs from its expectation.
+/// All differences between a file and its expectation.
 fn differences(file: &FileRead, expected: &Value) -> Vec<String> {
     let Some(drill) = &file.drill else { return vec!["no holes".into()] };
     let mut out = Vec::new();
@@ -74,7 +74,7 @@ fn differences(file: &FileRead, expected: &Value) -> Vec<String> {
         }
     }
     let rapid = expected["rapid_length_file_order_mm"].as_f64().unwrap_or_default();
-    // Sums of thousands of moves, each rounded by the expectation's own arithmetic.
+    // The sum of thousands of moves, each rounded in the expectation.
     if (drill.rapid_length_mm() - rapid).abs() > 0.002 {
         compare("rapid length", drill.rapid_length_mm().to_string(), rapid.to_string());
     }
@@ -82,7 +82,7 @@ fn differences(file: &FileRead, expected: &Value) -> Vec<String> {
 }
 
 #[test]
-fn every_drill_file_agrees_with_its_expectation() {
+fn every_drill_file_matches_its_expectation() {
     let mut folders: BTreeMap<PathBuf, Artwork> = BTreeMap::new();
     let (mut count, mut wrong) = (0, Vec::new());
     for (source, json) in expectations() {
@@ -111,7 +111,7 @@ fn board_of(file: &FileRead) -> Board {
     from_artwork(&artwork, &[0]).0
 }
 
-/// Holes in the order of place and size, in nanometres.
+/// Holes sorted by position and size, in nanometres.
 fn holes(board: &Board) -> Vec<(i64, i64, i64)> {
     let row = |hole: &annulus_core::board::Hole| {
         (hole.at.x.nm(), hole.at.y.nm(), hole.diameter.map_or(0, |d| d.nm()))
@@ -122,7 +122,7 @@ fn holes(board: &Board) -> Vec<(i64, i64, i64)> {
 }
 
 #[test]
-fn dialects_of_one_board_are_one_board() {
+fn dialects_of_one_board_give_the_same_board() {
     let artwork = read_folder(&data().join("synthetic"));
     let named = |start: &str| {
         let matching = |file: &&FileRead| {
@@ -155,7 +155,7 @@ fn dialects_of_one_board_are_one_board() {
     );
 }
 
-/// What is kept of a file, in bytes, counted from its data rather than from a clock or an allocator.
+/// Memory of a file in bytes, computed from its data to be independent of the allocator.
 fn kept_bytes(drill: &DrillFile) -> usize {
     let segments: usize = drill.routes.iter().map(|route| route.segments.len()).sum();
     drill.hits.capacity() * size_of_val(&drill.hits.first().copied())
@@ -164,8 +164,8 @@ fn kept_bytes(drill: &DrillFile) -> usize {
 }
 
 #[test]
-fn hostile_files_end_in_diagnostics_within_limits() {
-    // file, kind, hits kept, code that must be among the diagnostics, its line
+fn hostile_files_are_reported_within_limits() {
+    // File, kind, number of hits, a code that must be reported, its line.
     let rows: [(&str, FileKind, usize, &str, u32); 15] = [
         ("x01-repeat-bomb.drl", FileKind::Refused, 0, "drill.too_many_repeats", 7),
         ("x02-pattern-bomb.drl", FileKind::Refused, 0, "drill.too_many_repeats", 2507),
@@ -211,7 +211,7 @@ fn hostile_files_end_in_diagnostics_within_limits() {
 }
 
 #[test]
-fn every_sentence_about_the_corpus_is_filled() {
+fn corpus_messages_have_all_arguments() {
     let mut folders = vec![data().join("synthetic")];
     let theirs = corpus();
     if let Some(corpus) = &theirs {
@@ -234,7 +234,7 @@ fn every_sentence_about_the_corpus_is_filled() {
 }
 
 #[test]
-fn zips_give_only_what_is_safe() {
+fn zips_give_only_safe_files() {
     let listed = |name: &str| -> Vec<(String, FileKind)> {
         let artwork = read_alone(&data().join("synthetic").join(name));
         let inside = |file: &FileRead| file.name.split_once("!/").map(|(_, inside)| inside.to_owned());
@@ -253,7 +253,7 @@ fn zips_give_only_what_is_safe() {
 }
 
 #[test]
-fn what_must_be_refused_is_refused_with_a_reason() {
+fn unsupported_files_are_refused_with_a_reason() {
     let Some(corpus) = corpus() else { return };
     for (name, kind, code) in [
         ("altium/protel-se-sg-if/SE_SG_IF_V2.DRL", FileKind::Refused, "refused.eia_tape"),
@@ -273,7 +273,7 @@ fn what_must_be_refused_is_refused_with_a_reason() {
 }
 
 #[test]
-fn copper_settles_what_words_leave_open() {
+fn copper_decides_an_ambiguous_drill_format() {
     let Some(corpus) = corpus() else { return };
     for (name, source, least, shift) in [
         ("pads/osu-rover-2011/Drill.drl", "copper", 0.99, None),
@@ -299,7 +299,7 @@ fn copper_settles_what_words_leave_open() {
 }
 
 #[test]
-fn a_sample_board_is_whole() {
+fn sample_board_is_complete() {
     let folder = annulus_tests::root().join("www/examples");
     let artwork = read_folder(&folder);
     let (board, diagnostics) = from_artwork(&artwork, &artwork.default_use());

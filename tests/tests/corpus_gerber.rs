@@ -1,5 +1,5 @@
-//! Every Gerber layer of the corpus, read with its neighbours and painted, against its expectation; hostile layers within
-//! their limits.
+//! Every Gerber layer of the corpus, read with its neighbours, painted and compared with its expectation;
+//! hostile layers within their limits.
 
 use annulus_core::artwork::{FileKind, FileRead, Overrides, Role, Side, painted, painted_measures, read_set};
 use annulus_core::board::{BoardWanted, Face, from_artwork, from_artwork_with};
@@ -11,18 +11,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-/// Bounds are compared to this, in mm.
+/// Tolerance of bounds, mm.
 const BOUNDS_MM: f64 = 0.002;
 
-/// Where the expectation counts other holes than are found, while islands, area and box agree. A third count, of round
-/// sweeps united as polygons of 256, 1,024 and (the second) 4,096 sides, gives 12,145 and 47: the expectation's own way of
-/// drawing strokes opens gaps there that are none. Expected holes, and those found.
+/// Layers whose expected hole count differs, although islands, area and bounds agree: file, expected, found.
+/// A third count with round sweeps as polygons of 256, 1,024 and (second layer) 4,096 sides gives 12,145 and
+/// 47. So the expectation's stroke rendering opens gaps that don't exist.
 const SLIVERS: [(&str, u32, u32); 2] = [
     ("altium/protel-se-sg-if/SE_SG_IF_V2.GTL", 12_176, 12_141),
     ("fd1-keyboard-panel/panel_Bottom.gbr", 48, 47),
 ];
 
-/// The pixel of the image that the expected box was measured in, where no program gave it exactly.
+/// Pixel size of the image from which the expected bounds were measured, if no program gave them exactly.
 fn raster_mm(row: &Value) -> Option<f64> {
     let (raster, wanted) = (&row["oracles"]["gerbv"], &row["expected"]["painted_bbox_mm"]);
     let measured = !wanted.is_null() && raster["painted_bbox_mm"] == *wanted;
@@ -38,8 +38,8 @@ fn box_differs(found: Option<Bounds>, wanted: &Value, raster_mm: Option<f64>) ->
     })
 }
 
-/// Everything in which a layer differs from its expectation. `draws` is not compared: libgerbv, whose count it is, counts
-/// moves and the edges of contours among them.
+/// All differences between a layer and its expectation. Ignores `draws`: libgerbv's count includes moves and
+/// the edges of contours.
 fn differences(file: &FileRead, row: &Value) -> Vec<String> {
     let (expected, raster_mm) = (&row["expected"], raster_mm(row));
     let Some(gerber) = &file.gerber else { return vec![format!("no layer: {:?}", file.diagnostics)] };
@@ -89,7 +89,7 @@ fn differences(file: &FileRead, row: &Value) -> Vec<String> {
 }
 
 #[test]
-fn every_layer_meets_its_expectation() {
+fn every_layer_matches_its_expectation() {
     let Some(_) = corpus() else { return };
     let mut folders: BTreeMap<PathBuf, Vec<(PathBuf, Value)>> = BTreeMap::new();
     for (path, value) in expectations().into_iter().filter(|(_, value)| value["kind"] == "gerber") {
@@ -112,7 +112,7 @@ fn every_layer_meets_its_expectation() {
     assert!(wrong.is_empty(), "{} of {count} differ:\n{}", wrong.len(), wrong.join("\n"));
 }
 
-/// Which layers of the corpus are what. Names are told apart with all files of their folder at hand.
+/// Expected roles of corpus layers. Each file is read with all files of its folder.
 const ROLES: [(&str, Role, Option<Side>, &str); 38] = [
     ("kicad/2013-clockblock/clockblock-F_Cu.gbr", Role::Copper, TOP, "kind.gerber_cad_name"),
     ("kicad/2013-clockblock/clockblock-Edge_Cuts.gbr", Role::Outline, None, "kind.gerber_cad_name"),
@@ -132,12 +132,12 @@ const ROLES: [(&str, Role, Option<Side>, &str); 38] = [
     ("altium/protel-se-sg-if/SE_SG_IF_V2.GTL", Role::Copper, TOP, "kind.gerber_cad_name"),
     ("altium/23-x2-sample/PCB1_Copper_Signal_Top.gbr", Role::Copper, TOP, "kind.gerber_x2"),
     ("allegro/minnowboard-max/MinnowMax_lyr2.art", Role::Copper, INNER, "kind.gerber_layer_name"),
-    ("orcad/rs232/rs232_cm.top", Role::Copper, TOP, "kind.gerber_layer_name"),
-    ("geda-pcb/stepper-lights/controller.bottom.gbr", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
+    ("orcad/rs232/rs232_cm.top", Role::Copper, TOP, "kind.gerber_cad_name"),
+    ("geda-pcb/stepper-lights/controller.bottom.gbr", Role::Copper, BOTTOM, "kind.gerber_cad_name"),
     ("pcb-rnd/isolated-power/power-art.gtl", Role::Copper, TOP, "kind.gerber_layer_name"),
     ("diptrace/fd1-keyboard-panel/panel_BoardOutline.gbr", Role::Outline, None, "kind.gerber_layer_name"),
     ("diptrace/fd1-keyboard-panel/panel_Bottom.gbr", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
-    ("easyeda/easytrace-tht/Gerber_BottomLayer.gbl", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
+    ("easyeda/easytrace-tht/Gerber_BottomLayer.gbl", Role::Copper, BOTTOM, "kind.gerber_cad_name"),
     ("horizon/usbkvm/usbkvm.gko", Role::Outline, None, "kind.gerber_cad_name"),
     ("horizon/usbkvm/usbkvm.gtl", Role::Copper, TOP, "kind.gerber_cad_name"),
     (
@@ -153,9 +153,9 @@ const ROLES: [(&str, Role, Option<Side>, &str); 38] = [
     ("mentor-veribest/nollezappare/EtchLayer2Bottom.gdo", Role::Copper, BOTTOM, "kind.gerber_layer_name"),
     ("siemens-xpedition/lasmo/EtchLayerTop.gdo", Role::Copper, TOP, "kind.gerber_layer_name"),
     ("pads/osu-rover-2011/Bottom.pho", Role::Copper, BOTTOM, "kind.gerber_cad_name"),
-    ("p-cad/zxinet/ZXINET.GTL", Role::Copper, TOP, "kind.gerber_layer_name"),
+    ("p-cad/zxinet/ZXINET.GTL", Role::Copper, TOP, "kind.gerber_cad_name"),
     ("freepcb/fcpoly/bottom.grb", Role::Copper, TOP, "kind.gerber_layer_name"),
-    ("upverter/sportiduino/design_export.xln", Role::Drill, None, "kind.gerber_cad_name"),
+    ("upverter/sportiduino/design_export.xln", Role::Drill, None, "kind.gerber_layer_name"),
     ("ultiboard/pihpsdr/PiHPSDR_Controller_MK_II_rev2.g6", Role::Outline, None, "kind.gerber_layer_name"),
 ];
 const TOP: Option<Side> = Some(Side::Top);
@@ -163,7 +163,7 @@ const BOTTOM: Option<Side> = Some(Side::Bottom);
 const INNER: Option<Side> = Some(Side::Inner);
 
 #[test]
-fn every_layer_of_a_set_has_its_role_and_the_reason() {
+fn every_layer_has_its_role_with_the_reason() {
     let Some(corpus) = corpus() else { return };
     let mut wrong = Vec::new();
     for (name, role, side, reason) in ROLES {
@@ -179,7 +179,7 @@ fn every_layer_of_a_set_has_its_role_and_the_reason() {
 }
 
 #[test]
-fn holes_with_a_zero_point_of_their_own_are_moved_onto_the_copper_when_asked() {
+fn shifted_holes_are_aligned_to_the_copper_on_request() {
     let Some(corpus) = corpus() else { return };
     let artwork = read_folder(&corpus.join("ultiboard/pihpsdr"));
     let used = artwork.default_use();
@@ -199,7 +199,7 @@ fn holes_with_a_zero_point_of_their_own_are_moved_onto_the_copper_when_asked() {
 }
 
 #[test]
-fn a_drill_layer_is_a_drill_file() {
+fn gerber_drill_layer_equals_a_drill_file() {
     let Some(corpus) = corpus() else { return };
     let artwork = read_folder(&corpus.join("kicad/9.0-gerber-x2-drill"));
     let (board, diagnostics) = from_artwork(&artwork, &artwork.default_use());
@@ -221,7 +221,7 @@ fn a_drill_layer_is_a_drill_file() {
 }
 
 #[test]
-fn old_gerber_is_read_with_the_list_beside_it_and_the_format_that_a_person_says() {
+fn old_gerber_is_read_with_its_aperture_list_and_format() {
     let Some(corpus) = corpus() else { return };
     let folder = corpus.join("cam350/ekf-rs274d");
     let files = ["ekf.gap", "l1.off"].map(|name| (name.to_owned(), fs::read(folder.join(name)).unwrap()));
@@ -237,7 +237,7 @@ fn old_gerber_is_read_with_the_list_beside_it_and_the_format_that_a_person_says(
 }
 
 #[test]
-fn copper_has_the_nets_that_x2_says() {
+fn copper_has_the_nets_of_its_x2_attributes() {
     let Some(corpus) = corpus() else { return };
     let artwork = read_folder(&corpus.join("kicad/8.0-carte_test"));
     let (board, _) = from_artwork_with(&artwork, &[], BoardWanted { copper: true, ..BoardWanted::default() });

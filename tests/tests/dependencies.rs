@@ -1,6 +1,4 @@
-//! Every dependency that a package names is named by a source of it too.
-//!
-//! Comes in: the manifests and the sources below them. Goes out: a list of what nothing uses. Does not know features.
+//! Every dependency in a manifest is used in a source of its package.
 
 use crate::floor_plan::rust_files;
 use annulus_tests::root;
@@ -10,10 +8,10 @@ use std::path::Path;
 const PACKAGES: &[&str] =
     &["core", "drill", "link", "app", "bridge", "bridge/firmware", "tests", "tests/speed", "xtask"];
 
-/// Named for its feature alone: with it `syn` knows the lines of what it reads.
+/// Needed only for its feature: it makes `syn` keep line numbers.
 const FOR_A_FEATURE: &[&str] = &["proc-macro2"];
 
-/// What a manifest asks for, under every kind of table.
+/// The dependencies of a manifest, in all kinds of tables.
 fn dependencies(manifest: &toml::Table, found: &mut Vec<String>) {
     for (key, value) in manifest {
         let Some(table) = value.as_table() else { continue };
@@ -27,7 +25,7 @@ fn dependencies(manifest: &toml::Table, found: &mut Vec<String>) {
     }
 }
 
-/// Whether a line of code, comments apart, has `name` as a word.
+/// True if a line of code, apart from comments, contains `name` as a word.
 fn names(source: &str, name: &str) -> bool {
     let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
     source.lines().filter(|line| !line.trim_start().starts_with("//")).any(|line| {
@@ -55,14 +53,14 @@ fn unused(package: &Path) -> Vec<String> {
 }
 
 #[test]
-fn no_package_asks_for_what_it_does_not_use() {
+fn packages_have_no_unused_dependencies() {
     let rows = PACKAGES.iter().map(|package| (package, unused(&root().join(package))));
     let left: Vec<_> = rows.filter(|(_, unused)| !unused.is_empty()).collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]
-fn a_word_in_a_comment_is_no_use() {
+fn comments_do_not_count_as_uses() {
     assert!(names("use geo::Area;", "geo") && names("    geo::area()", "geo"));
     assert!(!names("// geo is near", "geo") && !names("let geometry = 1;", "geo"));
     let mut found = Vec::new();

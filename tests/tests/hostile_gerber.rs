@@ -1,21 +1,22 @@
-//! Small layers that ask for a lot: each is painted, or refused at an object, in a process that has little memory.
+//! Small layers that require much work: each is painted, or rejected at an object, in a process with little
+//! memory.
 //!
-//! The layers are made here. A child is this program again, with the test [`child`] alone and the name of a layer in the
-//! environment; it may take no more memory than the shell leaves it.
+//! Each test runs this program again as a child, with only the test [`child`] and the name of a layer in the
+//! environment. The shell limits the child's memory.
 
 use annulus_core::artwork::{FileRead, Overrides, painted, read_set};
 use annulus_core::chance::Chance;
 use std::fmt::Write;
 use std::process::Command;
 
-/// What a child is told by.
+/// Environment variable with the child's layer.
 const LAYER: &str = "ANNULUS_HOSTILE_LAYER";
-/// Memory of a child in KiB, its program and stacks included.
+/// Memory of a child in KiB, including program and stacks.
 const MEMORY_KIB: u32 = 450_000;
-/// Seconds that a child may compute, on a machine ten times slower than one it takes two on.
+/// CPU time limit of a child, s; generous enough for a machine ten times slower than one that takes 2 s.
 const SECONDS: u32 = 40;
 
-/// A coordinate up to so many millimetres from the middle, in the digits of a layer.
+/// A random coordinate within `mm` millimetres, in the digits of a layer.
 fn within(chance: &mut Chance, mm: usize) -> i64 {
     chance.below(2_000_000 * mm) as i64 - 1_000_000 * mm as i64
 }
@@ -36,7 +37,7 @@ fn many(count: usize, mut line: impl FnMut(usize, &mut Chance) -> String) -> Str
     })
 }
 
-/// Arcs in a region whose ends do not fit their middles, almost whole turns.
+/// Arcs in a region whose ends don't fit their centers, nearly full circles.
 fn uneven_arcs(count: usize) -> String {
     let arcs = many(count, |index, chance| {
         let (x, way) = (100_000_000 + within(chance, 2), 2 + index % 2);
@@ -50,8 +51,8 @@ fn uneven_arcs(count: usize) -> String {
     layer("%ADD10C,0.5*%", &format!("G36*\nX100000000Y0D02*\n{arcs}G37*\n"))
 }
 
-/// Every layer: its name, and whether it must be refused.
-const LAYERS: [(&str, bool); 17] = [
+/// Name of each layer, and whether it must be rejected.
+const LAYERS: [(&str, bool); 20] = [
     ("uneven arcs, few", false),
     ("uneven arcs", true),
     ("a region that crosses itself 700,000 times", true),
@@ -69,8 +70,12 @@ const LAYERS: [(&str, bool); 17] = [
     ("a hatch", true),
     ("many small strokes", false),
     ("many points", false),
+    ("a heap of pads", false),
+    ("pads all over each other", false),
+    ("a fill of long strokes", false),
 ];
 
+#[allow(clippy::too_many_lines, reason = "a table of texts")]
 fn text_of(name: &str) -> String {
     let circle = "%ADD10C,0.5*%";
     let with_macro = |lines: &str, count: usize| {
@@ -141,6 +146,16 @@ fn text_of(name: &str) -> String {
             };
             layer("%ADD10C,0.05*%", &many(1_000, both))
         }
+        "a heap of pads" => {
+            layer("%ADD10C,0.4*%", &many(5_800, |_, chance| format!("{}D03*", place(chance, 2))))
+        }
+        "pads all over each other" => {
+            layer("%ADD10C,0.4*%", &many(10_000, |_, chance| format!("{}D03*", place(chance, 8))))
+        }
+        "a fill of long strokes" => {
+            let row = |index: usize, _: &mut Chance| format!("X0Y{0}D02*X48000000Y{0}D01*", index * 7_000);
+            layer("%ADD10C,0.02*%", &many(5_800, row))
+        }
         "many small strokes" => {
             let short = |index: usize, _: &mut Chance| {
                 let (x, y) = (index % 200 * 1_000_000, index / 200 * 1_000_000);
@@ -174,7 +189,7 @@ fn child() {
 }
 
 #[test]
-fn hostile_layers_of_a_megabyte_end_within_their_memory() {
+fn hostile_layers_of_1_mb_stay_within_their_memory() {
     let mut wrong = Vec::new();
     for (name, refused) in LAYERS {
         let limits = format!("ulimit -v {MEMORY_KIB} && ulimit -t {SECONDS} && exec \"$0\" \"$@\"");

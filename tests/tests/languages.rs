@@ -1,6 +1,5 @@
-//! The languages beside English: every sentence, with the same arguments and all forms of its words, and none left in English (N23).
-//!
-//! Comes in: the locale tables. Goes out: a list of what is wrong. Does not know whether a sentence is well said.
+//! Other languages than English: every text exists, with the same arguments and all plural forms, and none is
+//! left in English.
 
 use annulus_core::locale::{self, FALLBACK, braces};
 use fixed_decimal::Decimal;
@@ -8,7 +7,7 @@ use icu_locale_core::Locale;
 use icu_plurals::{PluralCategory, PluralOperands, PluralRules};
 use std::collections::BTreeSet;
 
-/// What is said in other languages as in English: names, signs, units, and these words.
+/// Texts that are identical in English: names, signs, units, and these words.
 const SAME: &[&str] = &[
     "Alarm",
     "Annulus",
@@ -25,16 +24,16 @@ const SAME: &[&str] = &[
     "annulus link",
 ];
 
-/// Longest text without a word of its own: units, axes, signs.
+/// Longest text that can consist only of units, axes and signs.
 const OF_SIGNS: usize = 3;
 
-/// Words of ux-spec's critical catalogue: key, Polish, Chinese.
+/// Words of the UX specification's critical catalogue: key, Polish, Chinese.
 const CRITICAL: &[(&str, &str, &str)] = &[
     ("page.stop.label", "STOP", "停止"),
     ("page.job.pause", "Pauza", "暂停"),
     ("page.job.resume", "Wznów", "继续"),
-    ("page.machine.home", "Zerowanie maszyny", "机床回零"),
-    ("page.machine.base", "Baza: zero płytki tutaj — bez ruchu", "设工件零点（不移动）"),
+    ("page.machine.home", "Bazuj maszynę (jedzie do krańcówek)", "机床回零"),
+    ("page.machine.base", "Ustaw zero robocze tutaj (bez ruchu)", "设工件零点（不移动）"),
     ("page.jog.title", "Ruch ręczny", "点动"),
     ("page.state.tool_change", "Wymiana narzędzia", "换刀"),
     ("page.job.holes", "Otwór {done} z {total}", "第{done}孔 / 共{total}孔"),
@@ -44,12 +43,11 @@ const CRITICAL: &[(&str, &str, &str)] = &[
     ("page.cam.word.isolate", "Grawerowanie izolacji", "隔离雕刻"),
     ("page.cam.word.drill", "Wiercenie", "钻孔"),
     ("page.cam.word.cut_out", "Wycięcie", "外形切割"),
-    ("page.state.not_homed", "Niewyzerowana", "未回零"),
+    ("page.state.not_homed", "Niezbazowana", "未回零"),
     ("page.state.alarm", "Alarm", "报警"),
     ("page.state.link_lost", "Utracono łączność", "连接中断"),
 ];
 
-/// The other languages.
 fn others() -> Vec<&'static str> {
     locale::languages().map(|(language, _)| language).filter(|language| *language != FALLBACK).collect()
 }
@@ -58,7 +56,7 @@ fn names(text: &str) -> BTreeSet<&str> {
     locale::names(text).collect()
 }
 
-/// Every sentence of `language` that English has too, as (key, English, other).
+/// Every text of `language` that English has too, as (key, English, other).
 fn pairs(language: &str) -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     locale::entries(language)
         .iter()
@@ -70,7 +68,7 @@ fn none_wrong(wrong: &[String]) {
 }
 
 #[test]
-fn no_language_has_a_sentence_that_english_lacks() {
+fn languages_have_no_texts_missing_in_english() {
     let english: BTreeSet<_> = locale::entries(FALLBACK).iter().map(|(key, _)| *key).collect();
     for language in others() {
         let left: Vec<_> = locale::entries(language)
@@ -83,7 +81,7 @@ fn no_language_has_a_sentence_that_english_lacks() {
 }
 
 #[test]
-fn every_sentence_has_the_arguments_of_the_english_one() {
+fn texts_have_the_arguments_of_the_english_ones() {
     let wrong: Vec<_> = others()
         .into_iter()
         .flat_map(|language| pairs(language).map(move |pair| (language, pair)))
@@ -94,7 +92,7 @@ fn every_sentence_has_the_arguments_of_the_english_one() {
 }
 
 #[test]
-fn every_word_that_counts_has_the_forms_of_its_language() {
+fn counted_words_have_the_plural_forms_of_their_language() {
     let mut wrong = Vec::new();
     for (language, _) in locale::languages() {
         let most = locale::forms(language);
@@ -112,7 +110,7 @@ fn every_word_that_counts_has_the_forms_of_its_language() {
 }
 
 #[test]
-fn nothing_is_left_in_english() {
+fn texts_of_other_languages_are_translated() {
     let has_words = |text: &str| {
         let mut plain = text.to_owned();
         for inside in braces(text) {
@@ -134,7 +132,7 @@ fn nothing_is_left_in_english() {
 }
 
 #[test]
-fn critical_words_are_those_that_were_agreed() {
+fn critical_words_are_the_agreed_ones() {
     for (key, polish, chinese) in CRITICAL {
         assert_eq!(locale::lookup("pl", key), Some(*polish), "{key}");
         assert_eq!(locale::lookup("zh", key), Some(*chinese), "{key}");
@@ -142,7 +140,7 @@ fn critical_words_are_those_that_were_agreed() {
 }
 
 #[test]
-fn forms_of_words_follow_the_rules_of_cldr() {
+fn plural_forms_follow_cldr() {
     let numbers = (0..2_000).map(|number: u32| number.to_string());
     let fractions = ["0.5", "1.5", "2.25", "12.7", "100.1"].map(str::to_owned);
     let numbers: Vec<String> = numbers.chain(fractions).collect();
@@ -162,11 +160,11 @@ fn forms_of_words_follow_the_rules_of_cldr() {
     }
 }
 
-/// What need not be there in other languages: sentences of tests.
+/// Prefix of texts that other languages needn't have: those of tests.
 const OF_TESTS: &str = "test.";
 
 #[test]
-fn every_sentence_is_there_in_every_language() {
+fn every_text_exists_in_every_language() {
     for language in others() {
         let has: BTreeSet<_> = locale::entries(language).iter().map(|(key, _)| *key).collect();
         let keys = locale::entries(FALLBACK).iter().map(|(key, _)| *key);

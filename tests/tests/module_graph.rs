@@ -1,7 +1,5 @@
-//! The files of a package and what each names of the others, read from the sources.
-//!
-//! Comes in: a package's `src`. Goes out: per file its paths, what they lead to, and the circles among files. A name that a folder
-//! takes in from one of its files leads to that file. Does not know floors.
+//! The files of a package and their dependencies, from the sources. A re-export of a folder leads to the file
+//! that defines the name.
 
 use crate::floor_plan::rust_files;
 use annulus_tests::root;
@@ -10,13 +8,13 @@ use std::fs;
 use std::path::Path;
 use syn::visit::{self, Visit};
 
-/// The files of a package by the paths of their modules: `["model", "link", "stop"]`.
+/// The files of a package by module path: `["model", "link", "stop"]`.
 pub(crate) type Modules = BTreeMap<Vec<String>, Names>;
 
-/// How many names are followed from `use` to `use`: those of the language's own circles end here.
+/// Maximum number of `use` steps to follow, because re-exports can be circular.
 const MOST_TURNS: usize = 8;
 
-/// The path of a file's module.
+/// The module path of a file.
 fn module_of(source: &Path, path: &Path) -> Vec<String> {
     let inside = path.strip_prefix(source).unwrap().with_extension("");
     let mut parts: Vec<String> =
@@ -34,18 +32,17 @@ fn is_test(attributes: &[syn::Attribute]) -> bool {
     })
 }
 
-/// All paths that a file names, its statics, and the names that it takes in with where they come from.
+/// All paths in a file, the number of its statics, and its imports with their origin.
 #[derive(Default)]
 pub(crate) struct Names {
-    /// Everything that is named, segment by segment.
+    /// All paths, segment by segment.
     pub(crate) paths: Vec<Vec<String>>,
-    /// How many things live as long as the program.
     pub(crate) statics: usize,
     taken_in: BTreeMap<String, Vec<String>>,
 }
 
 impl Names {
-    /// What a source names, its tests apart.
+    /// The names in a source, without tests.
     pub(crate) fn read(text: &str) -> Self {
         let mut names = Self::default();
         names.visit_file(&syn::parse_file(text).unwrap());
@@ -106,7 +103,7 @@ impl<'ast> Visit<'ast> for Names {
     }
 }
 
-/// Every file of a package without its tests: its module, and what it names.
+/// Every file of a package with its names, without tests.
 pub(crate) fn modules(source: &str) -> Modules {
     let source = root().join(source);
     let mut files = Vec::new();
@@ -120,7 +117,7 @@ pub(crate) fn modules(source: &str) -> Modules {
         .collect()
 }
 
-/// Where `path`, named in `module`, leads to, as far as it is a module of the package.
+/// The module of the package that `path`, used in `module`, leads to.
 pub(crate) fn target<'a>(
     module: &[String],
     path: &[String],
@@ -169,7 +166,7 @@ fn follow<'a>(
     modules.get_key_value(&base).map(|(found, _)| found)
 }
 
-/// A folder and the files in it belong together: what is counted are the arrows between files of which neither is above the other.
+/// Dependencies between files. A folder and the files in it belong together, so those don't count.
 fn arrows(modules: &Modules) -> BTreeMap<&Vec<String>, BTreeSet<&Vec<String>>> {
     modules
         .iter()
@@ -181,7 +178,7 @@ fn arrows(modules: &Modules) -> BTreeMap<&Vec<String>, BTreeSet<&Vec<String>>> {
         .collect()
 }
 
-/// The files that can be reached from each other, in groups of more than one.
+/// Groups of files that depend on each other in a circle.
 pub(crate) fn circles(modules: &Modules) -> Vec<String> {
     let arrows = arrows(modules);
     let reach = |from: &Vec<String>| {
@@ -204,23 +201,26 @@ pub(crate) fn circles(modules: &Modules) -> Vec<String> {
     found.into_iter().collect()
 }
 
-/// The packages whose files do not name each other in a circle.
-const WITHOUT_CIRCLES: &[&str] = &["app/src", "bridge/src", "drill/src", "link/src"];
+/// Packages without circular dependencies between files.
+const WITHOUT_CIRCLES: &[&str] = &["core/src", "app/src", "bridge/src", "drill/src", "link/src"];
+/// The only group of files that may form a circle: the activities of the GRBL engine, which lead to each other.
+const ALLOWED: &str = "core/src: controller/activity ─ ";
 
 #[test]
-fn no_files_of_a_package_name_each_other_in_a_circle() {
+fn modules_have_no_circular_dependencies() {
     let found: Vec<String> = WITHOUT_CIRCLES
         .iter()
         .flat_map(|source| {
             circles(&modules(source)).into_iter().map(move |circle| format!("{source}: {circle}"))
         })
         .collect();
+    let found: Vec<String> = found.into_iter().filter(|circle| !circle.starts_with(ALLOWED)).collect();
     assert!(found.is_empty(), "{} circles:\n{}", found.len(), found.join("\n"));
 }
 
-/// A rule that cannot fail is no rule.
+/// Checks that the rule can fail.
 #[test]
-fn a_circle_is_found_also_by_names_that_a_folder_hands_on() {
+fn circle_through_a_folder_export_is_found() {
     let at = |path: &str| path.split('/').map(str::to_owned).collect::<Vec<_>>();
     let rows: [(&str, &str); 4] = [
         ("a", "use crate::b::f; static S: u8 = 0;"),

@@ -1,4 +1,5 @@
-//! Small sample files, damaged at random from a printed seed: the readers keep their promises on all of them.
+//! Small sample files with seeded random damage: the readers keep their invariants on all of them. Failures
+//! print the seed.
 
 use annulus_core::artwork::{members, packed};
 use annulus_core::board::Face;
@@ -6,19 +7,18 @@ use annulus_core::cam::usual::usual_bits;
 use annulus_core::cam::work::{Operation, OperationKind, Remedy, Work};
 use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
-use annulus_core::machine::virtual_drill;
 use annulus_core::project;
 use annulus_core::project::saved::{self, Project, SaidOfFiles};
 use annulus_tests::{root, rounds, targets};
 use std::fs;
 
-/// Inputs per sample and target on every push, and when there is time: above 10⁴ and 10⁵ together.
+/// Inputs per sample and target, short and long: more than 10⁴ and 10⁵ in total.
 const ROUNDS: (u64, u64) = (500, 5_000);
 
-/// Damaged layers, which are painted too.
+/// Damaged layers, which are also painted.
 const LAYER_ROUNDS: (u64, u64) = (200, 2_000);
 
-/// Pieces that mean something to a reader.
+/// Fragments with a meaning for the readers.
 const WORDS: [&[u8]; 34] = [
     b"M25\n",
     b"M01\n",
@@ -90,7 +90,7 @@ const LAYER: &[u8] = b"G04 #@! TF.FileFunction,Copper,L1,Top*\n%FSLAX36Y36*%\n%M
 X0Y0D03*\n%SR*%\nG36*\nX0Y0D02*\nG01X4000000D01*\nY4000000D01*\nG02X0Y0I-4000000J0D01*\nG37*\nM02*\n";
 
 #[test]
-fn damaged_layers_break_no_promise() {
+fn damaged_layers_never_panic() {
     let mut small = 0;
     for seed in 0..rounds(LAYER_ROUNDS.0, LAYER_ROUNDS.1) {
         let bytes = damage(LAYER, &mut Chance::new(seed));
@@ -104,7 +104,7 @@ fn damaged_layers_break_no_promise() {
 }
 
 #[test]
-fn damaged_files_break_no_promise() {
+fn damaged_files_never_panic() {
     let mut samples: Vec<_> =
         fs::read_dir(root().join("tests/data/drill")).unwrap().map(|entry| entry.unwrap().path()).collect();
     samples.sort();
@@ -132,7 +132,7 @@ fn damaged_files_break_no_promise() {
 /// Damaged projects and jobs.
 const PROJECT_ROUNDS: (u64, u64) = (300, 3_000);
 
-/// Pieces that mean something to the readers of projects and jobs.
+/// Fragments with a meaning for the readers of projects and jobs.
 const JOB_WORDS: [&[u8]; 16] = [
     b"[setup]\n",
     b"[[bit]]\n",
@@ -152,7 +152,7 @@ const JOB_WORDS: [&[u8]; 16] = [
     b"\\u0000",
 ];
 
-/// A job with a little of everything, damaged as text or in its words.
+/// A job, damaged as bytes and by fragments.
 fn damaged_job(sample: &str, chance: &mut Chance) -> Vec<u8> {
     let mut bytes = damage(sample.as_bytes(), chance);
     for _ in 0..chance.below(3) {
@@ -163,11 +163,9 @@ fn damaged_job(sample: &str, chance: &mut Chance) -> Vec<u8> {
     bytes
 }
 
-/// The job of the sample project: every kind of operation, and a cure.
+/// The job of the sample project: every kind of operation, and a fix.
 fn sample_job() -> String {
-    let machine = virtual_drill();
-    let operations =
-        OperationKind::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Top, &machine));
+    let operations = OperationKind::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Top));
     let mut work = Work { bits: usual_bits(), operations: operations.collect(), ..Work::default() };
     let isolate = work.operations.iter_mut().find_map(|operation| match &mut operation.action {
         OperationKind::Isolate(isolate) => Some(isolate),
@@ -178,7 +176,7 @@ fn sample_job() -> String {
 }
 
 #[test]
-fn damaged_projects_and_jobs_break_no_promise() {
+fn damaged_projects_and_jobs_never_panic() {
     let job = sample_job();
     let files = ["b/a.drl", "b/a.gbr"].map(str::to_owned).into_iter();
     let drill = b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n".to_vec();
@@ -192,7 +190,7 @@ fn damaged_projects_and_jobs_break_no_promise() {
     let rounds = rounds(PROJECT_ROUNDS.0, PROJECT_ROUNDS.1);
     for seed in 0..rounds {
         let chance = &mut Chance::new(seed);
-        // The zip itself; one of its members, packed again; the job alone.
+        // The zip itself; a damaged member in an intact zip; only the job.
         let (target, bytes): (fn(&[u8]), _) = match seed % 3 {
             0 => (targets::project, damage(&zip, chance)),
             1 => {
@@ -214,8 +212,9 @@ fn damaged_projects_and_jobs_break_no_promise() {
 }
 
 #[test]
-fn projects_that_unpack_to_too_much_are_refused_at_once() {
-    // Zeros pack a thousandfold: one member over the limit, and many that are over it together, said to be small.
+fn projects_that_unpack_too_large_are_refused() {
+    // Zeros compress a thousandfold: one member over the limit, and many that exceed it together while
+    // declaring small sizes.
     let zip = saved::write(&Project { job: Some("schema = 1\n".to_owned()), ..Project::default() }).unwrap();
     targets::project(&zip);
     let at = zip.windows(4).position(|four| four == b"PK\x01\x02").unwrap();

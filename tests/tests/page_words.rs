@@ -1,6 +1,5 @@
-//! No text on the page that is not in the locale tables, and no key without its text (N23).
-//!
-//! Comes in: the sources of the page. Goes out: a list of what is missing. Knows Rust only as far as string literals.
+//! Every text on the page is in the locale tables, and every key has a text. Parses Rust only as far as
+//! string literals.
 
 use annulus_core::cam::parameters::{self, Parameter};
 use annulus_core::cam::work::OperationKind;
@@ -26,7 +25,7 @@ fn sources(folder: &Path, out: &mut Vec<(PathBuf, String)>) {
     }
 }
 
-/// A string literal with the code before and behind it, spaces left out.
+/// A string literal with the code before and after it, without spaces.
 struct Literal {
     before: String,
     text: String,
@@ -34,7 +33,7 @@ struct Literal {
     line: usize,
 }
 
-/// Every string literal that is not in a comment.
+/// Every string literal outside comments.
 fn literals(source: &str) -> Vec<Literal> {
     let mut found = Vec::new();
     let mut at = 0;
@@ -72,7 +71,7 @@ fn is_key(literal: &Literal) -> bool {
     ["t!(", "say!(", "key!("].into_iter().any(|call| called(call).is_some())
 }
 
-/// A word as people write it: a capital, then small letters; or something shown as it stands.
+/// True for a word as people write it (a capital, then lower case), or for a literal used as a child element.
 fn looks_like_words(literal: &Literal) -> bool {
     let is_name_of_key =
         literal.behind.starts_with("=>") || literal.behind.starts_with('|') || literal.before.ends_with('|');
@@ -110,7 +109,7 @@ fn every_key_of_the_page_has_its_text() {
     assert!(missing.is_empty(), "keys without text:\n{}", missing.join("\n"));
 }
 
-/// The keys of every `t!` and `say!` in the tokens, each with the names that it is given.
+/// The keys of every `t!` and `say!` in the tokens, with their argument names.
 fn said(tokens: TokenStream, out: &mut Vec<(String, BTreeSet<String>)>) {
     let tokens: Vec<_> = tokens.into_iter().collect();
     for (at, token) in tokens.iter().enumerate() {
@@ -127,7 +126,7 @@ fn said(tokens: TokenStream, out: &mut Vec<(String, BTreeSet<String>)>) {
 }
 
 #[test]
-fn every_sentence_of_the_page_is_given_what_it_takes_and_no_more() {
+fn page_texts_get_exactly_their_arguments() {
     let mut all = Vec::new();
     page().into_iter().for_each(|(_, text)| said(text.parse().unwrap(), &mut all));
     assert!(all.len() > 500, "{} sentences: they were not found", all.len());
@@ -147,7 +146,7 @@ fn every_sentence_of_the_page_is_given_what_it_takes_and_no_more() {
 }
 
 #[test]
-fn no_screen_says_a_word_of_its_own() {
+fn screens_contain_no_literal_text() {
     let mut bare = Vec::new();
     for (path, text) in page() {
         let inside = path.strip_prefix(root().join("app/src")).unwrap();
@@ -165,7 +164,7 @@ fn no_screen_says_a_word_of_its_own() {
     assert!(bare.is_empty(), "text that is not in the locale tables:\n{}", bare.join("\n"));
 }
 
-/// The keys that the page puts together from the rows of a job's parameters and the words of their choices.
+/// The keys that the page composes from job parameters and the words of their choices.
 fn keys_of<T>(rows: &[Parameter<T>]) -> impl Iterator<Item = String> {
     rows.iter().flat_map(|row| {
         let words: &[&str] = if let ValueKind::Choice(words) = row.kind { words } else { &[] };
@@ -175,13 +174,13 @@ fn keys_of<T>(rows: &[Parameter<T>]) -> impl Iterator<Item = String> {
 }
 
 #[test]
-fn no_sentence_of_the_page_is_left_over() {
+fn page_has_no_unused_texts() {
     let all: String = page().into_iter().map(|(_, text)| text).collect();
     let mut used: BTreeSet<String> = literals(&all).into_iter().map(|literal| literal.text).collect();
     used.extend(
         keys_of(parameters::SETUP).chain(keys_of(parameters::BIT)).chain(keys_of(parameters::OPERATION)),
     );
-    // The name of a language is read when the tables are made.
+    // The locale tables use the language's name when they are built.
     used.insert("page.language".to_owned());
     used.extend(OperationKind::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
     let stem = |key: &str| {
@@ -196,7 +195,7 @@ fn no_sentence_of_the_page_is_left_over() {
 }
 
 #[test]
-fn the_scan_finds_what_it_is_for() {
+fn literal_scan_finds_planted_texts() {
     let rows = [
         (r#"span().child("Open files")"#, true),
         (r#"span().child("mm")"#, true),

@@ -1,8 +1,8 @@
-//! Drill files beside copper and outlines of other boards: what does not belong to them never changes a scale in silence.
+//! Drill files next to copper and outlines of other boards: foreign layers never change a scale silently.
 //!
-//! Every drill file of the corpus whose numbers have no points, with every copper or outline layer of every other board, once
-//! under their own names and once under names that say nothing. A reading is wrong when its box is not the expected one, and
-//! silent when no warning and no error goes with it.
+//! Pairs every corpus drill file without decimal points with every copper or outline layer of every other
+//! board, under their original names and under neutral names. A reading is wrong if its bounds are not the
+//! expected ones, and silent without a warning or error.
 
 use annulus_core::artwork::{FileKind, FileRead, Overrides, Role, read_set};
 use annulus_core::diagnostic::Severity;
@@ -11,19 +11,19 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// One pair of this many is read on a push; all of them with `ANNULUS_LONG`.
+/// One pair of this many is tested on a push; all with `ANNULUS_LONG`.
 const ONE_OF: u64 = 32;
 /// Expectations are rounded to 1 µm.
 const TOLERANCE_MM: f64 = 0.0011;
 
-/// A drill file of the corpus, and the box of its holes.
+/// A drill file of the corpus, and the bounds of its holes.
 struct Drill {
     path: PathBuf,
     bytes: Vec<u8>,
     bounds: Vec<f64>,
 }
 
-/// What the corpus expects of its files of a kind.
+/// The expectations of the corpus for one kind of file.
 fn expected(corpus: &Path, kind: &str) -> Vec<(PathBuf, Value)> {
     let paths = files_below(&corpus.join("expected"));
     let json = paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "json"));
@@ -53,7 +53,7 @@ fn layers(corpus: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     rows.collect()
 }
 
-/// Whether the pair is read today.
+/// True if the pair is tested in this run.
 fn chosen(at: u64) -> bool {
     std::env::var_os("ANNULUS_LONG").is_some()
         || (at.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32).is_multiple_of(ONE_OF)
@@ -68,7 +68,7 @@ fn is_right(file: &FileRead, bounds: &[f64]) -> bool {
 }
 
 #[test]
-fn copper_of_another_board_never_changes_a_scale_in_silence() {
+fn foreign_copper_changes_no_scale_silently() {
     let Some(corpus) = corpus() else { return };
     let (drills, layers) = (drills(&corpus), layers(&corpus));
     assert!(drills.len() >= 25 && layers.len() >= 30, "{} and {}", drills.len(), layers.len());

@@ -1,4 +1,4 @@
-//! Closed tours through the TSPLIB instances of the corpus, against their known optima.
+//! Closed tours through the TSPLIB instances of the corpus, compared with their known optima.
 
 use annulus_core::cam::bench::tsplib_gap;
 use annulus_tests::corpus;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::fs;
 
 #[test]
-fn closed_tours_are_within_two_percent_of_the_known_optimum() {
+fn closed_tours_average_within_2_percent_of_the_optimum() {
     let Some(folder) = corpus().map(|corpus| corpus.join("tsplib")) else { return };
     let optima: Value = serde_json::from_slice(&fs::read(folder.join("optima.json")).unwrap()).unwrap();
     let mut gaps = Vec::new();

@@ -1,20 +1,22 @@
-//! `cargo xtask bench --adapter`: what the USB step adapter does, measured, beside what is known of others.
+//! `cargo xtask bench --adapter`: measurements of the USB step adapter, next to known values of other
+//! controllers.
 //!
 //! ```text
 //! firmware ─ built ─▶ flash, memory            tests of firmware and host ─ lines "measured KEY: VALUE" ─▶ table
 //! ```
 //!
-//! Goes out: a table in Markdown on standard output, that of `docs/manual/adapter.md`. Judges nothing: the tests do.
+//! Judges nothing: the tests do.
 
 use crate::firmware;
 use crate::sh::{Done, command, say, shown};
 use crate::suites::ALL;
 use std::process::{Command, Stdio};
 
-/// Which tests without the firmware say what they measured; of those with it all are run.
+/// Host tests that print measurements; of the firmware's tests, all are run.
 const TESTS: [&str; 2] = ["deaths::a_host_that_dies", "deaths::a_step_of_the_sample_board"];
 
-/// What a row is called, what was measured begins with, and what is known of GRBL 1.1h on an ATmega328 and of Klipper on an RP2040.
+/// Title of a row, start of its measurement's line, and known values of GRBL 1.1h on an ATmega328 and of
+/// Klipper on an RP2040.
 const ROWS: [[&str; 4]; 15] = [
     [
         "fastest steps",
@@ -63,7 +65,7 @@ pub(crate) fn bench() -> Done {
     let (flash, memory) = firmware::sizes(&elf)?;
     let mut host = command("cargo", &["test"]);
     host.args(ALL).args(["--lib", "--", "--show-output"]).args(TESTS);
-    let (said, emulated) = (told(&mut host)?, told(&mut firmware::tests(&[])?)?);
+    let (said, emulated) = (told(&mut host)?, told(&mut firmware::tests()?)?);
     let seconds = format!("measured seconds: {} s, one test binary after the other", seconds(&emulated));
     let text = said + &emulated;
     let stack = text.lines().find_map(|line| line.strip_prefix("measured stack: "));
@@ -75,7 +77,7 @@ pub(crate) fn bench() -> Done {
     Ok(())
 }
 
-/// What some tests say.
+/// Output of some tests.
 fn told(tests: &mut Command) -> Done<String> {
     tests.stderr(Stdio::inherit());
     say(&shown(tests));
@@ -84,13 +86,13 @@ fn told(tests: &mut Command) -> Done<String> {
     if ran.status.success() { Ok(text) } else { Err(format!("{text}\n`{}` failed.", shown(tests))) }
 }
 
-/// How long all tests in `text` took, in s: each binary says it at its end.
+/// Time of all tests in `text`, in s: each binary prints it at its end.
 fn seconds(text: &str) -> u64 {
     let of = |line: &str| line.rsplit_once("finished in ")?.1.strip_suffix('s')?.parse::<f64>().ok();
     text.lines().filter_map(of).sum::<f64>().round() as u64
 }
 
-/// The table of what was measured.
+/// The table of measurements.
 fn table<'a>(lines: impl Iterator<Item = &'a str>) -> Done<String> {
     let measured: Vec<(&str, &str)> =
         lines.filter_map(|line| line.strip_prefix("measured ")?.split_once(": ")).collect();
@@ -111,13 +113,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_seconds_of_all_binaries_are_one_number() {
+    fn seconds_of_all_binaries_are_summed() {
         let said = |seconds: &str| format!("test result: ok. 3 passed; 0 failed; finished in {seconds}s\n");
         assert_eq!(seconds(&(said("41.06") + "test a ... ok\n" + &said("0.55"))), 42);
     }
 
     #[test]
-    fn every_row_is_measured_or_the_table_is_none() {
+    fn incomplete_measurements_give_no_table() {
         let all: Vec<String> =
             ROWS.iter().map(|row| format!("measured {}: {} of it", row[1], row[0])).collect();
         let text = table(all.iter().map(String::as_str).chain(["seed 1", "test x ... ok"])).unwrap();

@@ -1,11 +1,13 @@
-//! `cargo xtask bench [--page [GROUP… | --what [CRATE]] | --adapter]`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in
-//! WebAssembly by Node, and of the page in Chromium its budgets and the frames of the simulation; with `--page` the budgets alone.
+//! `cargo xtask bench [--page [GROUP… | --what [CRATE]] | --adapter | --isolation [BOARD…] | --memory
+//! [PADS…]]`: prints measurements. By default: speeds by criterion, and the works of `tests/speed` natively
+//! and in WebAssembly by Node. In Chromium: the page's budgets and the simulation's frame rate. `--page`
+//! measures the budgets alone.
 //!
-//! Goes out: lines on standard output. Judges nothing: the bars are in the documents.
+//! Judges nothing: the limits are in the documents.
 
 use crate::page::Effort;
 use crate::sh::{Done, command, output, root, run as call, say, shown, target};
-use crate::{adapter, browser, npm, site, wasm, what};
+use crate::{adapter, browser, npm, pads, site, wasm, what};
 use std::fs;
 use std::path::Path;
 
@@ -35,8 +37,9 @@ for (const [number, [name, native, made]] of here.entries()) {
 }
 ";
 
-/// Prints everything, `arguments` go to criterion; or with `--page` the budgets of the page, all or the groups that are named, or with
-/// `--what` to whom its bytes belong; or with `--adapter` the table of the USB step adapter.
+/// Prints all measurements, with `arguments` for criterion. `--page`: the page's budgets, all or the named
+/// groups; with `--what`, its size by crate. `--adapter`: the table of the USB step adapter. `--isolation`:
+/// the corpus' isolation compared with pcb2gcode.
 pub(crate) fn run(arguments: &[String]) -> Done {
     if let [word, groups @ ..] = arguments
         && word == "--page"
@@ -46,11 +49,23 @@ pub(crate) fn run(arguments: &[String]) -> Done {
             _ => budgets(groups),
         };
     }
+    if let [word, boards @ ..] = arguments
+        && word == "--isolation"
+    {
+        let run = ["run", "--release", "-p", "annulus-tests", "--example", "isolation", "--"];
+        return call(command("cargo", &run).args(boards));
+    }
+    if let [word, sizes @ ..] = arguments
+        && word == "--memory"
+    {
+        return pads::bench(sizes);
+    }
     if arguments == ["--adapter"] {
         return adapter::bench();
     }
     call(command("cargo", &["bench", "-p", "annulus-speed", "--bench", "speed", "--"]).args(arguments))?;
     wasm_speed()?;
+    pads::bench(&[])?;
     budgets(&[])?;
     frames()
 }
@@ -82,7 +97,7 @@ fn wasm_speed() -> Done {
     call(command("node", &[]).arg(script).arg(module).arg(here).current_dir(root()))
 }
 
-/// What the page takes of a person's patience, in a browser.
+/// The page's response times in a browser.
 fn budgets(groups: &[String]) -> Done {
     let site = site::build(Effort::Whole)?;
     call(&mut command("cargo", &["build", "-p", "annulus-bridge"]))?;

@@ -1,27 +1,22 @@
-//! Chromium and its driver, for the tests.
-//!
-//! Goes out: where they are. Does not know the tests.
+//! Finds or installs Chromium and its driver, for the tests.
 
 use crate::sh::{Done, install_packages, which};
 use std::path::PathBuf;
 
-/// A browser and its driver.
 #[derive(Debug)]
 pub(crate) struct Browser {
-    /// The browser.
     pub(crate) chromium: PathBuf,
-    /// The driver that `wasm-pack` speaks to.
+    /// The driver that `wasm-pack` uses.
     pub(crate) driver: PathBuf,
 }
 
-/// Looks for them.
 pub(crate) fn find() -> Option<Browser> {
     let chromium =
         which("chromium").or_else(|| which("chromium-browser")).or_else(|| which("google-chrome"))?;
     Some(Browser { chromium, driver: which("chromedriver")? })
 }
 
-/// Makes sure they are there.
+/// Installs them if they are missing.
 pub(crate) fn ensure() -> Done<Browser> {
     if let Some(browser) = find() {
         return Ok(browser);

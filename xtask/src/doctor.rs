@@ -1,11 +1,8 @@
-//! `cargo xtask doctor`: what is there, and what would be installed or built.
-//!
-//! Goes out: a list on standard output. Changes nothing.
+//! `cargo xtask doctor`: lists what is present and what would be installed or built. Changes nothing.
 
 use crate::sh::{Done, command, output, which};
 use crate::{browser, firmware, grbl, npm, tools, wasm};
 
-/// Prints the list.
 pub(crate) fn run() -> Done {
     let line = |good: bool, what: &str, detail: &str| {
         println!("{} {what:<26} {detail}", if good { "ok     " } else { "missing" });

@@ -1,13 +1,11 @@
-//! The firmware of the USB step adapter (N18): built with the stable compiler for its own processor, and made into a file
-//! that a board in its boot mode takes as if it were a disk.
+//! Builds the firmware of the USB step adapter with the stable compiler. The result is a UF2 file, which a
+//! board in boot mode accepts as on a disk.
 //!
-//! Where the compiler has no library for that processor and none can be had, it is made of its sources on the way.
+//! If no compiled `core` library for that processor is available, it is built from source.
 //!
 //! ```text
-//! bridge/firmware ─ cargo ─▶ ELF ─ parts that are loaded ─▶ blocks of 256 bytes ─▶ target/firmware/annulus-adapter.uf2
+//! bridge/firmware ─ cargo ─▶ ELF ─ loaded segments ─▶ blocks of 256 bytes ─▶ target/firmware/annulus-adapter.uf2
 //! ```
-//!
-//! Goes out: the ELF file, the UF2 file, how much of flash and memory they take. Does not know what the firmware does.
 
 use crate::npm;
 use crate::sh::{Done, command, output, root, run, say, target, which};
@@ -18,17 +16,17 @@ use std::process::Command;
 
 const TRIPLE: &str = "thumbv6m-none-eabi";
 
-/// Flash and memory of the chip, in bytes, and where they lie.
+/// Address and size of the chip's flash and memory, in bytes.
 const FLASH: (u32, u32) = (0x1000_0000, 2 << 20);
 const RAM: (u32, u32) = (0x2000_0000, 256 << 10);
 
-/// Builds it, and says how large it is. The ELF file.
+/// Builds it, and reports its size. Returns the ELF file.
 pub(crate) fn build() -> Done<PathBuf> {
     let folder = folder();
     let into = target().join("firmware");
     let mut cargo = command("cargo", &["build", "--release", "--locked"]);
     if !has_target() {
-        // The stable compiler takes that option only where it is told that it may.
+        // The stable compiler accepts this option only with `RUSTC_BOOTSTRAP`.
         cargo.args(["-Z", "build-std=core"]).env("RUSTC_BOOTSTRAP", "1");
         ensure_sources()?;
     }
@@ -57,34 +55,31 @@ fn no_elf(elf: &Path) -> String {
     format!("{} is not what a linker makes.", elf.display())
 }
 
-/// How much of flash and memory parts take, in bytes.
+/// Flash and memory used, in bytes.
 fn taken(parts: &[Part<'_>]) -> (u32, u32) {
     let loaded = |part: &&Part<'_>| (FLASH.0..FLASH.0 + FLASH.1).contains(&part.load);
     let flash = parts.iter().filter(loaded).map(|part| part.bytes.len() as u32).sum();
     (flash, parts.iter().filter(|part| part.address >= RAM.0).map(|part| part.in_memory).sum())
 }
 
-/// How much of flash and memory the firmware takes, in bytes, its stack apart.
+/// Flash and memory used by the firmware, in bytes, without the stack.
 pub(crate) fn sizes(elf: &Path) -> Done<(u32, u32)> {
     parts(&read(elf)?).map(|parts| taken(&parts)).ok_or_else(|| no_elf(elf))
 }
 
-/// The firmware, and the emulator that runs it for tests.
+/// Builds the firmware and installs its emulator for the tests.
 pub(crate) fn emulated() -> Done<PathBuf> {
     let elf = build()?;
     npm::ensure_in(&folder().join("emulator"))?;
     Ok(elf)
 }
 
-/// What runs the tests of the real firmware in the emulator; or those of these names, one at a time.
-pub(crate) fn tests(names: &[String]) -> Done<Command> {
+/// The command that runs the tests of the real firmware in the emulator.
+pub(crate) fn tests() -> Done<Command> {
     let elf = emulated()?;
-    // All packages are named so that what was built for the other suites serves here too.
+    // Naming all packages reuses what the other suites have built.
     let mut tests = command("cargo", &["test"]);
     tests.args(ALL).args(["--no-fail-fast", "--test", "adapter", "--test", "usb", "--", "--show-output"]);
-    if !names.is_empty() {
-        tests.args(["--test-threads=1", "--exact"]).args(names);
-    }
     tests.env("ANNULUS_FIRMWARE", elf);
     Ok(tests)
 }
@@ -93,18 +88,18 @@ fn folder() -> PathBuf {
     root().join("bridge/firmware")
 }
 
-/// Whether the toolchain in use can compile for the adapter.
+/// Returns `true` if the current toolchain can compile for the adapter.
 pub(crate) fn present() -> bool {
     let sysroot = output(&mut command("rustc", &["--print", "sysroot"])).map(PathBuf::from);
     sysroot.is_some_and(|sysroot| sysroot.join("lib/rustlib").join(TRIPLE).join("lib").is_dir())
 }
 
-/// Whether it can, by now.
+/// Adds the target if possible. Returns `true` if the toolchain then has it.
 fn has_target() -> bool {
     present() || which("rustup").is_some() && run(&mut command("rustup", &["target", "add", TRIPLE])).is_ok()
 }
 
-/// The sources of the compiler's library, for a compiler without that processor.
+/// Ensures the sources of the standard library, for a toolchain without the target.
 fn ensure_sources() -> Done {
     let lies = |root: PathBuf| root.join("lib/rustlib/src/rust/library/core").is_dir();
     if output(&mut command("rustc", &["--print", "sysroot"])).map(PathBuf::from).is_some_and(lies) {
@@ -119,7 +114,7 @@ fn ensure_sources() -> Done {
     ))
 }
 
-/// A part of an ELF file: where it is loaded to, where it is used, its bytes, how much room it takes there.
+/// A segment of an ELF file: load address, run address, size in memory, bytes.
 struct Part<'a> {
     load: u32,
     address: u32,
@@ -131,7 +126,7 @@ fn number(file: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(file.get(at..at + 4)?.try_into().ok()?))
 }
 
-/// The parts of an ELF file of 32 bits, lowest byte first, that are loaded.
+/// The loaded segments of a 32-bit little-endian ELF file.
 fn parts(file: &[u8]) -> Option<Vec<Part<'_>>> {
     file.starts_with(b"\x7fELF\x01\x01").then_some(())?;
     let half = |at: usize| Some(usize::from(u16::from_le_bytes(file.get(at..at + 2)?.try_into().ok()?)));
@@ -149,7 +144,7 @@ fn parts(file: &[u8]) -> Option<Vec<Part<'_>>> {
     Some(parts)
 }
 
-/// A UF2 file: every page of flash as a block of 512 bytes that says where it goes.
+/// A UF2 file: every flash page in a block of 512 bytes with its address.
 fn blocks(parts: &[Part<'_>]) -> Vec<u8> {
     const PAGE: u32 = 256;
     const FAMILY_OF_RP2040: u32 = 0xE48B_FF56;
@@ -178,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pages_of_flash_become_blocks_that_say_where_they_go() {
+    fn flash_pages_become_addressed_blocks() {
         let bytes: Vec<u8> = (0..300_u32).map(|byte| byte as u8).collect();
         let part = Part { load: 0x1000_0080, address: 0x2000_0000, in_memory: 400, bytes: &bytes };
         let file = blocks(&[part]);
@@ -192,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_elf_file_has_no_parts() {
+    fn invalid_elf_file_has_no_parts() {
         assert!(parts(b"MZ").is_none() && parts(b"\x7fELF\x01\x01").is_none());
     }
 }

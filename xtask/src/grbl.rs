@@ -1,22 +1,22 @@
-//! What the tests of controllers need: the GRBL firmware with the simulator that it runs on, which lie beside the repository or where
-//! `ANNULUS_GRBL` says, and what that simulator is built with. The tests build it themselves, into the target folder.
-//!
-//! Goes out: nothing, or a sentence. Does not know the tests.
+//! Prepares the controller tests: the GRBL firmware with its simulator, at `ANNULUS_GRBL` or next to the
+//! repository, and the packages to build the simulator. The tests build it themselves, into the target
+//! folder.
 
 use crate::sh::{Done, install_packages, root, which};
 use std::path::{Path, PathBuf};
 
-/// What the simulator includes.
+/// Headers that the simulator includes.
 const HEADERS: [&str; 2] = ["/usr/include/simavr/sim_avr.h", "/usr/include/libelf.h"];
-/// Where those come from.
+/// Packages with those headers.
 const PACKAGES: [&str; 4] = ["gcc", "libc6-dev", "libsimavr-dev", "libelf-dev"];
 
-/// Whether the simulator can be built.
+/// Returns `true` if the simulator can be built.
 pub(crate) fn buildable() -> bool {
     which("cc").is_some() && HEADERS.iter().all(|header| Path::new(header).is_file())
 }
 
-/// Makes sure that the simulator can be built, where it is at all; where it is not, the tests say so.
+/// Installs the packages that the simulator needs, if its source is present. Without it, the tests report
+/// it missing.
 pub(crate) fn ensure() -> Done {
     let beside = || root().join("../shared/instruments/grbl");
     let folder = std::env::var_os("ANNULUS_GRBL").map_or_else(beside, PathBuf::from);

@@ -1,7 +1,5 @@
-//! `cargo xtask run | test | build | page | site | firmware | tools | bench | doctor`: prepares what is missing and does the thing.
-//!
-//! Comes in: one word. Goes out: a running page, a tested tree, a built page, numbers, or a list of what is there.
-//! Does not know what Annulus does.
+//! `cargo xtask run | test | build | page | site | docs | firmware | tools | bench | doctor`: installs what
+//! is missing, then runs the task.
 
 mod adapter;
 mod bench;
@@ -10,6 +8,7 @@ mod doctor;
 mod firmware;
 mod grbl;
 mod npm;
+mod pads;
 mod page;
 mod recap;
 mod run;
@@ -31,10 +30,12 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   build     build the page into target/www and the bridge in release
   page      build the page alone; --quick for work on it: larger, in a fraction of the time
   site      build the page as a site of files, for any server, into target/site; --quick likewise
+  docs      build the manual into target/book; --serve shows it in a browser and follows changes
   firmware  build the firmware of the USB step adapter into target/firmware
   tools     build what the tests need, once
   bench     print the measured numbers: parsing, tours, steps, the budgets of the page; --page these alone, or groups of them;
-            --page --what [CRATE] to whom the bytes of the page belong; --adapter the table of the USB step adapter
+            --page --what [CRATE] to whom the bytes of the page belong; --adapter the table of the USB step adapter;
+            --memory [PADS…] what annulus cam takes for boards of so many pads
   doctor    list what is there and what would be installed
 ";
 
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Some("tools") => tools::ensure().map(drop),
         Some("site") => effort(rest).and_then(site::build).map(drop),
         Some("page") => effort(rest).and_then(page::build).map(drop),
+        Some("docs") => docs(rest),
         Some("firmware") => firmware::build().map(drop),
         Some("bench") => bench::run(rest),
         Some("doctor") => doctor::run(),
@@ -62,7 +64,17 @@ fn main() -> ExitCode {
     }
 }
 
-/// How small the page is to become: as it ships, but where `--quick` says otherwise.
+/// Builds the manual, or serves it.
+fn docs(arguments: &[String]) -> sh::Done {
+    let word = match arguments {
+        [] => ["build"].as_slice(),
+        [word] if word == "--serve" => ["serve", "--open"].as_slice(),
+        _ => return Err(USAGE.to_owned()),
+    };
+    sh::run(sh::command(tools::book()?, word).arg(sh::root().join("docs")))
+}
+
+/// The effort to make the page small: `--quick` or as shipped.
 fn effort(arguments: &[String]) -> sh::Done<Effort> {
     match arguments {
         [] => Ok(Effort::Whole),

@@ -1,7 +1,5 @@
-//! Packages of npm, by the lock file of a folder: `tests/browser` for the browser tests and for making the page small,
-//! `bridge/firmware/emulator` for those of the adapter.
-//!
-//! Goes out: the folder with the packages. Does not know the tests.
+//! Installs npm packages by a folder's lock file: `tests/browser` for the browser tests and for shrinking
+//! the page, `bridge/firmware/emulator` for the adapter tests.
 
 use crate::sh::{Done, command, output, root, run, which};
 use sha2::{Digest, Sha256};
@@ -9,21 +7,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// The folder that has `package.json`.
+/// The folder with `package.json`.
 pub(crate) fn folder() -> PathBuf {
     root().join("tests/browser")
 }
 
-/// Installs what the lock file of the browser tests says, unless that was done already.
+/// Installs the packages of the browser tests, unless they are up to date.
 pub(crate) fn ensure() -> Done<PathBuf> {
     ensure_in(&folder())?;
     Ok(folder())
 }
 
-/// One installs at a time: the files of WebAssembly are made small side by side, and all want the same folder.
+/// One installation at a time: WebAssembly files are shrunk in parallel, and all need the same folder.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// Installs what the lock file of a folder says, unless that was done already.
+/// Installs the packages of a folder, unless they are up to date.
 pub(crate) fn ensure_in(folder: &Path) -> Done {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let lock =
@@ -46,7 +44,7 @@ pub(crate) fn ensure_in(folder: &Path) -> Done {
     fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}.", stamp.display()))
 }
 
-/// The browser tests, in order of name.
+/// The browser tests, sorted by name.
 pub(crate) fn tests() -> Vec<PathBuf> {
     let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut files: Vec<_> = entries.map(|entry| entry.path()).collect();

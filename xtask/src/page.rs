@@ -1,11 +1,9 @@
-//! Builds the page: compile, bind, shrink, compress.
+//! Builds the page: compiles, binds, shrinks, compresses.
 //!
 //! ```text
-//! app ─cargo▶ page.wasm, painter.wasm, engine.wasm ─wasm-bindgen▶ page.js + page_bg.wasm, … ─wasm-opt▶ smaller ─▶ .br .gz
-//! www ─copy────────────────────────────────────────────────────────────────────────────────────▶ .br .gz
+//! app ─cargo▶ page, painter, engine.wasm ─wasm-bindgen▶ page.js + page_bg.wasm, … ─wasm-opt▶ ─▶ .br .gz
+//! www ─copy─────────────────────────────────────────────────────────────────────────────────▶ .br .gz
 //! ```
-//!
-//! Goes out: `target/www`, which no profile of cargo is called, ready to be embedded in the bridge. Does not know what the page shows.
 
 use crate::sh::{Done, command, root, run, say, target};
 use crate::{npm, wasm};
@@ -17,24 +15,23 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Where the page is put.
+/// The folder of the built page.
 pub(crate) fn folder() -> PathBuf {
     root().join("target/www")
 }
 
-/// The files of WebAssembly: what the window begins with, what draws in it on the GPU, and what its workers do.
+/// The WebAssembly files: the window's first one, its GPU drawing, and its workers.
 pub(crate) const PARTS: [&str; 3] = ["page", "painter", "engine"];
 
-/// How much is done to make the page small.
+/// How small the page is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Effort {
-    /// As it ships.
     Whole,
-    /// For work on it: three times as large and not packed, in a fraction of the time.
+    /// For development: three times as large and not compressed, in a fraction of the time.
     Quick,
 }
 
-/// What cargo does otherwise for a quick page.
+/// Cargo options for a quick page.
 const QUICK: [&str; 4] = [
     "--config",
     "profile.page.package.annulus-app.opt-level=1",
@@ -42,19 +39,21 @@ const QUICK: [&str; 4] = [
     "profile.page.package.annulus-app.codegen-units=64",
 ];
 
-/// Builds the page, unless nothing changed since it was built.
+/// Builds the page, unless nothing has changed.
 pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
     let toolchain = wasm::ensure()?;
     let mut cargo =
         command("cargo", &["build", "-p", "annulus-app", "--profile", "page", "--target", wasm::TRIPLE]);
+    cargo.args(["--config", &anonymous()]);
     if effort == Effort::Quick {
         cargo.args(QUICK);
     }
     run(toolchain.apply(&mut cargo))?;
     let compiled = PARTS.map(|part| target().join(wasm::TRIPLE).join("page").join(format!("{part}.wasm")));
     let stamp = stamp(effort, &compiled)?;
-    let stamp_file = folder().join(".stamp");
-    if fs::read_to_string(&stamp_file).is_ok_and(|found| found == stamp) {
+    let stamp_file = target().join("www.stamp");
+    let is_there = folder().join("index.html").is_file();
+    if is_there && fs::read_to_string(&stamp_file).is_ok_and(|found| found == stamp) {
         return Ok(folder());
     }
     say("Binding, shrinking and compressing the page");
@@ -70,7 +69,27 @@ pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
     Ok(folder())
 }
 
-/// A digest of everything that goes into the page.
+/// Cargo configuration that keeps this computer's paths out of the page.
+fn anonymous() -> String {
+    let home = |variable: &str, name: &str| {
+        let own = std::env::var_os(variable).map(PathBuf::from);
+        own.or_else(|| std::env::var_os("HOME").map(|home| Path::new(&home).join(name)))
+    };
+    let folders = [
+        (home("HOME", ""), "/home"),
+        (home("RUSTUP_HOME", ".rustup"), "/rustup"),
+        (home("CARGO_HOME", ".cargo"), "/cargo"),
+        (Some(root()), "/annulus"),
+    ];
+    let flag = |(folder, name): (Option<PathBuf>, &str)| {
+        let path = folder?.to_string_lossy().trim_end_matches('/').to_owned();
+        (!path.is_empty()).then(|| format!("{:?}", format!("--remap-path-prefix={path}={name}")))
+    };
+    let flags: Vec<String> = folders.into_iter().filter_map(flag).collect();
+    format!("target.{}.rustflags=[{}]", wasm::TRIPLE, flags.join(", "))
+}
+
+/// A digest of all inputs of the page.
 fn stamp(effort: Effort, compiled: &[PathBuf]) -> Done<String> {
     let mut digest = Sha256::new();
     digest.update(format!("{effort:?}"));
@@ -83,7 +102,7 @@ fn stamp(effort: Effort, compiled: &[PathBuf]) -> Done<String> {
     Ok(format!("{:x}", digest.finalize()))
 }
 
-/// The files below a folder, in order.
+/// The files below a folder, sorted.
 pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
@@ -92,7 +111,7 @@ pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     paths.into_iter().flat_map(below).collect()
 }
 
-/// Copies `from` into `to`; the English table is compiled in and stays behind.
+/// Copies `from` into `to`, without the English messages, which are compiled in.
 fn copy(from: &Path, to: &Path) -> Done {
     for file in files_below(from) {
         let Ok(name) = file.strip_prefix(from) else { continue };
@@ -107,7 +126,7 @@ fn copy(from: &Path, to: &Path) -> Done {
     Ok(())
 }
 
-/// Does the same with every file, on all cores; the first error ends it.
+/// Processes every file, on all cores; the first error ends it.
 fn at_once(files: &[PathBuf], act: fn(&Path) -> Done) -> Done {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -133,8 +152,8 @@ fn bind(part: &str, compiled: &Path) -> Done {
     bound.map_err(|error| format!("The page could not be bound: {error:#}."))
 }
 
-/// What is taken out of a file of WebAssembly: what nobody calls, and all but one of functions that are the same. What `-O2` does
-/// besides makes it a fifteenth smaller as it lies and a fifteenth larger as it is sent, and takes ten times as long.
+/// Passes of `wasm-opt`: remove unused functions, and merge identical ones. `-O2` would make the file a
+/// fifteenth smaller but its compressed form a fifteenth larger, and take ten times as long.
 const PASSES: [&str; 4] =
     ["--duplicate-function-elimination", "--remove-unused-module-elements", "--dce", "--vacuum"];
 
@@ -155,7 +174,7 @@ fn shrink(file: &Path) -> Done {
     fs::rename(&smaller, file).map_err(|error| format!("{}: {error}.", file.display()))
 }
 
-/// Writes `FILE.br` and `FILE.gz` beside a file that is worth it.
+/// Writes `FILE.br` and `FILE.gz` next to a file, unless it is too small to gain.
 fn compress(file: &Path) -> Done {
     let bytes = fs::read(file).map_err(|error| format!("{}: {error}.", file.display()))?;
     if bytes.len() < 512 {
@@ -170,7 +189,7 @@ fn compress(file: &Path) -> Done {
     save("gz", &gzip(&bytes)?)
 }
 
-/// As servers send it packed.
+/// Compresses as servers do.
 pub(crate) fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {
     let mut packed = Vec::new();
     let mut writer = brotli::CompressorWriter::new(&mut packed, 1 << 16, 11, 22);
@@ -189,8 +208,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_lies_in_no_folder_of_cargo_s_own() {
-        // Cargo keeps what it built for this machine under a profile's name; the page's folder is emptied when it is built.
+    fn page_build_remaps_the_paths_of_its_builder() {
+        let setting = anonymous();
+        let own = root().to_string_lossy().into_owned();
+        assert!(setting.contains(&format!("{own}=/annulus")), "{setting}");
+        // The compiler takes the last match, so the most specific prefix comes last.
+        assert!(setting.trim_end_matches(']').ends_with("=/annulus\""), "{setting}");
+        let document: String = format!("{setting}\n");
+        assert!(document.matches("--remap-path-prefix=").count() >= 2, "{setting}");
+    }
+
+    #[test]
+    fn page_folder_differs_from_cargo_folders() {
+        // Cargo stores native builds under a profile's name, and building the page empties its folder.
         let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
         let own = folder().file_name().unwrap().to_string_lossy().into_owned();
         let profiles =

@@ -1,39 +1,37 @@
-//! What failed, gathered from the runners' output as it passes by, to be said once more where it is seen: at the end.
+//! Collects failures from the runners' output, to print them again at the end of the log.
 //!
 //! ```text
 //! native   "---- NAME stdout ----" below "failures:" ─┐
 //! wasm     "---- NAME output ----" below "failures:" ─┼─▶ name and lines ─▶ the end of the log
 //! browser  "not ok 3 - NAME" and its block, to "..." ─┘
 //! ```
-//!
-//! Comes in: lines of standard output. Goes out: names with a few lines each. Does not know what was run.
 
-/// Lines kept of a failure: so many of its beginning, so many of its end.
+/// Lines to print of a failure: from its start, and from its end.
 const HEAD: usize = 10;
 const TAIL: usize = 8;
 
-/// Where in the output the last line was.
+/// Position of the last line in the output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
     /// Anywhere else.
     #[default]
     Outside,
-    /// Below `failures:`, before the first block.
+    /// After `failures:`, before the first block.
     Failures,
-    /// In the block of the failure noted last.
+    /// In the block of the last noted failure.
     Block,
-    /// In the TAP block of the failure noted last.
+    /// In the TAP block of the last noted failure.
     Tap,
 }
 
-/// A test that failed and what was said of it.
+/// A failed test and its output.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Failure {
     name: String,
     lines: Vec<String>,
 }
 
-/// The failures of one suite so far.
+/// The failures of one suite.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recap {
     place: Place,
@@ -85,22 +83,16 @@ impl Recap {
         }
     }
 
-    /// The names of the tests that failed.
-    pub(crate) fn names(&self) -> Vec<String> {
-        self.failures.iter().map(|failure| failure.name.clone()).collect()
-    }
-
-    /// Whether nothing failed.
     pub(crate) fn is_empty(&self) -> bool {
         self.failures.is_empty()
     }
 
-    /// Notes what is known of a suite that failed without a failed test: the last lines it wrote.
+    /// Notes a suite that failed without a failed test, with its last lines.
     pub(crate) fn without_a_test(&mut self, lines: Vec<String>) {
         self.failures.push(Failure { name: "failed outside of its tests".to_owned(), lines });
     }
 
-    /// The failures as lines, each under the name of its `suite`.
+    /// The failures as lines, each with the name of its `suite`.
     pub(crate) fn told(&self, suite: &str) -> Vec<String> {
         let mut told = Vec::new();
         for failure in &self.failures {
@@ -141,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_native_failure_is_named_with_its_panic_and_passing_tests_are_not() {
+    fn native_failure_is_named_with_its_panic() {
         let output = "test a::good ... ok\ntest a::bad ... FAILED\ntest a::gone ... FAILED\n\nsuccesses:\n\n\
                       ---- a::good stdout ----\nchatter\n\nsuccesses:\n    a::good\n\nfailures:\n\n\
                       ---- a::bad stdout ----\nthread 'a::bad' panicked at a.rs:3:5:\nleft: 1\n\n\nfailures:\n    \
@@ -156,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_s_own_runner_and_tap_are_understood() {
+    fn wasm_and_tap_output_is_parsed() {
         let wasm = "test walk ... FAIL\n\nfailures:\n\n---- walk output ----\n    panicked\n\nfailures:\n\n    walk\n";
         assert_eq!(told(wasm), ["✗ native: walk", "        panicked"]);
         let tap = "ok 1 - fine\n  ---\n  duration_ms: 3\n  ...\nnot ok 2 - STOP stops\n  ---\n  error: 'waited'\n  \
@@ -165,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_failure_is_cut_in_the_middle() {
+    fn long_failure_is_cut_in_the_middle() {
         let long: String = (0..100).map(|line| format!("{line}\n")).collect();
         let told = told(&format!("failures:\n---- long stdout ----\n{long}"));
         assert_eq!(told.len(), 1 + HEAD + 1 + TAIL);

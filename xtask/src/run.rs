@@ -1,12 +1,10 @@
-//! `cargo xtask run`: build everything in release and start the bridge.
-//!
-//! Goes out: a running bridge that prints its address. Does not know what it serves.
+//! `cargo xtask run`: builds everything in release and starts the bridge.
 
 use crate::page;
 use crate::sh::{Done, command, run as call, target};
 use std::path::PathBuf;
 
-/// Builds page and bridge and serves; `arguments` go to `annulus serve`.
+/// Builds page and bridge and starts `annulus serve` with `arguments`.
 pub(crate) fn run(arguments: &[String]) -> Done {
     page::build(page::Effort::Whole)?;
     let bridge = build_bridge()?;

@@ -1,12 +1,10 @@
-//! Running other programs, and saying so.
-//!
-//! Comes in: a command. Goes out: nothing, or a sentence about what failed.
+//! Runs other programs, and shows their command lines.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
-/// What the rest of this program answers: a thing, or a sentence for the person at the terminal.
+/// Result of a task; the error is a sentence for the user.
 pub(crate) type Done<T = ()> = Result<T, String>;
 
 /// The root of the repository.
@@ -14,7 +12,7 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
 }
 
-/// Where cargo puts what it builds.
+/// Cargo's target folder.
 pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
@@ -26,18 +24,18 @@ pub(crate) fn command(program: impl AsRef<std::ffi::OsStr>, arguments: &[&str]) 
     command
 }
 
-/// Says what is going on.
+/// Prints a headline.
 pub(crate) fn say(text: &str) {
     eprintln!("\x1b[1m▸ {text}\x1b[0m");
 }
 
-/// The command as one would type it.
+/// The command as typed in a shell.
 pub(crate) fn shown(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
 }
 
-/// Runs it with its output shown; an error names the command.
+/// Runs the command with its output shown; an error names the command.
 pub(crate) fn run(command: &mut Command) -> Done {
     say(&shown(command));
     match command.status() {
@@ -47,22 +45,22 @@ pub(crate) fn run(command: &mut Command) -> Done {
     }
 }
 
-/// What it prints on standard output, if it succeeds.
+/// The command's standard output, if it succeeds.
 pub(crate) fn output(command: &mut Command) -> Option<String> {
     let output = command.stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Where `program` is on the search path.
+/// Path of `program` on the search path.
 pub(crate) fn which(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path).map(|folder| folder.join(program)).find(|file| file.is_file())
 }
 
-/// One installs at a time: suites of both lanes may want packages of the system.
+/// One installation at a time: parallel suites may need system packages.
 static INSTALLING: Mutex<()> = Mutex::new(());
 
-/// Installs Debian packages, or says what to type where that is not allowed.
+/// Installs Debian packages; without the right to do so, the error gives the command line.
 pub(crate) fn install_packages(why: &str, packages: &[&str]) -> Done {
     let line = format!("apt-get install --no-install-recommends {}", packages.join(" "));
     if which("apt-get").is_none() {

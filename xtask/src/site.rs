@@ -1,12 +1,10 @@
-//! The page as a site of files alone, for any server that serves files: no bridge, installable, there without a network after
+//! Builds the page as a static site for any file server: no bridge, installable, and usable offline after
 //! the first visit.
 //!
 //! ```text
-//! target/www ─ files as they are ─▶ target/site        index.html says that there is no bridge behind it
+//! target/www ─ files as they are ─▶ target/site        index.html is marked as having no bridge
 //!                                                      service-worker.js gets the digest of every file
 //! ```
-//!
-//! Goes out: `target/site`; every address in it is relative, so that it may lie in any folder. Does not know what serves it.
 
 use crate::page::{self, Effort};
 use crate::sh::{Done, root, say};
@@ -15,18 +13,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the site is put.
+/// The folder of the site.
 fn folder() -> PathBuf {
     root().join("target/site")
 }
 
-/// How the page begins, and how that of a site does.
+/// First tag of the page, and its replacement for a site.
 const OPENING: (&str, &str) = ("<html lang=\"en\">", "<html lang=\"en\" data-alone=\"true\">");
 
-/// The place in the service worker for the list of files.
+/// Placeholder for the list of files in the service worker.
 const LIST: &str = "const SITE = { version: \"\", files: {} };";
 
-/// The file that keeps the others.
+/// The service worker, which caches the other files.
 const KEEPER: &str = "service-worker.js";
 
 /// Builds the page and writes the site.
@@ -37,7 +35,7 @@ pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
     Ok(folder())
 }
 
-/// Writes the site of the page that was built in `page` to `site`.
+/// Writes the site to `site` from the page in `page`.
 fn write(page: &Path, site: &Path) -> Done {
     let failed = |place: &Path| {
         let place = place.display().to_string();
@@ -67,7 +65,7 @@ fn write(page: &Path, site: &Path) -> Done {
     put(&site.join(KEEPER), &replaced(&keeper, LIST, &list(&digests), KEEPER)?)
 }
 
-/// The list of files with their digests, and what all of them come to.
+/// The list of files with their digests, and a version computed from it.
 fn list(digests: &BTreeMap<String, String>) -> String {
     let rows: Vec<_> = digests.iter().map(|(name, digest)| format!("{name:?}: {digest:?}")).collect();
     let rows = rows.join(", ");
@@ -75,7 +73,7 @@ fn list(digests: &BTreeMap<String, String>) -> String {
     format!("const SITE = {{ version: {:?}, files: {{ {rows} }} }};", &version[..16])
 }
 
-/// `bytes` with `now` in the place of `before`, which must be there once.
+/// Replaces `before` in `bytes` by `now`; `before` must occur exactly once.
 fn replaced(bytes: &[u8], before: &str, now: &str, name: &str) -> Done<Vec<u8>> {
     let text = String::from_utf8_lossy(bytes);
     if text.matches(before).count() != 1 {
@@ -95,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_site_says_that_it_is_alone_and_its_keeper_knows_every_other_file() {
+    fn site_is_marked_standalone_and_lists_every_other_file() {
         let www = root().join("www");
         let names = ["index.html", KEEPER, "boot.js", "icons/annulus.svg"];
         let at = std::env::temp_dir().join(format!("annulus-site-{}", std::process::id()));

@@ -1,25 +1,23 @@
-//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, two at a time, and counts. The few tests of a suite
-//! that failed beside others have a second look behind everything, with nothing beside them. `--long` runs every test of chance to its full
-//! size.
-//!
-//! Goes out: what every suite says as it runs, each line under its name; at the end how long each took, what failed once
-//! more, and one last line, `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not know
-//! what the tests prove.
+//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, two at a time, and
+//! counts. `--long` runs every random test at its full size.
 
 use crate::recap::Recap;
-use crate::sh::{Done, root, say, shown};
+use crate::sh::{Done, command, output, root, say, shown};
 use crate::suites::{SUITES, Suite};
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-/// Lines kept of what a suite wrote last, for the case that it fails and no test of it did.
+/// Last lines to print of a suite that fails without a failed test.
 const LAST_LINES: usize = 40;
 
-/// How many tests did what.
+/// A suite without output for this long hangs. It is killed, and its last lines are printed.
+const SILENCE: Duration = Duration::from_mins(20);
+
+/// Counts of tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Count {
     passed: i64,
@@ -35,13 +33,10 @@ impl Count {
     }
 }
 
-/// So many failed tests of a suite have a second look; with more of them it is not the computer that was busy.
-const LOOKED_AT_AGAIN: i64 = 6;
-
-/// How many suites run at a time: what compiles takes every core, what waits for a machine's own seconds takes none.
+/// Suites at a time: compiling suites use every core, and suites that wait for a machine use none.
 const WORKERS: usize = 2;
 
-/// What the workers have come to together.
+/// Results of all workers.
 #[derive(Default)]
 struct Total {
     begun: BTreeSet<&'static str>,
@@ -49,13 +44,16 @@ struct Total {
     told: Vec<String>,
     times: Vec<String>,
     ended: BTreeSet<&'static str>,
-    /// What has a second look: the suite, and what failed in it.
-    again: Vec<(&'static Suite, Recap)>,
 }
 
-/// Runs what was asked for.
+/// Runs the requested suites.
 pub(crate) fn run(arguments: &[String]) -> Done {
     let long = arguments.iter().any(|argument| argument == "--long");
+    if let Some(unknown) =
+        arguments.iter().find(|argument| argument.starts_with('-') && *argument != "--long")
+    {
+        return Err(format!("cargo xtask test takes --long and the name of a suite, not {unknown}."));
+    }
     let name = arguments.iter().find(|argument| !argument.starts_with('-')).map_or("", String::as_str);
     let chosen = chosen(name);
     if chosen.is_empty() {
@@ -73,10 +71,7 @@ pub(crate) fn run(arguments: &[String]) -> Done {
             });
         }
     });
-    let mut total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
-    for (suite, recap) in std::mem::take(&mut total.again) {
-        looked_at_again(suite, long, &recap, &mut total);
-    }
+    let total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
     println!("{}; in all {} s", total.times.join(", "), began.elapsed().as_secs());
     for line in &total.told {
         println!("{line}");
@@ -88,7 +83,7 @@ pub(crate) fn run(arguments: &[String]) -> Done {
     if count.failed > 0 { Err("Something failed; the names are above.".to_owned()) } else { Ok(()) }
 }
 
-/// The names of the suites that have `name` in theirs, and of those that these come after.
+/// The suites whose name contains `name`, and those that they need.
 fn chosen(name: &str) -> BTreeSet<&'static str> {
     let mut chosen: BTreeSet<_> =
         SUITES.iter().map(|suite| suite.name).filter(|suite| suite.contains(name)).collect();
@@ -98,7 +93,7 @@ fn chosen(name: &str) -> BTreeSet<&'static str> {
     chosen
 }
 
-/// Waits for the first suite whose turn it is, and takes it; none when all have begun.
+/// Waits for the next suite that may start; `None` when all have started.
 fn next(chosen: &BTreeSet<&str>, total: &Mutex<Total>, turn: &Condvar) -> Option<&'static Suite> {
     let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
     loop {
@@ -115,7 +110,7 @@ fn next(chosen: &BTreeSet<&str>, total: &Mutex<Total>, turn: &Condvar) -> Option
     }
 }
 
-/// Runs `suite` and adds what it came to.
+/// Runs `suite` and adds its result.
 fn one(suite: &'static Suite, long: bool, total: &Mutex<Total>) {
     let began = Instant::now();
     let ended = (suite.command)().and_then(|command| run_suite(suite, command, long));
@@ -126,61 +121,38 @@ fn one(suite: &'static Suite, long: bool, total: &Mutex<Total>) {
     });
     let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
     total.told.extend(recap.told(suite.name));
-    let all_named = usize::try_from(count.failed).is_ok_and(|failed| failed == recap.names().len());
-    if suite.alone.is_some() && all_named && (1..=LOOKED_AT_AGAIN).contains(&count.failed) {
-        total.again.push((suite, recap));
-    }
     total.times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
     total.count.add(count);
     total.ended.insert(suite.name);
 }
 
-/// Runs the tests of `suite` that failed beside others alone. Those that pass then are told all the same: it may be a fault that is seldom
-/// seen, not the computer.
-fn looked_at_again(suite: &Suite, long: bool, failed: &Recap, total: &mut Total) {
-    let Some(alone) = suite.alone else { return };
-    let (began, names) = (Instant::now(), failed.names());
-    let ended = alone(&names).and_then(|command| run_suite(suite, command, long));
-    total.times.push(format!("{} again {} s", suite.name, began.elapsed().as_secs()));
-    match ended {
-        Ok((count, recap))
-            if recap.is_empty() && count.failed == 0 && usize::try_from(count.passed) == Ok(names.len()) =>
-        {
-            total.count.add(Count { passed: count.passed, failed: -count.passed, skipped: 0 });
-            total.told.push(format!("~ {}: what failed beside other tests passed alone.", suite.name));
-        }
-        Ok((_, recap)) => total.told.extend(recap.told(&format!("{} again", suite.name))),
-        Err(sentence) => total.told.push(sentence),
-    }
-}
-
-/// Runs one suite with its output shown, counting as it goes. A suite that fails without a failed test counts as one.
-fn run_suite(suite: &Suite, mut command: Command, long: bool) -> Done<(Count, Recap)> {
+/// Runs one suite with its output shown, and counts its tests. A suite that fails without a failed test
+/// counts as one failure.
+fn run_suite(suite: &Suite, mut run: Command, long: bool) -> Done<(Count, Recap)> {
     if long {
-        command.env("ANNULUS_LONG", "1");
+        run.env("ANNULUS_LONG", "1");
     }
-    say(&format!("{}: {}", suite.name, shown(&command)));
+    say(&format!("{}: {}", suite.name, shown(&run)));
     let name = suite.name;
     let failed = |error: std::io::Error| format!("{name} could not be run: {error}.");
-    let command =
-        command.current_dir(root()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn().map_err(failed)?;
-    let errors = child
-        .stderr
-        .take()
-        .map(|stderr| thread::spawn(move || passed_on(stderr, |line| eprintln!("{name} | {line}"))));
+    run.current_dir(root()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = run.spawn().map_err(failed)?;
+    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
+    let heard = Mutex::new(Instant::now());
     let (mut count, mut recap) = (Count::default(), Recap::default());
-    let said = child.stdout.take().map(|stdout| {
-        passed_on(stdout, |line| {
+    let (ended, said, errors) = thread::scope(|scope| {
+        let errors = scope.spawn(|| passed_on(stderr, &heard, |line| eprintln!("{name} | {line}")));
+        let ended = scope.spawn(|| wait(&mut child, name, &heard, SILENCE));
+        let said = passed_on(stdout, &heard, |line| {
             println!("{name} | {line}");
             if suite.counts {
                 count.add(counted(line));
                 recap.hear(line);
             }
-        })
+        });
+        (ended.join(), said, errors.join().unwrap_or_default())
     });
-    let good = child.wait().map_err(failed)?.success();
-    let errors = errors.and_then(|thread| thread.join().ok());
+    let good = ended.map_err(|_| format!("{name} could not be waited for."))?.map_err(failed)?.success();
     if !suite.counts {
         count.passed = i64::from(good);
     }
@@ -188,15 +160,44 @@ fn run_suite(suite: &Suite, mut command: Command, long: bool) -> Done<(Count, Re
         count.failed = 1;
     }
     if !good && recap.is_empty() {
-        recap.without_a_test(said.into_iter().chain(errors).flatten().collect());
+        recap.without_a_test(said.into_iter().chain(errors).collect());
     }
     Ok((count, recap))
 }
 
-/// Hands on what is read, line by line, and gives the last lines.
-fn passed_on(from: impl Read, mut to: impl FnMut(&str)) -> VecDeque<String> {
+/// Waits for the end of `child`, and kills it with all that it started once it is silent for `limit`.
+fn wait(
+    child: &mut Child,
+    name: &str,
+    heard: &Mutex<Instant>,
+    limit: Duration,
+) -> std::io::Result<ExitStatus> {
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if heard.lock().unwrap_or_else(PoisonError::into_inner).elapsed() > limit {
+            eprintln!("{name} | printed nothing for {} s: killed", limit.as_secs());
+            kill_tree(child.id());
+            return child.wait();
+        }
+        thread::sleep(Duration::from_millis(200));
+    }
+}
+
+/// Kills a process, then its descendants. A shell whose child dies first would continue.
+fn kill_tree(process: u32) {
+    let process = process.to_string();
+    let children = output(&mut command("pgrep", &["-P", &process])).unwrap_or_default();
+    output(&mut command("kill", &["-9", &process]));
+    children.lines().filter_map(|child| child.parse().ok()).for_each(kill_tree);
+}
+
+/// Passes on lines as they arrive, and notes when. Returns the last ones.
+fn passed_on(from: Option<impl Read>, heard: &Mutex<Instant>, mut to: impl FnMut(&str)) -> VecDeque<String> {
     let mut last = VecDeque::new();
-    for line in BufReader::new(from).split(b'\n').map_while(Result::ok) {
+    for line in from.into_iter().flat_map(|from| BufReader::new(from).split(b'\n').map_while(Result::ok)) {
+        *heard.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         let line = String::from_utf8_lossy(&line).into_owned();
         to(&line);
         last.push_back(line);
@@ -207,7 +208,7 @@ fn passed_on(from: impl Read, mut to: impl FnMut(&str)) -> VecDeque<String> {
     last
 }
 
-/// What a line of a runner's output counts.
+/// The counts in a line of a runner's output.
 fn counted(line: &str) -> Count {
     let number = |text: &str| text.split_whitespace().next().and_then(|word| word.parse().ok()).unwrap_or(0);
     if let Some((_, rest)) = line.split_once("test result: ").and_then(|(_, rest)| rest.split_once(". ")) {
@@ -222,7 +223,7 @@ fn counted(line: &str) -> Count {
     if let Some(rest) = line.strip_prefix("# fail ") {
         return Count { failed: number(rest), ..Count::default() };
     }
-    // A test that could not look says so and passes: it is counted as skipped instead.
+    // A test that cannot run prints `skipped:` and passes: count it as skipped instead.
     let skipped = i64::from(line.starts_with("skipped:"));
     Count { passed: -skipped, failed: 0, skipped }
 }
@@ -232,7 +233,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_suite_begins_after_those_that_it_needs() {
+    fn every_suite_starts_after_its_prerequisites() {
         let place = |name: &str| SUITES.iter().position(|suite| suite.name == name);
         for (at, suite) in SUITES.iter().enumerate() {
             assert_eq!(place(suite.name), Some(at), "{} stands in the list twice", suite.name);
@@ -251,7 +252,17 @@ mod tests {
     }
 
     #[test]
-    fn closing_lines_of_every_runner_are_understood() {
+    fn a_silent_suite_is_killed_with_what_it_started() {
+        let mut shell = command("sh", &["-c", "sleep 1000 & wait"]);
+        let mut child = shell.stdout(Stdio::piped()).spawn().unwrap();
+        let (stdout, heard) = (child.stdout.take(), Mutex::new(Instant::now()));
+        assert!(!wait(&mut child, "shell", &heard, Duration::from_secs(1)).unwrap().success());
+        // The pipe ends when the last process that holds it has ended.
+        assert!(passed_on(stdout, &heard, |_| ()).is_empty());
+    }
+
+    #[test]
+    fn summary_lines_of_every_runner_are_parsed() {
         let rows = [
             ("test result: ok. 9 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out", (9, 0, 1)),
             ("test result: FAILED. 7 passed; 2 failed; 0 ignored; 0 filtered out", (7, 2, 0)),

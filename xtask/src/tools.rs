@@ -1,19 +1,16 @@
-//! Programs that the tests need and that cargo can build: built once for every checkout of a person, kept in the cache
-//! of that person (`~/.cache/annulus/tools`) or where `ANNULUS_TOOLS` says.
-//!
-//! Goes out: the folder with the programs. Does not know what they do.
+//! Programs that the tests need and cargo can build: built once per user, in `~/.cache/annulus/tools` or
+//! `ANNULUS_TOOLS`.
 
 use crate::sh::{Done, command, output, root, run, say, target};
 use std::path::PathBuf;
 
-/// One such program.
 struct Tool {
     program: &'static str,
     package: &'static str,
     version: &'static str,
-    /// Whether it builds with the lock file it ships.
+    /// Builds with its own lock file.
     locked: bool,
-    /// How much it is optimised: the runner works through many megabytes, the others do little.
+    /// Optimisation level: the runner processes many megabytes, the others little.
     optimised: &'static str,
 }
 
@@ -29,7 +26,11 @@ const TOOLS: &[Tool] = &[
     Tool { program: "cargo-deny", package: "cargo-deny", version: "0.20.2", locked: true, optimised: "0" },
 ];
 
-/// The folder that holds their `bin`.
+/// Builds the manual; the tests don't need it.
+const BOOK: Tool =
+    Tool { program: "mdbook", package: "mdbook", version: "v0.5.4", locked: true, optimised: "0" };
+
+/// The folder that contains `bin`.
 fn home() -> PathBuf {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     if let Some(folder) = set("ANNULUS_TOOLS") {
@@ -39,27 +40,41 @@ fn home() -> PathBuf {
     cache.map_or_else(|| target().join("tools"), |cache| cache.join("annulus/tools"))
 }
 
+/// The version without the `v` that some programs print.
+fn number(tool: &Tool) -> &'static str {
+    tool.version.trim_start_matches('v')
+}
+
 fn is_there(tool: &Tool) -> bool {
     let said = output(&mut command(home().join("bin").join(tool.program), &["--version"]));
     said.is_some_and(|said| said.split_whitespace().any(|word| word == tool.version))
 }
 
-/// Those that are missing or of another version.
+/// Tools that are missing or have another version.
 pub(crate) fn missing() -> Vec<&'static str> {
     TOOLS.iter().filter(|tool| !is_there(tool)).map(|tool| tool.program).collect()
 }
 
-/// Builds what is missing, and gives the folder with the programs. Quick to build rather than quick to run: they
-/// are used for seconds.
+/// Builds what the tests miss. Returns the folder of the programs.
 pub(crate) fn ensure() -> Done<PathBuf> {
-    for tool in TOOLS.iter().filter(|tool| !is_there(tool)) {
+    install(TOOLS)
+}
+
+/// The program that builds the manual.
+pub(crate) fn book() -> Done<PathBuf> {
+    Ok(install(&[BOOK])?.join(BOOK.program))
+}
+
+/// Builds what is missing, quickly rather than well optimised.
+fn install(tools: &[Tool]) -> Done<PathBuf> {
+    for tool in tools.iter().filter(|tool| !is_there(tool)) {
         say(&format!(
             "{} {} is missing; building it once (one to three minutes)",
             tool.program, tool.version
         ));
         let home = home();
         let mut install =
-            command("cargo", &["install", tool.package, "--version", tool.version, "--force", "--root"]);
+            command("cargo", &["install", tool.package, "--version", number(tool), "--force", "--root"]);
         install.arg(home).env("CARGO_TARGET_DIR", target().join("tools-build"));
         if tool.locked {
             install.arg("--locked");

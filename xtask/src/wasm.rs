@@ -1,6 +1,4 @@
-//! The compiler for the page. Two ways: rustup's own target, or Debian's packages where rustup cannot download.
-//!
-//! Goes out: a [`Toolchain`]. Does not know what is built with it.
+//! The compiler for the page: rustup's target, or Debian's packages if rustup cannot download.
 
 use crate::sh::{Done, command, install_packages, output, run, say, target, which};
 use std::fs;
@@ -10,7 +8,7 @@ use std::process::Command;
 /// The target triple of the page.
 pub(crate) const TRIPLE: &str = "wasm32-unknown-unknown";
 
-/// A rustup toolchain that can compile for [`TRIPLE`]; none is the one in use.
+/// A rustup toolchain that can compile for [`TRIPLE`]; `None` for the current one.
 #[derive(Clone, Debug)]
 pub(crate) struct Toolchain(Option<&'static str>);
 
@@ -27,7 +25,7 @@ impl Toolchain {
 const DEBIAN: &[&str] = &["rustc-web", "cargo-web", "rust-web-src", "rust-web-llvm", "lld-22"];
 const DEBIAN_LIBRARIES: &str = "/usr/lib/rustlib/wasm32-unknown-unknown/lib";
 
-/// Makes sure there is one. `ANNULUS_WASM=debian` takes the second way even where the first would do.
+/// Ensures a toolchain. `ANNULUS_WASM=debian` forces Debian's packages.
 pub(crate) fn ensure() -> Done<Toolchain> {
     if std::env::var("ANNULUS_WASM").as_deref() != Ok("debian") {
         if present() {
@@ -42,7 +40,7 @@ pub(crate) fn ensure() -> Done<Toolchain> {
     debian()
 }
 
-/// Whether the toolchain in use already has the target.
+/// Returns `true` if the current toolchain has the target.
 pub(crate) fn present() -> bool {
     let sysroot = output(&mut command("rustc", &["--print", "sysroot"])).map(PathBuf::from);
     sysroot.is_some_and(|sysroot| has_std(&sysroot.join("lib/rustlib").join(TRIPLE).join("lib")))
@@ -53,7 +51,7 @@ fn has_std(folder: &Path) -> bool {
     entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libstd-"))
 }
 
-/// Debian's compiler with a standard library built once for the page.
+/// Debian's compiler, with a standard library built once for the page.
 fn debian() -> Done<Toolchain> {
     if output(command("dpkg-query", &["-W"]).args(DEBIAN)).is_none() {
         install_packages("A compiler for WebAssembly", DEBIAN)?;
@@ -65,7 +63,7 @@ fn debian() -> Done<Toolchain> {
     Ok(Toolchain(Some("web")))
 }
 
-/// Builds the standard library for the page by building an empty crate with it, and puts it where the compiler looks.
+/// Builds the standard library by building an empty crate with it, and installs it for the compiler.
 fn build_std() -> Done {
     say("Building the standard library for WebAssembly, once (about a minute)");
     let folder = target().join("wasm-std");
@@ -88,7 +86,7 @@ fn build_std() -> Done {
             })?;
         }
     }
-    // What was compiled against another standard library cannot be linked with this one.
+    // Objects compiled against another standard library cannot be linked with this one.
     let _ = fs::remove_dir_all(target().join(TRIPLE));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask bench --page --what [CRATE]`: to whom the bytes of the page belong.
+//! `cargo xtask bench --page --what [CRATE]`: the page's size by crate.
 //!
 //! ```text
 //! page.wasm ─┬─ name section   number ─▶ name        crate            functions   bytes   packed alone
@@ -6,9 +6,8 @@
 //!            └─ data section                         annulus_app          …
 //! ```
 //!
-//! Comes in: the files as the compiler made them, which still have their names. Goes out: a table for each, the largest first; of one
-//! crate its modules. Sizes are those before what nobody calls is taken out. What of a function that is made for a type stands where the
-//! function stands. Judges nothing.
+//! Sizes are before unused functions are removed. A generic function counts for its own crate, not its
+//! caller's. Judges nothing.
 
 use crate::page::{self, Effort, PARTS};
 use crate::sh::{Done, say, target};
@@ -16,16 +15,16 @@ use crate::wasm;
 use std::collections::BTreeMap;
 use std::fs;
 
-/// So many rows of crates or modules are printed, and so many of single functions.
+/// Rows of crates or modules to print, and of single functions.
 const ROWS: usize = 40;
 
-/// Sections by their numbers.
+/// Section numbers.
 const CUSTOM: u8 = 0;
 const IMPORT: u8 = 2;
 const CODE: u8 = 10;
 const DATA: u8 = 11;
 
-/// Prints to whom the bytes belong: by crates, or by the modules of one.
+/// Prints the sizes by crate, or by module of one crate.
 pub(crate) fn run(arguments: &[String]) -> Done {
     let of = match arguments {
         [] => None,
@@ -43,7 +42,7 @@ pub(crate) fn run(arguments: &[String]) -> Done {
     Ok(())
 }
 
-/// What a file of WebAssembly is made of.
+/// Contents of a WebAssembly file.
 #[derive(Default)]
 struct Module<'a> {
     /// Names and bodies of its functions.
@@ -51,7 +50,6 @@ struct Module<'a> {
     data: &'a [u8],
 }
 
-/// Bytes being read.
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
@@ -65,7 +63,7 @@ impl<'a> Reader<'a> {
         self.take(1)?.first().copied()
     }
 
-    /// A number as WebAssembly writes it: seven bits a byte, the lowest first.
+    /// A LEB128 number: seven bits per byte, the lowest first.
     fn number(&mut self) -> Option<usize> {
         let mut value = 0;
         for shift in (0..35).step_by(7) {
@@ -78,7 +76,7 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// Bytes with their number in front.
+    /// Bytes with their length in front.
     fn counted(&mut self) -> Option<&'a [u8]> {
         let count = self.number()?;
         self.take(count)
@@ -89,7 +87,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Takes a file apart; none where it is no WebAssembly.
+/// Parses a file; `None` if it is not WebAssembly.
 fn read(bytes: &[u8]) -> Option<Module<'_>> {
     let mut all = Reader(bytes);
     if all.take(8)? != b"\0asm\x01\0\0\0" {
@@ -119,7 +117,7 @@ fn read(bytes: &[u8]) -> Option<Module<'_>> {
     Some(module)
 }
 
-/// How many functions are imported: their numbers come before those of the bodies.
+/// Number of imported functions: their indices precede those of the bodies.
 fn functions_imported(section: &mut Reader<'_>) -> Option<usize> {
     let mut functions = 0;
     for _ in 0..section.number()? {
@@ -146,7 +144,7 @@ fn functions_imported(section: &mut Reader<'_>) -> Option<usize> {
     Some(functions)
 }
 
-/// The names of functions by their numbers.
+/// The names of functions by index.
 fn function_names(section: &mut Reader<'_>) -> Option<BTreeMap<usize, String>> {
     while !section.0.is_empty() {
         let (kind, content) = (section.byte()?, section.counted()?);
@@ -159,7 +157,7 @@ fn function_names(section: &mut Reader<'_>) -> Option<BTreeMap<usize, String>> {
     Some(BTreeMap::new())
 }
 
-/// The words of the path that a function is named by: of `<a::B as c::D>::e` those of `a::B`.
+/// The path components of a function's name: for `<a::B as c::D>::e`, those of `a::B`.
 fn path(name: &str) -> Vec<&str> {
     let begin = name.find(|letter: char| letter.is_alphanumeric() || letter == '_').unwrap_or(0);
     let word = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
@@ -170,7 +168,7 @@ fn path(name: &str) -> Vec<&str> {
     rest.get(..end).unwrap_or_default().split("::").filter(|word| !word.is_empty()).collect()
 }
 
-/// Whose a function is: its crate, or of the crate `of` its module; none for a function of another crate.
+/// The crate of a function or, with `of`, its module in that crate; `None` for a function of another crate.
 fn owner(name: &str, of: Option<&str>) -> Option<String> {
     let path = path(name);
     let (first, more) = path.split_first()?;
@@ -220,14 +218,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn functions_are_known_by_their_names_behind_what_is_imported() {
+    fn functions_have_their_names_after_the_imports() {
         let mut bytes = b"\0asm\x01\0\0\0".to_vec();
         let mut section = |number: u8, content: &[u8]| {
             bytes.push(number);
             bytes.push(content.len() as u8);
             bytes.extend_from_slice(content);
         };
-        // A function, a memory with a bound, a table and a global are imported.
+        // Imports a function, a memory with a limit, a table and a global.
         section(IMPORT, b"\x04\x01a\x01b\x00\x00\x01a\x01m\x02\x01\x01\x02\x01a\x01t\x01\x70\x00\x01\x01a\x01g\x03\x7f\x00");
         section(CODE, b"\x02\x02\x00\x0b\x03\x00\x01\x0b");
         section(DATA, b"data");
@@ -240,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_function_is_of_the_crate_that_its_path_begins_with() {
+    fn function_belongs_to_the_crate_of_its_path() {
         let rows = [
             ("core::ptr::drop_in_place<app::Model>", None, Some("core")),
             ("<app::job::Leg as serde::Serialize>::serialize", None, Some("app")),

@@ -1,4 +1,4 @@
-//! Where the engine begins, in a worker. A WebAssembly of its own: no screen and no picture is in it.
+//! Entry point of the engine, in a worker. A separate WebAssembly file without screens and pictures.
 
 fn main() {
     #[cfg(target_arch = "wasm32")]

@@ -1,4 +1,4 @@
-//! Where the page begins, in a window. A WebAssembly of its own: what the engine alone needs is not in it.
+//! Entry point of the page, in a window. A separate WebAssembly file without what only the engine needs.
 
 fn main() {
     #[cfg(target_arch = "wasm32")]

@@ -1,4 +1,4 @@
-//! Where what draws on the GPU begins, in a window: a WebAssembly of its own, fetched behind the page's.
+//! Entry point of the GPU renderer, in a window. A separate WebAssembly file, loaded after the page.
 
 fn main() {}
 
@@ -10,7 +10,7 @@ mod exported {
     use web_sys::HtmlCanvasElement;
     use web_sys::js_sys::Function;
 
-    /// A device for a canvas, by `webgpu`, `webgl2` or the `best` of both; fails with the reason.
+    /// Opens a device on a canvas with `webgpu`, `webgl2` or the `best` of both; fails with the reason.
     #[wasm_bindgen]
     pub async fn open(
         canvas: HtmlCanvasElement,
@@ -23,7 +23,7 @@ mod exported {
         opened.map(OpenDevice).map_err(|reason| JsError::new(&reason))
     }
 
-    /// [`view::Device`], to be called from the page's WebAssembly.
+    /// [`view::Device`], callable from the page's WebAssembly.
     #[wasm_bindgen]
     pub struct OpenDevice(view::Device);
 

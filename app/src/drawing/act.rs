@@ -1,7 +1,7 @@
-//! What is done with what is chosen: moved, turned, mirrored, lined up, repeated, grouped, copied, taken out.
+//! Commands on the selection: rotate, mirror, align, repeat, group, copy, delete.
 //!
-//! Comes in: an [`Act`]. Goes out: the next drawing and what is chosen in it. What files draw is done with as what is drawn is; put
-//! back, it is as its file draws it. Does not know the languages: a new group is told its name.
+//! Objects from files take the same commands as drawn things. "Put back" restores them as their file draws
+//! them.
 
 use super::{Editor, GRIDS};
 use crate::said::{Text, key};
@@ -13,68 +13,60 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Where a copy lies beside what it was made of.
+/// Offset of a duplicate from its original.
 const BESIDE: Point = Point::new(Length::from_um(2_540), Length::from_um(-2_540));
 
-/// What is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
-    /// Turned about its middle, in thousandths of a degree counter-clockwise.
+    /// Rotates about the middle of the selection.
     Turn {
         /// Thousandths of a degree, counter-clockwise.
         mdeg: i32,
     },
-    /// Left becomes right, or lower becomes upper.
+    /// Swaps left and right (`x`), else top and bottom.
     Mirror {
-        /// Left becomes right.
         x: bool,
     },
-    /// Brought into one line.
     Align(Align),
-    /// Repeated in columns and rows.
+    /// Repeats the selection in columns and rows.
     Array {
-        /// How many beside each other.
+        /// Number of copies in X.
         columns: u32,
-        /// How many above each other.
+        /// Number of copies in Y.
         rows: u32,
-        /// From one to the next.
+        /// Distance from one copy to the next.
         step: Point,
     },
-    /// Groups are dissolved.
     Ungroup,
-    /// Kept to be pasted.
+    /// Copies to the clipboard.
     Copy,
-    /// Kept to be pasted, and taken out.
+    /// Copies to the clipboard, then deletes.
     Cut,
-    /// What was copied, where the tool aims.
+    /// Pastes the clipboard where the tool aims.
     Paste,
-    /// A copy beside it.
+    /// Puts a copy next to the original.
     Duplicate,
-    /// Taken out.
     Delete,
-    /// Everything is chosen.
     All,
-    /// Onto this layer.
     Layer(Layer),
-    /// What files draw is as they draw it.
+    /// Restores objects of files as their file draws them.
     PutBack,
-    /// The grid is on or off: the other of the two.
+    /// Toggles the grid.
     Snap,
-    /// The next grid.
     NextGrid,
-    /// What lies on other layers than the one that is drawn on is faint, or is not: the other of the two.
+    /// Toggles dimming of everything that is not on the active layer.
     Dim,
-    /// Back by an edit, or on again.
+    /// Undo or redo by one edit.
     Undo {
-        /// Back, else on again.
+        /// Undo, else redo.
         back: bool,
     },
 }
 
-/// The kind of a thing, and where it lies.
+/// The kind of a thing and its positions, sorted.
 type Marked = (&'static str, Vec<Point>);
 
-/// That of a thing; none for nodes and groups.
+/// None for nodes and groups.
 fn marked(drawing: &Drawing, thing: &Thing) -> Option<Marked> {
     let mut spots: Vec<Point> =
         thing.nodes().filter_map(|node| drawing.at(node)).chain(thing.place()).collect();
@@ -83,14 +75,14 @@ fn marked(drawing: &Drawing, thing: &Thing) -> Option<Marked> {
 }
 
 impl Editor {
-    /// Does something with what is chosen.
+    /// Applies `act` to the selection.
     pub fn act(&mut self, act: Act) {
         let ids = self.ids();
         match act {
             Act::Turn { mdeg } => {
                 self.make(&self.selection().turned(mdeg, false));
             }
-            // A mirrored thing turned by half a turn is mirrored the other way.
+            // Mirroring in Y is mirroring in X followed by half a turn.
             Act::Mirror { x } => {
                 self.make(&self.selection().turned(if x { 0 } else { 180_000 }, true));
             }
@@ -133,7 +125,7 @@ impl Editor {
         }
     }
 
-    /// What files draw is as they draw it again: what is chosen of it; all of it where nothing is, and that is said.
+    /// Restores the selected objects of files; without a selection restores all and shows a message about it.
     fn put_back(&mut self) {
         let all = self.chosen.is_empty();
         let edit = put_back(self.drawing(), self.finder(), &self.chosen);
@@ -142,7 +134,7 @@ impl Editor {
         }
     }
 
-    /// What is chosen goes into a group of its own with this name.
+    /// Puts the selection into a new group with this name.
     pub fn group(&mut self, name: &str) {
         if let (edit, Some(group)) = self.selection().grouped(name)
             && self.make(&edit)
@@ -151,7 +143,7 @@ impl Editor {
         }
     }
 
-    /// What is chosen goes into `group`, or to the top; `id` alone where it is not among that.
+    /// Moves the selection into `group`, or to the top level. Moves only `id` if `id` isn't selected.
     pub fn regroup(&mut self, id: Option<Id>, group: Option<Id>) {
         let alone = id.filter(|id| !self.chosen.contains(&self.catch_of(*id)));
         let edit = match alone {
@@ -176,7 +168,7 @@ impl Editor {
         }
     }
 
-    /// What is chosen is kept to be pasted.
+    /// Copies the selection to the clipboard.
     fn copy(&mut self) {
         let copy = self.selection().copied();
         if !copy.is_empty() {
@@ -184,7 +176,7 @@ impl Editor {
         }
     }
 
-    /// What was copied, with the place of it that lies lowest and most to the left where the tool aims.
+    /// Pastes the clipboard so that its lowest, leftmost point is where the tool aims.
     fn paste(&mut self) {
         let Some(clip) = self.clip.clone() else { return };
         let clip = self.without_strangers(&clip);
@@ -199,7 +191,7 @@ impl Editor {
         self.put_copy(&clip, by);
     }
 
-    /// Whether the like of all that a copy draws lies where it would be pasted: nobody would see it.
+    /// True if the drawing already has identical things at the target: the pasted ones would be invisible.
     fn lies_there(&self, clip: &Drawing, by: Point) -> bool {
         let there: BTreeSet<Marked> =
             self.drawing().things().filter_map(|(_, entry)| marked(self.drawing(), &entry.thing)).collect();
@@ -210,7 +202,7 @@ impl Editor {
         coming.peek().is_some() && coming.all(|one: Marked| there.contains(&one))
     }
 
-    /// A copy without what is of files that are not drawn over here; that is said.
+    /// The copy without objects of files that aren't drawn over here; shows a message if it drops any.
     fn without_strangers(&mut self, clip: &Drawing) -> Drawing {
         let is_strange = |thing: &Thing| {
             matches!(thing, Thing::Imported { .. }) && self.finder.imported_of(thing).is_none()
@@ -219,7 +211,7 @@ impl Editor {
         let (edit, mut own) = (removed(clip, &strange), clip.clone());
         if !edit.is_empty() {
             self.said = Some(Text::of(key!("page.draw.not_here")));
-            // What nothing hangs on can go.
+            // Removal fails only for things with dependents, and nothing depends on these.
             let _ = own.apply(&edit);
         }
         own

@@ -1,6 +1,4 @@
-//! What a press means: the thing under it, and what is one with that.
-//!
-//! Comes in: a place, how far beside a thing it is still meant. Goes out: what is chosen. Does not know pointers.
+//! Selection by a press: the thing under the pointer and the things that go with it.
 
 use super::Editor;
 use annulus_core::board::drawing::{Catch, Thing};
@@ -9,15 +7,14 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 
 impl Editor {
-    /// The first thing at a place, with its outermost group unless one thing alone is meant.
+    /// The first unlocked thing within `reach` of a position. Returns its outermost group unless `single`.
     pub fn hit(&self, at: Point, reach: Length, single: bool) -> Option<Catch> {
         let mut near = self.finder.at(self.drawing(), at, reach).into_iter();
         let hit = near.find(|catch| !self.is_locked(*catch))?;
         Some(if single { hit } else { self.outermost(hit) })
     }
 
-    /// Chooses what was hit with what is one with it, or adds these to what is chosen, or takes them away again. A pad and its hole
-    /// are one, unless one thing alone is meant.
+    /// Selects `hit`, or toggles it if `adding`. A pad and its hole go together unless `single`.
     pub fn choose_hit(&mut self, hit: Catch, adding: bool, single: bool) {
         let mut whole = BTreeSet::from([hit]);
         if !single {
@@ -32,7 +29,7 @@ impl Editor {
         }
     }
 
-    /// The holes in a pad, or the pads about a hole, in the same group and not locked.
+    /// The holes in a pad, or the pads around a hole, that are in the same group and unlocked.
     fn one_with(&self, hit: Catch) -> Vec<Catch> {
         let drawing = self.drawing();
         let thing = if let Catch::Drawn(id) = hit { drawing.thing(id) } else { None };
@@ -44,7 +41,7 @@ impl Editor {
         other.filter(|one| self.group_of(*one) == self.group_of(hit) && !self.is_locked(*one)).collect()
     }
 
-    /// Whether something that is chosen lies within reach of a place.
+    /// True if anything selected and unlocked is within `reach`.
     pub(super) fn is_chosen_at(&self, at: Point, reach: Length, single: bool) -> bool {
         let near = self.finder.at(self.drawing(), at, reach).into_iter();
         near.map(|catch| if single { catch } else { self.outermost(catch) })

@@ -1,13 +1,12 @@
-//! The numbers of what is chosen: every property as a field that can be read and typed (S1).
+//! The numbers of the selection: every property as a field to read and type.
 //!
 //! ```text
-//! one track     from X Y, to X Y, length, width, layer        several of a kind   what they share; else nothing
-//! one pad       X Y, form, size, turn, layer                  several kinds       X and Y of the box around them
+//! one track     from X Y, to X Y, length, width, layer     several of a kind   shared values; else empty
+//! one pad       X Y, shape, size, rotation, layer          several kinds       X and Y of their box
 //! of a file     X Y, moved by, turned by
 //! ```
 //!
-//! Comes in: an [`Editor`], text as typed. Goes out: fields; edits. Lengths are whole nanometres, angles thousandths of a degree.
-//! Knows no words.
+//! Lengths are whole nanometres, angles thousandths of a degree.
 
 use super::Editor;
 use super::typed::{degrees, length};
@@ -19,59 +18,48 @@ use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 
-/// A property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// X of a middle, a node, or of the left edge of the box around several things.
+    /// X of a middle, of a node, or of the left edge of the box around several things.
     X,
-    /// Y likewise.
     Y,
-    /// X where a track begins.
+    /// X of a track's start.
     FromX,
-    /// Y where it begins.
     FromY,
-    /// X where it ends.
+    /// X of a track's end.
     ToX,
-    /// Y where it ends.
     ToY,
-    /// Length of a track; read only.
+    /// Length of a track; read-only.
     Length,
-    /// Width of tracks.
     Width,
-    /// Form of pads.
     Shape,
-    /// Size of pads.
     Size,
-    /// Rotation of pads.
     Turn,
-    /// Diameter of holes.
     Diameter,
-    /// Whether holes are plated.
+    /// True if holes are plated.
     Plated,
-    /// Where copper lies.
     Layer,
-    /// Name of a group, or of the drawing where nothing is chosen.
+    /// Name of the selected group, or of the drawing if nothing is selected.
     Name,
-    /// The group that it lies in.
     Group,
-    /// By how much an object of a file is moved in X.
+    /// X offset of an object from where its file draws it.
     ByX,
-    /// And in Y.
     ByY,
 }
 
-/// Whether a property may be so long: how wide or how large something is has bounds, where it lies is told by the edit.
+/// True if the field may have this length. Only widths and sizes have limits; the edit itself checks
+/// positions.
 pub fn may_be(field: Field, length: Length) -> bool {
     !field.is_size() || (NARROWEST..=WIDEST).contains(&length)
 }
 
 impl Field {
-    /// Whether it says how wide or how large something is.
+    /// True for widths, sizes and diameters.
     pub const fn is_size(self) -> bool {
         matches!(self, Self::Width | Self::Size | Self::Diameter)
     }
 
-    /// Its word in the address of a sentence.
+    /// Part of the key in the locale tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -96,43 +84,35 @@ impl Field {
     }
 }
 
-/// What stands in a field; nothing where the things differ.
+/// The value of a field; none if the selected things differ.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldValue {
-    /// A length.
     Length(Option<Length>),
-    /// A length that follows from others.
+    /// A derived length, read-only.
     Fixed(Option<Length>),
     /// An angle in thousandths of a degree.
     Turn(Option<i32>),
-    /// A form.
     Shape(Option<PadShape>),
-    /// A layer.
     Layer(Option<Layer>),
-    /// Yes or no.
     Flag(Option<bool>),
-    /// A name.
     Name(String),
-    /// A group, or none, of those there are.
+    /// The group, or none for the top level, and all groups to choose from.
     Group(Option<Option<Id>>, Vec<(Id, String)>),
 }
 
-/// A field with its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldRow {
-    /// Which.
     pub field: Field,
-    /// What stands in it.
     pub value: FieldValue,
 }
 
-/// The value that all of them have.
+/// The value that all share, if they do.
 fn shared<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     let first = values.next()?;
     values.all(|value| value == first).then_some(first)
 }
 
-/// The fields of what is chosen; of the drawing where nothing is.
+/// The fields of the selection, or of the drawing if nothing is selected.
 pub fn rows(editor: &Editor) -> Vec<FieldRow> {
     let (drawing, ids) = (editor.drawing(), editor.ids());
     let row = |field, value| FieldRow { field, value };
@@ -159,7 +139,6 @@ pub fn rows(editor: &Editor) -> Vec<FieldRow> {
     rows
 }
 
-/// Where it is.
 fn places(editor: &Editor) -> Vec<FieldRow> {
     let drawing = editor.drawing();
     let pair = |x: Field, y: Field, at: Option<Point>| {
@@ -196,7 +175,7 @@ fn places(editor: &Editor) -> Vec<FieldRow> {
     }
 }
 
-/// The place of the node on which all of `chosen` hangs: a pad with its hole.
+/// The node that all of `chosen` share, as a pad and its hole do.
 fn on_one_node(drawing: &Drawing, chosen: &BTreeSet<Catch>) -> Option<Point> {
     let node = |catch: &Catch| match catch {
         Catch::Drawn(id) => match drawing.thing(*id)? {
@@ -208,7 +187,7 @@ fn on_one_node(drawing: &Drawing, chosen: &BTreeSet<Catch>) -> Option<Point> {
     drawing.at(shared(chosen.iter().map(node))??)
 }
 
-/// Widths, sizes, forms, layers of all that have them.
+/// Widths, sizes, shapes and layers that the things share.
 fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
     let mut rows = Vec::new();
     let widths: Vec<Length> = leaves
@@ -233,7 +212,7 @@ fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
         );
         rows.push(FieldRow { field: Field::Shape, value: FieldValue::Shape(shape) });
         rows.push(FieldRow { field: Field::Size, value: FieldValue::Length(size) });
-        // However a round pad is turned, it is as it was.
+        // Rotation has no effect on a round pad.
         if pads.iter().any(|pad| pad.0 != PadShape::Circle) {
             rows.push(FieldRow { field: Field::Turn, value: FieldValue::Turn(turn) });
         }
@@ -258,8 +237,8 @@ fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
     rows
 }
 
-/// What can be said of things that files draw: by how much they are moved where nothing else is chosen, and by how much they are
-/// turned, where that can be seen and nothing that is drawn says it already.
+/// The offset of objects of files, if only such are selected. Also their rotation, if that is visible and no
+/// field of a drawn thing shows one already.
 fn of_files(editor: &Editor, rows: &[FieldRow]) -> Vec<FieldRow> {
     let finder = editor.finder();
     let one = |catch: &Catch| {
@@ -283,14 +262,14 @@ fn of_files(editor: &Editor, rows: &[FieldRow]) -> Vec<FieldRow> {
 }
 
 impl Editor {
-    /// By how much something of a file is turned from how the file draws it.
+    /// Rotation relative to the file, in thousandths of a degree.
     fn turn_of(&self, catch: Catch) -> i32 {
         let placement = self.id_of(catch).and_then(|id| self.drawing().thing(id)?.placement());
         placement.unwrap_or_default().rotation_mdeg
     }
 }
 
-/// The edit that a typed value makes; none where it cannot be read.
+/// The edit that a typed value makes; none if the text can't be parsed.
 pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edit> {
     let (drawing, ids) = (editor.drawing(), editor.ids());
     match field {
@@ -328,7 +307,8 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
     }
 }
 
-/// The place that is typed where `now` stands: it has more digits than are shown, and what is left as it is shown stays.
+/// The typed value, or `now` if the text still equals `now` as shown. Fields show fewer digits than the
+/// drawing has, so an untouched field must not round its value.
 fn meant(text: &str, unit: Unit, now: Length) -> Option<Length> {
     let typed = length(text, unit)?;
     Some(if length(&unit.short(now.mm()), unit) == Some(typed) { now } else { typed })
@@ -338,7 +318,7 @@ fn along(x: bool, by: Length) -> Point {
     if x { Point::new(by, Length::ZERO) } else { Point::new(Length::ZERO, by) }
 }
 
-/// Sizes, forms and layers of all things that have them.
+/// Applies a size, shape or layer to all things that have one.
 fn of_things(drawing: &Drawing, ids: &BTreeSet<Id>, field: Field, text: &str, unit: Unit) -> Option<Edit> {
     let size = || length(text, unit);
     let new_size = matches!(field, Field::Width | Field::Size | Field::Diameter).then(size).flatten();

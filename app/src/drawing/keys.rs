@@ -1,47 +1,41 @@
-//! Which key draws what. The letters are those of other board editors.
-//!
-//! Comes in: a key as plain data. Goes out: a [`DrawKey`]. Does not know where the focus is: who asks has looked.
+//! Keyboard shortcuts of the board editor. The letters follow other board editors.
 
 use super::{Act, Tool};
 
-/// What a key asks of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawKey {
-    /// Take a tool; pads once more: the next form.
+    /// Activates a tool; repeated for the pad tool, switches to the next pad shape.
     Tool(Tool),
-    /// Take what is under the cross-hair, to be moved.
+    /// Picks up the thing under the cross-hair to move it.
     Move,
-    /// Cross-hair, or what is chosen, by so many steps in X and Y.
+    /// Moves the cross-hair or the selection.
     Step {
-        /// So many steps to the right.
+        /// Steps to the right.
         x: i8,
-        /// So many steps up.
+        /// Steps up.
         y: i8,
-        /// How far a step goes.
         size: StepSize,
     },
-    /// Place, or choose, where the tool aims.
+    /// Places or selects where the tool aims.
     Place,
-    /// The track ends.
     End,
-    /// The last piece of the track is taken back.
+    /// Removes the last segment of the track.
     Back,
-    /// Something is done with what is chosen.
+    /// A command on the selection.
     Act(Act),
-    /// Into a group.
     Group,
-    /// Draw on the upper side, or on the lower one.
+    /// Chooses the side to draw on.
     Side {
-        /// On the upper side, else on the lower one.
+        /// The upper side, else the lower one.
         upper: bool,
     },
-    /// Go to the numbers of what is chosen.
+    /// Focuses the fields of the selection.
     Numbers,
-    /// Go to the name of what is chosen.
+    /// Focuses the name of the selection.
     Rename,
-    /// Go to where places are typed; with the sign for places that count from the last one.
+    /// Focuses the field for typed coordinates.
     Type {
-        /// Places count from the last one.
+        /// Coordinates are relative to the last position: the field starts with `@`.
         from_last: bool,
     },
 }
@@ -49,18 +43,16 @@ pub enum DrawKey {
 /// A quarter turn counter-clockwise, in thousandths of a degree.
 pub const QUARTER_MDEG: i32 = 90_000;
 
-/// How far a step goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepSize {
     /// A tenth of the grid.
     Fine,
-    /// The grid.
     Grid,
     /// Ten times the grid.
     Far,
 }
 
-/// What a key asks for; `ctrl` and `shift` are held.
+/// The command of a key; `ctrl` and `shift` are the modifiers.
 pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
     let size = match (ctrl, shift) {
         (true, false) => StepSize::Fine,

@@ -1,29 +1,22 @@
-//! What files draw, by kinds: holes, pads, tracks, areas.
-//!
-//! Comes in: objects of files. Goes out: their kinds, and where those of one kind stand among them. Knows no words.
+//! Objects of files by kind: holes, pads, tracks, areas.
 
 use super::{Editor, Tool};
 use annulus_core::board::drawing::{Catch, Imported};
 
-/// A kind of objects of files.
+/// The kind of an object from a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ImportedKind {
-    /// Holes.
     #[default]
     Hole,
-    /// Pads.
     Pad,
-    /// Tracks.
     Track,
-    /// Filled areas.
     Area,
 }
 
 impl ImportedKind {
-    /// All of them, in the order of the menu.
+    /// In menu order.
     pub const ALL: [Self; 4] = [Self::Hole, Self::Pad, Self::Track, Self::Area];
 
-    /// What an object is.
     pub fn of(one: &Imported) -> Self {
         match one.layer {
             None => Self::Hole,
@@ -33,7 +26,7 @@ impl ImportedKind {
         }
     }
 
-    /// Its word in a menu.
+    /// Part of the key in the locale tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Hole => "hole",
@@ -44,14 +37,14 @@ impl ImportedKind {
     }
 }
 
-/// The places in `all` of those of one kind; `without` those that cannot be chosen.
+/// Indices of the objects of one kind; skips those for which `without` is true.
 pub fn of_kind(all: &[Imported], kind: ImportedKind, without: impl Fn(u32) -> bool) -> Vec<u32> {
     let wanted = |(at, one): (u32, &Imported)| (ImportedKind::of(one) == kind && !without(at)).then_some(at);
     (0..).zip(all).filter_map(wanted).collect()
 }
 
 impl Editor {
-    /// Chooses an object of a file where it was not taken out; the cross-hair stands on it then.
+    /// Selects an object of a file, unless it was deleted, and moves the cross-hair to it.
     pub fn choose_imported(&mut self, of: u32) {
         let catch = Catch::Imported(of);
         let Some(at) = self.place_of(catch) else { return };
@@ -69,7 +62,7 @@ mod tests {
     use annulus_core::units::Length;
 
     #[test]
-    fn objects_are_listed_by_their_kind() {
+    fn imported_objects_are_listed_by_kind() {
         let at = Point::from_mm(1.0, 2.0);
         let object = |points: Vec<Point>, layer: Option<Layer>, (is_area, is_pad): (bool, bool)| {
             let closed = points.len() > 2;
@@ -84,7 +77,7 @@ mod tests {
             object(vec![at, end, at], Some(Layer::Bottom), pad),
             object(vec![at, end], Some(Layer::Top), track),
             object(vec![at, end, at], Some(Layer::Top), area),
-            // An obround pad has two middles, and is no track.
+            // An obround pad has two centers but is no track.
             object(vec![at, end], Some(Layer::Top), pad),
         ];
         let found = |kind| of_kind(&all, kind, |_| false);

@@ -1,16 +1,11 @@
-//! Layers that are locked: what lies on them is not caught, and no edit changes it.
-//!
-//! Comes in: which layers, an edit. Goes out: whether it may be. Does not know who locks.
+//! Locked layers: nothing on them can be selected or edited.
 
 use super::Editor;
 use annulus_core::board::drawing::{Catch, Drawing, Edit, Finder, Layer, Thing};
 
-/// What is locked.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Locked {
-    /// Layers.
     pub layers: Vec<Layer>,
-    /// All holes.
     pub holes: bool,
 }
 
@@ -23,7 +18,7 @@ impl Locked {
         self.layers.iter().any(|locked| locked.meets(layer))
     }
 
-    /// A thing that lies on a locked layer, or speaks of an object of a file that does.
+    /// True if a thing is on a locked layer, or refers to an object of a file that is.
     fn has(&self, finder: &Finder, thing: &Thing) -> bool {
         match thing {
             Thing::Hole { .. } => self.holes,
@@ -39,7 +34,7 @@ impl Locked {
         one.is_some_and(|one| one.layer.map_or(self.holes, |layer| self.has_layer(layer)))
     }
 
-    /// Whether an edit changes something that is locked, or puts something there.
+    /// True if an edit changes something on a locked layer or adds something to one.
     pub(super) fn refuses(&self, drawing: &Drawing, finder: &Finder, edit: &Edit) -> bool {
         if self.is_empty() {
             return false;
@@ -52,7 +47,7 @@ impl Locked {
 }
 
 impl Editor {
-    /// Whether it lies on a locked layer; a node, where something that hangs on it does.
+    /// True if `catch` is on a locked layer. For a node: if anything attached to it is.
     pub fn is_locked(&self, catch: Catch) -> bool {
         let (locked, drawing, finder) = (&self.locked, self.drawing(), self.finder());
         let has = |id| drawing.thing(id).is_some_and(|thing| locked.has(finder, thing));

@@ -1,6 +1,4 @@
-//! What lies over the drawing while one works on it: what is chosen, where the tool aims, what is about to be.
-//!
-//! Comes in: an [`Editor`]. Goes out: [`Marks`], in mm from the zero point. Knows no colours.
+//! Overlays on the drawing: the selection, the aim of the tool, what is about to be placed.
 
 use super::pieces::{CHORD_ERROR_MM, DrawnPieces, fill, spot};
 use super::{Doing, Editor, Tool};
@@ -11,65 +9,54 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// More things than these have no rim of their own when they are chosen.
+/// If more things are selected, they get no outlines.
 const MOST_RIMS: usize = 400;
-/// How far a chord may be from its arc where so many are chosen, in mm.
+/// Chord error for large selections, mm.
 const COARSE_MM: f64 = 0.03;
 
-/// What a mark means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarkMeaning {
-    /// The rim of what is chosen.
+    /// Outline of a selected thing.
     Chosen,
-    /// A node that is chosen: it has no size of its own, and so no rim.
+    /// A selected node. A node has no size, so a dot marks it.
     ChosenNode,
-    /// Copper, or an edge, that is not there yet.
+    /// Copper or edge about to be placed.
     Coming(Layer),
-    /// A box to choose with.
+    /// A selection box.
     Box,
-    /// A measure.
     Measure,
-    /// The tool has caught a node, or the end of something imported.
+    /// The tool snapped to a node or to the end of an imported object.
     Caught,
-    /// The tool has caught the middle of a track.
+    /// The tool snapped to the middle of a track.
     Middle,
 }
 
-/// A stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnMark {
-    /// From here …
     pub a_mm: [f32; 2],
-    /// … to here.
     pub b_mm: [f32; 2],
-    /// How wide on the board; none for a line that is the same at every zoom.
+    /// Width on the board, mm; none for a line of constant width on screen.
     pub width_mm: Option<f32>,
-    /// What it means.
     pub kind: MarkMeaning,
 }
 
-/// What is chosen, as it lies over the drawing.
+/// Overlay of the selection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chosen {
-    /// Its rims.
     pub rims: Vec<DrawnMark>,
-    /// Its triangles.
     pub mesh: Arc<Mesh>,
-    /// Holes of it, by their places in the sheet.
+    /// Indices into the sheet's holes.
     pub holes: Vec<usize>,
 }
 
-/// What follows the pointer.
+/// Overlay that follows the pointer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Marks {
-    /// Strokes.
     pub strokes: Vec<DrawnMark>,
-    /// The cross-hair.
     pub cross: Option<[f32; 2]>,
 }
 
 impl Chosen {
-    /// What is chosen in `editor`.
     pub fn new(editor: &Editor, sheet: &DrawnPieces) -> Self {
         if editor.chosen.is_empty() {
             return Self::default();
@@ -99,7 +86,6 @@ impl Chosen {
 }
 
 impl Marks {
-    /// What follows the pointer over `editor`.
     pub fn new(editor: &Editor) -> Self {
         let mut marks = Self::default();
         let aim = editor.aim.at();
@@ -141,7 +127,7 @@ impl Marks {
     }
 }
 
-/// The pad or the hole that a press would place.
+/// The pad or hole that a press would place.
 fn coming(editor: &Editor) -> Vec<DrawnMark> {
     let (at, pen) = (spot(editor.aim.at()), editor.pen);
     let disc = |size: Length, kind| DrawnMark { a_mm: at, b_mm: at, width_mm: Some(size.mm() as f32), kind };
@@ -152,7 +138,7 @@ fn coming(editor: &Editor) -> Vec<DrawnMark> {
     }
 }
 
-/// A dot as large at every zoom.
+/// A dot of constant size on screen.
 fn handle(at: Point) -> DrawnMark {
     DrawnMark { a_mm: spot(at), b_mm: spot(at), width_mm: None, kind: MarkMeaning::ChosenNode }
 }

@@ -1,14 +1,13 @@
-//! The board editor as plain data: a drawing with its history, what is chosen in it, the tool in hand.
+//! The board editor as plain data: a drawing with its history, the selection and the active tool.
 //!
 //! ```text
-//! pointer ─┐                       ┌─▶ DrawnPieces    what is drawn, in pieces: an edit makes one of them anew
-//! keys   ──┼─▶ Editor ─ Edit ─▶ History ─▶ Marks    what is chosen, aimed at, being drawn
-//! fields ──┘        ▲              └─▶ rows of the tree, fields of what is chosen, smallest figures
-//!                   └─ Finder: what is there, what is near
+//! pointer ─┐                       ┌─▶ DrawnPieces    triangles in chunks: an edit rebuilds few of them
+//! keys   ──┼─▶ Editor ─ Edit ─▶ History ─▶ Marks      selection, aim, what is being drawn
+//! fields ──┘        ▲              └─▶ tree rows, fields of the selection, smallest figures
+//!                   └─ Finder: what is at or near a position
 //! ```
 //!
-//! Comes in: places, keys, numbers as people type them. Goes out: the next drawing; plain data to be shown. Lengths are whole
-//! nanometres. Does not know the model, the page or files.
+//! Lengths are whole nanometres.
 
 mod act;
 mod catching;
@@ -44,7 +43,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use tree::Tree;
 
-/// The grids there are to choose from.
+/// The grid steps to choose from.
 pub const GRIDS: [Length; 6] = [
     Length::from_um(50),
     Length::from_um(100),
@@ -54,27 +53,23 @@ pub const GRIDS: [Length; 6] = [
     Length::from_um(2_540),
 ];
 
-/// Of so many things under a held pointer the smallest figures are measured with every move, of more when it is let go.
+/// Up to this many dragged things, the smallest figures are measured at every move; for more, on release.
 const LIVE: usize = 100;
 
-/// With what the next thing is drawn.
+/// Properties of the next thing to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pen {
-    /// Where tracks lie.
     pub layer: Layer,
-    /// Where pads lie: on the copper that was drawn on last, as a pad cannot lie on the edge.
+    /// Layer of pads: the copper last drawn on, because a pad can't be on the edge layer.
     pub copper: Layer,
-    /// Width of tracks.
     pub width: Length,
-    /// Form of pads.
     pub shape: PadShape,
-    /// Size of pads.
     pub size: Length,
-    /// Pads have a hole.
+    /// True if pads have a hole.
     pub drilled: bool,
-    /// Diameter of holes, in pads and alone.
+    /// Diameter of holes, both in pads and single.
     pub diameter: Length,
-    /// Holes alone are plated; those in pads are.
+    /// True if single holes are plated. Holes in pads always are.
     pub plated: bool,
 }
 
@@ -94,7 +89,7 @@ impl Default for Pen {
 }
 
 impl Pen {
-    /// Draws on a layer from now on; pads stay on copper.
+    /// Sets the active layer; pads stay on copper.
     pub fn draw_on(&mut self, layer: Layer) {
         self.layer = layer;
         if layer != Layer::Edge {
@@ -103,16 +98,14 @@ impl Pen {
     }
 }
 
-/// Where the pointer snaps to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
-    /// It does.
     pub on: bool,
-    /// Distance of its lines.
+    /// Distance between grid lines.
     pub step: Length,
 }
 
-/// A drawing under work.
+/// A drawing being edited.
 #[derive(Clone, Debug)]
 pub struct Editor {
     history: History,
@@ -120,37 +113,32 @@ pub struct Editor {
     figures: DrawingFigures,
     pieces: Pieces,
     tree: Tree,
-    /// What has another body since the figures were measured.
+    /// Things whose shape changed since the figures were measured.
     unmeasured: BTreeSet<Catch>,
-    /// Counts changes of the drawing.
+    /// Number of changes; wraps.
     changes: u32,
-    /// What the edit under a held pointer touched.
+    /// Things that the edit of the current drag touched.
     held: BTreeSet<Id>,
-    /// The smallest gap, track, ring and hole.
+    /// Smallest gap, track, annular ring and hole.
     pub smallest: Smallest,
-    /// What is chosen: things, groups, objects of files.
+    /// The selection: things, groups, objects of files.
     pub chosen: BTreeSet<Catch>,
-    /// The tool in hand.
     pub tool: Tool,
-    /// With what is drawn.
     pub pen: Pen,
-    /// Where the pointer snaps to.
     pub grid: Grid,
-    /// What lies on other layers than the one that is drawn on is faint.
+    /// Everything that isn't on the active layer is dimmed.
     pub dim: bool,
-    /// What is not caught, and not changed.
+    /// Layers that can't be selected or edited.
     pub locked: Locked,
-    /// Where the tool aims.
+    /// Where the tool aims: the cross-hair.
     pub aim: Snap,
-    /// What is being done.
     pub doing: Doing,
-    /// Where the pointer went down, while it is held.
+    /// Where the pointer went down, while it is down.
     pressed: Option<Point>,
-    /// What was copied.
     pub clip: Option<Arc<Drawing>>,
-    /// Groups whose members the tree shows.
+    /// Groups that are expanded in the tree.
     pub open: BTreeSet<Id>,
-    /// Said to the person.
+    /// A message for the user.
     pub said: Option<Text>,
 }
 
@@ -161,7 +149,7 @@ impl Default for Editor {
 }
 
 impl Editor {
-    /// A drawing over what is imported.
+    /// A drawing over imported files.
     pub fn new(history: History, imported: Arc<Vec<Imported>>) -> Self {
         let finder = Finder::new(history.now(), imported);
         let figures = DrawingFigures::new(history.now(), &finder);
@@ -193,7 +181,7 @@ impl Editor {
         }
     }
 
-    /// The same tools for another drawing.
+    /// Another drawing with the same tool settings and clipboard.
     #[must_use]
     pub fn with(&self, history: History, imported: Arc<Vec<Imported>>) -> Self {
         Self {
@@ -208,49 +196,47 @@ impl Editor {
         }
     }
 
-    /// The drawing.
     pub fn drawing(&self) -> &Drawing {
         self.history.now()
     }
 
-    /// The drawing with its edits.
+    /// The drawing with its undo steps.
     pub fn history(&self) -> &History {
         &self.history
     }
 
-    /// What is imported, and where.
     pub fn finder(&self) -> &Finder {
         &self.finder
     }
 
-    /// Counts changes of the drawing.
+    /// Number of changes; the screens compare it to know when to refresh.
     pub fn changes(&self) -> u32 {
         self.changes
     }
 
-    /// Whether there is a step back, and one on.
+    /// Whether there is something to undo and to redo.
     pub fn can_undo(&self) -> (bool, bool) {
         let (back, on) = self.history.depth();
         (back > 0, on > 0)
     }
 
-    /// What is drawn, in pieces.
+    /// The drawing as triangles.
     pub fn sheet(&mut self) -> Arc<DrawnPieces> {
         self.pieces.sheet(self.history.now(), &self.finder)
     }
 
-    /// What is chosen, to do something with it.
+    /// The selection with the commands on it.
     pub fn selection(&self) -> Selection<'_> {
         Selection::new(self.drawing(), &self.finder, &self.chosen)
     }
 
-    /// Things of the drawing that are chosen.
+    /// The drawn things in the selection.
     pub fn ids(&self) -> BTreeSet<Id> {
         let drawn = |catch: &Catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None };
         self.chosen.iter().filter_map(drawn).collect()
     }
 
-    /// Makes an edit; what cannot be is said. Whether it was made.
+    /// Makes an edit. If it fails or touches a locked layer, leaves a message and returns false.
     pub fn make(&mut self, edit: &Edit) -> bool {
         if self.locked.refuses(self.history.now(), &self.finder, edit) {
             self.said = Some(Text::of(key!("page.draw.locked")));
@@ -269,7 +255,7 @@ impl Editor {
         }
     }
 
-    /// Makes an edit in place of the one that is being made under a held pointer.
+    /// Replaces the edit of the current drag, so that a whole drag is one undo step.
     fn make_instead(&mut self, edit: impl FnOnce(&Drawing, &Finder) -> Edit) {
         let held = std::mem::take(&mut self.held);
         let (locked, finder, mut refused) = (&self.locked, &self.finder, false);
@@ -290,21 +276,21 @@ impl Editor {
                 }
             }
             Err(why) => {
-                // What was made before is taken back all the same.
+                // The previous edit of the drag is undone even so.
                 self.follow(&held, false);
                 self.said = Some(Text::Found(why));
             }
         }
     }
 
-    /// What is being made is made.
+    /// Ends the edit of the current drag.
     fn rest(&mut self) {
         self.history.rest();
         self.held.clear();
         self.measure();
     }
 
-    /// Back by an edit, or on again.
+    /// Undo or redo by one edit; false if there is none.
     pub fn step(&mut self, back: bool) -> bool {
         let Some(touched) = self.history.step(back) else { return false };
         self.held.clear();
@@ -313,7 +299,7 @@ impl Editor {
         true
     }
 
-    /// Everything that follows from the drawing follows what was touched.
+    /// Updates everything derived from the drawing for the things in `touched`.
     fn follow(&mut self, touched: &BTreeSet<Id>, renamed: bool) {
         if touched.is_empty() && !renamed {
             return;
@@ -331,7 +317,7 @@ impl Editor {
         self.open.retain(|id| now.get(*id).is_some());
     }
 
-    /// The smallest figures of the drawing as it is.
+    /// Updates the smallest figures.
     fn measure(&mut self) {
         if self.unmeasured.is_empty() {
             return;
@@ -341,7 +327,7 @@ impl Editor {
         self.smallest = self.figures.smallest();
     }
 
-    /// The thing of the drawing that something is, or that speaks of it.
+    /// The drawn thing, or the drawing's entry for an object of a file.
     pub fn id_of(&self, catch: Catch) -> Option<Id> {
         match catch {
             Catch::Drawn(id) => Some(id),
@@ -349,12 +335,12 @@ impl Editor {
         }
     }
 
-    /// The group that something is in.
+    /// The group around it.
     pub fn group_of(&self, catch: Catch) -> Option<Id> {
         self.drawing().get(self.id_of(catch)?)?.group
     }
 
-    /// The outermost group that a thing is in; itself where it is in none.
+    /// The outermost group around it, or the thing itself if it is in none.
     pub fn outermost(&self, mut catch: Catch) -> Catch {
         while let Some(group) = self.group_of(catch) {
             catch = Catch::Drawn(group);
@@ -362,7 +348,7 @@ impl Editor {
         catch
     }
 
-    /// Chooses a thing by itself, or adds it to what is chosen, or takes it away again.
+    /// Selects a thing alone, or toggles it in the selection if `adding`.
     pub fn choose(&mut self, catch: Catch, adding: bool) {
         if !adding {
             self.chosen = BTreeSet::from([catch]);
@@ -371,7 +357,7 @@ impl Editor {
         }
     }
 
-    /// Everything is chosen: what is in no group, and the groups. Nodes go with what hangs on them.
+    /// Selects everything at the top level. Nodes are selected through what is attached to them.
     fn choose_all(&mut self) {
         let drawing = self.drawing();
         let bare = |id: &Id| drawing.at(*id).is_none() || drawing.hanging(*id).next().is_none();

@@ -1,11 +1,9 @@
-//! What is drawn as triangles, in pieces of 256 things: an edit makes only those pieces anew that it touched.
+//! The drawing as triangles, in chunks of 256 things: an edit rebuilds only the chunks it changed.
 //!
 //! ```text
 //!  Body ─ circle │ capsule │ ring ─▶ triangles ┐
-//!  things 0…255, 256…511, … of each layer ─────┴▶ a mesh each ─▶ DrawnPieces
+//!  things 0…255, 256…511, … of each layer ─────┴▶ one mesh per chunk ─▶ DrawnPieces
 //! ```
-//!
-//! Comes in: a drawing, where everything is, what moved. Goes out: a [`DrawnPieces`], in mm from the zero point. Knows no colours.
 
 use crate::view::Mesh;
 use annulus_core::board::drawing::{Body, Catch, Drawing, Finder, Id, Layer, Thing};
@@ -16,51 +14,42 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Things in a piece.
+/// Things per chunk.
 const PIECE: u32 = 256;
-/// How far a chord may be from its arc, in mm.
+/// Maximum distance of a chord from its arc, mm.
 pub(super) const CHORD_ERROR_MM: f64 = 0.004;
-/// The layers that have triangles, the lowest first.
+/// The layers with triangles, lowest first.
 const LAYERS: [Layer; 3] = [Layer::Bottom, Layer::Top, Layer::Edge];
 
-/// A hole as it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HolePiece {
-    /// What it is.
     pub catch: Catch,
-    /// Its centre.
     pub at_mm: [f32; 2],
-    /// Its diameter.
     pub diameter: Length,
 }
 
-/// A slot as it is seen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlotPiece {
-    /// Its middle line.
     pub path_mm: Vec<[f32; 2]>,
-    /// Its width.
     pub width: Length,
 }
 
-/// Everything that is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnPieces {
-    /// Triangles by layer, the lowest first. Pieces that nothing touched are the same as before.
+    /// Triangles by layer, lowest first. Unchanged chunks keep their `Arc`, so the view can skip uploading
+    /// them.
     pub areas: Vec<(Layer, Arc<Mesh>)>,
-    /// Holes.
     pub holes: Vec<HolePiece>,
-    /// Slots and routes of files.
+    /// Slots and routes from files.
     pub slots: Vec<SlotPiece>,
-    /// Nodes.
     pub nodes: Vec<[f32; 2]>,
-    /// Middle lines of the board's edge: seen however narrow they are.
+    /// Center lines of the board's edge: always visible, even if the edge is narrow.
     pub edges: Vec<[[f32; 2]; 2]>,
     /// Lower left and upper right corner.
     pub bounds_mm: Option<[[f32; 2]; 2]>,
 }
 
-/// Of objects of files, or of drawn things; which.
+/// True for objects of files, false for drawn things; then the number of the chunk.
 type Key = (bool, u32);
 
 #[derive(Clone, Debug, Default)]
@@ -73,7 +62,7 @@ struct Piece {
     bounds_mm: Option<[[f32; 2]; 2]>,
 }
 
-/// The pieces of a drawing.
+/// The chunks of a drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Pieces {
     pieces: BTreeMap<Key, Piece>,
@@ -88,13 +77,13 @@ fn key(catch: Catch) -> Key {
     }
 }
 
-/// A place in mm.
+/// In mm.
 pub(super) fn spot(at: Point) -> [f32; 2] {
     [at.x.mm() as f32, at.y.mm() as f32]
 }
 
 impl Pieces {
-    /// All of a drawing.
+    /// All chunks of a drawing, to be built at the next [`Self::sheet`].
     pub(super) fn new(drawing: &Drawing, finder: &Finder) -> Self {
         let imported = (0..finder.imported().len() as u32).map(Catch::Imported);
         let drawn = drawing.things().map(|(id, _)| Catch::Drawn(id));
@@ -102,12 +91,12 @@ impl Pieces {
         Self { stale, ..Self::default() }
     }
 
-    /// These have another body now.
+    /// Marks the chunks of these things for rebuilding: their shape changed.
     pub(super) fn touch(&mut self, moved: &BTreeSet<Catch>) {
         self.stale.extend(moved.iter().copied().map(key));
     }
 
-    /// Everything as it is; the same handle as long as nothing was touched.
+    /// The current triangles; the same handle until something changes.
     pub(super) fn sheet(&mut self, drawing: &Drawing, finder: &Finder) -> Arc<DrawnPieces> {
         if self.stale.is_empty() {
             return self.sheet.clone();
@@ -133,7 +122,7 @@ impl Pieces {
     }
 }
 
-/// The box around two.
+/// The box around two boxes.
 pub(super) fn both(a: Option<[[f32; 2]; 2]>, b: Option<[[f32; 2]; 2]>) -> Option<[[f32; 2]; 2]> {
     let (Some([a_low, a_high]), Some([b_low, b_high])) = (a, b) else { return a.or(b) };
     let low = [a_low[0].min(b_low[0]), a_low[1].min(b_low[1])];
@@ -174,7 +163,7 @@ fn piece((drawn, number): Key, drawing: &Drawing, finder: &Finder) -> Piece {
     piece
 }
 
-/// Adds the triangles of a body, with chords so far from their arcs at most.
+/// Adds the triangles of a body. `chord_mm` is the maximum distance of a chord from its arc.
 pub(super) fn fill(mesh: &mut Mesh, body: &Body, chord_mm: f64) {
     let points: Vec<[f64; 2]> = body.points.iter().map(|at| [at.x.mm(), at.y.mm()]).collect();
     let radius = body.radius.mm();
@@ -194,12 +183,12 @@ pub(super) fn fill(mesh: &mut Mesh, body: &Body, chord_mm: f64) {
     }
 }
 
-/// Points on an arc from one angle on over another.
+/// Points on an arc that starts at angle `from` and sweeps `over`, in radians.
 fn arc(at: [f64; 2], radius: f64, (from, over): (f64, f64), chord_mm: f64) -> Vec<[f64; 2]> {
     let bend = libm::acos((1.0 - chord_mm / radius.max(chord_mm)).clamp(-1.0, 1.0)).max(0.05);
     let steps = (libm::ceil(over / (2.0 * bend)) as usize).clamp(4, 128);
     let whole = over >= 2.0 * PI;
-    // Each is the one before turned by a step: sines are dear, and there are many points.
+    // Rotate the previous point instead of calling sine for each: there are many points.
     let (sin, cos) = libm::sincos(over / steps as f64);
     let (y, x) = libm::sincos(from);
     let turned = |[x, y]: &[f64; 2]| Some([x * cos - y * sin, x * sin + y * cos]);
@@ -207,7 +196,7 @@ fn arc(at: [f64; 2], radius: f64, (from, over): (f64, f64), chord_mm: f64) -> Ve
     spokes.map(|[x, y]| [at[0] + radius * x, at[1] + radius * y]).collect()
 }
 
-/// The triangles of what is nowhere hollow.
+/// Triangulates a convex ring as a fan.
 fn fan(mesh: &mut Mesh, ring: &[[f64; 2]]) {
     let first = mesh.corners_mm.len() as u32;
     mesh.corners_mm.extend(ring.iter().map(|at| at.map(|mm| mm as f32)));

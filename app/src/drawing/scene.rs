@@ -1,7 +1,4 @@
-//! A drawing as a scene: layers, holes, marks, in their colours.
-//!
-//! Comes in: a [`DrawnPieces`], the edge of files under it, what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on.
-//! Goes out: a [`Scene`] whose zero point is that of the drawing, and the lines over it. Does not know who looks.
+//! The scene of a drawing: layers, holes and marks in their colours.
 
 use super::marks::{DrawnMark, MarkMeaning};
 use super::pieces::{HolePiece, SlotPiece, both};
@@ -12,20 +9,21 @@ use crate::view::{
 use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
 
-/// The sheet is at least so large, in mm.
+/// Minimum size of the sheet, mm.
 const LEAST_MM: [f32; 2] = [100.0, 80.0];
-/// So much is seen at least where all that is drawn is looked at, in mm.
+/// Minimum extent of the view when it fits the drawing, mm.
 const WANTED_MM: f32 = 20.0;
-/// It ends at whole tens of mm, at least so far beside everything.
+/// Minimum margin of the sheet around the drawing, mm.
 const MARGIN_MM: f32 = 5.0;
+/// The sheet's edges are at multiples of this, mm.
 const ROUND_MM: f32 = 10.0;
-/// How much of its own colour has what lies on the other side.
+/// Share of a thing's colour that the far side keeps.
 const FAR_SHARE: f32 = 0.5;
-/// The same where everything but the layer that is drawn on is faint.
+/// Share of a thing's colour that a dimmed layer keeps.
 const DIM_SHARE: f32 = 0.15;
 
-/// The scene of a drawing over files with an edge, `under` it; `front` is the side that lies in front, and all that is not on layer
-/// `only`, where that is said, is faint.
+/// The scene of a drawing. `under` is the board's edge from the files below it. `front` is the side in front.
+/// If `only` is given, everything on other layers is dimmed.
 pub fn scene(
     (sheet, under): (&DrawnPieces, &[Vec<[f32; 2]>]),
     chosen: &Chosen,
@@ -102,7 +100,7 @@ pub fn scene(
     }
 }
 
-/// What changes with every move of the pointer.
+/// The overlay, which changes with each pointer move.
 pub fn over(marks: &Marks, palette: &Palette) -> Vec<Line> {
     marks.strokes.iter().map(|mark| stroke(mark, palette)).collect()
 }
@@ -132,7 +130,7 @@ fn stroke(mark: &DrawnMark, palette: &Palette) -> Line {
     line(mark.a_mm, mark.b_mm, mark.width_mm.map_or(Width::Px(px), Width::Mm), colour)
 }
 
-/// All that is drawn with some room around it, however small it is.
+/// The bounds with some margin, and at least [`WANTED_MM`] in each direction.
 fn wanted([low, high]: [[f32; 2]; 2]) -> [[f32; 2]; 2] {
     let room = |axis: usize| (WANTED_MM - (high[axis] - low[axis])).max(0.0) / 2.0 + 1.0;
     [[low[0] - room(0), low[1] - room(1)], [high[0] + room(0), high[1] + room(1)]]

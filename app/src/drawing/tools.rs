@@ -1,13 +1,10 @@
-//! The tools in hand: what a pointer and the cross-hair do with each.
+//! The tools: how each reacts to the pointer and the cross-hair.
 //!
 //! ```text
-//! select   press a thing, drag it ─ press beside all, drag a box
+//! select   press a thing, drag it ─ press an empty spot, drag a box
 //! track    place ─ place ─ place … End           pad, hole, node   place
 //! measure  from ─ to
 //! ```
-//!
-//! Comes in: places in whole nanometres, what is held down. Goes out: edits, what is chosen, what is being done. Does not know
-//! pixels: how far the pointer reaches is told.
 
 use super::Editor;
 use crate::said::{Text, key};
@@ -19,29 +16,23 @@ use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 
-/// A tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tool {
-    /// Chooses and moves.
     #[default]
     Select,
-    /// Draws tracks from place to place.
+    /// Draws a track from point to point.
     Track,
-    /// Places pads.
     Pad,
-    /// Places holes.
     Hole,
-    /// Places nodes.
     Node,
-    /// Measures from place to place.
+    /// Measures from point to point.
     Measure,
 }
 
 impl Tool {
-    /// All of them.
     pub const ALL: [Self; 6] = [Self::Select, Self::Track, Self::Pad, Self::Hole, Self::Node, Self::Measure];
 
-    /// Its word in the address of a sentence.
+    /// Part of the key in the locale tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Select => "select",
@@ -54,81 +45,71 @@ impl Tool {
     }
 }
 
-/// What is being done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Doing {
-    /// Nothing.
     #[default]
     Nothing,
-    /// A track goes on from here.
+    /// A track is being drawn and continues from here.
     Track {
-        /// Where its next piece begins.
+        /// Start of the next segment.
         from: Point,
-        /// The pieces before, the latest last.
+        /// Segments placed before, latest last.
         before: Vec<TrackPiece>,
     },
-    /// What is chosen is dragged.
+    /// The selection is being dragged.
     Drag {
-        /// The place of it that is put where the pointer aims.
+        /// The point of the selection that follows the aim.
         anchor: Point,
         /// Where the pointer went down.
         press: Point,
-        /// It was moved.
         moved: bool,
-        /// To be chosen alone where nothing was moved.
+        /// Selected alone on release if nothing moved.
         alone: Option<Catch>,
-        /// So much is chosen that only its box follows the pointer until it is let go: the box.
+        /// The bounding box, if the selection is too large to redraw at each move: only the box follows the
+        /// pointer until release.
         boxed: Option<Bounds>,
     },
-    /// A box is drawn.
+    /// A selection box is being drawn.
     Box {
-        /// From this corner.
         from: Point,
-        /// To that one.
         to: Point,
-        /// What is in it is added to what is chosen.
+        /// Adds to the selection instead of replacing it.
         adding: bool,
     },
-    /// Something is measured.
     Measure {
-        /// From here.
         from: Point,
-        /// To there; where the tool aims while it is open.
+        /// The end; while none, the measurement follows the aim.
         to: Option<Point>,
     },
 }
 
-/// A piece of the track that is being drawn.
+/// A segment of the track that is being drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackPiece {
-    /// Where it began.
     from: Point,
-    /// The track that it is.
     track: Id,
-    /// How many edits there were with it.
+    /// Depth of the history right after this segment was placed.
     edits: usize,
 }
 
-/// A pointer over the drawing.
+/// A pointer event over the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pointer {
-    /// What it does.
     pub touch: Touch,
-    /// Where.
     pub at: Point,
-    /// How far beside a thing it still means it.
+    /// A press this close to a thing still hits it.
     pub reach: Length,
-    /// Shift is held: add, or keep to eighths of a turn.
+    /// Shift: add to the selection, or constrain to multiples of 45°.
     pub shift: bool,
-    /// Control is held: take one thing out of a group; snap to nothing.
+    /// Control: select single things of a group, and don't snap.
     pub ctrl: bool,
 }
 
-/// `to` on the nearest line from `from` that goes along an axis or midway between two.
+/// `to`, moved onto the nearest ray from `from` at a multiple of 45°.
 fn in_eighths(from: Point, to: Point) -> Point {
     let (x, y) = ((to.x - from.x).nm(), (to.y - from.y).nm());
     let (far, near) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
-    // tan 22.5° is 0.4142.
+    // The border between two directions is at 22.5°, whose tangent is 0.4142.
     let (x, y) = if near * 10_000 > far * 4_142 {
         (far * x.signum(), far * y.signum())
     } else if x.abs() > y.abs() {
@@ -139,22 +120,21 @@ fn in_eighths(from: Point, to: Point) -> Point {
     Point::new(from.x + Length::from_nm(x), from.y + Length::from_nm(y))
 }
 
-/// The node that the drawing would use at a place, or a new one.
 fn end(at: Point) -> TrackEnd {
     TrackEnd::At(at)
 }
 
-/// More things than these are dragged as a box.
+/// Larger selections are dragged as a box.
 const MOST_LIVE: usize = 300;
 
 impl Editor {
-    /// Another tool; what was being done is left.
+    /// Switches the tool and cancels what is being done.
     pub fn take(&mut self, tool: Tool) {
         self.leave();
         self.tool = tool;
     }
 
-    /// What is being done is broken off: a drag is taken back. Whether anything was.
+    /// Cancels what is being done, and undoes a drag. True if there was anything to cancel.
     pub fn leave(&mut self) -> bool {
         self.pressed = None;
         match std::mem::take(&mut self.doing) {
@@ -174,7 +154,7 @@ impl Editor {
         (self.grid.on && !free).then_some(self.grid.step)
     }
 
-    /// Where the tool aims when the pointer is at `at`.
+    /// Where the tool aims for a pointer at `at`. Never snaps to anything in `without`.
     fn aimed(&self, at: Point, pointer: &Pointer, without: &BTreeSet<Catch>) -> Snap {
         if pointer.ctrl {
             return Snap::Free(at);
@@ -182,7 +162,7 @@ impl Editor {
         self.finder.snap(self.drawing(), at, pointer.reach, self.grid_now(false), without)
     }
 
-    /// Takes a pointer in.
+    /// Handles a pointer event.
     pub fn point(&mut self, pointer: &Pointer) {
         if let Doing::Drag { .. } = self.doing {
             return self.drag(pointer);
@@ -209,7 +189,7 @@ impl Editor {
         }
     }
 
-    /// The pointer goes up: a box is closed; a track or a measure that was dragged ends here.
+    /// Handles the release: closes a box, or ends a track or measurement that was dragged.
     fn let_go(&mut self, pointer: &Pointer) {
         let dragged = self.pressed.take().is_some_and(|from| is_far(from, pointer));
         match self.doing {
@@ -223,7 +203,7 @@ impl Editor {
         }
     }
 
-    /// Places what the tool makes where it aims.
+    /// Places the tool's thing where the tool aims.
     pub fn place(&mut self) {
         let (at, pen) = (self.aim.at(), self.pen);
         match self.tool {
@@ -253,7 +233,7 @@ impl Editor {
         }
     }
 
-    /// What hangs on the node at a place.
+    /// Everything attached to the node at a position.
     fn hanging_at(&self, at: Point) -> impl Iterator<Item = &Thing> {
         let drawing = self.drawing();
         let hanging = drawing.node_at(at).into_iter().flat_map(|node| drawing.hanging(node));
@@ -268,7 +248,8 @@ impl Editor {
         self.hanging_at(at).any(|thing| matches!(thing, Thing::Hole { .. }))
     }
 
-    /// At the second press of a double click the first has placed already.
+    /// The second press of a double click hits what the first has placed: show a message instead of a
+    /// duplicate.
     fn say_there(&mut self) {
         self.said = Some(Text::of(key!("page.draw.there")));
     }
@@ -278,12 +259,12 @@ impl Editor {
             self.doing = Doing::Track { from: at, before: Vec::new() };
             return;
         };
-        // The same place once more ends the track.
+        // Placing at the same point again ends the track.
         if from == at {
             return;
         }
         let (edit, _) = track(self.drawing(), (end(from), end(at)), self.pen.width, self.pen.layer);
-        // The nodes of a track come first in its edit.
+        // The track is the last change of its edit; its nodes come first.
         let track = edit.changes.last().map(|(id, _)| *id);
         if let (true, Some(track)) = (self.make(&edit), track) {
             before.push(TrackPiece { from, track, edits: self.history.depth().0 });
@@ -293,7 +274,8 @@ impl Editor {
         }
     }
 
-    /// The last piece of the track is taken back. Where something else was edited meanwhile that stays, and the piece is taken out.
+    /// Removes the last segment of the track. If there were other edits since, keeps them and deletes only
+    /// the segment.
     pub fn back_by_a_piece(&mut self) {
         let Doing::Track { before, .. } = &mut self.doing else { return };
         let (last, before) = (before.pop(), std::mem::take(before));
@@ -310,8 +292,8 @@ impl Editor {
         self.doing = Doing::Track { from: last.from, before };
     }
 
-    /// Select goes down: on something, which can be dragged then, or beside all of it. What is chosen is dragged though something
-    /// else lies above it; that is chosen where nothing was dragged.
+    /// Select tool, pointer down: starts a drag on a thing, or a box on an empty spot. A selected thing is
+    /// dragged even if another is above it; on release without a move, the upper one is selected.
     fn grab(&mut self, pointer: &Pointer) {
         let Some(hit) = self.hit(pointer.at, pointer.reach, pointer.ctrl) else {
             self.doing = Doing::Box { from: pointer.at, to: pointer.at, adding: pointer.shift };
@@ -320,7 +302,7 @@ impl Editor {
         if pointer.shift {
             return self.choose_hit(hit, true, pointer.ctrl);
         }
-        // Who presses the end of one track that is chosen means the end.
+        // A press on the end of a single selected track means its end, not the track.
         let is_node = matches!(hit, Catch::Drawn(id) if self.drawing().at(id).is_some());
         let chosen = self.chosen.contains(&hit)
             || (!is_node || self.chosen.len() > 1)
@@ -337,7 +319,7 @@ impl Editor {
         };
     }
 
-    /// The box of what is chosen, where that is more than can be drawn anew with every move.
+    /// The box of the selection, if it is too large to redraw at each move.
     fn boxed(&self) -> Option<Bounds> {
         let all: Vec<Catch> = self.selection().leaves().collect();
         let bodies =
@@ -346,7 +328,7 @@ impl Editor {
         boxes.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
     }
 
-    /// What is chosen is put so that its `anchor` lies where the tool aims.
+    /// Moves the selection so that its `anchor` is where the tool aims.
     fn put_at_aim(&mut self, anchor: Point) {
         let to = self.aim.at();
         let by = Point::new(to.x - anchor.x, to.y - anchor.y);
@@ -354,7 +336,8 @@ impl Editor {
         self.make_instead(|drawing, finder| Selection::new(drawing, finder, &chosen).moved(by));
     }
 
-    /// The place of what is chosen that is put onto the grid: its nearest node, or place of an object of a file.
+    /// The point of the selection that snaps to the grid: the nearest node, or the nearest position of an
+    /// object of a file.
     fn anchor(&self, at: Point) -> Point {
         let drawn = self.drawing().spots_of(&self.ids()).into_iter();
         let imported = self.chosen.iter().filter_map(|catch| self.place_of(*catch));
@@ -362,7 +345,7 @@ impl Editor {
         nearest.unwrap_or(at)
     }
 
-    /// Where something of a file is now.
+    /// The current position of an object of a file.
     pub fn place_of(&self, catch: Catch) -> Option<Point> {
         self.finder.place_of(self.drawing(), catch)
     }
@@ -375,7 +358,7 @@ impl Editor {
                 let wanted = Point::new(anchor.x + by.x, anchor.y + by.y);
                 let boxed = boxed.or_else(|| if moved { None } else { self.boxed() });
                 if boxed.is_some() {
-                    // A box has nothing that could be caught: the grid alone counts.
+                    // A box has no nodes to snap, so only the grid counts.
                     let far = Pointer { reach: Length::ZERO, ..*pointer };
                     self.aim = self.aimed(wanted, &far, &BTreeSet::new());
                 } else {
@@ -402,7 +385,7 @@ impl Editor {
         }
     }
 
-    /// What moves with what is chosen: nothing snaps to that.
+    /// Everything that moves with the selection: the drag must not snap to it.
     fn moving(&self) -> BTreeSet<Catch> {
         let (drawing, ids) = (self.drawing(), self.ids());
         let nodes = drawing.nodes_of(&ids);
@@ -411,7 +394,8 @@ impl Editor {
         drawn.chain(self.selection().leaves()).chain(self.chosen.iter().copied()).collect()
     }
 
-    /// A box from left to right takes what lies in it whole, from right to left what it meets.
+    /// A box drawn from left to right selects what is entirely inside, from right to left also what it
+    /// touches.
     fn take_box(&mut self, from: Point, to: Point, adding: bool) {
         if !adding {
             self.chosen.clear();
@@ -421,7 +405,7 @@ impl Editor {
         }
         let Some(bounds) = Bounds::around([from, to]) else { return };
         let drawing = self.drawing();
-        // A node goes with what hangs on it.
+        // A node is selected only through what is attached to it.
         let wanted = |catch: &Catch| match catch {
             Catch::Drawn(id) => drawing.at(*id).is_none() || drawing.hanging(*id).next().is_none(),
             Catch::Imported(_) => true,
@@ -433,7 +417,7 @@ impl Editor {
         self.chosen.extend(found);
     }
 
-    /// The cross-hair goes by so many steps; what is chosen goes in its place where the tool selects.
+    /// Moves by steps: the selection if the select tool has one, else the cross-hair.
     pub fn nudge(&mut self, (x, y): (i8, i8), step: Length) {
         let by = Point::new(step * i64::from(x), step * i64::from(y));
         if self.tool == Tool::Select && !self.chosen.is_empty() {
@@ -444,13 +428,12 @@ impl Editor {
         self.aim_at(to);
     }
 
-    /// What is chosen goes by so much.
     fn shift(&mut self, by: Point) {
         self.make(&self.selection().moved(by));
     }
 
-    /// A typed place: the tool places there. Where it selects, what is chosen goes by as much as the cross-hair does, if it was
-    /// said by how much, or if the cross-hair stands on it.
+    /// Handles typed coordinates: the tool places there. The select tool moves the selection instead, if the
+    /// coordinates are relative or the cross-hair is on the selection.
     pub fn go(&mut self, to: Point, by: bool) {
         let from = self.aim.at();
         let (ids, drawing) = (self.ids(), self.drawing());
@@ -466,14 +449,14 @@ impl Editor {
         }
     }
 
-    /// The cross-hair stands at `at`.
+    /// Moves the cross-hair to `at`, onto a node if there is one.
     pub fn aim_at(&mut self, at: Point) {
         let node = self.finder.snap(self.drawing(), at, Length::ZERO, None, &BTreeSet::new());
         self.aim = if node.at() == at { node } else { Snap::Free(at) };
     }
 }
 
-/// Whether the pointer was dragged, and not only pressed.
+/// True for a drag, false for a press.
 fn is_far(from: Point, pointer: &Pointer) -> bool {
     from.distance_mm(pointer.at) > pointer.reach.mm() / 2.0
 }

@@ -1,11 +1,10 @@
-//! The tree of a drawing as lines: groups with what is in them to any depth, then tracks, pads, holes, nodes.
+//! The tree of a drawing as rows: groups with their members to any depth, then tracks, pads, holes, nodes.
 //!
 //! ```text
-//!  touched ─▶ Tree: things by (group, rank, id) ─▶ rows: those at the top, and those in open groups
+//!  changed ─▶ Tree: things by (group, rank, id) ─▶ rows: the top level, and members of open groups
 //! ```
 //!
-//! Comes in: an [`Editor`], what an edit touched. Goes out: [`TreeRow`]s from above to below; what is in a closed group is not
-//! among them. A line that nothing touched is the same as before. Knows no words.
+//! Unchanged rows keep their `Arc`.
 
 use super::Editor;
 use annulus_core::board::drawing::{Catch, Drawing, Finder, Id, Thing};
@@ -13,39 +12,34 @@ use annulus_core::geometry::Point;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// A thing as the tree shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Item {
-    /// The thing.
     pub id: Id,
-    /// As what it is chosen: an object of a file is chosen as such.
+    /// Selected by a press on the row: for an object of a file, the object itself.
     pub catch: Catch,
-    /// The group it belongs to; none at the top.
+    /// None at the top level.
     pub group: Option<Id>,
-    /// What it is.
     pub thing: Thing,
-    /// Where it is; both ends of a track.
+    /// The position; both ends of a track.
     pub at: (Option<Point>, Option<Point>),
 }
 
-/// A line of the tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeRow {
-    /// What it shows.
     pub item: Arc<Item>,
-    /// In how many groups it lies.
+    /// Number of groups around it.
     pub depth: usize,
-    /// Whether the group is open; none where it is no group.
+    /// True if the group is open; none if the row isn't a group.
     pub open: Option<bool>,
 }
 
-/// Lines of groups within groups deeper than this are not shown.
+/// Deeper rows are not shown.
 const DEEPEST: usize = 64;
 
-/// Where a thing lies in the tree: its group, its rank there, itself.
+/// Sort key: the group, the rank in it, the thing.
 type Place = (Option<Id>, u8, Id);
 
-/// Everything in the order of the tree.
+/// All things in tree order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
     items: BTreeMap<Place, Arc<Item>>,
@@ -53,14 +47,13 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// All of a drawing.
     pub(super) fn new(drawing: &Drawing, finder: &Finder) -> Self {
         let mut tree = Self::default();
         tree.update(drawing, finder, drawing.things().map(|(id, _)| id));
         tree
     }
 
-    /// Follows the drawing: only these were touched.
+    /// Updates the things in `touched` only.
     pub(super) fn update(
         &mut self,
         drawing: &Drawing,
@@ -93,18 +86,17 @@ impl Tree {
     }
 }
 
-/// Every line.
 pub fn rows(editor: &Editor) -> Vec<TreeRow> {
     let mut rows = Vec::new();
     editor.tree.level(None, 0, &editor.open, &mut rows);
     rows
 }
 
-/// Where what is chosen goes from its group by a key: into the nearest other group, those above first, or out to what its own
-/// lies in. None where there is no such place.
+/// The target of a move by key: the nearest other group (those above first) if `into`, else the parent of the
+/// selection's group. None if there is no such target.
 pub fn beside(editor: &Editor, rows: &[TreeRow], into: bool) -> Option<Option<Id>> {
     let chosen = |row: &TreeRow| editor.chosen.contains(&row.item.catch);
-    // What the drawing does not speak of yet has no line: the first group is the nearest.
+    // Objects of files that the drawing doesn't mention have no row: start at the first group.
     let unspoken = || editor.chosen.iter().any(|catch| editor.id_of(*catch).is_none()).then_some(0);
     let own_line = rows.iter().position(chosen);
     let own = own_line.and_then(|at| rows.get(at)?.item.group);
@@ -117,7 +109,7 @@ pub fn beside(editor: &Editor, rows: &[TreeRow], into: bool) -> Option<Option<Id
     above.iter().rev().chain(below).find(fits).map(|row| Some(row.item.id))
 }
 
-/// Groups first, then what is drawn, nodes last.
+/// Groups first, then drawn things, nodes last.
 fn rank(thing: &Thing) -> u8 {
     match thing {
         Thing::Group { .. } => 0,
@@ -140,12 +132,12 @@ fn places(drawing: &Drawing, thing: &Thing) -> (Option<Point>, Option<Point>) {
 }
 
 impl Editor {
-    /// What a line of the tree stands for: an object of a file is chosen as such.
+    /// Selected by the row of `id`: for an object of a file, the object itself.
     pub fn catch_of(&self, id: Id) -> Catch {
         self.drawing().thing(id).map_or(Catch::Drawn(id), |thing| self.finder().catch_of(id, thing))
     }
 
-    /// The groups above what is chosen are opened, so that the tree shows it.
+    /// Opens all groups around the selection, so that the tree shows it.
     pub fn open_to_chosen(&mut self) {
         let mut above = Vec::new();
         for catch in &self.chosen {

@@ -1,22 +1,21 @@
-//! Lengths and places as people type them: `0,8`, `20 mil`, `x 10 y 5`, `12.7; 5`, `@5 0`.
+//! Parser of typed lengths and positions: `0,8`, `20 mil`, `x 10 y 5`, `12.7; 5`, `@5 0`.
 //!
-//! Comes in: text, the unit on show. Goes out: whole nanometres, or nothing where it is no number. Both decimal marks are
-//! read; what could be two things is refused.
+//! Reads point and comma as decimal marks; rejects ambiguous input.
 
 use crate::format::Unit;
 use annulus_core::geometry::Point;
 use annulus_core::locale::typed;
 use annulus_core::units::Length;
 
-/// More millimetres than any board has.
+/// Larger than any board.
 const MOST_MM: f64 = 10_000.0;
 
-/// A length, in the unit on show or in the one that is typed behind it.
+/// A length in the typed unit, else in `unit`.
 pub fn length(text: &str, unit: Unit) -> Option<Length> {
     millimetres(text, unit).filter(|mm| mm.abs() <= MOST_MM).map(Length::from_mm)
 }
 
-/// The same in mm, however long.
+/// Like [`length`], in mm and without its limit.
 pub fn millimetres(text: &str, unit: Unit) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let units = [
@@ -34,13 +33,13 @@ pub fn millimetres(text: &str, unit: Unit) -> Option<f64> {
     Some(typed(number)? * mm)
 }
 
-/// An angle in thousandths of a degree.
 pub fn degrees(text: &str) -> Option<i32> {
     let degrees = typed(text.trim().trim_end_matches('°'))?;
     (degrees.abs() <= 3_600.0).then(|| libm::round(degrees * 1_000.0) as i32)
 }
 
-/// A place. What begins with `@` counts from `from`; an axis that is not typed stays as in `from`.
+/// A position. Text that begins with `@` is relative to `from`; an axis that isn't typed keeps its value in
+/// `from`.
 pub fn place(text: &str, from: Point, unit: Unit) -> Option<Point> {
     let text = text.trim();
     let (text, by) = match text.strip_prefix('@') {
@@ -58,7 +57,7 @@ pub fn place(text: &str, from: Point, unit: Unit) -> Option<Point> {
 
 type Typed = (Option<Length>, Option<Length>);
 
-/// `x 10 y 5`, in any order, each at most once.
+/// `x 10 y 5`, in either order, each at most once.
 fn axes(text: &str, unit: Unit) -> Option<Typed> {
     let mut found: Typed = (None, None);
     let mut rest = text.trim();
@@ -79,13 +78,13 @@ fn axes(text: &str, unit: Unit) -> Option<Typed> {
     Some(found)
 }
 
-/// Two numbers with something between them: a semicolon, a space, or one comma where there is nothing else.
+/// Two numbers separated by a semicolon or a space, or by a single comma.
 fn pair(text: &str, unit: Unit) -> Option<Typed> {
     let parts: Vec<&str> = if text.contains(';') {
         text.split(';').collect()
     } else if text.contains(char::is_whitespace) {
         let parts: Vec<&str> = text.split_whitespace().collect();
-        // A comma before the space stands between the two, and is no mark.
+        // A comma before the space is a separator, not a decimal mark.
         return match parts.as_slice() {
             [x, y] => Some((Some(length(x.trim_end_matches(','), unit)?), Some(length(y, unit)?))),
             _ => None,
@@ -99,7 +98,7 @@ fn pair(text: &str, unit: Unit) -> Option<Typed> {
     }
 }
 
-/// Whether two numbers with a comma between them may as well be one with its thousands set apart: `1,234.5`.
+/// True if the two numbers could also be one number with a thousands separator: `1,234.5`.
 fn is_grouped(x: &str, y: &str) -> bool {
     let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     let whole = x.trim_start_matches('-');
@@ -112,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_as_people_type_them() {
+    fn typed_positions_parse_with_units_and_relative_marks() {
         let from = Point::from_mm(1.0, 2.0);
         let rows = [
             ("x 10 y 5", Some((10.0, 5.0))),
@@ -153,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_and_angles_as_people_type_them() {
+    fn typed_lengths_and_angles_parse_with_units() {
         let rows = [
             ("0,8", Unit::Millimetre, Some(0.8)),
             ("0.8 mm", Unit::Inch, Some(0.8)),

@@ -1,46 +1,39 @@
-//! When something can be done in the board editor: a button that cannot be pressed, a line that is not offered.
-//!
-//! Comes in: an [`Act`], what is chosen. Goes out: whether it can be done. Does not know screens.
+//! Which commands of the board editor are enabled.
 
 use super::Act;
 use annulus_core::board::drawing::Catch;
 use std::collections::BTreeSet;
 
-/// When something can be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
-    /// As long as the board editor is open.
+    /// While the board editor is open.
     Always,
-    /// Something of the drawing is chosen.
+    /// Something drawn is selected.
     Drawn,
-    /// Anything is, also of files.
+    /// Anything is selected, including objects of files.
     Any,
-    /// More than one thing is.
+    /// More than one thing is selected.
     Several,
-    /// Something was copied.
     Copied,
-    /// Files are drawn over.
+    /// There are objects of files.
     Files,
 }
 
-/// What there is to do something with.
+/// The state that decides.
 #[derive(Clone, Copy, Debug)]
 pub struct AtHand<'a> {
-    /// What is chosen.
     pub chosen: &'a BTreeSet<Catch>,
-    /// Something was copied.
     pub copied: bool,
-    /// Files are drawn over.
+    /// There are objects of files.
     pub files: bool,
 }
 
 impl When {
-    /// What is chosen goes into a group.
+    /// For "group".
     pub const GROUP: Self = Self::Any;
-    /// What is chosen is repeated in columns and rows.
+    /// For "repeat in columns and rows".
     pub const ARRAY: Self = Self::Any;
 
-    /// Whether it can be done now.
     pub fn holds(self, now: AtHand<'_>) -> bool {
         match self {
             Self::Always => true,
@@ -54,7 +47,6 @@ impl When {
 }
 
 impl Act {
-    /// When it can be done.
     pub const fn when(self) -> When {
         match self {
             Self::All | Self::Snap | Self::NextGrid | Self::Dim | Self::Undo { .. } => When::Always,
@@ -73,9 +65,8 @@ mod tests {
     use super::*;
     use annulus_core::board::drawing::{Align, Id, Sides};
 
-    /// All that is at hand, and what can be done with it.
     #[test]
-    fn what_can_be_done_follows_from_what_is_chosen_and_choosing_all_from_nothing() {
+    fn selection_enables_the_actions_that_need_it() {
         let line = Act::Align(Align { x: true, sides: Sides::Low });
         let acts = [Act::All, Act::Ungroup, Act::Delete, line, Act::Paste, Act::PutBack];
         let (drawn, of_file) = (Catch::Drawn(Id(1)), Catch::Imported(0));

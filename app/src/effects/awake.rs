@@ -1,7 +1,5 @@
-//! The screen stays lit, and so the computer awake, while the page wants it. Browsers let go of that whenever the page is hidden: it is
-//! asked for again when the page is seen.
-//!
-//! Comes in: whether it is wanted. Goes out: whether it is so, as an event. Does not know what for.
+//! Keeps the screen, and thus the computer, awake on request. Browsers release the wake lock whenever the
+//! page is hidden, so it is requested again when the page is visible.
 
 use crate::browser::{document_hidden, window};
 use crate::model::FrameEvent;
@@ -14,7 +12,7 @@ use wasm_bindgen_futures::spawn_local;
 
 #[wasm_bindgen]
 extern "C" {
-    /// `navigator.wakeLock`. web-sys has it only behind a flag that changes other types.
+    /// `navigator.wakeLock`. web-sys offers it only with a flag that changes other types.
     #[wasm_bindgen(extends = Object)]
     type WakeLock;
     #[wasm_bindgen(method, catch)]
@@ -30,7 +28,6 @@ extern "C" {
     fn set_onrelease(this: &Sentinel, act: &JsValue);
 }
 
-/// What keeps the screen lit.
 #[derive(Clone, Default)]
 pub(super) struct Awake(Rc<Held>);
 
@@ -42,7 +39,7 @@ struct Held {
 }
 
 impl Awake {
-    /// Asks again whenever the page is seen. For the life of the page.
+    /// Requests the wake lock again whenever the page becomes visible.
     pub(super) fn listen(&self) {
         let own = self.clone();
         let seen = Closure::<dyn FnMut()>::new(move || own.ask());
@@ -51,7 +48,7 @@ impl Awake {
         seen.forget();
     }
 
-    /// The screen is to stay lit, or may go dark.
+    /// Requests or releases the wake lock.
     pub(super) fn want(&self, on: bool) {
         self.0.wanted.set(on);
         if on { self.ask() } else { self.let_go() }
@@ -75,6 +72,7 @@ impl Awake {
             let lost = Closure::once_into_js(|| send(FrameEvent::Awake { held: false }));
             sentinel.set_onrelease(&lost);
             own.0.sentinel.replace(Some(sentinel));
+            // The request may have been withdrawn before the browser answered.
             if own.0.wanted.get() {
                 send(FrameEvent::Awake { held: true });
             } else {

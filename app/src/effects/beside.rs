@@ -1,10 +1,9 @@
-//! STOP between the tabs of a site: its machine is the drill of one of them, and any page may stop.
+//! STOP between the tabs of a site: one tab owns the drill, but every tab can stop it.
 //!
 //! ```text
-//! tab without the drill ─ "stop" ─▶ all others ─▶ LinkEvent::StopBeside ─▶ the tab that has it ─ "heard" ─▶ LinkEvent::StopHeardBeside
+//! tab without the drill ─ "stop" ─▶ all others ─▶ LinkEvent::StopBeside ─▶ the tab that has the drill
+//!                       ◀─ LinkEvent::StopHeardBeside ◀─ "heard" ────────────────┘
 //! ```
-//!
-//! Comes in: the wish, or that it was heard. Goes out: events. Does not know who has the drill.
 
 use crate::model::LinkEvent;
 use crate::page::send;
@@ -15,12 +14,12 @@ const NAME: &str = "annulus stop";
 const STOP: &str = "stop";
 const HEARD: &str = "heard";
 
-/// Where the tabs of a site hear each other.
+/// The channel between the tabs of a site.
 #[derive(Default)]
 pub(super) struct Beside(Option<BroadcastChannel>);
 
 impl Beside {
-    /// Listens; for the life of the page. A browser without such channels has one tab as before.
+    /// Listens while the page lives. A browser without such channels cannot pass STOP between tabs.
     pub(super) fn listening() -> Self {
         let channel = BroadcastChannel::new(NAME).ok();
         let heard = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
@@ -37,7 +36,6 @@ impl Beside {
         Self(channel)
     }
 
-    /// Tells the others.
     pub(super) fn tell(&self, heard: bool) {
         let word = if heard { HEARD } else { STOP };
         if let Some(channel) = &self.0 {

@@ -1,11 +1,11 @@
-//! A camera over the machine: asked for, its picture put where the page shows it, let go of.
+//! A camera over the machine: opens it, shows its picture, closes it.
 //!
 //! ```text
-//! wanted ─▶ getUserMedia ─▶ stream ─▶ <video>        denied, absent, busy: a sentence
-//!                              └ ended: unplugged ─▶ a sentence
+//! wanted ─▶ getUserMedia ─▶ stream ─▶ <video>        denied, absent, busy: a message
+//!                              └ ended: unplugged ─▶ a message
 //! ```
 //!
-//! Comes in: wishes. Goes out: events; the picture. Nothing of it is kept or sent anywhere. Does not know what is looked at.
+//! The picture is neither saved nor sent.
 
 use crate::browser::{CAMERA_PICTURE, kept_storage};
 use crate::model::{Eye, SecondSideEvent};
@@ -18,14 +18,13 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 
-/// What is wanted of it: the camera that looks away from a person, where there are two, as sharp as it can.
+/// Constraints: prefer the rear camera of a phone or tablet, and a width of 1280 px.
 const WANTED: &str =
     r#"{"audio":false,"video":{"facingMode":{"ideal":"environment"},"width":{"ideal":1280}}}"#;
 const KEPT: &str = "annulus.camera_offset";
 
 #[wasm_bindgen]
 extern "C" {
-    /// `navigator.mediaDevices`.
     #[wasm_bindgen(extends = Object)]
     type Devices;
     #[wasm_bindgen(method, catch, js_name = getUserMedia)]
@@ -45,13 +44,12 @@ extern "C" {
     fn set_onended(this: &CameraTrack, listener: &JsValue);
 }
 
-/// The one camera, where it is open.
 #[derive(Clone, Default)]
 pub(super) struct Camera {
     stream: Rc<RefCell<Option<CameraStream>>>,
 }
 
-/// Begins with the offset that was learnt before.
+/// Restores the offset from the last visit.
 pub(super) fn begin() {
     let kept = kept_storage().and_then(|storage| storage.get_item(KEPT).ok().flatten());
     let numbers = kept.and_then(|text| {
@@ -64,7 +62,6 @@ pub(super) fn begin() {
     }
 }
 
-/// Keeps the offset for the next time.
 pub(super) fn keep([x, y]: [f64; 2]) {
     if let Some(storage) = kept_storage() {
         let _full_or_denied_is_no_harm = storage.set_item(KEPT, &format!("{x} {y}"));
@@ -81,7 +78,7 @@ fn devices() -> Option<Devices> {
     (!devices.is_undefined()).then(|| devices.unchecked_into())
 }
 
-/// Why there is no picture, by the name of the error.
+/// The message for an error's name.
 fn blind(error: &JsValue) -> Diagnostic {
     let name = Reflect::get(error, &"name".into()).ok().and_then(|name| name.as_string()).unwrap_or_default();
     Diagnostic::error(match name.as_str() {
@@ -92,7 +89,7 @@ fn blind(error: &JsValue) -> Diagnostic {
 }
 
 impl Camera {
-    /// Has the camera open, or shut.
+    /// Opens or closes the camera.
     pub(super) fn want(&self, on: bool) {
         self.shut();
         if !on {
@@ -111,14 +108,15 @@ impl Camera {
         });
     }
 
-    /// Puts the picture where it is shown. What ends it by itself is a cable or the person.
+    /// Shows the stream. A stream ends without our request if the cable is pulled or the user withdraws the
+    /// permission.
     fn show(&self, stream: CameraStream) {
         self.shut();
         let ended = Closure::<dyn FnMut()>::new(|| eye(Eye::Blind(Diagnostic::error("camera.lost"))));
         for track in stream.tracks() {
             track.unchecked_into::<CameraTrack>().set_onended(ended.as_ref());
         }
-        // As long as the page: a camera is opened a few times.
+        // Leaked: a page opens a camera only a few times.
         ended.forget();
         put(&stream);
         *self.stream.borrow_mut() = Some(stream);

@@ -1,7 +1,4 @@
-//! The colours of the page: a word on its root, where the style sheet looks for it, kept for the next time.
-//!
-//! Comes in: the theme that was chosen. Goes out: that word, in the page and in the store; the one of last time, as an event. Knows no
-//! colour.
+//! The page's colour scheme: an attribute of the root element for the style sheet, saved for the next visit.
 
 use crate::browser::{kept_storage, window};
 use crate::model::{FrameEvent, Theme};
@@ -9,7 +6,7 @@ use crate::page::send;
 
 const KEPT_AS: &str = "annulus.theme";
 
-/// Begins with the colours chosen last time.
+/// Restores the colours of the last visit.
 pub(super) fn begin() {
     let kept = kept_storage().and_then(|storage| storage.get_item(KEPT_AS).ok().flatten());
     if let Some(word) = kept {
@@ -17,7 +14,7 @@ pub(super) fn begin() {
     }
 }
 
-/// Shows the page in the colours called `word`, and keeps the choice.
+/// Applies the colour scheme `word` and saves it.
 pub(super) fn show(word: &str) {
     if let Some(root) = window().document().and_then(|document| document.document_element()) {
         let _ = if word == Theme::Auto.word() {

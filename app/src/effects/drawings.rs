@@ -1,7 +1,5 @@
-//! Drawings in the store of this browser, each with all its edits, and which of them is that of this tab. One that another tab has is
-//! opened as a copy, which is kept at a place of its own.
-//!
-//! Comes in: texts. Goes out: texts, as events. Does not know what a drawing is.
+//! Drawings in the browser's store, each with its history, and which of them is this tab's. A drawing that
+//! another tab has opens as a copy, which gets its own slot.
 
 use super::left::LeftTexts;
 use super::locks::{Claims, RELOAD_MS};
@@ -17,16 +15,16 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::IdbTransactionMode;
 
-/// Where this tab keeps which drawing is its own.
+/// Key of this tab's drawing in session storage.
 const OWN: &str = "annulus.drawing";
 
-/// How the lock of a place is called, before its number.
+/// Prefix of the lock names; the slot's number follows.
 const LOCK: &str = "annulus drawing ";
 
-/// Where drawings are put while the page is being left.
+/// Drawings saved while the page closes.
 const LEFT: LeftTexts = LeftTexts("annulus.left.drawing.");
 
-/// The example of the manual, on our own server.
+/// The manual's example, on our own server.
 const EXAMPLE: &str = "drawings/robot.json";
 
 fn row_key(place: u32) -> JsValue {
@@ -41,7 +39,7 @@ fn own_place() -> Option<u32> {
     tab_storage()?.get_item(OWN).ok()??.parse().ok()
 }
 
-/// A kept drawing without its text.
+/// A saved drawing without its text.
 fn row_of(place: u32, row: &JsValue) -> Option<Earlier> {
     let row: &Array = row.dyn_ref()?;
     Some(Earlier { place, at_ms: row.get(0).as_f64()?, name: row.get(1).as_string()?, elsewhere: false })
@@ -55,7 +53,7 @@ async fn text(place: u32) -> Option<String> {
     }
 }
 
-/// Keeps a drawing at once.
+/// Saves a drawing synchronously.
 pub(super) fn leave(place: u32, text: &str, at_ms: f64) {
     LEFT.put(place, text, at_ms);
 }
@@ -64,12 +62,12 @@ async fn row(place: u32) -> Option<Earlier> {
     row_of(place, &get(&row_key(place)).await.ok()?)
 }
 
-/// When a place was written, in ms since 1970; before all times where nothing is kept there.
+/// When a slot was written, ms since 1970; negative infinity if it is empty.
 async fn written_ms(place: u32) -> f64 {
     row(place).await.map_or(f64::NEG_INFINITY, |row| row.at_ms)
 }
 
-/// The places that this tab has, and its last two drawings: the one that was put aside may come back.
+/// The slots of this tab, and its last two drawings, because the user may go back to the one before.
 #[derive(Clone)]
 pub(super) struct Drawings {
     claims: Claims,
@@ -83,7 +81,7 @@ impl Default for Drawings {
 }
 
 impl Drawings {
-    /// Which drawing is that of this tab; none for one that is not kept yet.
+    /// Sets this tab's drawing; `None` if it is not saved yet.
     pub(super) fn own(&self, place: Option<u32>) {
         if let Some(storage) = tab_storage() {
             let _ = match place {
@@ -91,6 +89,7 @@ impl Drawings {
                 None => storage.remove_item(OWN),
             };
         }
+        // Only the last two drawings stay held; the one before them is released.
         let [last, before] = self.latest.get();
         if place.is_some() && place != last {
             self.latest.set([place, last]);
@@ -98,13 +97,13 @@ impl Drawings {
         }
     }
 
-    /// What is at a place: where it is kept from now on, none for a copy of what another tab has; its text.
+    /// Reads a drawing: the slot if this tab has it (`None`: a copy of another tab's), and the text.
     async fn taken(&self, place: u32, patience_ms: u32) -> (Option<u32>, Option<String>) {
         let own = self.claims.take_soon(place, patience_ms).await.then_some(place);
         (own, text(place).await)
     }
 
-    /// Tells what is there; the text of the drawing of this tab where that is wanted.
+    /// Lists the saved drawings, with the text of this tab's own one if requested.
     pub(super) fn look(&self, with_own: bool) {
         let (this, held) = (self.clone(), self.claims.elsewhere(PLACES));
         spawn_local(async move {
@@ -125,7 +124,7 @@ impl Drawings {
         });
     }
 
-    /// Writes a drawing; without a place it takes one that is free, else the one that was written longest ago.
+    /// Saves a drawing. Without a slot it gets a free one, else the one written longest ago.
     pub(super) fn keep(&self, of: u32, place: Option<u32>, name: String, text: String, at_ms: f64) {
         let this = self.clone();
         spawn_local(async move {
@@ -143,7 +142,6 @@ impl Drawings {
         });
     }
 
-    /// Takes a drawing.
     pub(super) fn take(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
@@ -152,7 +150,7 @@ impl Drawings {
         });
     }
 
-    /// Forgets a drawing, unless another tab has it.
+    /// Deletes a drawing, unless another tab has it.
     pub(super) fn forget(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
@@ -185,7 +183,6 @@ async fn dropped(place: u32) -> Result<(), JsValue> {
     Ok(())
 }
 
-/// Fetches the example.
 pub(super) fn example() {
     spawn_local(async {
         let answer = browser::request("GET", EXAMPLE, &[], None).await.filter(|answer| answer.status == 200);

@@ -1,37 +1,34 @@
-//! The line to a machine of this page, virtual drill or controller: a worker in the place of the socket.
-//!
-//! Comes in: text and programs to send. Goes out: what is heard, as events, and what is meant for a port. Does not know what it means.
+//! The link to a machine of this page, virtual drill or controller: a worker in place of the socket.
 
 use super::last_stop;
 use crate::browser::window;
+use crate::engine::messages::{FromDrill, ToDrill};
 use crate::engine::{drill, worker};
 use crate::model::{FrameEvent, LinkEvent, StartEvent};
 use crate::page;
 use crate::said::{Text, key};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::program;
-use js_sys::{Array, Uint8Array};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{ErrorEvent, MessageEvent, UrlSearchParams, Worker};
 
-/// How many times faster than life it runs, in the address.
+/// Address parameter with the time scale.
 const SPEED: &str = "speed";
 
-/// Programs on their way: whether they are brought, and their key.
+/// Programs in transfer: whether it is an upload, and the key.
 type Coming = Rc<RefCell<BTreeMap<u32, (bool, String)>>>;
 
-/// What the worker says that is not for the page.
+/// Messages of the worker to the port.
 pub(super) enum ForPort {
-    /// These bytes are to be written.
-    Bytes(Uint8Array),
-    /// Nobody answers there.
+    /// Write these bytes.
+    Bytes(Vec<u8>),
     Silent,
 }
 
-/// One worker with the closures it calls; dropping them together keeps a late message of an ended worker silent.
+/// A worker with its callbacks. Dropping both together silences late messages of a terminated worker.
 pub(super) struct Drill {
     worker: Worker,
     coming: Coming,
@@ -56,17 +53,20 @@ fn speed() -> f64 {
     asked.and_then(|speed| speed.parse().ok()).unwrap_or(1.0)
 }
 
-/// A worker that is the machine of this name, and begins when it is told to.
+/// Starts the worker for the machine `name`; the machine starts with [`begin`] or [`begin_adapter`].
 pub(super) fn hire(name: &str, port: impl Fn(ForPort) + 'static) -> Option<Drill> {
     let worker = worker::hire(name).ok()?;
     let coming = Coming::default();
     let (answered, own) = (Rc::clone(&coming), worker.clone());
     let message = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
-        let Some(for_port) = hear(&answered, &event.data()) else { return };
+        let Some(for_port) = drill::told(&event.data()).and_then(|told| hear(&answered, told)) else {
+            return;
+        };
         let is_carried = matches!(for_port, ForPort::Bytes(_));
         port(for_port);
+        // Acknowledged, because the worker notices by the delay that this page was suspended.
         if is_carried {
-            let _ = own.post_message(&false.into());
+            drill::tell(&own, &ToDrill::Carried);
         }
     });
     let error = Closure::<dyn FnMut(ErrorEvent)>::new(|event: ErrorEvent| {
@@ -78,48 +78,43 @@ pub(super) fn hire(name: &str, port: impl Fn(ForPort) + 'static) -> Option<Drill
     Some(Drill { worker, coming, _message: message, _error: error })
 }
 
-/// Has the machine begin.
+/// Starts the machine.
 pub(super) fn begin(worker: &Worker) -> bool {
-    worker.post_message(&speed().into()).is_ok()
+    drill::tell(worker, &ToDrill::Start { speed: speed() })
 }
 
-/// Has the machine of the adapter at the port begin, or says that it is there again.
+/// Starts the machine of the adapter at the port, or reports that the adapter was plugged in again.
 pub(super) fn begin_adapter(worker: &Worker) -> bool {
-    worker.post_message(&true.into()).is_ok()
+    drill::tell(worker, &ToDrill::AdapterOpened)
 }
 
-/// A worker that has the virtual drill.
+/// Starts the virtual drill.
 pub(super) fn open() -> Option<Drill> {
     let drill = hire(drill::VIRTUAL, |_| ())?;
-    last_stop::is(&drill.worker, "postMessage", &last_stop::word());
+    let stop = drill::encoded(&ToDrill::Frame(last_stop::word()));
+    last_stop::is(&drill.worker, "postMessage", &stop);
     begin(&drill.worker).then_some(drill)
 }
 
-fn hear(coming: &Coming, data: &JsValue) -> Option<ForPort> {
-    if let Some(text) = data.as_string() {
-        let tell = serde_json::from_str(&text).ok().map(Box::new);
-        page::send(LinkEvent::Heard { tell });
-    } else if data.is_null() {
-        page::send(LinkEvent::Closed);
-    } else if data.is_instance_of::<Uint8Array>() {
-        return Some(ForPort::Bytes(data.clone().unchecked_into()));
-    } else if data.as_bool() == Some(false) {
-        return Some(ForPort::Silent);
-    } else if let Some(told) = data.dyn_ref::<Array>() {
-        answered(coming, told);
-    } else {
-        page::send(FrameEvent::Say { text: Text::of(key!("page.alone.nothing_kept")) });
+fn hear(coming: &Coming, told: FromDrill) -> Option<ForPort> {
+    match told {
+        FromDrill::Frame(text) => {
+            page::send(LinkEvent::Heard { tell: serde_json::from_str(&text).ok().map(Box::new) });
+        }
+        FromDrill::Bytes(bytes) => return Some(ForPort::Bytes(bytes)),
+        FromDrill::Silent => return Some(ForPort::Silent),
+        FromDrill::Lost => page::send(LinkEvent::Closed),
+        FromDrill::NothingKept => {
+            page::send(FrameEvent::Say { text: Text::of(key!("page.alone.nothing_kept")) });
+        }
+        FromDrill::Program { number, answer: bytes } => {
+            let asked = coming.borrow_mut().remove(&number);
+            if let Some((brought, key)) = asked {
+                answer(number, brought, key, bytes);
+            }
+        }
     }
     None
-}
-
-/// A program was brought, or came.
-fn answered(coming: &Coming, told: &Array) {
-    let number = told.get(0).as_f64().unwrap_or_default() as u32;
-    let Some((brought, key)) = coming.borrow_mut().remove(&number) else { return };
-    let why = told.get(1).as_string().and_then(|why| serde_json::from_str::<Diagnostic>(&why).ok());
-    let bytes = || told.get(2).dyn_into::<Uint8Array>().map(|bytes| bytes.to_vec()).unwrap_or_default();
-    answer(number, brought, key, why.map_or_else(|| Ok(bytes()), Err));
 }
 
 fn answer(number: u32, brought: bool, key: String, bytes: Result<Vec<u8>, Diagnostic>) {
@@ -131,31 +126,22 @@ fn answer(number: u32, brought: bool, key: String, bytes: Result<Vec<u8>, Diagno
 }
 
 impl Drill {
-    /// The worker itself.
     pub(super) fn worker(&self) -> &Worker {
         &self.worker
     }
 
-    /// Sends a frame.
     pub(super) fn send(&self, text: &str) -> bool {
-        self.worker.post_message(&text.into()).is_ok()
+        drill::tell(&self.worker, &ToDrill::Frame(text.to_owned()))
     }
 
-    /// Brings a program; its key is told.
-    pub(super) fn upload(&self, number: u32, bytes: &[u8]) {
-        let key = program::key(bytes);
-        let message = Array::of3(&number.into(), &key.as_str().into(), &Uint8Array::from(bytes));
-        self.ask(number, true, key, &message);
+    pub(super) fn upload(&self, number: u32, bytes: Vec<u8>) {
+        let key = program::key(&bytes);
+        self.coming.borrow_mut().insert(number, (true, key.clone()));
+        drill::tell(&self.worker, &ToDrill::Upload { number, key, program: bytes });
     }
 
-    /// Tells the bytes of a program.
     pub(super) fn fetch(&self, number: u32, key: String) {
-        let message = Array::of2(&number.into(), &key.as_str().into());
-        self.ask(number, false, key, &message);
-    }
-
-    fn ask(&self, number: u32, brought: bool, key: String, message: &Array) {
-        self.coming.borrow_mut().insert(number, (brought, key));
-        let _ = self.worker.post_message(message);
+        self.coming.borrow_mut().insert(number, (false, key.clone()));
+        drill::tell(&self.worker, &ToDrill::Fetch { number, key });
     }
 }

@@ -1,13 +1,13 @@
-//! Files from the person: chosen, dropped (files, folders, zips), or the sample.
+//! Opens files: picked, dropped (files, folders, zips), or the sample board.
 //!
 //! ```text
-//! drop ─▶ entries ─▶ files, folder by folder ─┐
-//! Open… ─▶ the browser's picker, else a field ┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen, AnewEvent::Chosen
-//! sample ─▶ our own server ───────────────────┘
-//!   └─▶ where the browser gives handles, the files are followed
+//! drop ─▶ entries ─▶ files, folder by folder ───┐
+//! Open… ─▶ the browser's picker, else an input ─┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen, AnewEvent::Chosen
+//! sample ─▶ our own server ─────────────────────┘
+//!   └─▶ if the browser gives handles, the files are watched
 //! ```
 //!
-//! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
+//! Files stay in this page: nothing is uploaded.
 
 use super::follow::{self, Followed, bytes_of};
 use super::limits::{MOST_FILES, too_much, too_much_of, unreadable};
@@ -25,14 +25,13 @@ use web_sys::{
     HtmlInputElement,
 };
 
-/// The sample board on our own server, in this folder.
+/// Folder of the sample board on our own server.
 const SAMPLE_FOLDER: &str = "examples/";
 const SAMPLE: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"];
 
-/// A file by its name, folders in front.
+/// A file with its path.
 type Named = (String, File);
 
-/// Says a short word.
 fn toast(text: Text) {
     send(FrameEvent::Say { text });
 }
@@ -45,7 +44,6 @@ fn anew_chosen(files: Vec<(String, Vec<u8>)>) {
     send(AnewEvent::Chosen { files });
 }
 
-/// Opens the sample board.
 pub(super) fn sample() {
     leptos::task::spawn_local(async {
         let mut files = Vec::new();
@@ -59,10 +57,11 @@ pub(super) fn sample() {
     });
 }
 
-/// What is done with files that were read.
+/// Handler for files that were read.
 type Taken = fn(Vec<(String, Vec<u8>)>);
 
-/// Lets the person choose files, or new exports of the open board. Those that the browser's own picker gives are followed.
+/// Lets the user pick files, or new exports of the open board. Files from the browser's own picker are
+/// watched.
 pub(super) fn choose(anew: bool, followed: &Followed) {
     let chosen: Taken = if anew { anew_chosen } else { chosen_now };
     let Some(picked) = follow::picked() else { return choose_by_field(chosen) };
@@ -76,14 +75,14 @@ pub(super) fn choose(anew: bool, followed: &Followed) {
                     chosen(files);
                 }
             }
-            // A page inside another page may not use it.
+            // The picker is not allowed in an embedded page.
             Err(why) if !is_called_off(&why) => choose_by_field(chosen),
             Err(_) => {}
         }
     });
 }
 
-/// Whether the person chose nothing.
+/// True if the user cancelled.
 fn is_called_off(why: &JsValue) -> bool {
     Reflect::get(why, &"name".into()).is_ok_and(|name| name == "AbortError")
 }
@@ -104,7 +103,7 @@ fn choose_by_field(chosen: Taken) {
     input.click();
 }
 
-/// Lets the person choose a dialect of their own.
+/// Lets the user pick a postprocessor file.
 pub(super) fn choose_dialect() {
     let made =
         document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
@@ -123,7 +122,7 @@ pub(super) fn choose_dialect() {
     input.click();
 }
 
-/// The whole window is where files can be dropped.
+/// Accepts drops on the whole window.
 pub(super) fn listen(followed: Followed) {
     let over = window_event_listener(ev::dragover, |event| {
         if brings_files(&event) {
@@ -150,7 +149,7 @@ pub(super) fn listen(followed: Followed) {
     });
 }
 
-/// Whether what is dragged comes from outside, and is no line of the tree or piece of text of this page.
+/// True if files from outside are dragged, and not a row of the tree or a text of this page.
 fn brings_files(event: &web_sys::DragEvent) -> bool {
     event.data_transfer().is_some_and(|data| data.types().includes(&"Files".into(), 0))
 }
@@ -165,7 +164,7 @@ fn in_list(list: &FileList) -> Vec<Named> {
     (0..list.length()).filter_map(|index| list.get(index)).map(|file| (file.name(), file)).collect()
 }
 
-/// Entries and handles must be asked for before anything is awaited: afterwards the drop is empty.
+/// Entries and handles must be requested before any await: afterwards the drop is empty.
 fn take_drop(data: &DataTransfer, followed: &Followed) {
     let items = data.items();
     let handles = follow::handles(&items);
@@ -199,7 +198,7 @@ fn take_drop(data: &DataTransfer, followed: &Followed) {
     });
 }
 
-/// A call with two callbacks, as a value to wait for.
+/// Turns a call with two callbacks into a future.
 async fn answer(call: impl FnOnce(&Function, &Function)) -> Option<JsValue> {
     let mut call = Some(call);
     let promise = Promise::new(&mut |resolve, reject| {
@@ -215,7 +214,7 @@ async fn file_of(entry: FileSystemFileEntry) -> Option<File> {
     file.dyn_into().ok()
 }
 
-/// A folder is read in portions until an empty one comes.
+/// Reads a folder in portions, until an empty one arrives.
 async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
     let reader = folder.create_reader();
     let mut found = Vec::new();
@@ -233,7 +232,7 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
     }
 }
 
-/// Reads files and gives them to `chosen`.
+/// Reads files and passes them to `chosen`.
 fn take(files: Vec<Named>, chosen: Taken) {
     if let Some(text) = too_much_of(files.iter().map(|(_, file)| file)) {
         return toast(text);

@@ -1,11 +1,10 @@
-//! Files on this computer that the open board came from: looked at again whenever the person comes back to the page.
+//! Watches the files that the open board was read from: checks them whenever the user returns to the page.
 //!
 //! ```text
-//!   drop, picker, file handler ─▶ handles ─▶ the page is looked at again ─▶ written since? ─▶ AnewEvent::OnDisk
+//!   drop, picker, file handler ─▶ handles ─▶ page gets focus ─▶ written since? ─▶ AnewEvent::OnDisk
 //! ```
 //!
-//! Comes in: what was dropped or chosen, what the system opens with the page. Goes out: files that were written anew, by the names
-//! that they were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
+//! Needs file handles, which not every browser offers.
 
 use super::limits::{too_much_of, unreadable};
 use crate::browser::window;
@@ -23,20 +22,19 @@ use web_sys::{
     DataTransferItemList, File, FileSystemDirectoryHandle, FileSystemFileHandle, FileSystemHandle,
 };
 
-/// A file that is followed.
+/// A watched file.
 #[derive(Clone)]
 struct One {
     name: String,
     handle: FileSystemFileHandle,
-    /// When it was written, in ms since 1970.
+    /// When it was written, ms since 1970.
     written_ms: f64,
 }
 
-/// The files that are followed.
 #[derive(Clone, Default)]
 pub(super) struct Followed(Rc<RefCell<Vec<One>>>);
 
-/// Handles of what is dropped, on their way; asked for while the drop is there.
+/// Handles of dropped items. They must be requested during the drop event.
 pub(super) fn handles(items: &DataTransferItemList) -> Vec<Promise> {
     let ask = |index| {
         let item = items.get(index)?;
@@ -46,7 +44,7 @@ pub(super) fn handles(items: &DataTransferItemList) -> Vec<Promise> {
     (0..items.length()).filter_map(ask).collect()
 }
 
-/// Handles of the files that the person chooses, on their way; none where the browser gives none.
+/// Handles of the files that the user picks; `None` if the browser has no such picker.
 pub(super) fn picked() -> Option<Promise> {
     let pick: Function = Reflect::get(&window(), &"showOpenFilePicker".into()).ok()?.dyn_into().ok()?;
     let options = Object::new();
@@ -55,7 +53,7 @@ pub(super) fn picked() -> Option<Promise> {
 }
 
 impl Followed {
-    /// Listens for when the page is looked at again, and for files that the system opens with it.
+    /// Listens for focus, and for files that the system opens with the page.
     pub(super) fn listen(&self) {
         let looking = self.clone();
         let looked = window_event_listener(ev::focus, move |_| looking.look());
@@ -63,8 +61,8 @@ impl Followed {
         self.take_launched();
     }
 
-    /// Follows the files called `names`, written when it is said, as far as they are among `handles` or in folders among them; no
-    /// others of that name any more.
+    /// Watches the files `names` with their times of writing, if they are among `handles` or in folders among
+    /// them. Replaces watched files of equal name.
     pub(super) async fn follow(&self, names: Vec<(String, f64)>, handles: Vec<Promise>) {
         let mut roots: Vec<FileSystemHandle> = Vec::new();
         for handle in handles {
@@ -86,14 +84,14 @@ impl Followed {
         self.add(found);
     }
 
-    /// Follows these, and no others of their names any more.
+    /// Watches these files in place of those of equal name.
     fn add(&self, found: Vec<One>) {
         let mut followed = self.0.borrow_mut();
         followed.retain(|one| !found.iter().any(|other| other.name == one.name));
         followed.extend(found);
     }
 
-    /// Reads files and follows them; says which it cannot read, and why all of them are too much.
+    /// Reads and watches files; reports those that are unreadable or that all together are too large.
     pub(super) async fn read(&self, handles: Vec<FileSystemFileHandle>) -> Vec<(String, Vec<u8>)> {
         let mut given = Vec::new();
         for handle in handles {
@@ -120,7 +118,7 @@ impl Followed {
         files
     }
 
-    /// Tells what was written since it was looked at last.
+    /// Reports the files that were written since the last check.
     fn look(&self) {
         let followed = self.clone();
         spawn_local(async move {
@@ -135,6 +133,7 @@ impl Followed {
             let mut anew = Vec::new();
             let said = too_much_of(written.iter().map(|(_, file)| file));
             for (name, file) in written {
+                // Too much to read: remember the new times, so that the user sees the message only once.
                 if said.is_some() {
                     followed.seen(&name, file.last_modified());
                 } else if let Some(bytes) = bytes_of(&file).await {
@@ -156,7 +155,7 @@ impl Followed {
         followed.iter_mut().filter(|one| one.name == name).for_each(|one| one.written_ms = written_ms);
     }
 
-    /// Takes the files that the system opens with the page, now and later.
+    /// Opens the files that the system opens with the page, now and later.
     fn take_launched(&self) {
         let queue = Reflect::get(&window(), &"launchQueue".into()).unwrap_or(JsValue::UNDEFINED);
         let set =
@@ -179,7 +178,7 @@ impl Followed {
     }
 }
 
-/// The file at a path below a handle, which is the file itself where the path is empty.
+/// The file at `path` below `root`; `root` itself if the path is empty.
 async fn inside<'a>(
     root: FileSystemHandle,
     path: impl Iterator<Item = &'a str>,
@@ -202,7 +201,7 @@ async fn file_of(handle: &FileSystemFileHandle) -> Option<File> {
     JsFuture::from(handle.get_file()).await.ok()?.dyn_into().ok()
 }
 
-/// The bytes of a file; none where it cannot be read, for example because it was written anew meanwhile.
+/// The bytes of a file; `None` if it cannot be read, for example because it was written meanwhile.
 pub(super) async fn bytes_of(file: &File) -> Option<Vec<u8>> {
     let buffer = JsFuture::from(file.array_buffer()).await.ok()?;
     Some(Uint8Array::new(&buffer).to_vec())

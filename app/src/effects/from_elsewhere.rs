@@ -1,12 +1,11 @@
-//! Boards that come from outside with the address of the page: a link to one, files that were shared with the page.
+//! Boards that arrive with the page's address: a link to a board, or files shared with the page.
 //!
 //! ```text
-//!   ?url=https://…/board.zip, a link that is put in ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Fetched
-//!   ?shared=FILES BYTES ─▶ what the service worker put by ────────────────────▶ FilesEvent::Chosen
+//!   ?url=https://…/board.zip, or a typed link ─▶ fetched without cookies ─▶ FilesEvent::Fetched
+//!   ?shared=FILES BYTES ─▶ read from the service worker's cache ──────────▶ FilesEvent::Chosen
 //! ```
 //!
-//! Comes in: the address, a link. Goes out: files, or why there are none. The address is tidied: a reload does not fetch once more what is
-//! open by then.
+//! The parameters are removed from the address, so that a reload does not fetch the board again.
 
 use super::limits::{MOST_BYTES, too_much};
 use crate::browser::window;
@@ -19,12 +18,11 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Cache, Request, RequestCredentials, RequestInit, RequestMode, Response, Url, UrlSearchParams};
 
-/// What the service worker calls the place where it puts shared files, before the folder of the site.
+/// Prefix of the cache in which the service worker stores shared files; the site's folder follows.
 const SHARED: &str = "annulus-shared ";
 
 #[wasm_bindgen]
 extern "C" {
-    /// A reader of a stream.
     type Pieces;
     #[wasm_bindgen(method, catch)]
     async fn read(this: &Pieces) -> Result<JsValue, JsValue>;
@@ -32,7 +30,7 @@ extern "C" {
     async fn cancel(this: &Pieces) -> Result<JsValue, JsValue>;
 }
 
-/// Looks at the address. Called once; `alone` is whether the page came from a site without a bridge.
+/// Handles the address. Called once. `alone`: the site has no bridge.
 pub(super) fn begin(alone: bool) {
     let search = window().location().search().unwrap_or_default();
     let Ok(asked) = UrlSearchParams::new_with_str(&search) else { return };
@@ -47,7 +45,7 @@ pub(super) fn begin(alone: bool) {
     if let Some(shared) = asked.get("shared") {
         tidy(&asked, "shared");
         spawn_local(async move {
-            // What is too much the service worker does not even put by.
+            // The service worker does not store files beyond the limits.
             let sizes = || shared.split_once(' ').map(|(files, bytes)| (files.parse(), bytes.parse()));
             let too_much = match sizes() {
                 Some((Ok(files), Ok(bytes))) => too_much(files, bytes),
@@ -62,7 +60,7 @@ pub(super) fn begin(alone: bool) {
     }
 }
 
-/// Opens the board behind a link that a person put in: a whole one.
+/// Opens a link that the user typed; it must be absolute.
 pub(super) fn put_in(address: String) {
     if Url::new(address.trim()).is_ok() {
         open(address);
@@ -71,7 +69,7 @@ pub(super) fn put_in(address: String) {
     }
 }
 
-/// Opens the board behind a link.
+/// Opens a linked board.
 fn open(address: String) {
     spawn_local(async move {
         match fetched(address.trim()).await {
@@ -81,7 +79,7 @@ fn open(address: String) {
     });
 }
 
-/// Takes `name` out of the address.
+/// Removes the parameter `name` from the address.
 fn tidy(asked: &UrlSearchParams, name: &str) {
     asked.delete(name);
     let rest = String::from(asked.to_string());
@@ -98,7 +96,7 @@ fn with_address(key: &'static str, address: &str) -> Text {
     Text::Key { key, args: vec![("address", address.to_owned())] }
 }
 
-/// The file behind a link.
+/// Downloads a link.
 async fn fetched(address: &str) -> Result<(String, Vec<u8>), Text> {
     let here = window().location().href().unwrap_or_default();
     let bad = || with_address(key!("page.link_to.bad"), address);
@@ -109,7 +107,7 @@ async fn fetched(address: &str) -> Result<(String, Vec<u8>), Text> {
     let asked = RequestInit::new();
     asked.set_credentials(RequestCredentials::Omit);
     asked.set_mode(RequestMode::Cors);
-    // Whether it is not there or does not let other sites read it, a browser does not tell.
+    // A browser does not reveal whether the file is missing or the site forbids access (CORS).
     let unreachable = |_| with_address(key!("page.link_to.unreachable"), &url.href());
     let answer = JsFuture::from(window().fetch_with_str_and_init(&url.href(), &asked)).await;
     let answer: Response = answer.map_err(unreachable)?.unchecked_into();
@@ -131,7 +129,7 @@ async fn fetched(address: &str) -> Result<(String, Vec<u8>), Text> {
     Ok((if name.is_empty() { "board".to_owned() } else { name }, bytes))
 }
 
-/// The bytes of an answer, as they come; none where they are too many, of which no more is read then.
+/// Reads an answer in pieces; `None` if it exceeds the limit, in which case the rest is not downloaded.
 async fn bytes_of(answer: &Response) -> Result<Option<Vec<u8>>, JsValue> {
     let Some(body) = answer.body() else { return Ok(Some(Vec::new())) };
     let pieces: Pieces = body.get_reader().unchecked_into();
@@ -150,7 +148,7 @@ async fn bytes_of(answer: &Response) -> Result<Option<Vec<u8>>, JsValue> {
     }
 }
 
-/// The files that were shared with the page; they are put by no more then.
+/// The shared files; deletes them from the cache.
 async fn put_by() -> Result<Vec<(String, Vec<u8>)>, JsValue> {
     let caches = window().caches()?;
     let scope = Url::new_with_base("./", &window().location().href()?)?.href();

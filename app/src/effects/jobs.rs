@@ -1,6 +1,4 @@
-//! Programs to the bridge and back, as bytes, keyed by their SHA-256.
-//!
-//! Comes in: bytes of a program. Goes out: its key. Does not know what it does.
+//! Uploads programs to the bridge and fetches them, as bytes with their SHA-256 as the key.
 
 use crate::browser::{HttpAnswer, request};
 use crate::model::StartEvent;
@@ -51,7 +49,6 @@ async fn send(
     }
 }
 
-/// Uploads a program; tells its key.
 pub(super) fn upload(number: u32, bytes: Vec<u8>, session: Option<Paired>) {
     leptos::task::spawn_local(async move {
         let key = program::key(&bytes);
@@ -60,7 +57,7 @@ pub(super) fn upload(number: u32, bytes: Vec<u8>, session: Option<Paired>) {
     });
 }
 
-/// Tells the bytes of the program `key`, for a page that opened later. Bytes that are not what the key says are refused.
+/// Fetches the program `key`, for a page that was opened later. Bytes with another hash are refused.
 pub(super) fn fetch(number: u32, key: String, session: Option<Paired>) {
     leptos::task::spawn_local(async move {
         let bytes = send(session, "GET", &key, None).await;

@@ -1,13 +1,11 @@
-//! The language of the page: found at the first visit, fetched when it is chosen, kept for the next time.
+//! The page's language: chosen at the first visit, fetched on demand, saved for the next visit.
 //!
 //! ```text
-//! ?lang=pl │ chosen last time │ what the browser reads ─▶ FrameEvent::Language ─▶ locales/pl.toml ─▶ Spoken
+//! ?lang=pl │ chosen last time │ the browser's languages ─▶ FrameEvent::Language ─▶ locales/pl.toml ─▶ Spoken
 //! ```
 //!
-//! English is part of the page. The others lie beside it as the files they were written in: nobody waits for a language that is
-//! not read, and what keeps the page for use without a net keeps them like any other file of it.
-//!
-//! Comes in: the address, the browser, a choice. Goes out: the table, as an event. Does not know the words.
+//! English is built in. Other languages are separate files, so that only a page that uses one loads it. The
+//! service worker caches them for offline use like other files of the site.
 
 use crate::browser::{kept_storage, request, window};
 use crate::model::FrameEvent;
@@ -18,7 +16,7 @@ use web_sys::UrlSearchParams;
 
 const KEPT_AS: &str = "annulus.language";
 
-/// The language that the address asks for.
+/// The language requested by the address.
 fn asked() -> Option<&'static str> {
     let search = window().location().search().ok()?;
     locale::serving(&UrlSearchParams::new_with_str(&search).ok()?.get("lang")?)
@@ -28,12 +26,12 @@ fn kept() -> Option<&'static str> {
     locale::serving(&kept_storage()?.get_item(KEPT_AS).ok()??)
 }
 
-/// The first of the languages that the browser's person reads and this page speaks.
+/// The first of the browser's languages that this page offers.
 fn read() -> Option<&'static str> {
     window().navigator().languages().iter().find_map(|tag| locale::serving(&tag.as_string()?))
 }
 
-/// Begins with the language of this person.
+/// Restores or selects the language.
 pub(super) fn begin() {
     if let Some(language) =
         asked().or_else(kept).or_else(read).filter(|language| *language != locale::FALLBACK)
@@ -42,7 +40,7 @@ pub(super) fn begin() {
     }
 }
 
-/// Has the table of `language`, keeps the choice, and tells the browser what the page is read in.
+/// Loads the table of `language`, saves the choice, and sets the document's language.
 pub(super) fn speak(language: String) {
     spawn_local(async move {
         let there = locale::has(&language) || fetched(&language).await;

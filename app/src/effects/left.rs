@@ -1,10 +1,9 @@
-//! What a page puts down while it is being left: at once, for what takes time does not happen any more.
-//!
-//! Comes in: texts with the time. Goes out: those that are newer than what the store has. Does not know what is in them.
+//! Texts saved while the page closes: synchronously in local storage, because nothing asynchronous completes
+//! then.
 
 use crate::browser::kept_storage;
 
-/// Where one kind of thing is put down, by its place.
+/// One kind of text; the prefix of its keys.
 #[derive(Clone, Copy)]
 pub(super) struct LeftTexts(pub &'static str);
 
@@ -13,14 +12,14 @@ impl LeftTexts {
         format!("{}{place}", self.0)
     }
 
-    /// Puts a text down. Where there is no room, what the store has is half a second old at most.
+    /// Saves a text. If there is no room, the store's version is at most half a second old.
     pub(super) fn put(self, place: u32, text: &str, at_ms: f64) {
         if let Some(storage) = kept_storage() {
             let _ = storage.set_item(&self.key(place), &format!("{at_ms} {text}"));
         }
     }
 
-    /// What was put down after `at_ms`, and when.
+    /// The text saved after `at_ms`, and its time.
     pub(super) fn since(self, place: u32, at_ms: f64) -> Option<(f64, String)> {
         let text = kept_storage()?.get_item(&self.key(place)).ok()??;
         let (left_ms, text) = text.split_once(' ')?;
@@ -28,14 +27,13 @@ impl LeftTexts {
         Some((left_ms, text.to_owned()))
     }
 
-    /// The store has what is of `at_ms`: what was put down by then is not needed any more.
+    /// The store has the version of `at_ms`: deletes the text unless it is newer.
     pub(super) fn stored(self, place: u32, at_ms: f64) {
         if self.since(place, at_ms).is_none() {
             self.clear(place);
         }
     }
 
-    /// Takes away what lies there.
     pub(super) fn clear(self, place: u32) {
         if let Some(storage) = kept_storage() {
             let _ = storage.remove_item(&self.key(place));

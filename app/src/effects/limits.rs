@@ -1,17 +1,15 @@
-//! How much is read at once, by whatever way it comes: dropped, chosen, followed, opened with the page, shared, behind a link.
-//!
-//! Comes in: how many files, how many bytes. Goes out: why that is too much, or was not read. Reads nothing.
+//! Limits for reading files, however they arrive: dropped, picked, watched, launched, shared or linked.
 
 use crate::said::{Text, key};
 use web_sys::File;
 
-/// More files than this at once are somebody's home folder, not a board.
+/// More files at once are probably a home folder and not a board.
 pub(super) const MOST_FILES: usize = 2_000;
 
 /// The most that is read at once, in bytes.
 pub(super) const MOST_BYTES: usize = 256 * 1024 * 1024;
 
-/// Why so many files with so many bytes together are not read at once; nothing where they are.
+/// Why this many files or bytes are refused; `None` if they are accepted.
 pub(super) fn too_much(files: usize, bytes: u64) -> Option<Text> {
     let most = |key, most: usize| Some(Text::Key { key, args: vec![("most", most.to_string())] });
     if files > MOST_FILES {
@@ -23,14 +21,13 @@ pub(super) fn too_much(files: usize, bytes: u64) -> Option<Text> {
     }
 }
 
-/// The same of `files`.
+/// Like [`too_much`], for `files`.
 pub(super) fn too_much_of<'a>(files: impl ExactSizeIterator<Item = &'a File>) -> Option<Text> {
     let count = files.len();
     let bytes: f64 = files.map(|file| file.size()).sum();
     too_much(count, bytes as u64)
 }
 
-/// That a file could not be read.
 pub(super) fn unreadable(name: String) -> Text {
     Text::Key { key: key!("page.open.unreadable"), args: vec![("name", name)] }
 }

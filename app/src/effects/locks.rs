@@ -1,11 +1,11 @@
-//! Locks of the browser, by which the tabs of a site agree who has what. One ends by itself with the tab that holds it.
+//! Locks of the browser (Web Locks), by which the tabs of a site agree on who has which storage slot. A lock
+//! ends with the tab that holds it.
 //!
 //! ```text
-//!   a lock for every place that a tab has ─▶ no other tab writes there; it ends with the tab
+//!   a lock per slot in use ─▶ no other tab writes there
 //! ```
 //!
-//! Comes in: names, numbers of places. Goes out: what is held. Where the browser has no locks every one is free. Does not know what
-//! is kept at a place.
+//! In a browser without locks every slot is free.
 
 use crate::browser::window;
 use js_sys::{Array, Function, Object, Promise, Reflect};
@@ -16,10 +16,11 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
-/// How long what this tab had before it was loaded again may still look as if another tab had it, in ms.
+/// After a reload, locks that this tab held before may still seem to belong to another tab for this long, in
+/// ms.
 pub(super) const RELOAD_MS: u32 = 1000;
 
-/// A lock that this tab holds until this is dropped.
+/// A held lock; dropping it releases the lock.
 struct Held(Option<Function>);
 
 impl Drop for Held {
@@ -30,7 +31,7 @@ impl Drop for Held {
     }
 }
 
-/// The browser's locks; none where it has none, or not for this address.
+/// The browser's lock manager; `None` if it is missing or not available at this address.
 fn locks() -> Option<JsValue> {
     let locks = Reflect::get(&window().navigator(), &"locks".into()).ok()?;
     locks.is_object().then_some(locks)
@@ -40,23 +41,23 @@ fn method(of: &JsValue, name: &str) -> Option<Function> {
     Reflect::get(of, &name.into()).ok()?.dyn_into().ok()
 }
 
-/// A promise and what keeps it.
+/// A promise and the function that resolves it.
 fn promise() -> Option<(Promise, Function)> {
     let mut kept = None;
     let promise = Promise::new(&mut |keep, _| kept = Some(keep));
     Some((promise, kept?))
 }
 
-/// How a lock is asked for.
+/// How to request a lock.
 #[derive(Clone, Copy)]
 enum Way {
-    /// For this tab alone, where nobody holds it for longer than this.
+    /// Exclusive, if it becomes free within this time.
     Alone { patience_ms: u32 },
-    /// Together with all who only wait that nobody has it alone.
+    /// Shared: granted when no tab holds it exclusively.
     Shared,
 }
 
-/// Holds the lock `name`; none where that cannot be.
+/// Requests the lock `name`; `None` if it was not granted.
 async fn hold(name: &str, way: Way) -> Option<Held> {
     let Some(locks) = locks() else { return Some(Held(None)) };
     let request = method(&locks, "request")?;
@@ -65,7 +66,7 @@ async fn hold(name: &str, way: Way) -> Option<Held> {
     let granted = Closure::once_into_js(move |lock: JsValue| {
         let is_ours = lock.is_object();
         let _ = tell.call1(&JsValue::UNDEFINED, &is_ours.into());
-        // The browser holds it as long as this promise is open.
+        // The browser holds the lock until this promise resolves.
         if is_ours { JsValue::from(until) } else { JsValue::UNDEFINED }
     });
     let options = Object::new();
@@ -85,7 +86,7 @@ async fn hold(name: &str, way: Way) -> Option<Held> {
     is_ours.then_some(Held(Some(release)))
 }
 
-/// A signal that comes by itself.
+/// An abort signal that fires after `ms`.
 fn ends_after(ms: u32) -> Option<JsValue> {
     let signals = Reflect::get(&js_sys::global(), &"AbortSignal".into()).ok()?;
     method(&signals, "timeout")?.call1(&signals, &ms.into()).ok()
@@ -95,7 +96,7 @@ fn word(of: &JsValue, name: &str) -> Option<String> {
     Reflect::get(of, &name.into()).ok()?.as_string()
 }
 
-/// Names of the locks that any tab of this site holds for itself.
+/// Names of the locks that any tab of this site holds exclusively.
 async fn held() -> BTreeSet<String> {
     let asked = async {
         let locks = locks()?;
@@ -108,26 +109,24 @@ async fn held() -> BTreeSet<String> {
     asked.await.unwrap_or_default()
 }
 
-/// A place that this tab has.
+/// A slot that this tab has.
 struct Holding {
-    /// Let go of with it.
     _held: Held,
-    /// Only until it is forgotten, or written for the first time: nobody works there yet.
+    /// Held only for a deletion or a first write: not yet a slot that this tab works in.
     for_now: bool,
 }
 
-/// The places of one kind that this tab has. Copies are the same places.
+/// The slots of one kind that this tab has. Copies share their state.
 #[derive(Clone)]
 pub(super) struct Claims {
-    /// How their locks are called, before the number.
+    /// Prefix of the lock names; the slot's number follows.
     lock: &'static str,
     held: Rc<RefCell<BTreeMap<u32, Holding>>>,
-    /// Those of other tabs that are waited for.
+    /// Slots of other tabs whose release is awaited.
     awaited: Rc<RefCell<BTreeSet<u32>>>,
 }
 
 impl Claims {
-    /// None yet of those whose locks begin with `lock`.
     pub(super) fn new(lock: &'static str) -> Self {
         Self { lock, held: Rc::default(), awaited: Rc::default() }
     }
@@ -136,8 +135,8 @@ impl Claims {
         format!("{}{place}", self.lock)
     }
 
-    /// The places below `end` that other tabs have. What this tab has when it asks is not among them: the browser may tell of it for
-    /// a while after it was let go of.
+    /// The slots below `end` that other tabs have. Excludes those that this tab has at the call, because the
+    /// browser may still report a lock that was just released.
     pub(super) fn elsewhere(&self, end: u32) -> impl Future<Output = BTreeSet<u32>> + use<> {
         let own: BTreeSet<u32> = self.held.borrow().keys().copied().collect();
         let claims = self.clone();
@@ -147,7 +146,7 @@ impl Claims {
         }
     }
 
-    /// Calls back, once, when the tab that has `place` has let go of it, however long that takes.
+    /// Calls back once when the tab that has `place` releases it, however long that takes.
     pub(super) fn when_free(&self, place: u32, call: impl FnOnce() + 'static) {
         if !self.awaited.borrow_mut().insert(place) {
             return;
@@ -162,12 +161,12 @@ impl Claims {
         });
     }
 
-    /// Whether this tab has `place`, and not only for now.
+    /// True if this tab works in `place`, and does not only hold it temporarily.
     pub(super) fn works_at(&self, place: u32) -> bool {
         self.held.borrow().get(&place).is_some_and(|holding| !holding.for_now)
     }
 
-    /// Has a place for now that no tab has, this one neither: what is under way there has it for itself.
+    /// Holds `place` temporarily if no tab has it, including this one.
     pub(super) async fn hold(&self, place: u32) -> bool {
         self.hold_soon(place, 0).await
     }
@@ -182,19 +181,20 @@ impl Claims {
         is_held
     }
 
-    /// What this tab has for now it has from now on.
+    /// Turns a temporary hold into a slot that this tab works in.
     pub(super) fn settle(&self, place: u32) {
         if let Some(holding) = self.held.borrow_mut().get_mut(&place) {
             holding.for_now = false;
         }
     }
 
-    /// Works at a place, where no other tab does.
+    /// Works in `place` if no other tab has it.
     pub(super) async fn take(&self, place: u32) -> bool {
         self.take_soon(place, 0).await
     }
 
-    /// Works at a place, where no other tab does that will not be gone in `patience_ms`: this one before it was loaded again.
+    /// Like [`Self::take`], but waits `patience_ms` for a release: the lock may be this tab's own from before
+    /// a reload.
     pub(super) async fn take_soon(&self, place: u32, patience_ms: u32) -> bool {
         let own = self.works_at(place) || self.hold_soon(place, patience_ms).await;
         if own {
@@ -203,13 +203,13 @@ impl Claims {
         own
     }
 
-    /// Lets other tabs have a place.
+    /// Releases a slot.
     pub(super) fn let_go(&self, place: u32) {
         self.held.borrow_mut().remove(&place);
     }
 
-    /// Has for now, of the places below `end`, one that nothing is kept at, else the one that was written longest ago.
-    /// `written_ms` tells when, before all times where nothing is kept.
+    /// Holds temporarily, of the slots below `end`, an empty one, else the one written longest ago.
+    /// `written_ms` returns negative infinity for an empty slot.
     pub(super) async fn claim(&self, end: u32, written_ms: impl AsyncFn(u32) -> f64) -> Option<u32> {
         let mut places = Vec::new();
         for place in 0..end {
@@ -221,7 +221,7 @@ impl Claims {
                 continue;
             }
             if written_ms(place).await > seen_ms {
-                // Another tab wrote there meanwhile.
+                // Another tab wrote to the slot meanwhile.
                 self.let_go(place);
                 continue;
             }

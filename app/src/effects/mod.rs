@@ -1,10 +1,8 @@
-//! What the model wants done, done: workers, timers, files, the socket, the store. What comes of it comes back as events.
+//! Runs the model's effects: workers, timers, files, socket, store. Results come back as events.
 //!
 //! ```text
 //! update ─▶ Effect ─▶ worker │ timer │ socket │ download │ store ─▶ Event ─▶ update
 //! ```
-//!
-//! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
 mod awake;
 mod beside;
@@ -21,6 +19,7 @@ mod last_stop;
 mod left;
 mod limits;
 mod locks;
+mod presses;
 mod serial;
 mod session;
 mod signs;
@@ -44,7 +43,7 @@ use std::time::Duration;
 use store::Places;
 use worker::Workers;
 
-/// What lasts from one effect to the next.
+/// State that outlasts a single effect.
 #[derive(Default)]
 struct Running {
     workers: Workers,
@@ -57,10 +56,10 @@ struct Running {
     beside: Beside,
 }
 
-/// What the page needs to run.
+/// Builds what [`crate::page::begin`] needs.
 pub fn surroundings() -> Surroundings {
     let mut running = Running::default();
-    // Through a bridge every page has a line of its own.
+    // With a bridge every page has its own link, so STOP need not go through another tab.
     if site::alone() {
         running.beside = Beside::listening();
     }
@@ -72,7 +71,7 @@ pub fn surroundings() -> Surroundings {
     Surroundings { run: Box::new(move |effect| run(&running, effect)), clock }
 }
 
-/// Listens to what comes by itself: the store, the line. Once, after the page was made.
+/// Starts everything that sends events without an effect. Called once, after the page was created.
 pub fn begin() {
     store::listen();
     site::begin();
@@ -80,6 +79,7 @@ pub fn begin() {
     languages::begin();
     colours::begin();
     signs::begin();
+    presses::begin();
     camera::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });

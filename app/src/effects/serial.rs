@@ -1,17 +1,17 @@
-//! Web Serial: a port is chosen by the person or known from before, opened, its bytes carried to the worker that attends what is there
-//! and back: a controller, or a USB step adapter, which is known by its USB number and waited for when its cable was pulled. Time is the worker's, whose timers a hidden page does not slow; here nothing waits for a timer.
+//! Web Serial: opens a port that the user chose, now or before, and carries its bytes to and from a worker.
+//! The worker drives the controller or the USB step adapter at the port. The worker also owns all timers,
+//! because a hidden page slows its own. An adapter, recognized by its USB identifiers, may be replugged.
 //!
 //! ```text
-//! click ─▶ requestPort ─▶ open 115200 ─▶ read ══ bytes ══▶ worker        nobody answers: the next speed
-//!                                       write ◀═ bytes ══                the port is gone: null
+//! click ─▶ requestPort ─▶ open 115200 ─▶ read ══ bytes ══▶ worker        no answer: next baud rate
+//!                                       write ◀═ bytes ══                port gone: Unplugged
 //! ```
-//!
-//! Comes in: wishes. Goes out: events. Does not know what the bytes mean.
 
 use super::drill::{self, Drill, ForPort};
 use super::{last_stop, session};
 use crate::browser::window;
-use crate::engine::drill::CONTROLLER;
+use crate::engine::drill::{CONTROLLER, tell as post};
+use crate::engine::messages::ToDrill;
 use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::send;
 use annulus_core::controller::BITS_PER_S;
@@ -24,18 +24,20 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{Event, Worker};
 
-/// Speeds after which a line is given up on which nothing at all was heard: at a wrong one a board is heard as noise.
+/// Give up after this many baud rates if nothing was received: at a wrong rate a controller would be received
+/// as noise.
 const USUAL: usize = 4;
-/// The feed hold of the whole family.
+/// Feed hold of the GRBL family.
 const HOLD: u8 = b'!';
-/// Its reset: what moves stops, the spindle too.
+/// Soft reset of the GRBL family: stops all motion and the spindle.
 const RESET: u8 = 0x18;
-/// The name of the error of a port that is gone; every other one is a disturbance of the line, after which it can be read again.
+/// Name of the error when the port is gone. After any other error the line was only disturbed and can be read
+/// again.
 const GONE: &str = "NetworkError";
 
 #[wasm_bindgen]
 extern "C" {
-    /// `navigator.serial`. web-sys has Web Serial only behind a flag that changes other types.
+    /// `navigator.serial`. web-sys offers Web Serial only with a flag that changes other types.
     #[wasm_bindgen(extends = Object)]
     #[derive(Clone)]
     type Ports;
@@ -85,53 +87,51 @@ extern "C" {
     fn release_writer(this: &Writer);
 }
 
-/// An open port.
 struct Open {
     port: Port,
     reader: Reader,
     writer: Writer,
-    /// How often it was disturbed.
+    /// Number of read errors.
     disturbed: u32,
 }
 
-/// Which port is the one that this page is to have.
+/// Result of the search for the port to open.
 enum Found {
-    /// This one; whether it is the very one that the person chose, or only the same by its USB number.
+    /// The port; true if it is exactly the chosen one, false if only its USB identifiers match.
     One(Port, bool),
     Nobody,
-    /// There are several that it may be.
+    /// Several ports match.
     Several,
 }
 
-/// The port whose bytes this page carries.
 #[derive(Default)]
 pub(super) struct Serial {
     chosen: RefCell<Option<Port>>,
     open: RefCell<Option<Open>>,
-    /// Counts what was asked for; whatever belongs to an older count is over.
+    /// Counts requests; a task of an older request ends.
     count: Cell<u32>,
-    /// Which of the speeds is tried, and whether it was the right one.
+    /// Index of the baud rate in use.
     speed: Cell<usize>,
-    /// Something was heard since the first of them was tried, were it noise.
+    /// Something was received since the first baud rate was tried, even noise.
     heard: Cell<bool>,
     guards: Cell<bool>,
     /// The worker of an adapter whose cable was pulled.
     waits: RefCell<Option<Worker>>,
 }
 
-/// What a port says by its USB number of what is there: vendor and product.
+/// USB vendor and product identifiers of the device at a port.
 fn usb(port: &Port) -> [Option<f64>; 2] {
     let info = port.info();
     ["usbVendorId", "usbProductId"]
         .map(|name| Reflect::get(&info, &name.into()).ok().and_then(|number| number.as_f64()))
 }
 
-/// The same in words.
+/// The USB identifiers as text.
 fn usb_words(port: &Port) -> String {
     usb(port).map(|number| number.map_or_else(|| "-".to_owned(), |number| number.to_string())).join(":")
 }
 
-/// Whether what is at a port says by its USB number that it is an adapter.
+/// True if the USB identifiers are those of a step adapter.
 fn is_adapter(port: &Port) -> bool {
     usb(port) == [Some(f64::from(USB.0)), Some(f64::from(USB.1))]
 }
@@ -141,7 +141,7 @@ fn ports() -> Option<Ports> {
     ports.is_object().then(|| ports.unchecked_into())
 }
 
-/// Whether this browser has Web Serial here.
+/// Whether this browser offers Web Serial on this page.
 pub(super) fn support() -> Support {
     match ports() {
         Some(_) => Support::Yes,
@@ -163,14 +163,14 @@ fn failed(code: &str, error: &JsValue) -> Diagnostic {
     Diagnostic::error(code).with("reason", name_of(error, "message"))
 }
 
-/// The ports that a person let this page use.
+/// The ports that the user has granted this page.
 async fn known() -> Vec<Port> {
     let Some(ports) = ports() else { return Vec::new() };
     let list = ports.get_ports().await.map(JsCast::unchecked_into::<Array>).unwrap_or_default();
     list.iter().map(JsCast::unchecked_into).collect()
 }
 
-/// Tells the model what there is, before the line begins; and later whether a port is known.
+/// Reports to the model what the browser offers, before the link starts; later whether a port is known.
 pub(super) fn begin() {
     let support = support();
     tell(ControllerEvent::Looked { support, kept: session::had_controller(), before: session::kept_board() });
@@ -180,7 +180,7 @@ pub(super) fn begin() {
 }
 
 impl Serial {
-    /// Listens to plugs, and to the page being left. Called once.
+    /// Listens for plugged devices and for the end of the page. Called once.
     pub(super) fn listen(self: &Rc<Self>) {
         if let Some(ports) = ports() {
             let this = Rc::clone(self);
@@ -202,7 +202,7 @@ impl Serial {
         gone.forget();
     }
 
-    /// A device that is known was plugged in. Where an adapter is waited for, any other device is none of this page's business.
+    /// A known device was plugged in. While an adapter is awaited, other devices are ignored.
     fn plugged(self: &Rc<Self>) {
         if self.waits.borrow().is_none() {
             return tell(ControllerEvent::Plugged);
@@ -217,12 +217,12 @@ impl Serial {
         });
     }
 
-    /// Has the browser ask before the page is left, or not.
+    /// Turns the browser's confirmation before leaving the page on or off.
     pub(super) fn guard(&self, on: bool) {
         self.guards.set(on);
     }
 
-    /// Lets the person choose a port.
+    /// Shows the browser's port dialog.
     pub(super) fn choose(self: &Rc<Self>) {
         let Some(ports) = ports() else { return };
         let this = Rc::clone(self);
@@ -235,7 +235,7 @@ impl Serial {
                     tell(ControllerEvent::Chosen);
                 }
                 Err(error) => match name_of(&error, "name").as_str() {
-                    // Closing the dialog is an answer too.
+                    // The user closed the dialog, which is not an error.
                     "NotFoundError" => {}
                     _ => tell(ControllerEvent::Failed { why: failed("serial.not_chosen", &error) }),
                 },
@@ -243,7 +243,7 @@ impl Serial {
         });
     }
 
-    /// Opens the port, and gives the worker that attends what is there.
+    /// Opens the port and returns the worker for the device.
     pub(super) fn connect(self: &Rc<Self>) -> Option<Drill> {
         let this = Rc::clone(self);
         let drill = drill::hire(CONTROLLER, move |word| this.word(word))?;
@@ -252,16 +252,15 @@ impl Serial {
         Some(drill)
     }
 
-    /// Lets go of the port.
     pub(super) fn leave(self: &Rc<Self>) {
         self.next();
         let this = Rc::clone(self);
         spawn_local(async move { this.close().await });
     }
 
-    /// Holds whatever moves: nobody will be there to feed it.
+    /// Sends feed hold: once the page is closed, nothing feeds the job.
     pub(super) fn hold(&self) {
-        self.put(&Uint8Array::from([HOLD].as_slice()));
+        self.put(&[HOLD]);
     }
 
     fn next(&self) -> u32 {
@@ -277,7 +276,8 @@ impl Serial {
         }
     }
 
-    /// Nobody is understood at this speed: the next one, where there is one.
+    /// Nothing understandable was received at this baud rate: tries the next one, or reports that nothing
+    /// answers.
     fn is_silent(&self) {
         let next = self.speed.get() + 1;
         let is_mute = next >= USUAL && !self.heard.get();
@@ -291,16 +291,16 @@ impl Serial {
         }
     }
 
-    fn put(&self, bytes: &Uint8Array) {
+    fn put(&self, bytes: &[u8]) {
         let Some(writer) = self.open.borrow().as_ref().map(|open| open.writer.clone()) else { return };
-        // Written at once: a page that is being left comes to nothing later. One that fails is one whose port is gone: reading says so.
-        if let Ok(written) = writer.write(bytes) {
+        // Call write synchronously: a closing page gets no later turn. If it fails, the port is gone, which
+        // the reader reports.
+        if let Ok(written) = writer.write(&Uint8Array::from(bytes)) {
             let written = JsFuture::from(written);
             spawn_local(async move { drop(written.await) });
         }
     }
 
-    /// Lets go of the port that is open.
     async fn close(&self) {
         let Some(open) = self.open.take() else { return };
         let _ = open.reader.cancel().await;
@@ -309,8 +309,8 @@ impl Serial {
         let _ = open.port.close().await;
     }
 
-    /// The port that was chosen, while it is there. Else one with its USB number: plugged in again, or after a reload, it may be another
-    /// object. Where nobody chose one in this tab, the one that is known.
+    /// The chosen port, if it still exists. Else one with the same USB identifiers, because a replug or a
+    /// reload may create a new object. If the user chose none in this tab, the known port.
     async fn find(&self) -> Found {
         let mut known = known().await;
         let chosen = self.chosen.borrow().clone();
@@ -328,7 +328,8 @@ impl Serial {
         }
     }
 
-    /// The adapter whose cable was pulled; one that the browser takes for another only where there is no second.
+    /// The port of the adapter whose cable was pulled. If the browser gives it a new object, only when it is
+    /// the only one.
     async fn adapter_of_before(&self) -> Option<Port> {
         let mut adapters = known().await;
         adapters.retain(is_adapter);
@@ -342,7 +343,7 @@ impl Serial {
         }
     }
 
-    /// Carries bytes from the port to the worker until the port is gone, or nobody wants them any more.
+    /// Carries bytes from the port to the worker until the port is gone or another request follows.
     async fn carry(&self, worker: Worker, count: u32) {
         self.close().await;
         let found = self.find().await;
@@ -388,17 +389,18 @@ impl Serial {
             }
             if let Ok(bytes) = Reflect::get(&read, &"value".into()) {
                 self.heard.set(true);
-                let _ = worker.post_message(&bytes);
+                post(&worker, &ToDrill::Bytes(Uint8Array::new(&bytes).to_vec()));
             }
         }
         if self.count.get() == count {
-            let _ = worker.post_message(&JsValue::NULL);
-            // It knows where it is: the same worker goes on when it is plugged in again.
+            post(&worker, &ToDrill::Unplugged);
+            // An adapter knows its position: the same worker continues after a replug.
             self.waits.replace(adapter.then_some(worker));
         }
     }
 
-    /// A disturbance ends what is read, and not the port: another reader goes on. None where the port is gone.
+    /// Continues with another reader after a disturbance, which ends a reader but not the port. `None` if the
+    /// port is gone.
     fn read_anew(&self, error: &JsValue) -> Option<Reader> {
         let kind = name_of(error, "name");
         let (reader, times) = {

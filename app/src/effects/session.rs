@@ -1,22 +1,20 @@
-//! Pairing: the one-time token of the address becomes a session key, kept for this tab alone.
+//! Pairing: exchanges the one-time token in the address for a session key, which stays in this tab.
 //!
 //! ```text
 //! http://127.0.0.1:PORT/#t=TOKEN ─▶ address cleared at once ─▶ POST /api/pair ─▶ session id and key
 //!                                                                              └▶ sessionStorage
 //! ```
-//!
-//! Comes in: the address. Goes out: a session: id and key. Knows no socket.
 
 use crate::browser::{request, tab_storage, window};
 use annulus_core::wire::{PairBody, Paired};
 
 const KEPT_AS: &str = "annulus.session";
-/// Stands there while this tab holds on to control.
+/// Present while this tab claims control.
 const CONTROL: &str = "annulus.control";
-/// Stands there while this tab has a controller.
+/// Present while this tab uses a controller.
 const CONTROLLER: &str = "annulus.controller";
 
-/// Takes the token out of the address and clears it there before anything else happens.
+/// Takes the token from the address and clears it there before anything else happens.
 pub(super) fn token_from_address() -> Option<String> {
     let location = window().location();
     let token = location.hash().ok()?.strip_prefix("#t=")?.to_owned();
@@ -26,7 +24,6 @@ pub(super) fn token_from_address() -> Option<String> {
     Some(token)
 }
 
-/// Exchanges `token` for a session.
 pub(super) async fn pair(token: String) -> Option<Paired> {
     let body = serde_json::to_vec(&PairBody { token }).ok()?;
     let headers = [("content-type", "application/json")];
@@ -45,83 +42,81 @@ fn keep(paired: &Paired) {
     }
 }
 
-/// The session of this tab, over a reload.
+/// The session of this tab, across a reload.
 pub(super) fn kept() -> Option<Paired> {
     let text = tab_storage()?.get_item(KEPT_AS).ok()??;
     serde_json::from_str(&text).ok()
 }
 
-/// Whether this tab had control when it was loaded last, and did not give it away.
+/// True if this tab had control before the reload and did not release it.
 pub(super) fn had_control() -> bool {
     tab_storage().and_then(|storage| storage.get_item(CONTROL).ok().flatten()).is_some()
 }
 
-/// Keeps that this tab has control, or had it and did not give it away.
+/// Remembers whether this tab has control, or lost it without releasing it.
 pub(super) fn keep_control(had: bool) {
     if let Some(storage) = tab_storage() {
         let _ = if had { storage.set_item(CONTROL, "1") } else { storage.remove_item(CONTROL) };
     }
 }
 
-/// Whether this tab had a controller when it was loaded last, and did not let go of it.
+/// True if this tab used a controller before the reload.
 pub(super) fn had_controller() -> bool {
     tab_storage().and_then(|storage| storage.get_item(CONTROLLER).ok().flatten()).is_some()
 }
 
-/// Keeps that this tab has a controller, or that it let go of it.
+/// Remembers whether this tab uses a controller.
 pub(super) fn keep_controller(on: bool) {
     if let Some(storage) = tab_storage() {
         let _ = if on { storage.set_item(CONTROLLER, "1") } else { storage.remove_item(CONTROLLER) };
     }
 }
 
-/// The USB number of the port that this tab had last.
+/// USB identifiers of this tab's last port.
 const PORT: &str = "annulus.port";
-/// How the board behind it greeted.
+/// Identity of the controller at that port.
 const BOARD: &str = "annulus.board";
 
-/// Keeps which port this tab has, by its USB number.
+/// Remembers the port by its USB identifiers.
 pub(super) fn keep_port(usb: &str) {
     if let Some(storage) = tab_storage() {
         let _ = storage.set_item(PORT, usb);
     }
 }
 
-/// The USB number of the port that this tab had last.
+/// USB identifiers of this tab's last port.
 pub(super) fn kept_port() -> Option<String> {
     tab_storage()?.get_item(PORT).ok()?
 }
 
-/// Keeps how the board greeted that this tab has.
+/// Remembers the controller's identity.
 pub(super) fn keep_board(greeting: &str) {
     if let Some(storage) = tab_storage() {
         let _ = storage.set_item(BOARD, greeting);
     }
 }
 
-/// How the board greeted that this tab had last.
+/// Identity of this tab's last controller.
 pub(super) fn kept_board() -> Option<String> {
     tab_storage()?.get_item(BOARD).ok()?
 }
 
-/// Forgets it: the bridge does not know it any more.
+/// Forgets a session that the bridge no longer accepts.
 pub(super) fn forget() {
     if let Some(storage) = tab_storage() {
         let _ = storage.remove_item(KEPT_AS);
     }
 }
 
-/// The bench of the Lab, kept for this tab alone.
+/// The Lab's setup, in this tab only.
 const BENCH: &str = "annulus.lab";
 
-/// Keeps the bench of the Lab.
 pub(super) fn keep_bench(text: &str) {
     if let Some(storage) = tab_storage() {
         let _ = storage.set_item(BENCH, text);
     }
 }
 
-/// The bench of the Lab as it was kept.
 pub(super) fn kept_bench() -> Option<String> {
     tab_storage()?.get_item(BENCH).ok()?
 }

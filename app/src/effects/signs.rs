@@ -1,7 +1,4 @@
-//! Whether keys that type something do anything alone, which of them a person moved, and how wide the panels are, kept for the next
-//! time.
-//!
-//! Comes in: the choices. Goes out: those choices into the store; those of last time, as events. Does not know what the keys do.
+//! Saves whether shortcuts of a single character are on, the user's own shortcuts, and the panel widths.
 
 use crate::browser::kept_storage;
 use crate::model::FrameEvent;
@@ -11,7 +8,7 @@ const OFF: &str = "annulus.signs_off";
 const OWN: &str = "annulus.own_keys";
 const PANELS: &str = "annulus.panels";
 
-/// Begins as it was chosen last time.
+/// Restores the choices of the last visit.
 pub(super) fn begin() {
     let kept = |name| kept_storage().and_then(|storage| storage.get_item(name).ok().flatten());
     if kept(OFF).is_some() {
@@ -25,22 +22,21 @@ pub(super) fn begin() {
     }
 }
 
-/// Keeps whether they work alone.
+/// Saves whether shortcuts of a single character are on.
 pub(super) fn keep(on: bool) {
     put(OFF, if on { "" } else { "1" });
 }
 
-/// Keeps which were moved.
+/// Saves the user's own shortcuts.
 pub(super) fn keep_own(text: &str) {
     put(OWN, text);
 }
 
-/// Keeps how wide the panels are.
 pub(super) fn keep_panels(text: &str) {
     put(PANELS, text);
 }
 
-/// Keeps a text, or nothing where it is empty.
+/// Saves a text; deletes an empty one.
 fn put(name: &str, text: &str) {
     if let Some(storage) = kept_storage() {
         let _full_or_denied_is_no_harm =

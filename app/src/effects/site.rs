@@ -1,12 +1,9 @@
-//! The site that keeps itself: where no bridge is behind the page, its files stay in the browser, and a new version says so.
+//! Caches a site without a bridge in the browser (service worker), and reports new versions.
 //!
 //! ```text
-//! register ─▶ installed ─▶ waits ─ FrameEvent::UpdateReady ─▶ the person takes it ─▶ "take over" ─▶ reload
-//!                            └─ all windows closed: it is there at the next visit
+//! register ─▶ installed ─▶ waits ─ FrameEvent::UpdateReady ─▶ the user accepts ─▶ "take over" ─▶ reload
+//!                            └─ all windows closed: active at the next visit
 //! ```
-//!
-//! Comes in: the wish to take a new version. Goes out: that there is one, that the site is kept, that the network is cut. Does not
-//! know when it may be offered.
 
 use crate::browser::window;
 use crate::model::FrameEvent;
@@ -19,25 +16,25 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{MessageEvent, ServiceWorkerContainer, ServiceWorkerRegistration, ServiceWorkerState};
 
-/// What keeps the files.
+/// The service worker.
 const KEEPER: &str = "service-worker.js";
 
-/// How often a page that stays open looks for a new version.
+/// How often an open page checks for a new version.
 const LOOK_EVERY: Duration = Duration::from_secs(3_600);
 
-/// Whether the page came from a site without a bridge.
+/// True if the site has no bridge.
 pub(super) fn alone() -> bool {
     let root = window().document().and_then(|document| document.document_element());
     root.is_some_and(|root| root.has_attribute("data-alone"))
 }
 
-/// The browser's keepers of sites; none where the address is not one that they are allowed for.
+/// The browser's service workers; `None` if they are not available at this address.
 fn keepers() -> Option<ServiceWorkerContainer> {
     let keepers = window().navigator().service_worker();
     (!keepers.is_undefined()).then_some(keepers)
 }
 
-/// Listens to whether the browser has a network.
+/// Reports whether the browser is online.
 fn watch_network() {
     let tell = || send(FrameEvent::Online { on: window().navigator().on_line() });
     let changed = Closure::<dyn FnMut()>::new(tell);
@@ -48,7 +45,7 @@ fn watch_network() {
     tell();
 }
 
-/// Tells once the site is kept, this visit or one before.
+/// Reports when the site is cached, now or since an earlier visit.
 async fn tell_when_kept(keepers: &ServiceWorkerContainer) {
     if let Ok(ready) = keepers.ready()
         && JsFuture::from(ready).await.is_ok()
@@ -57,7 +54,8 @@ async fn tell_when_kept(keepers: &ServiceWorkerContainer) {
     }
 }
 
-/// Has the site kept, and listens for new versions of it and to the network. Called once; a page of a bridge is kept by that.
+/// Caches the site, and listens for new versions and for the network. Called once. A bridge's site is not
+/// cached.
 pub(super) fn begin() {
     watch_network();
     if !alone() {
@@ -78,7 +76,7 @@ pub(super) fn begin() {
                 watch(&keepers, kept.unchecked_into());
                 tell_when_kept(&keepers).await;
             }
-            // The page works as it is; it is only not there without a network.
+            // The page works, but not offline.
             Err(why) => web_sys::console::warn_1(&why),
         }
     });
@@ -90,7 +88,7 @@ fn watch(keepers: &ServiceWorkerContainer, kept: ServiceWorkerRegistration) {
     }
     let (keepers, of) = (keepers.clone(), kept.clone());
     let coming = move || {
-        // Where nothing was kept before, what comes is what is on show.
+        // On the first visit the version being installed is the one on screen, so it is no update.
         let Some(new) = of.installing().filter(|_| keepers.controller().is_some()) else { return };
         let worker = new.clone();
         let changed = Closure::<dyn FnMut()>::new(move || {
@@ -101,7 +99,7 @@ fn watch(keepers: &ServiceWorkerContainer, kept: ServiceWorkerRegistration) {
         new.set_onstatechange(Some(changed.as_ref().unchecked_ref()));
         changed.forget();
     };
-    // The browser may have found it before this page could listen.
+    // The browser may have found an update before this page could listen.
     coming();
     let found = Closure::<dyn FnMut()>::new(coming);
     kept.set_onupdatefound(Some(found.as_ref().unchecked_ref()));
@@ -116,7 +114,7 @@ fn watch(keepers: &ServiceWorkerContainer, kept: ServiceWorkerRegistration) {
     );
 }
 
-/// Lets the version that waits take over, and shows it.
+/// Activates the waiting version and reloads. The service worker refuses while another window is open.
 pub(super) fn take_update() {
     let Some(keepers) = keepers() else { return };
     let reload = Closure::once_into_js(|| drop(window().location().reload()));

@@ -1,7 +1,5 @@
-//! The socket itself: opened, written to, heard; the beat of the line, and of a move by hand. Where the page has no bridge behind
-//! it, the worker of its own drill is in its place.
-//!
-//! Comes in: text to send. Goes out: what is heard, as events. Does not know what it means.
+//! The socket to the bridge, its timer and the keep-alive of a jog. On a site without a bridge, the worker of
+//! the page's own drill takes the socket's place.
 
 use super::drill::{self, Drill};
 use super::serial::Serial;
@@ -19,10 +17,10 @@ use std::time::Duration;
 use wasm_bindgen::prelude::*;
 use web_sys::{CloseEvent, MessageEvent, WebSocket};
 
-/// Often enough that two renewals may be late.
+/// Two of three renewals may be late or lost.
 const RENEW_EVERY: Duration = Duration::from_millis(JOG_GRANT_MS / 3);
 
-/// One socket with the closures it calls; dropping them together keeps a late event from a dead socket silent.
+/// A socket with its callbacks. Dropping both together silences late events of a closed socket.
 struct Open {
     socket: WebSocket,
     _message: Closure<dyn FnMut(MessageEvent)>,
@@ -36,20 +34,20 @@ impl Drop for Open {
     }
 }
 
-/// The line to the bridge, or to the drill of this page.
+/// The connection to the bridge, or to a worker of this page.
 #[derive(Default)]
 pub(super) struct Line {
     open: RefCell<Option<Open>>,
     drill: RefCell<Option<Drill>>,
-    /// The port whose bytes this page carries.
+    /// The serial port, if the page uses one.
     pub(super) serial: Rc<Serial>,
     renews: Cell<Option<IntervalHandle>>,
 }
 
-/// Begins the beat of the line, and tells who this tab is. Called once.
+/// Starts the link's timer and reports this tab's session. Called once.
 pub(super) fn begin() {
     let token = session::token_from_address();
-    // The drill of this page knows nobody else.
+    // The page's own drill has no other clients, so an empty session is enough.
     let own = || Paired { ok: true, session: String::new(), key: String::new() };
     let kept = if site::alone() { Some(own()) } else { session::kept() };
     send(LinkEvent::Begun { token, kept, had_control: session::had_control() });
@@ -57,10 +55,10 @@ pub(super) fn begin() {
 }
 
 impl Line {
-    /// Opens the port that was chosen, or one that is known, in place of whatever was there; a worker attends the controller.
+    /// Opens the chosen port, or a known one; a worker drives the controller.
     pub(super) fn connect_controller(&self) {
         drop(self.open.take());
-        // The one before lets go of its files first.
+        // The worker before must release its files first.
         drop(self.drill.take());
         let drill = self.serial.connect();
         if drill.is_none() {
@@ -69,16 +67,15 @@ impl Line {
         self.drill.replace(drill);
     }
 
-    /// Lets go of the port.
     pub(super) fn leave_port(&self) {
         drop(self.drill.take());
         self.serial.leave();
     }
 
-    /// Opens a socket in place of the one before.
+    /// Opens a new socket, or starts the drill of this page.
     pub(super) fn connect(&self) {
         if site::alone() {
-            // The one before lets go of its files first.
+            // The worker before must release its files first.
             drop(self.drill.take());
             let opened = drill::open();
             let failed = opened.is_none();
@@ -96,7 +93,7 @@ impl Line {
         }
     }
 
-    /// Sends text; where the socket is not open, that is told.
+    /// Sends a text, or reports that the connection is not open.
     pub(super) fn send(&self, text: &str) {
         if let Some(drill) = &*self.drill.borrow() {
             if !drill.send(text) {
@@ -112,15 +109,15 @@ impl Line {
         }
     }
 
-    /// Brings a program to where it is to run.
+    /// Uploads a program to the bridge or the worker.
     pub(super) fn upload(&self, number: u32, bytes: Vec<u8>, session: Option<Paired>) {
         match &*self.drill.borrow() {
-            Some(drill) => drill.upload(number, &bytes),
+            Some(drill) => drill.upload(number, bytes),
             None => jobs::upload(number, bytes, session),
         }
     }
 
-    /// Has a program from there.
+    /// Fetches a program from the bridge or the worker.
     pub(super) fn fetch(&self, number: u32, key: String, session: Option<Paired>) {
         match &*self.drill.borrow() {
             Some(drill) => drill.fetch(number, key),
@@ -128,7 +125,7 @@ impl Line {
         }
     }
 
-    /// Begins the beat of a move by hand, or ends it.
+    /// Starts or stops the keep-alive of a jog.
     pub(super) fn renew(&self, on: bool) {
         if let Some(before) = self.renews.take() {
             before.clear();
@@ -142,7 +139,7 @@ impl Line {
 
 fn open() -> Option<Open> {
     let host = window().location().host().ok()?;
-    // Who names a session waits where no stranger comes.
+    // The bridge queues clients that name a session apart from unknown ones.
     let session = session::kept().map(|kept| format!("?session={}", kept.session)).unwrap_or_default();
     let socket = WebSocket::new(&format!("ws://{host}/api/socket{session}")).ok()?;
     let message = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
@@ -152,7 +149,7 @@ fn open() -> Option<Open> {
         }
     });
     let close = Closure::<dyn FnMut(CloseEvent)>::new(|_| send(LinkEvent::Closed));
-    last_stop::is(&socket, "send", &last_stop::word());
+    last_stop::is(&socket, "send", &last_stop::word().into());
     socket.set_onmessage(Some(message.as_ref().unchecked_ref()));
     socket.set_onclose(Some(close.as_ref().unchecked_ref()));
     Some(Open { socket, _message: message, _close: close })

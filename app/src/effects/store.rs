@@ -1,6 +1,5 @@
-//! The store of this browser: places, each with the files of a project and its job, of which a tab has one for itself.
-//!
-//! Comes in: records. Goes out: records, as events. Does not know what a project is.
+//! The browser's store (IndexedDB): slots, each with a project's files and its job, and each used by at most
+//! one tab.
 
 use super::left::LeftTexts;
 use super::locks::{Claims, RELOAD_MS};
@@ -18,14 +17,15 @@ use web_sys::{
     IdbDatabase, IdbObjectStore, IdbOpenDbRequest, IdbRequest, IdbTransaction, IdbTransactionMode,
 };
 
-/// The database, and its one table.
+/// Name of the database.
 const BASE: &str = "annulus";
+/// Name of its only table.
 const TABLE: &str = "projects";
 
-/// How the lock of a place is called, before its number.
+/// Prefix of the lock names; the slot's number follows.
 const LOCK: &str = "annulus project ";
 
-/// The places that this tab has.
+/// The slots that this tab has.
 #[derive(Clone)]
 pub(super) struct Places(Claims);
 
@@ -35,7 +35,7 @@ impl Default for Places {
     }
 }
 
-/// Tells when the page is looked at again, and when it is left.
+/// Reports when the page becomes visible, hidden or closes.
 pub(super) fn listen() {
     let looked = window_event_listener(ev::focus, |_| send(KeepEvent::Looked));
     let hidden = Closure::<dyn FnMut()>::new(|| {
@@ -45,7 +45,7 @@ pub(super) fn listen() {
     });
     let _ = document().add_event_listener_with_callback("visibilitychange", hidden.as_ref().unchecked_ref());
     hidden.forget();
-    // The browser waits for what is done at the first of these; a page that is slow it ends before the second one.
+    // The browser waits for the handler of `beforeunload`; a slow page may be terminated before `pagehide`.
     let leaving = window_event_listener(ev::beforeunload, |_| send(KeepEvent::Leaving));
     let left = window_event_listener(ev::pagehide, |_| send(KeepEvent::Leaving));
     leptos::prelude::on_cleanup(move || {
@@ -56,7 +56,7 @@ pub(super) fn listen() {
 }
 
 impl Places {
-    /// Tells what is there, and that it is to be looked at anew once another tab lets go of something.
+    /// Lists the saved projects, and reports when another tab releases one.
     pub(super) fn look(&self) {
         let (held, claims) = (self.0.elsewhere(PLACES), self.0.clone());
         spawn_local(async move {
@@ -76,7 +76,7 @@ impl Places {
         });
     }
 
-    /// Writes the job, and the files where there are some.
+    /// Writes the job, and the files if given.
     pub(super) fn write(
         &self,
         place: Option<u32>,
@@ -92,7 +92,7 @@ impl Places {
                 return send(KeepEvent::Written { place: None, full: false });
             };
             if claimed.is_some() {
-                // Some browsers ask the person first: nothing waits for that.
+                // Not awaited, because some browsers ask the user first.
                 spawn_local(keep_for_good());
             }
             let done = put(there, &name, &job, files, at_ms).await;
@@ -106,13 +106,13 @@ impl Places {
         });
     }
 
-    /// Lets other tabs have a place.
+    /// Releases a slot.
     pub(super) fn let_go(&self, place: u32) {
         self.0.let_go(place);
     }
 
-    /// Takes what is at a place, and holds it where no other tab does. A place that `is_free` may be that of this tab before it was
-    /// loaded again, which is just leaving.
+    /// Reads a slot, and holds it unless another tab does. If `is_free`, waits for a lock that may be this
+    /// tab's own from before a reload.
     pub(super) fn take(&self, place: u32, is_free: bool) {
         let this = self.clone();
         spawn_local(async move {
@@ -124,7 +124,7 @@ impl Places {
         });
     }
 
-    /// Forgets what is at a place, unless a tab has it.
+    /// Deletes a slot's contents, unless a tab has it.
     pub(super) fn forget(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
@@ -139,12 +139,12 @@ impl Places {
     }
 }
 
-/// When a place was written, in ms since 1970; before all times where nothing is kept there.
+/// When a slot was written, ms since 1970; negative infinity if it is empty.
 async fn written_ms(place: u32) -> f64 {
     row(place).await.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms)
 }
 
-/// How many bytes of this computer the browser uses for the page; none where it does not tell.
+/// Storage that the browser uses for the page, in bytes; `None` if it does not report that.
 async fn used() -> Option<u64> {
     let storage = window().navigator().storage();
     if storage.is_undefined() {
@@ -154,7 +154,7 @@ async fn used() -> Option<u64> {
     Some(Reflect::get(&told, &"usage".into()).ok()?.as_f64()? as u64)
 }
 
-/// Asks the browser not to clear what is kept when the disk is nearly full.
+/// Asks the browser not to delete the data when the disk is nearly full.
 async fn keep_for_good() {
     let storage = window().navigator().storage();
     if !storage.is_undefined()
@@ -164,7 +164,7 @@ async fn keep_for_good() {
     }
 }
 
-/// Whether there was no room.
+/// True if the storage quota was exceeded.
 fn is_full(why: &JsValue) -> bool {
     let name = why.dyn_ref::<web_sys::DomException>().map(web_sys::DomException::name);
     matches!(name.as_deref(), Some("QuotaExceededError" | "NS_ERROR_DOM_QUOTA_REACHED"))
@@ -183,15 +183,14 @@ async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f
     Ok(())
 }
 
-/// Where jobs are put while the page is being left.
+/// Jobs saved while the page closes.
 const LEFT: LeftTexts = LeftTexts("annulus.left.");
 
-/// Keeps a job at once.
+/// Saves a job synchronously.
 pub(super) fn leave(place: u32, job: &str, at_ms: f64) {
     LEFT.put(place, job, at_ms);
 }
 
-/// Takes out what is at a place.
 async fn dropped(place: u32) -> Result<(), JsValue> {
     let (table, done) = table(IdbTransactionMode::Readwrite).await?;
     table.delete(&files_key(place))?;
@@ -209,7 +208,7 @@ fn job_key(place: u32) -> JsValue {
     format!("{place}/job").into()
 }
 
-/// What is kept at a place, without its files, and its job.
+/// A slot's project without its files, and its job.
 async fn row(place: u32) -> Option<(Offer, String)> {
     let row: Array = get(&job_key(place)).await.ok()?.dyn_into().ok()?;
     let (at_ms, name, job) = (row.get(0).as_f64()?, row.get(1).as_string()?, row.get(2).as_string()?);
@@ -217,13 +216,12 @@ async fn row(place: u32) -> Option<(Offer, String)> {
     Some((Offer { place, name, at_ms, elsewhere: false }, job))
 }
 
-/// What is kept under a key.
 pub(super) async fn get(key: &JsValue) -> Result<JsValue, JsValue> {
     let (table, _) = table(IdbTransactionMode::Readonly).await?;
     answered(&table.get(key)?).await
 }
 
-/// The table, and the transaction in which it may be used before anything else is waited for.
+/// The table and its transaction, which must be used before anything else is awaited.
 pub(super) async fn table(mode: IdbTransactionMode) -> Result<(IdbObjectStore, IdbTransaction), JsValue> {
     let factory = window().indexed_db()?.ok_or_else(|| JsValue::from_str("no store"))?;
     let opening: IdbOpenDbRequest = factory.open_with_u32(BASE, 1)?;
@@ -236,12 +234,12 @@ pub(super) async fn table(mode: IdbTransactionMode) -> Result<(IdbObjectStore, I
     opening.set_onupgradeneeded(Some(make.unchecked_ref()));
     let base: IdbDatabase = answered(&opening).await?.dyn_into()?;
     let transaction = base.transaction_with_str_and_mode(TABLE, mode)?;
-    // It closes once the transaction is through.
+    // Takes effect after the transaction.
     base.close();
     Ok((transaction.object_store(TABLE)?, transaction))
 }
 
-/// What a request gives.
+/// Waits for a request and returns its result.
 pub(super) async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
     wait(|done, failed| {
         request.set_onsuccess(Some(done));
@@ -251,7 +249,7 @@ pub(super) async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
     request.result()
 }
 
-/// Waits until a transaction is on the disk; why it is not, where it was called off.
+/// Waits until a transaction is written to disk; the error if it was aborted.
 pub(super) async fn finished(transaction: &IdbTransaction) -> Result<(), JsValue> {
     let done = wait(|done, failed| {
         transaction.set_oncomplete(Some(done));

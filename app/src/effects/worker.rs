@@ -1,7 +1,6 @@
-//! The workers that are asked: one knows the board, one looks through templates, and one comes and goes with each request beside them.
-//! So does the one that times what is proved: the times of a large board take memory that nobody needs afterwards.
-//!
-//! Comes in: requests with their numbers. Goes out: their progress and answers as events. Does not know what is asked.
+//! The workers: one holds the board, one checks templates, and one exists per further request. The one that
+//! computes the times of a plan also ends with its answer, because the times of a large board need much
+//! memory.
 
 use crate::engine::messages::Request;
 use crate::engine::{Engine, PassingEngine};
@@ -9,7 +8,6 @@ use crate::model::{Event, Lane};
 use crate::page::send;
 use std::cell::RefCell;
 
-/// The workers that stay.
 #[derive(Default)]
 pub(super) struct Workers {
     board: Engine,
@@ -18,7 +16,7 @@ pub(super) struct Workers {
 }
 
 impl Workers {
-    /// The worker of `lane`, where one is there.
+    /// The worker of `lane`, if it exists.
     fn there(&self, lane: Lane) -> Option<Engine> {
         match lane {
             Lane::Board => Some(self.board.clone()),
@@ -28,7 +26,7 @@ impl Workers {
         }
     }
 
-    /// Hands a request over; its answer comes as an event.
+    /// Sends a request; its answer arrives as an event.
     pub(super) fn ask(&self, lane: Lane, number: u32, request: Request) {
         let engine = match lane {
             Lane::Board | Lane::Template => self.there(lane).unwrap_or_default(),
@@ -37,7 +35,7 @@ impl Workers {
         if lane == Lane::Times {
             self.times.replace(engine.passing());
         }
-        // Handed over at once, so that what is called off behind it is called off.
+        // Sent before any await, so that a later cancel applies to it.
         let answer = engine.ask(request, move |share| send(Event::Progress { number, share }));
         leptos::task::spawn_local(async move {
             let answer = answer.await;
@@ -46,7 +44,7 @@ impl Workers {
         });
     }
 
-    /// Ends whatever the worker of `lane` does.
+    /// Terminates the worker of `lane`.
     pub(super) fn call_off(&self, lane: Lane) {
         if let Some(engine) = self.there(lane) {
             engine.cancel();

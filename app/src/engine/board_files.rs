@@ -1,31 +1,28 @@
-//! The whole board of a set of files, as a person says that they are to be read.
-//!
-//! Comes in: files, what was said of them. Goes out: what they say, the board with its copper. Does not know what it is for.
+//! Builds the board from a set of files and the user's import choices.
 
 use super::messages::ToRead;
 use annulus_core::artwork::Artwork;
 use annulus_core::board::{Board, BoardWanted, drawing, from_artwork_telling};
 use annulus_core::diagnostic::Diagnostic;
 
-/// What files say. `progress` is told how far it is.
+/// Reads the files.
 pub(super) fn artwork(wanted: &ToRead, progress: &mut dyn FnMut(u64, u64)) -> Artwork {
     drawing::read_under_telling(&wanted.files, &wanted.said.numbers.overrides(), progress)
 }
 
-/// The same without what is of other boards than the one that is meant, its layers as they were said to be.
+/// Keeps only the selected board's files, and applies the user's roles of layers.
 pub(super) fn as_said(wanted: &ToRead, mut artwork: Artwork) -> Artwork {
     wanted.said.choose_board(&mut artwork);
     wanted.said.say_roles(&mut artwork);
     artwork
 }
 
-/// The files that are used of them.
+/// Indices of the files that are used.
 pub(super) fn used(wanted: &ToRead, artwork: &Artwork) -> Vec<usize> {
     wanted.said.used_of(artwork).unwrap_or_else(|| artwork.default_use())
 }
 
-/// The files with drawings laid over them, which of them are used, the board, and what was found in making it. `progress` is told
-/// how far it is.
+/// The files with drawings applied, the indices of those used, the board, and its problems.
 pub(super) fn board(
     wanted: &ToRead,
     mut artwork: Artwork,
@@ -39,7 +36,6 @@ pub(super) fn board(
     (artwork, used, board, diagnostics)
 }
 
-/// The board alone.
 pub(super) fn board_of(wanted: &ToRead) -> Board {
     let untold = &mut |_, _| {};
     let artwork = artwork(wanted, untold);

@@ -1,8 +1,7 @@
-//! What the worker keeps between requests, so that a slider does not send the copper back and forth, nor plans again what
-//! did not change.
+//! The worker's memory between requests, so that moving a slider neither transfers the copper again nor
+//! plans unchanged operations again.
 //!
-//! Comes in: the board that was read, parts of plans. Goes out: the same, by number or key. Forgets the board and all that
-//! was made of it when another one is read.
+//! Reading another board clears it, except for the results of isolation.
 
 use super::messages::LayerRow;
 use annulus_core::board::Board;
@@ -13,112 +12,109 @@ use annulus_core::proof::Verdict;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-/// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
+/// Planned operations remembered beyond those of the current job, for undo and sliders.
 const MORE_PARTS: usize = 16;
 
-/// Proofs whose outcome is kept.
+/// How many proofs are remembered.
 const MOST_PROOFS: usize = 8;
 
-/// The last plan, and what became of it.
+/// The last plan.
 #[derive(Debug)]
 pub(super) struct Last {
-    /// The plan.
     pub(super) planned: Planned,
-    /// What its operations are called.
+    /// Titles of its operations.
     pub(super) titles: Vec<String>,
-    /// The key of its program.
+    /// Key of its program.
     pub(super) program: String,
-    /// How its board lies.
+    /// Key of its placement.
     pub(super) laid_key: String,
 }
 
-/// How often something was made because it was not known.
+/// Counts of work that was not in the cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Made {
-    /// Operations that were planned.
+    /// Planned operations.
     pub parts: u32,
-    /// Islands of copper, each with what it touches, that were grown or gone round.
+    /// Groups of neighbouring copper islands that were offset or followed by toolpaths.
     pub families: u32,
-    /// Programs that were proved.
+    /// Proved programs.
     pub proofs: u32,
 }
 
-/// The worker's memory. A new worker has none.
+/// A worker's memory; empty in a new worker.
 #[derive(Debug, Default)]
 pub struct Cache {
     board: Option<(u32, Board)>,
-    /// The copper of the board as it is shown in this box.
+    /// The copper's display layers for a box.
     copper: Option<(Option<Bounds>, Vec<LayerRow>)>,
-    /// Codes of the errors that its files have.
+    /// Codes of the errors of the board's files.
     lost: Vec<String>,
-    /// The last plan, with the board as it lies for it.
+    /// The last plan with its placed board.
     last: Option<Last>,
-    /// The latest last.
     parts: VecDeque<(String, PlannedOperation)>,
-    /// What was found in programs that were proved, by all that it depends on. The latest last.
+    /// Proofs by a digest of their inputs, the latest last.
     proofs: VecDeque<(String, Rc<Verdict>)>,
-    /// What isolation made before, on this board or one before it.
+    /// Results of isolation, on this board or an earlier one.
     kept: Kept,
     made: Made,
 }
 
 impl Cache {
-    /// Keeps `board`, whose files have `lost`, and no other. What isolation made of the one before may serve it too.
+    /// Replaces the board. Results of isolation stay, because the new board may share copper with the old
+    /// one.
     pub(super) fn keep(&mut self, key: u32, board: Board, lost: Vec<String>) {
         let (kept, made) = (std::mem::take(&mut self.kept), self.made);
         *self = Self { board: Some((key, board)), lost, kept, made, ..Self::default() };
     }
 
-    /// Keeps how the copper of the board is shown in the box `body`.
+    /// Stores the copper's display layers for the box `body`.
     pub(super) fn keep_copper(&mut self, body: Option<Bounds>, layers: Vec<LayerRow>) {
         self.copper = Some((body, layers));
     }
 
-    /// How the copper of `board` is shown in the box `body`, where it is that of the board that was read.
+    /// The display layers of `board` in the box `body`, if its copper is that of the board that was read.
     pub(super) fn copper(&self, board: &Board, body: Option<Bounds>) -> Option<Vec<LayerRow>> {
         let (_, read) = self.board.as_ref()?;
         let (known, layers) = self.copper.as_ref()?;
         (*known == body && read.copper == board.copper).then(|| layers.clone())
     }
 
-    /// Codes of the errors that the files of the board have.
+    /// Codes of the errors of the board's files.
     pub(super) fn lost(&self) -> Vec<String> {
         self.lost.clone()
     }
 
-    /// The board with number `key`, or that it is not here.
+    /// The board `key`; an error if this worker does not have it.
     pub(super) fn board(&self, key: u32) -> Result<&Board, Vec<Diagnostic>> {
         let here = self.board.as_ref().filter(|(kept, _)| *kept == key);
         here.map(|(_, board)| board).ok_or_else(gone)
     }
 
-    /// Keeps the last plan.
     pub(super) fn keep_last(&mut self, last: Last) {
         self.last = Some(last);
     }
 
-    /// The last plan of the board with number `key`.
+    /// The last plan of the board `key`.
     pub(super) fn last(&self, key: u32) -> Result<&Last, Vec<Diagnostic>> {
         self.board(key)?;
         self.last.as_ref().ok_or_else(gone)
     }
 
-    /// How often something was made since there is this cache.
+    /// Counts since this cache was created.
     pub fn made(&self) -> Made {
         Made { families: self.kept.made(), ..self.made }
     }
 
-    /// What isolation made before, to be brought back by [`Cache::keep_kept`].
+    /// Takes the results of isolation; return them with [`Cache::keep_kept`].
     pub(super) fn take_kept(&mut self) -> Kept {
         std::mem::take(&mut self.kept)
     }
 
-    /// Keeps what isolation made.
     pub(super) fn keep_kept(&mut self, kept: Kept) {
         self.kept = kept;
     }
 
-    /// What was found under `key`, if that was looked for.
+    /// The proof under `key`, which becomes the latest.
     pub(super) fn verdict(&mut self, key: &str) -> Option<Rc<Verdict>> {
         let known = self.proofs.iter().position(|(kept, _)| kept == key)?;
         let known = self.proofs.remove(known)?;
@@ -126,7 +122,7 @@ impl Cache {
         self.proofs.back().map(|(_, verdict)| Rc::clone(verdict))
     }
 
-    /// Keeps what was found anew.
+    /// Stores a new proof and drops the oldest.
     pub(super) fn keep_verdict(&mut self, key: String, verdict: Verdict) -> Rc<Verdict> {
         self.made.proofs += 1;
         let verdict = Rc::new(verdict);
@@ -137,17 +133,17 @@ impl Cache {
         verdict
     }
 
-    /// The part that was planned under `key`.
+    /// The planned operation under `key`.
     pub(super) fn part(&self, key: &str) -> Option<PlannedOperation> {
         self.parts.iter().find(|(kept, _)| kept == key).map(|(_, part)| part.clone())
     }
 
-    /// A part is made, since none is known.
+    /// Counts an operation that must be planned.
     pub(super) fn makes_part(&mut self) {
         self.made.parts += 1;
     }
 
-    /// Keeps a part; of those kept before, only the latest stay when there are more than a job of `operations` needs.
+    /// Stores a planned operation and drops the oldest beyond those of a job with `operations`.
     pub(super) fn keep_part(&mut self, key: String, part: PlannedOperation, operations: usize) {
         self.parts.retain(|(kept, _)| *kept != key);
         self.parts.push_back((key, part));

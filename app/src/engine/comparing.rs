@@ -1,7 +1,6 @@
-//! The same board in new files, compared with what it was.
+//! Compares two versions of a board's files.
 //!
-//! Comes in: both sets of files, the job made for the first. Goes out: what changed, with triangles for the picture, and the job
-//! with its places where they were on the board. Keeps nothing: it is done beside the worker that has the board.
+//! Uses no cache, because it runs in a separate worker.
 
 use super::board_files::board_of;
 use super::mesh::mesh;
@@ -17,7 +16,7 @@ pub(super) fn compare(wanted: &ToCompare) -> Compared {
     let origin = picture::origin(picture::body(&now));
     let mut marks = Vec::new();
     for side in &mut changes.copper {
-        // The page has no use for the areas themselves.
+        // The page needs only the triangles.
         let [added, gone] = [&mut side.added, &mut side.gone].map(|area: &mut Region| {
             let area = std::mem::take(area);
             mesh(&area, origin)

@@ -1,20 +1,19 @@
-//! The copper of a board as layers of the picture.
-//!
-//! Comes in: the board, its box. Goes out: rows with triangles, the lower side first. Knows no files.
+//! The copper of a board as display layers.
 
 use super::mesh::mesh;
 use super::messages::LayerRow;
 use crate::picture;
+use annulus_core::artwork::{Role, Side};
 use annulus_core::board;
 use annulus_core::geometry::Bounds;
 
-/// What is to be seen of the copper, the lower side first.
+/// One layer per side, the lower side first.
 pub(super) fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
     let origin = picture::origin(body);
     let row = |copper: &board::Copper| LayerRow {
         file: None,
-        role: "copper".to_owned(),
-        side: Some(face_word(copper.face).to_owned()),
+        role: Role::Copper,
+        side: Some(side(copper.face)),
         islands: copper.region.islands.len() as u32,
         mesh: mesh(&copper.region, origin),
     };
@@ -23,9 +22,9 @@ pub(super) fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow
     sides.into_iter().map(row).collect()
 }
 
-fn face_word(face: board::Face) -> &'static str {
+fn side(face: board::Face) -> Side {
     match face {
-        board::Face::Top => "top",
-        board::Face::Bottom => "bottom",
+        board::Face::Top => Side::Top,
+        board::Face::Bottom => Side::Bottom,
     }
 }

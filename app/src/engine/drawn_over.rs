@@ -1,6 +1,4 @@
-//! A drawing over files, written: the files that it changes with what is drawn beside them, or a picture of all of it.
-//!
-//! Comes in: files with the drawing among them. Goes out: one file to save. Does not know who saves it.
+//! Exports a drawing over files: the changed files and the new ones, or a picture of everything.
 
 use super::board_files;
 use super::messages::{ToWriteOver, WrittenOver};
@@ -8,7 +6,6 @@ use annulus_core::artwork;
 use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
 
-/// Writes it.
 pub(super) fn write(wanted: &ToWriteOver) -> Result<WrittenOver, Diagnostic> {
     let read = &wanted.read;
     let under = board_files::as_said(read, board_files::artwork(read, &mut |_, _| {}));
@@ -21,7 +18,7 @@ pub(super) fn write(wanted: &ToWriteOver) -> Result<WrittenOver, Diagnostic> {
     let stem = drawing::stem(name);
     if wanted.picture {
         let (.., board, mut lost) = board_files::board(read, under, &mut |_, _| {});
-        // Nothing else is asked of the board here.
+        // Other problems of the board do not concern the picture.
         lost.retain(|one| one.code == "drawing.file_is_another");
         let bytes = drawing::board_svg(&board, name).into_bytes();
         return Ok(WrittenOver { name: format!("{stem}.svg"), bytes, is_picture: true, lost });

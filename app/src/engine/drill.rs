@@ -1,48 +1,45 @@
-//! The machine of a page that has no bridge behind it, in a worker of its own, which gives it the time: the virtual drill, or what is
-//! at a port whose bytes the page carries: a controller, or a USB step adapter.
+//! The worker that drives the machine of a page without a bridge. The machine is the virtual drill, or a
+//! controller or USB step adapter at a port whose bytes the page carries.
 //!
 //! ```text
 //! page ── speed, frames, programs, bytes ──▶ worker ── Alone or Station ──▶ files of this site
 //!      ◀── frames, answers, bytes ──────────    └─ a turn every 8 ms while something moves
 //! ```
-//!
-//! Comes in: what the page posts: first the speed, or `true` where an adapter is at the port; then frames as text, `[number, key]` and
-//! `[number, key, bytes]` for programs, bytes of the port, `false` when bytes for it were handed to it, `null` when it is gone, `true` when it is there again. Goes out: bytes for the port; frames as text; `[number, reason, bytes]` for programs; `true`
-//! where nothing is kept, `false` where nobody answers at the port, `null` when it is over. Does not know what a frame says.
 
 use super::files::{self, Store};
+use super::messages::{FromDrill, ToDrill};
+use super::worker;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Tell;
 use annulus_drill::controller::Station;
 use annulus_drill::{Alone, File, Port};
-use js_sys::{Array, Uint8Array};
+use js_sys::Uint8Array;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::spawn_local;
-use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
+use web_sys::{DedicatedWorkerGlobalScope, MessageEvent, Worker};
 
-/// The name of the worker that is the virtual drill.
+/// Name of the worker with the virtual drill.
 pub const VIRTUAL: &str = "annulus drill";
 
-/// The name of the worker that attends what is at a port.
+/// Name of the worker for a device at a port.
 pub const CONTROLLER: &str = "annulus controller";
 
 /// Longest time between two turns.
 const LONGEST_MS: u128 = 1_000;
 
-/// The machine.
 enum Served {
     Virtual(Box<Alone<Store>>),
     Controller(Box<Station<Store>>),
     Adapter(Box<Alone<Store>>, Port),
 }
 
-/// What the page has begin.
+/// The machine that the page starts.
 #[derive(Clone, Copy)]
 enum Wanted {
-    /// What the worker's name says, so many times faster than life.
+    /// The machine of the worker's name, with this time scale.
     Named(f64),
     /// The machine of the adapter at the port.
     Adapter,
@@ -85,11 +82,11 @@ impl Served {
     }
 }
 
-/// The machine, once it is there, and what came before.
+/// The machine, once it is started, and the messages that arrived before.
 struct Room {
     scope: DedicatedWorkerGlobalScope,
     served: Option<Served>,
-    early: Vec<JsValue>,
+    early: Vec<ToDrill>,
     turns: Option<Closure<dyn FnMut()>>,
     timer: Option<i32>,
 }
@@ -100,45 +97,65 @@ fn scope() -> Option<DedicatedWorkerGlobalScope> {
     js_sys::global().dyn_into().ok()
 }
 
-/// The time since the worker began.
+/// Time since the worker started.
 fn time() -> Duration {
     let now_ms =
         scope().and_then(|scope| scope.performance()).map_or_else(js_sys::Date::now, |clock| clock.now());
     Duration::from_secs_f64(now_ms.max(0.0) * 1e-3)
 }
 
-/// Whether this worker is to be a machine.
+/// True if this worker is to run a machine.
 pub fn is_here() -> bool {
     scope().is_some_and(|scope| [VIRTUAL, CONTROLLER].contains(&scope.name().as_str()))
 }
 
-/// Begins to listen. Called once, when the wasm is started in the worker of a machine.
+/// Starts to listen. Called once, when the wasm starts in the worker of a machine.
 pub fn serve() {
     let Some(scope) = scope() else { return };
     std::panic::set_hook(Box::new(|panic| {
         web_sys::console::error_1(&panic.to_string().into());
-        // What the journal has is safe; the page begins another worker.
-        post(&JsValue::NULL);
+        // The journal is safe; the page starts another worker.
+        post(&FromDrill::Lost);
     }));
     let room = Room { scope: scope.clone(), served: None, early: Vec::new(), turns: None, timer: None };
     let room = Rc::new(RefCell::new(room));
     let again = Rc::clone(&room);
     room.borrow_mut().turns = Some(Closure::new(move || turn(&again)));
     let listener = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
-        let data = event.data();
-        let adapter = data.as_bool().filter(|adapter| *adapter && room.borrow().served.is_none());
-        match data.as_f64().map(Wanted::Named).or(adapter.map(|_| Wanted::Adapter)) {
-            Some(wanted) => spawn_local(begin(Rc::clone(&room), wanted)),
-            None => hear(&room, data),
+        let bytes = Uint8Array::new(&event.data()).to_vec();
+        let Ok(message) = postcard::from_bytes(&bytes) else { return };
+        match message {
+            ToDrill::Start { speed } => spawn_local(begin(Rc::clone(&room), Wanted::Named(speed))),
+            ToDrill::AdapterOpened if room.borrow().served.is_none() => {
+                spawn_local(begin(Rc::clone(&room), Wanted::Adapter));
+            }
+            message => hear(&room, message),
         }
     });
     scope.set_onmessage(Some(listener.as_ref().unchecked_ref()));
     listener.forget();
 }
 
-fn post(message: &JsValue) {
-    if let Some(scope) = scope() {
-        let _ = scope.post_message(message);
+/// A message as bytes, to send later.
+pub fn encoded(message: &ToDrill) -> Uint8Array {
+    Uint8Array::from(postcard::to_allocvec(message).unwrap_or_default().as_slice())
+}
+
+/// Sends a message to the worker of a machine; false if that failed.
+pub fn tell(worker: &Worker, message: &ToDrill) -> bool {
+    let send =
+        |bytes: Vec<u8>| worker::send(|data, moved| worker.post_message_with_transfer(data, moved), &bytes);
+    postcard::to_allocvec(message).is_ok_and(|bytes| send(bytes).is_ok())
+}
+
+/// Reads a message of the worker.
+pub fn told(data: &JsValue) -> Option<FromDrill> {
+    postcard::from_bytes(&Uint8Array::new(data).to_vec()).ok()
+}
+
+fn post(message: &FromDrill) {
+    if let (Some(scope), Ok(bytes)) = (scope(), postcard::to_allocvec(message)) {
+        let _ = worker::send(|data, moved| scope.post_message_with_transfer(data, moved), &bytes);
     }
 }
 
@@ -150,7 +167,7 @@ async fn open(scope: &DedicatedWorkerGlobalScope, wanted: Wanted) -> Result<Serv
         Wanted::Adapter => files::open(scope, files::ADAPTER, &File::DRILL).await?,
     };
     if matches!(store, Store::Memory(_)) {
-        post(&true.into());
+        post(&FromDrill::NothingKept);
     }
     let seed = js_sys::Date::now() as u64;
     Ok(match wanted {
@@ -183,58 +200,47 @@ async fn begin(room: Shared, wanted: Wanted) {
                 room.served = Some(served);
                 std::mem::take(&mut room.early)
             };
-            early.into_iter().for_each(|data| hear(&room, data));
+            early.into_iter().for_each(|message| hear(&room, message));
             turn(&room);
         }
         Err(why) => {
-            post(&serde_json::to_string(&Tell::Refused { why }).unwrap_or_default().into());
-            post(&JsValue::NULL);
+            post(&FromDrill::Frame(serde_json::to_string(&Tell::Refused { why }).unwrap_or_default()));
+            post(&FromDrill::Lost);
         }
     }
 }
 
-/// Takes what the page posted.
-fn hear(room: &Shared, data: JsValue) {
+/// Handles a message of the page.
+fn hear(room: &Shared, message: ToDrill) {
     {
         let mut room = room.borrow_mut();
-        let Some(served) = &mut room.served else { return room.early.push(data) };
-        match (data.as_string(), served) {
-            (Some(text), served) => served.hear(&text),
-            (None, Served::Controller(station)) if data.as_bool() == Some(false) => station.carried(),
-            // An adapter says itself what it has.
-            (None, _) if data.as_bool() == Some(false) => return,
-            (None, Served::Controller(station)) if data.is_null() => station.unplugged(),
-            (None, Served::Controller(station)) if data.is_instance_of::<Uint8Array>() => {
-                station.bytes(Uint8Array::new(&data).to_vec());
+        let Some(served) = &mut room.served else { return room.early.push(message) };
+        match (message, served) {
+            (ToDrill::Frame(text), served) => served.hear(&text),
+            (ToDrill::Upload { number, key, program }, served) => {
+                let answer = served.upload(&key, program).map(|()| Vec::new());
+                post(&FromDrill::Program { number, answer });
             }
-            (None, Served::Adapter(_, port)) if data.is_null() => port.gone(),
-            (None, Served::Adapter(_, port)) if data.is_truthy() && data.as_bool().is_some() => port.opened(),
-            (None, Served::Adapter(_, port)) if data.is_instance_of::<Uint8Array>() => {
-                port.bytes(&Uint8Array::new(&data).to_vec());
+            (ToDrill::Fetch { number, key }, served) => {
+                let program = served.job(&key).map(<[u8]>::to_vec);
+                let answer = program.ok_or_else(|| Diagnostic::error("control.no_such_job"));
+                post(&FromDrill::Program { number, answer });
             }
-            (None, served) => program(served, &data.unchecked_into()),
+            (ToDrill::Bytes(bytes), Served::Controller(station)) => station.bytes(bytes),
+            (ToDrill::Carried, Served::Controller(station)) => station.carried(),
+            (ToDrill::Unplugged, Served::Controller(station)) => station.unplugged(),
+            (ToDrill::Bytes(bytes), Served::Adapter(_, port)) => port.bytes(&bytes),
+            (ToDrill::Unplugged, Served::Adapter(_, port)) => port.gone(),
+            (ToDrill::AdapterOpened, Served::Adapter(_, port)) => port.opened(),
+            // An adapter acknowledges bytes in its own protocol.
+            (ToDrill::Carried, _) => return,
+            (ToDrill::Start { .. } | ToDrill::AdapterOpened | ToDrill::Bytes(_) | ToDrill::Unplugged, _) => {}
         }
     }
     turn(room);
 }
 
-/// Brings a program, or gives one back.
-fn program(served: &mut Served, asked: &Array) {
-    let key = asked.get(1).as_string().unwrap_or_default();
-    let answer = if asked.length() == 3 {
-        served.upload(&key, Uint8Array::new(&asked.get(2)).to_vec()).map(|()| JsValue::NULL)
-    } else {
-        let bytes = served.job(&key).map(|bytes| Uint8Array::from(bytes).into());
-        bytes.ok_or_else(|| Diagnostic::error("control.no_such_job"))
-    };
-    let why = answer
-        .as_ref()
-        .err()
-        .map_or(JsValue::NULL, |why| serde_json::to_string(why).unwrap_or_default().into());
-    post(&Array::of3(&asked.get(0), &why, &answer.unwrap_or(JsValue::NULL)));
-}
-
-/// One turn, and a time for the next. What goes to the port goes first.
+/// One turn, and the timer for the next. Bytes for the port are sent first.
 fn turn(room: &Shared) {
     let mut room = room.borrow_mut();
     let Some(served) = &mut room.served else { return };
@@ -246,17 +252,18 @@ fn turn(room: &Shared) {
         Served::Adapter(_, port) => port.written(),
     };
     if !bytes.is_empty() {
-        post(&Uint8Array::from(bytes.as_slice()));
+        post(&FromDrill::Bytes(bytes));
     }
     if let Served::Controller(station) = served {
-        over = station.is_over().then(|| if station.greeted() { JsValue::NULL } else { false.into() });
+        let why = if station.greeted() { FromDrill::Lost } else { FromDrill::Silent };
+        over = station.is_over().then_some(why);
     }
     for frame in served.frames() {
-        post(&frame.into());
+        post(&FromDrill::Frame(frame));
     }
     if let Some(why) = over {
         post(&why);
-        // What comes from now on goes nowhere: the page ends this worker.
+        // The page terminates this worker, so later messages are ignored.
         room.served = None;
         return;
     }

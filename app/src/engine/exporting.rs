@@ -1,14 +1,12 @@
-//! All sides of a job in a controller's words, numbered in the order of running, and what their run sheet says.
+//! Writes all sides of a job as G-code, numbered in running order, and collects the contents of the run
+//! sheet.
 //!
 //! ```text
-//!  job ─ side by side: plan ─▶ program ─ proof ─┬─ something unread on any side: nothing is written
-//!                                               └─▶ 01-bottom-… 02-bottom-… 03-top-…  briefing
+//!  job ─ each side: plan ─▶ program ─ proof ─┬─ a problem unread on any side: nothing is written
+//!                                            └─▶ 01-bottom-… 02-bottom-… 03-top-…  briefing
 //! ```
 //!
-//! The lines of one side, as they would be in its files, are written for the simulation before anything is read: they are looked
-//! at there and not taken to a machine.
-//!
-//! Comes in: the job, what was read of its findings, a dialect. Goes out: [`Exported`]. Does not know workers, nor downloads.
+//! The list of lines in the simulation ignores unread problems, because it is not taken to a machine.
 
 use super::cache::Cache;
 use super::messages::{Exported, ToExport, ToPlan};
@@ -23,16 +21,16 @@ use annulus_core::machine::Machine;
 use annulus_core::post::{self, Dialect, Manner, OutputFile};
 use annulus_core::{motion, proof, sim};
 
-/// The name of the person's own dialect in diagnostics.
+/// Name of the user's own postprocessor in messages.
 pub(super) const OWN: &str = "template.toml";
 
-/// So many hundredths of a side are done when it is planned, and not proved yet.
+/// Progress of a side in per cent when it is planned but not proved.
 const PLANNED: u64 = 50;
 
-/// What a board is called that has no name.
+/// Name of a board without a name.
 const NAMELESS: &str = "board";
 
-/// Writes what is `wanted`, or says what nobody has read of it.
+/// Writes a job, or returns the number of unread problems.
 pub(super) fn export(
     wanted: &ToExport,
     cache: &mut Cache,
@@ -40,13 +38,14 @@ pub(super) fn export(
 ) -> Result<Exported, Vec<Diagnostic>> {
     let mut unread = Vec::new();
     let mut look = |plan: &ToPlan, side: &Side, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)| {
-        let names = proving::to_be_read(side, &plan.work, cache, progress);
+        let names = proving::to_be_read(side, &plan.work, cache, progress)?;
         let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
         let errors =
             side.diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&plan.accept)).count();
         if findings + errors > 0 {
             unread.push((plan.work.setup.face, u32::try_from(findings + errors).unwrap_or(u32::MAX)));
         }
+        Ok(())
     };
     let sides = planned(wanted, cache, progress, &mut look)?;
     if !unread.is_empty() {
@@ -56,13 +55,13 @@ pub(super) fn export(
     Ok(Exported { sides, briefing, unread })
 }
 
-/// The files of the side that is up in what is `wanted`, each line with its command.
+/// The files of the side that is up, with the command of each line.
 pub(super) fn lines(
     wanted: &ToExport,
     cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<OutputFile>, Vec<Diagnostic>> {
-    let sides = planned(wanted, cache, progress, &mut |_, _, _, _| {})?;
+    let sides = planned(wanted, cache, progress, &mut |_, _, _, _| Ok(()))?;
     let up = sides.iter().position(|(face, _)| *face == wanted.plan.work.setup.face);
     let (mut sides, _) = written(sides, wanted)?;
     match up.filter(|up| *up < sides.len()) {
@@ -71,10 +70,11 @@ pub(super) fn lines(
     }
 }
 
-/// What looks at a side that was planned, and tells how far it is.
-type Look<'l> = dyn FnMut(&ToPlan, &Side, &mut Cache, &mut dyn FnMut(u64, u64)) + 'l;
+/// Inspects a planned side and reports its progress.
+type Look<'l> =
+    dyn FnMut(&ToPlan, &Side, &mut Cache, &mut dyn FnMut(u64, u64)) -> Result<(), Vec<Diagnostic>> + 'l;
 
-/// All sides of the job in the order of running; `look` sees each when it is planned.
+/// Plans all sides in running order and calls `look` for each.
 fn planned(
     wanted: &ToExport,
     cache: &mut Cache,
@@ -88,13 +88,13 @@ fn planned(
         plan.work.setup.face = face;
         let mut share = |part, parts| progress(done * parts + part, faces.len() as u64 * parts);
         let side = planning::side(&plan, cache, &mut part(&mut share, 0, PLANNED))?;
-        look(&plan, &side, cache, &mut part(&mut share, PLANNED, 100));
+        look(&plan, &side, cache, &mut part(&mut share, PLANNED, 100))?;
         sides.push((face, side));
     }
     if sides.is_empty() { Err(vec![Diagnostic::error("cam.nothing_to_do")]) } else { Ok(sides) }
 }
 
-/// The files of all sides, and what they say of the job.
+/// The files of all sides, and the contents of the run sheet.
 fn written(
     sides: Vec<(Face, Side)>,
     wanted: &ToExport,
@@ -111,7 +111,7 @@ fn written(
     Ok((files, briefing))
 }
 
-/// What the files say of the job, with the times of its bits.
+/// Contents of the run sheet, with the times of each tool.
 fn briefed(sides: &[(Face, Side)], wanted: &ToExport, machine: &Machine) -> Briefing {
     let work = &wanted.plan.work;
     let name = sides.iter().map(|(_, side)| side.planned.board.name.as_str()).find(|name| !name.is_empty());
@@ -124,10 +124,10 @@ fn briefed(sides: &[(Face, Side)], wanted: &ToExport, machine: &Machine) -> Brie
     briefed
 }
 
-/// What writes one side of a job.
+/// Writes one side of a job.
 type Writer = Box<dyn Fn(&Program, &Briefing, usize) -> Result<Vec<OutputFile>, Diagnostic>>;
 
-/// What writes in the words that are `wanted`.
+/// The writer for the selected postprocessor.
 fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Diagnostic>> {
     if let Some(text) = &wanted.text {
         let dialect = Dialect::parse(OWN, text).map_err(|why| vec![why])?.in_manner(manner);
@@ -147,7 +147,7 @@ fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Diagnostic>
     }))
 }
 
-/// The files, once they are read back and do what their program does.
+/// Reads the files back and refuses them if they differ from the program.
 fn proved(
     dialect: (Option<&Dialect>, bool),
     program: &Program,

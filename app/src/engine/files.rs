@@ -1,6 +1,7 @@
-//! The files of the machine in the page, virtual drill or controller: in the private folder of this site, or in memory where the browser keeps nothing.
+//! The files of a machine in the page: in the site's private folder (OPFS), or in memory if the browser
+//! offers none.
 //!
-//! Comes in: bytes. Goes out: bytes. A file is open in one tab at a time: who comes second is told so. Does not know what is in them.
+//! Only one tab can have a file open; a second one is refused.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_drill::{File, Files};
@@ -14,17 +15,16 @@ use web_sys::{
     FileSystemSyncAccessHandle,
 };
 
-/// The folder of the virtual drill and of controllers.
+/// Folder of the virtual drill and of controllers.
 pub(super) const DRILL: &str = "annulus-drill";
 
-/// The folder of the machine behind a USB step adapter.
+/// Folder of the machine with a USB step adapter.
 pub(super) const ADAPTER: &str = "annulus-adapter";
 
-/// Where the files are.
 pub(super) enum Store {
-    /// In the folder of this site.
+    /// In the site's private folder.
     Kept(BTreeMap<File, FileSystemSyncAccessHandle>),
-    /// Nowhere but here: they are gone with the page.
+    /// In memory, lost with the page.
     Memory(BTreeMap<File, Vec<u8>>),
 }
 
@@ -33,7 +33,8 @@ fn words(error: JsValue) -> String {
     message.unwrap_or_else(|| format!("{error:?}"))
 }
 
-/// The files in a `folder` of this site. Refused where another tab has them; in memory where the browser keeps none.
+/// Opens the files in `folder`. Refused if another tab has them open; in memory if the browser has no private
+/// folder.
 pub(super) async fn open(
     scope: &DedicatedWorkerGlobalScope,
     folder: &str,
@@ -85,7 +86,7 @@ async fn handle(
     JsFuture::from(file.create_sync_access_handle()).await?.dyn_into()
 }
 
-/// Puts all of `bytes` at a place of a file.
+/// Writes all of `bytes` at offset `at`.
 fn put(file: &FileSystemSyncAccessHandle, at: f64, bytes: &[u8]) -> Result<(), JsValue> {
     let place = FileSystemReadWriteOptions::new();
     place.set_at(at);

@@ -1,24 +1,21 @@
-//! Regions as triangles for the picture, cut in the worker.
+//! Cuts regions into triangles for the display.
 //!
 //! ```text
-//!  island with holes, arcs ─ chords ─▶ rings ─ ear cutting ─▶ corners in mm from `origin`, three indices a triangle
-//!                                        └────────────────▶ where each ring begins in the corners, and how long it is
+//!  island with holes, arcs ─ chords ─▶ rings ─ ear cutting ─▶ corners in mm from `origin`, triangles
+//!                                        └──────────────────▶ first corner and length of each ring
 //! ```
-//!
-//! Comes in: a [`Region`], the place in nanometres that the picture counts from. Goes out: a [`Mesh`] of at most
-//! [`MOST_CORNERS`] corners. Knows no colours.
 
 use crate::picture::place;
 use crate::view::Mesh;
 use annulus_core::geometry::{Path, Point, Region};
 use geo::{LineString, Polygon, TriangulateEarcut};
 
-/// How far a chord may be from its arc, in mm. At a zoom where this is a pixel, a board of 100 mm is 50,000 wide.
+/// Deviation of a chord from its arc, in mm. At a zoom where this is a pixel, a board of 100 mm is 50,000
+/// wide.
 const CHORD_ERROR_MM: f64 = 0.002;
-/// Islands after this many corners are left out of the picture, and of nothing else.
+/// Beyond this many corners, further islands are not displayed; nothing else changes.
 const MOST_CORNERS: usize = 8_000_000;
 
-/// The triangles of `region`.
 pub(super) fn mesh(region: &Region, origin: Point) -> Mesh {
     let mut mesh = Mesh::default();
     for island in &region.islands {
@@ -31,7 +28,7 @@ pub(super) fn mesh(region: &Region, origin: Point) -> Mesh {
         }
         mesh.corners_mm.extend(cut.vertices.iter().map(|at| at.map(|mm| mm as f32)));
         let corner = |index: usize| (first + index) as u32;
-        // Its corners stand ring by ring, without the one that closes a ring.
+        // The corners are stored ring by ring, without the closing one.
         let mut begin = 0;
         for ring in std::iter::once(area.exterior()).chain(area.interiors()) {
             let count = ring.0.len().saturating_sub(1);
@@ -55,7 +52,6 @@ mod tests {
     use annulus_core::geometry::{Island, PathSegment};
     use std::f64::consts::PI;
 
-    /// A circle, counter-clockwise or as a hole.
     fn circle(x: f64, y: f64, radius: f64, clockwise: bool) -> Path {
         let (start, centre) = (Point::from_mm(x + radius, y), Point::from_mm(x, y));
         Path { start, segments: vec![PathSegment::Arc { to: start, centre, clockwise }] }
@@ -76,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn the_triangles_cover_what_the_region_does() {
+    fn triangles_cover_the_area_of_their_region() {
         let pour = Island {
             outer: square(20.0),
             holes: vec![circle(5.0, 5.0, 2.0, true), circle(14.0, 14.0, 3.0, true)],
@@ -94,7 +90,7 @@ mod tests {
             for origin in [Point::default(), Point::from_mm(-300.0, 120.0)] {
                 let found = area(&mesh(&region, origin));
                 assert!((found - expected).abs() < 0.2, "{name}: {found} is not {expected}");
-                // What the rings go round is the same area: those of holes go the other way.
+                // The signed area within the rings is the same, because holes run the other way.
                 let mesh = mesh(&region, origin);
                 let corner = |index: u32| mesh.corners_mm[index as usize].map(f64::from);
                 let across = |[a, b]: [u32; 2]| {

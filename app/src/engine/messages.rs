@@ -1,9 +1,8 @@
-//! What page and worker say to each other, as plain data. Page and worker are the same build, so nothing here needs to
-//! stay readable for long.
-//!
-//! Comes in, goes out: messages. Does not know how they travel.
+//! Messages between page and worker, as plain data. Both are the same build, so the format need not stay
+//! compatible.
 
 use crate::view::Mesh;
+use annulus_core::artwork::{Counts, FileRead, Role, Side};
 use annulus_core::board::changes::BoardChanges;
 use annulus_core::board::drawing::Imported;
 use annulus_core::board::{Board, Face};
@@ -15,333 +14,272 @@ use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::post::{self, OutputFile, RunSheet};
 use annulus_core::project::saved::{Project, SaidOfFiles};
-use annulus_core::proof::{Finding, Group, Whole};
+use annulus_core::proof::Verdict;
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// One request with its number.
+/// A request with its number.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Envelope {
-    /// Number of the request; the answer bears it too.
+    /// Repeated in the answer.
     pub id: u32,
-    /// What is wanted.
     pub request: Request,
 }
 
-/// What can be asked of the worker. A new worker has no board: it is given the files again first.
+/// Requests to a worker. A new worker has no board: it must be sent the files first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// Take a saved project apart.
+    /// Unpack a saved project.
     Open(ToOpen),
-    /// Make the file of a project.
+    /// Pack a project into one file.
     Save(Project),
-    /// Read files and make the board of some of them.
+    /// Read files and build the board.
     Read(ToRead),
-    /// Read files for what they draw, to be drawn over.
+    /// Read the objects of files, for drawing over them.
     Trace(ToRead),
-    /// Write what lies over files, as files or as a picture.
+    /// Export a drawing over files, as files or as a picture.
     WriteOver(ToWriteOver),
-    /// Plan the operations of a job, make the program.
+    /// Plan the operations of a job and build the program.
     Plan(ToPlan),
-    /// Look at what copper a program leaves.
+    /// Prove the copper that a program leaves.
     Prove(ToProve),
-    /// Write all sides of a job in a controller's words.
+    /// Write all sides of a job as G-code.
     Export(ToExport),
-    /// Write the side that is up, to be followed line by line in the simulation.
+    /// Write the side that is up, for the list of lines in the simulation.
     Lines(ToExport),
-    /// Look for faults in a dialect, and at what it makes.
+    /// Check a postprocessor and show its output.
     Check(ToWrite),
     /// Turn a program into moves and steps.
     Time(ToTime),
-    /// Compare a board with what it was in files from before.
+    /// Compare a board with an earlier version of its files.
     Compare(Box<ToCompare>),
-    /// Carve what was done of the other side before.
+    /// Carve the side that was made before.
     Underside(ToUnderside),
 }
 
-/// A project to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToOpen {
-    /// Its name, for diagnostics.
+    /// File name, for messages.
     pub name: String,
-    /// Its bytes.
     pub bytes: Vec<u8>,
 }
 
-/// A drawing over files to be written.
+/// A drawing over files to export.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToWriteOver {
-    /// The files, and the drawing among them.
+    /// The files, including the drawing.
     pub read: ToRead,
-    /// As a picture, else as files in one zip.
+    /// As a picture; else as files in a zip.
     pub picture: bool,
 }
 
-/// It is written.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WrittenOver {
-    /// Name of the file to save.
+    /// File name.
     pub name: String,
-    /// What is in it.
     pub bytes: Vec<u8>,
-    /// It is a picture.
+    /// The file is a picture.
     pub is_picture: bool,
-    /// What of the drawing fits its files no longer.
+    /// Parts of the drawing that no longer match their files.
     pub lost: Vec<Diagnostic>,
 }
 
-/// Files to read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToRead {
-    /// The number by which the board shall be known.
+    /// Identifies the board in later requests.
     pub board_key: u32,
-    /// Names and bytes; zips are opened. Drawings among them are laid over the others.
+    /// Names and bytes. Zips are unpacked; drawings are applied to the other files.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What a person says of them.
+    /// The user's choices for the import.
     pub said: SaidOfFiles,
-    /// The job file of a saved project; without it the board opens with what fits it.
+    /// The job of a saved project; else the default job.
     pub job: Option<String>,
-    /// The machine, for the job that the board opens with; none for the virtual drill.
+    /// The machine for the default job; `None` for the virtual drill.
     pub machine: Option<Settings>,
 }
 
-/// Two sets of files of one board.
+/// Two versions of a board's files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToCompare {
-    /// Those from before.
     pub before: ToRead,
-    /// Those that are open.
+    /// The open files.
     pub now: ToRead,
     /// The job, made for the board before.
     pub work: Work,
 }
 
-/// What changed from one set of files to another.
+/// The comparison of two versions of a board.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
-    /// What changed; its copper without the areas.
+    /// The changes; those of the copper without areas.
     pub changes: BoardChanges,
-    /// Those areas, side by side.
+    /// The changed areas of the copper, one entry per side.
     pub marks: Vec<CopperMarks>,
-    /// The job with its places where they were on the board, where that is another one.
+    /// The job with its positions moved along with the board; `None` if nothing moved.
     pub work: Option<Work>,
 }
 
-/// The copper of a side that came and that went, as triangles in mm from the corner of [`Reading::body`].
+/// Added and removed copper of a side, as triangles in mm from the corner of [`Reading::body`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CopperMarks {
-    /// Which side.
     pub face: Face,
-    /// What came.
     pub added: Mesh,
-    /// What went.
     pub gone: Mesh,
 }
 
-/// What was read. The areas of the copper stay with the worker, which knows them by `board_key`; the page gets their triangles.
+/// Result of a reading. The worker keeps the copper's areas under `board_key`; the page gets triangles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// Every file and every member of every zip, in order.
+    /// All files, including those in zips, in order.
     pub files: Vec<FileRow>,
-    /// Which of them the board was made of.
+    /// Indices of the files that the board was built from.
     pub used: Vec<u32>,
-    /// The boards that they are of, where that is more than one.
+    /// The boards in the files, if there are several.
     pub boards: Vec<BoardRow>,
-    /// The board without the areas of its copper.
+    /// The board without areas of copper.
     pub board: Board,
-    /// The number by which the worker knows the whole board.
+    /// Identifies the board in later requests.
     pub board_key: u32,
-    /// The box of the board: its outline, or whatever there is with a margin.
+    /// Box of the board: its outline, or everything with a margin.
     pub body: Option<Bounds>,
-    /// Layers to be seen, the lowest first.
+    /// Layers to display, the lowest first.
     pub layers: Vec<LayerRow>,
-    /// The job that it opens with.
+    /// The job that the board opens with.
     pub work: Work,
-    /// What was found in making it.
+    /// Problems of the board.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// One of several boards, to be chosen from.
+/// One of several boards to choose from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoardRow {
-    /// Its name.
     pub name: String,
-    /// Its rows in [`Reading::files`].
+    /// Indices in [`Reading::files`].
     pub files: Vec<u32>,
-    /// The row of the layer that stands for it in the picture.
+    /// Index of the file whose layer is the preview.
     pub picture_of: Option<u32>,
-    /// The triangles of that layer, in mm.
+    /// Triangles of that layer, in mm.
     pub mesh: Mesh,
 }
 
-/// One layer as the picture shows it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// A layer to display.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerRow {
-    /// The row of [`Reading::files`] it came from, where it came from one file.
+    /// Index in [`Reading::files`], if the layer is that of a single file.
     pub file: Option<u32>,
-    /// `copper`, `mask`, ….
-    pub role: String,
-    /// `top`, `bottom` or `inner`.
-    pub side: Option<String>,
-    /// How many connected pieces it has.
+    pub role: Role,
+    pub side: Option<Side>,
+    /// Number of connected areas.
     pub islands: u32,
-    /// Its triangles, in mm from the corner of [`Reading::body`].
+    /// Triangles in mm from the corner of [`Reading::body`].
     pub mesh: Mesh,
 }
 
-/// One file, as the import review shows it. The words are those of `annulus inspect --json`.
+/// A file in the import review.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileRow {
-    /// Its name, for example `board.zip!/drill.drl`.
-    pub name: String,
-    /// `drill`, `gerber`, `report`, `archive`, `refused` or `unknown`.
-    pub kind: String,
-    /// `drill`, `copper`, `outline`, ….
-    pub role: String,
-    /// `top`, `bottom` or `inner`.
-    pub side: Option<String>,
-    /// Why it is taken for what it is.
-    pub reason: Diagnostic,
-    /// Plated, not plated, or not said.
-    pub plated: Option<bool>,
-    /// The program that wrote it.
-    pub generator: Option<String>,
-    /// For drill files: how its numbers are read.
-    pub drill: Option<DrillRow>,
-    /// Its holes lie on the copper only when they are moved.
-    pub shifted: bool,
-    /// What was found in it.
-    pub diagnostics: Vec<Diagnostic>,
+    /// Without its contents.
+    pub read: FileRead,
+    /// Contents of a drill file.
+    pub drill: Option<Counts>,
 }
 
-/// What a drill file holds and how it was read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct DrillRow {
-    /// `mm` or `inch`.
-    pub units: Option<String>,
-    /// Digits before and behind the point, where it is not written.
-    pub digits: Option<(u8, u8)>,
-    /// `leading`, `trailing`, `none` or `decimal`.
-    pub zeros: Option<String>,
-    /// What that rests on: `person`, `header`, `comment`, `companion`, `copper`, `shape` or `default`.
-    pub evidence: String,
-    /// Share of holes on copper under this reading, 0 to 1.
-    pub score: Option<f64>,
-    /// The same for the best other reading.
-    pub runner_up: Option<f64>,
-    /// That other reading, for people.
-    pub runner_up_reading: Option<String>,
-    /// Where its holes would lie.
-    pub runner_up_holes: Vec<Point>,
-    /// Single holes.
-    pub hits: u32,
-    /// Straight slots.
-    pub slots: u32,
-    /// Routed paths.
-    pub routes: u32,
-    /// Sizes of its tools, in the file's order.
-    pub tools: Vec<ToolRow>,
+impl FileRow {
+    pub fn of(mut read: FileRead) -> Self {
+        let drill = read.drill.take().map(|drill| drill.totals());
+        read.gerber = None;
+        Self { read, drill }
+    }
+
+    /// True if the holes match the copper only after a shift.
+    pub fn is_shifted(&self) -> bool {
+        self.read.evidence.as_ref().is_some_and(|evidence| evidence.shift_mm.is_some())
+    }
 }
 
-/// One tool of a drill file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ToolRow {
-    /// Its number in the file.
-    pub code: u32,
-    /// Its diameter, if the file says.
-    pub diameter: Option<Length>,
-    /// Holes and slots made with it.
-    pub uses: u32,
-}
-
-/// A board to plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToPlan {
-    /// The number of a board that this worker has read; one that has not refuses with `engine.board_gone`.
+    /// A board that this worker has read; else it refuses with `engine.board_gone`.
     pub board_key: u32,
-    /// The machine.
     pub machine: Settings,
-    /// The job.
     pub work: Work,
-    /// The bit in the spindle: it goes first. None for ascending sizes.
+    /// Diameter of the tool in the spindle, which is used first; `None` for ascending sizes.
     pub loaded: Option<Length>,
-    /// Codes of errors that a person has seen.
+    /// Codes of accepted errors.
     pub accept: Vec<String>,
-    /// How the board lies in the picture; it is sent again only where it lies otherwise.
+    /// Key of the placed board that the page has; the answer includes the board only if the key differs.
     pub laid: Option<String>,
 }
 
-/// A program to prove. The board is the one it was planned for, as it lies.
+/// A program to prove, against the placed board that it was planned for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToProve {
-    /// The number of the board.
     pub board_key: u32,
     /// The program's bytes.
     pub program: Vec<u8>,
-    /// The job, for the side that is up, the bits for cures, and what was agreed to.
+    /// The job: its current side, the tools for fixes, and the promised limits.
     pub work: Work,
 }
 
-/// A job to be written in a controller's words: all of its sides, once nothing in them is unread.
+/// A job to write as G-code: all sides, if no problem is unread.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToExport {
-    /// The job and what it is planned with, whatever side is up in it.
+    /// The job and its planning options; any side may be up.
     pub plan: ToPlan,
-    /// Names of findings that were read.
+    /// Names of the problems that were read.
     pub read: Vec<String>,
-    /// What it is written for: a name that ships.
+    /// Name of a shipped postprocessor.
     pub target: String,
-    /// The text of a dialect of the person's own, which goes before the name.
+    /// Text of the user's own postprocessor, which takes precedence over `target`.
     pub text: Option<String>,
-    /// Arcs become lines that are at most so far off, in mm.
+    /// Replace arcs by lines with at most this deviation, in mm.
     pub lines_only_mm: Option<f64>,
 }
 
-/// A job that was written; nothing is, while something in it is unread.
+/// A written job; empty if a problem is unread.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Exported {
-    /// The programs of each side, in the order of running.
+    /// Programs of each side, in running order.
     pub sides: Vec<Vec<OutputFile>>,
-    /// What the run sheet says of them, in no language yet.
+    /// Contents of the run sheet, without language.
     pub briefing: Briefing,
-    /// What nobody has read yet, side by side: findings of the proof and errors of the plan.
+    /// Per side: the number of unread problems of the proof and errors of the plan.
     pub unread: Vec<(Face, u32)>,
 }
 
 impl Exported {
-    /// All programs, in the order of running.
+    /// All programs in running order.
     pub fn files(&self) -> impl Iterator<Item = &OutputFile> {
         self.sides.iter().flatten()
     }
 
-    /// What the person takes to the machine, in `language`. The page makes it: a worker knows no language but its own.
+    /// The run sheet in `language`. Built by the page, because a worker has only the built-in language.
     pub fn sheet(&self, language: &str) -> RunSheet {
         post::run_sheet(language, &self.briefing, &self.sides)
     }
 }
 
-/// A program to be written in a controller's words, while its template is edited.
+/// A program and a postprocessor text to check.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToWrite {
-    /// The program's bytes; none of them where there is no program yet.
+    /// The program's bytes; empty if there is no program yet.
     pub program: Vec<u8>,
-    /// The text of the dialect.
+    /// Text of the postprocessor.
     pub text: String,
-    /// The machine that it is for, where that is known: how near to the board bits fall fast, how high they are changed, how
-    /// long all of it takes.
+    /// The machine, if known: its rapid heights, tool change height and times affect the output.
     pub machine: Option<Settings>,
 }
 
-/// A board whose other side was done before.
+/// Request for the underside of a board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToUnderside {
-    /// The job and what it is planned with; the side that is up in it is looked at.
+    /// The job and its planning options; the side that is up is displayed.
     pub plan: ToPlan,
-    /// The box of the board that is looked at, in work coordinates.
+    /// The displayed box in work coordinates.
     pub bounds: Bounds,
 }
 
-/// A tile of what is cut from below: [`annulus_core::sim::TILE`] cells along each side.
+/// A tile of the cuts from below: [`annulus_core::sim::TILE`] cells per side.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UnderTile {
     /// Its first cell as seen from above, counted from the low corner.
@@ -350,218 +288,213 @@ pub struct UnderTile {
     pub depths_um: Vec<u16>,
 }
 
-/// What is to be said of a dialect.
+/// Result of a postprocessor check.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checked {
-    /// What is wrong with it, in the order of its text.
+    /// Errors in the order of the text.
     pub faults: Vec<Diagnostic>,
-    /// What it leaves uncertain, where it has no faults.
+    /// Warnings, if there are no errors.
     pub warnings: Vec<Diagnostic>,
-    /// What it makes of the program, or of a small sample.
+    /// Output for the program, or for a small sample.
     pub output: String,
-    /// That is the program, and not the sample.
+    /// The output is that of the program.
     pub of_program: bool,
 }
 
-/// What the proof found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Proved {
-    /// The worst first.
-    #[serde(with = "as_json")]
-    pub findings: Vec<Finding>,
-    /// How many more there are.
-    pub more: u32,
-    /// All of them by what they have in common, in the same order.
-    pub groups: Vec<Group>,
-    /// What a change of the whole job opens, where gaps are not open.
-    pub whole: Option<Whole>,
-    /// Islands of copper that shall stay.
-    pub islands: u32,
-    /// Nets that they belong to.
-    pub nets: u32,
-}
-
-/// Findings name their cures as people write them in reports, which the bytes between page and worker cannot.
+/// As JSON text: fixes serialize in the form of reports, which postcard cannot read back.
 mod as_json {
-    use annulus_core::proof::Finding;
+    use annulus_core::proof::Verdict;
     use serde::{Deserialize, Deserializer, Serializer, de, ser};
 
-    pub(super) fn serialize<S: Serializer>(findings: &[Finding], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&serde_json::to_string(findings).map_err(ser::Error::custom)?)
+    pub(super) fn serialize<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&serde_json::to_string(verdict).map_err(ser::Error::custom)?)
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Finding>, D::Error> {
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Verdict, D::Error> {
         serde_json::from_str(&String::deserialize(deserializer)?).map_err(de::Error::custom)
     }
 }
 
-/// The board as it lies for a plan: copied, turned over.
+/// The board as placed for a plan: repeated, flipped.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Laid {
-    /// It lies otherwise than the files show it.
+    /// The placement differs from the files.
     pub turned: bool,
-    /// Without the areas of its copper.
+    /// Without areas of copper.
     pub board: Board,
-    /// Its box.
     pub body: Option<Bounds>,
-    /// Layers to be seen.
+    /// Layers to display.
     pub layers: Vec<LayerRow>,
 }
 
 /// A plan and its program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanReady {
-    /// The place in the files' coordinates that becomes the work zero.
+    /// Position in the files' coordinates that becomes the work zero.
     pub origin: Point,
-    /// Where no bit may go, in the files' coordinates as the board lies.
+    /// Areas that tools must avoid, in the files' coordinates of the placed board.
     pub zones: Vec<Bounds>,
-    /// For every way of the program, the operation that it belongs to.
+    /// For every toolpath of the program, the index of its operation.
     pub toolpath_operations: Vec<u16>,
-    /// How the board lies.
+    /// Key of the placement.
     pub laid_key: String,
-    /// The board as it lies, where that was not known.
+    /// The placed board, if the page does not have it.
     pub laid: Option<Laid>,
-    /// Bits that drill, in order of use.
+    /// Drilling tools in order of use.
     pub bits: Vec<PlannedBit>,
-    /// Length of the toolpaths as in the file, mm.
+    /// Rapid travel of the drills with the holes in file order, mm.
     pub travel_before_mm: f64,
-    /// The same as planned.
+    /// Rapid travel of the drills as planned, mm.
     pub travel_after_mm: f64,
-    /// Time of the toolpaths as in the file, s.
+    /// Rapid time of the drills with the holes in file order, s.
     pub hop_time_before_s: f64,
-    /// The same as planned.
+    /// Rapid time of the drills as planned, s.
     pub hop_time_after_s: f64,
-    /// The program's bytes, to be uploaded.
+    /// The program's bytes, to upload.
     pub program: Vec<u8>,
-    /// Their SHA-256.
+    /// SHA-256 of the bytes.
     pub key: String,
-    /// What was found in planning.
+    /// Problems of the plan.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// One bit of a plan.
+/// A drilling tool of a plan.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlannedBit {
-    /// Its diameter.
     pub diameter: Length,
-    /// The sizes in the files that it stands in for.
+    /// Sizes in the files that this tool drills.
     pub sizes: Vec<Length>,
-    /// Holes in order, as indices into the board's holes.
+    /// Indices of the board's holes, in drilling order.
     pub holes: Vec<u32>,
 }
 
 impl PlanReady {
-    /// All holes in order of drilling.
+    /// All holes in drilling order.
     pub fn order(&self) -> Vec<u32> {
         self.bits.iter().flat_map(|bit| bit.holes.iter().copied()).collect()
     }
 }
 
-/// A program to time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToTime {
-    /// Its bytes.
     pub program: Vec<u8>,
-    /// The machine.
     pub machine: Settings,
 }
 
-/// A program in time.
+/// A timed program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timed {
-    /// Every move, for playback.
+    /// All moves, for the playback.
     pub timeline: Timeline,
-    /// SHA-256 of the step stream, to be compared with the bridge's before Start.
+    /// SHA-256 of the step stream, compared with the bridge's before the start.
     pub stream_digest: String,
-    /// How long all of it takes, s.
+    /// Duration in s.
     pub total_s: f64,
     /// Steps of X, Y and Z.
     pub steps: [u64; 3],
-    /// Holes drilled.
     pub holes: u32,
 }
 
-/// A machine as it travels: its settings as JSON, as on the bridge's socket.
+/// A machine's settings as JSON, as on the bridge's socket.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Settings(String);
 
 impl Settings {
-    /// The settings of `machine`.
     pub fn of(machine: &Machine) -> Self {
         Self::from_values(&machine::read(machine))
     }
 
-    /// Keys and values, as the bridge tells them.
+    /// From keys and values as the bridge sends them.
     pub fn from_values(values: &[(String, Value)]) -> Self {
         Self(serde_json::to_string(values).unwrap_or_default())
     }
 
-    /// The machine, or what is wrong with it.
+    /// The machine, or the problems of its settings.
     pub fn machine(&self) -> Result<Machine, Vec<Diagnostic>> {
         let values: Vec<(String, Value)> = serde_json::from_str(&self.0).unwrap_or_default();
         machine::apply(&machine::virtual_drill(), &values)
     }
 }
 
-/// What the worker says.
+/// Messages from a worker.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum WorkerReport {
-    /// How far a request is.
+    /// Progress of a request.
     Progress {
-        /// Which.
         id: u32,
-        /// Done so far.
         done: u64,
-        /// In all.
         total: u64,
     },
-    /// A request is done, or refused for reasons.
+    /// Answer of a request, or the reasons for a refusal.
     Done {
-        /// Which.
         id: u32,
-        /// The answer.
         answer: Result<Answer, Vec<Diagnostic>>,
     },
-    /// Its last words.
     Panicked(String),
 }
 
-/// What files draw.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Traced {
-    /// What of it can be caught.
+    /// The selectable objects.
     pub imported: Vec<Imported>,
-    /// The closed lines of the board's edge, in mm from the files' zero point.
+    /// The board's outline, in mm from the files' origin.
     pub outline_mm: Vec<Vec<[f32; 2]>>,
 }
 
-/// Answers, one kind a request.
+/// Answers, one variant per request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer {
-    /// To [`Request::Open`].
     Opened(Project),
-    /// To [`Request::Save`].
     Saved(Vec<u8>),
-    /// To [`Request::Read`].
     Read(Box<Reading>),
-    /// To [`Request::Trace`].
     Traced(Traced),
-    /// To [`Request::WriteOver`].
     WrittenOver(Box<WrittenOver>),
-    /// To [`Request::Plan`].
     Planned(Box<PlanReady>),
-    /// To [`Request::Prove`].
-    Proved(Proved),
-    /// To [`Request::Export`].
+    /// Without the copper left.
+    Proved(#[serde(with = "as_json")] Verdict),
     Exported(Box<Exported>),
-    /// To [`Request::Lines`]: the files of the side, in the order of running.
+    /// For [`Request::Lines`]: the files of the side, in running order.
     Lines(Vec<OutputFile>),
-    /// To [`Request::Check`].
     Checked(Checked),
-    /// To [`Request::Time`].
     Timed(Timed),
-    /// To [`Request::Compare`].
     Compared(Box<Compared>),
-    /// To [`Request::Underside`].
     Underside(Vec<UnderTile>),
+}
+
+/// Messages to the worker of a machine.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum ToDrill {
+    /// Start the machine of the worker's name, at this multiple of real time.
+    Start { speed: f64 },
+    /// The port of an adapter is open: start its machine, or continue after a replug.
+    AdapterOpened,
+    /// A message of `wire`, as JSON.
+    Frame(String),
+    /// Bytes from the port.
+    Bytes(Vec<u8>),
+    /// The bytes for the port were passed on.
+    Carried,
+    /// The port is gone.
+    Unplugged,
+    /// Store a program.
+    Upload { number: u32, key: String, program: Vec<u8> },
+    /// Return a program.
+    Fetch { number: u32, key: String },
+}
+
+/// Messages from the worker of a machine.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum FromDrill {
+    /// A message of `wire`, as JSON.
+    Frame(String),
+    /// Bytes for the port.
+    Bytes(Vec<u8>),
+    /// Answer to an upload, without bytes, or to a fetch.
+    Program { number: u32, answer: Result<Vec<u8>, Diagnostic> },
+    /// This browser keeps no files for this site.
+    NothingKept,
+    /// Nothing answered at this baud rate.
+    Silent,
+    /// The link is lost, or the worker has crashed.
+    Lost,
 }

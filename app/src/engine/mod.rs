@@ -1,11 +1,8 @@
-//! Long work, done in a worker so that the page never waits: reading, planning, timing.
+//! Long tasks in a worker, so that the page stays responsive.
 //!
 //! ```text
 //! engine.ask(Request).await ─▶ Answer        reading, planning, proving, timing, writing
 //! ```
-//!
-//! Comes in: files, boards, programs. Goes out: futures of what became of them; diagnostics where it is refused. Does not know
-//! what the page shows.
 
 mod board_files;
 mod cache;
@@ -13,6 +10,7 @@ mod comparing;
 mod copper;
 mod drawn_over;
 mod exporting;
+mod memory;
 mod mesh;
 pub mod messages;
 mod planning;
@@ -36,12 +34,9 @@ pub use work::perform;
 
 use annulus_core::diagnostic::Diagnostic;
 
-/// Why there is no answer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stopped {
-    /// It was called off.
     Cancelled,
-    /// It cannot be done, for these reasons.
     Refused(Vec<Diagnostic>),
 }
 
@@ -55,18 +50,19 @@ mod handle {
     use std::cell::RefCell;
     use std::rc::{Rc, Weak};
 
-    /// A worker of the page's own. Cheap to clone: clones share the worker. Requests are done one after the other; two
-    /// engines work side by side.
+    /// A worker of the page. Clones share it. A worker handles its requests one after the other; several
+    /// workers run in parallel.
     #[derive(Clone, Default)]
     pub struct Engine(Rc<RefCell<requests::Requests>>);
 
     impl Engine {
-        /// An engine; its worker starts with the first request.
+        /// The worker starts with the first request.
         pub fn new() -> Self {
             Self::default()
         }
 
-        /// Hands `request` over at once; its answer is to be waited for. `progress` is told shares from 0 to 1.
+        /// Sends `request` at once and returns a future of its answer. `progress` receives shares from 0 to
+        /// 1.
         pub fn ask<P: FnMut(f64) + 'static>(
             &self,
             request: Request,
@@ -75,23 +71,22 @@ mod handle {
             requests::ask(&self.0, request, Box::new(progress))
         }
 
-        /// A hold on this engine that keeps no worker: its worker ends when nothing else has it.
+        /// A weak reference, which does not keep the worker alive.
         pub fn passing(&self) -> PassingEngine {
             PassingEngine(Rc::downgrade(&self.0))
         }
 
-        /// Calls off whatever is in work; who waits is told [`Stopped::Cancelled`].
+        /// Cancels all requests; they are answered with [`Stopped::Cancelled`].
         pub fn cancel(&self) {
             requests::cancel(&self.0);
         }
     }
 
-    /// An engine that others may have let go of.
+    /// A weak reference to an engine.
     #[derive(Clone, Default)]
     pub struct PassingEngine(Weak<RefCell<requests::Requests>>);
 
     impl PassingEngine {
-        /// The engine, where it is still there.
         pub fn there(&self) -> Option<Engine> {
             self.0.upgrade().map(Engine)
         }

@@ -1,15 +1,14 @@
-//! Planning of a job: operations whose values did not change are taken from the cache.
+//! Plans a job; unchanged operations come from the cache.
 //!
 //! ```text
-//! board ─ laid as the job says ─▶ scene ─┬─ operation 1   key known: the part from last time
-//!                                        ├─ operation 2   else planned
-//!                                        └─ … ─▶ assemble ─▶ lower ─▶ program
+//! board ─ placed for the job ─▶ scene ─┬─ operation 1   key known: from the cache
+//!                                      ├─ operation 2   else planned
+//!                                      └─ … ─▶ assemble ─▶ lower ─▶ program
 //! ```
-//!
-//! Comes in: what to plan, the cache. Goes out: [`PlanReady`]. Does not know workers.
 
 use super::cache::{Cache, Last};
 use super::copper::layers;
+use super::memory::refuse_too_large;
 use super::messages::{Laid, PlanReady, PlannedBit, ToPlan};
 use crate::picture;
 use annulus_core::board::{Board, Face};
@@ -26,18 +25,18 @@ use annulus_core::units::Length;
 use annulus_core::wire::program;
 use std::collections::BTreeSet;
 
-/// One side of a job.
+/// A planned side of a job.
 pub(super) struct Side {
     pub(super) planned: toolpaths::Planned,
     pub(super) program: Program,
     pub(super) diagnostics: Vec<Diagnostic>,
-    /// Where no bit may go, as the board lies.
+    /// Areas that tools must avoid, on the placed board.
     zones: Vec<Bounds>,
-    /// How its board lies.
+    /// Key of the placement.
     pub(super) laid_key: String,
 }
 
-/// Plans the side that is up in what is `wanted`.
+/// Plans the side that is up.
 pub(super) fn side(
     wanted: &ToPlan,
     cache: &mut Cache,
@@ -45,6 +44,7 @@ pub(super) fn side(
 ) -> Result<Side, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
+    refuse_too_large(cache.board(wanted.board_key)?, &[])?;
     let scene = PlacedBoard::of(cache.board(wanted.board_key)?, work).remembering(cache.take_kept());
     let options = cam::PlanOptions {
         group: if wanted.loaded.is_some() { cam::BitOrder::LoadedFirst } else { cam::BitOrder::Ascending },
@@ -64,7 +64,7 @@ pub(super) fn side(
     Ok(Side { planned, program, diagnostics, zones, laid_key: laid_key(wanted.board_key, work) })
 }
 
-/// The operations of that side, those that did not change as they were.
+/// The side's operations, from the cache where unchanged.
 fn parts(
     wanted: &ToPlan,
     cache: &mut Cache,
@@ -97,7 +97,7 @@ fn parts(
     Ok(parts)
 }
 
-/// Plans what is `wanted`, as the page shows it.
+/// Plans a job and prepares the answer for the page.
 pub(super) fn plan(
     wanted: &ToPlan,
     cache: &mut Cache,
@@ -134,12 +134,12 @@ pub(super) fn plan(
     Ok(answer)
 }
 
-/// Tells whether the board lies as it lay before.
+/// Key of the placement: equal keys mean equally placed boards.
 fn laid_key(board_key: u32, work: &Work) -> String {
     format!("{board_key} {}", serde_json::to_string(&work.setup).unwrap_or_default())
 }
 
-/// The board as it lies, as the picture shows it.
+/// The placed board for the display.
 fn laid(board: &Board, work: &Work, cache: &Cache) -> Laid {
     let panel = work.setup.panel;
     let turned = work.setup.face == Face::Bottom || panel.columns > 1 || panel.rows > 1;
@@ -148,7 +148,7 @@ fn laid(board: &Board, work: &Work, cache: &Cache) -> Laid {
     Laid { turned, board: board.without_areas(), body, layers }
 }
 
-/// The bits that drill, in order of use, with the holes of the board that each makes.
+/// The drilling tools in order of use, each with its holes.
 fn bits(parts: &[PlannedOperation], board: &Board) -> Vec<PlannedBit> {
     let mut bits: Vec<PlannedBit> = Vec::new();
     for task in parts.iter().flat_map(|part| &part.tasks) {

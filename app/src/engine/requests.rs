@@ -1,14 +1,12 @@
-//! The page's side of the worker: hands requests over, gives answers back to who asked, and starts a new worker when
-//! the old one fell over or was sent away.
+//! The page's side of a worker: sends requests, returns answers to their callers, and starts a new worker
+//! after a crash or a cancel.
 //!
 //! ```text
-//! page     read ──▶ ┌──────┐ ── Envelope ──▶ ┌────────┐
+//! page     read ──▶ ┌──────────┐ ── Envelope ──▶ ┌────────┐
 //!          plan ──▶ │ requests │                 │ worker │
-//!  progress ◀────── │      │ ◀── Report ──── └────────┘
-//!    answer ◀────── └──────┘      cancel, panic: worker ends, the next request starts another
+//!  progress ◀────── │          │ ◀── Report ──── └────────┘
+//!    answer ◀────── └──────────┘      cancel, panic: worker ends, the next request starts another
 //! ```
-//!
-//! Comes in: requests. Goes out: futures of answers. Does not know what is read or planned.
 
 use super::messages::{Answer, Envelope, Request, WorkerReport};
 use super::{Stopped, worker};
@@ -36,11 +34,11 @@ pub(super) struct Requests {
     staff: Option<Staff>,
     next: u32,
     pending: BTreeMap<u32, Pending>,
-    /// What the worker said before it fell over.
+    /// The worker's panic message.
     last_words: Option<String>,
 }
 
-/// Hands `request` over at once; its answer is to be waited for. `progress` is told shares from 0 to 1 meanwhile.
+/// Sends `request` at once and returns a future of its answer. `progress` receives shares from 0 to 1.
 pub(super) fn ask(
     requests: &Rc<RefCell<Requests>>,
     request: Request,
@@ -57,7 +55,7 @@ pub(super) fn ask(
     }
 }
 
-/// Ends whatever is in work; who waits for it is told that it was cancelled.
+/// Terminates the worker; all waiting requests are answered as cancelled.
 pub(super) fn cancel(requests: &Rc<RefCell<Requests>>) {
     let pending = {
         let mut requests = requests.borrow_mut();
@@ -122,7 +120,7 @@ fn hear(requests: &Rc<RefCell<Requests>>, data: &JsValue) {
     }
 }
 
-/// The requests is not borrowed while the page is told, so that it may ask for something else.
+/// `requests` is not borrowed during the callback, so that it may send another request.
 fn tell_progress(requests: &Rc<RefCell<Requests>>, id: u32, share: f64) {
     let taken = requests
         .borrow_mut()
@@ -136,13 +134,13 @@ fn tell_progress(requests: &Rc<RefCell<Requests>>, id: u32, share: f64) {
     }
 }
 
-/// The worker is gone. Who waits is told why; the next request starts another.
+/// The worker crashed: all waiting requests get the reason. The next request starts a new worker.
 fn fell_over(requests: &Rc<RefCell<Requests>>, reason: &str) {
     let (pending, words) = {
         let mut requests = requests.borrow_mut();
         if let Some(staff) = requests.staff.take() {
             staff.worker.terminate();
-            // This runs inside the worker's own handler: it must live until that returns.
+            // This runs in the worker's own callback, which must live until it returns.
             wasm_bindgen_futures::spawn_local(async move { drop(staff) });
         }
         let words = requests.last_words.take().unwrap_or_else(|| reason.to_owned());

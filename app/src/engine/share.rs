@@ -1,9 +1,6 @@
-//! How far a piece of work is that is made of several.
-//!
-//! Comes in: somebody who is told how far the whole is. Goes out: somebody to be told how far a part of it is.
+//! Progress of a task that consists of several parts.
 
-/// Who is told how much of a part is done, and how much of it there is. The part is the whole from the hundredth `from` to the
-/// hundredth `to`.
+/// A progress callback for a part that covers the per cent `from` to `to` of the whole.
 pub(super) fn part(whole: &mut dyn FnMut(u64, u64), from: u64, to: u64) -> impl FnMut(u64, u64) {
     move |done, total: u64| {
         let total = total.max(1);
@@ -16,7 +13,7 @@ mod tests {
     use super::part;
 
     #[test]
-    fn a_part_goes_from_one_hundredth_of_the_whole_to_another() {
+    fn partial_progress_maps_onto_its_share_of_the_whole() {
         let mut told = Vec::new();
         let mut whole = |done: u64, total: u64| told.push(done * 100 / total);
         let mut half = part(&mut whole, 40, 60);

@@ -1,10 +1,8 @@
-//! The side of a board that was done before the one that is up, carved, as it lies underneath.
+//! The side of a board that was made before, carved, as seen on the underside.
 //!
 //! ```text
-//!   side done before ─ plan ─▶ cuts ─▶ stock as it lay then ─ turned over ─▶ tiles of depths from below
+//!   side before ─ plan ─▶ cuts ─▶ stock as it was then ─ flipped ─▶ tiles of depths from below
 //! ```
-//!
-//! Comes in: the job, the box of the board that is looked at. Goes out: [`UnderTile`]s of that box. Does not know workers.
 
 use super::cache::Cache;
 use super::messages::{ToPlan, ToUnderside, UnderTile};
@@ -15,7 +13,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::sim::{self, Stock};
 
-/// What is cut from below when the side that is up in what is `wanted` begins; nothing where it is the first.
+/// The cuts from below when the current side starts; empty for the first side.
 pub(super) fn underside(wanted: &ToUnderside, cache: &mut Cache) -> Result<Vec<UnderTile>, Vec<Diagnostic>> {
     let work = &wanted.plan.work;
     let scene = PlacedBoard::of(cache.board(wanted.plan.board_key)?, work);

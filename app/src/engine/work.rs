@@ -1,17 +1,13 @@
-//! The work itself: one request in, one answer out. Pure, so that it is tested without a browser.
-//!
-//! Comes in: a [`Request`], somebody to tell how far it is. Goes out: an [`Answer`] or diagnostics. Does not know workers.
+//! Handles one request and returns its answer. Independent of the browser, so that it can be tested natively.
 
 use super::cache::Cache;
 use super::copper::layers;
 use super::mesh::mesh;
-use super::messages::{
-    Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow, Traced,
-};
+use super::messages::{Answer, BoardRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, Traced};
 use super::share::part;
 use super::{board_files, comparing, drawn_over, exporting, planning, proving, underside, writing};
 use crate::picture;
-use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
+use annulus_core::artwork::{self, Artwork, FileRead, Role, Side};
 use annulus_core::board::{BoardWanted, drawing, from_artwork_with};
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -22,25 +18,25 @@ use annulus_core::sim::summary;
 use annulus_core::wire::program;
 use annulus_core::{board, motion, steps};
 
-/// The most layers painted for the picture beside the copper.
+/// How many layers are painted in addition to the copper.
 const MOST_LAYERS: usize = 24;
 
-/// The most boards of which there is a picture to choose from.
+/// How many boards get a preview.
 const MOST_PICTURES: usize = 12;
 
-/// So many hundredths of reading are done when all files are read through.
+/// Progress of a reading in per cent when all files are read.
 const READ: u64 = 10;
-/// And when the board is there with its copper,
+/// Progress when the board has its copper.
 const PAINTED: u64 = 70;
-/// and that is cut into triangles.
+/// Progress when the copper is cut into triangles.
 const MESHED: u64 = 80;
 
-/// So many hundredths of timing are done when all moves are timed.
+/// Progress of timing in per cent when all moves are timed.
 const TIMED: u64 = 30;
-/// And when their steps are made.
+/// Progress when the steps are computed.
 const STEPPED: u64 = 95;
 
-/// Does what is asked, with what `cache` keeps. `progress` is told what is done and how much there is.
+/// Handles a request. `progress` receives the amount done and the total.
 pub fn perform(
     request: Request,
     cache: &mut Cache,
@@ -94,7 +90,7 @@ fn read(wanted: &ToRead, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)) 
     cache.keep(wanted.board_key, board, lost);
     cache.keep_copper(body, copper);
     Reading {
-        files: artwork.files.iter().map(file_row).collect(),
+        files: artwork.files.into_iter().map(FileRow::of).collect(),
         used: used.iter().map(|row| *row as u32).collect(),
         boards,
         board: on_page,
@@ -106,7 +102,7 @@ fn read(wanted: &ToRead, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)) 
     }
 }
 
-/// What files draw, without the drawings among them.
+/// The objects of the files, without those of drawings among them.
 fn trace(wanted: &ToRead) -> Traced {
     let artwork = board_files::as_said(wanted, board_files::artwork(wanted, &mut |_, _| {}));
     let used = board_files::used(wanted, &artwork);
@@ -116,7 +112,7 @@ fn trace(wanted: &ToRead) -> Traced {
     Traced { imported: drawing::imported(&artwork, &used), outline_mm }
 }
 
-/// The boards whose copper or holes are in `artwork`, where they are several.
+/// The boards with copper or holes in `artwork`; empty unless there are several.
 fn several(artwork: &Artwork) -> Vec<BoardRow> {
     let made =
         |file: &FileRead| file.role == Role::Copper || file.role == Role::Drill && file.drill.is_some();
@@ -143,18 +139,18 @@ fn several(artwork: &Artwork) -> Vec<BoardRow> {
     boards.enumerate().map(row).collect()
 }
 
-/// The job that the board opens with: the saved one where there is one that can be read.
+/// The job that the board opens with: the saved one if it can be read, else the default.
 fn work(wanted: &ToRead, board: &board::Board, machine: &Machine, diagnostics: &mut Vec<Diagnostic>) -> Work {
     let usual = Work::default_for(board, machine);
     let Some(job) = &wanted.job else { return usual };
-    project::read(saved::JOB, job, &usual, machine).unwrap_or_else(|why| {
+    project::read(saved::JOB, job, &usual).unwrap_or_else(|why| {
         diagnostics.push(why);
         usual
     })
 }
 
-/// Mask, legend, paste and inner copper, painted, as far as the picture shows them. The first of each kind and side.
-/// `progress` is told how many files are looked at.
+/// Solder mask, silkscreen, paste and inner copper as display layers: the first file of each kind and side.
+/// `progress` receives the number of files done.
 fn other_layers(
     artwork: &Artwork,
     body: Option<Bounds>,
@@ -176,62 +172,23 @@ fn other_layers(
             continue;
         }
         seen.push(known);
-        let region = match artwork::painted(gerber) {
+        let region = match artwork::painted_for_picture(gerber) {
             Ok(region) => region,
             Err(much) => {
-                // Only the picture lacks it.
+                // Only the display lacks the layer, so a warning is enough.
                 diagnostics.push(Diagnostic { severity: Severity::Warning, ..much.diagnostic(&file.name) });
                 continue;
             }
         };
         rows.push(LayerRow {
             file: Some(index),
-            role: file.role.name().to_owned(),
-            side: file.side.map(|side| side.name().to_owned()),
+            role: file.role,
+            side: file.side,
             islands: region.islands.len() as u32,
             mesh: mesh(&region, origin),
         });
     }
     rows
-}
-
-fn file_row(file: &FileRead) -> FileRow {
-    FileRow {
-        name: file.name.clone(),
-        kind: file.kind.name().to_owned(),
-        role: file.role.name().to_owned(),
-        side: file.side.map(|side| side.name().to_owned()),
-        reason: file.reason.clone(),
-        plated: file.plated,
-        generator: file.generator.clone(),
-        drill: file.drill.as_ref().map(|drill| drill_row(file, drill)),
-        shifted: file.evidence.as_ref().is_some_and(|evidence| evidence.shift_mm.is_some()),
-        diagnostics: file.diagnostics.clone(),
-    }
-}
-
-fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
-    let totals = drill.totals();
-    let evidence = file.evidence.as_ref();
-    let tools = drill.tools.iter().zip(drill.counts()).map(|(tool, counts)| ToolRow {
-        code: tool.code,
-        diameter: tool.diameter,
-        uses: counts.hits + counts.slots + counts.routed_paths,
-    });
-    DrillRow {
-        units: file.units.map(|units| units.name().to_owned()),
-        digits: file.number_format.map(|digits| (digits.integer, digits.decimal)),
-        zeros: file.zeros.map(|zeros| zeros.name().to_owned()),
-        evidence: evidence.map(|evidence| evidence.source.name().to_owned()).unwrap_or_default(),
-        score: evidence.and_then(|evidence| evidence.score),
-        runner_up: evidence.and_then(|evidence| evidence.runner_up),
-        runner_up_reading: evidence.and_then(|evidence| evidence.runner_up_reading.clone()),
-        runner_up_holes: evidence.map(|evidence| evidence.runner_up_holes.clone()).unwrap_or_default(),
-        hits: totals.hits,
-        slots: totals.slots,
-        routes: totals.routed_paths,
-        tools: tools.collect(),
-    }
 }
 
 fn time(wanted: &ToTime, progress: &mut dyn FnMut(u64, u64)) -> Result<Timed, Vec<Diagnostic>> {
@@ -257,15 +214,18 @@ fn time(wanted: &ToTime, progress: &mut dyn FnMut(u64, u64)) -> Result<Timed, Ve
 #[cfg(test)]
 mod tests {
     use super::super::messages::{
-        Envelope, Exported, PlanReady, Proved, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve,
-        ToUnderside, UnderTile,
+        Envelope, Exported, PlanReady, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve, ToUnderside,
+        UnderTile,
     };
     use super::*;
+    use annulus_core::artwork::{FileKind, Units};
     use annulus_core::board::changes::Fate;
     use annulus_core::cam;
     use annulus_core::cam::toolpaths::planned_operations;
     use annulus_core::cam::work::{Flip, Operation, OperationKind};
     use annulus_core::geometry::{Island, Path, Point, Region};
+    use annulus_core::job::Command;
+    use annulus_core::machine::hobby_3018;
     use annulus_core::post::SheetRow;
     use annulus_core::project::saved::{NumberReading, Project, SaidOfFiles};
     use annulus_core::proof;
@@ -309,23 +269,22 @@ mod tests {
     }
 
     #[test]
-    fn every_file_is_listed_and_drill_files_make_the_board() {
+    fn every_file_is_listed_and_drill_files_give_the_holes() {
         let (reading, _) = reading();
-        let rows: Vec<_> = reading.files.iter().map(|row| (row.name.as_str(), row.kind.as_str())).collect();
-        assert_eq!(rows[0], ("board.drl", "drill"));
+        let rows: Vec<_> = reading.files.iter().map(|row| (row.read.name.as_str(), row.read.kind)).collect();
+        assert_eq!(rows[0], ("board.drl", FileKind::Drill));
         assert_eq!(rows.len(), 2);
         assert_eq!(reading.used, [0]);
         assert_eq!(reading.board.holes.len(), 5);
-        let drill = reading.files[0].drill.as_ref().unwrap();
-        assert_eq!((drill.hits, drill.units.as_deref()), (5, Some("mm")));
-        assert_eq!(drill.tools.iter().map(|tool| tool.uses).collect::<Vec<_>>(), [4, 1]);
+        let row = &reading.files[0];
+        assert_eq!((row.drill.unwrap().hits, row.read.units), (5, Some(Units::Mm)));
     }
 
     #[test]
-    fn holes_move_onto_the_copper_when_asked() {
+    fn alignment_moves_holes_onto_the_copper() {
         let (mut copper, mut drill) = (String::new(), String::from("M48\nMETRIC\nT1C0.8\n%\nT1\n"));
         for i in 0..60_i64 {
-            // A crooked grid, so that no shift but one fits.
+            // An irregular grid, so that only one shift fits.
             let (x, y) = (i * 7 % 31 * 1_270, i * i % 53 * 830);
             copper += &format!("X{x}Y{y}D03*\n");
             drill += &format!("X{:.3}Y{:.3}\n", (x - 3_295) as f64 / 1e3, (y - 20_124) as f64 / 1e3);
@@ -344,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn new_files_of_a_board_are_compared_with_the_old_ones() {
+    fn changed_board_files_are_compared_with_the_old_ones() {
         let file = |text: &str| vec![("a.drl".to_owned(), text.as_bytes().to_vec())];
         let old = String::from_utf8_lossy(DRILL).into_owned();
         let new = old.replace("M30", "X90.0Y90.0\nM30");
@@ -366,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_project_opens_as_it_was() {
+    fn saved_project_opens_unchanged() {
         let said = SaidOfFiles {
             numbers: NumberReading { units: Some("mm".to_owned()), ..NumberReading::default() },
             used: Some(vec!["b.drl".to_owned()]),
@@ -392,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plan_drills_every_hole_once_and_is_no_longer_than_the_file() {
+    fn plan_drills_every_hole_once_without_more_travel() {
         for order in [cam::HoleOrder::Shortest, cam::HoleOrder::Fastest, cam::HoleOrder::File] {
             let mut told = Vec::new();
             let planned = planned(order, &mut told);
@@ -405,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_is_timed_and_its_digest_repeats() {
+    fn timed_program_gives_the_same_result_twice() {
         let planned = planned(cam::HoleOrder::Shortest, &mut Vec::new());
         let wanted = ToTime { program: planned.program, machine: Settings::of(&virtual_drill()) };
         let time = || perform(Request::Time(wanted.clone()), &mut Cache::default(), &mut |_, _| {});
@@ -416,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_and_answers_survive_the_way_to_the_worker() {
+    fn worker_requests_survive_serialization() {
         let machine = Settings::of(&virtual_drill());
         assert_eq!(machine.machine(), Ok(virtual_drill()));
         let request = Request::Plan(ToPlan {
@@ -433,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_worker_says_that_it_has_no_board() {
+    fn new_worker_reports_a_missing_board() {
         let machine = Settings::of(&virtual_drill());
         let wanted =
             ToPlan { board_key: 3, machine, work: Work::default(), loaded: None, accept: vec![], laid: None };
@@ -442,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn copper_stays_on_the_shelf_and_its_triangles_go_to_the_page() {
+    fn copper_layers_list_the_bottom_first_from_the_body_corner() {
         let square = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0), (0.0, 0.0)];
         let outer = Path::through(&square.map(|(x, y)| Point::from_mm(x, y))).unwrap();
         let region = Region { islands: vec![Island { outer, holes: vec![] }] };
@@ -452,14 +411,14 @@ mod tests {
             ..board::Board::default()
         };
         let rows = layers(&board, picture::body(&board));
-        let sides: Vec<_> = rows.iter().map(|row| row.side.as_deref().unwrap()).collect();
-        assert_eq!(sides, ["bottom", "top"], "the lower one is drawn first");
+        let sides: Vec<_> = rows.iter().map(|row| row.side.unwrap()).collect();
+        assert_eq!(sides, [Side::Bottom, Side::Top], "the lower one is drawn first");
         assert_eq!(rows[0].mesh.triangles.len(), 2);
         assert_eq!(rows[0].mesh.bounds_mm(), Some([[4.0, 4.0], [6.0, 5.0]]), "from the corner of the body");
     }
 
     #[test]
-    fn the_names_of_pads_go_to_the_page_with_the_board_and_as_it_lies() {
+    fn pad_names_follow_the_board_when_it_is_turned_over() {
         let mut cache = Cache::default();
         let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
         let copper =
@@ -483,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_with_a_spindle_that_stands_is_told_with_its_operation() {
+    fn cut_with_stopped_spindle_names_its_operation() {
         let mut cache = Cache::default();
         let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
         let copper = b"%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,1*%D10*X1000Y1000D03*X9000Y1000D03*M02*";
@@ -492,7 +451,7 @@ mod tests {
         let wanted = ToRead { files, machine: Some(machine.clone()), ..ToRead::default() };
         let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
         let mut work = reading.work;
-        work.operations.iter_mut().for_each(|operation| operation.spindle_rpm = 0);
+        work.operations.iter_mut().for_each(|operation| operation.spindle_rpm = Some(0));
         let wanted = ToPlan {
             board_key: 0,
             machine,
@@ -509,7 +468,7 @@ mod tests {
         assert!(said.iter().any(|said| said.starts_with("Isolate cuts 0.080 mm deep")), "{said:?}");
     }
 
-    /// A board with copper on both sides and holes, read.
+    /// Reads a board with holes and with copper on both sides.
     fn two_sided(ask: &mut dyn FnMut(Request) -> Answer) -> ToPlan {
         let copper = |side: &str| {
             let text = format!(
@@ -526,8 +485,39 @@ mod tests {
         ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None }
     }
 
+    /// The fastest plunge of a program, µm/s, and its highest spindle speed, rpm.
+    fn fastest(bytes: &[u8]) -> (u32, u32) {
+        let program = program::decode(bytes).unwrap();
+        let commands = program.legs.iter().flat_map(|leg| &leg.commands);
+        commands.fold((0, 0), |(down, most), command| match command {
+            Command::Plunge { feed_um_per_s, .. } => (down.max(*feed_um_per_s), most),
+            Command::Spindle { rpm } => (down, most.max(*rpm)),
+            _ => (down, most),
+        })
+    }
+
     #[test]
-    fn reading_planning_proving_and_timing_tell_how_far_they_are() {
+    fn new_machine_sets_speeds_except_edited_ones() {
+        let mut cache = Cache::default();
+        let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
+        let mut plan = two_sided(&mut ask);
+        let mut planned = |plan: &ToPlan| {
+            let Answer::Planned(ready) = ask(Request::Plan(plan.clone())) else { panic!() };
+            fastest(&ready.program)
+        };
+        assert_eq!(planned(&plan), (12_000, 30_000));
+        plan.machine = Settings::of(&hobby_3018());
+        assert_eq!(planned(&plan), (2_000, 10_000));
+        for operation in &mut plan.work.operations {
+            (operation.plunge_mm_per_s, operation.spindle_rpm) = (Some(1.0), Some(8_000));
+        }
+        assert_eq!(planned(&plan), (1_000, 8_000));
+        plan.machine = Settings::of(&virtual_drill());
+        assert_eq!(planned(&plan), (1_000, 8_000));
+    }
+
+    #[test]
+    fn long_tasks_report_steady_progress() {
         let mut cache = Cache::default();
         let mut phases: Vec<Vec<u64>> = Vec::new();
         let mut ask = |request| {
@@ -560,13 +550,14 @@ mod tests {
     }
 
     #[test]
-    fn a_change_makes_anew_what_depends_on_it_and_nothing_else() {
+    fn edit_recomputes_only_what_depends_on_it() {
         type Change = fn(&mut Work);
         fn speeds(work: &mut Work) {
             for operation in &mut work.operations {
-                operation.feed_mm_per_s *= 0.5;
-                operation.plunge_mm_per_s *= 0.5;
-                operation.spindle_rpm -= 1_000;
+                let usual = operation.speeds(&virtual_drill());
+                operation.feed_mm_per_s = Some(usual.feed_mm_per_s * 0.5);
+                operation.plunge_mm_per_s = Some(usual.plunge_mm_per_s * 0.5);
+                operation.spindle_rpm = Some(usual.spindle_rpm - 1_000);
             }
         }
         fn isolations(work: &mut Work, change: fn(&mut Operation)) {
@@ -575,13 +566,13 @@ mod tests {
         fn depth(work: &mut Work) {
             isolations(work, |operation| operation.depth += Length::from_um(10));
         }
-        // How many operations are planned, those of the side that is up or fewer, and whether the program is proved.
+        // Expected number of operations that are planned again (at most all of the side), and of proofs.
         let rows: [(&str, Change, usize, u32); 6] = [
             ("nothing", |_| {}, 0, 0),
             ("feed, plunge and rpm", speeds, 0, 0),
             ("a name", |work| isolations(work, |one| one.name = "Grooves".to_owned()), 0, 0),
             ("a depth", depth, 1, 1),
-            ("a spindle that stands", |work| isolations(work, |one| one.spindle_rpm = 0), 0, 1),
+            ("a spindle that stands", |work| isolations(work, |one| one.spindle_rpm = Some(0)), 0, 1),
             ("a rim", |work| work.setup.margin += Length::from_um(100), usize::MAX, 1),
         ];
         fn both(plan: &ToPlan, cache: &mut Cache) -> [Answer; 2] {
@@ -611,7 +602,7 @@ mod tests {
     }
 
     #[test]
-    fn the_side_done_before_lies_under_the_one_that_is_up() {
+    fn underside_cuts_match_the_first_side_after_a_flip() {
         let mut cache = Cache::default();
         let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
         let mut plan = two_sided(&mut ask);
@@ -635,7 +626,7 @@ mod tests {
             for cut in sim::cuts(&program) {
                 above.carve(&cut.way, &program.bits[cut.bit as usize], 0.0, 1.0);
             }
-            // Both sides have the same pads at the same places, and are isolated alike.
+            // Both sides have equal pads and equal isolation.
             let isolated = |depth: u16| (1..=300).contains(&depth);
             let lower: BTreeSet<[usize; 2]> = below
                 .iter()
@@ -666,7 +657,7 @@ mod tests {
     }
 
     #[test]
-    fn copper_is_shown_as_it_lies_also_where_it_was_cut_into_triangles_before() {
+    fn turned_copper_reuses_triangles_only_if_unchanged() {
         let mut cache = Cache::default();
         let mut plan = two_sided(&mut |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap());
         for face in [board::Face::Top, board::Face::Bottom] {
@@ -686,7 +677,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_both_sides_are_numbered_in_the_order_of_running_and_wait_for_what_is_unread() {
+    fn two_sided_export_numbers_files_and_waits_for_review() {
         let mut cache = Cache::default();
         let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
         let plan = two_sided(&mut ask);
@@ -698,7 +689,7 @@ mod tests {
             *exported
         };
         let first = export(Vec::new(), "grbl", None);
-        // The lines that are followed in the simulation are those of the files.
+        // The lines in the simulation are those of the files.
         for (side, face) in first.sides.iter().zip(plan.work.faces()) {
             let mut up = plan.clone();
             up.work.setup.face = face;
@@ -743,14 +734,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_written_while_the_side_that_is_down_has_something_unread() {
+    fn export_is_refused_while_the_other_side_has_problems() {
         let mut cache = Cache::default();
         let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {});
         let mut plan = two_sided(&mut |request| ask(request).unwrap());
         let up = plan.work.setup.face;
         for operation in &mut plan.work.operations {
             if operation.face != up {
-                operation.spindle_rpm = 0;
+                operation.spindle_rpm = Some(0);
             }
         }
         let target = "grbl".to_owned();
@@ -764,7 +755,7 @@ mod tests {
     }
 
     #[test]
-    fn of_several_boards_one_is_chosen() {
+    fn one_of_several_boards_is_chosen() {
         let copper = |board: &str| {
             let text =
                 "%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%ADD10C,2*%D10*X1000Y1000D03*M02*";
@@ -798,7 +789,7 @@ mod tests {
     }
 
     #[test]
-    fn findings_with_cures_survive_the_way_to_the_page() {
+    fn problems_and_fixes_survive_serialization() {
         let cure = proof::Cure::Deeper {
             bit: "V".to_owned(),
             depth: Length::from_um(80),
@@ -824,13 +815,22 @@ mod tests {
             pairs: vec![proof::Pair { nets: vec![], least: Length::from_um(5), ids: vec!["0".to_owned()] }],
         }];
         let findings = vec![finding];
-        let proved = Proved { findings, more: 1, groups, whole: Some(whole), islands: 2, nets: 3 };
+        let outcome =
+            proof::ProofResult { nets: 3, isolated: 2, isolates: true, ..proof::ProofResult::default() };
+        let proved = proof::Verdict {
+            findings,
+            more: 1,
+            groups,
+            whole: Some(whole),
+            outcome,
+            ..proof::Verdict::default()
+        };
         let bytes = postcard::to_allocvec(&Answer::Proved(proved.clone())).unwrap();
         assert_eq!(postcard::from_bytes::<Answer>(&bytes).unwrap(), Answer::Proved(proved));
     }
 
     #[test]
-    fn a_damaged_program_is_refused_with_a_diagnostic() {
+    fn damaged_program_is_refused_with_a_diagnostic() {
         let wanted = ToTime { program: b"no program".to_vec(), machine: Settings::of(&virtual_drill()) };
         let refused = perform(Request::Time(wanted), &mut Cache::default(), &mut |_, _| {});
         assert!(refused.is_err_and(|diagnostics| diagnostics[0].code == "program.not_one"));

@@ -1,6 +1,4 @@
-//! The worker's side: takes requests one after the other, does them, reports.
-//!
-//! Comes in: bytes of an [`Envelope`]. Goes out: bytes of [`WorkerReport`]s. Does not know the page.
+//! The worker's side: handles requests one after the other.
 
 use super::cache::Cache;
 use super::messages::{Envelope, WorkerReport};
@@ -10,18 +8,17 @@ use annulus_core::diagnostic::Diagnostic;
 use wasm_bindgen::prelude::*;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent, Worker, WorkerOptions, WorkerType};
 
-/// Address of the script that starts a worker.
 const SCRIPT: &str = "worker.js";
 
 #[wasm_bindgen]
 extern "C" {
-    /// The engine, fetched and compiled once (`www/boot.js`).
+    /// The compiled engine, fetched once (`www/boot.js`).
     #[wasm_bindgen(catch, js_name = annulusEngine)]
     async fn compiled() -> Result<JsValue, JsValue>;
 }
 
-/// A worker of this name, with the engine on its way to it; what is sent to it before that arrives waits there. An engine
-/// that cannot be had is an error of the worker.
+/// Starts a worker and sends it the compiled engine; messages that arrive earlier wait in the worker. If the
+/// engine cannot be loaded, the worker reports an error.
 pub fn hire(name: &str) -> Result<Worker, JsValue> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
@@ -38,7 +35,7 @@ pub fn hire(name: &str) -> Result<Worker, JsValue> {
     Ok(worker)
 }
 
-/// Posts bytes so that the other side gets them without a copy.
+/// Posts bytes by transfer, without a copy.
 pub(super) fn send(
     post: impl FnOnce(&JsValue, &JsValue) -> Result<(), JsValue>,
     bytes: &[u8],
@@ -47,7 +44,7 @@ pub(super) fn send(
     post(&buffer, &js_sys::Array::of1(&buffer))
 }
 
-/// Begins to listen. Called once, when the wasm is started in a worker.
+/// Starts to listen. Called once, when the wasm starts in a worker.
 pub fn serve() {
     let Ok(scope) = js_sys::global().dyn_into::<DedicatedWorkerGlobalScope>() else { return };
     std::panic::set_hook(Box::new(|panic| report(&WorkerReport::Panicked(panic.to_string()))));
@@ -67,6 +64,7 @@ fn perform(Envelope { id, request }: Envelope, cache: &mut Cache) {
     let mut told = 0;
     let mut progress = |done: u64, total: u64| {
         let hundredths = done * 100 / total.max(1);
+        // At most a hundred reports per request.
         if hundredths > told {
             told = hundredths;
             report(&WorkerReport::Progress { id, done, total });
@@ -78,6 +76,7 @@ fn perform(Envelope { id, request }: Envelope, cache: &mut Cache) {
 
 fn report(report: &WorkerReport) {
     let Ok(scope) = js_sys::global().dyn_into::<DedicatedWorkerGlobalScope>() else { return };
+    // An answer that cannot be encoded is reported as a failure, or the page would wait forever.
     let bytes = postcard::to_allocvec(report).or_else(|error| {
         let diagnostic = Diagnostic::error("engine.fell_over").with("reason", error);
         let WorkerReport::Done { id, .. } = report else { return Err(()) };

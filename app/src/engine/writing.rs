@@ -1,6 +1,4 @@
-//! Dialects looked through for the template editor.
-//!
-//! Comes in: a program's bytes, the text of a dialect. Goes out: faults, warnings, what it makes. Does not know workers.
+//! Checks postprocessors for the template editor.
 
 use super::exporting::OWN;
 use super::messages::{Checked, Settings, ToWrite};
@@ -9,13 +7,13 @@ use annulus_core::job::Briefing;
 use annulus_core::post::{self, Dialect, Manner};
 use annulus_core::wire::program;
 
-/// How the machine wants it written.
+/// Output options for the machine.
 fn manner(wanted: &ToWrite) -> Result<Manner, Vec<Diagnostic>> {
     let machine = wanted.machine.as_ref().map(Settings::machine).transpose()?;
     Ok(machine.as_ref().map(Manner::on).unwrap_or_default())
 }
 
-/// What is wrong with a dialect, and what it makes.
+/// Problems of a postprocessor, and its output.
 pub(super) fn check(wanted: &ToWrite) -> Checked {
     let text = wanted.text.as_str();
     let mut faults = post::check(OWN, text);
@@ -33,7 +31,7 @@ pub(super) fn check(wanted: &ToWrite) -> Checked {
     Checked { faults, ..checked }
 }
 
-/// The program in the words of `dialect`; without a program, a sample of every block.
+/// The program's output; without a program, a sample of every block.
 fn made(dialect: &Dialect, wanted: &ToWrite) -> Result<(String, bool), Vec<Diagnostic>> {
     if wanted.program.is_empty() {
         let samples = post::preview(dialect).map_err(|why| vec![why])?;
@@ -64,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dialect_without_a_program_shows_a_sample_of_its_blocks() {
+    fn postprocessor_without_a_program_shows_sample_blocks() {
         let checked = check(&wanted(grbl()));
         assert_eq!(checked.faults, []);
         assert!(!checked.of_program);
@@ -72,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dialect_that_lifts_no_tip_is_doubted_and_written_all_the_same() {
+    fn postprocessor_without_tool_lift_gives_a_warning() {
         assert_eq!(check(&wanted(grbl())).warnings, []);
         let checked = check(&wanted(grbl().replace("G0 Z@HC@\n", "")));
         assert_eq!((checked.faults.len(), checked.warnings.len()), (0, 4), "{:?}", checked.warnings);
@@ -81,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_parameter_is_a_fault_with_its_line() {
+    fn misspelt_parameter_is_an_error_with_its_line() {
         let text = grbl().replacen("G0 X@X@ Y@Y@", "G0 X@XX@ Y@Y@", 1);
         let line = text.lines().position(|line| line.contains("@XX@")).unwrap() as u32 + 1;
         let checked = check(&wanted(text));
@@ -90,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_on_show_is_written_for_its_machine() {
+    fn open_program_is_written_for_its_machine() {
         let commands = vec![
             Command::AwaitBit { bit: 0 },
             Command::Rapid { to: Point::from_mm(2.0, 0.0) },

@@ -1,23 +1,16 @@
-//! What an address says beside its screen: an operation of the job, a second of the playback.
-//!
-//! Comes in: an address. Goes out: what is meant. Does not know whether it is there.
+//! The part of a URL after its screen: an operation of the job, or a time of the playback.
 
-/// What an address names of its screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AddressPart {
-    /// An operation.
     Operation {
-        /// Its number in the list, from 1.
+        /// Position in the list, from 1.
         number: usize,
     },
-    /// A second of the playback.
-    Second {
-        /// Which.
-        at_s: f64,
-    },
+    /// A time of the playback.
+    Second { at_s: f64 },
 }
 
-/// What `address` names of its screen.
+/// Parses that part of `address`.
 pub fn named(address: &str) -> Option<AddressPart> {
     if let Some(number) = address.strip_prefix("#/cam/op/") {
         return number
@@ -36,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_name_what_is_on_their_screen() {
+    fn addresses_parse_operations_and_seconds() {
         let operation = |number| Some(AddressPart::Operation { number });
         let second = |at_s| Some(AddressPart::Second { at_s });
         let rows = [

@@ -1,36 +1,27 @@
-//! The keys that move the machine by hand while they are armed.
-//!
-//! Comes in: a key. Goes out: which way, or another step. Does not know whether they are armed, nor whether the machine may move.
+//! The jog keys, which move the machine while they are armed.
 
 use crate::said::key;
 
-/// What an armed key does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HandKey {
-    /// Moves an axis.
     Move {
         /// X, Y, Z from 0.
         axis: u8,
-        /// To the right, away or up; else the other way.
+        /// Positive direction: right, back or up.
         up: bool,
     },
-    /// Makes the step another one.
-    Step {
-        /// A finer one.
-        finer: bool,
-    },
+    /// Changes the step size.
+    Step { finer: bool },
 }
 
-/// An armed key that people can look up.
+/// A jog key as shown in the help.
 #[derive(Clone, Copy, Debug)]
 pub struct HandKeyRow {
-    /// How it is written.
+    /// How the key is written.
     pub written: &'static str,
-    /// What it does, a key of the locale tables.
+    /// Key of its description in the locale tables.
     pub name: &'static str,
-    /// `KeyboardEvent.key`.
     pub key: &'static str,
-    /// The same for the program.
     pub does: HandKey,
 }
 
@@ -38,7 +29,7 @@ const fn row(written: &'static str, key: &'static str, name: &'static str, does:
     HandKeyRow { written, name, key, does }
 }
 
-/// All of them. Shift with a way is ten steps.
+/// With Shift, a direction key moves ten steps.
 pub const HAND_KEYS: [HandKeyRow; 8] = [
     row("→", "ArrowRight", key!("page.jog.x_plus"), HandKey::Move { axis: 0, up: true }),
     row("←", "ArrowLeft", key!("page.jog.x_minus"), HandKey::Move { axis: 0, up: false }),
@@ -50,9 +41,9 @@ pub const HAND_KEYS: [HandKeyRow; 8] = [
     row("=", "=", key!("page.key.step_coarser"), HandKey::Step { finer: false }),
 ];
 
-/// What an armed key does; none where it is no such key.
+/// The action of an armed key, if it has one.
 pub fn by_hand(key: &str) -> Option<HandKey> {
-    // With Shift the same key types a plus.
+    // With Shift, the `=` key types a plus.
     let key = if key == "+" { "=" } else { key };
     HAND_KEYS.iter().find(|row| row.key == key).map(|row| row.does)
 }
@@ -62,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_way_has_one_armed_key_and_both_ways_of_the_step_too() {
+    fn every_jog_direction_and_step_size_has_one_armed_key() {
         let ways = (0..3).flat_map(|axis| [true, false].map(|up| HandKey::Move { axis, up }));
         let steps = [true, false].map(|finer| HandKey::Step { finer });
         for wanted in ways.chain(steps) {

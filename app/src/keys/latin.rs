@@ -1,15 +1,13 @@
-//! The letter of a key's place, for keyboards of another script: Cyrillic, Greek, Hebrew and others have no letters that the table
-//! knows.
-//!
-//! Comes in: what a key typed, and where it stands. Goes out: a letter, digit or sign as on a Latin keyboard; what it typed where that
-//! is Latin already. Knows no browser.
+//! Translates letters of other scripts (Cyrillic, Greek, Hebrew and others) by the key's position, because
+//! the shortcut table has only Latin letters.
 
-/// The last of the blocks of Latin letters that follow each other, with those of Polish and of all of Europe.
+/// The end of the contiguous Latin blocks, up to Latin Extended-B.
 const LAST_LATIN: char = '\u{24f}';
-/// More of them stand here, those of Vietnamese for example.
+/// Latin Extended Additional, for example Vietnamese letters.
 const MORE_LATIN: std::ops::RangeInclusive<char> = '\u{1e00}'..='\u{1eff}';
 
-/// What `key` would have typed at the place `code` of a Latin keyboard, where it typed a letter or digit of another script; else `key`.
+/// The character at the position `code` of a Latin keyboard if `key` is a letter or digit of another script;
+/// else `key`.
 pub fn latin(key: &str, code: &str) -> String {
     let mut signs = key.chars();
     let one = signs.next().filter(|_| signs.next().is_none());
@@ -21,7 +19,7 @@ pub fn latin(key: &str, code: &str) -> String {
     }
 }
 
-/// The letter, digit or sign of a place.
+/// The letter, digit or sign at a position.
 fn at(code: &str) -> Option<String> {
     if let Some(sign) = code.strip_prefix("Key").or_else(|| code.strip_prefix("Digit")) {
         return Some(sign.to_lowercase());
@@ -42,7 +40,7 @@ mod tests {
     use crate::keys::{CamKey, KeyAction, OwnKeys, Press, Tab, action};
 
     #[test]
-    fn a_letter_of_another_script_is_that_of_its_place() {
+    fn non_latin_letters_map_to_the_key_position() {
         let rows = [
             ("я", "KeyZ", "z"),
             ("Я", "KeyZ", "z"),
@@ -53,7 +51,7 @@ mod tests {
             ("ю", "Period", "."),
             ("э", "Quote", "'"),
             ("х", "BracketLeft", "х"),
-            // French, Polish and German keyboards say themselves what they mean.
+            // French, Polish and German keyboards type Latin letters, so nothing is translated.
             ("a", "KeyQ", "a"),
             ("z", "KeyY", "z"),
             ("ą", "KeyA", "ą"),
@@ -69,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_work_on_a_keyboard_of_another_script() {
+    fn shortcuts_work_on_non_latin_keyboards() {
         let undo = KeyAction::Draw(DrawKey::Act(Act::Undo { back: true }));
         let rows = [
             ("", "я", "KeyZ", true, Tab::Draw, undo),
@@ -80,7 +78,7 @@ mod tests {
             ("", "о", "KeyJ", false, Tab::Machine, KeyAction::ArmKeys),
             ("", "ф", "KeyA", false, Tab::Cam, KeyAction::Cam(CamKey::Add)),
             ("", "ю", "Period", false, Tab::Simulate, KeyAction::Faster { more: true }),
-            // A key of one's own is pressed at its place, or is itself a letter of another script.
+            // A custom key is matched both by its position and as a letter of another script.
             ("everywhere f w\n", "ц", "KeyW", false, Tab::Board, KeyAction::Flip),
             ("everywhere f я\n", "я", "KeyZ", false, Tab::Board, KeyAction::Flip),
         ];

@@ -1,10 +1,8 @@
-//! Which key means what, and where. No key starts or resumes motion.
+//! Keyboard shortcuts by screen and focus. Safety: no key starts or resumes motion.
 //!
 //! ```text
-//! press ─▶ letter of its place (latin) ─▶ key of one's own (own) ─▶ a dialog open? what has the focus? which screen? ─▶ action
+//! press ─▶ letter at its position (latin) ─▶ custom key (own) ─▶ dialog open? focus? screen? ─▶ action
 //! ```
-//!
-//! Comes in: a key press as plain data. Goes out: an [`KeyAction`]. Knows no browser.
 
 mod address;
 mod by_hand;
@@ -21,32 +19,26 @@ pub use table::{COMMANDS, SHORTCUTS, Shortcut};
 use crate::drawing::DrawKey;
 use crate::drawing::keys as draw;
 
-/// The screens, in the order of their numbers from 0.
+/// The screens. Their shortcut digits follow this order, from 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tab {
-    /// The board editor.
     Draw,
-    /// The board and its holes.
     #[default]
     Board,
-    /// What is milled and drilled, with what, in which order.
+    /// The operations of the job.
     Cam,
-    /// The playback.
     Simulate,
-    /// The drill.
     Machine,
-    /// Tables, profiles and commands tried out one by one.
+    /// Experiments with tables, profiles and commands.
     Lab,
-    /// What is set once.
     Settings,
 }
 
 impl Tab {
-    /// All of them, in order.
     pub const ALL: [Self; 7] =
         [Self::Draw, Self::Board, Self::Cam, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
 
-    /// Its word in the address: `#/board`.
+    /// The word in the URL: `#/board`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Draw => "draw",
@@ -59,55 +51,48 @@ impl Tab {
         }
     }
 
-    /// The screen of an address.
+    /// The screen in a URL.
     pub fn of_address(hash: &str) -> Option<Self> {
         let word = hash.strip_prefix("#/")?.split(['/', '?']).next()?;
         Self::ALL.into_iter().find(|tab| tab.word() == word)
     }
 }
 
-/// A key press.
 #[derive(Clone, Debug, Default)]
 pub struct Press {
-    /// `KeyboardEvent.key`.
     pub key: String,
-    /// `KeyboardEvent.code`.
     pub code: String,
     /// Control, or Command on a Mac.
     pub ctrl: bool,
-    /// Shift.
     pub shift: bool,
-    /// Alt.
     pub alt: bool,
     /// The key is held and repeats.
     pub repeat: bool,
-    /// An input method is composing a word.
+    /// An input method is composing.
     pub composing: bool,
-    /// Where the focus is.
     pub focus: KeyFocus,
-    /// A dialog lies over the page.
+    /// A dialog is open.
     pub in_dialog: bool,
 }
 
-/// Where the focus is, as far as keys go by it.
+/// The focus, as far as it affects keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KeyFocus {
-    /// On nothing that has keys of its own.
+    /// On nothing that uses keys.
     #[default]
     Elsewhere,
-    /// In a field of one line.
+    /// In a single-line field.
     Text,
-    /// In a field of many lines, which has an undo of its own.
+    /// In a multi-line field, which has its own undo.
     Lines,
-    /// On a menu: what is typed chooses in it.
+    /// On a menu: typing selects an option.
     Menu,
-    /// On a slider, which the arrows, Home and End move.
+    /// On a slider: arrows, Home and End move it.
     Slider,
-    /// On a button or a tick, which Space and Enter press.
+    /// On a button or checkbox: Space and Enter press it.
     Button,
-    /// On a list, a tab or a choice of several, which the arrows move as well.
+    /// On a list, a tab or a radio group: arrows move the choice.
     Control,
-    /// On the picture.
     Picture,
 }
 
@@ -120,206 +105,172 @@ impl KeyFocus {
         matches!(self, Self::Menu | Self::Slider | Self::Button | Self::Control)
     }
 
-    /// Whether what has the focus may do something by `key` itself, pressed without Ctrl and Alt.
+    /// True if the focused element may handle `key` itself, pressed without Ctrl and Alt.
     fn keeps(self, key: &str) -> bool {
         let moves = key.starts_with("Arrow") || matches!(key, "Home" | "End");
         self.is_control() && (matches!(key, " " | "Enter") || (moves && self != Self::Button))
     }
 }
 
-/// What a press asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyAction {
-    /// STOP.
     Stop,
-    /// Close what is open and pause; twice stops.
+    /// Closes what is open, and pauses; pressed twice, stops.
     Escape,
-    /// Show this screen.
     Show(Tab),
-    /// Choose files.
     Open,
-    /// Millimetres or inches.
     Units,
-    /// Next region of the page; backwards with Shift.
+    /// The next region of the page; the previous one with Shift.
     Region {
-        /// To the next, else to the one before.
+        /// Forwards, else backwards.
         onwards: bool,
     },
-    /// Whole board.
     Fit,
-    /// The hole beside the chosen one in the picture, by so many to the right and up.
+    /// Selects the next hole in this direction.
     Walk {
-        /// To the right, 0 or to the left.
+        /// 1 for right, -1 for left.
         x: i8,
-        /// Up, 0 or down.
+        /// 1 for up, -1 for down.
         y: i8,
     },
-    /// What is chosen.
     FitChosen,
-    /// As large as the board is.
     ActualSize,
-    /// The grid is drawn, or not.
+    /// Toggles the grid.
     Grid,
-    /// The other side of the board.
+    /// Looks from the other side of the board.
     Flip,
-    /// Straight from above.
     FromAbove,
-    /// As the board in space is seen first.
+    /// The initial 3D view.
     HomeView,
-    /// Flat or in space; from a screen that is always flat, to the board in space.
+    /// Switches between 2D view and 3D view; on screens with only a 2D view, opens the 3D view.
     Space,
-    /// Closer.
     ZoomIn,
-    /// Further.
     ZoomOut,
-    /// Play or hold the playback.
+    /// Plays or pauses the playback.
     Play,
-    /// Back or on: by a step.
     Step(Stride),
-    /// To the beginning of the playback.
+    /// The start of the playback.
     Beginning,
-    /// To its end.
     End,
-    /// Slower or faster.
     Faster {
-        /// Faster, else slower.
         more: bool,
     },
-    /// Pause the job.
     Pause,
-    /// Let keys move the machine by hand, or no longer.
+    /// Arms or disarms the jog keys.
     ArmKeys,
-    /// Read the position out.
+    /// Announces the position to screen readers.
     Speak,
-    /// Nothing, and the browser does nothing of its own by it either.
+    /// Does nothing, and also suppresses the browser's shortcut.
     Nothing,
-    /// Something that has no key.
+    /// A command without a key.
     Keyless(Keyless),
-    /// Back by an edit of the Lab, or on again.
+    /// Undo or redo in the Lab.
     Undo {
-        /// Back, else on again.
+        /// Undo, else redo.
         back: bool,
     },
-    /// Something of the Lab's queue.
+    /// A command of the Lab's queue.
     Queue(QueueKey),
-    /// Something of the job.
+    /// A command of the job.
     Cam(CamKey),
-    /// Something of the drawing.
+    /// A command of the drawing.
     Draw(DrawKey),
-    /// Keys, first steps and words.
+    /// Keys, first steps and glossary.
     Help,
-    /// All that can be done, to be searched.
+    /// The command palette.
     Palette,
-    /// Save the project.
     Save,
 }
 
-/// What has no key, and is found by its words.
+/// A command without a key; found in the palette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keyless {
-    /// New exports of the open board.
     NewExports,
-    /// The board is closed.
     CloseBoard,
-    /// The job in a controller's words, as files.
+    /// Exports the programs.
     Export,
-    /// The sheet for whoever runs them.
+    /// The run sheet for the operator.
     RunSheet,
-    /// What is chosen of the drawing is repeated.
+    /// Repeats the selection of the drawing in columns and rows.
     Array,
-    /// Tracks are drawn that are the edge of the board.
+    /// Draws tracks on the edge layer.
     Edge,
-    /// The drawing becomes the board.
+    /// Makes the drawing the open board.
     UseBoard,
-    /// An empty drawing.
     NewDrawing,
-    /// The drawing as Gerber and Excellon.
+    /// As Gerber and Excellon.
     SaveBoard,
-    /// The drawing as a picture.
     SaveSvg,
-    /// The drawing itself.
     SaveDrawing,
-    /// The height map of the board.
     HeightMap,
-    /// The machine alone, large, or all of it.
+    /// The large view, which shows only the machine.
     LargeView {
-        /// The machine alone.
         on: bool,
     },
 }
 
-/// What a key asks of the job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CamKey {
-    /// Add an operation.
     Add,
-    /// The chosen operation up or down.
+    /// Moves the selected operation up or down.
     Move {
-        /// Up, else down.
         up: bool,
     },
-    /// Back by an edit, or on again.
     Undo {
-        /// Back, else on again.
+        /// Undo, else redo.
         back: bool,
     },
-    /// Take the chosen operation out.
+    /// Removes the selected operation.
     Remove,
-    /// Show the next finding, or the one before.
+    /// Shows the next or previous problem.
     Problem {
-        /// The next, else the one before.
+        /// The next, else the previous.
         next: bool,
     },
 }
 
-/// What a key asks of the queue. It runs in this page's own drill, unless the person chose the machine and it is still.
+/// Runs the queue in the page only. If the machine is the target, these keys show a message instead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QueueKey {
-    /// Breakpoint on or off.
+    /// Toggles a breakpoint.
     Break,
-    /// One row.
     Step,
     /// To the next breakpoint.
     Run,
 }
 
-/// How far a step of the playback goes; `true` is onwards.
+/// A step of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stride {
-    /// To the next segment.
     Segment {
-        /// Onwards, else back.
         onwards: bool,
     },
-    /// To the next hole.
     Hole {
-        /// Onwards, else back.
         onwards: bool,
     },
-    /// A hundredth of the whole.
+    /// One percent of the total time.
     Percent {
-        /// Onwards, else back.
         onwards: bool,
     },
 }
 
-/// Whether a key is the one that is held for more.
+/// True for Shift: releasing it ends a jog.
 pub fn is_shift(key: &str) -> bool {
     key == "Shift"
 }
 
-/// Whether a key is the one that leaves a field.
 pub fn is_escape(key: &str) -> bool {
     key == "Escape"
 }
 
-/// A key that types something, pressed alone or with Shift. Who speaks to the computer types them by mistake: they can be turned off.
+/// A character key, alone or with Shift. Speech input triggers such keys by mistake, so the user can turn
+/// them off.
 fn is_sign(press: &Press) -> bool {
     let mut letters = press.key.chars();
     !press.ctrl && !press.alt && letters.next().is_some_and(|sign| sign != ' ') && letters.next().is_none()
 }
 
-/// Whether the menu or slider that has the focus does something by this key itself, or would seem to.
+/// True if the focused menu or slider handles this key itself, or the user would expect so.
 fn is_of_focus(press: &Press) -> bool {
     let moves = press.key.starts_with("Arrow")
         || matches!(press.key.as_str(), "Home" | "End" | "PageUp" | "PageDown" | "Delete" | "Backspace");
@@ -331,20 +282,20 @@ fn is_of_focus(press: &Press) -> bool {
     }
 }
 
-/// What `press` asks for on `tab`; keys that type something mean nothing where `signs` are off. A dialog has the keys to itself, but
-/// for those that stop, close and explain.
+/// The action of `press` on `tab`. Character keys are ignored if `signs` is false. In a dialog, only stop,
+/// close and help work.
 pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     let asked = asked(press, tab, signs)?;
     match asked {
         _ if !press.in_dialog => Some(asked),
         KeyAction::Stop | KeyAction::Escape | KeyAction::Help => Some(asked),
-        // By these the browser would save the page, or leave it for a file.
+        // Suppress the browser's own commands, which would save or leave the page.
         KeyAction::Open | KeyAction::Save | KeyAction::Palette => Some(KeyAction::Nothing),
         _ => None,
     }
 }
 
-/// The same where no dialog is open.
+/// The action, without regard to dialogs.
 fn asked(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     if press.composing || (!signs && is_sign(press)) {
         return None;
@@ -383,7 +334,7 @@ fn asked(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
         }
     }
     if press.ctrl && press.shift && !press.alt && key.eq_ignore_ascii_case("s") {
-        // A project is saved under a name of its own each time.
+        // "Save as" is the same as "Save": each save of a project gets a new name.
         return Some(KeyAction::Save);
     }
     let own = match tab {
@@ -416,7 +367,7 @@ fn asked(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     on_screen(press, key, tab).or_else(|| anywhere(press, key, tab))
 }
 
-/// Whether an edit is taken back by this key, or made again; none where it is no such key.
+/// True for undo, false for redo.
 fn back(press: &Press, key: &str) -> Option<bool> {
     match key.to_ascii_lowercase().as_str() {
         _ if !press.ctrl || press.alt => None,
@@ -426,7 +377,7 @@ fn back(press: &Press, key: &str) -> Option<bool> {
     }
 }
 
-/// The Lab has one undo for all its fields.
+/// One undo for all fields of the Lab.
 fn in_lab(press: &Press, key: &str) -> Option<KeyAction> {
     match key.to_ascii_lowercase().as_str() {
         "f8" | "f9" | "f10" if press.repeat || press.ctrl || press.shift => None,
@@ -438,12 +389,12 @@ fn in_lab(press: &Press, key: &str) -> Option<KeyAction> {
     }
 }
 
-/// The job has one undo for the screens of the board; in a field its text has one.
+/// One undo for the job on all screens of the board; text fields have their own.
 fn undo_of_job(press: &Press, key: &str) -> Option<CamKey> {
     back(press, key).filter(|_| !press.focus.is_text()).map(|back| CamKey::Undo { back })
 }
 
-/// What keys ask of the job where it is made.
+/// The keys of the CAM screen.
 fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     if press.alt {
         let up = key == "ArrowUp";
@@ -458,10 +409,10 @@ fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     }
 }
 
-/// The drawing has keys for everything; in a field its text has its own, on a button Enter presses it.
+/// The keys of the Draw screen. Text fields have their own keys; Enter and arrows belong to a focused button.
 fn in_drawing(press: &Press, key: &str) -> Option<DrawKey> {
     let on_button = press.focus.is_control() && (key == "Enter" || key.starts_with("Arrow"));
-    // On many keyboards Shift makes an @ of the 2 that shows what is chosen.
+    // On many keyboards Shift+2 types `@`; Shift+2 fits the selection.
     let shows_chosen = press.shift && press.code == "Digit2";
     if press.focus.is_text() || press.alt || on_button || shows_chosen {
         return None;
@@ -554,7 +505,7 @@ mod tests {
     }
 
     #[test]
-    fn every_key_where_it_means_something() {
+    fn shortcuts_act_only_on_their_screens() {
         let far_down = KeyAction::Draw(DrawKey::Step { x: 0, y: -1, size: StepSize::Far });
         let rows = [
             ("Ctrl+Shift+E", Tab::Board, Some(KeyAction::Stop)),
@@ -621,7 +572,7 @@ mod tests {
     }
 
     #[test]
-    fn a_button_keeps_only_the_keys_that_press_it() {
+    fn focused_button_takes_only_the_keys_that_press_it() {
         let onwards = Some(KeyAction::Step(Stride::Segment { onwards: true }));
         let rows = [
             ("button+t", Tab::Simulate, Some(KeyAction::FromAbove)),
@@ -647,7 +598,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_are_taken_back_where_there_are_some() {
+    fn undo_keys_work_only_on_screens_with_edits() {
         let rows = [
             ("Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
             ("text+Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
@@ -667,7 +618,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dialog_has_the_keys_to_itself_but_for_what_stops_closes_and_explains() {
+    fn dialog_blocks_shortcuts_except_stop_escape_and_help() {
         for shortcut in SHORTCUTS {
             let press = Press { in_dialog: true, ..pressed(shortcut) };
             let expected = match shortcut.action {
@@ -681,7 +632,7 @@ mod tests {
     }
 
     #[test]
-    fn a_menu_and_a_slider_keep_their_own_keys() {
+    fn menu_and_slider_take_their_own_keys() {
         let stop = Some(KeyAction::Stop);
         let up = Some(KeyAction::Cam(CamKey::Move { up: true }));
         let rows = [
@@ -714,7 +665,7 @@ mod tests {
         }
     }
 
-    /// The press of a shortcut, as a browser tells it.
+    /// The press of a shortcut as a browser reports it.
     fn pressed(shortcut: &Shortcut) -> Press {
         let mut press = press(&shortcut.keys.replace("++", "+Plus"));
         if press.key == "Plus" {
@@ -723,7 +674,7 @@ mod tests {
         if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
             press.code = format!("Digit{}", press.key);
         }
-        // As most keyboards have it.
+        // As on most keyboards.
         let signs = [("1", "!"), ("2", "@")];
         let sign = signs.into_iter().find(|(digit, _)| press.shift && press.key == *digit);
         if let Some((_, sign)) = sign {
@@ -736,7 +687,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_help_says_of_a_key_is_what_the_key_does() {
+    fn every_listed_shortcut_does_its_action() {
         for shortcut in SHORTCUTS {
             let press = pressed(shortcut);
             let tabs = shortcut.tab.map_or_else(|| Tab::ALL.to_vec(), |tab| vec![tab]);
@@ -747,7 +698,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_type_something_can_be_turned_off_and_the_others_stay() {
+    fn character_keys_can_be_turned_off() {
         for shortcut in SHORTCUTS {
             let press = pressed(shortcut);
             let typed = press.key.chars().count() == 1 && press.key != " " && !press.ctrl && !press.alt;
@@ -762,10 +713,9 @@ mod tests {
         assert_eq!(action(&press("?"), Tab::Board, false), None, "F1 opens the help");
     }
 
-    /// The keys that were promised, screen by screen; each does something there. Armed jog and the tables of the Lab have their own,
-    /// beside them.
+    /// The documented keys, by screen; each must do something there. Jog and Lab tables have separate keys.
     #[test]
-    fn every_key_that_was_promised_is_there() {
+    fn every_documented_key_has_an_action() {
         let everywhere = "0 1 2 3 4 5 6 Ctrl+o Ctrl+s Ctrl+Shift+s Ctrl+u Ctrl+k Ctrl+/ F1 ? F6 Shift+F6 Ctrl+, Escape Ctrl+Shift+e \
                           Shift+w Shift+1 Shift+2 Ctrl+0 Ctrl+' Shift+= Shift+- f";
         let rows = [
@@ -804,7 +754,7 @@ mod tests {
     }
 
     #[test]
-    fn addresses_find_their_screen() {
+    fn addresses_select_their_screen() {
         for tab in Tab::ALL {
             assert_eq!(Tab::of_address(&format!("#/{}", tab.word())), Some(tab));
         }

@@ -1,24 +1,23 @@
-//! Keys of one's own: a single letter or sign of the table is moved to another.
+//! Custom keys: moves a single letter or sign of the table to another.
 //!
 //! ```text
-//! press ─▶ sign of one's own? ──yes──▶ the sign of the table that it stands for ─▶ action
+//! press ─▶ custom sign? ──yes──▶ the table's sign that it replaces ─▶ action
 //!              │no
-//!              ├─ sign whose place was moved ─▶ nothing
-//!              └─ any other ──────────────────▶ as it is
+//!              ├─ sign that was moved away ─▶ nothing
+//!              └─ any other ────────────────▶ unchanged
 //! ```
 //!
-//! Comes in: a press, choices of the person, their text in the store. Goes out: the press that the table knows. Keys with Ctrl or
-//! Alt, capitals and keys that type nothing stay where they are: STOP among them. Knows no browser.
+//! Keys with Ctrl or Alt, capitals and keys without a character can't be moved. STOP is one of these.
 
 use super::{Press, SHORTCUTS, Shortcut, Tab, is_sign, latin};
 
-/// Signs that belong to the help and to the zoom on every screen, and those that Shift makes of 1 and 2, which fit the picture.
+/// Signs for help and zoom on every screen, and `!` and `@` (Shift+1 and Shift+2), which fit the picture.
 const TAKEN: &str = "?+-_=!@";
 
-/// What is kept in place of a screen for keys of all of them.
+/// Stored in place of a screen for shortcuts of all screens.
 const EVERYWHERE: &str = "everywhere";
 
-/// One moved sign: on this screen, or on all where there is none, `to` does what `from` does in the table.
+/// A moved sign: on screen `tab` (none for all), `to` replaces the table's `from`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Own {
     tab: Option<Tab>,
@@ -26,11 +25,10 @@ struct Own {
     to: char,
 }
 
-/// The moved signs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OwnKeys(Vec<Own>);
 
-/// The sign of a shortcut that is a single one.
+/// The sign of a shortcut that is a single character.
 fn sign_of(shortcut: &Shortcut) -> Option<char> {
     single(shortcut.keys)
 }
@@ -40,28 +38,28 @@ fn single(text: &str) -> Option<char> {
     signs.next().filter(|_| signs.next().is_none())
 }
 
-/// Whether a shortcut can be moved: its key is a single letter or sign.
+/// True if the shortcut can be moved: its key is a single letter or sign.
 pub fn is_of_ones_own(shortcut: &Shortcut) -> bool {
     sign_of(shortcut).is_some()
 }
 
-/// The sign of a press that may have been moved. A capital is another key.
+/// The sign of a press that may have been moved. Capitals are other keys.
 fn movable(press: &Press) -> Option<char> {
     let sign = single(&press.key.to_lowercase()).filter(|_| !press.focus.is_text() && is_sign(press))?;
     (!press.shift || !sign.is_alphabetic()).then_some(sign)
 }
 
-/// Whether keys of two screens can be pressed on one; none is all of them.
+/// True if shortcuts of these two screens can collide; none means all screens.
 fn meet(one: Option<Tab>, other: Option<Tab>) -> bool {
     one.is_none() || other.is_none() || one == other
 }
 
-/// Whether the page keeps a sign for itself.
+/// True if the sign is reserved.
 fn is_kept_back(sign: char) -> bool {
     TAKEN.contains(sign) || sign.is_control() || sign.is_whitespace()
 }
 
-/// A moved sign from a line of what was kept, where the table has it.
+/// Parses a stored line; none if the table has no such shortcut.
 fn of_line(line: &str) -> Option<Own> {
     let [screen, from, to] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
     let tab = match screen {
@@ -74,14 +72,14 @@ fn of_line(line: &str) -> Option<Own> {
 }
 
 impl OwnKeys {
-    /// The sign that does what `shortcut` is for; none where its key is no single one.
+    /// The sign that runs `shortcut`; none if its key isn't a single character.
     pub fn sign(&self, shortcut: &Shortcut) -> Option<char> {
         let from = sign_of(shortcut)?;
         let moved = self.0.iter().find(|own| own.tab == shortcut.tab && own.from == from);
         Some(moved.map_or(from, |own| own.to))
     }
 
-    /// How a shortcut is written for people.
+    /// The displayed key of a shortcut.
     pub fn written(&self, shortcut: &Shortcut) -> String {
         match self.sign(shortcut) {
             Some(sign) => sign.to_uppercase().collect(),
@@ -89,11 +87,12 @@ impl OwnKeys {
         }
     }
 
-    /// `shortcut` is done by `sign` from now on.
+    /// Moves `shortcut` to `text`.
     ///
     /// # Errors
     ///
-    /// The shortcut that has this sign already; none where the page keeps it, or where `text` is no single sign that types something.
+    /// The shortcut that already has this sign; none if the sign is reserved or `text` isn't a single
+    /// character.
     pub fn set(&mut self, shortcut: &'static Shortcut, text: &str) -> Result<(), Option<&'static Shortcut>> {
         let to = single(text.trim()).and_then(|sign| single(&sign.to_lowercase().to_string())).ok_or(None)?;
         let from = sign_of(shortcut).ok_or(None)?;
@@ -112,13 +111,13 @@ impl OwnKeys {
         Ok(())
     }
 
-    /// All are where the table has them.
+    /// True if nothing is moved.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The press as the table knows it; none where its sign was moved away. A letter of another script is one of one's own, or that
-    /// of its place.
+    /// The press in terms of the table; none if its sign was moved away. A letter of another script can be a
+    /// custom key itself, or mean the Latin letter at its position.
     pub fn translated(&self, press: &Press, tab: Tab) -> Option<Press> {
         let mut here = self.0.iter().filter(|own| meet(own.tab, Some(tab)));
         let at_place = Press { key: latin(&press.key, &press.code), ..press.clone() };
@@ -137,23 +136,23 @@ impl OwnKeys {
         here.all(|own| sign != Some(own.from)).then_some(at_place)
     }
 
-    /// As it is kept: a line for each, screen, sign of the table, sign of one's own.
+    /// For storage: one line per moved sign, with screen, table sign and custom sign.
     pub fn kept(&self) -> String {
         let word = |tab: Option<Tab>| tab.map_or(EVERYWHERE, Tab::word);
         self.0.iter().map(|own| format!("{} {} {}\n", word(own.tab), own.from, own.to)).collect()
     }
 
-    /// From what was kept; what no longer fits the table is left out.
+    /// From storage; drops lines that no longer fit the table.
     pub fn of_kept(text: &str) -> Self {
         let mut keys = Self(text.lines().take(SHORTCUTS.len()).filter_map(of_line).collect());
-        // All of them count at once: two may have changed their places.
+        // Check all lines together, because two shortcuts may have swapped their signs.
         while let Some(at) = keys.0.iter().position(|own| !keys.is_free_for(own)) {
             keys.0.remove(at);
         }
         keys
     }
 
-    /// Whether nothing else has the sign of a moved one.
+    /// True if no other shortcut has this sign.
     fn is_free_for(&self, own: &Own) -> bool {
         let others = SHORTCUTS.iter().filter(|other| meet(other.tab, own.tab));
         others.filter(|other| self.sign(other) == Some(own.to)).count() == 1
@@ -175,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn every_single_key_can_be_moved_and_does_the_same_elsewhere() {
+    fn every_single_key_can_be_reassigned() {
         for shortcut in SHORTCUTS.iter().filter(|shortcut| is_of_ones_own(shortcut)) {
             let tab = shortcut.tab.unwrap_or(Tab::Board);
             let mut own = OwnKeys::default();
@@ -191,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sign_that_is_in_use_on_the_same_screen_is_refused() {
+    fn character_in_use_on_the_same_screen_is_refused() {
         let mut own = OwnKeys::default();
         let flip = named(None, "f");
         let rows = [
@@ -206,14 +205,14 @@ mod tests {
             assert_eq!(refused.map(|one| (one.tab, one.keys)), by.map(|one| (one.tab, one.keys)), "{sign}");
         }
         assert!(own.is_empty());
-        // Another screen has keys of its own, and a sign that was moved away is free.
+        // Other screens have separate keys, and a sign that was moved away is free.
         own.set(named(Some(Tab::Draw), "v"), "a").expect("a is of CAM");
         own.set(flip, "v").expect("free now");
         assert_eq!(pressed(&own, "v", Tab::Draw), Some(KeyAction::Flip));
     }
 
     #[test]
-    fn text_capitals_and_keys_with_control_are_not_moved() {
+    fn text_capitals_and_ctrl_keys_are_not_reassigned() {
         let mut own = OwnKeys::default();
         own.set(named(Some(Tab::Draw), "r"), "q").expect("free");
         let press = |key: &str, ctrl, shift, in_text| Press {
@@ -237,13 +236,13 @@ mod tests {
     }
 
     #[test]
-    fn kept_text_that_fits_no_table_is_left_out() {
+    fn invalid_saved_key_rows_are_dropped() {
         let own = OwnKeys::of_kept("draw r q\nnowhere f s\ndraw zz y\ndraw p v\ndraw n !\n\n \ndraw\n");
         assert_eq!(own.kept(), "draw r q\n");
     }
 
     #[test]
-    fn signs_that_changed_their_places_are_kept_in_any_order() {
+    fn swapped_keys_are_saved_and_restored() {
         let draw = |keys| named(Some(Tab::Draw), keys);
         let rows = [
             [(draw("r"), "q"), (draw("b"), "r"), (draw("r"), "b")],

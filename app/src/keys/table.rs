@@ -1,7 +1,5 @@
-//! Every key of the page that is looked up and searched for, and what is searched for that has none; moving by hand has its own
-//! beside it.
-//!
-//! Goes out: two tables. Knows no browser, nor which keys a person has moved.
+//! The table of shortcuts and of commands without a key, as shown in help and palette. Jog keys have a
+//! separate table.
 
 use super::{CamKey, KeyAction, Keyless, QueueKey, Stride, Tab};
 use crate::drawing::keys::{QUARTER_MDEG, StepSize};
@@ -9,21 +7,20 @@ use crate::drawing::{Act, DrawKey, Tool};
 use crate::said::key;
 use annulus_core::board::drawing::{Align, Sides};
 
-/// A key that people can look up, and what it does; without a key, what can be searched for.
+/// A shortcut for help and palette, or a command without a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shortcut {
-    /// The screen it works on; none for everywhere.
+    /// The screen; none for all screens.
     pub tab: Option<Tab>,
-    /// How it is written; empty where it has no key.
+    /// How the key is written; empty if there is none.
     pub keys: &'static str,
-    /// What it does, a key of the locale tables.
+    /// Key of its description in the locale tables.
     pub name: &'static str,
-    /// The same for the program.
     pub action: KeyAction,
 }
 
 impl Shortcut {
-    /// How it is written for people.
+    /// The displayed key.
     pub fn written(&self) -> String {
         let signs = [
             ("ArrowUp", "↑"),
@@ -55,7 +52,7 @@ const fn redo(tab: Tab, keys: &'static str) -> Shortcut {
     shortcut(Some(tab), keys, key!("page.key.redo"), undone(tab, false))
 }
 
-/// The Lab has its own edits, the screens of the board have those of the job.
+/// The Lab has its own undo; the screens of the board share that of the job.
 const fn undone(tab: Tab, back: bool) -> KeyAction {
     match tab {
         Tab::Lab => KeyAction::Undo { back },
@@ -75,7 +72,7 @@ const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut
     shortcut(Some(Tab::Draw), keys, name, KeyAction::Draw(key))
 }
 
-/// Every key of the page that is looked up and searched for; moving by hand has its own beside it.
+/// All shortcuts except the jog keys.
 pub const SHORTCUTS: &[Shortcut] = &[
     shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), KeyAction::Stop),
     shortcut(None, "Escape", key!("page.key.escape"), KeyAction::Escape),
@@ -247,7 +244,7 @@ const fn aligned(name: &'static str, x: bool, sides: Sides) -> Shortcut {
     drawn("", name, DrawKey::Act(Act::Align(Align { x, sides })))
 }
 
-/// What has no key and is searched for all the same.
+/// Commands without a key.
 pub const COMMANDS: &[Shortcut] = &[
     command(Tab::Board, key!("page.anew.choose"), Keyless::NewExports),
     command(Tab::Board, key!("page.review.discard"), Keyless::CloseBoard),

@@ -1,12 +1,10 @@
-//! Plane and spindles of the machine in time, over a few holes: how fast the plane moves, how high the tip is.
+//! XY and spindles over time for a few holes: the speed of XY and the height of the tip. Moves nothing.
 //!
 //! ```text
-//! hop ─▶ profile ─┐
-//! own stroke ─────┴▶ core: cycles ─────┬▶ points of speed and height, times with and without overlap
-//! no overlap: core: one by one, steps ─┘
+//! rapid ─▶ profile ─┐
+//! own stroke ───────┴▶ core: cycles ────┬▶ points of speed and height, times with and without overlap
+//! no overlap: core: one by one, steps ──┘
 //! ```
-//!
-//! Comes in: a machine, the length of the hop, mm. Goes out: points over ms, and times. Moves nothing.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Law, Machine};
@@ -16,39 +14,38 @@ use annulus_core::motion::profile::{MotionLaw, Profile, choose, plan};
 use annulus_core::motion::{AxisMove, Limits, Motion, drill_cycles};
 use annulus_core::steps::TICK_HZ;
 
-/// Holes shown.
 pub const HOLES: usize = 4;
 
-/// Points of a stroke or hop.
+/// Points per stroke or rapid.
 const POINTS: usize = 60;
 
-/// What came of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleShown {
-    /// Speed of the plane over ms, mm/s.
+    /// Speed of XY in mm/s over ms.
     pub speed: Vec<[f64; 2]>,
-    /// Height of the tip over the board's surface over ms, mm.
+    /// Height of the tip above the board in mm over ms.
     pub height: Vec<[f64; 2]>,
-    /// The instants of each hole.
+    /// The times of each hole.
     pub cycles: Vec<Cycle>,
-    /// Height from which on the plane may move, mm.
+    /// Height above which XY may move, mm.
     pub clear_mm: f64,
-    /// From clear to clear with overlap, s; none where the machine moves one after the other.
+    /// Time per hole with overlap, s; none if the machine moves XY and Z one after the other.
     pub together_s: Option<f64>,
-    /// The same when one waits for the other, s.
+    /// Time per hole without overlap, s.
     pub apart_s: f64,
-    /// Until how long after its start a stroke can be stopped clear of the board, s; only with overlap.
+    /// With overlap: time from the start of a stroke until which it can still be stopped clear of the board,
+    /// s.
     pub last_stop_s: Option<f64>,
-    /// Spindles that drill at once.
+    /// Number of spindles that drill at once.
     pub spindles: u32,
 }
 
-/// Some holes in a row, `hop_mm` apart along X.
+/// Some holes in a row along X, at a distance of `hop_mm`.
 pub fn shown(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     if drill_cycles::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
 }
 
-/// Plane and spindles together.
+/// XY and spindles overlap.
 fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     let limits = Limits::of_axis(machine, &machine.x);
     let shape = match machine.motion.plane {
@@ -62,7 +59,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     let rules =
         SpindleRules { settle_s: machine.settle_ms * 1e-3, latency_s: machine.overlap.latency_ms * 1e-3 };
     let spindles = drill_cycles::own_times(machine)?;
-    // What the slowest of them takes, all take.
+    // All spindles wait for the slowest.
     let cycle_s = spindles.iter().map(|times| cycle_s(hop.duration_s(), rules, times)).fold(0.0, f64::max);
     let found = cycles(&[hop.duration_s(); HOLES], rules, &spindles)?;
     let top_mm = machine.process.safe_height.mm();
@@ -88,9 +85,9 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     })
 }
 
-/// One after the other: the machine's own moves, profiles or steps.
+/// XY and spindles move one after the other: the machine's own moves, profiles or steps.
 fn apart(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
-    // A length has no sign.
+    // `one_by_one` would accept a negative distance; NaN makes it fail.
     let hop_mm = if hop_mm >= 0.0 { hop_mm } else { f64::NAN };
     let found = one_by_one(machine, &[[hop_mm, 0.0]; HOLES])?;
     let mm = found.timeline.mm_per_step;
@@ -118,7 +115,7 @@ fn apart(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     })
 }
 
-/// Speed of a part of a move along one axis: of steps, that of every stretch.
+/// Speed of a part of a move along one axis. For table steps: constant within each run of equal intervals.
 fn part_speed(part: &AxisMove, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
     match &part.motion {
         Motion::Line(stroke) => way(from_s, part.duration_s(), |t| stroke.speed(t)),
@@ -157,7 +154,7 @@ mod tests {
     use annulus_core::machine::{hobby_3018, lab, six_spindles, virtual_drill};
 
     #[test]
-    fn every_preset_drills_without_moving_the_plane_while_the_tip_is_low() {
+    fn every_preset_drills_without_xy_motion_while_down() {
         for machine in [virtual_drill(), lab(), hobby_3018(), six_spindles()] {
             let shown = shown(&machine, 5.0).unwrap();
             assert_eq!(shown.cycles.len(), HOLES);
@@ -177,9 +174,9 @@ mod tests {
     }
 
     #[test]
-    fn the_laboratory_drill_is_shown_by_its_steps() {
+    fn lab_drill_cycle_is_plotted_from_its_steps() {
         let shown = shown(&lab(), 5.0).unwrap();
-        // A step an interrupt at most: 500 a second are 105.8 mm/s; 71 a second at the slowest.
+        // At most one step per interrupt: 500 per second are 105.8 mm/s; the slowest are 71 per second.
         let fastest = shown.speed.iter().map(|point| point[1]).fold(0.0, f64::max);
         assert!((fastest - 500.0 * 25.4 / 120.0).abs() < 1e-6, "{fastest}");
         assert!(shown.speed.iter().any(|point| (point[1] - 500.0 / 7.0 * 25.4 / 120.0).abs() < 1e-6));
@@ -189,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hop_that_cannot_be_is_refused() {
+    fn invalid_rapid_distance_is_refused() {
         assert!(shown(&lab(), f64::NAN).is_err() && shown(&lab(), -1.0).is_err());
         assert!(shown(&virtual_drill(), f64::NAN).is_err());
         assert!(shown(&virtual_drill(), -1.0).is_err());

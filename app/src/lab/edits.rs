@@ -1,6 +1,4 @@
-//! Everything the Lab edits. What was not edited stands as the machine has it.
-//!
-//! Comes in: an edit. Goes out: the next bench; and as text, to be kept over a reload. Does not know the machine.
+//! Everything the Lab edits. Values that aren't edited are those of the machine.
 
 use super::motion::{self, StateRow};
 use super::phases::{self, TableEdit};
@@ -11,31 +9,31 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-/// Motors with a table of their own: X, Y, Z.
+/// Motors with a phase table: X, Y, Z.
 pub const MOTORS: usize = 3;
 
-/// The setting of the interrupt frequency, and the field it is typed into.
+/// Key of the interrupt frequency, both of the setting and of its field.
 pub const INTERRUPTS: &str = "drive.interrupt_frequency";
 
-/// What it may be, Hz.
+/// Allowed range, Hz.
 pub const INTERRUPTS_HZ: RangeInclusive<f64> = 10.0..=20_000.0;
 
-/// What lies on the bench.
+/// The edits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LabEdits {
-    /// Phase tables as edited; none where the machine's own stands.
+    /// Edited phase tables; none for the machine's table.
     pub tables: [Option<Vec<u8>>; MOTORS],
-    /// Rows of the dynamics as typed; none where the machine's own stand.
+    /// Dynamics rows as typed; none for the machine's dynamics.
     pub dynamics: Option<Vec<StateRow>>,
-    /// What was typed into the fields of the experiments, by name; none where the field has its own value.
+    /// Typed texts of the fields, by name; missing fields have their default.
     pub fields: BTreeMap<String, String>,
     /// Work commands.
     pub queue: Vec<QueueLine>,
 }
 
 impl LabEdits {
-    /// The bench with the table of `motor` edited, which so far is `columns`.
+    /// With the table of `motor` edited; `columns` is its current content.
     #[must_use]
     pub fn with_table(&self, motor: usize, columns: &[u8], edit: &TableEdit) -> Self {
         let mut next = self.clone();
@@ -45,13 +43,12 @@ impl LabEdits {
         next
     }
 
-    /// The bench with these rows of dynamics.
     #[must_use]
     pub fn with_dynamics(&self, rows: Vec<StateRow>) -> Self {
         Self { dynamics: Some(rows), ..self.clone() }
     }
 
-    /// The bench with the machine's own dynamics and interrupts.
+    /// With the machine's own dynamics and interrupt frequency.
     #[must_use]
     pub fn without_dynamics(&self) -> Self {
         let mut next = Self { dynamics: None, ..self.clone() };
@@ -59,7 +56,6 @@ impl LabEdits {
         next
     }
 
-    /// The bench with `text` in the field `name`.
     #[must_use]
     pub fn with_field(&self, name: &str, text: String) -> Self {
         let mut next = self.clone();
@@ -67,19 +63,19 @@ impl LabEdits {
         next
     }
 
-    /// The bench after an edit of the work commands, and the line to be at.
+    /// With an edit of the work commands; also returns the line to select.
     pub fn with_queue(&self, edit: &queue::QueueEdit) -> (Self, usize) {
         let (lines, at) = queue::edited(&self.queue, edit);
         (Self { queue: lines, ..self.clone() }, at)
     }
 
-    /// The bench as the machine has it: nothing to apply. The experiments stay.
+    /// Without pending changes to the machine. The experiments stay.
     #[must_use]
     pub fn without_changes(&self) -> Self {
         Self { tables: Default::default(), ..self.without_dynamics() }
     }
 
-    /// What applying the bench would change in `machine`, as the settings table writes it.
+    /// The changes that applying would make to `machine`.
     pub fn changes(&self, machine: &Machine) -> Vec<(String, Value)> {
         let tables = self.tables.iter().enumerate().filter_map(|(motor, table)| {
             let columns = table.as_ref().filter(|table| **table != machine.axis(motor).phases.columns)?;
@@ -89,8 +85,7 @@ impl LabEdits {
         tables.chain(self.changed_dynamics(machine)).collect()
     }
 
-    /// `machine` with the dynamics and the interrupts that lie on the bench, applied or not, for trials. What was typed and is
-    /// no number, or no frequency that can be set, stands as the machine has it.
+    /// `machine` with the edited dynamics and interrupt frequency, for trials. Invalid texts are ignored.
     pub fn tried(&self, machine: &Machine) -> Machine {
         let typed = self.dynamics.as_ref().and_then(|rows| motion::dynamics(rows).ok());
         let settable = |hz: &f64| INTERRUPTS_HZ.contains(hz);
@@ -115,12 +110,12 @@ impl LabEdits {
         table.map(|(key, list)| (key.to_owned(), numbers(list))).chain(frequency).collect()
     }
 
-    /// As text for the browser's storage.
+    /// For the browser's storage.
     pub fn kept(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// From the browser's storage; anything that is not a bench gives an empty one.
+    /// From the browser's storage; empty if the text is invalid.
     pub fn of_kept(text: &str) -> Self {
         let mut bench: Self = serde_json::from_str(text).unwrap_or_default();
         for table in bench.tables.iter_mut().flatten() {
@@ -139,7 +134,7 @@ mod tests {
     use annulus_core::machine::{apply, lab};
 
     #[test]
-    fn what_was_typed_becomes_settings_and_nothing_else_does() {
+    fn only_typed_values_become_settings() {
         let machine = lab();
         let rows = motion::rows(&machine.dynamics);
         assert_eq!(LabEdits::default().with_dynamics(rows.clone()).changes(&machine), []);
@@ -153,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_is_of_what_lies_on_the_bench() {
+    fn trial_uses_the_edited_bench_values() {
         let machine = lab();
         assert_eq!(LabEdits::default().tried(&machine), machine);
         let rows = motion::with_cell(&motion::rows(&machine.dynamics), 3, Column::Period, "2".into());
@@ -172,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_comes_back_and_rubbish_is_an_empty_bench() {
+    fn saved_bench_is_restored_and_damaged_text_gives_an_empty_one() {
         let cell = Cell { line: 1, column: 2 };
         let bench = LabEdits::default()
             .with_table(1, &[1, 2, 4], &TableEdit::Toggle(CellBlock::at(cell)))

@@ -1,36 +1,31 @@
-//! The inputs as they were seen, and the guided check of every sensor.
+//! Input history, and a guided check of every sensor.
 //!
 //! ```text
 //! status ─ bits ─▶ Inputs: now, edges, last change
 //!                    └─▶ Check: press this one … seen / not seen … next … report
 //! ```
-//!
-//! Comes in: input bits with their time. Goes out: counts and a report. Does not know how bits travel; edges between two
-//! statuses are not seen.
 
 use annulus_core::job::Input;
 
-/// How many inputs there are.
 pub const INPUTS: usize = Input::ALL.len();
 
-/// What is known of the inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KnownInputs {
-    /// Bits as last seen; none before the first status.
+    /// Last reported bits; none before the first status.
     pub bits: Option<u32>,
-    /// Changes seen, by input.
+    /// Number of changes per input.
     pub edges: [u32; INPUTS],
-    /// When it changed last, ms since 1970.
+    /// Time of the last change, ms since 1970.
     pub changed_ms: [Option<f64>; INPUTS],
 }
 
 impl KnownInputs {
-    /// Whether `input` is on.
+    /// True if `input` is on.
     pub fn on(&self, input: Input) -> bool {
         self.bits.is_some_and(|bits| bits & input.bit() != 0)
     }
 
-    /// After a status with `bits`.
+    /// Takes a status with `bits`.
     #[must_use]
     pub fn seen(mut self, at_ms: f64, bits: u32) -> Self {
         let changed = self.bits.map_or(0, |before| before ^ bits);
@@ -44,40 +39,39 @@ impl KnownInputs {
         self
     }
 
-    /// The same with the counts begun anew.
+    /// With all counts reset.
     #[must_use]
     pub fn counted_anew(self) -> Self {
         Self { bits: self.bits, ..Self::default() }
     }
 }
 
-/// What the check found of a sensor.
+/// The result of a sensor's check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// It turned on and off again.
+    /// Turned on and off again.
     Good,
-    /// It turned on and did not turn off before the person went on.
+    /// Turned on, but not off before the user continued.
     StuckOn,
-    /// It was on before it was pressed, and nothing changed.
+    /// Was on from the start, and didn't change.
     OnAlready,
-    /// It never changed.
     Nothing,
 }
 
-/// The guided check: one sensor after the other.
+/// The guided check: one sensor after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Check {
-    /// The sensor to press now, as its place in [`Input::ALL`]; past the end when done.
+    /// Index of the current sensor in [`Input::ALL`]; past the end when done.
     pub at: usize,
     found: [Option<Found>; INPUTS],
-    /// It was on when its turn came.
+    /// The current sensor was on at the start of its turn.
     was_on: bool,
-    /// It changed while its turn was.
+    /// The current sensor has changed.
     changed: bool,
 }
 
 impl Check {
-    /// Begins with the first sensor, while the inputs are `bits`.
+    /// Starts with the first sensor; the inputs are `bits`.
     pub fn begin(bits: u32) -> Self {
         let first = Self { at: 0, found: [None; INPUTS], was_on: false, changed: false };
         Self { was_on: first.is_on(bits), ..first }
@@ -87,22 +81,23 @@ impl Check {
         Input::ALL.get(self.at).is_some_and(|input| bits & input.bit() != 0)
     }
 
-    /// The sensor whose turn it is.
+    /// The current sensor.
     pub fn input(&self) -> Option<Input> {
         Input::ALL.get(self.at).copied()
     }
 
-    /// What was found of the sensor at `index`.
+    /// The result of the sensor at `index`.
     pub fn found(&self, index: usize) -> Option<Found> {
         self.found.get(index).copied().flatten()
     }
 
-    /// Whether every sensor had its turn.
+    /// True if all sensors were checked.
     pub fn done(&self) -> bool {
         self.at >= INPUTS
     }
 
-    /// After a status with `bits`: a sensor that went on and off again (or off and on) is good, and the next has its turn.
+    /// Takes a status with `bits`. A sensor that has changed twice (on and off, or off and on) is good; the
+    /// next one follows.
     #[must_use]
     pub fn seen(self, bits: u32) -> Self {
         if self.done() {
@@ -115,7 +110,7 @@ impl Check {
         Self { changed: self.changed || on != self.was_on, ..self }
     }
 
-    /// The person goes on without it.
+    /// The user skips the current sensor.
     #[must_use]
     pub fn skipped(self, bits: u32) -> Self {
         if self.done() {
@@ -143,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn edges_are_counted_from_the_second_status_on() {
+    fn input_edges_count_from_the_second_status() {
         let x_min = Input::XMin.bit();
         let inputs = KnownInputs::default().seen(1.0, x_min).seen(2.0, 0).seen(3.0, x_min).seen(4.0, x_min);
         assert!(inputs.on(Input::XMin) && !inputs.on(Input::XMax));
@@ -154,17 +149,17 @@ mod tests {
     }
 
     #[test]
-    fn the_check_walks_through_every_sensor() {
+    fn sensor_check_covers_every_input() {
         let [first, second, third, fourth] = [0, 1, 2, 3].map(|index| Input::ALL[index].bit());
         let mut check = Check::begin(0);
         assert_eq!(check.input(), Some(Input::ALL[0]));
-        check = check.seen(0).seen(first).seen(first).seen(0); // pressed and let go
+        check = check.seen(0).seen(first).seen(first).seen(0); // pressed and released
         assert_eq!((check.at, check.found(0)), (1, Some(Found::Good)));
         check = check.seen(second).skipped(second); // pressed and stuck
         assert_eq!(check.found(1), Some(Found::StuckOn));
         check = check.seen(second).skipped(second | fourth); // another one is on; this one never
         assert_eq!(check.found(2), Some(Found::Nothing));
-        check = check.skipped(second | third | fourth); // it was on all the time
+        check = check.skipped(second | third | fourth); // on all the time
         assert_eq!(check.found(3), Some(Found::OnAlready));
         for _ in 4..INPUTS {
             check = check.skipped(0);
@@ -174,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_rests_on_is_good_when_it_goes_off_and_on() {
+    fn normally_on_sensor_passes_after_off_and_on() {
         let first = Input::ALL[0].bit();
         let check = Check::begin(first).seen(first).seen(0).seen(first);
         assert_eq!((check.at, check.found(0)), (1, Some(Found::Good)));

@@ -1,10 +1,8 @@
-//! What happened, in order: what the machine said, what this page asked, how the link was.
+//! The log: reports of the machine, requests of this page, state of the link.
 //!
 //! ```text
-//! tells, asks, link ─▶ Event ─▶ Log (the last 500) ─▶ filter ─▶ list, file
+//! reports, requests, link ─▶ Event ─▶ Log (the last 500) ─▶ filter ─▶ list, file
 //! ```
-//!
-//! Comes in: events with their time. Goes out: entries. Knows no language: the words are found where they are shown.
 
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
@@ -12,67 +10,57 @@ use annulus_core::magazine::ChangeStep;
 use annulus_core::wire::Status;
 use std::collections::VecDeque;
 
-/// The most entries kept.
+/// Older entries are dropped.
 const MOST_ENTRIES: usize = 500;
 
-/// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LogEvent {
-    /// The machine does something else now.
+    /// The machine's state changed.
     State(State),
-    /// The machine changes a tool and begins with this step.
+    /// The machine starts this step of a tool change.
     Change(ChangeStep),
-    /// An alarm.
     Alarm(Diagnostic),
-    /// A job ended, after so many holes and so many toolpaths.
+    /// A job ended, with the number of completed holes and toolpaths.
     Ended {
-        /// How it ended.
         ending: Ending,
-        /// How many holes.
         holes: u32,
-        /// How many toolpaths.
         toolpaths: u32,
     },
-    /// A wish was refused.
+    /// A request was rejected.
     Refused(Diagnostic),
-    /// This page asked for something, by its name on the wire.
+    /// A request of this page, by its name on the wire.
     Asked(String),
-    /// Control was taken (true: by this page) or given back.
+    /// Control was taken or released.
     Control {
-        /// This page has it.
+        /// This page has control.
         yours: bool,
-        /// Somebody has it.
         taken: bool,
     },
-    /// The machine's settings are others now.
+    /// The machine's settings changed.
     Settings,
-    /// The link came or went.
+    /// The link opened or closed.
     Link {
-        /// It came, else it went.
         open: bool,
     },
 }
 
-/// What an entry is about.
+/// The topic of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
     /// The machine and its jobs.
     Machine,
-    /// Alarms and refusals.
     Trouble,
-    /// What this page asked.
+    /// Requests of this page.
     Asked,
-    /// Link, control, settings.
     Link,
 }
 
 impl Topic {
-    /// All of them, in the order of the filter.
+    /// In the order of the filter.
     pub const ALL: [Self; 4] = [Self::Machine, Self::Trouble, Self::Asked, Self::Link];
 }
 
 impl LogEvent {
-    /// What it is about.
     pub fn kind(&self) -> Topic {
         match self {
             Self::State(_) | Self::Change(_) | Self::Ended { .. } => Topic::Machine,
@@ -83,18 +71,16 @@ impl LogEvent {
     }
 }
 
-/// An event with its number and its time.
+/// An entry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogEntry {
-    /// Counts from 1 and never repeats.
+    /// Counts from 1; never reused.
     pub number: u64,
     /// Milliseconds since 1970.
     pub at_ms: f64,
-    /// What happened.
     pub event: LogEvent,
 }
 
-/// The last events.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     entries: VecDeque<LogEntry>,
@@ -104,7 +90,6 @@ pub struct Log {
 }
 
 impl Log {
-    /// Adds an event.
     pub fn add(&mut self, at_ms: f64, event: LogEvent) {
         self.count += 1;
         self.entries.push_back(LogEntry { number: self.count, at_ms, event });
@@ -113,12 +98,12 @@ impl Log {
         }
     }
 
-    /// Whether there is anything new in a status.
+    /// True if the status differs from the last one.
     pub fn is_news(&self, status: &Status) -> bool {
         self.state != Some(status.state) || self.alarm != status.alarm
     }
 
-    /// Looks at a status and adds what is new in it. Says whether anything was.
+    /// Adds what is new in a status; returns true if anything was.
     pub fn seen(&mut self, at_ms: f64, status: &Status) -> bool {
         let before = self.count;
         if self.state.replace(status.state) != Some(status.state) {
@@ -133,23 +118,22 @@ impl Log {
         self.count > before
     }
 
-    /// Entries of the kinds that `wanted` lets through, the newest first.
+    /// The entries of the `wanted` topics, newest first.
     pub fn newest(&self, wanted: impl Fn(Topic) -> bool) -> Vec<LogEntry> {
         self.entries.iter().rev().filter(|entry| wanted(entry.event.kind())).cloned().collect()
     }
 
-    /// Whether nothing happened yet.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Forgets the entries; numbers go on.
+    /// Removes all entries; numbers continue.
     pub fn clear(&mut self) {
         self.entries.clear();
     }
 }
 
-/// A field of a CSV file: quoted where it has to be.
+/// A CSV field, quoted if necessary.
 pub fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
@@ -163,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_events_newest_first_by_kind() {
+    fn log_shows_the_latest_events_first_by_kind() {
         let mut log = Log::default();
         assert!(log.is_empty());
         for number in 0..600 {
@@ -184,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_of_a_file_keep_their_commas() {
+    fn csv_fields_are_quoted() {
         for (text, field) in [("plain", "plain"), ("a, b", "\"a, b\""), ("say \"x\"", "\"say \"\"x\"\"\"")] {
             assert_eq!(csv_field(text), field);
         }

@@ -1,10 +1,8 @@
-//! What the Lab edits, as plain data: phase tables, dynamics, experiments, work commands, and one history of it all.
+//! The Lab as plain data: phase tables, dynamics, experiments, work commands, and one undo history for all.
 //!
 //! ```text
 //! (LabEdits, edit) ─▶ LabEdits ─▶ History ─▶ screens/lab
 //! ```
-//!
-//! Comes in: edits. Goes out: the next state. Knows no browser and moves no machine.
 
 pub mod cycle;
 pub mod edits;

@@ -1,21 +1,19 @@
-//! Dynamics as typed and as numbers, and the points of the curves that the Lab shows.
+//! Dynamics as typed and as numbers, and the curves that the Lab plots. The core checks the tables.
 //!
 //! ```text
 //! rows of text ─▶ Dynamics ─ core ─▶ steps ─▶ rate over time
-//! limits ─ core ─▶ Profile ─▶ s, v, a, j over time, jumps upright
+//! limits ─ core ─▶ Profile ─▶ s, v, a, j over time, jumps vertical
 //! ```
-//!
-//! Comes in: typed rows, tables, profiles. Goes out: points. Whether a table may be used is `core`'s to say.
 
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::profile::Profile;
 use annulus_core::steps::automaton::{Automaton, TableStep};
 use serde::{Deserialize, Serialize};
 
-/// One state of the dynamics as typed. State 0 is not entered and not left.
+/// A row of the dynamics table as typed. State 0 has no enter and leave distance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StateRow {
-    /// A step every so many interrupts.
+    /// Interrupts per step.
     pub period: String,
     /// Entered above this distance, steps.
     pub enter: String,
@@ -23,24 +21,21 @@ pub struct StateRow {
     pub leave: String,
 }
 
-/// The longest move that is shown step by step.
+/// A longer move isn't shown step by step.
 pub const MOST_STEPS: u64 = 20_000;
 
-/// Points of a curve in one phase of a profile.
+/// Points of a curve per phase of a profile.
 const POINTS: usize = 32;
 
-/// Which cell of a row.
+/// A column of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Interrupts a step.
     Period,
-    /// Distance to enter.
     Enter,
-    /// Distance to leave.
     Leave,
 }
 
-/// The table as rows to type into, state 0 first.
+/// The table as rows of text, state 0 first.
 pub fn rows(dynamics: &Dynamics) -> Vec<StateRow> {
     let text = |list: &[u32], at: Option<usize>| {
         at.and_then(|at| list.get(at)).map(u32::to_string).unwrap_or_default()
@@ -53,7 +48,7 @@ pub fn rows(dynamics: &Dynamics) -> Vec<StateRow> {
     (0..dynamics.period.len()).map(row).collect()
 }
 
-/// The rows as a table, or the cells that hold no whole number.
+/// Parses the rows; fails with the cells that aren't whole numbers.
 pub fn dynamics(rows: &[StateRow]) -> Result<Dynamics, Vec<(usize, Column)>> {
     let mut table = Dynamics { period: Vec::new(), enter: Vec::new(), leave: Vec::new() };
     let mut wrong = Vec::new();
@@ -74,7 +69,7 @@ pub fn dynamics(rows: &[StateRow]) -> Result<Dynamics, Vec<(usize, Column)>> {
     if wrong.is_empty() { Ok(table) } else { Err(wrong) }
 }
 
-/// The rows with another text in one cell.
+/// With another text in one cell.
 pub fn with_cell(rows: &[StateRow], state: usize, column: Column, text: String) -> Vec<StateRow> {
     let mut next = rows.to_vec();
     if let Some(row) = next.get_mut(state) {
@@ -87,7 +82,7 @@ pub fn with_cell(rows: &[StateRow], state: usize, column: Column, text: String) 
     next
 }
 
-/// The rows with one more state: as fast as the last one, entered a step later, left two steps earlier.
+/// Adds a state as fast as the last one, entered one step later and left two steps earlier.
 pub fn with_state(rows: &[StateRow]) -> Vec<StateRow> {
     let mut next = rows.to_vec();
     let further =
@@ -98,16 +93,16 @@ pub fn with_state(rows: &[StateRow]) -> Vec<StateRow> {
     next
 }
 
-/// The rows without the fastest state; one always stays.
+/// Removes the fastest state, unless it is the only one.
 pub fn without_state(rows: &[StateRow]) -> Vec<StateRow> {
     rows[..rows.len().saturating_sub(1).max(1).min(rows.len())].to_vec()
 }
 
-/// One step of a move: the interrupt it comes at, counted from the command, and what it does.
+/// The interrupt of a step, counted from the command, and the step.
 pub type Numbered = (u64, TableStep);
 
-/// Every step of a move of `distance` steps from rest. Empty for a move longer than [`MOST_STEPS`], and cut off where a
-/// table that runs on would never end.
+/// Every step of a move of `distance` steps from standstill. Empty if longer than [`MOST_STEPS`]; cut off if
+/// the table never stops.
 pub fn steps(dynamics: &Dynamics, distance: i64) -> Vec<Numbered> {
     let count = distance.unsigned_abs();
     if count > MOST_STEPS || dynamics.period.is_empty() {
@@ -125,7 +120,7 @@ pub fn steps(dynamics: &Dynamics, distance: i64) -> Vec<Numbered> {
     found
 }
 
-/// Steps a second over time: each step's rate holds from the one before it.
+/// Steps per second over time; each rate holds from the previous step on.
 pub fn rates(steps: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
     let mut points = Vec::with_capacity(steps.len() + 1);
     let mut before = 0;
@@ -143,12 +138,12 @@ pub fn states(steps: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
     std::iter::once([0.0, 0.0]).chain(points).collect()
 }
 
-/// A quantity of `profile` over time, in ms, phase by phase, so that a jump stands upright.
+/// A quantity of `profile` over ms, sampled per phase, so that jumps are vertical.
 pub fn curve(profile: &Profile, value: impl Fn(&Profile, f64) -> f64) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     let mut start = 0.0;
     for length in profile.phases().into_iter().filter(|length| *length > 0.0) {
-        // A hair inside, so that each phase is read on its own side of the jump.
+        // Slightly inside the phase, so that each side of a jump has its own value.
         let hair = 1e-9 * length;
         for k in 0..POINTS {
             let share = k as f64 / (POINTS - 1) as f64;
@@ -166,7 +161,7 @@ mod tests {
     use annulus_core::motion::profile::{Limits, MotionLaw, plan};
 
     #[test]
-    fn rows_and_table_say_the_same() {
+    fn dynamics_rows_and_table_convert_both_ways() {
         let table = Dynamics::arendt();
         assert_eq!(dynamics(&rows(&table)), Ok(table.clone()));
         let wrong = with_cell(&rows(&table), 2, Column::Leave, "three".into());
@@ -187,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_steps_of_the_papers_moves() {
+    fn step_times_match_the_papers_table() {
         let table = Dynamics::arendt();
         let at = |distance| steps(&table, distance).iter().map(|(at, _)| *at).collect::<Vec<_>>();
         assert_eq!(at(5), [7, 11, 13, 17, 24]);
@@ -203,13 +198,13 @@ mod tests {
     }
 
     #[test]
-    fn a_table_that_never_ends_is_cut_off() {
+    fn endless_dynamics_table_is_cut_off() {
         let endless = Dynamics { period: vec![1, 1], enter: vec![0], leave: vec![0] };
         assert!(steps(&endless, 10).len() <= 104);
     }
 
     #[test]
-    fn curves_keep_their_jumps() {
+    fn curves_include_their_jumps() {
         let limits = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 1e5 };
         let profile = plan(MotionLaw::Linear, 50.0, limits).unwrap();
         let a = curve(&profile, Profile::acceleration);

@@ -1,28 +1,25 @@
-//! Edits of a phase table: cells, blocks, rotations, mirrors, another length; and what the table looks like in time.
+//! Edits of a phase table: cells, blocks, rotation, mirroring, length; and its waveforms. The core checks the
+//! tables.
 //!
 //! ```text
-//! line  bit   1 2 3 4 5 6 …      a column is a byte put out for one step
+//! line  bit   1 2 3 4 5 6 …      a column is the output byte of one step
 //! 1a    0     x x x x x x        block = the cells between anchor and cursor
 //! ```
-//!
-//! Comes in: columns (bytes) and an edit. Goes out: columns. Whether a table is any good is `core`'s to say.
 
-/// The most columns of a table.
+/// Maximum number of columns.
 pub const MOST_COLUMNS: usize = 64;
 
-/// One line of the table: a bit of the byte.
+/// A line of the table: one bit of the output byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PhaseLine {
-    /// Which bit.
     pub bit: u8,
-    /// Its name on the drive; the digit is the winding, the letter its half.
+    /// Name on the drive: the digit is the winding, the letter its half.
     pub name: &'static str,
-    /// Supply it switches, in volts.
+    /// Voltage of the supply that it switches.
     pub volts: u8,
 }
 
 impl PhaseLine {
-    /// The bit as a mask.
     pub fn mask(self) -> u8 {
         1 << self.bit
     }
@@ -32,7 +29,7 @@ const fn line(bit: u8, name: &'static str, volts: u8) -> PhaseLine {
     PhaseLine { bit, name, volts }
 }
 
-/// The lines there are; bits 4 and 7 are not wired.
+/// The wired lines; bits 4 and 7 are not wired.
 pub const LINES: [PhaseLine; 6] = [
     line(0, "1a", 5),
     line(1, "1b", 5),
@@ -42,26 +39,23 @@ pub const LINES: [PhaseLine; 6] = [
     line(6, "boost b", 24),
 ];
 
-/// A cell: line and column, both from 0.
+/// A cell, both indices from 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cell {
-    /// Index into [`LINES`].
     pub line: usize,
-    /// Column.
     pub column: usize,
 }
 
-/// The cells between two corners, both inside.
+/// A block of cells between two corners, inclusive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellBlock {
-    /// Where the choice began.
+    /// Where the selection started.
     pub anchor: Cell,
-    /// Where it is now.
+    /// Where the selection ends.
     pub cursor: Cell,
 }
 
 impl CellBlock {
-    /// One cell.
     pub fn at(cell: Cell) -> Self {
         Self { anchor: cell, cursor: cell }
     }
@@ -72,25 +66,24 @@ impl CellBlock {
         (a.min(b), a.max(b).min(LINES.len() - 1))
     }
 
-    /// First and last column of a table of `count`.
+    /// First and last column in a table of `count` columns.
     pub fn columns(self, count: usize) -> (usize, usize) {
         let (a, b) = (self.anchor.column, self.cursor.column);
         let last = count.saturating_sub(1);
         (a.min(b).min(last), a.max(b).min(last))
     }
 
-    /// Whether `cell` is inside.
     pub fn holds(self, cell: Cell) -> bool {
         let ((top, bottom), (left, right)) = (self.lines(), self.columns(MOST_COLUMNS));
         (top..=bottom).contains(&cell.line) && (left..=right).contains(&cell.column)
     }
 
-    /// Whether it is a single cell.
+    /// True for a single cell.
     pub fn single(self) -> bool {
         self.anchor == self.cursor
     }
 
-    /// The cursor moved by lines and columns within a table of `count` columns; the anchor stays where `stretch`.
+    /// Moves the cursor within a table of `count` columns. The anchor stays if `stretch`.
     #[must_use]
     pub fn moved(self, lines: isize, columns: isize, stretch: bool, count: usize) -> Self {
         let add = |at: usize, by: isize, last: usize| at.saturating_add_signed(by).min(last);
@@ -108,39 +101,32 @@ pub struct Clip {
     cells: Vec<Vec<bool>>,
 }
 
-/// An edit of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TableEdit {
-    /// One cell on or off; a block becomes what its first cell is not.
+    /// Toggles a cell; sets a block to the inverse of its first cell.
     Toggle(CellBlock),
-    /// Off.
     Clear(CellBlock),
-    /// On becomes off and off on.
     Invert(CellBlock),
-    /// Left becomes right, within the block.
+    /// Mirrors left and right within the block.
     Mirror(CellBlock),
-    /// All columns on by so many, round the end.
+    /// Rotates all columns.
     Rotate {
-        /// How many columns; below 0 to the left.
+        /// Number of columns; negative to the left.
         by: isize,
     },
-    /// So many columns: cut off, or repeated from the beginning.
+    /// Sets the number of columns: truncates, or repeats from the start.
     Length {
-        /// How many.
         columns: usize,
     },
-    /// A copied block with its first cell here; what does not fit is left out.
+    /// Pastes a block; drops cells outside the table.
     Paste {
-        /// Where its first cell goes.
+        /// Position of its first cell.
         at: Cell,
-        /// What was copied.
         clip: Clip,
     },
-    /// Another table in its place.
     Replace(Vec<u8>),
 }
 
-/// `columns` after `edit`.
 pub fn edited(columns: &[u8], edit: &TableEdit) -> Vec<u8> {
     let mut next = columns.to_vec();
     match edit {
@@ -198,26 +184,26 @@ fn set(columns: &mut [u8], cell: Cell, on: bool) {
     }
 }
 
-/// Whether a cell is on; outside of the table nothing is.
+/// True if a cell is on; false outside the table.
 pub fn is_on(columns: &[u8], cell: Cell) -> bool {
     let line = LINES.get(cell.line);
     line.zip(columns.get(cell.column)).is_some_and(|(line, byte)| byte & line.mask() != 0)
 }
 
-/// The cells of `block`.
+/// Copies the cells of `block`.
 pub fn copied(columns: &[u8], block: CellBlock) -> Clip {
     let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
     let row = |line| (left..=right).map(|column| is_on(columns, Cell { line, column })).collect();
     Clip { cells: (top..=bottom).map(row).collect() }
 }
 
-/// The whole of a table of `count` columns.
+/// The block of all cells in a table of `count` columns.
 pub fn whole(count: usize) -> CellBlock {
     let last = Cell { line: LINES.len() - 1, column: count.saturating_sub(1) };
     CellBlock { anchor: Cell::default(), cursor: last }
 }
 
-/// Stretches of columns in which `line` is on: first column and the one behind the last.
+/// Runs of columns in which `line` is on: first column, and the column after the last.
 pub fn stretches(columns: &[u8], line: PhaseLine) -> Vec<(usize, usize)> {
     let mut found: Vec<(usize, usize)> = Vec::new();
     for (column, _) in columns.iter().enumerate().filter(|(_, byte)| **byte & line.mask() != 0) {
@@ -244,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_as_rows() {
+    fn table_edits_change_the_columns() {
         let rows: [(&[u8], TableEdit, &[u8]); 13] = [
             (&[0, 0], TableEdit::Toggle(CellBlock::at(cell(0, 1))), &[0, 1]),
             (&[1, 1], TableEdit::Toggle(CellBlock::at(cell(0, 0))), &[0, 1]),
@@ -267,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copied_block_is_pasted_as_far_as_it_fits() {
+    fn copied_block_is_clipped_when_pasted() {
         let clip = copied(&TWELVE, block((0, 0), (3, 2)));
         let pasted = edited(&[0; 12], &TableEdit::Paste { at: cell(0, 10), clip: clip.clone() });
         assert_eq!(pasted[10..], [5, 5]);
@@ -276,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn inverting_mirroring_and_rotating_twice_gives_the_table_back() {
+    fn inverting_mirroring_or_half_turn_twice_restores_the_table() {
         let all = whole(12);
         for edit in [TableEdit::Invert(all), TableEdit::Mirror(all), TableEdit::Rotate { by: 6 }] {
             assert_eq!(edited(&edited(&TWELVE, &edit), &edit), TWELVE, "{edit:?}");
@@ -284,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cursor_stays_in_the_table_and_shift_stretches() {
+    fn cursor_is_clamped_to_the_table_and_shift_extends_it() {
         let at = CellBlock::at(cell(0, 0)).moved(-1, -1, false, 12);
         assert_eq!(at, CellBlock::at(cell(0, 0)));
         let stretched = at.moved(9, 2, true, 12);
@@ -294,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_table_looks_like_in_time() {
+    fn phase_table_lines_give_on_intervals() {
         assert_eq!(stretches(&TWELVE, LINES[0]), [(0, 6)]);
         assert_eq!(stretches(&TWELVE, LINES[2]), [(0, 3), (9, 12)]);
         assert_eq!(stretches(&TWELVE, LINES[5]), [(3, 4), (9, 10)]);

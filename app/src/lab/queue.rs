@@ -1,88 +1,72 @@
-//! Work commands as they are typed: lines that may still be wrong, edited row by row or as one text.
+//! Work commands as typed: lines that can still be wrong, edited by row or as text. The core checks them.
 //!
 //! ```text
 //! * MOVE_TO 10 20 ; note     ◀▶  breakpoint, word, arguments, note
-//!     DRILL_DOWN                 a line inside REPEAT or SUB is a level deeper
+//!     DRILL_DOWN                 lines inside REPEAT or SUB are indented by one level
 //! ```
-//!
-//! Comes in: lines or text and an edit. Goes out: lines. What a line means and whether it may be is `core`'s to say.
 
 use serde::{Deserialize, Serialize};
 
-/// The most lines kept; the core refuses longer queues.
+/// Further lines are dropped; the core rejects longer queues.
 pub const MOST_LINES: usize = 2_000;
 
-/// One line as typed.
+/// A line as typed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct QueueLine {
-    /// A run stops before it.
+    /// A run stops before this line.
     pub breakpoint: bool,
-    /// The command's word.
+    /// The command's name.
     pub word: String,
-    /// What follows it.
     pub arguments: String,
-    /// What stands behind `;`.
+    /// The text after `;`.
     pub note: String,
 }
 
-/// An edit of the lines.
 #[derive(Clone, Debug, PartialEq)]
 pub enum QueueEdit {
-    /// An empty line behind this one.
+    /// Inserts an empty line after this one.
     Insert {
-        /// Which line.
         at: usize,
     },
-    /// The same line once more, behind it.
+    /// Duplicates a line.
     Double {
-        /// Which line.
         at: usize,
     },
-    /// The line goes.
     Delete {
-        /// Which line.
         at: usize,
     },
-    /// A line moves by one.
+    /// Moves a line by one.
     Move {
-        /// Which.
         at: usize,
-        /// Down, else up.
         down: bool,
     },
-    /// Breakpoint on or off.
+    /// Toggles a breakpoint.
     Break {
-        /// Which line.
         at: usize,
     },
-    /// Another word in a line.
+    /// Changes the command of a line.
     Word {
-        /// Which line.
         at: usize,
-        /// The word.
         word: String,
-        /// The arguments that it begins with.
+        /// The initial arguments.
         arguments: String,
     },
-    /// Other arguments in a line.
+    /// Changes the arguments of a line.
     Arguments {
-        /// Which line.
         at: usize,
-        /// As they are typed.
+        /// As typed.
         text: String,
     },
-    /// Another note on a line.
+    /// Changes the note of a line.
     Note {
-        /// Which line.
         at: usize,
-        /// As it is typed.
+        /// As typed.
         text: String,
     },
-    /// Another text altogether.
     Text(String),
 }
 
-/// `lines` after `edit`, and the line to be at. A line that is not there is not edited.
+/// `lines` after `edit`, and the line to select. An edit of a missing line has no effect.
 pub fn edited(lines: &[QueueLine], edit: &QueueEdit) -> (Vec<QueueLine>, usize) {
     let mut next = lines.to_vec();
     let at = match edit {
@@ -140,7 +124,7 @@ fn one_line(text: &str) -> String {
     text.replace(['\n', '\r'], " ")
 }
 
-/// A text as lines.
+/// Splits a text into lines.
 pub fn of_text(text: &str) -> Vec<QueueLine> {
     text.lines().take(MOST_LINES).map(of_line).collect()
 }
@@ -158,7 +142,7 @@ fn of_line(text: &str) -> QueueLine {
     }
 }
 
-/// The lines as text; line `n` of it is line `n` here.
+/// The lines as text; line `n` of the text is line `n` here.
 pub fn to_text(lines: &[QueueLine]) -> String {
     let mut out = String::new();
     for (line, level) in lines.iter().zip(levels(lines)) {
@@ -178,7 +162,7 @@ pub fn to_text(lines: &[QueueLine]) -> String {
     out
 }
 
-/// How deep each line stands, from 1: inside `REPEAT` and `SUB` one more, up to their `END`.
+/// Indentation level of each line, from 1: one more inside `REPEAT` and `SUB`, up to `END`.
 pub fn levels(lines: &[QueueLine]) -> Vec<usize> {
     let mut level = 1;
     let each = lines.iter().map(|line| {
@@ -202,7 +186,7 @@ mod tests {
     const TEXT: &str = "* MOVE_TO 10 20  ; first\nREPEAT 3\n  DRILL_DOWN\n  DRILL_UP\nEND\n\n; only a note\n";
 
     #[test]
-    fn text_and_lines_say_the_same() {
+    fn queue_text_and_lines_convert_both_ways() {
         let lines = of_text(TEXT);
         assert_eq!(lines.len(), 7);
         assert!(lines[0].breakpoint);
@@ -214,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_as_rows() {
+    fn queue_edits_change_lines_and_cursor() {
         let words =
             |lines: &[QueueLine]| lines.iter().map(|line| line.word.clone()).collect::<Vec<_>>().join(" ");
         let rows: [(QueueEdit, &str, usize); 10] = [
@@ -243,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_without_a_beginning_do_not_go_below_the_ground() {
+    fn unmatched_ends_do_not_lower_the_level() {
         assert_eq!(levels(&of_text("END\nEND\nREPEAT 2\nEND\nEND")), [1, 1, 1, 1, 1]);
         assert!(of_text(&"A\n".repeat(9_999)).len() <= MOST_LINES);
     }

@@ -1,10 +1,10 @@
-//! A queue run in the page, on a virtual drill of the page's own: no bridge, no hardware, time as fast as it is computed.
+//! Runs a queue in the page on a separate virtual drill: no bridge, no hardware, no waiting for real time.
 //!
 //! ```text
-//! homed drill ─ begin(queue) ─▶ Trial ─ go(step │ breakpoint │ end), piece by piece ─▶ results a row, places gone through
+//! homed drill ─ begin(queue) ─▶ Trial ─ go(step │ breakpoint │ end), in slices ─▶ results per row, trail
 //! ```
 //!
-//! Comes in: a queue and a machine. Goes out: results. Nothing outside of this page moves.
+//! Nothing outside this page moves.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Steps};
@@ -13,13 +13,13 @@ use annulus_core::virtual_drill::{Faults, VirtualDrill};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Pieces of motion or waiting in one go, so that the page stays awake.
+/// Segments of motion or waiting per call, so that the page stays responsive.
 const PIECES: usize = 8;
 
-/// Where the drill stands when it is switched on is by chance; this one always stands in the same place.
+/// A virtual drill starts at a random position; this seed always gives the same one.
 const SEED: u64 = 1;
 
-/// A queue being tried.
+/// A queue being run.
 pub struct Trial {
     machine: Machine,
     twin: VirtualDrill,
@@ -27,7 +27,7 @@ pub struct Trial {
     holes: Arc<AtomicU32>,
 }
 
-/// A virtual drill, and the count of its holes.
+/// A virtual drill, and its hole count.
 fn drill(machine: &Machine) -> (VirtualDrill, Arc<AtomicU32>) {
     let holes = Arc::new(AtomicU32::new(0));
     let count = holes.clone();
@@ -37,51 +37,50 @@ fn drill(machine: &Machine) -> (VirtualDrill, Arc<AtomicU32>) {
     (VirtualDrill::new(machine, SEED, Faults::default(), drilled), holes)
 }
 
-/// How the page's drill stands before a queue: homed, work zero where it rests, spindle off.
+/// The state of the page's drill before a queue: homed, work zero at the position after homing, spindle off.
 pub fn standing(machine: &Machine) -> Result<Standing, Diagnostic> {
     let (mut twin, _) = drill(machine);
     Rig::homed(machine, &mut twin).map(|bench| bench.standing)
 }
 
 impl Trial {
-    /// `queue` before its first row on a homed drill. `outputs` are the names that may be switched.
+    /// Prepares `queue` on a homed drill. `outputs` are the names that the queue may switch.
     pub fn begin(machine: &Machine, queue: Queue, outputs: Vec<String>) -> Result<Self, Diagnostic> {
         let (mut twin, holes) = drill(machine);
         let bench = Rig::homed(machine, &mut twin)?;
         Ok(Self { machine: machine.clone(), twin, rehearsal: Rehearsal::new(queue, outputs, bench), holes })
     }
 
-    /// Goes on; none when there is more to do: then call it again with the same mode.
+    /// Runs a slice. None if there is more to do: call it again with the same mode.
     pub fn go(&mut self, mode: Mode) -> Option<Rest> {
         self.rehearsal.go(&self.machine, mode, &mut self.twin, PIECES)
     }
 
-    /// Results, one a row.
+    /// Results, one per row.
     pub fn results(&self) -> &[RowResult] {
         self.rehearsal.run().results()
     }
 
-    /// The row in work or next; none at the end.
+    /// The current or next row; none at the end.
     pub fn row(&self) -> Option<usize> {
         self.rehearsal.run().row()
     }
 
-    /// The machine that it began with.
+    /// The machine at the start.
     pub fn machine(&self) -> &Machine {
         &self.machine
     }
 
-    /// Whether it came to an end.
     pub fn ended(&self) -> bool {
         self.rehearsal.run().ended()
     }
 
-    /// Row and machine steps at the end of every piece of motion.
+    /// Row and machine steps at the end of every segment.
     pub fn trail(&self) -> &[(usize, Steps)] {
         self.rehearsal.trail()
     }
 
-    /// How many holes the virtual drill really drilled.
+    /// Number of holes that the virtual drill has drilled.
     pub fn holes(&self) -> u32 {
         self.holes.load(Ordering::Relaxed)
     }
@@ -98,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_queue_drills_in_the_page_and_stops_at_its_breakpoint() {
+    fn simulated_queue_drills_and_stops_at_its_breakpoint() {
         let text = "SPINDLE 20000\nREPEAT 3\n  MOVE_BY 200 0\n  DRILL_DOWN\n  DRILL_UP\nEND\n* SPINDLE 0\n";
         let queue = read("", text).unwrap();
         let mut trial = Trial::begin(&virtual_drill(), queue, Vec::new()).unwrap();
@@ -112,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_out_of_range_is_refused_before_it_moves() {
+    fn out_of_range_row_is_refused_before_motion() {
         let queue = read("", "MOVE_BY 999999 0\n").unwrap();
         let mut trial = Trial::begin(&virtual_drill(), queue, Vec::new()).unwrap();
         assert!(

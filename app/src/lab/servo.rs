@@ -1,10 +1,8 @@
-//! The closed-loop runs that the Lab lays beside each other: a step of the setpoint, and a whole stroke.
+//! The closed-loop runs that the Lab compares: a setpoint step, and a whole stroke. Moves nothing.
 //!
 //! ```text
 //! Typed ─▶ PID, PID re-tuned, fuzzy even, fuzzy classic ─ core::servo ─▶ samples and metrics of each
 //! ```
-//!
-//! Comes in: numbers as typed, in mm, s and V. Goes out: [`ServoRun`]s, or the core's refusal. Moves nothing.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{Limits, MotionLaw, Profile, plan};
@@ -13,62 +11,56 @@ use annulus_core::servo::{
     StepRun, StrokeMetrics, StrokeRun, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
 };
 
-/// How many controllers are compared.
 pub const CONTROLLERS: usize = 4;
 
-/// What is typed for all controllers.
+/// Parameters of all controllers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Typed {
-    /// Gains where the rules say 0; those of the plain PID too.
+    /// Gains at rule output 0; also those of the plain PID.
     pub gains: Gains,
-    /// The axis.
     pub plant: Plant,
-    /// Below this error the integral works while travelling, mm.
+    /// While travelling, the integral is active only below this error, mm.
     pub e0_mm: f64,
-    /// Greatest control, V.
     pub u_max_v: f64,
-    /// Time between samples, s.
+    /// Sample time, s.
     pub sample_s: f64,
-    /// Load: during a step from its middle on; during a stroke while cutting, V.
+    /// Load in V: in the second half of a step; during a stroke, while cutting.
     pub load_v: f64,
 }
 
-/// A step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoStep {
-    /// Where it has to go, mm.
+    /// Target position, mm.
     pub setpoint_mm: f64,
-    /// How long it is watched, s.
+    /// Duration of the run, s.
     pub duration_s: f64,
 }
 
-/// A stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoStroke {
-    /// From the rest on top to the board, mm.
+    /// From the rest position at the top to the board, mm.
     pub height_mm: f64,
-    /// From the board's surface to the lowest place, mm.
+    /// From the board's surface to the lowest point, mm.
     pub depth_mm: f64,
-    /// Limits of the way down.
+    /// Limits of the plunge.
     pub down: Limits,
-    /// Limits of the way up.
+    /// Limits of the retract.
     pub up: Limits,
-    /// Speed and acceleration of the reference are fed forward.
+    /// Feed forward the reference's speed and acceleration.
     pub feed_forward: bool,
 }
 
-/// One controller's run: what is shown, point by point over ms.
+/// One controller's run: curves over ms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ServoRun {
-    /// Where it is, mm.
+    /// Position, mm.
     pub place: Vec<[f64; 2]>,
-    /// Where it should be less where it is, mm.
+    /// Reference minus position, mm.
     pub error: Vec<[f64; 2]>,
-    /// Control, V.
     pub control: Vec<[f64; 2]>,
 }
 
-/// The controllers in the order they are shown: plain PID, re-tuned PID, fuzzy with even rules, fuzzy with classic ones.
+/// In display order: plain PID, re-tuned PID, fuzzy with even rules, fuzzy with classic rules.
 pub fn controllers(typed: &Typed) -> [ServoController; CONTROLLERS] {
     let with = |mut controller: ServoController, rules: Option<FuzzyRules>| {
         (controller.u_max_v, controller.sample_s) = (typed.u_max_v, typed.sample_s);
@@ -87,7 +79,7 @@ pub fn controllers(typed: &Typed) -> [ServoController; CONTROLLERS] {
     ]
 }
 
-/// All controllers on a step, with what it is judged by.
+/// All controllers on a step, with their metrics.
 pub fn steps(typed: &Typed, step: ServoStep) -> Result<Vec<(ServoRun, Option<StepMetrics>)>, Diagnostic> {
     let each = controllers(typed).into_iter().map(|controller| {
         let load = Load { volts: -typed.load_v, from_s: 0.5 * step.duration_s, to_s: None };
@@ -113,10 +105,10 @@ pub fn steps(typed: &Typed, step: ServoStep) -> Result<Vec<(ServoRun, Option<Ste
     each.collect()
 }
 
-/// The reference of a stroke over ms, and each controller's run with what it is judged by.
+/// The reference of a stroke over ms, and each controller's run with its metrics.
 pub type Strokes = (Vec<[f64; 2]>, Vec<(ServoRun, StrokeMetrics)>);
 
-/// All controllers on a stroke, and the reference they follow.
+/// All controllers on a stroke, and the reference.
 pub fn strokes(typed: &Typed, wanted: &ServoStroke) -> Result<Strokes, Diagnostic> {
     let way_mm = wanted.height_mm + wanted.depth_mm;
     let down = plan(MotionLaw::SCurve, way_mm, wanted.down)?;
@@ -170,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn four_controllers_reach_the_setpoint_and_differ() {
+    fn four_controllers_reach_the_setpoint_differently() {
         let runs = steps(&typed(), ServoStep { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap();
         assert_eq!(runs.len(), CONTROLLERS);
         for (run, metrics) in &runs {
@@ -182,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stroke_goes_down_and_comes_back() {
+    fn stroke_goes_down_and_returns() {
         let limits = Limits { speed_mm_per_s: 150.0, acceleration_mm_per_s2: 10_000.0, jerk_mm_per_s3: 2e6 };
         let wanted =
             ServoStroke { height_mm: 3.0, depth_mm: 2.0, down: limits, up: limits, feed_forward: true };
@@ -195,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused_with_its_field() {
+    fn invalid_sample_time_is_refused() {
         let wrong = Typed { sample_s: 0.0, ..typed() };
         let why = steps(&wrong, ServoStep { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap_err();
         assert_eq!(why.code, "servo.bad_parameter");

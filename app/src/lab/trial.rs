@@ -1,38 +1,36 @@
-//! A phase table tried on a virtual motor: there and back at the set interrupts, and what the rotor lost.
+//! Tries a phase table on a virtual motor: there and back at the set interrupt frequency, counting lost
+//! steps.
 //!
 //! ```text
-//! Automaton ─ steps ─▶ Rotor (the virtual drill's own) ─▶ lost, first reason
+//! Automaton ─ steps ─▶ Rotor (of the virtual drill) ─▶ lost steps, first cause
 //! ```
 //!
-//! Comes in: table, dynamics, frequency, axis. Goes out: counts. No clock runs: the time is the interrupts' own.
+//! Uses simulated time, counted in interrupts.
 
 use annulus_core::machine::{Machine, PhaseTable};
 use annulus_core::steps::TICK_HZ;
 use annulus_core::steps::automaton::Automaton;
 use annulus_core::virtual_drill::{Cause, Push, Rotor};
 
-/// Steps there, and the same back.
+/// Steps in each direction.
 pub const WAY: i64 = 480;
 
-/// More interrupts than any sound table needs for the way.
+/// Limit for a table that never finishes; a valid table needs far fewer interrupts.
 const MOST_INTERRUPTS: u64 = 2_000_000;
 
-/// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TrialOutcome {
-    /// Interrupts a second.
     pub interrupt_hz: u32,
-    /// Steps sent.
     pub sent: u64,
-    /// Steps lost on the way.
+    /// Number of lost steps.
     pub lost: u64,
-    /// The first loss: the step, from 1, and why.
+    /// The first loss: number of the step, from 1, and cause.
     pub first: Option<(u64, Cause)>,
-    /// Where the rotor is at the end; it began at 0 and should be there again.
+    /// Final position of the rotor; 0 if no step was lost.
     pub off: i64,
 }
 
-/// Tries `table` on motor `axis` of `machine`: [`WAY`] steps forward and back, by the machine's dynamics.
+/// Runs `table` on motor `axis` of `machine`: [`WAY`] steps forward and back, with the machine's dynamics.
 pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> TrialOutcome {
     let settings = machine.axis(axis);
     let hz_per_s = settings.max_acceleration_mm_per_s2 * settings.scale.steps_per_mm();
@@ -63,7 +61,7 @@ mod tests {
     use annulus_core::machine::phases::preset;
 
     #[test]
-    fn the_papers_table_runs_clean_at_500_hz_and_slips_above_580() {
+    fn papers_phase_table_slips_above_580_hz() {
         let table = preset("boost_12").unwrap();
         let at = |interrupt_hz| run(&table, &annulus_core::machine::Machine { interrupt_hz, ..lab() }, 0);
         let clean = at(500);
@@ -75,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_that_does_not_turn_the_field_loses_everything_it_is_sent() {
+    fn phase_table_without_rotation_loses_steps() {
         let stuck = run(&PhaseTable { columns: vec![5, 10] }, &lab(), 0);
         assert!(stuck.lost > 0 && stuck.first.is_some_and(|(_, cause)| cause == Cause::NoPull), "{stuck:?}");
         assert_eq!(run(&PhaseTable { columns: Vec::new() }, &lab(), 2).sent, 960);

@@ -1,36 +1,33 @@
-//! Undo and redo over whole states.
+//! Undo and redo of whole states.
 //!
 //! ```text
 //! past … before ◀─ undo ─ now ─ redo ─▶ after … future      typing in one field is one step
 //! ```
-//!
-//! Comes in: the next state and the field it came from. Goes out: the state now. Does not know what the state is.
 
-/// The most steps kept.
+/// Older steps are dropped.
 const MOST_STEPS: usize = 200;
 
-/// A state with the ones before and after it.
+/// A state with its past and future.
 #[derive(Clone, Debug)]
 pub struct LabHistory<T> {
     past: Vec<T>,
     now: T,
     future: Vec<T>,
-    /// The field that the last change came from, while the person is still in it.
+    /// The field of the last change, while the user is still in it.
     field: Option<String>,
 }
 
 impl<T: Clone + PartialEq> LabHistory<T> {
-    /// A history that begins at `now`.
     pub fn new(now: T) -> Self {
         Self { past: Vec::new(), now, future: Vec::new(), field: None }
     }
 
-    /// The state now.
     pub fn now(&self) -> &T {
         &self.now
     }
 
-    /// Goes on to `next`. Changes that follow each other from one `field` are one step; no field, a step each.
+    /// Changes to `next`. Successive changes from one `field` are one step; without a field, each change is a
+    /// step.
     pub fn change(&mut self, field: Option<&str>, next: T) {
         if next == self.now {
             return;
@@ -47,12 +44,12 @@ impl<T: Clone + PartialEq> LabHistory<T> {
         self.field = field.map(str::to_owned);
     }
 
-    /// The person left the field: what is typed next is another step.
+    /// The user left the field: further typing is a new step.
     pub fn rest(&mut self) {
         self.field = None;
     }
 
-    /// Back by a step. False where there is none.
+    /// False if there is nothing to undo.
     pub fn undo(&mut self) -> bool {
         let Some(before) = self.past.pop() else { return false };
         self.future.push(std::mem::replace(&mut self.now, before));
@@ -60,7 +57,7 @@ impl<T: Clone + PartialEq> LabHistory<T> {
         true
     }
 
-    /// On by a step that was undone. False where there is none.
+    /// False if there is nothing to redo.
     pub fn redo(&mut self) -> bool {
         let Some(after) = self.future.pop() else { return false };
         self.past.push(std::mem::replace(&mut self.now, after));
@@ -68,12 +65,10 @@ impl<T: Clone + PartialEq> LabHistory<T> {
         true
     }
 
-    /// Whether there is a step back.
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()
     }
 
-    /// Whether there is a step on.
     pub fn can_redo(&self) -> bool {
         !self.future.is_empty()
     }
@@ -84,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn back_and_on_meet_the_same_states() {
+    fn undo_and_redo_visit_the_same_states() {
         let mut history = LabHistory::new(0);
         for state in 1..=5 {
             history.change(None, state);
@@ -102,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_after_undo_forgets_what_was_undone() {
+    fn change_after_undo_clears_redo() {
         let mut history = LabHistory::new(0);
         history.change(None, 1);
         history.undo();
@@ -113,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn typing_in_one_field_is_one_step_until_it_is_left() {
+    fn typing_in_one_field_is_one_undo_step() {
         let mut history = LabHistory::new("");
         history.change(Some("length"), "1");
         history.change(Some("length"), "12");
@@ -126,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_past_is_bounded() {
+    fn undo_history_is_bounded() {
         let mut history = LabHistory::new(0);
         for state in 1..=1000 {
             history.change(None, state);

@@ -1,12 +1,11 @@
-//! The address of what is on show: the screen, and what of it.
+//! The page's address: the screen and the displayed part of it.
 //!
 //! ```text
 //! #/board   #/cam/op/2   #/simulate?t=12.5   #/lab/phases   #/settings/rack   #/machine?view=operator
 //! ```
 //!
-//! Comes in: an address that the person went to; the model. Goes out: what the address names, shown; the address of what is shown.
-//! What is named and not there yet, as on a board that is still being read, is shown once it is there, unless the person went
-//! elsewhere meanwhile. Does not know the browser.
+//! A named part may not exist yet, for example while the board is being read. The page shows it once it
+//! exists, unless the user went elsewhere meanwhile.
 
 use super::{Effect, LabEvent, Model, lab, play};
 use crate::keys::{AddressPart, Tab, named};
@@ -14,18 +13,18 @@ use crate::lab::LabPanel;
 use crate::workbench::edit;
 use annulus_core::machine::SECTIONS;
 
-/// Sections of the settings that are the page's own, and not in the machine's table: what is chosen for all screens, what is kept in the
-/// browser, what this program is.
+/// Sections of the settings that the machine's table does not have: page settings, data in the browser,
+/// version.
 pub const OWN_SECTIONS: [&str; 3] = ["general", "data", "about"];
 
-/// The section of the settings that `address` names.
+/// The section of the settings in `address`.
 fn section(address: &str) -> Option<&'static str> {
     let word = address.strip_prefix("#/settings/")?;
     let of_machine = SECTIONS.iter().map(|(section, _)| *section);
     of_machine.chain(OWN_SECTIONS).find(|section| *section == word)
 }
 
-/// The person went to an address; one that names no screen changes nothing.
+/// Opens an address; an unknown one changes nothing.
 pub(super) fn go(model: &mut Model, address: &str) -> Vec<Effect> {
     let Some(tab) = Tab::of_address(address) else { return Vec::new() };
     let frame = &mut model.frame;
@@ -37,7 +36,7 @@ pub(super) fn go(model: &mut Model, address: &str) -> Vec<Effect> {
     sheet.map_or_else(Vec::new, |sheet| lab::update(model, LabEvent::Show { sheet }))
 }
 
-/// What is named is shown once it is there.
+/// Shows the named part once it exists.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     match model.frame.named {
         Some(AddressPart::Operation { number }) => {
@@ -58,14 +57,14 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     Vec::new()
 }
 
-/// The number of the chosen operation in the list.
+/// Number of the selected operation in the list, from 1.
 fn chosen(model: &Model) -> Option<usize> {
     let work = model.job.work.as_ref()?;
     let places = edit::of_face(work, work.setup.face);
     places.iter().position(|at| *at == model.job.chosen).map(|index| index + 1)
 }
 
-/// The address of what is on show. While it plays, the second on show is no place to come back to.
+/// The address of the current view. During playback it has no second, which would change all the time.
 pub fn of(model: &Model) -> String {
     let frame = &model.frame;
     let operation = |number: usize| format!("/op/{number}");

@@ -1,6 +1,4 @@
-//! What is asked of the worker of the board, put together from the model.
-//!
-//! Comes in: the model. Goes out: what a plan depends on, and requests. Does not know what is on its way.
+//! Builds requests to the board's worker from the model.
 
 use super::{Effect, Model};
 use crate::engine::Stopped;
@@ -11,16 +9,16 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Long work in the worker.
+/// A running task of a worker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorkerTask {
-    /// Key of its word.
+    /// Key of its name.
     pub word: &'static str,
-    /// How far, from 0 to 1.
+    /// Progress from 0 to 1.
     pub share: f64,
 }
 
-/// What a plan depends on: the same handles mean the same plan.
+/// The inputs of a plan; the same handles give the same plan.
 #[derive(Clone, Debug)]
 pub(super) struct Basis {
     board_key: u32,
@@ -31,7 +29,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// Whether both make the same plan.
+    /// True if both give the same plan.
     pub(super) fn same(&self, other: &Self) -> bool {
         self.board_key == other.board_key
             && Arc::ptr_eq(&self.work, &other.work)
@@ -40,12 +38,12 @@ impl Basis {
             && self.accepted == other.accepted
     }
 
-    /// Whether both are of one board.
+    /// True if both belong to one board.
     pub(super) fn is_of_board(&self, other: &Self) -> bool {
         self.board_key == other.board_key
     }
 
-    /// What there is to plan; nothing without a board.
+    /// The current inputs; `None` without a board.
     pub(super) fn of(model: &Model) -> Option<Self> {
         let (document, work) = model.board.document.as_ref().zip(model.job.work.as_ref())?;
         Some(Self {
@@ -57,7 +55,7 @@ impl Basis {
         })
     }
 
-    /// As the worker takes it; `laid` tells how the board lies in the picture.
+    /// As a request; `laid` is the key of the placed board that the page already has.
     pub(super) fn to_plan(&self, laid: Option<String>) -> ToPlan {
         ToPlan {
             board_key: self.board_key,
@@ -70,8 +68,8 @@ impl Basis {
     }
 }
 
-/// Asks a worker that does not know the board for something of the plan `of`: it is given the files first. Goes out: the number of
-/// what is asked.
+/// Requests something about plan `of` from a worker that does not know the board: sends the files first.
+/// Returns the number of `request`.
 pub(super) fn files_first(model: &mut Model, of: &ToPlan, request: Request) -> Option<(u32, Vec<Effect>)> {
     let document = model.board.document.clone()?;
     let files = Request::Read(ToRead {
@@ -85,7 +83,7 @@ pub(super) fn files_first(model: &mut Model, of: &ToPlan, request: Request) -> O
     Some((number, vec![Effect::ask(first, files), Effect::ask(number, request)]))
 }
 
-/// Whether a worker refuses because it does not know the board.
+/// True if the worker does not know the board.
 pub(super) fn board_is_gone(answer: &Result<Answer, Stopped>) -> bool {
     matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|diagnostic| diagnostic.code == "engine.board_gone"))
 }

@@ -1,12 +1,11 @@
-//! The board in space while it is played: made where it is looked at, carved frame by frame to the second on show.
+//! The stock in the 3D view: created on demand, carved frame by frame up to the displayed second.
 //!
 //! ```text
-//! plan, program, box ─▶ Carving ── a frame's work ──▶ carved: the stock on show        behind? ─▶ one more frame
+//! plan, program, box ─▶ Carving ── a frame's work ──▶ carved: the displayed stock    late? ─▶ another frame
 //! ```
 //!
-//! Comes in: the plan in time and the open board. Goes out: the stock on show, what is wrong and when. A frame does so many
-//! cells and no more, so that the page never waits; frames in which nothing is to be shown carve ahead. Does not know how it is
-//! drawn.
+//! The work per frame is limited, so that the page stays responsive. Frames that change nothing on screen
+//! carve ahead.
 
 use super::Model;
 use annulus_core::board;
@@ -17,14 +16,14 @@ use annulus_core::sim::{self, Carving, Stock, ToolRoom, Warning};
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// So many cells are looked at in a frame.
+/// Cells to examine in a frame.
 const FRAME_CELLS: u64 = 300_000;
-/// In one in which nothing is to be shown: nobody waits, and nobody shall notice.
+/// Cells to examine in a frame that changes nothing on screen; fewer, so that the user does not notice.
 const UNSEEN_CELLS: u64 = 200_000;
-/// A blank is so much larger than what is cut of it.
+/// Margin of the blank around the cut area.
 const RIM: Length = Length::from_um(1_500);
 
-/// Carves up to the second `at_s`, as far as one frame goes; the stock as it is then is `shown`.
+/// Carves towards the second `at_s` within one frame's limit and updates `shown`.
 pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Stock>>) {
     carving.seek(at_s, FRAME_CELLS);
     if shown.as_deref() != Some(carving.stock()) {
@@ -32,17 +31,17 @@ pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Sto
     }
 }
 
-/// Carves what was never carved, as far as one frame goes, without showing it; true once nothing is left.
+/// Carves ahead within one frame's limit without showing it; true when nothing is left.
 pub(super) fn explore(carving: &mut Carving) -> bool {
     carving.explore(UNSEEN_CELLS)
 }
 
-/// Whether the board in space shows another second than `at_s`.
+/// True if the stock is not at second `at_s`.
 pub(super) fn is_behind(carving: &Carving, at_s: f64) -> bool {
     (carving.at_s() - at_s).abs() > 1e-9
 }
 
-/// The uncut board, where there is a plan and what is played of it.
+/// The uncut stock; needs a program and a playback.
 pub(super) fn begin(model: &Model) -> Option<Carving> {
     let (program, playback) = (model.board.program.as_ref()?, model.play.playback.as_ref()?);
     let body = model.board.laid.as_ref().and_then(|laid| laid.laid.body);
@@ -52,7 +51,7 @@ pub(super) fn begin(model: &Model) -> Option<Carving> {
     Some(Carving::new(Arc::clone(playback), program.bits.clone(), stock))
 }
 
-/// What is wrong in the playback.
+/// The warnings of the playback.
 pub(super) fn warned(model: &Model) -> Arc<Vec<Warning>> {
     let (Some(program), Some(playback)) = (&model.board.program, &model.play.playback) else {
         return Arc::default();
@@ -73,22 +72,22 @@ pub(super) fn warned(model: &Model) -> Arc<Vec<Warning>> {
     Arc::new(sim::warnings(playback, &program.bits, &room))
 }
 
-/// A box of the files' coordinates in work coordinates.
+/// Converts a box from the files' coordinates to work coordinates.
 fn moved(files: Bounds, origin: Point) -> Bounds {
     let at = |at: Point| Point::new(at.x - origin.x, at.y - origin.y);
     Bounds { min: at(files.min), max: at(files.max) }
 }
 
-/// The box that is shown, in work coordinates: the board and all that is cut.
+/// The displayed stock in work coordinates: the board and everything that is cut.
 fn blank(program: &Program, body: Option<Bounds>) -> Option<Bounds> {
     let body = body.map(|body| moved(body, program.origin));
     let cut = touched(program);
     let all = body.into_iter().chain(cut).reduce(|a, b| a.with(b.min).with(b.max))?;
-    // What is cut round its edge is cut out of something larger.
+    // A board that is cut out along its edge needs a larger blank.
     Some(if body == Some(all) { all } else { all.grown(RIM) })
 }
 
-/// Where the head can go in work coordinates, with the work zero where it leaves the program the most room.
+/// The machine's travel in work coordinates, with the work zero that leaves the program the most room.
 fn travel(program: &Program, machine: &Machine) -> Option<Bounds> {
     let reach = sim::reach(program)?;
     let low = Point::new(reach.min.x.min(Length::ZERO), reach.min.y.min(Length::ZERO));

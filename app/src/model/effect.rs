@@ -1,281 +1,207 @@
-//! What the model wants done outside of it. Each effect is plain data; who runs it sends an event back where one is due.
-//!
-//! Goes out: effects. Does not know who runs them.
+//! Requests of the model to the outside, as plain data. Many of them come back as an event.
 
 use super::Event;
 use crate::engine::messages::Request;
 use annulus_core::wire::Paired;
 
-/// Which worker is asked.
+/// Which worker handles a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// The one that knows the board.
+    /// The worker that holds the board.
     Board,
-    /// The one that times what that one proves; it ends with its answer.
+    /// Computes the times of the plan that the board's worker proves; ends with its answer.
     Times,
-    /// The one that looks through templates.
+    /// Checks postprocessor templates.
     Template,
-    /// One for this request alone, beside the others.
+    /// A worker for this request only, in parallel with the others.
     Beside,
 }
 
-/// Something to be done.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
-    /// Ask a worker; comes back as [`Event::Progress`] and [`Event::Answered`].
+    /// Ask a worker; answered by [`Event::Progress`] and [`Event::Answered`].
     Ask {
-        /// Which worker.
         lane: Lane,
-        /// The number that its answer bears.
+        /// Repeated in the answer.
         number: u32,
-        /// What is wanted.
         request: Box<Request>,
     },
-    /// End whatever a worker does; who waits is told that it was cancelled.
-    CallOff {
-        /// Which worker.
-        lane: Lane,
-    },
-    /// Send `event` after a while.
-    Wake {
-        /// How long, in ms.
-        after_ms: u32,
-        /// What then.
-        event: Box<Event>,
-    },
-    /// Give a file to the person.
+    /// Terminate a worker; its waiting request is answered as cancelled.
+    CallOff { lane: Lane },
+    /// Send `event` after a delay.
+    Wake { after_ms: u32, event: Box<Event> },
+    /// Download a file.
     Save {
-        /// Its name.
         name: String,
-        /// Its kind, as browsers call it.
+        /// MIME type.
         kind: &'static str,
-        /// Its bytes.
         bytes: Vec<u8>,
     },
-    /// Let the person choose files; comes back as [`super::FilesEvent::Chosen`], new exports as [`super::AnewEvent::Chosen`].
+    /// Open the file dialog; answered by [`super::FilesEvent::Chosen`], or by [`super::AnewEvent::Chosen`]
+    /// for new exports.
     ChooseFiles {
-        /// New exports of the open board.
+        /// The files are new exports of the open board.
         anew: bool,
     },
-    /// Let the person choose a dialect; comes back as [`super::TemplateEvent::Keep`].
+    /// Open the file dialog for a postprocessor; answered by [`super::TemplateEvent::Keep`].
     ChooseDialect,
-    /// Fetch the sample board; comes back as [`super::FilesEvent::Chosen`].
+    /// Fetch the sample board; answered by [`super::FilesEvent::Chosen`].
     Sample,
-    /// Fetch the file behind a link; comes back as [`super::FilesEvent::Chosen`], or it is told why not.
-    FollowLink {
-        /// The link.
-        address: String,
-    },
-    /// Tell when the browser draws; comes as [`super::PlayEvent::Frame`].
+    /// Fetch a linked file; answered by [`super::FilesEvent::Chosen`], or the page shows the error.
+    FollowLink { address: String },
+    /// Request an animation frame; answered by [`super::PlayEvent::Frame`].
     Frame,
-    /// Exchange the token of the address for a session; comes back as [`super::LinkEvent::Paired`].
-    Pair {
-        /// The token.
-        token: String,
-    },
-    /// Open a socket; what is heard on it comes as [`super::LinkEvent::Heard`], its end as [`super::LinkEvent::Closed`].
+    /// Exchange the token in the address for a session; answered by [`super::LinkEvent::Paired`].
+    Pair { token: String },
+    /// Open a socket; sends [`super::LinkEvent::Heard`] for each message and [`super::LinkEvent::Closed`] at
+    /// the end.
     Connect,
-    /// Let the person choose a port; comes back as [`super::ControllerEvent::Chosen`].
+    /// Open the browser's port dialog; answered by [`super::ControllerEvent::Chosen`].
     ChoosePort,
-    /// Open the port that was chosen, or one that is known, in place of the socket; what the controller there says comes in the same
-    /// way.
+    /// Open the chosen port, or a known one, in place of the socket; its messages arrive as for a socket.
     ConnectController,
-    /// Tell the other tabs of this site of STOP: the one that has the machine stops it.
+    /// Send STOP to the other tabs of this site: the tab that owns the machine stops it.
     StopBeside {
-        /// This is the tab that has it, and heard.
+        /// This tab owns the machine and confirms STOP to the others.
         heard: bool,
     },
-    /// Let go of the port.
+    /// Close the port.
     LeavePort,
-    /// Keep over a reload that this tab has a controller, or that it let go of it.
-    KeepController {
-        /// It has one.
-        on: bool,
-    },
-    /// Keep over a reload how the board greeted that this tab has.
+    /// Remember across a reload whether this tab uses a controller.
+    KeepController { on: bool },
+    /// Remember across a reload the identity of this tab's controller.
     KeepBoard {
-        /// What it said of itself, as one text.
+        /// Firmware, version and settings, as one text.
         greeting: String,
     },
-    /// Have the browser ask before the page is left, or not.
-    Guard {
-        /// It asks.
-        on: bool,
-    },
-    /// Hold whatever the controller moves, at once: the page is being left.
+    /// Turn the browser's confirmation before leaving the page on or off.
+    Guard { on: bool },
+    /// Send feed hold to the controller at once: the page is closing.
     HoldPort,
-    /// Send text on the socket; comes back as [`super::LinkEvent::NotSent`] where it is not open.
+    /// Send a text on the socket; answered by [`super::LinkEvent::NotSent`] if the socket isn't open.
     Send {
-        /// A message of `wire`.
+        /// A message of `wire`, as JSON.
         text: String,
     },
-    /// Keep over a reload that this tab has control, or that it has not.
+    /// Remember across a reload whether this tab has control.
     KeepControl {
-        /// It has, or had it and did not give it away.
+        /// This tab has control, or lost it without giving it away.
         had: bool,
     },
-    /// Keep the bench of the Lab in this tab over a reload.
-    KeepBench {
-        /// As text.
-        text: String,
-    },
-    /// Forget the session of this tab.
+    /// Remember the Lab's setup across a reload of this tab.
+    KeepBench { text: String },
+    /// Forget this tab's session.
     ForgetSession,
-    /// Begin the beat of a move by hand, or end it; comes as [`super::LinkEvent::Renew`].
-    Renew {
-        /// Begin.
-        on: bool,
-    },
-    /// Bring a program to the bridge; comes back as [`super::StartEvent::Uploaded`].
-    Upload {
-        /// The request.
-        number: u32,
-        /// Its bytes.
-        bytes: Vec<u8>,
-        /// Who asks.
-        session: Option<Paired>,
-    },
-    /// Fetch a program from the bridge; comes back as [`super::StartEvent::Fetched`].
+    /// Start or stop the timer that sends [`super::LinkEvent::Renew`] while the machine jogs.
+    Renew { on: bool },
+    /// Upload a program to the bridge; answered by [`super::StartEvent::Uploaded`].
+    Upload { number: u32, bytes: Vec<u8>, session: Option<Paired> },
+    /// Fetch a program from the bridge; answered by [`super::StartEvent::Fetched`].
     Fetch {
-        /// The request.
         number: u32,
-        /// SHA-256 of its bytes.
+        /// SHA-256 of the program's bytes.
         key: String,
-        /// Who asks.
         session: Option<Paired>,
     },
-    /// Have the table of a language; comes back as [`super::FrameEvent::Spoken`].
-    Speak {
-        /// Its word.
-        language: String,
-    },
-    /// Show the page in these colours, and keep the choice for the next time.
+    /// Load the table of a language; answered by [`super::FrameEvent::Spoken`].
+    Speak { language: String },
+    /// Apply a colour scheme and save the choice.
     Colours {
-        /// Their word in the style sheet.
+        /// The scheme's name in the style sheet.
         word: &'static str,
     },
-    /// Keep which keys a person moved.
+    /// Save the user's own keyboard shortcuts.
     KeepOwnKeys {
-        /// They, as text; empty for none.
+        /// Empty if there are none.
         text: String,
     },
-    /// Keep how wide the panels are.
+    /// Save the widths of the panels.
     KeepPanels {
-        /// As text; empty for as they are by themselves.
+        /// Empty for the default widths.
         text: String,
     },
-    /// Keep whether keys that type something do anything alone.
-    KeepSigns {
-        /// They do.
-        on: bool,
-    },
-    /// Open the camera, or let go of it; what becomes of it comes as [`super::SecondSideEvent::Eye`].
-    Camera {
-        /// Open it.
-        on: bool,
-    },
-    /// Keep where the camera looks, for the next time.
+    /// Save whether shortcuts of a single character are on.
+    KeepSigns { on: bool },
+    /// Open or close the camera; answered by [`super::SecondSideEvent::Eye`].
+    Camera { on: bool },
+    /// Save the camera's offset.
     KeepCamera {
-        /// From the spindle, mm.
+        /// From the spindle axis, mm.
         offset_mm: [f64; 2],
     },
-    /// Have the screen stay lit, or not; comes back as [`super::FrameEvent::Awake`].
-    StayAwake {
-        /// It stays lit.
-        on: bool,
-    },
-    /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
+    /// Take or release the screen wake lock; answered by [`super::FrameEvent::Awake`].
+    StayAwake { on: bool },
+    /// List the saved projects; answered by [`super::KeepEvent::Found`].
     LookInStore,
-    /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`]. This tab holds the
-    /// place then.
+    /// Save a job, with its files if they are not in the store yet; answered by
+    /// [`super::KeepEvent::Written`]. This tab then holds the slot.
     WriteStore {
-        /// Where; none for a place that no tab holds: a free one, else the one that was written longest ago.
+        /// `None`: a free slot, else the slot written longest ago that no tab holds.
         place: Option<u32>,
-        /// The name of the board.
+        /// Name of the board.
         name: String,
-        /// The job as text.
         job: String,
-        /// The files, packed.
         files: Option<Vec<u8>>,
-        /// When, in ms since 1970.
+        /// Ms since 1970.
         at_ms: f64,
     },
-    /// Keep a job at once, while the page is being left, until the store is written again.
+    /// Save a job synchronously while the page closes; the next write of the store replaces it.
     LeaveInStore {
-        /// Where.
         place: u32,
-        /// The job as text.
         job: String,
-        /// When, in ms since 1970.
+        /// Ms since 1970.
         at_ms: f64,
     },
-    /// Let other tabs have this place.
-    LetGoOfPlace {
-        /// Which.
-        place: u32,
-    },
-    /// Take what is kept at a place, and hold it where no other tab does; comes back as [`super::KeepEvent::Taken`].
+    /// Release a slot, so that other tabs can use it.
+    LetGoOfPlace { place: u32 },
+    /// Read a slot, and hold it unless another tab does; answered by [`super::KeepEvent::Taken`].
     TakeFromStore {
-        /// Where.
         place: u32,
-        /// Nobody is known to have it: who still does is just leaving.
+        /// No tab is known to hold the slot; a tab that still does is just closing.
         is_free: bool,
     },
-    /// Look for drawings that are kept; comes back as [`super::DrawEvent::Found`].
+    /// List the saved drawings; answered by [`super::DrawEvent::Found`].
     LookForDrawings {
-        /// With the text of the one of this tab.
+        /// Include the text of this tab's own drawing.
         own: bool,
     },
-    /// Keep a drawing; comes back as [`super::DrawEvent::Kept`].
+    /// Save a drawing; answered by [`super::DrawEvent::Kept`].
     KeepDrawing {
-        /// Which, by the count of drawings.
+        /// Number of the drawing in this visit.
         of: u32,
-        /// Where; none for a place that is free.
+        /// `None` for a free slot.
         place: Option<u32>,
-        /// Its name.
         name: String,
-        /// Its text.
         text: String,
-        /// When, in ms since 1970.
+        /// Ms since 1970.
         at_ms: f64,
     },
-    /// Keep a drawing at once, while the page is being left, until the store is written again.
+    /// Save a drawing synchronously while the page closes; the next write of the store replaces it.
     LeaveDrawing {
-        /// Where.
         place: u32,
-        /// Its text.
         text: String,
-        /// When, in ms since 1970.
+        /// Ms since 1970.
         at_ms: f64,
     },
-    /// Take a drawing that is kept; comes back as [`super::DrawEvent::Opened`].
-    TakeDrawing {
-        /// Where.
-        place: u32,
-    },
-    /// Forget a drawing; comes back as [`super::DrawEvent::Found`].
-    DropDrawing {
-        /// Where.
-        place: u32,
-    },
-    /// The drawing kept there is that of this tab, over a reload.
+    /// Read a saved drawing; answered by [`super::DrawEvent::Opened`].
+    TakeDrawing { place: u32 },
+    /// Delete a saved drawing; answered by [`super::DrawEvent::Found`].
+    DropDrawing { place: u32 },
+    /// Remember across a reload which saved drawing this tab has open.
     OwnDrawing {
-        /// Where; none for a drawing that is not kept yet.
+        /// `None` if the drawing isn't saved yet.
         place: Option<u32>,
     },
-    /// Fetch the example of a drawing; comes back as [`super::DrawEvent::Opened`].
+    /// Fetch the example drawing; answered by [`super::DrawEvent::Opened`].
     DrawExample,
-    /// Let the new version of the site take over and show it; where another window is open, that is said.
+    /// Activate the new version of the site and reload; if another window is open, the page shows a message
+    /// instead.
     TakeUpdate,
-    /// Forget what is kept at a place; comes back as [`super::KeepEvent::Dropped`].
-    DropFromStore {
-        /// Where.
-        place: u32,
-    },
+    /// Delete a saved project; answered by [`super::KeepEvent::Dropped`].
+    DropFromStore { place: u32 },
 }
 
 impl Effect {
-    /// Asks the worker of the board.
     pub(super) fn ask(number: u32, request: Request) -> Self {
         Self::Ask { lane: Lane::Board, number, request: Box::new(request) }
     }

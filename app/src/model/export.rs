@@ -1,11 +1,10 @@
-//! The job in a controller's words: asked for, written by the worker, given to the person as files; and the project, saved.
+//! Writes the job as G-code files or a run sheet, and saves the project.
 //!
 //! ```text
-//! Write ─▶ on its way ─▶ files saved │ run sheet shown │ not before this was read │ refused
+//! Write ─▶ in progress ─▶ files saved │ run sheet shown │ problems to be read first │ refused
 //! ```
 //!
-//! Comes in: wishes, answers of the worker. Goes out: requests, files. What was written is not said any more once the job is
-//! another. Does not know the words of controllers.
+//! The outcome disappears when the job changes.
 
 use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::{Effect, Lane, Model};
@@ -19,89 +18,73 @@ use annulus_core::post::RunSheet;
 use annulus_core::project;
 use annulus_core::project::saved::Project;
 
-/// The name of the run sheet as a file.
+/// File name of the run sheet.
 pub const RUN_SHEET: &str = "run-sheet.html";
 
-/// How far lines may be off the arcs that they stand for, in mm.
+/// Largest deviation of line segments from the arc that they replace, in mm.
 pub const CHORD_ERROR_MM: f64 = 0.005;
 
-/// What came of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportOutcome {
-    /// These files were saved, in the order of running.
-    Saved {
-        /// Their names.
-        names: Vec<String>,
-    },
-    /// Nothing was: something was not read.
+    /// Names of the saved files, in running order.
+    Saved { names: Vec<String> },
+    /// Nothing was saved, because the user has not read all problems.
     Unread {
-        /// On which sides, and how much.
+        /// The sides and their number of unread problems.
         sides: Vec<(Face, u32)>,
     },
     /// The files could not be packed.
-    Refused {
-        /// Why.
-        why: Diagnostic,
-    },
+    Refused { why: Diagnostic },
 }
 
-/// What is done with what is written.
+/// Use of the written files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// The files are saved.
     Files,
-    /// The run sheet is shown.
     RunSheet,
 }
 
-/// What is on its way.
+/// The running request.
 #[derive(Clone, Debug, PartialEq)]
 enum OnTheWay {
-    /// The job, in a controller's words.
+    /// The job is written as G-code.
     Writing { number: u32, purpose: Purpose, wanted: Box<ToExport>, reread: bool, share: f64 },
-    /// The project, as one file.
+    /// The project is packed into one file.
     Saving { number: u32 },
 }
 
-/// Writing and saving.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Export {
     on_the_way: Option<OnTheWay>,
-    /// Arcs become lines.
     pub lines_only: bool,
-    /// What came of it.
     pub outcome: Option<ExportOutcome>,
     /// Why nothing was written.
     pub refused: Vec<Diagnostic>,
-    /// The run sheet on show.
+    /// The displayed run sheet.
     pub run_sheet: Option<RunSheet>,
 }
 
-/// What happens to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportEvent {
-    /// The panel was opened.
+    /// The export panel was opened.
     Shown,
-    /// Arcs become lines, or stay.
+    /// Replace arcs by lines or not.
     LinesOnly {
-        /// Lines.
         on: bool,
     },
-    /// All sides of the job are to be written.
+    /// Write all sides of the job.
     Write {
-        /// What for.
         purpose: Purpose,
     },
-    /// The files of the board, what was said of them and the job are to be saved.
+    /// Save the project: files, import choices and job.
     SaveProject,
-    /// The run sheet on show is to be saved.
+    /// Save the displayed run sheet.
     SaveRunSheet,
-    /// The run sheet was looked at.
     CloseRunSheet,
 }
 
 impl Export {
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         matches!(
             &self.on_the_way,
@@ -109,7 +92,7 @@ impl Export {
         )
     }
 
-    /// What is said of it.
+    /// The task to display.
     pub fn task(&self) -> Option<WorkerTask> {
         match &self.on_the_way {
             Some(OnTheWay::Writing { share, .. }) => {
@@ -120,19 +103,18 @@ impl Export {
     }
 }
 
-/// The worker of the board was sent away.
+/// The board's worker was terminated; saving the project uses another worker and continues.
 pub(super) fn called_off(model: &mut Model) {
     let export = &mut model.export;
     export.on_the_way = export.on_the_way.take().filter(|one| matches!(one, OnTheWay::Saving { .. }));
 }
 
-/// The job is another one.
+/// Drops the outcome, because the job changed.
 pub(super) fn forget(model: &mut Model) {
     model.export.outcome = None;
     model.export.refused = Vec::new();
 }
 
-/// It is so far.
 pub(super) fn progress(model: &mut Model, wanted: u32, done_share: f64) {
     if let Some(OnTheWay::Writing { number, share, .. }) = &mut model.export.on_the_way
         && *number == wanted
@@ -141,7 +123,6 @@ pub(super) fn progress(model: &mut Model, wanted: u32, done_share: f64) {
     }
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: ExportEvent) -> Vec<Effect> {
     match event {
         ExportEvent::Shown => {
@@ -167,7 +148,7 @@ fn saved(name: &str, kind: &'static str, bytes: Vec<u8>) -> Effect {
     Effect::Save { name: name.to_owned(), kind, bytes }
 }
 
-/// The job as it is, to be written for what is chosen; none without a board.
+/// The current job with the selected output options; `None` without a board.
 pub(super) fn wanted(model: &Model) -> Option<ToExport> {
     Some(ToExport {
         plan: Basis::of(model)?.to_plan(None),
@@ -187,14 +168,14 @@ fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
     vec![Effect::ask(number, request)]
 }
 
-/// The open board, what was said of its files and its job.
+/// The open board, its import choices and its job.
 fn project(model: &Model) -> Option<Project> {
     let document = model.board.document.as_ref()?;
     let job = model.job.work.as_ref().map(|work| project::write(work));
     Some(Project { files: model.draw.files_of(document), said: document.said.clone(), job })
 }
 
-/// The project is asked for as one file.
+/// Packs the project into one file.
 pub(super) fn save_project(model: &mut Model) -> Vec<Effect> {
     let Some(project) = project(model) else { return Vec::new() };
     let number = model.next_request();
@@ -202,13 +183,12 @@ pub(super) fn save_project(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(Request::Save(project)) }]
 }
 
-/// What files are called after.
+/// Base name for files.
 fn board_name(model: &Model) -> String {
     let name = model.board.document.as_ref().map(|open| open.reading.board.name.clone());
     name.filter(|name| !name.is_empty()).unwrap_or_else(|| "board".to_owned())
 }
 
-/// The answer to what was on its way.
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match model.export.on_the_way.take() {
         Some(OnTheWay::Writing { purpose, wanted, reread: false, .. }) if board_is_gone(&answer) => {
@@ -242,7 +222,7 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
     }
 }
 
-/// The worker does not know the board: it is given the files first.
+/// The worker lost the board: sends it the files first.
 fn written_anew(model: &mut Model, purpose: Purpose, wanted: Box<ToExport>) -> Vec<Effect> {
     let request = Request::Export((*wanted).clone());
     let Some((number, effects)) = files_first(model, &wanted.plan, request) else { return Vec::new() };
@@ -269,7 +249,7 @@ fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effec
     }
 }
 
-/// A single program as it is, and several in one zip with the run sheet.
+/// A single program as it is; several in a zip with the run sheet.
 fn packed(model: &Model, exported: &Exported) -> (ExportOutcome, Option<Effect>) {
     let names: Vec<String> = exported.files().map(|file| file.name.clone()).collect();
     let mut files: Vec<_> =

@@ -1,6 +1,4 @@
-//! What frames the work: the screen, units, colours, language; what is chosen and how it is looked at; short words in the corner.
-//!
-//! Comes in: choices of the person, what the picture tells. Goes out: state; a short word goes away by itself. Knows no board.
+//! Everything around the work: screen, units, colours, language, selection, layers and toasts.
 
 use super::{Effect, Event, Model};
 use crate::engine::messages::LayerRow;
@@ -10,119 +8,112 @@ use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
 use crate::model::{Document, Network, Panels, Theme};
 use crate::said::{Text, key};
 use crate::view::{Camera, Colour};
+use annulus_core::artwork::Side;
 use annulus_core::locale;
 use annulus_core::machine::SECTIONS;
 
-/// What a short word offers to do.
+/// The action that a toast offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToastAct {
     /// Show the import review.
     Review,
-    /// Take over the new version of the site.
+    /// Activate the new version of the site.
     Update,
-    /// Go back to the drawing that was under work before.
+    /// Go back to the drawing that was open before.
     DrawnBefore,
     /// Go back to the board that was open before.
     BoardBefore,
-    /// Take in files that changed on the disk.
+    /// Read files again that changed on disk.
     TakeAnew,
-    /// Keep a board that was to be forgotten.
+    /// Undo the discard of a saved board.
     TakeBackBoard {
-        /// Where it is kept.
+        /// Storage slot.
         place: u32,
     },
-    /// Keep a drawing that was to be forgotten.
+    /// Undo the discard of a saved drawing.
     TakeBackDrawing {
-        /// Where it is kept.
+        /// Storage slot.
         place: u32,
     },
 }
 
-/// A short word in the corner.
+/// A notification in the corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Toast {
-    /// Tells it from others.
     pub number: u32,
-    /// What it says.
     pub text: Text,
-    /// What can be done about it.
     pub act: Option<ToastAct>,
 }
 
-/// So long a short word stays, in ms.
+/// How long a toast stays, in ms.
 pub(super) const TOAST_MS: u32 = 8_000;
 
-/// What lies over the screen when the person asks for it.
+/// Overlays that the user opens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overlay {
-    /// Keys, first steps, words.
+    /// Shortcuts, first steps, glossary.
     Help,
-    /// All that can be done.
+    /// The command palette.
     Palette,
-    /// How what is drawn is repeated.
+    /// The form for repeating the selection of the drawing.
     Array,
 }
 
-/// Screen, units, colours; what is chosen and how it is looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// The screen.
     pub tab: Tab,
-    /// Unit of lengths on show.
+    /// Displayed unit of length.
     pub unit: Unit,
-    /// Colours.
     pub theme: Theme,
-    /// The language, by its word in the locale tables.
+    /// Code of the language in the locale tables.
     pub language: String,
-    /// The hole chosen in picture or table.
+    /// The hole selected in the view or the table.
     pub selected: Option<u32>,
-    /// Show the paths as in the file instead of the planned ones.
+    /// Show the paths in file order instead of the planned ones.
     pub show_before: bool,
-    /// Show the rapids from cut to cut.
+    /// Show the rapids between cuts.
     pub show_travel: bool,
-    /// Keys that type something do what they are for on the page; else only those with Ctrl or Alt, and those that type nothing.
+    /// Shortcuts of a single character are on; else only those with Ctrl or Alt and keys that type nothing.
     pub signs: bool,
-    /// Those that a person moved to others.
+    /// Shortcuts that the user changed.
     pub own_keys: OwnKeys,
-    /// The sign that could not be had, and whose it is; none where the page keeps it.
+    /// The character that was refused as a shortcut, and the shortcut that uses it; `None` if the page
+    /// reserves it.
     pub own_key_refused: Option<(String, Option<&'static Shortcut>)>,
-    /// The picture has a grid.
+    /// The view shows a grid.
     pub grid: bool,
-    /// The browser keeps the screen lit; none where nobody asked it to.
+    /// The browser keeps the screen on; `None` if it was not asked to.
     pub awake: Option<bool>,
-    /// The machine alone, large: for whoever stands at it.
+    /// Operator view: only the machine, large.
     pub operator: bool,
-    /// The section of the settings on show.
+    /// The displayed section of the settings.
     pub section: &'static str,
-    /// What the address named and is not there yet.
+    /// A part named by the address that does not exist yet.
     pub named: Option<AddressPart>,
-    /// How wide the panels are.
     pub panels: Panels,
-    /// How each layer is seen.
+    /// How each layer is displayed.
     pub layers: Vec<LayerLook>,
-    /// What lies over the screen.
     pub overlay: Option<Overlay>,
-    /// The board is looked at from below.
+    /// The board is viewed from below.
     pub flipped: bool,
-    /// Where the pointer is, work coordinates in mm.
+    /// Position of the pointer, work coordinates in mm.
     pub cursor_mm: Option<[f64; 2]>,
-    /// From where the picture is looked at, once there is one.
+    /// Camera of the view, once there is one.
     pub camera: Option<Camera>,
-    /// Key of the word for what draws.
+    /// Key of the renderer's name.
     pub backend: Option<&'static str>,
-    /// What was asked of the picture last, and how often anything was.
+    /// The last action requested of the view, and the count of requests.
     pub asked: (u32, Option<KeyAction>),
-    /// Short words on show.
+    /// Toasts on screen.
     pub toasts: Vec<Toast>,
-    /// The page came from a site without a bridge.
+    /// The site has no bridge.
     pub alone: bool,
-    /// What is known of the network.
     pub network: Network,
-    /// A new version of the site is there, and the person has not waved it away.
+    /// A new version of the site is ready, and the user has not dismissed it.
     pub update_ready: bool,
-    /// The number of the last of them.
+    /// Number of the last toast.
     toast: u32,
-    /// The browser was asked to keep the screen lit.
+    /// The browser was asked to keep the screen on.
     awake_wanted: bool,
 }
 
@@ -162,219 +153,187 @@ impl Default for Frame {
     }
 }
 
-/// What changes the frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrameEvent {
-    /// Another screen.
     Show {
-        /// Which.
         tab: Tab,
     },
-    /// The person went to an address.
+    /// The user went to an address.
     Go {
-        /// Which.
         address: String,
     },
-    /// Another section of the settings.
+    /// Show a section of the settings.
     Section {
-        /// Its word.
         section: &'static str,
     },
-    /// Another unit.
     Units {
-        /// Which; none for the other one.
+        /// `None` toggles.
         unit: Option<Unit>,
     },
-    /// Other colours.
     Colours {
-        /// Which.
         theme: Theme,
     },
-    /// Another language is wanted.
+    /// Switch to another language.
     Language {
-        /// Its word.
         language: String,
     },
-    /// Its table is there, or could not be had.
+    /// The language's table was loaded, or could not be.
     Spoken {
-        /// Its word.
         language: String,
-        /// It is there.
         there: bool,
     },
-    /// A hole was chosen, or none.
     Select {
-        /// Which.
         hole: Option<u32>,
     },
-    /// Show the paths as in the file, or as planned.
+    /// Show the paths in file order, or as planned.
     Before {
-        /// As in the file.
+        /// In file order.
         on: bool,
     },
-    /// Show the rapids or not.
     Travel {
-        /// Shown.
         on: bool,
     },
-    /// Something is to lie over the screen, or nothing.
     Overlay {
-        /// What.
         overlay: Option<Overlay>,
     },
-    /// The machine alone, large, or everything.
+    /// Enter or leave the operator view.
     Operator {
-        /// The machine alone.
         on: bool,
     },
-    /// Keys that type something do what they are for on the page, or nothing.
+    /// Turn shortcuts of a single character on or off.
     Signs {
-        /// What they are for.
         on: bool,
     },
-    /// Keys of one's own were kept from last time.
+    /// The user's shortcuts from the last visit.
     OwnKeysKept {
-        /// They, as text.
         text: String,
     },
-    /// A key is moved.
+    /// Change a shortcut.
     OwnKey {
-        /// What it does.
         shortcut: &'static Shortcut,
-        /// The letter or sign that shall do it.
+        /// The new character.
         sign: String,
     },
-    /// All keys are where they were.
+    /// Reset all shortcuts.
     OwnKeysForgotten,
-    /// The picture has a grid, or none: the other of the two.
+    /// Toggle the grid.
     Grid,
-    /// The browser keeps the screen lit, or does not.
+    /// Whether the browser keeps the screen on.
     Awake {
-        /// It does.
         held: bool,
     },
-    /// Look at the board from below, or from above.
+    /// View the board from below or above.
     Flip {
-        /// From below; none for the other side.
+        /// From below; `None` toggles.
         below: Option<bool>,
     },
-    /// A panel of the screen on show is drawn wider or narrower.
+    /// The user resizes a panel of the current screen.
     Panel {
-        /// The right one.
         right: bool,
-        /// CSS pixels; 0 for its own width.
+        /// CSS pixels; 0 for the default width.
         px: u16,
     },
-    /// The widths of last time.
+    /// The panel widths from the last visit.
     PanelsKept {
-        /// They, as text.
         text: String,
     },
-    /// One layer is seen or not seen: the other of the two.
+    /// Toggle a layer's visibility.
     LayerEye {
-        /// Its line in the panel.
+        /// Row in the layers panel.
         index: usize,
     },
-    /// One layer is in front and the others are dimmed, or all are seen alike again.
+    /// Bring a layer to the front and dim the others, or undo that.
     LayerFront {
-        /// Its line in the panel.
+        /// Row in the layers panel.
         index: usize,
     },
-    /// Nothing of one layer is caught or changed, or it is: the other of the two.
+    /// Toggle a layer's lock: a locked layer can't be selected or changed.
     LayerLock {
-        /// Its line in the panel.
+        /// Row in the layers panel.
         index: usize,
     },
-    /// One layer is seen more or less.
+    /// Set a layer's opacity.
     LayerOpacity {
-        /// Its line in the panel.
+        /// Row in the layers panel.
         index: usize,
         /// From 0 to 100.
         percent: u8,
     },
-    /// One layer has another colour.
+    /// Set a layer's colour.
     LayerColour {
-        /// Its line in the panel.
+        /// Row in the layers panel.
         index: usize,
-        /// Which; none for its own.
+        /// `None` for its default colour.
         colour: Option<Colour>,
     },
-    /// A group of layers is seen, the others are not.
+    /// Show a group of layers and hide the others.
     LayerPreset {
-        /// Which.
         preset: Preset,
     },
-    /// The pointer is somewhere over the picture, or not over it.
+    /// The pointer moved over the view, or left it.
     Cursor {
         /// Work coordinates in mm.
         at_mm: Option<[f64; 2]>,
     },
-    /// The picture is looked at from somewhere else.
+    /// The camera moved.
     Moved {
-        /// From where.
         camera: Camera,
     },
-    /// The picture is to be fitted, nearer or further.
+    /// Fit or zoom the view.
     Look {
-        /// Which of these.
         action: KeyAction,
     },
-    /// It is known what draws.
+    /// The renderer is known.
     Backend {
-        /// Key of its word.
+        /// Key of its name.
         word: &'static str,
     },
-    /// The page came from a site without a bridge.
+    /// The site has no bridge.
     Alone,
-    /// The browser has a network, or none.
+    /// The browser went online or offline.
     Online {
-        /// It has.
         on: bool,
     },
-    /// The site is kept: the page opens without a network.
+    /// The site is cached: the page opens offline.
     SiteKept,
-    /// A new version of the site is kept and waits to take over.
+    /// A new version of the site is cached and can be activated.
     UpdateReady,
-    /// A short word is to be said.
+    /// Show a toast for a while.
     Say {
-        /// What.
         text: Text,
     },
-    /// A short word is to be said, and stays until it is closed.
+    /// Show a toast until it is closed.
     Tell {
-        /// What.
         text: Text,
     },
-    /// A short word was there long enough, or was closed.
+    /// A toast timed out or was closed.
     Said {
-        /// Its number.
         number: u32,
     },
-    /// What a short word offers is wanted.
+    /// The user accepts a toast's action.
     Taken {
-        /// Its number.
         number: u32,
     },
 }
 
-/// Says a short word.
+/// Shows a toast for [`TOAST_MS`].
 pub(super) fn toast(model: &mut Model, text: Text, act: Option<ToastAct>) -> Effect {
     let number = put(&mut model.frame, text, act);
     let event = Event::Frame(FrameEvent::Said { number });
     Effect::Wake { after_ms: TOAST_MS, event: Box::new(event) }
 }
 
-/// A short word that stays until it is closed.
+/// Shows a toast until it is closed.
 pub(super) fn say(model: &mut Model, text: Text) {
     put(&mut model.frame, text, None);
 }
 
-/// A short word with something to do, which stays until it is closed.
+/// Shows a toast with an action until it is closed.
 pub(super) fn offer(model: &mut Model, text: Text, act: ToastAct) {
     put(&mut model.frame, text, Some(act));
 }
 
-/// A short word that stays until it is closed. The same one from before goes.
+/// Adds a toast; replaces an identical one.
 fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     frame.toast += 1;
     let number = frame.toast;
@@ -383,14 +342,14 @@ fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     number
 }
 
-/// Whether the board is what is looked at, and nothing moves.
+/// True if the Board screen is open and nothing moves.
 pub(super) fn looks_at_board(model: &Model) -> bool {
     model.frame.tab == Tab::Board && !model.link.busy()
 }
 
-/// What is said of a board that was opened goes away with the look at it. A new version of the site is offered while nothing moves,
-/// and only then. The screen stays lit from the pre-flight to the end.
-pub(super) fn follow(model: &mut Model) -> Option<Effect> {
+/// Removes the review toast when the user leaves the board. Offers a new version of the site only while
+/// nothing moves. Keeps the screen on from the preflight to the end of the job.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     if !looks_at_board(model) {
         model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::Review));
     }
@@ -409,10 +368,9 @@ pub(super) fn follow(model: &mut Model) -> Option<Effect> {
     if changed {
         model.frame.awake = None;
     }
-    changed.then_some(Effect::StayAwake { on })
+    Vec::from_iter(changed.then_some(Effect::StayAwake { on }))
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
     let frame = &mut model.frame;
     match event {
@@ -477,14 +435,14 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
                 frame.update_ready = false;
             }
         }
-        // What a short word offers, and what an address names, is done where all of the page is known.
+        // Handled in `model::update`, because they concern other parts of the model.
         FrameEvent::Taken { .. } | FrameEvent::Go { .. } => {}
         of_layers => change_layers(frame, &of_layers),
     }
     Vec::new()
 }
 
-/// One layer, or several, are seen otherwise.
+/// Changes how layers are displayed.
 fn change_layers(frame: &mut Frame, event: &FrameEvent) {
     match *event {
         FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
@@ -499,7 +457,7 @@ fn change_layers(frame: &mut Frame, event: &FrameEvent) {
     }
 }
 
-/// A key is moved, or it stays and whose the sign is is told.
+/// Changes a shortcut, or reports which one already uses the character.
 fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<Effect> {
     match frame.own_keys.set(shortcut, &sign) {
         Ok(()) => {
@@ -513,7 +471,7 @@ fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<
     }
 }
 
-/// Takes a short word away; gives what it offered.
+/// Removes a toast and returns its action.
 pub(super) fn taken(frame: &mut Frame, number: u32) -> Option<ToastAct> {
     let found = frame.toasts.iter().position(|toast| toast.number == number)?;
     frame.toasts.remove(found).act
@@ -525,14 +483,14 @@ fn look(frame: &mut Frame, index: usize, act: impl FnOnce(&mut LayerLook)) {
     }
 }
 
-/// The lines of the layers panel of what was read; what the person chose for those before stays.
+/// The rows of the layers panel for `document`; layers that exist in `before` keep the user's choices.
 pub(super) fn layers_of(document: Option<&Document>, before: &[LayerLook]) -> Vec<LayerLook> {
     let Some(document) = document else { return Vec::new() };
     let reading = &document.reading;
     let row = |(index, layer): (usize, &LayerRow)| {
-        let side = layer.side.as_deref();
-        let name = format!("{} {} {index}", layer.role, side.unwrap_or_default());
-        LayerLook::new(name, LayerKind::of(&layer.role, side), LayerSide::of(side), Some(index))
+        let (role, side) = (layer.role, layer.side);
+        let name = format!("{} {} {index}", role.name(), side.map_or("", Side::name));
+        LayerLook::new(name, LayerKind::of(role, side), LayerSide::of(side), Some(index))
     };
     let mut looks: Vec<LayerLook> = reading.layers.iter().enumerate().map(row).collect();
     looks.reverse();

@@ -1,6 +1,4 @@
-//! The job of the open board: what it is now and was before, which operation is chosen, what was read of its findings.
-//!
-//! Comes in: edits. Goes out: the next job; every edit can be taken back. Does not know how a job is shown.
+//! The job of the open board: its history, the selected operation, and which problems the user has read.
 
 use super::{Effect, Model};
 use crate::lab::undo::LabHistory;
@@ -11,114 +9,90 @@ use annulus_core::cam::work::{Operation, OperationKind, Work};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The job of the open board.
 #[derive(Clone, Debug, Default)]
 pub struct JobEdit {
-    /// The job with what it was before; none without a board.
+    /// The job with undo and redo; `None` without a board.
     history: Option<LabHistory<Work>>,
-    /// The job now: the same handle as long as it is the same job.
+    /// The current job; unchanged jobs keep their handle.
     pub work: Option<Arc<Work>>,
-    /// Place of the chosen operation.
+    /// Index of the selected operation.
     pub chosen: usize,
-    /// Findings that the person has read, by name.
+    /// Names of the problems that the user has read.
     pub read: BTreeSet<String>,
-    /// The finding that is marked in the picture.
+    /// The problem marked in the view.
     pub marked: Option<usize>,
-    /// Groups of findings that the person opened or closed, by name.
+    /// Names of the problem groups that the user opened or closed.
     pub turned: BTreeSet<String>,
 }
 
-/// What changes the job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JobEvent {
-    /// It becomes another job. Changes that follow each other from one field are one step back.
+    /// Replace the job. Consecutive changes of one field are one undo step.
     Change {
-        /// The field, if it came from one.
+        /// The field that changed, if any.
         field: Option<&'static str>,
-        /// The job from now on.
         work: Box<Work>,
     },
-    /// Back by a step, or on again.
-    Undo {
-        /// Back.
-        back: bool,
-    },
-    /// The other side is up, or the same.
-    Turn {
-        /// Which.
-        face: Face,
-    },
-    /// An operation is chosen.
-    Choose {
-        /// Its place.
-        at: usize,
-    },
-    /// An operation is dragged to another place, and chosen.
-    Move {
-        /// From this place.
-        from: usize,
-        /// To that one.
-        to: usize,
-    },
-    /// The chosen operation goes up or down among those of its side.
-    Shift {
-        /// Up.
-        up: bool,
-    },
-    /// An operation is added behind the chosen one, and chosen.
+    /// Undo or redo.
+    Undo { back: bool },
+    /// Turn the board to this side.
+    Turn { face: Face },
+    /// Select an operation.
+    Choose { at: usize },
+    /// Move an operation in the list and select it.
+    Move { from: usize, to: usize },
+    /// Move the selected operation up or down among those of its side.
+    Shift { up: bool },
+    /// Add an operation after the selected one and select it.
     Add {
-        /// The word of its kind.
+        /// Name of its kind.
         word: String,
     },
-    /// The chosen operation is taken out.
+    /// Remove the selected operation.
     Remove,
-    /// All drilling goes in this order.
-    DrillOrder {
-        /// Which.
-        order: HoleOrder,
-    },
-    /// Findings were read, or are to be read again.
-    Read {
-        /// Their names.
-        names: Vec<String>,
-        /// They were read.
-        on: bool,
-    },
-    /// Everything that the plan on show leaves out, and everything found in it, was seen.
+    /// Set the order of holes for all drill operations.
+    DrillOrder { order: HoleOrder },
+    /// Mark problems as read or unread.
+    Read { names: Vec<String>, on: bool },
+    /// Accept all errors of the displayed plan and mark all its problems as read.
     AllSeen,
-    /// A finding is marked in the picture.
+    /// Mark a problem in the view.
     Mark {
-        /// Its place among the findings.
+        /// Index of the problem.
         at: usize,
     },
-    /// A group of findings is opened or closed: the other of the two.
-    TurnGroup {
-        /// Its name.
-        name: String,
-    },
+    /// Toggle a group of problems.
+    TurnGroup { name: String },
 }
 
 impl JobEdit {
-    /// A new board: its usual job, nothing read, nothing to take back.
+    /// Starts with the default job of a new board.
     pub(super) fn open(&mut self, work: Work) {
         let first = edit::of_face(&work, work.setup.face).first().copied().unwrap_or(0);
         *self = Self { history: Some(LabHistory::new(work)), chosen: first, ..Self::default() };
         self.renew();
     }
 
-    /// Whether the person has changed anything.
+    /// True if the user has changed the job.
     pub fn edited(&self) -> bool {
         self.history.as_ref().is_some_and(LabHistory::can_undo)
     }
 
-    /// Whether there is a step back, and one on.
+    /// Whether undo and redo are possible.
     pub fn can_undo(&self) -> (bool, bool) {
         self.history.as_ref().map_or((false, false), |history| (history.can_undo(), history.can_redo()))
     }
 
-    /// The chosen operation.
     pub fn operation(&self) -> Option<&Operation> {
         self.work.as_ref()?.operations.get(self.chosen)
+    }
+
+    /// Order of the first drill operation.
+    pub fn drill_order(&self) -> Option<HoleOrder> {
+        self.work.as_ref()?.operations.iter().find_map(|operation| match &operation.action {
+            OperationKind::Drill(drill) => Some(drill.order),
+            _ => None,
+        })
     }
 
     fn change(&mut self, field: Option<&str>, next: Work) {
@@ -139,7 +113,7 @@ impl JobEdit {
         }
     }
 
-    /// The handle follows the history, and the choice stays among the operations.
+    /// Updates the handle from the history and keeps the selection in range.
     fn renew(&mut self) {
         let now = self.history.as_ref().map(LabHistory::now);
         if self.work.as_deref() != now {
@@ -152,7 +126,7 @@ impl JobEdit {
     }
 }
 
-/// Where the chosen operation goes when it goes up or down.
+/// New index of the selected operation when it moves up or down.
 fn shifted(job: &JobEdit, up: bool) -> Option<usize> {
     let work = job.work.as_ref()?;
     let places = edit::of_face(work, job.operation()?.face);
@@ -171,7 +145,6 @@ fn drilled_in(work: &Work, order: HoleOrder) -> Work {
     work
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
     let job = &mut model.job;
     let work = job.work.clone();
@@ -197,7 +170,7 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
         }
         (JobEvent::Add { word }, Some(work)) => {
             let after = (!work.operations.is_empty()).then_some(job.chosen);
-            if let Some((next, at)) = edit::added(&work, &word, after, &model.machine) {
+            if let Some((next, at)) = edit::added(&work, &word, after) {
                 job.change(None, next);
                 job.chosen = at;
             }
@@ -222,8 +195,7 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
 
 fn all_seen(model: &mut Model) {
     let board = &mut model.board;
-    let codes: Vec<String> =
-        super::board::left_out(board.plan.as_deref()).map(|error| error.code.clone()).collect();
+    let codes: Vec<String> = board.left_out().map(|error| error.code.clone()).collect();
     board.accepted.extend(codes);
     if let Some(proved) = &board.proved {
         model.job.read.extend(proved.findings.iter().map(|finding| finding.id.clone()));

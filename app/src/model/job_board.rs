@@ -1,13 +1,10 @@
-//! The board of the job that the machine has, in a page that was opened later: after a reload in mid-job the kept project is opened
-//! again by itself, for its outline and copper on the map.
+//! The board of the machine's job in a page opened later. After a reload during a job, the saved project
+//! opens without a request of the user, so that the map shows its outline and copper.
 //!
 //! ```text
 //!  machine: job "clockblock-top" ─┐
-//!  store: "clockblock", "robot" ──┴─ Machine on show, nothing open ─▶ "clockblock" is opened; Machine stays on show
+//!  store: "clockblock", "robot" ──┴─ Machine screen, no board open ─▶ "clockblock" opens; the screen stays
 //! ```
-//!
-//! Comes in: the job, what is kept. Goes out: what is to be restored, once a job, or offered; the outline, where the open board is
-//! that of a program. Does not know the store.
 
 use super::{Effect, KeepEvent, Model, Offer, OnTheWay, keeping};
 use crate::keys::Tab;
@@ -17,26 +14,26 @@ use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 
-/// A hole of a program is one of a board where they are no farther apart than this.
+/// Tolerance for matching a program's hole to a board's hole.
 const SAME_PLACE: Length = Length::from_um(1);
 
-/// What was opened for the machine's job.
+/// The board opened for the machine's job.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JobBoard {
-    /// The job that a board was looked for last.
+    /// The last job for which a board was opened.
     job: Option<String>,
-    /// Where the board that is being opened for it is kept.
+    /// Storage slot of that board.
     place: Option<u32>,
 }
 
 impl JobBoard {
-    /// Whether what is kept at `place` is opened for the machine's job, and not because a person asked for it.
+    /// True if the project in slot `place` was opened for the machine's job, and not by the user.
     pub(super) fn is_at(&self, place: Option<u32>) -> bool {
         place.is_some() && self.place == place
     }
 }
 
-/// Opens the board of the machine's job, where it is kept in this browser and nothing else is open.
+/// Opens the board of the machine's job if it is saved in this browser and no board is open.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let key = model.link.status.as_ref().and_then(|status| status.job.clone());
     let job = model.start.shown.as_ref().filter(|job| Some(&job.key) == key.as_ref());
@@ -52,22 +49,22 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     keeping::update(model, KeepEvent::Restore { offer })
 }
 
-/// What of `offers`, the latest first, is to be restored beside the machine: the board of the job that was broken off, else what was
-/// open last.
+/// Which of `offers` (latest first) the Machine screen suggests: the board of the interrupted job, else the
+/// latest.
 pub fn to_restore<'o>(broken_off: Option<&str>, offers: &'o [Offer]) -> Option<&'o Offer> {
     let of_job = |program: &str| offers.iter().find(|offer| is_called(program, &offer.name));
     broken_off.and_then(of_job).or_else(|| offers.first())
 }
 
-/// Whether a program is called as those of a side of the board `name` are.
+/// True if `program` is the name of a program for a side of the board `name`.
 fn is_called(program: &str, name: &str) -> bool {
     let face = program.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
     !name.is_empty()
         && face.is_some_and(|face| [Face::Top, Face::Bottom].iter().any(|one| one.name() == face))
 }
 
-/// The outline of `board`, as it lies with its work zero at `origin`, where it is the board of `program`: it is called so, lies so, and
-/// has all holes that the program drills.
+/// The outline of `board`, whose work zero is at `origin`, if `board` matches `program`. They match if their
+/// names and origins do, and if the board has all holes that the program drills.
 pub fn outline<'b>(program: &Program, board: &'b Board, origin: Point) -> Option<&'b Region> {
     let near = |a: Length, b: Length| (a - b).abs() <= SAME_PLACE;
     let holes: BTreeSet<Point> = board.holes.iter().map(|hole| hole.at).collect();
@@ -83,7 +80,7 @@ pub fn outline<'b>(program: &Program, board: &'b Board, origin: Point) -> Option
     Some(&board.outline).filter(|outline| fits && !outline.is_empty())
 }
 
-/// Where a leg goes first, in the files' coordinates.
+/// First position of a segment, in the files' coordinates.
 pub fn place(program: &Program, leg: &Leg) -> Option<Point> {
     let to = leg.commands.iter().find_map(|command| match command {
         Command::Rapid { to } => Some(*to),

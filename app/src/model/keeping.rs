@@ -1,15 +1,14 @@
-//! The open project kept in this browser, so that a reload, a crash or a closed window loses nothing (N24).
+//! Saves the open project in this browser, so that a reload, a crash or a closed window loses nothing.
 //!
 //! ```text
-//!  files, what was said ─ changed ─▶ packed in a worker ─┐
-//!  job ─ changed ─ half a second later at most ──────────┴▶ the store ─ next visit ─▶ offers: Restore · Discard
+//!  files, import choices ─ changed ─▶ packed in a worker ─┐
+//!  job ─ changed ─ after at most half a second ───────────┴▶ store ─ next visit ─▶ offers: Restore · Discard
 //!
-//!  a place each:   this project, held by this tab │ earlier ones │ those of other tabs, which write there themselves
+//!  storage slots:   this project, held by this tab │ earlier ones │ those of other tabs, which write them
 //! ```
 //!
-//! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offers. Nothing
-//! is opened unless the person says so, but the board of the machine's job; a project that another tab holds is opened as a copy.
-//! Does not know the store.
+//! Only the board of the machine's job opens without a request of the user. A project that another tab holds
+//! opens as a copy.
 
 use super::{Document, Effect, Event, Lane, Model, ToastAct, frame};
 use crate::engine::Stopped;
@@ -21,37 +20,35 @@ use annulus_core::project::saved::Project;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Changes are kept after so long, whether more of them follow or not, in ms.
+/// Delay from a change to saving it, in ms. Further changes do not extend the delay.
 const REST_MS: u32 = 500;
-/// How many projects are kept at most; a further one takes the place of the one that was kept longest ago and that no tab holds.
+/// How many projects are saved at most. One more replaces the oldest that no tab holds.
 pub const PLACES: u32 = 12;
 
-/// A project that was open before.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Offer {
-    /// Where it is kept.
+    /// Storage slot.
     pub place: u32,
-    /// The name of its board.
+    /// Name of the board.
     pub name: String,
-    /// When it was kept last, in ms since 1970.
+    /// When it was saved last, ms since 1970.
     pub at_ms: f64,
-    /// It is open in another tab, which keeps it.
+    /// Open in another tab, which saves it.
     pub elsewhere: bool,
 }
 
-/// A project of this visit, and what of it is in the store.
+/// A project of this visit, and which part of it is in the store.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KeptAs {
-    /// Tells it from others of this visit.
+    /// Number of the project in this visit.
     project: u32,
-    /// Where it is kept; none until it has a place.
+    /// Storage slot, once there is one.
     place: Option<u32>,
-    /// The board whose files are there.
+    /// The board whose files are saved there.
     files: Option<Arc<Document>>,
 }
 
 impl KeptAs {
-    /// Whether both are of one project.
     pub(super) fn same_project(&self, other: &Self) -> bool {
         self.project == other.project
     }
@@ -61,7 +58,7 @@ impl KeptAs {
     }
 }
 
-/// A board and its job, on their way to the store.
+/// A board and its job that are to be saved.
 #[derive(Clone, Debug)]
 struct Record {
     document: Arc<Document>,
@@ -70,16 +67,18 @@ struct Record {
     kept: KeptAs,
 }
 
-/// What the store is doing.
 #[derive(Clone, Debug, Default)]
 enum Store {
-    /// Nothing.
     #[default]
     Rests,
-    /// The files are packed in a worker, by this request.
-    Packing { number: u32, record: Record },
-    /// The record is written.
-    Writing { record: Record },
+    /// A worker packs the files; `number` is its request.
+    Packing {
+        number: u32,
+        record: Record,
+    },
+    Writing {
+        record: Record,
+    },
 }
 
 impl Store {
@@ -91,100 +90,88 @@ impl Store {
     }
 }
 
-/// What is kept in this browser.
+/// The projects saved in this browser.
 #[derive(Clone, Debug, Default)]
 pub struct Keeping {
-    /// What there is to restore, the latest first.
+    /// Projects to restore, the latest first.
     pub offers: Vec<Offer>,
-    /// So many bytes the browser uses for the page; none where it does not tell.
+    /// Storage that the browser uses for the page, in bytes; `None` if it does not report that.
     pub bytes: Option<u64>,
-    /// The open project cannot be kept, and why: the key of a sentence.
+    /// Why the open project cannot be saved: the key of a message.
     pub failed: Option<&'static str>,
-    /// The open project.
     open: KeptAs,
     /// Counts the projects of this visit.
     projects: u32,
-    /// Places that this tab holds.
+    /// Slots that this tab holds.
     held: BTreeSet<u32>,
     store: Store,
-    /// What is open changed while the store was busy.
+    /// The open project changed while the store was busy.
     again: bool,
-    /// Projects that were left while the store was busy, as they were then.
+    /// Projects that were closed while the store was busy, as they were then.
     parting: Vec<Record>,
-    /// Counts changes.
     change: u32,
-    /// Changes up to this one are kept, or on their way.
+    /// Changes up to this one are saved or being saved.
     kept_change: u32,
-    /// What was seen last.
+    /// Board and job at the last check for changes.
     seen: (Option<Arc<Document>>, Option<Arc<Work>>),
-    /// What is being restored.
+    /// The project that is being restored.
     wanted: Option<Offer>,
-    /// Places that are being taken out of the store.
+    /// Slots that are being read.
     taking: BTreeSet<u32>,
-    /// Those that the person wants forgotten, as long as that can be taken back.
+    /// Slots that the user discarded and can still undo.
     discarded: BTreeSet<u32>,
 }
 
-/// What happens to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KeepEvent {
-    /// This was in the store.
+    /// The store's contents.
     Found {
-        /// In no order.
         offers: Vec<Offer>,
     },
-    /// The page is looked at again.
+    /// The page is visible again.
     Looked,
-    /// What is kept is to be listed, whatever is open.
+    /// List the saved projects, even if a board is open.
     Listed,
-    /// So much of this computer the browser uses for the page.
+    /// Storage that the browser uses for the page.
     Measured {
-        /// In bytes, as the browser tells it: rounded, for some.
+        /// Some browsers round the value.
         bytes: u64,
     },
-    /// All of it is to be forgotten but what is open, here or in another tab.
+    /// Delete all projects that no tab has open.
     DropAll,
-    /// A change is half a second old.
+    /// The delay after a change is over.
     Rested {
-        /// Which.
         change: u32,
     },
-    /// The page is left: what is not kept yet is now or never.
+    /// The page is closing or hidden: the last chance to save.
     Leaving,
-    /// The store has written, or has not.
+    /// The store finished a write, or failed.
     Written {
-        /// Where; none where it could not.
+        /// The slot; `None` if the write failed.
         place: Option<u32>,
-        /// There is no room for it.
+        /// The storage is full.
         full: bool,
     },
-    /// What is on offer is to be opened.
+    /// Open an offered project.
     Restore {
-        /// Which.
         offer: Offer,
     },
-    /// What was kept at a place.
+    /// The contents of a slot.
     Taken {
-        /// Where.
         place: u32,
-        /// The files, packed.
         files: Option<Vec<u8>>,
-        /// The job as text.
         job: Option<String>,
-        /// This tab holds the place now; else another one does.
+        /// This tab holds the slot now; else another tab does.
         own: bool,
     },
-    /// What is on offer is to be forgotten.
+    /// Delete an offered project; can be undone for a while.
     Discard {
-        /// Which.
         offer: Offer,
     },
-    /// It is forgotten, unless that was taken back.
+    /// The time to undo a discard is over.
     Drop {
-        /// Where.
         place: u32,
     },
-    /// It is forgotten.
     Dropped,
 }
 
@@ -194,28 +181,28 @@ impl Keeping {
         self.change
     }
 
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         matches!(&self.store, Store::Packing { number, .. } if *number == wanted)
     }
 
-    /// Whether what is kept there is being restored.
+    /// True if the project in this slot is being restored.
     fn wants(&self, place: u32) -> bool {
         self.wanted.as_ref().is_some_and(|wanted| wanted.place == place)
     }
 
-    /// What the store has to write, the first thing first.
+    /// The records still to be written, in order.
     fn records(&self) -> impl Iterator<Item = &Record> {
         self.store.record().into_iter().chain(&self.parting)
     }
 }
 
-/// The page was opened: looks for what was kept.
+/// The page was opened: list the saved projects.
 pub(super) fn begun() -> Vec<Effect> {
     vec![Effect::LookInStore]
 }
 
-/// Waits for a rest where board or job is another one, and lets go of places that are not needed any more.
+/// Starts the save delay if board or job changed, and releases slots that are no longer needed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let mut effects = let_go(model);
     let now = (model.board.document.as_ref(), model.job.work.as_ref());
@@ -229,7 +216,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// A place is held for what is open, what there is to go back to, what is being opened, and what is being written.
+/// Needed are the slots of the open board, of the one to go back to, and of those being opened or written.
 fn let_go(model: &mut Model) -> Vec<Effect> {
     let keeping = &model.keeping;
     let before = model.before.as_ref().and_then(|before| before.kept.place);
@@ -242,14 +229,13 @@ fn let_go(model: &mut Model) -> Vec<Effect> {
     gone.into_iter().map(|place| Effect::LetGoOfPlace { place }).collect()
 }
 
-/// Keeps what is open once nothing has changed for a while.
+/// Starts the delay after which a change is saved.
 fn rest(model: &mut Model) -> Vec<Effect> {
     model.keeping.change += 1;
     let event = Event::Keep(KeepEvent::Rested { change: model.keeping.change });
     vec![Effect::Wake { after_ms: REST_MS, event: Box::new(event) }]
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
     match event {
         KeepEvent::Found { offers } => found(model, offers),
@@ -260,7 +246,7 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
             Vec::new()
         }
         KeepEvent::DropAll => drop_all(model),
-        // There may be room by now.
+        // A failed save is tried again: the user may have freed storage meanwhile.
         KeepEvent::Looked if model.keeping.failed.is_some() => keep(model),
         KeepEvent::Rested { change } if change > model.keeping.kept_change => keep(model),
         KeepEvent::Leaving => left(model),
@@ -270,8 +256,9 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
             model.keeping.wanted = Some(offer);
             take_wanted(model)
         }
-        // What was taken is opened where files are.
+        // `model::update` handles this one, because it opens files.
         KeepEvent::Taken { .. } => Vec::new(),
+        // A project that is being restored cannot be discarded.
         KeepEvent::Discard { offer } if model.keeping.wants(offer.place) => Vec::new(),
         KeepEvent::Discard { offer } => discarded(model, &offer),
         KeepEvent::Drop { place } if model.keeping.discarded.remove(&place) => {
@@ -282,7 +269,7 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
     }
 }
 
-/// Offers what was kept but the project that is open.
+/// Offers every saved project except the open one and those discarded.
 fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
     let keeping = &model.keeping;
     let (open, discarded) = (keeping.open.place, &keeping.discarded);
@@ -292,7 +279,7 @@ fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
     Vec::new()
 }
 
-/// What is on offer is to be forgotten: it is not on offer any more, and can be taken back for a while.
+/// Removes an offer; the project is deleted only when the time to undo is over.
 fn discarded(model: &mut Model, offer: &Offer) -> Vec<Effect> {
     let place = offer.place;
     model.keeping.offers.retain(|one| one.place != place);
@@ -304,7 +291,7 @@ fn discarded(model: &mut Model, offer: &Offer) -> Vec<Effect> {
     vec![said, Effect::Wake { after_ms: frame::TOAST_MS, event }]
 }
 
-/// All that no tab has open is forgotten, and cannot be taken back; what is being restored stays.
+/// Deletes every project that no tab has open, without undo. A project that is being restored stays.
 fn drop_all(model: &mut Model) -> Vec<Effect> {
     let keeping = &mut model.keeping;
     let wanted = keeping.wanted.as_ref().map(|wanted| wanted.place);
@@ -316,13 +303,13 @@ fn drop_all(model: &mut Model) -> Vec<Effect> {
     gone.chain([frame::toast(model, Text::of(key!("page.data.deleted")), None)]).collect()
 }
 
-/// What was to be forgotten stays.
+/// Undoes a discard.
 pub(super) fn taken_back(model: &mut Model, place: u32) -> Vec<Effect> {
     model.keeping.discarded.remove(&place);
     vec![Effect::LookInStore]
 }
 
-/// Takes what is to be restored out of the store, once, when all of it is in there.
+/// Reads the wanted project, but only once, and only when no write of its slot is pending.
 fn take_wanted(model: &mut Model) -> Vec<Effect> {
     let keeping = &mut model.keeping;
     let Some(Offer { place, elsewhere, .. }) = keeping.wanted.clone() else { return Vec::new() };
@@ -331,14 +318,14 @@ fn take_wanted(model: &mut Model) -> Vec<Effect> {
     is_new.then_some(Effect::TakeFromStore { place, is_free: !elsewhere }).into_iter().collect()
 }
 
-/// Another project is open: that of a place which this tab holds, or one that has none yet.
+/// Another project is open: one from a slot that this tab holds, or one that is not saved yet.
 pub(super) fn another(model: &mut Model, place: Option<u32>) {
     model.keeping.projects += 1;
     let project = model.keeping.projects;
     go_on(model, KeptAs { project, place, files: None });
 }
 
-/// How the open project is kept, to go on with that where it is open again.
+/// Storage of the open project, for [`go_on`] when it is opened again.
 pub(super) fn kept_as(model: &Model) -> KeptAs {
     model.keeping.open.clone()
 }
@@ -351,11 +338,12 @@ pub(super) fn go_on(model: &mut Model, kept: KeptAs) {
     keeping.open = kept;
 }
 
-/// Another project comes in place of the open one: what is not kept yet of this one is.
+/// Another project replaces the open one: save its latest changes first.
 pub(super) fn leaving(model: &mut Model) -> Vec<Effect> {
     let keeping = &model.keeping;
     let begun = keeping.open.place.is_some()
         || keeping.store.record().is_some_and(|record| record.kept.same_project(&keeping.open));
+    // A project that was never saved is worth a slot only if the user edited it.
     if keeping.change <= keeping.kept_change || !begun && !model.job.edited() {
         return Vec::new();
     }
@@ -368,7 +356,7 @@ pub(super) fn leaving(model: &mut Model) -> Vec<Effect> {
     put(model, record)
 }
 
-/// The page is left, or hidden: the job that is not in the store yet is put where that takes no time.
+/// The page is closing or hidden: leaves an unsaved job where writing takes no time.
 fn left(model: &mut Model) -> Vec<Effect> {
     let keeping = &model.keeping;
     let is_new = keeping.change > keeping.kept_change;
@@ -385,13 +373,13 @@ fn left(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// The project is closed; it is on offer with the others.
+/// The project was closed; it is now among the offers.
 pub(super) fn closed(model: &mut Model) -> Vec<Effect> {
     another(model, None);
     vec![Effect::LookInStore]
 }
 
-/// What is to be opened, and from which place that this tab holds; what says that it is gone.
+/// The project to open, and its slot if this tab holds it. The error is a toast: the project is gone.
 pub(super) fn taken(
     model: &mut Model,
     place: u32,
@@ -410,20 +398,20 @@ pub(super) fn taken(
     }
 }
 
-/// That the project which was wanted is open in another tab, and that this one works on a copy.
+/// Reports that the project is open in another tab and that this tab works on a copy.
 pub(super) fn say_elsewhere(model: &mut Model, name: &str) {
     let args = vec![("name", name.to_owned())];
     frame::say(model, Text::Key { key: key!("page.kept.copy"), args });
 }
 
-/// What is open, as it is to be kept.
+/// The open project as a record for the store.
 fn record(model: &Model) -> Option<Record> {
     let (document, work) = model.board.document.clone().zip(model.job.work.as_ref())?;
     let name = document.reading.board.name.clone();
     Some(Record { name, job: project::write(work), kept: kept_as(model), document })
 }
 
-/// Keeps what is open, again where it changed while the store was busy.
+/// Saves the open project; if the store is busy, once it is free.
 fn keep(model: &mut Model) -> Vec<Effect> {
     if model.keeping.store.record().is_some() {
         model.keeping.again = true;
@@ -434,7 +422,7 @@ fn keep(model: &mut Model) -> Vec<Effect> {
     put(model, record)
 }
 
-/// Puts a record in the store, its files first packed where they are not there yet.
+/// Writes a record to the store; packs its files first if they are not saved yet.
 fn put(model: &mut Model, record: Record) -> Vec<Effect> {
     if record.kept.has_files_of(&record.document) {
         return write(model, record, None);
@@ -452,7 +440,6 @@ fn write(model: &mut Model, record: Record, files: Option<Vec<u8>>) -> Vec<Effec
     vec![Effect::WriteStore { place, name, job, files, at_ms: model.clock.wall_ms }]
 }
 
-/// The files are packed.
 pub(super) fn packed(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let Store::Packing { record, .. } = std::mem::take(&mut model.keeping.store) else {
         return Vec::new();
@@ -478,7 +465,7 @@ fn written(model: &mut Model, place: Option<u32>, full: bool) -> Vec<Effect> {
         None => failed(model, &record, full),
     };
     let next = go_on_writing(model);
-    // Nothing is open any more, and nothing on its way: what was just kept is on offer.
+    // No board is open and no write is pending: the project just saved is an offer now.
     if model.board.document.is_none() && next.is_empty() {
         effects.push(Effect::LookInStore);
     }
@@ -486,7 +473,7 @@ fn written(model: &mut Model, place: Option<u32>, full: bool) -> Vec<Effect> {
     effects
 }
 
-/// A record is in the store: whoever has to do with its project knows where.
+/// A record is saved: everything that refers to its project learns the slot.
 fn is_at(model: &mut Model, record: Record, place: u32) {
     let Record { document, kept: KeptAs { project, .. }, .. } = record;
     let kept = KeptAs { project, place: Some(place), files: Some(document) };
@@ -504,11 +491,12 @@ fn is_at(model: &mut Model, record: Record, place: u32) {
     }
 }
 
-/// A record could not be written: it is said, and tried again when there is an occasion.
+/// A record could not be saved. The user sees each reason once; the next change or visit tries again.
 fn failed(model: &mut Model, record: &Record, full: bool) -> Vec<Effect> {
     let why = if full { key!("page.kept.full") } else { key!("page.kept.failed") };
     let keeping = &mut model.keeping;
     if keeping.open.same_project(&record.kept) {
+        // Nothing counts as saved, so that the next opportunity tries again.
         keeping.kept_change = 0;
         if keeping.failed.replace(why) == Some(why) {
             return Vec::new();
@@ -517,7 +505,7 @@ fn failed(model: &mut Model, record: &Record, full: bool) -> Vec<Effect> {
     vec![frame::toast(model, Text::of(why), None)]
 }
 
-/// The store is free: what waits for that is written, or taken.
+/// The store is free: the next restore or write can start.
 fn go_on_writing(model: &mut Model) -> Vec<Effect> {
     let mut effects = take_wanted(model);
     if !model.keeping.parting.is_empty() {

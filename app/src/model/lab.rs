@@ -1,11 +1,12 @@
-//! The Lab: the sheet on show, the bench with its history, what is chosen and copied, the queue's run in this page, the inputs.
+//! The Lab: its sheet, its setup with history, selection and clipboard, the queue's trial run in this page,
+//! the inputs.
 //!
 //! ```text
-//! Change(field, LabEdits) ─▶ History ─▶ bench ─▶ kept in this tab over a reload
-//! Run ─▶ Trial: eight pieces ─▶ breathe ─▶ eight pieces … ─▶ rest: held │ done │ refused        an edit of the queue ends it
+//! Change(field, LabEdits) ─▶ History ─▶ setup ─▶ saved in this tab across a reload
+//! Run ─▶ Trial: 8 pieces ─▶ yield ─▶ 8 pieces … ─▶ held │ done │ refused    editing the queue ends it
 //! ```
 //!
-//! Comes in: edits, orders, statuses. Goes out: the next state. While a job has the machine nothing is edited. Knows no layout.
+//! No edits while the machine runs a job.
 
 use super::{Effect, Event, Model};
 use crate::lab::io::{Check, KnownInputs};
@@ -20,7 +21,7 @@ use annulus_core::queue::{self, Mode, Rest, RowResult};
 use std::fmt;
 use std::sync::Arc;
 
-/// A queue on its way through this page's own virtual drill.
+/// A queue running on this page's own virtual drill.
 struct Running(Trial);
 
 impl fmt::Debug for Running {
@@ -29,53 +30,50 @@ impl fmt::Debug for Running {
     }
 }
 
-/// The run of the queue in this page.
+/// The queue's run in this page.
 #[derive(Debug, Default)]
 pub struct LabRun {
     trial: Option<Running>,
-    /// Results, one a line.
+    /// One result per line.
     pub results: Arc<Vec<RowResult>>,
-    /// The line that comes next, while a run is held.
+    /// The next line of a held run.
     pub next: Option<usize>,
-    /// It runs now.
     pub running: bool,
-    /// How it ended or why it rests.
+    /// How the run ended, or why it is held.
     pub said: Option<Text>,
-    /// Counts runs; pieces of an older one are not gone on with.
+    /// Counts runs; steps of an older run are dropped.
     number: u32,
 }
 
-/// The Lab.
 #[derive(Debug)]
 pub struct Lab {
-    /// The sheet on show.
+    /// The displayed sheet.
     pub sheet: LabPanel,
     history: LabHistory<LabEdits>,
-    /// The bench now: the same handle as long as it is the same bench.
+    /// The current setup; an unchanged one keeps its handle.
     pub bench: Arc<LabEdits>,
-    /// The motor on show: 0 X, 1 Y, 2 Z.
+    /// The displayed motor: 0 X, 1 Y, 2 Z.
     pub motor: usize,
-    /// Chosen cells of the phase table.
+    /// Selected cells of the phase table.
     pub block: CellBlock,
-    /// Copied cells.
     pub clip: Option<Clip>,
-    /// The chosen line of the queue.
+    /// The selected line of the queue.
     pub row: usize,
-    /// The queue is shown as one text.
+    /// Show the queue as text.
     pub as_text: bool,
-    /// The queue runs on the machine; else in the page.
+    /// Run the queue on the machine instead of in the page.
     pub on_machine: bool,
     /// The queue's run in the page.
     pub run: LabRun,
-    /// The part of the motion sheet on show.
+    /// The displayed part of the motion sheet.
     pub part: PanelPart,
-    /// The servo makes a stroke; else a step.
+    /// The servo simulates a drill cycle instead of a step response.
     pub stroke: bool,
-    /// The inputs as seen so far.
+    /// The inputs and their recorded changes.
     pub inputs: KnownInputs,
-    /// The guided check of the sensors, once begun.
+    /// The guided sensor check, if started.
     pub check: Option<Check>,
-    /// Said to those who do not see.
+    /// Text for screen readers.
     pub said: Option<Text>,
 }
 
@@ -101,107 +99,87 @@ impl Default for Lab {
     }
 }
 
-/// What happens to the Lab.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LabEvent {
-    /// This was kept in this tab.
+    /// The setup saved in this tab.
     Kept {
-        /// The bench as text.
         text: String,
     },
-    /// Another sheet.
     Show {
-        /// Which.
         sheet: LabPanel,
     },
-    /// The bench becomes another one. Changes that follow each other from one field are one step back.
+    /// Replace the setup. Consecutive changes of one field are one undo step.
     Change {
-        /// The field, if it came from one.
+        /// The field that changed, if any.
         field: Option<String>,
-        /// The bench from now on.
         bench: Box<LabEdits>,
     },
-    /// The person left a field.
+    /// The user left a field, which ends its undo step.
     Rest,
-    /// Back by an edit, or on again.
+    /// Undo or redo.
     Undo {
-        /// Back.
         back: bool,
     },
-    /// Another motor.
     Motor {
         /// 0 X, 1 Y, 2 Z.
         motor: usize,
     },
-    /// Cells are chosen.
     Choose {
-        /// Which.
         block: CellBlock,
     },
-    /// Cells are copied.
     Copy {
-        /// As they are.
         clip: Clip,
     },
-    /// A line of the queue is chosen.
+    /// Select a line of the queue.
     Row {
-        /// Its place.
         at: usize,
     },
-    /// The queue is shown as one text, or as rows.
+    /// Show the queue as text or as rows.
     AsText {
-        /// As text.
         on: bool,
     },
-    /// The queue runs on the machine, or in the page.
+    /// Run the queue on the machine or in the page.
     OnMachine {
-        /// On the machine.
         on: bool,
     },
-    /// Another part of the motion sheet.
+    /// Show another part of the motion sheet.
     Part {
-        /// Which.
         part: PanelPart,
     },
-    /// The servo makes a stroke, or a step.
+    /// Simulate a drill cycle or a step response.
     Stroke {
-        /// A stroke.
         on: bool,
     },
-    /// Changes of the inputs are counted anew.
+    /// Reset the counters of input changes.
     CountAnew,
-    /// The guided check begins.
+    /// Start the guided sensor check.
     Check,
-    /// The person goes on without a sensor.
+    /// Skip a sensor.
     Skip,
-    /// Something is to be said to those who do not see.
+    /// Announce a text to screen readers.
     Say {
-        /// What.
         text: Text,
     },
-    /// The queue is to run in the page.
+    /// Run the queue in the page.
     Run {
-        /// As far as this.
         mode: Mode,
     },
-    /// The page has breathed.
+    /// Continue the run after the page had time for other events.
     Breathed {
-        /// The run.
         number: u32,
-        /// As far as this.
         mode: Mode,
     },
-    /// The run is forgotten.
+    /// Drop the run.
     Anew,
 }
 
 impl Lab {
-    /// Whether there is a step back, and one on.
+    /// Whether undo and redo are possible.
     pub fn can_undo(&self) -> (bool, bool) {
         (self.history.can_undo(), self.history.can_redo())
     }
 
-    /// The handle follows the history; another queue ends the run of the one before.
+    /// Updates the handle from the history; a changed queue ends its run.
     fn renew(&mut self) {
         if *self.bench != *self.history.now() {
             let next = Arc::new(self.history.now().clone());
@@ -220,7 +198,7 @@ impl Lab {
         self.inputs.bits.unwrap_or_default()
     }
 
-    /// What a status tells of the inputs.
+    /// Records the inputs of a status.
     pub(super) fn told(&mut self, wall_ms: f64, bits: u32) {
         if self.inputs.bits != Some(bits) {
             self.inputs = self.inputs.seen(wall_ms, bits);
@@ -229,13 +207,12 @@ impl Lab {
     }
 }
 
-/// Whether a job has the machine: nothing of the Lab is edited meanwhile.
+/// True while the machine runs a job: the Lab must not be edited.
 pub fn locked(state: Option<State>) -> bool {
     use State::{Paused, Pausing, Running, Stopping, ToolChange};
     matches!(state, Some(Running | Pausing | Paused | ToolChange | Stopping))
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: LabEvent) -> Vec<Effect> {
     let locked = locked(model.link.state());
     let lab = &mut model.lab;
@@ -278,7 +255,7 @@ pub(super) fn update(model: &mut Model, event: LabEvent) -> Vec<Effect> {
     keep(model, &before)
 }
 
-/// Another bench is kept in this tab.
+/// Saves a changed setup in this tab.
 fn keep(model: &Model, before: &Arc<LabEdits>) -> Vec<Effect> {
     let now = &model.lab.bench;
     if Arc::ptr_eq(now, before) { Vec::new() } else { vec![Effect::KeepBench { text: now.kept() }] }
@@ -295,7 +272,7 @@ fn undo(lab: &mut Lab, back: bool) {
     }));
 }
 
-/// Goes on as far as `mode` says; begins where nothing is held.
+/// Continues a held run according to `mode`, or starts one.
 fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
     let lines: &[QueueLine] = &model.lab.bench.queue;
     let Ok(queue) = queue::read("", &to_text(lines)) else { return Vec::new() };
@@ -306,7 +283,7 @@ fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
     if run.running {
         return Vec::new();
     }
-    // What is held goes on with the machine it began with; with another one it begins again.
+    // A held run keeps its machine settings; if they changed, start from the beginning.
     if run.trial.as_ref().is_none_or(|running| running.0.ended() || *running.0.machine() != *model.machine) {
         match Trial::begin(&model.machine, queue, model.machine.output_names()) {
             Ok(trial) => run.trial = Some(Running(trial)),
@@ -322,7 +299,7 @@ fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
     go_on(model, mode)
 }
 
-/// Some pieces, and then the page breathes.
+/// Runs a few steps, then lets the page handle other events.
 fn go_on(model: &mut Model, mode: Mode) -> Vec<Effect> {
     let run = &mut model.lab.run;
     let Some(Running(trial)) = run.trial.as_mut().filter(|_| run.running) else { return Vec::new() };

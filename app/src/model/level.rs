@@ -1,10 +1,8 @@
-//! The height map as it would be touched now: how far apart, where, for which job.
+//! The planned height map: its spacing, positions and job.
 //!
 //! ```text
-//! dialog open, job of the machine, distance ─▶ PlannedMap: grid and key of the job ─ Touch, the clock ─▶ Ask::Survey
+//! dialog open, machine's job, spacing ─▶ PlannedMap: grid and job key ─ Probe, the clock ─▶ Ask::Survey
 //! ```
-//!
-//! Comes in: wishes, the job that the machine would run. Goes out: the grid, the wish to touch it. Knows no heights.
 
 use super::{Effect, Job, Model, link};
 use annulus_core::diagnostic::Diagnostic;
@@ -14,32 +12,32 @@ use annulus_core::units::Length;
 use annulus_core::wire::Ask;
 use std::sync::Arc;
 
-/// How far apart the places may be, mm.
+/// Selectable spacings of the grid, mm.
 pub const SPACINGS_MM: [u8; 4] = [5, 10, 15, 20];
-/// How far inside of what is cut they lie, how far the tip is lifted between them, and how much lower one may lie, µm.
+/// Distance of the grid from the edge of the cut area.
 const MARGIN: Length = Length::from_um(2_000);
+/// Height of travel above the highest point probed, µm.
 const CLEAR_UM: u32 = 1_000;
+/// How far a point may be below the one before, µm.
 const DEPTH_UM: u32 = 2_000;
 
-/// Where the board would be touched, and for which job.
+/// The grid to probe and its job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedMap {
-    /// The places.
     pub grid: ProbeGrid,
-    /// What tells the job from others.
+    /// Key of the job.
     pub job: String,
 }
 
-/// The height map as it would be touched now.
 #[derive(Clone, Debug)]
 pub struct Leveling {
-    /// Its dialog is open.
+    /// The dialog is open.
     pub open: bool,
-    /// How far apart the places are, mm.
+    /// Spacing of the grid, mm.
     pub spacing_mm: u8,
-    /// Where the board would be touched, or why not; none without a job.
+    /// The planned map, or why there is none; `None` without a job.
     pub planned: Option<Result<PlannedMap, Diagnostic>>,
-    /// The job and the distance that this is for.
+    /// The job and spacing that `planned` was computed for.
     of: Option<(Arc<Job>, u8)>,
 }
 
@@ -49,24 +47,16 @@ impl Default for Leveling {
     }
 }
 
-/// What happens about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelEvent {
-    /// The dialog is to be open, or closed.
-    Show {
-        /// Open.
-        on: bool,
-    },
-    /// The places are to be so far apart.
-    Space {
-        /// How far, mm.
-        mm: u8,
-    },
-    /// The board is to be touched there.
+    /// Open or close the dialog.
+    Show { on: bool },
+    /// Select the spacing.
+    Space { mm: u8 },
+    /// Probe the board. The machine moves.
     Touch,
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: LevelEvent) -> Vec<Effect> {
     match event {
         LevelEvent::Show { on } => model.level.open = on,
@@ -82,21 +72,18 @@ fn touch(model: &mut Model) -> Vec<Effect> {
     link::ask(model, &Ask::Survey { grid, job, clear_um: CLEAR_UM, depth_um: DEPTH_UM, now_s })
 }
 
-/// While the dialog is open the places follow the job and the distance.
-pub(super) fn follow(model: &mut Model) {
-    if !model.level.open {
-        return;
-    }
+/// While the dialog is open, updates the grid from job and spacing.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let wanted = model.start.shown.as_ref().map(|job| (job, model.level.spacing_mm));
     let is_same = |(of, of_mm): &(Arc<Job>, u8)| {
         wanted.as_ref().is_some_and(|(job, mm)| Arc::ptr_eq(of, job) && of_mm == mm)
     };
-    if model.level.of.as_ref().is_some_and(is_same) {
-        return;
+    if model.level.open && !model.level.of.as_ref().is_some_and(is_same) {
+        let planned = wanted.map(|(job, mm)| planned(&job.program, mm));
+        let of = wanted.map(|(job, mm)| (Arc::clone(job), mm));
+        (model.level.planned, model.level.of) = (planned, of);
     }
-    let planned = wanted.map(|(job, mm)| planned(&job.program, mm));
-    let of = wanted.map(|(job, mm)| (Arc::clone(job), mm));
-    (model.level.planned, model.level.of) = (planned, of);
+    Vec::new()
 }
 
 fn planned(program: &Program, spacing_mm: u8) -> Result<PlannedMap, Diagnostic> {

@@ -1,12 +1,9 @@
-//! The written program beside the playback: which of its lines is done at the second on show, which second a line leads to.
+//! The written program next to the playback: maps the displayed second to a line, and a line to its second.
 //!
 //! ```text
-//! shown, a plan in time ─▶ the worker writes ─▶ WrittenProgram: rows of files and lines ─┬─ second ─▶ row
-//!                    another plan, another controller: written anew               └─ row ─▶ second
+//! list shown, plan timed ─▶ the worker writes ─▶ WrittenProgram: rows of files and lines ─┬─ second ─▶ row
+//!                    another plan or postprocessor: written again                     └─ row ─▶ second
 //! ```
-//!
-//! Comes in: wishes, answers of the worker, the second on show. Goes out: requests, the row in work. Does not know the words of
-//! controllers.
 
 use super::asked::{board_is_gone, files_first};
 use super::{Effect, Model, export, play};
@@ -18,22 +15,22 @@ use annulus_core::post::OutputFile;
 use annulus_core::sim::ProgramLines;
 use std::sync::Arc;
 
-/// A press on a line shows this much of it, s: at its very beginning the line before is done.
+/// Offset into a selected line, s: at its exact start the line before is still the current one.
 const INSIDE_S: f64 = 2e-6;
 
-/// A program as it is written: rows of lines, over those of each file a row with its name.
+/// A written program: for each file a row with its name, then a row per line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WrittenProgram {
     text: String,
-    /// Where each row ends in the text.
+    /// End of each row in the text.
     ends: Vec<u32>,
-    /// The first row of each file, which is its name.
+    /// First row of each file, which is its name.
     files: Vec<u32>,
     lines: ProgramLines,
 }
 
 impl WrittenProgram {
-    /// Of `files`, in the order of running.
+    /// From `files` in running order.
     pub fn of(files: &[OutputFile]) -> Self {
         let mut written = Self::default();
         let mut commands = Vec::new();
@@ -53,17 +50,16 @@ impl WrittenProgram {
         written
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// There is none.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// A row: its number in its file, from 1, where it is no name, and what it says.
+    /// Line number in its file, from 1 (`None` for a name), and the row's text.
     pub fn row(&self, row: usize) -> Option<(Option<usize>, &str)> {
         let end = *self.ends.get(row)? as usize;
         let start =
@@ -73,56 +69,48 @@ impl WrittenProgram {
         Some(((number > 0).then_some(number), self.text.get(start..end)?))
     }
 
-    /// Whether two rows are done together.
+    /// True if both rows belong to the same command.
     pub fn are_together(&self, row: usize, other: usize) -> bool {
         self.lines.are_together(row, other)
     }
 }
 
-/// The lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Listing {
-    /// They are looked at, and not the steps.
+    /// The list is shown instead of the steps.
     pub shown: bool,
     /// The program, once it is written.
     pub written: Option<Arc<WrittenProgram>>,
-    /// Why it is not.
+    /// Why it could not be written.
     pub refused: Vec<Diagnostic>,
-    /// The row that was pressed, and the second it led to.
+    /// The selected row and its second.
     pressed: Option<(usize, f64)>,
-    /// What is being written or was written last: the plan in time, and in whose words.
+    /// Inputs of the last request: plan, postprocessor name and text, and whether arcs become lines.
     of: Option<(Arc<Timed>, String, Option<String>, bool)>,
-    /// The request whose answer is waited for, what was asked, and whether the worker was given the board anew.
+    /// The awaited request, its contents, and whether the worker was sent the board again.
     number: Option<(u32, Box<ToExport>, bool)>,
 }
 
-/// What happens to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ListingEvent {
-    /// The lines are looked at, or the steps.
-    Show {
-        /// The lines.
-        on: bool,
-    },
-    /// To the second of a row.
-    Press {
-        /// Which.
-        row: usize,
-    },
-    /// To the row before or after the one in work.
+    /// Show the list or the steps.
+    Show { on: bool },
+    /// Jump to a row's second.
+    Press { row: usize },
+    /// Jump to a row relative to the current one.
     Walk {
-        /// How many rows on.
+        /// Number of rows.
         by: i64,
     },
 }
 
 impl Listing {
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         self.number.as_ref().is_some_and(|(number, ..)| *number == wanted)
     }
 
-    /// It is being written.
+    /// True while the program is being written.
     pub fn is_on_the_way(&self) -> bool {
         self.number.is_some()
     }
@@ -132,7 +120,7 @@ impl Listing {
     }
 }
 
-/// The row that is done at the second on show.
+/// The current row at the displayed second.
 pub fn row_now(model: &Model) -> Option<usize> {
     let (lines, play) = (&model.lines, &model.play);
     let written = lines.written.as_ref().filter(|_| lines.shown)?;
@@ -142,11 +130,11 @@ pub fn row_now(model: &Model) -> Option<usize> {
     written.lines.line_of(play.playback.as_ref()?.command_at(play.at_s)?)
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: ListingEvent) -> Vec<Effect> {
     match event {
         ListingEvent::Show { on } => {
             model.lines.shown = on;
+            // Opening the list again retries a request that was cancelled or refused.
             if !model.lines.is_on_the_way() && model.lines.written.is_none() {
                 model.lines.of = None;
             }
@@ -170,7 +158,7 @@ fn press(model: &mut Model, row: usize) {
     }
 }
 
-/// The program is written where its lines are looked at, and anew where the plan or the controller is another.
+/// Writes the program if the list is shown, and again if the plan or postprocessor changed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let Some(timed) = model.board.timed.clone().filter(|_| !model.board.stale) else {
         model.lines.forget();
@@ -200,7 +188,6 @@ fn is_same(model: &Model, timed: &Arc<Timed>) -> bool {
     })
 }
 
-/// The answer to what was on its way.
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let Some((_, wanted, reread)) = model.lines.number.take() else { return Vec::new() };
     if !reread && board_is_gone(&answer) {
@@ -214,7 +201,7 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
     Vec::new()
 }
 
-/// The worker does not know the board: it is given the files first.
+/// The worker lost the board: sends it the files first.
 fn written_anew(model: &mut Model, wanted: Box<ToExport>) -> Vec<Effect> {
     let request = Request::Lines((*wanted).clone());
     let Some((number, effects)) = files_first(model, &wanted.plan, request) else { return Vec::new() };

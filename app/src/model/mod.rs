@@ -1,13 +1,10 @@
 //! The page as plain data: one [`Model`], one [`Event`], one pure [`update`].
 //!
 //! ```text
-//! screen ─┐                          ┌─▶ the model, as screens read it
-//! worker ─┼─ Event ─▶ update(&mut Model) ┤
-//! store  ─┘                          └─▶ Effects: what the browser, the worker and the store are asked to do
+//! screen ─┐                               ┌─▶ Model, which the screens read
+//! worker ─┼─ Event ─▶ update(&mut Model) ─┤
+//! store  ─┘                               └─▶ Effects: requests to the browser, the workers and the store
 //! ```
-//!
-//! Comes in: events, in the order in which they happened; the clock is an event too. Goes out: the next state and effects.
-//! Does not know the browser, the screens or the signals they are made of.
 
 pub mod address;
 pub mod asked;
@@ -29,6 +26,7 @@ pub mod network;
 pub mod panels;
 pub mod planning;
 pub mod play;
+pub mod presses;
 pub mod rack;
 pub mod second_side;
 pub mod settings;
@@ -61,6 +59,7 @@ pub use network::Network;
 pub use panels::Panels;
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
+pub use presses::{PressEvent, Presses};
 pub use second_side::{Eye, SecondSide, SecondSideEvent, SoughtHole};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
@@ -71,139 +70,117 @@ pub use underside::Underside;
 
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
+use crate::keys::Tab;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use std::sync::Arc;
 
-/// What the clocks say.
+/// The time of the event that is being handled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clocks {
-    /// Milliseconds since the page was opened; never goes back.
+    /// Milliseconds since the page was opened; monotonic.
     pub page_ms: f64,
     /// Milliseconds since 1970.
     pub wall_ms: f64,
 }
 
-/// Everything the page knows.
+/// The whole state of the page.
 #[derive(Debug)]
 pub struct Model {
-    /// What the clocks said last.
     pub clock: Clocks,
-    /// Which screen, in which units and colours; what is chosen and how it is looked at.
     pub frame: Frame,
-    /// The machine that is planned for: the bridge's or the controller's, else the virtual drill.
+    /// The machine that jobs are planned for: that of the bridge or controller, else the virtual drill.
     pub machine: Arc<Machine>,
-    /// The open board and all that follows from it.
+    /// The open board and everything derived from it.
     pub board: OpenBoard,
-    /// What was open before the review on show, to go back to.
+    /// The board that was open before the review on screen, to go back to.
     pub before: Option<Arc<BoardBefore>>,
-    /// The job of the open board.
     pub job: JobEdit,
-    /// What is on its way from the worker.
+    /// Requests that wait for a worker's answer.
     pub on_the_way: OnTheWay,
-    /// The job in a controller's words.
+    /// The job as G-code.
     pub export: Export,
-    /// The template editor.
     pub template: Template,
-    /// The line to the bridge.
+    /// The link to the bridge or to another machine.
     pub link: Link,
-    /// Programs of the machine, and the pre-flight.
+    /// Programs for the machine, and the preflight checks.
     pub start: Start,
-    /// The height map as it would be touched now.
+    /// The planned height map.
     pub level: Leveling,
-    /// Touching off.
     pub touch_off: TouchOff,
-    /// The second side.
     pub second_side: SecondSide,
-    /// The Lab.
     pub lab: Lab,
-    /// The board editor.
     pub draw: Draw,
-    /// The playback.
     pub play: Play,
-    /// The lines of the program beside it.
+    /// Ignores presses on motion buttons that have just appeared or moved.
+    pub presses: Presses,
+    /// The program's lines next to the simulation.
     pub lines: Listing,
-    /// What was cut of the other side before.
+    /// Material that was already removed from the other side.
     pub underside: Underside,
-    /// What was typed of the machine's settings.
+    /// Edits of the machine's settings that are not applied yet.
     pub settings: SettingsDraft,
-    /// What is kept in this browser.
+    /// Projects saved in this browser.
     pub keeping: Keeping,
-    /// What was opened for the machine's job.
+    /// The board opened for the job that the machine runs.
     job_board: job_board::JobBoard,
-    /// New exports of the open board.
+    /// Newer exports of the open board's files.
     pub anew: Anew,
-    /// What was planned last, or is being planned.
+    /// The inputs of the latest plan request.
     asked: Option<asked::Basis>,
-    /// When what is planned was changed last; none where the board is planned for the first time.
+    /// When the plan's inputs changed last; `None` while a board is planned for the first time.
     changed_ms: Option<f64>,
-    /// The number of the last request to the worker.
     request: u32,
 }
 
-/// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// The clocks go on; told before every other event.
+    /// Sets the clocks; sent before every other event.
     Clock {
-        /// What they say.
         clock: Clocks,
     },
     /// The page was opened.
     Begun,
-    /// Frame and view.
     Frame(FrameEvent),
-    /// Files, their reading and its review.
+    /// Files, their reading and their review.
     Files(FilesEvent),
-    /// The job.
     Job(JobEvent),
-    /// Writing and saving.
     Export(ExportEvent),
-    /// The template editor.
     Template(TemplateEvent),
-    /// The height map.
     Level(LevelEvent),
-    /// Touching off.
     TouchOff(TouchOffEvent),
-    /// The second side.
     SecondSide(SecondSideEvent),
-    /// The Lab.
     Lab(LabEvent),
-    /// The board editor.
     Draw(DrawEvent),
-    /// The playback.
     Play(PlayEvent),
-    /// The lines of the program beside it.
+    /// Presses of buttons that move the machine.
+    Press(PressEvent),
     Lines(ListingEvent),
-    /// What is typed of the machine's settings.
     Settings(SettingsEvent),
-    /// What is kept.
     Keep(KeepEvent),
-    /// New exports of the open board.
+    /// Newer exports of the open board's files.
     Anew(AnewEvent),
-    /// A request is so far.
+    /// A request reports its progress.
     Progress {
-        /// Its number.
         number: u32,
         /// From 0 to 1.
         share: f64,
     },
     /// A request is answered.
     Answered {
-        /// Its number; the answer to any but those that are waited for is dropped.
+        /// The request's number; only answers that the model waits for are used.
         number: u32,
-        /// The answer, or why there is none.
         answer: Result<Answer, Stopped>,
     },
-    /// Nothing has changed for a while since a plan was made.
+    /// The plan's inputs have not changed for a while.
     Rested {
-        /// Its number.
         number: u32,
     },
-    /// The person calls off what the worker does.
+    /// The user cancels the worker's task.
     Cancelled,
-    /// The line to the bridge.
+    /// The link to the bridge or to another machine.
     Link(LinkEvent),
-    /// The pre-flight, and programs of the machine.
+    /// The preflight checks, and programs for the machine.
     Start(StartEvent),
 }
 
@@ -230,6 +207,7 @@ from_parts!(
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
+    Press(PressEvent),
     Lines(ListingEvent),
     Settings(SettingsEvent),
     Link(LinkEvent),
@@ -256,6 +234,7 @@ impl Default for Model {
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
+            presses: Presses::default(),
             lines: Listing::default(),
             underside: Underside::default(),
             settings: SettingsDraft::default(),
@@ -270,7 +249,7 @@ impl Default for Model {
 }
 
 impl Model {
-    /// The machine as the bridge describes it; what this page does not know of it stays as in the virtual drill.
+    /// Applies the bridge's settings; settings that this page doesn't know stay as in the virtual drill.
     fn describe_machine(&mut self) {
         let preset = machine::virtual_drill();
         let described = machine::apply(&preset, &self.link.settings).unwrap_or(preset);
@@ -279,24 +258,38 @@ impl Model {
         }
     }
 
-    /// Long work that is told while it lasts.
+    /// The running task that the page shows with its progress.
     pub fn task(&self) -> Option<WorkerTask> {
         self.export.task().or_else(|| self.on_the_way.task())
     }
 
-    /// Whether the plan on show may be exported or sent: it is that of the job, it is proved, every finding was read and every
-    /// error seen.
+    /// True if the displayed plan may be exported or sent: it matches the job, is proved, and the user has
+    /// accepted every problem.
     pub fn cleared(&self) -> bool {
         self.board.proved.is_some() && !self.board.stale && self.board.unread(&self.job.read) == 0
     }
 
-    /// The count of changes of which a rest is waited for.
+    /// Number of the latest change that waits to be saved.
     #[cfg(test)]
     fn keeping_change(&self) -> u32 {
         self.keeping.change()
     }
 
-    /// A number for the next request.
+    /// Number of open points on a screen: errors that are not accepted, and problems of the job.
+    pub fn to_fix(&self, tab: Tab) -> usize {
+        let board = &self.board;
+        match tab {
+            Tab::Board => {
+                board.document.as_ref().map_or(0, |document| document.unseen_errors(&board.accepted).count())
+            }
+            Tab::Cam => {
+                let unseen = |why: &&Diagnostic| !board.accepted.contains(&why.code);
+                board.unread(&self.job.read) + board.refused.iter().filter(unseen).count()
+            }
+            _ => 0,
+        }
+    }
+
     fn next_request(&mut self) -> u32 {
         self.request += 1;
         self.request
@@ -309,11 +302,47 @@ impl From<HandEvent> for Event {
     }
 }
 
-/// Takes one event in. What follows from the new state by itself (planning what is new, keeping it) follows in the same step.
+/// What follows from the new state after every event. Each makes one part of the model agree with the others;
+/// the order matters.
+const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 18] = [
+    // Before `keeping`, which saves the board to go back to only while it is offered.
+    files::follow,
+    // These two may start a reading, which planning waits for.
+    files::anew::follow,
+    drawing::follow,
+    // A changed job or machine needs another plan.
+    planning::follow,
+    // A changed board or job is saved; slots that nothing needs any longer are released.
+    keeping::follow,
+    // A changed postprocessor or program is checked.
+    template::follow,
+    // A new plan starts from its beginning: before the address, which may name a second of it.
+    play::follow,
+    address::follow,
+    // The list of lines shows the plan, and the underside the stock, of the playback above.
+    lines::follow,
+    underside::follow,
+    // Aligns the planned job: before `start`, which shows the aligned one.
+    second_side::follow,
+    start::follow,
+    // These two look at the job that `start` shows.
+    job_board::follow,
+    level::follow,
+    // A touched part is done once the machine is idle again.
+    touch_off::follow,
+    // What the browser must know: confirm before leaving, keep the screen on.
+    link::controller::follow,
+    frame::follow,
+    // A draft of the settings exists only on their screen.
+    settings::follow,
+];
+
+/// Handles one event, and then everything that follows from the new state, for example planning and saving.
 pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     let work_before = model.job.work.clone();
     let mut effects = match event {
         Event::Clock { clock } => {
+            // Precedes every other event, after which the steps below run anyway.
             model.clock = clock;
             return Vec::new();
         }
@@ -350,36 +379,20 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
         Event::Play(event) => play::update(model, event),
+        Event::Press(event) => presses::update(model, event),
         Event::Lines(event) => lines::update(model, event),
         Event::Settings(event) => settings::update(model, event),
         Event::Start(event) => start::update(model, event),
     };
     if work_before.as_ref().map(Arc::as_ptr) != model.job.work.as_ref().map(Arc::as_ptr) {
-        // What was written is not what the job says any more.
+        // The written G-code no longer matches the job.
         export::forget(model);
     }
-    files::follow(model);
-    effects.extend(files::anew::follow(model));
-    effects.extend(drawing::follow(model));
-    effects.extend(planning::follow(model));
-    effects.extend(keeping::follow(model));
-    effects.extend(template::follow(model));
-    effects.extend(play::follow(model));
-    effects.extend(address::follow(model));
-    effects.extend(lines::follow(model));
-    effects.extend(underside::follow(model));
-    effects.extend(second_side::follow(model));
-    effects.extend(start::follow(model));
-    effects.extend(job_board::follow(model));
-    level::follow(model);
-    touch_off::follow(model);
-    effects.extend(link::controller::follow(model));
-    effects.extend(frame::follow(model));
-    settings::follow(model);
+    effects.extend(RECONCILERS.iter().flat_map(|reconcile| reconcile(model)));
     effects
 }
 
-/// What a short word offered is done.
+/// Performs the action that a toast offers.
 fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
     match frame::taken(&mut model.frame, number) {
         Some(ToastAct::Review) => files::update(model, FilesEvent::Review),
@@ -399,7 +412,7 @@ fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
     }
 }
 
-/// What was kept is opened, where it was wanted and is there.
+/// Opens a restored project if it still exists and the user still wants it.
 fn taken(
     model: &mut Model,
     (place, own): (u32, bool),
@@ -418,7 +431,7 @@ fn taken(
     }
 }
 
-/// What the line tells of the inputs goes to the Lab too.
+/// Handles an event of the link; the Lab also records the machine's inputs.
 fn linked(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
     let effects = link::update(model, event);
     if let Some(status) = &model.link.status {

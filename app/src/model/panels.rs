@@ -1,20 +1,18 @@
-//! How wide the panels are beside the picture, screen by screen.
-//!
-//! Comes in: widths that a person drew. Goes out: those, as signals and as text to be kept. Knows no layout.
+//! The widths of the side panels, per screen.
 
 use crate::keys::Tab;
 
-/// The narrowest and the widest that a panel is drawn, CSS pixels.
+/// Smallest and largest width of a panel, CSS pixels.
 pub const PANEL_PX: (u16, u16) = (200, 640);
 
-/// Widths in CSS pixels, left and right, in the order of the screens; 0 where the panel has its own.
+/// Left and right widths in CSS pixels, in the order of the screens; 0 for the default width.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Panels {
     px: [[u16; 2]; Tab::ALL.len()],
 }
 
 impl Panels {
-    /// As they were kept; what cannot be read is as nobody drew it.
+    /// Reads saved widths; an unreadable one becomes the default.
     pub fn of_kept(text: &str) -> Self {
         let mut panels = Self::default();
         for (px, word) in panels.px.iter_mut().flatten().zip(text.split(' ')) {
@@ -23,7 +21,7 @@ impl Panels {
         panels
     }
 
-    /// As text to be kept; empty where nobody drew any.
+    /// As text for saving; empty if all are default.
     pub fn kept(&self) -> String {
         if *self == Self::default() {
             return String::new();
@@ -31,13 +29,13 @@ impl Panels {
         self.px.as_flattened().iter().map(u16::to_string).collect::<Vec<_>>().join(" ")
     }
 
-    /// The width of a panel of this screen, CSS pixels; none where it has its own.
+    /// Width of a panel of this screen, CSS pixels; `None` for the default.
     pub fn px(&self, tab: Tab, right: bool) -> Option<u16> {
         let [left_px, right_px] = self.px[place(tab)];
         Some(if right { right_px } else { left_px }).filter(|px| *px > 0)
     }
 
-    /// A panel of this screen is so wide; 0 for its own width.
+    /// Sets the width of a panel of this screen; 0 for the default.
     pub(super) fn set(&mut self, tab: Tab, right: bool, px: u16) {
         self.px[place(tab)][usize::from(right)] = bounded(px);
     }
@@ -56,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn widths_are_kept_screen_by_screen_and_within_their_bounds() {
+    fn panel_widths_are_saved_per_screen_within_bounds() {
         let mut panels = Panels::default();
         assert_eq!(panels.kept(), "");
         panels.set(Tab::Cam, false, 333);

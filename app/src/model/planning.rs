@@ -1,18 +1,17 @@
-//! What is on its way from the worker of the board, and what follows when it comes: planned, proved, timed, and again whenever
-//! something it depends on has changed.
+//! Requests to the board's worker, and what follows its answers: plan, proof and times, repeated after every
+//! change.
 //!
 //! ```text
 //! Nothing ─▶ Opening ─▶ Reading ─▶ Nothing ─▶ Planning: Plan ─▶ Rest ─▶ Prove ─▶ Time ─▶ Nothing
-//!    ▲ called off, refused ◀┘          ▲──────────────┘ another job is wanted meanwhile: planned again after this step
+//!    ▲ cancelled, refused ◀┘           ▲──────────────┘ the job changed: plan again after this step
 //! ```
 //!
-//! A worker of its own times what the worker of the board proves; what is not timed when the proof is there is waited for.
+//! A second worker computes the times during the proof; step `Time` waits for them if the proof ends first.
 //!
-//! While a slider moves every change is planned and shown; proof and times follow once nothing has changed for a while, so that
-//! new toolpaths do not wait for the proof of old ones.
+//! While the user drags a slider, every change is planned and shown. Proof and times wait until the changes
+//! pause, so that new toolpaths do not wait for the proof of old ones.
 //!
-//! Comes in: answers with their numbers. Goes out: requests. An answer whose number is not waited for is dropped: it is of an
-//! older generation. Does not know the worker.
+//! An answer with an unknown number belongs to an older request and is dropped.
 
 use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::board::take_meshes;
@@ -25,114 +24,96 @@ use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::program;
 use std::sync::Arc;
 
-/// After a change of what was planned before, a proof is not begun for so long: a hand that moves a slider comes again sooner.
+/// Delay from a change to the proof, in ms; a dragged slider sends its next change sooner.
 const REST_MS: f64 = 200.0;
 
-/// New exports of the open board, as they were brought.
+/// New exports of the open board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Brought {
-    /// What becomes of the open files.
+    /// Their effect on the open files.
     pub anew: ExportedAnew,
-    /// The files as they were brought.
+    /// The files as the user opened them.
     pub files: Vec<(String, Vec<u8>)>,
 }
 
-/// Files to be read, and what for.
+/// A request to read files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
-    /// Names and bytes.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What the person says of them.
+    /// The user's choices for the import.
     pub said: SaidOfFiles,
-    /// The job that comes with them.
+    /// The job that belongs to the files.
     pub job: Option<String>,
-    /// They are open already: the person's job and the screen stay.
+    /// The files are open already: keep the user's job and the screen.
     pub again: bool,
-    /// Where they were kept in this browser.
+    /// Storage slot in this browser.
     pub place: Option<u32>,
-    /// They are new exports of the open board.
+    /// The files are new exports of the open board.
     pub anew: Option<Box<Brought>>,
 }
 
-/// How far a plan is.
+/// Step of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlanStep {
-    /// The operations are planned.
     Plan,
-    /// Nothing, until it is certain that no other change follows at once.
+    /// Waits for further changes.
     Rest {
-        /// The plan.
         planned: Arc<PlanReady>,
     },
-    /// What copper that leaves is looked at, while it is timed beside.
+    /// Proves the remaining copper, while the other worker computes the times.
     Prove {
-        /// The plan.
         planned: Arc<PlanReady>,
-        /// Its times.
         times: Times,
     },
-    /// Its times are waited for: the number is that of their request.
+    /// The proof is done; waits for the times. The plan's number is that of the request for times.
     Time {
-        /// The plan.
         planned: Arc<PlanReady>,
     },
 }
 
-/// The times of a program that is proved meanwhile.
+/// The times, which are computed during the proof.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Times {
-    /// They are asked for.
-    Asked {
-        /// The request.
-        number: u32,
-    },
-    /// They came before the proof, or cannot be had.
+    /// Requested.
+    Asked { number: u32 },
+    /// Received before the proof ended; may be an error.
     Came(Box<Result<Answer, Stopped>>),
 }
 
-/// What is on its way from the worker of the board. Numbers are those of the requests; a later one is larger.
+/// The request that the board's worker handles. Request numbers ascend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum OnTheWay {
-    /// Nothing.
     #[default]
     Nothing,
-    /// A saved project is taken apart.
+    /// A saved project is unpacked.
     Opening {
-        /// The request.
         number: u32,
-        /// The job that goes before its own.
+        /// Replaces the project's own job.
         job: Option<String>,
-        /// Where it was kept in this browser.
+        /// Storage slot in this browser.
         place: Option<u32>,
     },
-    /// Files are read.
     Reading {
-        /// The request.
         number: u32,
-        /// What is read, and what for.
         wanted: Box<Wanted>,
         /// From 0 to 1.
         share: f64,
     },
-    /// A plan is made.
     Planning {
-        /// The request.
         number: u32,
-        /// How far it is.
         step: PlanStep,
-        /// How far that step is, from 0 to 1.
+        /// Progress of the step, from 0 to 1.
         share: f64,
-        /// What is planned.
         wanted: Box<ToPlan>,
-        /// The worker was given the files anew, because it did not know the board.
+        /// The worker had lost the board and was sent the files again.
         reread: bool,
-        /// Something else is wanted meanwhile: it is planned once this step is answered.
+        /// The job changed meanwhile: plan again after this step.
         again: bool,
     },
 }
 
 impl OnTheWay {
-    /// The request that is waited for.
+    /// The awaited request.
     pub fn number(&self) -> Option<u32> {
         match self {
             Self::Nothing => None,
@@ -142,7 +123,7 @@ impl OnTheWay {
         }
     }
 
-    /// The request for times beside the one that is waited for.
+    /// The request for times that runs during the proof.
     pub(super) fn times_number(&self) -> Option<u32> {
         match self {
             Self::Planning { step: PlanStep::Prove { times: Times::Asked { number }, .. }, .. } => {
@@ -152,14 +133,14 @@ impl OnTheWay {
         }
     }
 
-    /// Ends the worker of times, where it works for this.
+    /// Terminates the worker that computes the times, if it is busy for this plan.
     fn end_times(&self) -> Option<Effect> {
         let times = self.times_number().is_some()
             || matches!(self, Self::Planning { step: PlanStep::Time { .. }, .. });
         times.then_some(Effect::CallOff { lane: Lane::Times })
     }
 
-    /// Where in this browser what is being opened was kept.
+    /// Storage slot of the project that is being opened.
     pub(super) fn place(&self) -> Option<u32> {
         match self {
             Self::Opening { place, .. } => *place,
@@ -168,7 +149,7 @@ impl OnTheWay {
         }
     }
 
-    /// What is said of it.
+    /// The task to display.
     pub fn task(&self) -> Option<WorkerTask> {
         match self {
             Self::Nothing | Self::Opening { .. } => None,
@@ -187,13 +168,13 @@ impl OnTheWay {
     }
 }
 
-/// Plans what is wanted now, where that is another thing than what was planned last.
+/// Plans again if the inputs of the plan changed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     if model.board.reviewing {
         model.asked = None;
         return Vec::new();
     }
-    // What is being opened is planned when it is there.
+    // A board that is being opened is planned after it was read.
     if matches!(model.on_the_way, OnTheWay::Opening { .. } | OnTheWay::Reading { .. }) {
         return Vec::new();
     }
@@ -206,7 +187,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     model.asked = Some(basis);
     model.board.stale = true;
     match &mut model.on_the_way {
-        // The worker of the board does nothing.
+        // In these steps the board's worker is idle.
         OnTheWay::Planning { step: PlanStep::Rest { .. } | PlanStep::Time { .. }, .. } => plan(model),
         OnTheWay::Planning { again, .. } => {
             *again = true;
@@ -216,7 +197,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     }
 }
 
-/// Asks for a plan of what was asked for last; nobody waits for the times of one before it.
+/// Requests a plan of the latest inputs, and cancels the times of the plan before it.
 fn plan(model: &mut Model) -> Vec<Effect> {
     let mut effects = Vec::from_iter(model.on_the_way.end_times());
     let Some(basis) = model.asked.clone() else { return effects };
@@ -229,18 +210,18 @@ fn plan(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Whatever is on its way is not waited for any more.
+/// Cancels the running request.
 pub(super) fn called_off(model: &mut Model) -> Vec<Effect> {
     let before = std::mem::take(&mut model.on_the_way);
     if matches!(before, OnTheWay::Planning { .. }) {
-        // A plan that was not finished is made once there is time again.
+        // Plan again at the next opportunity.
         model.asked = None;
     }
     export::called_off(model);
     Vec::from_iter([Effect::CallOff { lane: Lane::Board }].into_iter().chain(before.end_times()))
 }
 
-/// The person calls off what the worker does; it is not begun again by itself.
+/// The user cancels the running request; it does not restart until the inputs change.
 pub(super) fn cancelled(model: &mut Model) -> Vec<Effect> {
     let asked = model.asked.take();
     let effects = called_off(model);
@@ -248,13 +229,12 @@ pub(super) fn cancelled(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Nothing is planned, nothing is chosen.
+/// Clears the plan and the selection.
 pub(super) fn clear(model: &mut Model) {
     model.board.clear_plan();
     model.frame.selected = None;
 }
 
-/// The answer to a step of the plan `before`.
 pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match before {
         OnTheWay::Planning { wanted, reread: false, again, step: PlanStep::Plan, .. }
@@ -276,7 +256,7 @@ pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answe
             was_timed(model, &planned, answer);
             Vec::new()
         }
-        // Nobody was asked for anything.
+        // No request of these is answered here.
         OnTheWay::Planning { step: PlanStep::Rest { .. }, .. }
         | OnTheWay::Nothing
         | OnTheWay::Opening { .. }
@@ -284,7 +264,7 @@ pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answe
     }
 }
 
-/// The worker does not know the board: it is given the files first.
+/// The worker lost the board, for example after a restart: sends it the files first.
 fn planned_anew(model: &mut Model, wanted: ToPlan, again: bool) -> Vec<Effect> {
     let request = Request::Plan(wanted.clone());
     let Some((number, effects)) = files_first(model, &wanted, request) else { return Vec::new() };
@@ -340,7 +320,7 @@ fn was_planned(
     effects
 }
 
-/// Nothing has changed for a while since the plan with this number was made.
+/// The delay before the proof is over.
 pub(super) fn rested(model: &mut Model, number: u32) -> Vec<Effect> {
     match &model.on_the_way {
         OnTheWay::Planning { number: own, step: PlanStep::Rest { planned }, wanted, .. }
@@ -353,7 +333,7 @@ pub(super) fn rested(model: &mut Model, number: u32) -> Vec<Effect> {
     }
 }
 
-/// Asks what copper the plan leaves, and how long each step takes.
+/// Requests the proof and, from the other worker, the times.
 fn prove(model: &mut Model, planned: Arc<PlanReady>, wanted: ToPlan) -> Vec<Effect> {
     let number = model.next_request();
     let times = model.next_request();
@@ -366,20 +346,20 @@ fn prove(model: &mut Model, planned: Arc<PlanReady>, wanted: ToPlan) -> Vec<Effe
     ]
 }
 
-/// The times are there before the proof is.
+/// The times arrived before the proof.
 pub(super) fn times_came(model: &mut Model, answer: Result<Answer, Stopped>) {
     if let OnTheWay::Planning { step: PlanStep::Prove { times, .. }, .. } = &mut model.on_the_way {
         *times = Times::Came(Box::new(answer));
     }
 }
 
-/// Plans what is wanted by now.
+/// Plans the latest inputs.
 fn plan_again(model: &mut Model) -> Vec<Effect> {
     model.board.stale = true;
     plan(model)
 }
 
-/// The next step of the same plan.
+/// Starts the next step of the plan.
 fn proceed(model: &mut Model, number: u32, step: PlanStep, wanted: ToPlan) {
     let wanted = Box::new(wanted);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };
@@ -391,6 +371,7 @@ fn was_proved(
     wanted: ToPlan,
     answer: Result<Answer, Stopped>,
 ) -> Vec<Effect> {
+    // The mark refers to a problem of the proof before.
     model.job.marked = None;
     model.board.proved = match answer {
         Ok(Answer::Proved(proved)) => Some(Arc::new(proved)),

@@ -1,10 +1,8 @@
-//! The playback: what is played, which second is on show, how fast it goes.
+//! The playback: its program, the displayed second, its speed.
 //!
 //! ```text
-//! timeline ─ Playback ─ at(second) ─▶ head, holes done, stage       the second is all that moves
+//! timeline ─ Playback ─ at(second) ─▶ tool head, finished holes, stage       only the second changes
 //! ```
-//!
-//! Comes in: the plan in time, keys, frames of the browser. Goes out: the second on show; it moves only while it runs.
 
 use super::{Effect, Model, carved};
 use crate::engine::messages::Timed;
@@ -13,41 +11,37 @@ use annulus_core::sim::{Carving, Playback, Stock, Warning, nearest};
 use annulus_core::units::TICK_HZ;
 use std::sync::Arc;
 
-/// The speeds there are.
+/// Selectable time scales.
 pub const SPEEDS: [f64; 9] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0];
-/// A page that was hidden makes no longer leap than this when it comes back, in ms.
+/// Longest advance per frame in ms, so that a page that was hidden does not leap.
 const LEAP_MS: f64 = 200.0;
 
-/// The playback.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Play {
-    /// What is played.
     pub playback: Option<Arc<Playback>>,
-    /// The second on show.
+    /// The displayed second.
     pub at_s: f64,
-    /// Whether it runs.
     pub running: bool,
-    /// Seconds of the plan in a second of the clock.
+    /// Time scale.
     pub speed: f64,
-    /// The head goes at this speed on the screen instead, in metres a second.
+    /// If set, the time scale varies so that the tool head moves at this speed on the screen, m/s.
     pub working_m_per_s: Option<f64>,
-    /// The picture is flat: so it was wanted.
+    /// The user chose the 2D view.
     pub flat: bool,
-    /// There is nothing that could draw the board in space.
+    /// The browser cannot draw the 3D view.
     pub no_space: bool,
-    /// The board as it is carved now, where it is looked at in space.
+    /// The stock at the displayed second, in the 3D view.
     pub carved: Option<Arc<Stock>>,
-    /// What is wrong, and when.
     pub warnings: Arc<Vec<Warning>>,
-    /// The board on its way to the second on show.
+    /// Carves the stock towards the displayed second.
     carving: Option<Carving>,
-    /// All of it was carved once, so that every second is near.
+    /// Everything was carved once, so every second is reached quickly.
     explored: bool,
-    /// When the last frame was.
+    /// Time of the last frame.
     last_ms: Option<f64>,
-    /// A frame was asked for and has not come yet.
+    /// A frame was requested and has not arrived.
     awaits: bool,
-    /// The plan that it is of.
+    /// The plan that is played.
     of: Option<Arc<Timed>>,
 }
 
@@ -72,76 +66,65 @@ impl Default for Play {
     }
 }
 
-/// What happens to the playback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlayEvent {
-    /// It runs or holds: the other of the two; from the end it begins anew.
+    /// Start or hold; at the end, start from the beginning.
     Toggle,
-    /// Hold, and show this second.
+    /// Hold and show this second.
     Hold {
-        /// Which.
         at_s: f64,
     },
-    /// Show this second.
     Seek {
-        /// Which.
         at_s: f64,
     },
-    /// To the beginning of the next or last segment or hole, or by a hundredth.
+    /// Jump to the next or previous segment or hole, or by one per cent.
     Step {
-        /// How far, which way.
         stride: Stride,
     },
-    /// To the end.
     End,
-    /// Slower or faster.
     Faster {
-        /// Faster.
         more: bool,
     },
-    /// As fast as this.
     Speed {
-        /// Seconds of the plan in a second of the clock.
+        /// Time scale.
         speed: f64,
     },
-    /// As fast as the head goes at this speed.
+    /// Vary the time scale for this speed of the tool head.
     Working {
-        /// In metres a second.
+        /// In m/s.
         m_per_s: f64,
     },
-    /// To the moment at which the tool cuts nearest to a place.
+    /// Jump to the moment when the tool cuts nearest to a position.
     At {
-        /// In work coordinates, mm.
+        /// Work coordinates, mm.
         place_mm: [f64; 2],
     },
-    /// To the next thing that is wrong, or the one before.
+    /// Jump to the next or previous warning.
     Wrong {
-        /// The next.
         on: bool,
     },
-    /// Flat or in space.
+    /// Switch between 2D and 3D view.
     Flat {
-        /// Flat; none for the other one.
+        /// `None` toggles.
         flat: Option<bool>,
     },
-    /// Whether there is something that can draw the board in space.
+    /// Whether the browser can draw the 3D view.
     Space {
-        /// There is.
         there: bool,
     },
-    /// The browser draws a frame.
+    /// Animation frame of the browser.
     Frame,
 }
 
-/// How far beside a cut a press still means it, mm.
+/// Distance within which a press hits a cut, mm.
 const BESIDE_MM: f64 = 1.5;
-/// So near to a mark the playback stands at it, s.
+/// Within this time of a warning, the playback is at it, s.
 const AT_MARK_S: f64 = 0.25;
-/// A second of the clock is parted into so many pieces for each frame where the head has a speed of its own.
+/// Steps per frame for the variable time scale.
 const PIECES: u32 = 16;
 
 impl Play {
-    /// How long all of it takes.
+    /// Total duration.
     pub fn total_s(&self) -> f64 {
         self.playback.as_ref().map_or(0.0, |playback| playback.total_s())
     }
@@ -172,30 +155,31 @@ impl Play {
         }
     }
 
-    /// Begins to run: a frame is asked for, unless one is on its way.
+    /// Requests a frame if the playback runs.
     fn run(&mut self) -> Vec<Effect> {
         if !self.running {
             return Vec::new();
         }
+        // The time on hold does not count.
         self.last_ms = None;
         self.ask_for_frame()
     }
 
-    /// The second on show when the clock went on by `gone_s`.
+    /// The displayed second after `gone_s` of real time.
     fn after(&self, gone_s: f64) -> f64 {
         let (Some(m_per_s), Some(playback)) = (self.working_m_per_s, &self.playback) else {
             return self.at_s + gone_s * self.speed;
         };
         let piece_s = gone_s / f64::from(PIECES);
         (0..PIECES).fold(self.at_s, |at_s, _| {
-            // While the head rests or turns, time goes on as it does at the machine.
+            // While the tool head does not move, the playback runs in real time.
             let own = playback.at(at_s).map_or(0.0, |now| now.speed_mm_per_s);
             let factor = if own > 0.1 { m_per_s * 1e3 / own } else { 1.0 };
             at_s + piece_s * factor.clamp(SPEEDS[0], SPEEDS[SPEEDS.len() - 1])
         })
     }
 
-    /// What can be looked at in space is.
+    /// True if the 3D view is shown.
     pub fn in_space(&self) -> bool {
         !self.flat && !self.no_space && self.carved.is_some()
     }
@@ -210,7 +194,7 @@ impl Play {
         }
     }
 
-    /// While nothing is to be shown, a frame carves what was never carved.
+    /// When the displayed second is reached, carves parts that were never carved.
     fn explore(&mut self) {
         let at_s = self.at_s;
         if let Some(carving) = self.carving.as_mut().filter(|carving| !carved::is_behind(carving, at_s)) {
@@ -230,6 +214,7 @@ impl Play {
         let at_s = self.after(gone_s);
         self.seek(at_s);
         self.carve();
+        // `seek` has limited the second: the end is reached.
         if self.at_s < at_s {
             self.running = false;
             return Vec::new();
@@ -238,7 +223,7 @@ impl Play {
     }
 }
 
-/// The nearest of `times` before or behind `now_s`; they ascend.
+/// The nearest of the ascending `times` after (`on`) or before `now_s`.
 fn neighbour(now_s: f64, on: bool, mut times: impl DoubleEndedIterator<Item = f64>) -> Option<f64> {
     const SAME_S: f64 = 1e-6;
     if on {
@@ -248,27 +233,25 @@ fn neighbour(now_s: f64, on: bool, mut times: impl DoubleEndedIterator<Item = f6
     }
 }
 
-/// The one of `warnings` at which the playback stands at `at_s`, the nearest; none where none is near.
+/// The warning at `at_s`; the nearest one within `AT_MARK_S`.
 pub fn mark_at(warnings: &[Warning], at_s: f64) -> Option<&Warning> {
     let away_s = |warning: &&Warning| (warning.at_s - at_s).abs();
     let near = warnings.iter().filter(|warning| away_s(warning) <= AT_MARK_S);
     near.min_by(|a, b| away_s(a).total_cmp(&away_s(b)))
 }
 
-/// The next speed up or down.
 fn next_speed(speed: f64, more: bool) -> f64 {
     let mut speeds = SPEEDS.into_iter();
     let found = if more { speeds.find(|one| *one > speed) } else { speeds.rev().find(|one| *one < speed) };
     found.unwrap_or(speed)
 }
 
-/// Holds, and shows this second.
+/// Holds and shows this second.
 pub(super) fn hold(play: &mut Play, at_s: f64) {
     play.running = false;
     play.seek(at_s);
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
     let play = &mut model.play;
     match event {
@@ -308,7 +291,7 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Another plan is played from its beginning; the board in space is carved up to the second on show.
+/// Starts a new plan from its beginning; in the 3D view, carves the stock up to the displayed second.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let (now, of) = (&model.board.timed, &model.play.of);
     if now.as_ref().map(Arc::as_ptr) != of.as_ref().map(Arc::as_ptr) {

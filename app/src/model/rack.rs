@@ -1,27 +1,23 @@
-//! The tools of the rack as they are typed: a line each, until all of them are applied.
+//! The rack's tools while they are edited: one line each, until all are applied.
 //!
 //! ```text
-//! T3  drill  0.8  …  life 2000      one cell typed ─▶ that word of the line is another one ─▶ draft of `rack.tools`
+//! T3  drill  0.8  …  life 2000      a typed cell ─▶ replaces that word of the line ─▶ draft of `rack.tools`
 //! ```
 //!
-//! Comes in: lines, a row, a column, text. Goes out: lines. What is no number stays as it was typed, and is refused as such. Does not
-//! know what a tool has done.
+//! Text that is not a number stays as typed and is refused by the settings.
 
 use crate::format;
 use annulus_core::machine::{Machine, TOOL_FIELDS, TOOL_FORMS};
 
-/// The setting.
 pub const RACK_KEY: &str = "rack.tools";
-/// Columns that every line has, in its order.
+/// Columns of every line, in this order.
 pub const NUMBER: &str = "number";
-/// The form.
 pub const FORM: &str = "form";
-/// The diameter.
 pub const DIAMETER: &str = "diameter";
-/// What a V-bit has as long as nobody said.
+/// Default fields of a new V-bit.
 const VEE: &str = " tip 0.1 angle 30";
 
-/// The lines as they are now: typed, else those of the machine.
+/// The edited lines, else those of the machine.
 pub fn lines(typed: Option<&String>, machine: &Machine) -> Vec<String> {
     match typed {
         Some(text) => text.lines().map(str::to_owned).collect(),
@@ -29,7 +25,7 @@ pub fn lines(typed: Option<&String>, machine: &Machine) -> Vec<String> {
     }
 }
 
-/// What stands in a column of a line.
+/// The text in a column of a line.
 pub fn cell(line: &str, column: &str) -> String {
     let mut words = line.split_whitespace();
     let fixed = [NUMBER, FORM, DIAMETER].iter().position(|fixed| *fixed == column);
@@ -41,7 +37,7 @@ pub fn cell(line: &str, column: &str) -> String {
     if column == NUMBER { word.trim_start_matches('T') } else { word }.to_owned()
 }
 
-/// The line with `text` in a column; with none there, nothing is said of it.
+/// The line with `text` in a column; empty text removes an optional field.
 pub fn edited(line: &str, column: &str, text: &str) -> String {
     let number = format::typed(text).map(|number| number.to_string());
     let text = number.unwrap_or_else(|| text.split_whitespace().collect());
@@ -59,7 +55,7 @@ pub fn edited(line: &str, column: &str, text: &str) -> String {
     if is_vee && cell(line, FORM) != form { out + VEE } else { out }
 }
 
-/// The lines with one more: a drill under the next number.
+/// Appends a drill with the next number.
 pub fn added(mut lines: Vec<String>) -> Vec<String> {
     let numbers = lines.iter().filter_map(|line| cell(line, NUMBER).parse::<u32>().ok());
     let next = numbers.max().unwrap_or(0).saturating_add(1);

@@ -1,15 +1,16 @@
-//! The second side: holes of the board found by the tip or by a camera, the best shift and turn, and the job that goes along.
+//! Alignment of the second side: holes located by tool tip or camera, the best shift and rotation, and the
+//! aligned job.
 //!
 //! ```text
-//! job ─▶ two or three holes at its corners ─ tip or crosshair over each, taken ─▶ BoardFit ─ applied ─▶ another job, timed, shown, run
+//! job ─▶ two or three holes at its corners ─ tip or crosshair on each ─▶ BoardFit ─ applied ─▶ aligned job
 //!
-//!   dot made by the tip at P, crosshair on it at Q:   camera = P − Q, once for all; what it sees is where the head is, plus that
+//!   dot made by the tip at P, crosshair on it at Q:   camera offset = P − Q;   target = tool head + offset
 //! ```
 //!
-//! Comes in: wishes, where the head is, whether a camera is there. Goes out: the job that goes along, wishes to see. Places of the
-//! machine in mm; planned ones in work coordinates. Knows no pixels.
+//! Located positions are in machine mm, planned ones in work coordinates.
 //!
-//! A found place is worth what the machine's own places are worth: when those are lost, or another machine is there, it is forgotten.
+//! A located position is only as good as the machine's position: it is dropped when that is lost or the
+//! machine changes.
 
 use super::{Effect, Job, Lane, Model};
 use crate::engine::Stopped;
@@ -22,141 +23,117 @@ use annulus_core::job::{Command, Mark, Program};
 use annulus_core::wire::program;
 use std::sync::Arc;
 
-/// How far a board may lie from its plan once the work zero is another one than when its holes were found, mm. The same zero says by
-/// itself that it is meant.
+/// Largest shift of the board from its plan, mm, if the work zero changed after the holes were located. With
+/// the same zero any shift is accepted.
 const FURTHEST_MM: f64 = 20.0;
-/// How far the work zero may be from where it was to be the same, mm: less than the rounding of any report.
+/// Work zeros within this distance are the same, mm; less than the rounding of any report.
 const SAME_ZERO_MM: f64 = 0.01;
 
-/// What there is of a camera.
+/// State of the camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Eye {
-    /// Nobody asked for it.
+    /// Not requested.
     #[default]
     Shut,
-    /// The browser asks the person, or the camera wakes up.
+    /// The browser asks the user, or the camera is starting.
     Opening,
-    /// Its picture is there.
     Open,
-    /// There is none, and why.
+    /// Failed, and why.
     Blind(Diagnostic),
 }
 
-/// A hole to be found.
+/// A hole to locate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoughtHole {
-    /// Where it is planned, work coordinates.
+    /// Planned position, work coordinates.
     pub planned: Point,
-    /// Where it was found, machine mm.
+    /// Located position, machine mm.
     pub found_mm: Option<[f64; 2]>,
 }
 
-/// The second side as it stands.
 #[derive(Clone, Debug, Default)]
 pub struct SecondSide {
-    /// Its block is open.
+    /// The panel is open.
     pub open: bool,
-    /// The holes.
     pub holes: Vec<SoughtHole>,
-    /// Which of them is sought.
+    /// Index of the hole to locate next.
     pub aimed: usize,
-    /// The camera.
     pub eye: Eye,
-    /// What the crosshair sees, from the spindle, mm; none before it was learnt.
+    /// From the spindle axis to the crosshair, mm; `None` until it is learnt.
     pub offset_mm: Option<[f64; 2]>,
-    /// Where the tip made a dot, machine mm.
+    /// Position of the dot made by the tip, machine mm.
     pub dot_mm: Option<[f64; 2]>,
-    /// How the board lies, or why that cannot be told; none before two holes are found.
+    /// Position of the board, or why it can't be computed; `None` until two holes are located.
     pub fit: Option<Result<BoardFit, Diagnostic>>,
-    /// The job goes along.
+    /// Align the job.
     pub applied: bool,
-    /// Holes were found whose places count no more; until the person was told before a start, or found some again.
+    /// Located holes were dropped. Reset by a start, by [`SecondSideEvent::Apply`] and by other holes.
     pub forgotten: bool,
-    /// The job as it lies there, once it is timed.
+    /// The aligned job, once it is timed.
     pub job: Option<Arc<Job>>,
     /// The work zero when a hole was taken last, machine mm.
     zero_mm: Option<[f64; 2]>,
-    /// The planned job that the holes are of.
+    /// The planned job that `holes` belong to.
     of: Option<Arc<Job>>,
-    /// The fit that is in `job`, or on its way: the request.
+    /// The fit used for `job`, and the request if the job is still being timed.
     made: Option<(BoardFit, Option<u32>)>,
-    /// All holes that could be sought.
+    /// All holes that can be located.
     places: Arc<Vec<Point>>,
 }
 
-/// What happens about it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SecondSideEvent {
-    /// Its block is opened or closed.
-    Show {
-        /// Opened.
-        on: bool,
-    },
-    /// This hole is sought.
-    Aim {
-        /// Which.
-        hole: usize,
-    },
-    /// The hole that is sought is where the tip is, or under the crosshair.
-    Take {
-        /// Under the crosshair.
-        by_camera: bool,
-    },
-    /// The hole that is sought was not found after all.
+    /// Open or close the panel.
+    Show { on: bool },
+    /// Select a hole to locate.
+    Aim { hole: usize },
+    /// The selected hole is under the tip or the crosshair.
+    Take { by_camera: bool },
+    /// Drop the selected hole's located position.
     Forget,
-    /// Another hole of the board in its place.
+    /// Use another hole of the board instead of the selected one.
     Other,
-    /// The camera is wanted, or not any more.
-    Look {
-        /// Wanted.
-        on: bool,
-    },
-    /// What became of the camera.
-    Eye {
-        /// How it is.
-        eye: Eye,
-    },
-    /// The tip made a dot where it is.
+    /// Turn the camera on or off.
+    Look { on: bool },
+    /// The camera's state changed.
+    Eye { eye: Eye },
+    /// The tip made a dot at its position.
     Dot,
     /// The crosshair is on the dot.
     OnDot,
-    /// The offset that was learnt before.
+    /// The camera offset from an earlier visit.
     Kept {
-        /// From the spindle, mm.
+        /// From the spindle axis, mm.
         offset_mm: [f64; 2],
     },
-    /// The job is to go along, or not.
-    Apply {
-        /// It is.
-        on: bool,
-    },
+    /// Turn the alignment of the job on or off.
+    Apply { on: bool },
 }
 
 impl SecondSide {
-    /// The job that goes along is still being made.
+    /// The aligned job is still being timed.
     pub fn waits(&self) -> bool {
         matches!(self.made, Some((_, Some(_))))
     }
 
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, number: u32) -> bool {
         matches!(self.made, Some((_, Some(wanted))) if wanted == number)
     }
 
-    /// The fit of the job that goes along.
+    /// The fit of the aligned job.
     pub fn lies(&self) -> Option<&BoardFit> {
         self.made.as_ref().filter(|_| self.job.is_some()).map(|(fit, _)| fit)
     }
 }
 
-/// How a board lies, in words.
+/// Describes a fit as a message.
 pub fn told(fit: &BoardFit) -> Diagnostic {
     let mm = |mm: f64| format!("{mm:.3}");
     let told = Diagnostic::warning("align.lies").with("degrees", mm(fit.degrees()));
     told.with("x", mm(fit.shift_mm[0])).with("y", mm(fit.shift_mm[1])).with("left", mm(fit.left_over_mm))
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
     let head = head_mm(model);
     let zero = model.link.status.as_ref().and_then(|status| status.zero_mm);
@@ -187,7 +164,7 @@ pub(super) fn update(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
             side.eye = if on { Eye::Opening } else { Eye::Shut };
             return vec![Effect::Camera { on }];
         }
-        // What comes late finds it shut.
+        // The camera may answer after it was closed: close it again.
         SecondSideEvent::Eye { eye } if side.eye != Eye::Shut => side.eye = eye,
         SecondSideEvent::Eye { .. } => return vec![Effect::Camera { on: false }],
         SecondSideEvent::Dot => side.dot_mm = head,
@@ -204,19 +181,19 @@ pub(super) fn update(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Places of the machine are other ones from now on: what was found in them counts no more.
+/// The machine's position was lost or the machine changed: drops the located positions.
 pub(super) fn forget(side: &mut SecondSide) {
     side.forgotten |= side.holes.iter().any(|hole| hole.found_mm.is_some());
     side.holes.iter_mut().for_each(|hole| hole.found_mm = None);
     (side.applied, side.dot_mm, side.zero_mm) = (false, None, None);
 }
 
-/// What is said before a start where found places were forgotten: the job lies as it is planned.
+/// Warning before a start: the located holes were dropped, so the job is not aligned.
 pub(super) fn forgotten(side: &SecondSide) -> Option<Diagnostic> {
     side.forgotten.then(|| Diagnostic::warning("align.forgotten"))
 }
 
-/// The hole that is sought is there; the next one that is not found yet is sought then.
+/// Sets the selected hole's position and selects the next hole that has none.
 fn taken(side: &mut SecondSide, place_mm: [f64; 2]) {
     if let Some(hole) = side.holes.get_mut(side.aimed) {
         hole.found_mm = Some(place_mm);
@@ -224,7 +201,7 @@ fn taken(side: &mut SecondSide, place_mm: [f64; 2]) {
     side.aimed = side.holes.iter().position(|hole| hole.found_mm.is_none()).unwrap_or(side.aimed);
 }
 
-/// The hole of the board behind the one that is sought, as the board lists them.
+/// Replaces the selected hole by the next one in the board's list.
 fn other(side: &mut SecondSide) {
     let taken: Vec<Point> = side.holes.iter().map(|hole| hole.planned).collect();
     let Some(hole) = side.holes.get_mut(side.aimed) else { return };
@@ -236,13 +213,13 @@ fn other(side: &mut SecondSide) {
     }
 }
 
-/// Where the tip is, machine mm; none where the machine does not know its place.
+/// Position of the tool tip, machine mm; `None` if the position isn't trusted.
 fn head_mm(model: &Model) -> Option<[f64; 2]> {
     let status = model.link.status.as_ref().filter(|status| status.trust == Trust::Trusted)?;
     Some([status.machine_mm[0], status.machine_mm[1]])
 }
 
-/// The holes follow the planned job; the fit, and the job that goes along, follow what was found.
+/// Updates the holes from the planned job, then the fit and the aligned job from the located holes.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let planned = model.board.job.clone();
     if model.link.status.as_ref().is_some_and(|status| status.trust != Trust::Trusted) {
@@ -278,7 +255,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// Another plan: where its holes are the same ones, what was found stays.
+/// The plan changed; located positions stay if the holes are the same.
 fn begin(model: &mut Model, job: &Arc<Job>) {
     let places = places(model, &job.program);
     let hole = |planned| SoughtHole { planned, found_mm: None };
@@ -291,7 +268,7 @@ fn begin(model: &mut Model, job: &Arc<Job>) {
     (side.made, side.job) = (None, None);
 }
 
-/// Where the board has holes as it lies for the plan; of a program alone, where it drills.
+/// All holes of the placed board; for a program without a board, the holes that it drills.
 fn places(model: &Model, program: &Program) -> Vec<Point> {
     let from = |at: Point| Point::new(at.x - program.origin.x, at.y - program.origin.y);
     let of_board =
@@ -308,7 +285,7 @@ fn places(model: &Model, program: &Program) -> Vec<Point> {
     }
 }
 
-/// How the board lies, from the holes that are found.
+/// The fit of the located holes; needs at least two.
 fn fit(holes: &[SoughtHole], zero_mm: Option<[f64; 2]>) -> Option<Result<BoardFit, Diagnostic>> {
     let zero = zero_mm?;
     let found = |hole: &SoughtHole| {
@@ -319,7 +296,7 @@ fn fit(holes: &[SoughtHole], zero_mm: Option<[f64; 2]>) -> Option<Result<BoardFi
     (found.len() > 1).then(|| BoardFit::of(&found))
 }
 
-/// The fit, unless the work zero was set elsewhere since its holes were found, and the board would lie far from its plan.
+/// Rejects a fit if the work zero was moved after the holes were located and the board is far from its plan.
 fn believed(
     fit: BoardFit,
     found_from_mm: Option<[f64; 2]>,
@@ -335,7 +312,7 @@ fn believed(
     Err(why.with("mm", mm(far_mm(fit.shift_mm))))
 }
 
-/// The job that goes along is timed.
+/// The aligned job is timed.
 pub(super) fn timed(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let side = &mut model.second_side;
     let (Some((fit, number)), Some(of)) = (&mut side.made, &side.of) else { return Vec::new() };

@@ -1,12 +1,11 @@
-//! What was typed of the machine's settings and is not applied yet.
+//! Edits of the machine's settings that are not applied yet.
 //!
 //! ```text
-//! field ─▶ draft (key → text) ─▶ changes ─▶ machine::apply ─▶ refusals beside their fields
+//! field ─▶ draft (key → text) ─▶ changes ─▶ machine::apply ─▶ refusals next to their fields
 //!                                       └──▶ Apply ─▶ Ask::Configure
 //! ```
 //!
-//! Comes in: text by the key of its setting. Goes out: changes, and what is wrong with them. Whoever leaves the screen leaves the
-//! draft. Knows no single setting: the table does.
+//! Leaving the screen discards the draft.
 
 use super::link::Notice;
 use super::rack;
@@ -18,46 +17,36 @@ use annulus_core::machine::{self, Machine, Setting, Value, ValueKind};
 use annulus_core::wire::Ask;
 use std::collections::BTreeMap;
 
-/// What was typed and not applied.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SettingsDraft {
-    /// By key.
     pub typed: BTreeMap<&'static str, String>,
 }
 
-/// What happens to the draft.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SettingsEvent {
-    /// Something was typed.
     Type {
-        /// The key of its setting.
+        /// Key of the setting.
         key: &'static str,
-        /// What.
         text: String,
     },
     /// A cell of the rack's table was typed.
     TypeTool {
-        /// The row.
         row: usize,
-        /// The column ([`rack`]).
+        /// See [`rack`].
         column: &'static str,
-        /// What.
         text: String,
     },
-    /// The rack gets one more tool.
     AddTool,
-    /// The rack loses the tool of a row.
     RemoveTool {
-        /// The row.
         row: usize,
     },
-    /// Nothing of it is wanted.
     Discard,
-    /// All of it is wanted.
+    /// Send all changes to the machine.
     Apply,
 }
 
-/// What was typed, as a value of the setting; text that is no number stays text and is refused as such.
+/// The typed text as a value of the setting; text that is not a number stays text, which `machine::apply`
+/// refuses.
 fn value(setting: &Setting, typed: &str) -> Value {
     match setting.kind {
         ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(typed.to_owned()),
@@ -73,7 +62,7 @@ fn value(setting: &Setting, typed: &str) -> Value {
 }
 
 impl SettingsDraft {
-    /// What would change in `machine`, in the order of the table.
+    /// The changes to `machine`, in the order of the table.
     pub fn changes(&self, machine: &Machine) -> Vec<(String, Value)> {
         let staged = machine::settings().filter_map(|setting| {
             let value = value(setting, self.typed.get(setting.key)?);
@@ -82,18 +71,17 @@ impl SettingsDraft {
         staged.collect()
     }
 
-    /// The lines of the rack, as they are typed or else as they are.
+    /// The edited lines of the rack, else those of the machine.
     pub fn rack(&self, machine: &Machine) -> Vec<String> {
         rack::lines(self.typed.get(rack::RACK_KEY), machine)
     }
 
-    /// What is wrong with that.
+    /// Why the changes can't be applied.
     pub fn refusals(&self, machine: &Machine) -> Vec<Diagnostic> {
         machine::apply(machine, &self.changes(machine)).err().unwrap_or_default()
     }
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: SettingsEvent) -> Vec<Effect> {
     match event {
         SettingsEvent::Type { key, text } => drop(model.settings.typed.insert(key, text)),
@@ -124,15 +112,16 @@ pub(super) fn update(model: &mut Model, event: SettingsEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// The rack as it is typed becomes what `change` makes of it.
+/// Edits the lines of the rack.
 fn change_rack(model: &mut Model, change: impl FnOnce(Vec<String>) -> Vec<String>) {
     let lines = change(model.settings.rack(&model.machine));
     model.settings.typed.insert(rack::RACK_KEY, lines.join("\n"));
 }
 
-/// Nothing is typed where nobody sees it.
-pub(super) fn follow(model: &mut Model) {
+/// Discards the draft outside of the Settings screen, where the user would not see it.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     if model.frame.tab != Tab::Settings {
         model.settings.typed.clear();
     }
+    Vec::new()
 }

@@ -1,14 +1,11 @@
-//! Before the first move: the program goes to the bridge, the bridge checks it, a person reads the rows. And the programs that
-//! the machine has and this page did not plan.
+//! The preflight before the first move, and programs that the machine has but this page did not plan.
 //!
 //! ```text
 //! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start the job]   (only this button moves anything)
-//! a key of the bridge ─▶ fetched ─▶ timed in a worker ─▶ Job
+//! a key from the bridge ─▶ fetched ─▶ timed in a worker ─▶ Job
 //! ```
-//!
-//! Comes in: wishes, answers of bridge and worker. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.
 
-use super::link::{Armed, Interrupted, ask};
+use super::link::ask;
 use super::{Effect, Job, Lane, Model, second_side};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Settings, ToTime};
@@ -18,48 +15,47 @@ use annulus_core::job::Program;
 use annulus_core::level::{HeightMap, TOLERANCE, level};
 use annulus_core::locale;
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, HeightMapReport, MissingReport, PreflightRow, RowVerdict, program};
+use annulus_core::wire::{
+    ArmedJob, Ask, HeightMapReport, InterruptedJob, MissingReport, PreflightRow, RowVerdict, program,
+};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A pre-flight on show.
+/// The displayed preflight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preflight {
-    /// The program's key.
+    /// Key of the program.
     pub job: String,
-    /// Where to begin.
     pub from_leg: u32,
-    /// Digest of the stream as this page computed it.
+    /// Digest of the step stream, computed by this page.
     pub own_digest: String,
-    /// That of the job as its depth follows the height map of the board.
+    /// `own_digest` includes the height map.
     pub levelled: bool,
-    /// The request for it.
+    /// The request for the digest with the height map.
     levelling: Option<u32>,
-    /// The machine plans its own motion: no digest is compared.
+    /// The machine plans its own motion, so there is no digest to compare.
     pub own_motion: bool,
-    /// How the board lies that the job goes along with; or that this is not known any more.
+    /// Warning: the job is aligned to the located board, or the located holes were dropped.
     pub lies: Option<Diagnostic>,
-    /// How long ago the height map was measured that there is, whole minutes.
+    /// Age of the height map, whole minutes.
     pub map_age_min: Option<u64>,
 }
 
-/// What a program is wanted for.
+/// Purpose of a program that is being fetched.
 #[derive(Clone, Debug, PartialEq)]
 enum Then {
-    /// It is what the machine has.
+    /// Only to show the machine's job.
     Nothing,
-    /// Its pre-flight, from this leg on.
+    /// Preflight, starting at this segment.
     Preflight { from_leg: u32 },
-    /// The pre-flight of what of it is missing.
+    /// Preflight of the missing parts.
     Again { missing: MissingReport },
 }
 
-/// A program on its way.
+/// A program that is being fetched or timed.
 #[derive(Clone, Debug, PartialEq)]
 enum Coming {
-    /// From the bridge.
     Fetched { number: u32, key: String, then: Then },
-    /// It is timed.
     Timed { number: u32, program: Box<Program>, bytes: Vec<u8>, key: String, then: Then },
 }
 
@@ -71,68 +67,55 @@ impl Coming {
     }
 }
 
-/// Programs of the machine, and the pre-flight.
+/// Programs of the machine, and the preflight.
 #[derive(Clone, Debug, Default)]
 pub struct Start {
-    /// The job the machine has, where that is another one than was planned.
+    /// The machine's job, if this page did not plan it.
     pub fetched: Option<Arc<Job>>,
-    /// The job that the Machine screen shows.
+    /// The job on the Machine screen.
     pub shown: Option<Arc<Job>>,
-    /// The pre-flight on show.
+    /// The displayed preflight.
     pub preflight: Option<Preflight>,
-    /// Warnings of it that were ticked, by code.
+    /// Warnings that the user has ticked, see [`ticked_as`].
     pub ticked: BTreeSet<String>,
-    /// What is on its way.
+    /// Programs that are being fetched or timed.
     coming: Vec<Coming>,
-    /// The upload that is waited for.
+    /// The awaited upload.
     upload: Option<u32>,
-    /// The job that the machine had last.
+    /// The machine's job at the last update.
     running: Option<String>,
 }
 
-/// What happens to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartEvent {
-    /// The pre-flight of the planned job is wanted.
+    /// Open the preflight of the planned job.
     Open,
-    /// The pre-flight of a job that was broken off is wanted.
-    Resume {
-        /// Which.
-        offer: Interrupted,
-    },
-    /// The pre-flight of what the last run left out is wanted.
-    Again {
-        /// What.
-        missing: MissingReport,
-    },
-    /// A program came from the bridge, or did not.
-    Fetched {
-        /// The request.
-        number: u32,
-        /// Its bytes, or why there are none.
-        answer: Result<Vec<u8>, Diagnostic>,
-    },
-    /// A program went to the bridge, or did not.
+    /// Open the preflight of an interrupted job.
+    Resume { offer: InterruptedJob },
+    /// Open the preflight of the parts that the last run left out.
+    Again { missing: MissingReport },
+    /// A program was fetched from the bridge, or not.
+    Fetched { number: u32, answer: Result<Vec<u8>, Diagnostic> },
+    /// A program was uploaded to the bridge, or not.
     Uploaded {
-        /// The request.
         number: u32,
-        /// Its key, or why not.
+        /// The program's key, or the error.
         answer: Result<String, Diagnostic>,
     },
-    /// A warning was read, or was not: the other of the two.
+    /// Toggle a warning's tick.
     Tick {
-        /// Which, see [`ticked_as`].
+        /// See [`ticked_as`].
         warning: String,
     },
-    /// The pre-flight is closed.
+    /// Close the preflight.
     Close,
-    /// The job is to start.
+    /// Start the job. The machine moves.
     Start,
 }
 
-/// The bridge's rows, and the page's own: that the computer stays awake, and that both computed the same steps. A controller that
-/// plans its own motion has no steps to compare, and says so itself.
-pub fn rows(preflight: &Preflight, armed: &Armed, awake: Option<bool>) -> Vec<PreflightRow> {
+/// The bridge's checks, and those of the page: the computer stays awake, and bridge and page computed the
+/// same steps. A controller that plans its own motion has no steps to compare.
+pub fn rows(preflight: &Preflight, armed: &ArmedJob, awake: Option<bool>) -> Vec<PreflightRow> {
     let lies = preflight.lies.clone().map(|finding| PreflightRow { finding, verdict: RowVerdict::Warn });
     let told = armed.checks.iter().map(|row| aged(row, preflight.map_age_min));
     let bridge = told.chain(lies).chain(awake.map(wakeful));
@@ -150,7 +133,8 @@ pub fn rows(preflight: &Preflight, armed: &Armed, awake: Option<bool>) -> Vec<Pr
     bridge.chain([digest]).collect()
 }
 
-/// That a job follows a height map is said with the map's age: whether it is still the same board only the person can tell.
+/// Adds the map's age to the row about the height map: only the user knows whether the board is still the
+/// same.
 fn aged(row: &PreflightRow, age_min: Option<u64>) -> PreflightRow {
     let Some(min) = age_min.filter(|_| row.finding.code == "level.follows") else { return row.clone() };
     let mm = row.finding.args.iter().find(|(name, _)| name == "mm").map_or("?", |(_, mm)| mm);
@@ -158,7 +142,7 @@ fn aged(row: &PreflightRow, age_min: Option<u64>) -> PreflightRow {
     PreflightRow { finding: finding.with("hours", min / 60).with("minutes", min % 60), verdict: row.verdict }
 }
 
-/// Whether the browser keeps the screen lit, and with it the computer awake.
+/// Whether the browser keeps the screen on, and thus the computer awake.
 fn wakeful(awake: bool) -> PreflightRow {
     let (code, severity, verdict) = if awake {
         (key!("page.preflight.awake"), Severity::Note, RowVerdict::Pass)
@@ -168,25 +152,25 @@ fn wakeful(awake: bool) -> PreflightRow {
     PreflightRow { finding: Diagnostic::new(severity, code), verdict }
 }
 
-/// The rows of the pre-flight on show, once the bridge has checked its job.
+/// The rows of the displayed preflight, once the bridge has checked its job.
 pub fn rows_now(
     preflight: Option<&Preflight>,
-    armed: Option<&Armed>,
+    armed: Option<&ArmedJob>,
     awake: Option<bool>,
 ) -> Option<Vec<PreflightRow>> {
     let preflight = preflight?;
-    // What follows the board there is first made to follow it here.
-    let same = |armed: &&Armed| armed.job == preflight.job && armed.levelled == preflight.levelled;
+    // If the bridge's job follows a height map, the rows wait until this page has computed the same.
+    let same = |armed: &&ArmedJob| armed.job == preflight.job && armed.levelled == preflight.levelled;
     armed.filter(same).map(|armed| rows(preflight, armed, awake))
 }
 
-/// What a warning is ticked as: its code and what it is said of, as several bits may have the same trouble.
+/// Identity of a warning: its code and arguments, because several tools may have the same problem.
 pub fn ticked_as(finding: &Diagnostic) -> String {
     let said_of = finding.args.iter().map(|(_, value)| value.as_str());
     std::iter::once(finding.code.as_str()).chain(said_of).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether nothing of `rows` fails, and every warning is among those `ticked`.
+/// True if no row fails and every warning is ticked.
 pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
     rows.iter().all(|row| match row.verdict {
         RowVerdict::Pass => true,
@@ -195,10 +179,9 @@ pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
     })
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
     match event {
-        // A job that goes along with its board is made first.
+        // An aligned job must be timed first.
         StartEvent::Open if model.second_side.waits() => Vec::new(),
         StartEvent::Open => match model.second_side.job.clone().or(model.board.job.clone()) {
             Some(job) => show(model, &job, 0),
@@ -224,8 +207,9 @@ pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
     }
 }
 
-/// Opens the pre-flight of `job`, to begin at `from_leg`.
+/// Opens the preflight of `job`, starting at `from_leg`.
 fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
+    // Results for an earlier job must not appear in this preflight.
     (model.link.armed, model.link.refused, model.link.checked) = (None, None, None);
     model.start.ticked = BTreeSet::new();
     let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
@@ -271,6 +255,7 @@ fn uploaded(model: &mut Model, number: u32, answer: Result<String, Diagnostic>) 
 
 fn start(model: &mut Model) -> Vec<Effect> {
     let rows = rows_now(model.start.preflight.as_ref(), model.link.armed.as_ref(), model.frame.awake);
+    // Checked here and not only by the button, because the rows may have changed since it was shown.
     let may = rows.is_some_and(|rows| may_start(&rows, &model.start.ticked));
     let Some(preflight) = model.start.preflight.take_if(|_| may) else { return Vec::new() };
     let Preflight { job, from_leg, own_digest, .. } = preflight;
@@ -279,7 +264,8 @@ fn start(model: &mut Model) -> Vec<Effect> {
     ask(model, &Ask::Start { job, stream_digest: own_digest, from_leg })
 }
 
-/// Where the machine's job follows the height map of its board, the same is computed here: both know the map, and compare the steps.
+/// Computes the levelled job here too if the bridge's job follows the height map, so that both compare the
+/// same steps.
 fn level_too(model: &mut Model) -> Vec<Effect> {
     let (Some(preflight), Some(armed)) = (&model.start.preflight, &model.link.armed) else {
         return Vec::new();
@@ -296,7 +282,7 @@ fn level_too(model: &mut Model) -> Vec<Effect> {
     let machine = Settings::of(&model.machine);
     let Some(preflight) = &mut model.start.preflight else { return Vec::new() };
     let Some(followed) = followed else {
-        // Nothing to compare with: the job does not start.
+        // Without a digest to compare, the job must not start.
         (preflight.levelled, preflight.own_digest) = (true, String::new());
         return Vec::new();
     };
@@ -305,14 +291,14 @@ fn level_too(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// The map as far as depth goes by it.
+/// The height map with the fields that levelling needs.
 fn map_of(report: &HeightMapReport) -> Option<HeightMap> {
     let heights = report.heights.iter().copied().collect::<Option<Vec<_>>>()?;
     let (grid, job, measured_s) = (report.grid?, report.job.clone(), report.measured_s);
     Some(HeightMap { grid, heights, job, zero: [Length::ZERO; 2], homed: true, measured_s })
 }
 
-/// The job that the machine has, once another one is told.
+/// Follows changes of the machine's job.
 fn running(model: &mut Model) -> Vec<Effect> {
     let now = model.link.status.as_ref().and_then(|status| status.job.clone());
     if now == model.start.running {
@@ -322,8 +308,8 @@ fn running(model: &mut Model) -> Vec<Effect> {
     now.map_or_else(Vec::new, |key| by_key(model, key, Then::Nothing))
 }
 
-/// The Machine screen shows what the machine has, else what is planned, else what it has just done; what this page does not know of it
-/// is fetched.
+/// The Machine screen shows the machine's job, else the planned one, else the last one. Unknown programs are
+/// fetched.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let mut effects = running(model);
     effects.extend(level_too(model));
@@ -332,7 +318,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let planned = along.as_ref().map_or_else(|| model.board.job.clone(), |job| Some(job.clone()));
     let key = model.link.status.as_ref().and_then(|status| status.job.as_deref());
     model.start.shown = match key {
-        None => planned.or_else(|| own(&model.start.fetched, &model.link.ended.as_ref()?.job)),
+        None => planned.or_else(|| own(&model.start.fetched, &model.link.ended.as_ref()?.end.job)),
         Some(key) => own(&planned, key)
             .or_else(|| own(&model.board.job, key))
             .or_else(|| own(&model.start.fetched, key)),
@@ -340,7 +326,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// The job `key`: the planned one, or fetched from the bridge when this page was opened later.
+/// The job `key`: planned here, or fetched from the bridge.
 fn by_key(model: &mut Model, key: String, then: Then) -> Vec<Effect> {
     let all = [&model.board.job, &model.second_side.job, &model.start.fetched];
     let known = all.into_iter().flatten().find(|job| job.key == key);
@@ -371,7 +357,7 @@ fn fetched(model: &mut Model, number: u32, answer: Result<Vec<u8>, Diagnostic>) 
     }
 }
 
-/// A program that was not planned here is timed, for its digest.
+/// Times a program that was not planned here, for its digest.
 fn time(model: &mut Model, program: Program, bytes: Vec<u8>, key: String, then: Then) -> Vec<Effect> {
     let number = model.next_request();
     let request = Request::Time(ToTime { program: bytes.clone(), machine: Settings::of(&model.machine) });
@@ -381,7 +367,7 @@ fn time(model: &mut Model, program: Program, bytes: Vec<u8>, key: String, then: 
 }
 
 impl Start {
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, number: u32) -> bool {
         self.coming.iter().any(|coming| coming.number() == number) || self.levels(number)
     }
@@ -391,7 +377,6 @@ impl Start {
     }
 }
 
-/// It is timed.
 pub(super) fn timed(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let stream_digest = match answer {
         Ok(Answer::Timed(timed)) => timed.stream_digest,

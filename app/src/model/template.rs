@@ -1,10 +1,8 @@
-//! The template editor: what is written for, the person's own dialect, its faults.
+//! The postprocessor editor: the selected postprocessor, the user's own, and its problems.
 //!
 //! ```text
-//! typed ─ rests ─▶ looked through in a worker of its own ─▶ faults, output        typed meanwhile: dropped, looked through again
+//! typed ─ pause ─▶ checked in a separate worker ─▶ problems, output    typed meanwhile: checked again
 //! ```
-//!
-//! Comes in: text as typed, answers of the worker. Goes out: requests. Does not know the editor's fields.
 
 use super::{Effect, Event, Lane, Model};
 use crate::engine::Stopped;
@@ -12,29 +10,27 @@ use crate::engine::messages::{Answer, Checked, Request, Settings, ToWrite};
 use annulus_core::post;
 use std::sync::Arc;
 
-/// The word of the person's own template in the menu.
+/// Name of the user's own postprocessor in the menu.
 pub const OWN: &str = "own";
-/// Typing rests so long before it is looked at, in ms.
+/// Pause in typing before the text is checked, in ms.
 const REST_MS: u32 = 200;
 
-/// What is edited.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Template {
-    /// What is written for: a name that ships, or [`OWN`].
+    /// The selected postprocessor: a shipped name, or [`OWN`].
     pub target: String,
-    /// The person's own dialect as text.
+    /// The user's own postprocessor.
     pub text: Option<Arc<str>>,
-    /// It is open.
     pub open: bool,
-    /// Where the cursor is, in bytes.
+    /// Position of the cursor, in bytes.
     pub cursor: usize,
-    /// What was found in it and what it makes, once that was looked at.
+    /// Problems and output of the last check.
     pub checked: Option<Arc<Checked>>,
-    /// Counts what is to be looked at; a rest of an older count is over.
+    /// Counts changes; a timer of an older change is outdated.
     change: u32,
-    /// The request whose answer is waited for.
+    /// The awaited request.
     number: Option<u32>,
-    /// What was looked at last: the text, and the program's bytes by their key.
+    /// Text and program key at the last check.
     seen: Option<(Option<Arc<str>>, Option<String>)>,
 }
 
@@ -53,56 +49,49 @@ impl Default for Template {
     }
 }
 
-/// What happens to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TemplateEvent {
-    /// Something else is written for.
+    /// Select a postprocessor.
     Target {
-        /// A name that ships, or [`OWN`].
+        /// A shipped name, or [`OWN`].
         name: String,
     },
-    /// The editor is opened with what is written for.
+    /// Open the editor with the selected postprocessor.
     Open,
-    /// The editor is closed.
     Close,
-    /// The person wants to choose a file.
+    /// Open the file dialog.
     Load,
-    /// The text is the person's own from now on.
+    /// Store the text as the user's own postprocessor and select it.
     Keep {
-        /// As typed.
         text: String,
     },
-    /// The cursor is elsewhere.
+    /// The cursor moved.
     Cursor {
-        /// In bytes.
         at: usize,
     },
-    /// Typing rested.
     Rested {
-        /// Since this change.
         change: u32,
     },
 }
 
 impl Template {
-    /// The person's own text, where that is what is written for.
+    /// The user's own text, if it is selected.
     pub fn own_text(&self) -> Option<String> {
         self.text.as_ref().filter(|_| self.target == OWN).map(|text| text.to_string())
     }
 
-    /// What the person's own dialect calls itself.
+    /// The `name` in the user's own postprocessor.
     pub fn own_name(&self) -> Option<String> {
         let line = self.text.as_ref()?.lines().find(|line| line.trim_start().starts_with("name"))?;
         Some(line.split('"').nth(1).unwrap_or(OWN).to_owned())
     }
 
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, number: u32) -> bool {
         self.number == Some(number)
     }
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: TemplateEvent) -> Vec<Effect> {
     let template = &mut model.template;
     match event {
@@ -128,7 +117,7 @@ pub(super) fn update(model: &mut Model, event: TemplateEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Waits for a rest where the text or the program is another one.
+/// Starts the pause if the text or the program changed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let template = &mut model.template;
     if !template.open {
@@ -140,6 +129,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     }
     template.seen = Some(now);
     template.change += 1;
+    // The answer for an older text is dropped.
     template.number = None;
     let rested = TemplateEvent::Rested { change: template.change };
     vec![Effect::Wake { after_ms: REST_MS, event: Box::new(Event::Template(rested)) }]
@@ -155,7 +145,6 @@ fn look(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Template, number, request: Box::new(Request::Check(wanted)) }]
 }
 
-/// It was looked through.
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     model.template.number = None;
     if let Ok(Answer::Checked(checked)) = answer {

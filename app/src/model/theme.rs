@@ -1,26 +1,21 @@
-//! The colours of the page, by their words.
-//!
-//! Goes out: a word for style sheet and storage. Knows no colour.
+//! The page's colour schemes.
 
-/// Colours of the page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
-    /// As the system says.
+    /// The system's setting.
     #[default]
     Auto,
-    /// Bright.
     Light,
-    /// Dim.
     Dark,
     /// Black and white with full contrast.
     Contrast,
 }
 
 impl Theme {
-    /// All of them, in the order of the menu.
+    /// In the order of the menu.
     pub const ALL: [Self; 4] = [Self::Auto, Self::Light, Self::Dark, Self::Contrast];
 
-    /// Its word in the style sheet and in the storage.
+    /// Name in the style sheet and in the browser's storage.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -30,7 +25,7 @@ impl Theme {
         }
     }
 
-    /// The one called `word`, else as the system says.
+    /// The scheme named `word`; [`Self::Auto`] if there is none.
     pub fn called(word: &str) -> Self {
         Self::ALL.into_iter().find(|theme| theme.word() == word).unwrap_or_default()
     }

@@ -1,11 +1,10 @@
-//! What the page is called: by the open board, else by the job that the machine has.
-//!
-//! Comes in: the model. Goes out: a name, none where nothing has one. Does not know languages.
+//! The title of the page.
 
 use super::Model;
 
 impl Model {
-    /// The name of the open board; without one, as after a reload while a job is in work, that of the job on the Machine screen.
+    /// The open board's name. Without a board, for example after a reload during a job, the name of the
+    /// machine's job.
     pub fn title(&self) -> Option<&str> {
         let board = self.board.document.as_ref().map(|document| document.reading.board.name.as_str());
         let shown = self.start.shown.as_ref().map(|job| job.program.name.as_str());

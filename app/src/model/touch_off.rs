@@ -1,59 +1,56 @@
-//! Touching off: the height of the board by a plate, its edges and corners by the tool, one step after the other.
+//! Touch-off: the board's height with a plate, its edges and corners with the tool, step by step.
 //!
 //! ```text
-//!  ┌ ─ ┬ ─ ┬ ─ ┐   a place of the board: its middle is its height, a side is one edge, a corner two
-//!  ├ ─ ┼ ─ ┼ ─ ┤   step ─ Touch ─▶ Ask::Edge or Ask::Probe ─ at rest again, nothing refused ─▶ the next step
+//!  ┌ ─ ┬ ─ ┬ ─ ┐   a target on the board: the middle is its height, a side one edge, a corner two edges
+//!  ├ ─ ┼ ─ ┼ ─ ┤   step ─ Touch ─▶ Ask::Edge or Ask::Probe ─ idle again, nothing refused ─▶ next step
 //!  └ ─ ┴ ─ ┴ ─ ┘
 //! ```
 //!
-//! Comes in: wishes, how the machine stands. Goes out: the asks. Lengths in µm. Does not know how anything is touched.
+//! Lengths in µm.
 
 use super::{Effect, Model, link};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 
-/// How far the tip looks for an edge, and for the board: from all the way up, by a controller that knows no end from just above, µm.
+/// Search distance for an edge, µm.
 const REACH_UM: u32 = 10_000;
+/// Search depth for the board from the top of Z, µm.
 const DEPTH_UM: u32 = 45_000;
+/// Search depth for a controller, which starts just above the board because its end of travel is unknown, µm.
 const NEAR_UM: u32 = 10_000;
-/// The widest tool and the thickest plate that can be typed, mm.
+/// Largest tool diameter and plate thickness that can be typed, mm.
 const MOST_MM: f64 = 50.0;
 
-/// Which place of the board: -1 left and front, 0 the middle, 1 right and back.
+/// Target on the board: -1 left or front, 0 middle, 1 right or back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TouchTarget {
-    /// Along X.
     pub x: i8,
-    /// Along Y.
     pub y: i8,
 }
 
-/// One thing to touch.
+/// One probing step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TouchedPart {
     /// The board, or a plate on it, from above.
     Height,
-    /// An edge along an axis.
     Edge {
         /// 0 X, 1 Y.
         axis: u8,
-        /// The tip goes upwards in its numbers.
+        /// The tool moves in the positive direction.
         up: bool,
     },
 }
 
-/// Touching off as it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TouchOff {
-    /// What is to be touched.
     pub target: TouchTarget,
-    /// Steps of it that are done.
+    /// Number of finished steps.
     pub done: usize,
-    /// Diameter of the tool, as typed, mm.
+    /// Tool diameter as typed, mm.
     pub tool: String,
-    /// Thickness of the plate, as typed, mm.
+    /// Plate thickness as typed, mm.
     pub plate: String,
-    /// A step was asked for; whether anything moved since.
+    /// A step was requested; true once the machine has moved since.
     waits: Option<bool>,
 }
 
@@ -64,36 +61,26 @@ impl Default for TouchOff {
     }
 }
 
-/// What happens about it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TouchOffEvent {
-    /// This is to be touched.
-    Target {
-        /// Which place of the board.
-        target: TouchTarget,
-    },
-    /// The tool's diameter is typed.
-    Tool {
-        /// As typed.
-        text: String,
-    },
-    /// The plate's thickness is typed.
-    Plate {
-        /// As typed.
-        text: String,
-    },
-    /// The step that is next.
+    /// Select the target.
+    Target { target: TouchTarget },
+    /// The tool diameter was typed.
+    Tool { text: String },
+    /// The plate thickness was typed.
+    Plate { text: String },
+    /// Do the next step. The machine moves.
     Touch,
 }
 
-/// A length as typed, µm; none where it is none.
+/// A typed length, µm; `None` if it is not a number or out of range.
 fn um(text: &str) -> Option<u32> {
     let mm = text.trim().replace(',', ".").parse::<f64>().ok()?;
     (0.0..=MOST_MM).contains(&mm).then_some((mm * 1e3) as u32)
 }
 
 impl TouchTarget {
-    /// What there is to touch, in order.
+    /// The steps of the target, in order.
     pub fn parts(self) -> Vec<TouchedPart> {
         let edge = |axis, side: i8| (side != 0).then_some(TouchedPart::Edge { axis, up: side < 0 });
         let edges: Vec<_> = [edge(0, self.x), edge(1, self.y)].into_iter().flatten().collect();
@@ -102,12 +89,13 @@ impl TouchTarget {
 }
 
 impl TouchOff {
-    /// What is touched next; none once all is.
+    /// The next step; `None` after the last one.
     pub fn next(&self) -> Option<TouchedPart> {
         self.target.parts().get(self.done).copied()
     }
 
-    /// What is asked of the machine for it, or of a controller that `plans` its own motion; none where what was typed is no length.
+    /// The request for the next step; `None` if a typed length is invalid. `plans`: the controller plans its
+    /// own motion.
     pub fn wish(&self, plans: bool) -> Option<Ask> {
         Some(match self.next()? {
             TouchedPart::Height => {
@@ -121,7 +109,6 @@ impl TouchOff {
     }
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: TouchOffEvent) -> Vec<Effect> {
     let touch = &mut model.touch_off;
     match event {
@@ -138,9 +125,9 @@ pub(super) fn update(model: &mut Model, event: TouchOffEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// A step is done once the machine rests again and nothing was refused.
-pub(super) fn follow(model: &mut Model) {
-    let Some(moved) = model.touch_off.waits else { return };
+/// A step is finished once the machine has moved and is idle again without a refusal.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
+    let Some(moved) = model.touch_off.waits else { return Vec::new() };
     let state = model.link.status.as_ref().map(|status| status.state);
     model.touch_off.waits = match state {
         _ if model.link.refused.is_some() => None,
@@ -152,4 +139,5 @@ pub(super) fn follow(model: &mut Model) {
         Some(State::Ready) => Some(false),
         Some(_) => Some(true),
     };
+    Vec::new()
 }

@@ -1,10 +1,8 @@
-//! What was cut of the other side before: asked for where the board is looked at in space and is not at its first side.
+//! Material that was cut from the other side before, for the 3D view of the second side.
 //!
 //! ```text
-//! board in space, of its second side ─▶ the worker carves the first ─▶ tiles under the board
+//! 3D view of the second side ─▶ the worker carves the first side ─▶ tiles on the underside of the board
 //! ```
-//!
-//! Comes in: the model, answers of the worker. Goes out: requests, tiles. Does not know how they are carved nor drawn.
 
 use super::asked::{Basis, board_is_gone, files_first};
 use super::{Effect, Model, OnTheWay};
@@ -13,25 +11,25 @@ use crate::engine::messages::{Answer, Request, Timed, ToUnderside, UnderTile};
 use annulus_core::cam::work::Work;
 use std::sync::Arc;
 
-/// What is cut from below.
+/// The cuts from below.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Underside {
-    /// Its tiles; none on the first side of a job.
+    /// Empty for the first side of a job.
     pub tiles: Arc<Vec<UnderTile>>,
-    /// The plan in time that they are for.
+    /// The timed plan that the tiles belong to.
     of: Option<Arc<Timed>>,
-    /// The request whose answer is waited for, what was asked, and whether the worker was given the board anew.
+    /// The awaited request, its contents, and whether the worker was sent the board again.
     asked: Option<(u32, Box<ToUnderside>, bool)>,
 }
 
 impl Underside {
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         self.asked.as_ref().is_some_and(|(number, ..)| *number == wanted)
     }
 }
 
-/// Asks for what was cut before, once for each plan that is looked at in space.
+/// Requests the cuts of the side before, once per plan in the 3D view.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let (timed, stock) = (&model.board.timed, &model.play.carved);
     let rests = model.on_the_way == OnTheWay::Nothing && !model.board.stale;
@@ -51,7 +49,8 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     vec![Effect::ask(number, Request::Underside(wanted))]
 }
 
-/// The answer; what was called off with other work of that worker is asked for again. Refused, the board is shown uncut from below.
+/// Stores the tiles. A request that was cancelled with other work is sent again; after a refusal the
+/// underside is shown uncut.
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let Some((_, wanted, reread)) = model.underside.asked.take() else { return Vec::new() };
     if !reread && board_is_gone(&answer) {

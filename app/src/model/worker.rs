@@ -1,7 +1,6 @@
-//! What comes from the workers goes to whoever waits for it.
+//! Passes progress and answers of the workers to the part of the model that waits for them.
 //!
-//! Comes in: numbers of requests with shares and answers. Goes out: what follows. A number that nobody waits for is of an older
-//! generation, and dropped.
+//! Unknown numbers belong to older requests and are dropped.
 
 use super::planning::OnTheWay;
 use super::{Effect, Model, drawing, export, files, keeping, lines, planning, second_side, start};
@@ -9,7 +8,6 @@ use super::{template, underside};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
 
-/// A request is so far.
 pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect> {
     if model.on_the_way.number() == Some(number) {
         if let OnTheWay::Reading { share: now, .. } | OnTheWay::Planning { share: now, .. } =
@@ -23,7 +21,6 @@ pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect
     Vec::new()
 }
 
-/// A request is answered.
 pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     if model.on_the_way.number() == Some(number) {
         of_board(model, answer)
@@ -53,7 +50,7 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
     }
 }
 
-/// The answer to what was on its way from the worker of the board.
+/// Handles the answer to the request of the board's worker.
 fn of_board(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match (std::mem::take(&mut model.on_the_way), answer) {
         (OnTheWay::Opening { job, place, .. }, Ok(Answer::Opened(project))) => {

@@ -1,52 +1,28 @@
-//! The running page: the one model, the way in for events, and the model as signals.
+//! The running page: its single model, the entry for events, and the model as signals.
 //!
 //! ```text
-//! send(Event) ─▶ update ─▶ effects run ─▶ signals set        in this order: what is asked of the machine goes out first
+//! send(Event) ─▶ update ─▶ effects run ─▶ signals set    in this order: requests to the machine go out first
 //! ```
 //!
-//! Comes in: events of screens and effects. Goes out: signals that screens read, effects to whoever was named at the beginning.
-//! Does not know how effects are run nor what screens look like. The one static of the page that holds state is here.
+//! The only static with state is here.
 
-mod board;
-mod drawing;
-mod frame;
-mod job;
-mod lab;
+pub mod board;
+pub mod lab;
 pub mod link;
-mod play;
-mod slots;
+mod select;
 
-pub use board::{OpenBoard, open_board};
-pub use drawing::{Drawing, open_drawing};
-pub use frame::{Frame, frame, key_of, written};
-pub use job::{OpenJob, open_job};
+pub use select::{Handle, computed, memo, peek, read, shared, watch};
 
-pub use lab::{Lab, open_lab};
-pub use play::{Play, play};
-
+use crate::keys::{KeyAction, SHORTCUTS, Shortcut};
 use crate::model::{Clocks, Effect, Event, Model, update};
-use link::Link;
-use slots::Slots;
+use leptos::prelude::{ReadSignal, With};
+use select::Selectors;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::VecDeque;
 
-/// The signals of the page. Copies are the same.
-#[derive(Clone, Copy)]
-struct Signals {
-    board: OpenBoard,
-    job: OpenJob,
-    frame: Frame,
-    link: Link,
-    play: Play,
-    lab: Lab,
-    drawing: Drawing,
-}
-
-/// What the page needs of its surroundings.
+/// The page's environment.
 pub struct Surroundings {
-    /// Runs an effect.
     pub run: Box<dyn Fn(Effect)>,
-    /// What the clocks say.
     pub clock: fn() -> Clocks,
 }
 
@@ -54,8 +30,7 @@ struct Page {
     model: RefCell<Model>,
     waiting: RefCell<VecDeque<Event>>,
     busy: Cell<bool>,
-    slots: Slots,
-    signals: Signals,
+    selectors: Selectors,
     around: Surroundings,
 }
 
@@ -63,25 +38,15 @@ thread_local! {
     static PAGE: OnceCell<Page> = const { OnceCell::new() };
 }
 
-/// Makes the page, in its root. Called once.
+/// Creates the page. Called once.
 pub fn begin(around: Surroundings) {
-    let model = Model::default();
-    let mut slots = Slots::new();
-    let signals = Signals {
-        board: board::signals(&mut slots),
-        job: job::signals(&mut slots),
-        frame: frame::signals(&mut slots),
-        link: link::signals(&mut slots),
-        play: play::signals(&mut slots),
-        lab: lab::signals(&mut slots),
-        drawing: drawing::signals(&mut slots),
-    };
-    let (model, waiting, busy) = (RefCell::new(model), RefCell::default(), Cell::new(false));
-    PAGE.with(|page| drop(page.set(Page { model, waiting, busy, slots, signals, around })));
+    let (model, waiting, busy) = (RefCell::default(), RefCell::default(), Cell::new(false));
+    let page = Page { model, waiting, busy, selectors: Selectors::new(), around };
+    PAGE.with(|known| drop(known.set(page)));
     send(Event::Begun);
 }
 
-/// Takes an event in. One that comes while another is taken in waits for its turn.
+/// Handles an event. An event sent during another one is handled afterwards.
 pub fn send(event: impl Into<Event>) {
     let event = event.into();
     PAGE.with(|page| {
@@ -91,18 +56,25 @@ pub fn send(event: impl Into<Event>) {
     });
 }
 
-fn signals() -> Signals {
-    PAGE.with(|page| page.get().expect("the page is made before the first screen").signals)
+/// The page's language; `None` before the page exists.
+pub fn language() -> Option<ReadSignal<String>> {
+    PAGE.with(|page| page.get().is_some()).then(|| watch(|m| &m.frame.language))
 }
 
-/// The language; the one of the tables before there is a page.
-pub fn language() -> Option<leptos::prelude::ReadSignal<String>> {
-    PAGE.with(|page| page.get().map(|page| page.signals.frame.language))
+/// A shortcut's key as shown to the user, who may have changed it.
+pub fn written(shortcut: &Shortcut) -> String {
+    watch(|m| &m.frame.own_keys).with(|own| own.written(shortcut))
+}
+
+/// The key of the first shortcut with `action`; empty if there is none.
+pub fn key_of(action: KeyAction) -> String {
+    SHORTCUTS.iter().find(|shortcut| shortcut.action == action).map_or_else(String::new, written)
 }
 
 impl Page {
     fn take_in(&self, event: Event) {
         self.waiting.borrow_mut().push_back(event);
+        // Sent during another event: the loop of the outer call handles this one.
         if self.busy.replace(true) {
             return;
         }
@@ -112,7 +84,8 @@ impl Page {
                     (self.around.run)(effect);
                 }
             }
-            self.slots.show(&self.model.borrow());
+            // Setting signals may send further events.
+            self.selectors.show(&self.model.borrow());
             if self.waiting.borrow().is_empty() {
                 break;
             }

@@ -1,26 +1,24 @@
-//! The one picture, as the screens that draw in it hold it: once there is one, in which colours, from where it is looked at.
-//!
-//! Comes in: the theme, keys, what the system and the address ask for. Goes out: the view to draw with. Does not know what is drawn.
+//! The picture, shared by the screens that draw in it: its handle, its colours, its camera commands.
 
 use crate::keys::KeyAction;
 use crate::model::Theme;
-use crate::page::frame;
+use crate::page::read;
 use crate::view::{PainterChoice, Palette, View};
 use leptos::prelude::*;
 use wasm_bindgen::prelude::*;
 use web_sys::MediaQueryListEvent;
 
-/// The picture, once there is one.
+/// None until the canvas is ready.
 pub(super) type Picture = StoredValue<Option<View>, LocalStorage>;
 
-/// Does something with the picture, where there is one.
+/// Does nothing while there is no picture.
 pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
     if let Some(view) = picture.try_get_value().flatten() {
         act(&view);
     }
 }
 
-/// Fit and zoom, for keys and buttons.
+/// Applies a fit or zoom command.
 pub(super) fn look(view: &View, action: KeyAction) {
     match action {
         KeyAction::Fit => view.fit(),
@@ -35,7 +33,7 @@ pub(super) fn look(view: &View, action: KeyAction) {
     }
 }
 
-/// Whether the system asks for dark surroundings, now and whenever it changes its mind.
+/// True while the system prefers a dark colour scheme; follows changes.
 pub(super) fn system_dark() -> RwSignal<bool> {
     let dark = RwSignal::new(false);
     let asked = window().match_media("(prefers-color-scheme: dark)").ok().flatten();
@@ -51,9 +49,8 @@ pub(super) fn system_dark() -> RwSignal<bool> {
     dark
 }
 
-/// The colours of the picture.
 pub(super) fn palette(system_dark: bool) -> Palette {
-    let dark = match frame().theme.get() {
+    let dark = match read(|m| m.frame.theme) {
         Theme::Dark | Theme::Contrast => true,
         Theme::Light => false,
         Theme::Auto => system_dark,
@@ -61,7 +58,7 @@ pub(super) fn palette(system_dark: bool) -> Palette {
     if dark { Palette::DARK } else { Palette::LIGHT }
 }
 
-/// What draws can be asked for in the address, for tests: `?draw=webgl2`.
+/// The renderer named in the URL, for tests: `?draw=webgl2`.
 pub(super) fn wanted() -> PainterChoice {
     let search = window().location().search().unwrap_or_default();
     let word = search

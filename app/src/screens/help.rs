@@ -1,11 +1,9 @@
-//! Help: the keys that there are, the first steps from a file to a board, and what the words mean.
-//!
-//! Comes in: the table of keys. Goes out: a dialog.
+//! Help: the keyboard shortcuts, the first steps from a file to a board, and a glossary.
 
 use crate::i18n::{self, key, t};
 use crate::keys::{HAND_KEYS, SHORTCUTS, Tab};
 use crate::model::{FrameEvent, Overlay};
-use crate::page::{frame, send, written};
+use crate::page::{read, send, written};
 use crate::screens::top_bar::name_of;
 use crate::widgets::{Dialog, dialog, push};
 use leptos::html::{dd, div, dl, dt, h3, kbd, li, ol, p, section, span};
@@ -41,7 +39,7 @@ fn keys_of(tab: Option<Tab>) -> impl IntoView {
     section().child((h3().child(title), ol().class("keys").child(rows.collect::<Vec<_>>())))
 }
 
-/// The keys that move the machine once they are armed.
+/// The jog keys, which work only while armed.
 fn by_hand() -> impl IntoView {
     let rows = HAND_KEYS.map(|row| li().child((kbd().child(row.written), span().child(word(row.name)))));
     let hint = p().class("quiet").child(t!("page.jog.keys_hint"));
@@ -52,9 +50,8 @@ fn close() {
     send(FrameEvent::Overlay { overlay: None });
 }
 
-/// The dialog.
 pub(super) fn help() -> impl IntoView {
-    // Everywhere, then the screens that have keys of their own.
+    // The shortcuts for every screen first, then those of each screen.
     let screens = Tab::ALL.into_iter().map(Some).filter(|tab| SHORTCUTS.iter().any(|one| one.tab == *tab));
     let groups = std::iter::once(None).chain(screens).map(|tab| keys_of(tab).into_any());
     let groups = groups.chain(std::iter::once_with(|| by_hand().into_any())).collect::<Vec<_>>();
@@ -66,7 +63,7 @@ pub(super) fn help() -> impl IntoView {
         section().child((h3().child(t!("page.help.words")), dl().child(Vec::from(words)))),
     ));
     dialog(
-        Signal::derive(move || frame().overlay.get() == Some(Overlay::Help)),
+        Signal::derive(move || read(|m| m.frame.overlay == Some(Overlay::Help))),
         close,
         Dialog {
             name: "help",

@@ -1,30 +1,28 @@
-//! The layers panel: an eye, a colour and an opacity for every layer, groups with one press, and the side looked at.
-//!
-//! Comes in: the layers of the open board. Goes out: which are drawn, in what colour.
+//! The layers panel: visibility, colour and opacity of each layer, presets, and the side to look from.
 
 use crate::engine::messages::LayerRow;
 use crate::i18n::{key, say, t};
 use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
 use crate::model::FrameEvent;
-use crate::page::{frame, open_board, open_job, send};
+use crate::page::{read, send, shared, watch};
 use crate::view::{Colour, FilledLayer, Mesh, Palette};
-use crate::widgets::{Icon, choice, picture_button, push};
+use crate::widgets::{Icon, choice, picture_button, push, segmented};
 use annulus_core::board::Face;
 use leptos::ev;
 use leptos::html::{div, h2, header, input, li, section, span, ul};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The same of the board as it lies for the plan: the side that is up is above, and its own copper alone is seen unless
-/// the person hid it.
+/// The filled layers as the board is placed on the machine, lowest first. Of the copper, only the side that
+/// is up is visible, unless the user hid it.
 pub(crate) fn seen_laid() -> Vec<FilledLayer> {
-    let Some(laid) = open_board().laid.get() else { return Vec::new() };
-    let face = open_job().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default();
-    frame().layers.with(|looks| {
+    let Some(laid) = shared(|m| &m.board.laid).get() else { return Vec::new() };
+    let face = read(|m| Some(m.job.work.as_ref()?.setup.face)).unwrap_or_default();
+    watch(|m| &m.frame.layers).with(|looks| {
         let rows = laid.laid.layers.iter().zip(&laid.meshes);
         let up = if face == Face::Top { LayerKind::CopperTop } else { LayerKind::CopperBottom };
         let layer = |(row, mesh): (&LayerRow, &Arc<Mesh>)| {
-            let kind = LayerKind::of(&row.role, row.side.as_deref());
+            let kind = LayerKind::of(row.role, row.side);
             let look = looks.iter().find(|look| look.kind == kind).filter(|look| look.eye && kind == up)?;
             Some(FilledLayer { mesh: mesh.clone(), colour: look.tint(&Palette::DARK), openings: false })
         };
@@ -32,12 +30,12 @@ pub(crate) fn seen_laid() -> Vec<FilledLayer> {
     })
 }
 
-/// The filled layers that are drawn now, the lowest first.
+/// The visible filled layers, lowest first.
 pub(crate) fn seen() -> Vec<FilledLayer> {
-    let from_below = frame().flipped.get();
-    open_board().document.with(|document| {
+    let from_below = read(|m| m.frame.flipped);
+    shared(|m| &m.board.document).with(|document| {
         let Some(document) = document else { return Vec::new() };
-        frame().layers.with(|looks| {
+        watch(|m| &m.frame.layers).with(|looks| {
             let layer = |look: &LayerLook| {
                 let mesh = document.meshes.get(look.mesh?)?.clone();
                 let colour = layers::tint_among(look, looks, &Palette::DARK);
@@ -48,14 +46,15 @@ pub(crate) fn seen() -> Vec<FilledLayer> {
     })
 }
 
-/// Whether holes, or the outline, are drawn.
+/// True if layers of this kind are visible. Used for holes and outline.
 pub(crate) fn kind_seen(kind: LayerKind) -> bool {
-    frame().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
+    watch(|m| &m.frame.layers)
+        .with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
 }
 
-/// Whether holes, or the outline, are dimmed because another layer is in front.
+/// True if this kind is dimmed because another layer is highlighted. Used for holes and outline.
 pub(crate) fn kind_dimmed(kind: LayerKind) -> bool {
-    frame().layers.with(|looks| {
+    watch(|m| &m.frame.layers).with(|looks| {
         let own = looks.iter().find(|look| look.kind == kind);
         own.is_some_and(|look| layers::is_dimmed(look, looks))
     })
@@ -71,7 +70,6 @@ const PRESETS: [(Preset, &str); 7] = [
     (Preset::Made, key!("page.layers.made")),
 ];
 
-/// The block.
 pub(crate) fn panel() -> impl IntoView {
     let presets = PRESETS.map(|(preset, name)| {
         push(
@@ -80,28 +78,23 @@ pub(crate) fn panel() -> impl IntoView {
             move |_| send(FrameEvent::LayerPreset { preset }),
         )
     });
-    let flipped = frame().flipped;
-    let count = Memo::new(move |_| frame().layers.with(Vec::len));
-    let lines = move || (0..count.get()).map(|index| line(index).into_any()).collect::<Vec<_>>();
+    let flipped = || read(|m| m.frame.flipped);
+    let count = || read(|m| m.frame.layers.len());
+    let lines = move || (0..count()).map(|index| line(index).into_any()).collect::<Vec<_>>();
     section().class("block layers").attr("aria-label", t!("page.layers.title")).child((
         header().child((
             h2().child(t!("page.layers.title")),
-            div()
-                .class("segmented")
-                .attr("role", "group")
-                .attr("aria-label", t!("page.layers.seen_from"))
-                .child((
+            segmented(
+                t!("page.layers.seen_from"),
+                (
                     choice(
-                        move || !flipped.get(),
+                        move || !flipped(),
                         t!("page.side.top"),
                         |_| send(FrameEvent::Flip { below: Some(false) }),
                     ),
-                    choice(
-                        move || flipped.get(),
-                        t!("page.side.bottom"),
-                        |_| send(FrameEvent::Flip { below: Some(true) }),
-                    ),
-                )),
+                    choice(flipped, t!("page.side.bottom"), |_| send(FrameEvent::Flip { below: Some(true) })),
+                ),
+            ),
         )),
         ul().child(lines),
         div()
@@ -112,12 +105,12 @@ pub(crate) fn panel() -> impl IntoView {
     ))
 }
 
-/// Whether nothing of this kind is caught in the picture.
+/// True if nothing of this kind can be selected in the picture.
 pub(crate) fn kind_locked(kind: LayerKind) -> bool {
-    frame().layers.with_untracked(|looks| looks.iter().any(|look| look.kind == kind && look.locked))
+    watch(|m| &m.frame.layers)
+        .with_untracked(|looks| looks.iter().any(|look| look.kind == kind && look.locked))
 }
 
-/// The name of a layer for people.
 fn name_of(look: &LayerLook) -> String {
     let side = match look.side {
         LayerSide::Top => say!("page.side.top"),
@@ -138,7 +131,7 @@ fn name_of(look: &LayerLook) -> String {
 }
 
 fn line(index: usize) -> impl IntoView {
-    let look = Memo::new(move |_| frame().layers.with(|looks| looks.get(index).cloned()));
+    let look = Memo::new(move |_| watch(|m| &m.frame.layers).with(|looks| looks.get(index).cloned()));
     let name = move || look.with(|look| look.as_ref().map(name_of).unwrap_or_default());
     let eye = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.eye)));
     let opacity = Memo::new(move |_| look.with(|look| look.as_ref().map_or(0, |look| look.opacity)));
@@ -189,7 +182,7 @@ fn line(index: usize) -> impl IntoView {
     ))
 }
 
-/// The name of a layer; pressed, it is in front of the others, which are dimmed.
+/// The name of a layer; pressing it highlights the layer and dims the others.
 fn front(index: usize, look: Memo<Option<LayerLook>>) -> impl IntoView {
     let name = move || look.with(|look| look.as_ref().map(name_of).unwrap_or_default());
     let is_front = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.front)));
@@ -198,7 +191,7 @@ fn front(index: usize, look: Memo<Option<LayerLook>>) -> impl IntoView {
         .attr("title", t!("page.layers.front"))
 }
 
-/// The lock of a layer of which something can be caught.
+/// The lock of a layer, if things on it can be selected.
 fn lock(index: usize, look: Memo<Option<LayerLook>>) -> impl IntoView {
     let locked = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.locked)));
     let name = move || {

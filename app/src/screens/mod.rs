@@ -1,6 +1,5 @@
-//! What people see: one folder a screen, and the frame around them.
-//!
-//! Comes in: state and link. Goes out: the page. Boards, plans and moves come from `annulus-core` alone.
+//! The screens, one folder each, and the frame around them. Boards, plans and motion come from `annulus-core`
+//! alone.
 
 mod board;
 mod cam;
@@ -26,7 +25,7 @@ mod welcome;
 
 use leptos::prelude::*;
 
-/// The whole page, once it runs.
+/// The root view of the page.
 pub fn app() -> impl IntoView {
     regions::listen();
     crate::widgets::follow_window();

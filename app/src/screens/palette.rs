@@ -1,7 +1,5 @@
-//! The palette: everything that has a key, and what else can be done on the screen, found by its words and done with Enter. What moves
-//! the machine is not in it.
-//!
-//! Comes in: the tables of keys and commands, what is typed. Goes out: the action that was chosen.
+//! The command palette: finds shortcuts and other commands of the screen by words; Enter runs one. Commands
+//! that move the machine are not in it.
 
 use super::drawing::{self, may};
 use super::{machine, regions};
@@ -11,16 +9,16 @@ use crate::keys::{COMMANDS, KeyAction, Keyless, SHORTCUTS, Shortcut, Tab};
 use crate::model::drawing::DrawingExport;
 use crate::model::export::Purpose;
 use crate::model::{AnewEvent, DrawEvent, ExportEvent, FilesEvent, FrameEvent, LevelEvent, Overlay};
-use crate::page::{frame, link, open_board, open_drawing, send, written};
+use crate::page::{board, read, send, written};
 use crate::widgets::{Dialog, dialog, push};
 use leptos::ev;
 use leptos::html::{self, div, input, kbd, li, span, ul};
 use leptos::prelude::*;
 
-/// What of the table can be chosen on this screen: not what stops, pauses or lets keys move the machine, which have keys and
-/// buttons of their own.
+/// True if a shortcut belongs in the palette on this screen. Stop, pause and jog arming are left out: they
+/// have their own keys and buttons.
 fn offered(shortcut: &Shortcut) -> bool {
-    let here = shortcut.tab.is_none_or(|tab| tab == frame().tab.get());
+    let here = shortcut.tab.is_none_or(|tab| tab == read(|m| m.frame.tab));
     let own = matches!(
         shortcut.action,
         KeyAction::Stop | KeyAction::Escape | KeyAction::Pause | KeyAction::ArmKeys | KeyAction::Palette
@@ -28,33 +26,31 @@ fn offered(shortcut: &Shortcut) -> bool {
     here && !own && !matches!(shortcut.action, KeyAction::Queue(_)) && can_be_done(shortcut.action)
 }
 
-/// Whether what has no key can be done now, as its button says it too.
+/// True if a command is possible now, by the same rule as its button.
 fn can_be_done(action: KeyAction) -> bool {
-    let board = open_board();
     match action {
-        KeyAction::Keyless(Keyless::NewExports | Keyless::CloseBoard) => board.document.with(Option::is_some),
+        KeyAction::Keyless(Keyless::NewExports | Keyless::CloseBoard) => read(|m| m.board.document.is_some()),
         KeyAction::Keyless(Keyless::Export | Keyless::RunSheet) => {
-            board.job.with(Option::is_some) && board.cleared()
+            read(|m| m.board.job.is_some()) && board::cleared()
         }
         KeyAction::Keyless(Keyless::Array) => may(When::ARRAY),
-        KeyAction::Keyless(Keyless::UseBoard) => is_drawn() || open_drawing().over.get().0,
+        KeyAction::Keyless(Keyless::UseBoard) => is_drawn() || read(|m| m.draw.over().0),
         KeyAction::Keyless(Keyless::SaveBoard | Keyless::SaveSvg | Keyless::SaveDrawing) => is_drawn(),
         KeyAction::Draw(DrawKey::Group) => may(When::GROUP),
         KeyAction::Draw(DrawKey::Act(act)) => may(act.when()),
         KeyAction::Keyless(Keyless::HeightMap) => machine::set_up_is_seen(),
         KeyAction::Keyless(Keyless::LargeView { on }) => {
-            link::link().ever.get() && frame().operator.get() != on
+            read(|m| m.link.ever) && read(|m| m.frame.operator) != on
         }
         _ => true,
     }
 }
 
-/// Whether there is something in the drawing.
 fn is_drawn() -> bool {
-    open_drawing().title.with(|(_, count)| *count > 0)
+    read(|m| !m.draw.editor.drawing().is_empty())
 }
 
-/// What can be chosen here: of two keys that do the same the first, then what has no key.
+/// The palette's commands; the first of several shortcuts for one action, then commands without a key.
 fn rows() -> Vec<&'static Shortcut> {
     let mut rows: Vec<&'static Shortcut> = Vec::new();
     for shortcut in SHORTCUTS.iter().chain(COMMANDS).filter(|shortcut| offered(shortcut)) {
@@ -71,14 +67,14 @@ fn close() {
 
 fn choose(action: KeyAction) {
     close();
-    // The dialog gives the focus back first.
+    // Wait a frame: the closing dialog first returns the focus.
     request_animation_frame(move || match action {
         KeyAction::Keyless(command) => do_command(command),
         action => regions::act(action),
     });
 }
 
-/// Does what has no key.
+/// Runs a command that has no key.
 fn do_command(command: Keyless) {
     match command {
         Keyless::NewExports => send(AnewEvent::Choose),
@@ -97,7 +93,7 @@ fn do_command(command: Keyless) {
     }
 }
 
-/// Where it is typed; the arrows choose, Enter does it.
+/// The search field: arrows select a row, Enter runs it.
 fn search(
     field: NodeRef<html::Input>,
     typed: RwSignal<String>,
@@ -146,14 +142,13 @@ fn search(
         })
 }
 
-/// The dialog.
 pub(super) fn palette() -> impl IntoView {
-    let open = Memo::new(move |_| frame().overlay.get() == Some(Overlay::Palette));
+    let open = move || read(|m| m.frame.overlay == Some(Overlay::Palette));
     let typed = RwSignal::new(String::new());
     let at = RwSignal::new(0_usize);
     let field = NodeRef::<html::Input>::new();
     Effect::new(move |_| {
-        if open.get() {
+        if open() {
             typed.set(String::new());
             at.set(0);
             request_animation_frame(move || {
@@ -164,7 +159,7 @@ pub(super) fn palette() -> impl IntoView {
         }
     });
     let found = Memo::new(move |_| {
-        if !open.get() {
+        if !open() {
             return Vec::new();
         }
         let wanted = typed.get().to_lowercase();
@@ -179,7 +174,7 @@ pub(super) fn palette() -> impl IntoView {
     let list =
         ul().attr("id", "palette-list").attr("role", "listbox").attr("aria-label", t!("page.palette.title"));
     dialog(
-        Signal::derive(move || open.get()),
+        Signal::derive(open),
         close,
         Dialog {
             name: "palette",

@@ -1,15 +1,12 @@
-//! Keys, the address, and going round the regions of the page with F6.
-//!
-//! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
+//! Keys, the URL, and moving between the regions of the page with F6.
 
 use crate::i18n::{key, unit_word};
 use crate::keys::{self, KeyAction, KeyFocus, Press, Tab};
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
+use crate::model::address;
 use crate::model::{DrawEvent, ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
-use crate::page::link;
-use crate::page::{frame, send};
-use crate::page::{open_board, open_drawing};
+use crate::page::{computed, link, peek, send, watch};
 use crate::said::Text;
 use crate::screens::{cam, drawing, lab, machine, simulate};
 use crate::widgets::{dialog_is_open, toast};
@@ -19,13 +16,12 @@ use std::time::Duration;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, KeyboardEvent};
 
-/// Listens to keys and to the address for the life of the page.
+/// Listens to keys and to URL changes for the life of the page.
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
-        let tab = frame().tab.get_untracked();
-        let meant = frame().own_keys.with_untracked(|own| own.translated(&press(&event), tab));
-        if let Some(action) = meant.and_then(|press| keys::action(&press, tab, frame().signs.get_untracked()))
-        {
+        let tab = peek(|m| m.frame.tab);
+        let meant = watch(|m| &m.frame.own_keys).with_untracked(|own| own.translated(&press(&event), tab));
+        if let Some(action) = meant.and_then(|press| keys::action(&press, tab, peek(|m| m.frame.signs))) {
             if action != KeyAction::Escape {
                 event.prevent_default();
             }
@@ -37,8 +33,8 @@ pub(crate) fn listen() {
         let is_ours = Tab::of_address(&address).is_some();
         send(FrameEvent::Go { address });
         if is_ours {
-            // What it named may not be there.
-            put_address(&frame().address.get_untracked(), false);
+            // The URL may name something that doesn't exist: replace it with what is shown.
+            put_address(&peek(address::of), false);
         }
     });
     on_cleanup(move || {
@@ -53,18 +49,20 @@ fn address_now() -> String {
     window().location().hash().unwrap_or_default()
 }
 
-/// Browsers take in a hundred changes of the address in half a minute, not more: a slider that is drawn makes as many in a second.
+/// Delay between URL updates. Browsers allow about 100 in 30 s; dragging a slider would make as many in a
+/// second.
 const ADDRESS_RESTS: Duration = Duration::from_millis(400);
 
-/// The address follows what is on show. Another screen is a place to come back to, what is seen of a screen is not.
+/// Keeps the URL in sync with what is shown. Another screen gets a new history entry, a change within a
+/// screen doesn't.
 fn write_address() {
     let waits = StoredValue::new(false);
     Effect::new(move |before: Option<String>| {
-        let next = frame().address.get();
+        let next = computed(address::of).get();
         let now = address_now();
         let (from, to) = (Tab::of_address(&now), Tab::of_address(&next));
         if from.is_some() && from != to {
-            // The place that is left is the one that was seen last, though it may not be written yet.
+            // The entry that is left must have its last state, which may not be written yet.
             if let Some(last) = before.filter(|last| Tab::of_address(last) == from) {
                 put_address(&last, false);
             }
@@ -75,7 +73,7 @@ fn write_address() {
             waits.set_value(true);
             let rested = move || {
                 waits.set_value(false);
-                let next = frame().address.get_untracked();
+                let next = peek(address::of);
                 if Tab::of_address(&next) == Tab::of_address(&address_now()) {
                     put_address(&next, false);
                 }
@@ -127,13 +125,13 @@ fn press(event: &KeyboardEvent) -> Press {
     }
 }
 
-/// Does what a key asks for.
+/// Runs the action of a key.
 pub(crate) fn act(action: KeyAction) {
     match action {
         KeyAction::Stop => link::stop(),
         KeyAction::Escape => {
             send(LinkEvent::Escape);
-            if frame().tab.get_untracked() == Tab::Draw {
+            if peek(|m| m.frame.tab == Tab::Draw) {
                 drawing::escape();
             }
         }
@@ -143,9 +141,9 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Open => send(FilesEvent::Choose),
         KeyAction::Units => send(FrameEvent::Units { unit: None }),
         KeyAction::Region { onwards } => next_region(onwards),
-        KeyAction::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
+        KeyAction::Flip if peek(|m| m.frame.tab == Tab::Simulate) => send(FrameEvent::Look { action }),
         KeyAction::Flip => send(FrameEvent::Flip { below: None }),
-        KeyAction::Space if frame().tab.get_untracked() == Tab::Simulate => {
+        KeyAction::Space if peek(|m| m.frame.tab == Tab::Simulate) => {
             send(PlayEvent::Flat { flat: None });
         }
         KeyAction::Space => {
@@ -175,23 +173,23 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Queue(key) => lab::queue_key(key),
         KeyAction::Cam(key) => cam::act(key),
         KeyAction::Draw(key) => drawing::key(key),
-        // What has no key is done where it was chosen.
+        // Commands without a key run where they were chosen.
         KeyAction::Nothing | KeyAction::Keyless(_) => {}
         KeyAction::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
         KeyAction::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
-        KeyAction::Save if frame().tab.get_untracked() == Tab::Draw => send(DrawEvent::Save),
-        KeyAction::Save if open_board().document.with_untracked(Option::is_some) => {
+        KeyAction::Save if peek(|m| m.frame.tab == Tab::Draw) => send(DrawEvent::Save),
+        KeyAction::Save if peek(|m| m.board.document.is_some()) => {
             send(ExportEvent::SaveProject);
         }
         KeyAction::Save => toast(Text::of(key!("page.key.save_nothing"))),
     }
 }
 
-/// Reads the work position out.
+/// Announces the work position to screen readers.
 fn speak() {
-    let unit = frame().unit.get_untracked();
-    if frame().tab.get_untracked() == Tab::Draw {
-        let at = open_drawing().aim.get_untracked();
+    let unit = peek(|m| m.frame.unit);
+    if peek(|m| m.frame.tab == Tab::Draw) {
+        let at = peek(|m| m.draw.editor.aim.at());
         let args = vec![
             ("x", unit.coordinate(at.x.mm())),
             ("y", unit.coordinate(at.y.mm())),
@@ -199,14 +197,14 @@ fn speak() {
         ];
         return toast(Text::Key { key: key!("page.status.cursor"), args });
     }
-    let place = link::link().status.with_untracked(|status| status.as_ref().map(|status| status.work_mm));
+    let place = peek(|m| m.link.status.as_ref().map(|status| status.work_mm));
     if let Some(place) = place {
         let [x, y, z] = place.map(|mm| unit.coordinate(mm));
         toast(Text::Key { key: key!("page.machine.spoken"), args: vec![("x", x), ("y", y), ("z", z)] });
     }
 }
 
-/// Puts the focus on the next region of the page.
+/// Moves the focus to the next or the previous region of the page.
 fn next_region(onwards: bool) {
     let Ok(found) = document().query_selector_all(
         "header.top-bar, main > :is(.top, .left, .stage, .under, .right, .bottom, .whole), footer.status-bar",
@@ -218,7 +216,7 @@ fn next_region(onwards: bool) {
     let has_focus = |region: &HtmlElement| region.contains(document().active_element().as_deref());
     let count = regions.len();
     let here = regions.iter().position(has_focus).unwrap_or(if onwards { count.wrapping_sub(1) } else { 0 });
-    // What is not on show does not take the focus: then the one behind it does.
+    // A hidden region can't take the focus: try the next one.
     for step in 1..=count {
         let region = &regions[(here + if onwards { step } else { count - step }) % count];
         let _ = region.set_attribute("tabindex", "-1");

@@ -1,20 +1,17 @@
-//! Rulers along the picture, and what is written in it: pads, nets and the sizes of holes, once they are large enough to bear words.
+//! Rulers along the picture, and labels in it: pads, nets and hole sizes, once they are large enough to read.
 //!
 //! ```text
-//!   ┌──0────10────20──┐  where the board lies: work coordinates, or those of the drawing
+//!   ┌──0────10────20──┐  work coordinates, or those of the drawing
 //!  10      R1.2       │
 //!   0       GND       │
 //! ```
-//!
-//! Comes in: from where the picture is looked at, the board in it. Goes out: text over the canvas. Knows no GPU; the rulers' steps are
-//! those of the scale bar.
 
 use super::shown::Shown;
 use crate::format::plain;
 use crate::i18n::number;
 use crate::keys::Tab;
 use crate::layers::LayerKind;
-use crate::page::{frame, open_drawing, open_job, play};
+use crate::page::read;
 use crate::picture;
 use crate::screens::layers;
 use crate::view::Camera;
@@ -24,22 +21,22 @@ use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Numbers of a ruler are at most so far apart, in CSS pixels.
+/// Maximum distance between numbers on a ruler, CSS pixels.
 const APART_PX: f64 = 110.0;
-/// A number takes so much of a ruler at most, in CSS pixels.
+/// Maximum width of a number on a ruler, CSS pixels.
 const NUMBER_PX: f64 = 48.0;
-/// A thing as wide as this can bear words, in CSS pixels.
+/// Minimum width of a thing that gets a label, CSS pixels.
 const BEARS_PX: f64 = 30.0;
-/// What has no size of its own is taken to be as wide as this, in mm.
+/// Width assumed for a pad without a size, mm.
 const UNSIZED_MM: f64 = 1.0;
-/// With more words in sight none is read.
+/// With more labels in view, none is shown.
 const MOST_WORDS: usize = 160;
 
-/// What the zero of the picture is called, on the screens that are measured.
+/// The ruler coordinates of the picture's origin, on screens with rulers.
 fn zero(shown: Memo<Option<Arc<Shown>>>) -> Option<[f64; 2]> {
-    match frame().tab.get() {
+    match read(|m| m.frame.tab) {
         Tab::Draw => Some([0.0; 2]),
-        Tab::Simulate if play().in_space.get() => None,
+        Tab::Simulate if read(|m| m.play.in_space()) => None,
         Tab::Board | Tab::Cam | Tab::Simulate => {
             shown.with(|shown| shown.as_ref().map(|shown| shown.work_of_picture([0.0; 2])))
         }
@@ -47,11 +44,11 @@ fn zero(shown: Memo<Option<Arc<Shown>>>) -> Option<[f64; 2]> {
     }
 }
 
-/// Both rulers, where the picture has them.
+/// Both rulers, if the screen has them.
 pub(super) fn rulers(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     let along = move |axis: usize, class: &'static str, side: &'static str| {
         move || {
-            let (camera, zero, unit) = (frame().camera.get()?, zero(shown)?, frame().unit.get());
+            let (camera, zero, unit) = (read(|m| m.frame.camera)?, zero(shown)?, read(|m| m.frame.unit));
             let (step_px, step) = unit.scale(camera.px_per_mm, APART_PX)?;
             let rows = camera.ruler(axis, zero[axis], step / unit.of_mm(1.0));
             let from_px = rows.first().map_or(0.0, |row| row.0);
@@ -74,16 +71,16 @@ pub(super) fn rulers(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     (along(0, "ruler across", "left"), along(1, "ruler up", "top"))
 }
 
-/// Where along an axis the cross-hair of the drawing is.
+/// The cross-hair's position along an axis, in pixels.
 fn pointer(camera: &Camera, axis: usize) -> Option<f64> {
-    if frame().tab.get() != Tab::Draw {
+    if read(|m| m.frame.tab != Tab::Draw) {
         return None;
     }
-    let at = open_drawing().aim.get();
+    let at = read(|m| m.draw.editor.aim.at());
     Some(camera.to_px([at.x.mm(), at.y.mm()])[axis])
 }
 
-/// Words that may be read in the picture.
+/// A label in the picture.
 #[derive(Clone, Debug, PartialEq)]
 struct PictureWords {
     at_mm: [f64; 2],
@@ -93,18 +90,18 @@ struct PictureWords {
     hole: bool,
 }
 
-/// All that can be said of the board's pads and holes, of the layers that are seen.
+/// The labels for pads of the visible layers; if there are none, for holes.
 fn words(shown: &Shown) -> Vec<PictureWords> {
     let corner = picture::origin(shown.body);
     let place = |at| picture::place(corner, at).map(f64::from);
     let seen = |face| {
         layers::kind_seen(if face == Face::Top { LayerKind::CopperTop } else { LayerKind::CopperBottom })
     };
-    // Where the board is seen as it lies, that is the side that is up.
-    let up = (frame().tab.get() != Tab::Board)
-        .then(|| open_job().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default());
+    // On other screens than Board, only the side that is up is visible.
+    let up = (read(|m| m.frame.tab != Tab::Board))
+        .then(|| read(|m| Some(m.job.work.as_ref()?.setup.face)).unwrap_or_default());
     let mut all: Vec<PictureWords> = Vec::new();
-    // A pad with a hole is on both sides.
+    // A plated-through pad is on both sides: label it once.
     let mut told = BTreeSet::new();
     let shown_side = |face: Face| seen(face) && up.is_none_or(|up| up == face);
     for copper in shown.board.copper.iter().filter(|copper| shown_side(copper.face)) {
@@ -118,7 +115,7 @@ fn words(shown: &Shown) -> Vec<PictureWords> {
         }));
     }
     if all.is_empty() && layers::kind_seen(LayerKind::Holes) {
-        let unit = frame().unit.get();
+        let unit = read(|m| m.frame.unit);
         let sized = shown.board.holes.iter().filter_map(|hole| Some((hole.at, hole.diameter?)));
         all.extend(sized.map(|(at, size)| PictureWords {
             at_mm: place(at),
@@ -131,14 +128,14 @@ fn words(shown: &Shown) -> Vec<PictureWords> {
     all
 }
 
-/// The words over what is large enough to bear them, while they are few.
+/// The labels of things large enough on screen, unless there are too many in view.
 pub(super) fn labels(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     let all = Memo::new(move |_| {
-        let on = matches!(frame().tab.get(), Tab::Board | Tab::Cam | Tab::Machine);
+        let on = matches!(read(|m| m.frame.tab), Tab::Board | Tab::Cam | Tab::Machine);
         shown.get().filter(|_| on).map(|shown| Arc::new(words(&shown)))
     });
     move || {
-        let (all, camera) = (all.get()?, frame().camera.get()?);
+        let (all, camera) = (all.get()?, read(|m| m.frame.camera)?);
         let [width, height] = camera.viewport_px;
         let in_sight = |at: &[f64; 2]| (0.0..=width).contains(&at[0]) && (0.0..=height).contains(&at[1]);
         let large = all.iter().filter(|one| one.across_mm * camera.px_per_mm >= BEARS_PX);

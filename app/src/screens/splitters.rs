@@ -1,25 +1,23 @@
-//! The edges between the panels and the picture: drawn by the pointer, or moved by keys.
+//! The edges between panels and picture: dragged, or moved by keys.
 //!
 //! ```text
-//! │ panel ║ picture ║ panel │      arrows 16 px, Home and End as far as it goes, Enter as it was
+//! │ panel ║ picture ║ panel │      arrows 16 px, Home and End to the limits, Enter resets
 //! ```
-//!
-//! Comes in: what is pressed. Goes out: widths in CSS pixels. Does not know what is in the panels.
 
 use crate::i18n::{say, t};
 use crate::model::FrameEvent;
 use crate::model::panels::PANEL_PX;
-use crate::page::{frame, send};
+use crate::page::{read, send, watch};
 use leptos::ev::{self, KeyboardEvent, PointerEvent};
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-/// So far an arrow moves an edge, CSS pixels.
+/// Distance of one arrow press, CSS pixels.
 const STEP_PX: i32 = 16;
 
-/// How wide a panel is on the screen, CSS pixels; 0 where there is none.
+/// Width of a panel on the screen, CSS pixels; 0 if there is none.
 fn width_px(right: bool) -> i32 {
     let panel = document().query_selector(if right { "main > .panel.right" } else { "main > .panel.left" });
     let panel = panel.ok().flatten().and_then(|panel| panel.dyn_into::<HtmlElement>().ok());
@@ -31,7 +29,7 @@ fn draw(right: bool, px: i32) {
     send(FrameEvent::Panel { right, px: u16::try_from(px).unwrap_or(0) });
 }
 
-/// Moves an edge by a key; whether the key does that.
+/// Moves an edge by a key; false for other keys.
 fn by_key(event: &KeyboardEvent, right: bool) -> bool {
     let outwards = if right { -STEP_PX } else { STEP_PX };
     let px = match event.key().as_str() {
@@ -49,17 +47,16 @@ fn by_key(event: &KeyboardEvent, right: bool) -> bool {
     true
 }
 
-/// Both edges.
 pub(crate) fn splitters() -> impl IntoView {
     [splitter(false).into_any(), splitter(true).into_any()].into_iter().collect::<Vec<_>>()
 }
 
 fn splitter(right: bool) -> impl IntoView {
-    // Where the pointer took hold of it, and how wide the panel was.
+    // Pointer position and panel width when the drag started.
     let held = StoredValue::new(None::<(i32, i32)>);
     let now = RwSignal::new(i32::from(PANEL_PX.0));
     let px = move || {
-        let drawn = frame().panels.with(|panels| panels.px(frame().tab.get(), right));
+        let drawn = watch(|m| &m.frame.panels).with(|panels| panels.px(read(|m| m.frame.tab), right));
         drawn.map_or_else(|| now.get(), i32::from)
     };
     let edge =

@@ -1,12 +1,10 @@
-//! The one canvas of the page: the board of the screen that is shown, its progress and its head.
+//! The only canvas of the page: the board of the current screen, its progress and the tool.
 //!
 //! ```text
-//! Board     document and plan         nothing done
-//! Simulate  document and plan         the moment of the playback
-//! Machine   the job the machine has   its status
+//! Board     document and plan         no progress
+//! Simulate  document and plan         progress of the playback
+//! Machine   the machine's job         its status
 //! ```
-//!
-//! Comes in: what the screen shows. Goes out: the picture, hole under the pointer, hole pressed. Knows no GPU.
 
 use super::canvas::{Picture, look, palette, system_dark, wanted, with_view};
 use super::layers;
@@ -15,9 +13,8 @@ use super::shown::{Shown, machine_has_own_job, missing_holes, moment, shown};
 use crate::i18n::{self, key, say, t};
 use crate::keys::{KeyAction, Tab};
 use crate::layers::{LayerKind, dimmed};
-use crate::model::{FrameEvent, PlayEvent};
-use crate::page::link::link;
-use crate::page::{frame, open_board, open_job, play, send};
+use crate::model::{FrameEvent, Model, PlayEvent};
+use crate::page::{peek, read, send, shared};
 use crate::picture;
 use crate::view::{Backend, Colour, FilledLayer, HoleState, Line, Mesh, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
@@ -28,7 +25,7 @@ use leptos::html::{self, div, span};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The canvas, its buttons, and the short words above it.
+/// The canvas, its buttons, and the short texts above it.
 pub(crate) fn stage() -> impl IntoView {
     let host = NodeRef::<html::Div>::new();
     let ready = RwSignal::new(false);
@@ -73,7 +70,7 @@ pub(crate) fn stage() -> impl IntoView {
     ))
 }
 
-/// What draws is known; it may be another one once a device was lost.
+/// Shows which renderer draws. A lost device can be replaced by another renderer.
 fn painted_by(backend: Backend) {
     let word = match backend {
         Backend::WebGpu => key!("page.status.webgpu"),
@@ -84,14 +81,19 @@ fn painted_by(backend: Backend) {
     send(PlayEvent::Space { there: backend != Backend::Flat });
 }
 
-/// How long a scale bar is at most, in CSS pixels.
+/// CSS pixels per millimetre; 0 before there is a view.
+fn zoom(model: &Model) -> f64 {
+    model.frame.camera.map_or(0.0, |camera| camera.px_per_mm)
+}
+
+/// Maximum length of a scale bar, CSS pixels.
 const SCALE_PX: f64 = 120.0;
 
-/// A round length as it is seen now.
+/// The scale bar.
 fn scale() -> impl IntoView {
-    // In space a length is shorter the further away it lies.
-    let flat = Memo::new(move |_| frame().tab.get() != Tab::Simulate || !play().in_space.get());
-    let bar = move || frame().unit.get().scale(frame().zoom.get(), SCALE_PX).filter(|_| flat.get());
+    // In the 3D view, lengths depend on the distance.
+    let flat = move || read(|m| m.frame.tab != Tab::Simulate || !m.play.in_space());
+    let bar = move || read(|m| m.frame.unit).scale(read(zoom), SCALE_PX).filter(|_| flat());
     move || {
         bar().map(|(px, length)| {
             let text = format!("{} {}", i18n::number(crate::format::plain(length)), i18n::unit_word());
@@ -104,7 +106,7 @@ fn scale() -> impl IntoView {
     }
 }
 
-/// Chooses the hole that is seen beside the chosen one, or beside the middle of the picture, and has it in sight.
+/// Selects the hole next to the selected one, or next to the middle of the picture, and brings it into view.
 fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
     let Some(shown) = shown.get_untracked() else { return };
     let corner = picture::origin(shown.body);
@@ -113,11 +115,11 @@ fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
         return;
     }
     let holes = &shown.board.holes;
-    let chosen = frame().selected.get_untracked().and_then(|hole| holes.get(hole as usize)).map(place);
+    let chosen = peek(|m| m.frame.selected).and_then(|hole| holes.get(hole as usize)).map(place);
     let camera = view.camera();
     let way = [if camera.mirrored { -x } else { x }, y];
     let found = picture::beside(holes.iter().map(place), chosen.unwrap_or(camera.centre_mm), way);
-    // Nothing is chosen yet and nothing lies there: whichever there is.
+    // First press and no hole in that direction: take the first hole.
     let found = found.or_else(|| (chosen.is_none() && !holes.is_empty()).then_some(0));
     if let Some(hole) = found.and_then(|index| holes.get(index)) {
         view.bring(place(hole));
@@ -125,15 +127,15 @@ fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
     }
 }
 
-/// The chosen hole in words, for those who do not see the picture.
+/// The selected hole in words, for screen readers.
 fn chosen(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     let words = move || {
         let shown = shown.get()?;
-        let number = frame().selected.get()?;
+        let number = read(|m| m.frame.selected)?;
         let hole = shown.board.holes.get(number as usize)?;
         let [x, y] =
             shown.work_of_picture(picture::place(picture::origin(shown.body), hole.at).map(f64::from));
-        let (unit, word, number) = (frame().unit.get(), i18n::unit_word(), number + 1);
+        let (unit, word, number) = (read(|m| m.frame.unit), i18n::unit_word(), number + 1);
         let (x, y) = (i18n::number(unit.coordinate(x)), i18n::number(unit.coordinate(y)));
         Some(match hole.diameter.map(|size| i18n::number(unit.size(size.mm()))) {
             Some(size) => say!("page.view.chosen", number = number, size = size, unit = word, x = x, y = y),
@@ -143,28 +145,28 @@ fn chosen(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     div().class("unseen").attr("role", "status").child(words)
 }
 
-/// Whether the board in space is looked at from underneath, as the picture says once it did what was asked of it.
+/// True while the 3D view is seen from below. Asks the picture after it has handled the last command.
 fn from_below(picture: Picture) -> Memo<bool> {
     let below = RwSignal::new(false);
     Effect::new(move |_| {
-        let _ = (frame().asked.get(), play().carved.get());
+        let _ = (read(|m| m.frame.asked), shared(|m| &m.play.carved).get());
         request_animation_frame(move || with_view(picture, |view| below.set(view.is_from_below())));
     });
-    Memo::new(move |_| below.get() && play().in_space.get() && frame().tab.get() == Tab::Simulate)
+    Memo::new(move |_| below.get() && read(|m| m.play.in_space() && m.frame.tab == Tab::Simulate))
 }
 
-/// Which side is looked at; in space the one that lies up, unless it is the other that is seen.
+/// The side badge. In the 3D view: the side that is up, unless the camera is below.
 fn side(from_below: Memo<bool>) -> impl IntoView {
-    let known = move || match frame().tab.get() {
-        Tab::Board => open_board().document.with(Option::is_some),
+    let known = move || match read(|m| m.frame.tab) {
+        Tab::Board => read(|m| m.board.document.is_some()),
         tab => tab == Tab::Draw,
     };
     let planned = Memo::new(move |_| {
-        let of_job = match frame().tab.get() {
+        let of_job = match read(|m| m.frame.tab) {
             Tab::Cam | Tab::Simulate => true,
             tab => tab == Tab::Machine && machine_has_own_job(),
         };
-        open_job().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
+        read(|m| Some(m.job.work.as_ref()?.setup.face)).filter(|_| of_job)
     });
     let lying = move || {
         planned.get().map(|face| {
@@ -178,7 +180,7 @@ fn side(from_below: Memo<bool>) -> impl IntoView {
     };
     let looked_at = move || {
         known().then(|| {
-            let below = move || frame().flipped.get();
+            let below = move || read(|m| m.frame.flipped);
             let word = move || if below() { say!("page.view.bottom") } else { say!("page.view.top") };
             push("side-badge", word, |_| act_flip()).attr("title", t!("page.view.flip"))
         })
@@ -190,7 +192,7 @@ fn act_flip() {
     send(FrameEvent::Flip { below: None });
 }
 
-/// A finding is shown with so much of the board across.
+/// Width of board in view when a problem is shown, mm.
 const FINDING_MM: f64 = 6.0;
 
 fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
@@ -198,7 +200,7 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
         let disc = pressed.disc.filter(|_| !layers::kind_locked(LayerKind::Holes));
         let hole = disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
         send(FrameEvent::Select { hole });
-        if frame().tab.get_untracked() == Tab::Simulate {
+        if peek(|m| m.frame.tab == Tab::Simulate) {
             let place = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(pressed.at_mm)));
             place.into_iter().for_each(|place_mm| send(PlayEvent::At { place_mm }));
         }
@@ -213,11 +215,11 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
     send(FrameEvent::Moved { camera: view.camera() });
 }
 
-/// Whatever changes goes to the picture, each in its own effect so that little is written.
+/// Passes changes to the picture, each in its own effect, so that a change updates only what depends on it.
 fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>, palette: Memo<Palette>) {
-    // Another scene is bare of all that was marked in the one before.
+    // Counts scenes: a new scene has no marks, so the effects below must set them again.
     let drawn = RwSignal::new(0_u32);
-    let drawing = Memo::new(move |_| frame().tab.get() == Tab::Draw);
+    let drawing = Memo::new(move |_| read(|m| m.frame.tab == Tab::Draw));
     let zero = zero_in_machine();
     Effect::new(move |before: Option<Option<usize>>| {
         if !ready.get() || drawing.get() {
@@ -237,8 +239,8 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         board
     });
     Effect::new(move |_| {
-        let marked = open_job().marked.get();
-        let place = open_board().proved.with_untracked(|proved| {
+        let marked = read(|m| m.job.marked);
+        let place = shared(|m| &m.board.proved).with_untracked(|proved| {
             let at = proved.as_ref()?.findings.get(marked?)?.at;
             shown.with_untracked(|shown| Some(picture::place(picture::origin(shown.as_ref()?.body), at)))
         });
@@ -247,7 +249,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         }
     });
     Effect::new(move |before: Option<u32>| {
-        let (count, action) = frame().asked.get();
+        let (count, action) = read(|m| m.frame.asked);
         if before.is_some_and(|before| before != count) {
             with_view(picture, |view| match action {
                 Some(KeyAction::Walk { x, y }) => walk(view, shown, [x, y]),
@@ -260,7 +262,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
     Effect::new(move |_| {
         let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
         let disc = |hole: u32| shown.as_ref()?.disc_of_hole(hole);
-        let chosen: Vec<usize> = frame().selected.get().and_then(disc).into_iter().collect();
+        let chosen: Vec<usize> = read(|m| m.frame.selected).and_then(disc).into_iter().collect();
         if ready && !drawing.get() {
             with_view(picture, |view| view.set_selected(&chosen));
         }
@@ -272,7 +274,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
             let at = moment.head_mm?;
             Some(shown.as_ref()?.picture_of_work(at))
         });
-        // Where one draws, it is the cross-hair of the drawing.
+        // On the Draw screen, the drawing sets the cross-hair itself.
         if ready.get() && !drawing.get() {
             with_view(picture, |view| {
                 view.set_progress(moment.progress);
@@ -282,23 +284,23 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
     });
 }
 
-/// The grid, and from which side the board is looked at.
+/// Passes the grid and the side to look from.
 fn show_ground(picture: Picture, ready: RwSignal<bool>) {
     Effect::new(move |_| {
-        let grid = frame().grid.get();
+        let grid = read(|m| m.frame.grid);
         if ready.get() {
             with_view(picture, |view| view.set_grid(grid));
         }
     });
     Effect::new(move |_| {
-        let flipped = frame().flipped.get() && matches!(frame().tab.get(), Tab::Board | Tab::Draw);
+        let flipped = read(|m| m.frame.flipped) && matches!(read(|m| m.frame.tab), Tab::Board | Tab::Draw);
         if ready.get() {
             with_view(picture, |view| view.set_mirrored(flipped));
         }
     });
 }
 
-/// Holes that a run left out are marked in the picture of the machine.
+/// Marks the holes that a run left out, on the Machine screen.
 fn show_missing(
     picture: Picture,
     ready: RwSignal<bool>,
@@ -306,10 +308,10 @@ fn show_missing(
     drawn: RwSignal<u32>,
 ) {
     let missing = missing_holes();
-    // What is missing is no longer so where the job runs again, or on another screen.
+    // Reset the previous marks first: they no longer apply on another screen or in a new run.
     Effect::new(move |before: Option<Vec<usize>>| {
         let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
-        let holes = if frame().tab.get() == Tab::Machine { missing.get() } else { Vec::new() };
+        let holes = if read(|m| m.frame.tab == Tab::Machine) { missing.get() } else { Vec::new() };
         let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
         let failed: Vec<usize> = holes.iter().filter_map(disc).collect();
         let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, HoleState::Planned));
@@ -324,7 +326,7 @@ fn show_missing(
 fn scene(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
-    let changes = if frame().tab.get() == Tab::Board { changed(shown, palette) } else { Vec::new() };
+    let changes = if read(|m| m.frame.tab == Tab::Board) { changed(shown, palette) } else { Vec::new() };
     scene.layers.extend(changed_copper(palette));
     let mut scene = with_order(scene, shown, palette);
     scene.lines.extend(changes);
@@ -332,31 +334,29 @@ fn scene(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Scene {
     scene
 }
 
-/// Where the work zero lies in the machine, machine mm, while Machine is on show and that is known; of a controller that plans its
-/// own motion the page does not know how far its axes reach.
+/// The work zero in machine coordinates, mm, on the Machine screen and if it is reliable. None for a
+/// controller that plans its own motion: the page doesn't know its travel limits.
 fn zero_in_machine() -> Memo<Option<[f64; 2]>> {
-    let line = link();
     Memo::new(move |_| {
-        let reaches = !line.controller.with(|controller| controller.plans());
-        let zero = line.status.with(|status| {
-            let status = status.as_ref()?;
-            status.zero_mm.filter(|_| status.trust == Trust::Trusted)
-        });
-        zero.filter(|_| reaches && frame().tab.get() == Tab::Machine)
+        read(|m| {
+            let status = m.link.status.as_ref()?;
+            let is_known = status.trust == Trust::Trusted && !m.link.controller.plans();
+            status.zero_mm.filter(|_| is_known && m.frame.tab == Tab::Machine)
+        })
     })
 }
 
-/// How far the axes reach about the board, on the map of the machine.
+/// The travel limits around the board.
 fn reach(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Vec<Line> {
     let place = |at_mm: [f64; 2]| shown.picture_of_work(at_mm);
     zero_mm.map_or_else(Vec::new, |zero_mm| {
-        open_board().machine.with(|machine| picture::travel_box(machine, zero_mm, place, palette))
+        shared(|m| &m.machine).with(|machine| picture::travel_box(machine, zero_mm, place, palette))
     })
 }
 
-/// The same with its holes and lines in the order of the plan.
+/// Adds holes and lines in the order of the plan.
 fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
-    if frame().tab.get() == Tab::Board {
+    if read(|m| m.frame.tab == Tab::Board) {
         let (holes, outline) = (layers::kind_seen(LayerKind::Holes), layers::kind_seen(LayerKind::Outline));
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
@@ -371,7 +371,7 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
         }
     }
     let file_order: Vec<u32>;
-    let order = if shown.before && frame().tab.get() == Tab::Board {
+    let order = if shown.before && read(|m| m.frame.tab == Tab::Board) {
         file_order = (0..shown.board.holes.len() as u32).collect();
         &file_order
     } else {
@@ -380,11 +380,11 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
     let corner = picture::origin(shown.body);
     scene.lines = picture::travel(&shown.board, corner, shown.start, order, palette);
     match &shown.toolpaths {
-        Some(toolpaths) if !(shown.before && frame().tab.get() == Tab::Board) => {
+        Some(toolpaths) if !(shown.before && read(|m| m.frame.tab == Tab::Board)) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            let with_travel = frame().show_travel.get();
+            let with_travel = read(|m| m.frame.show_travel);
             scene.lines = picture::toolpaths(toolpaths, palette, colour, with_travel);
-            if frame().tab.get() == Tab::Cam {
+            if read(|m| m.frame.tab == Tab::Cam) {
                 scene.lines.extend(found(shown, palette));
             }
             for (disc, stop) in &shown.discs {
@@ -408,12 +408,12 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
     scene
 }
 
-/// How much copper that came or went is seen of, over the copper that is there.
+/// Opacity of changed copper over the existing copper.
 const CHANGED_ALPHA: u8 = 210;
 
-/// The copper that came and that went with new exports, on the Board screen.
+/// Copper added and removed by new exports, on the Board screen.
 fn changed_copper(palette: &Palette) -> Vec<FilledLayer> {
-    let anew = open_board().anew.get().filter(|_| frame().tab.get() == Tab::Board);
+    let anew = shared(|m| &m.anew.shown).get().filter(|_| read(|m| m.frame.tab == Tab::Board));
     let compared = anew.and_then(|anew| anew.compared.clone());
     let layer = |mesh: &Mesh, colour: Colour| FilledLayer {
         mesh: Arc::new(mesh.clone()),
@@ -424,18 +424,18 @@ fn changed_copper(palette: &Palette) -> Vec<FilledLayer> {
     marks.flat_map(|side| [layer(&side.gone, palette.failed), layer(&side.added, palette.done)]).collect()
 }
 
-/// The holes and slots that changed with new exports.
+/// Holes and slots changed by new exports.
 fn changed(shown: &Shown, palette: &Palette) -> Vec<Line> {
-    let compared = open_board().anew.get().and_then(|anew| anew.compared.clone());
+    let compared = shared(|m| &m.anew.shown).get().and_then(|anew| anew.compared.clone());
     let corner = picture::origin(shown.body);
     compared.map(|compared| picture::changed(&compared.changes, corner, palette)).unwrap_or_default()
 }
 
-/// The findings: a dot each, and a ring round the one that is shown.
+/// The problems: a dot each, and a ring around the selected one.
 fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     let corner = picture::origin(shown.body);
-    let marked = open_job().marked.get();
-    open_board().proved.with(|proved| {
+    let marked = read(|m| m.job.marked);
+    shared(|m| &m.board.proved).with(|proved| {
         let findings = proved.iter().flat_map(|proved| &proved.findings).enumerate();
         let marks = findings.flat_map(|(at, finding)| {
             let joined = matches!(finding.kind, proof::FindingKind::Gap | proof::FindingKind::Short);
@@ -446,7 +446,7 @@ fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     })
 }
 
-/// The picture in words.
+/// The picture in words, for screen readers.
 fn describe(shown: &Shown) -> String {
     let sizes = picture::sizes(&shown.board).len();
     say!("page.view.summary", name = shown.board.name, holes = shown.board.holes.len(), sizes = sizes)

@@ -1,22 +1,17 @@
-//! The status bar: where the pointer is, how close, what is wrong, what is being worked on, what draws.
-//!
-//! Comes in: the state. Goes out: a line of small text, the way to the problems, and Cancel.
+//! The status bar: pointer position, zoom, problems, running task, renderer.
 
 use crate::i18n::{self, say, t};
 use crate::keys::Tab;
-use crate::model::{DrawEvent, Event, ExportEvent};
-use crate::page::frame;
-use crate::page::{open_board, open_drawing, play, send};
+use crate::model::{DrawEvent, Event, ExportEvent, Model};
+use crate::page::{board, read, send};
 use crate::widgets::push;
 use leptos::html::{footer, progress, span};
 use leptos::prelude::*;
 
-/// The bar.
 pub(crate) fn status_bar() -> impl IntoView {
-    let frame = frame();
     let place = move || {
-        let unit = frame.unit.get();
-        frame.cursor_mm.get().map(|[x, y]| {
+        let unit = read(|m| m.frame.unit);
+        read(|m| m.frame.cursor_mm).map(|[x, y]| {
             say!(
                 "page.status.cursor",
                 x = unit.coordinate(x),
@@ -25,21 +20,19 @@ pub(crate) fn status_bar() -> impl IntoView {
             )
         })
     };
-    let pictured = Memo::new(move |_| {
-        let board = open_board().document.with(Option::is_some);
-        match frame.tab.get() {
-            Tab::Draw | Tab::Machine => true,
-            Tab::Board | Tab::Cam | Tab::Simulate => board,
-            Tab::Lab | Tab::Settings => false,
-        }
-    });
-    // In space a length has no size of its own.
-    let flat = move || pictured.get() && !(frame.tab.get() == Tab::Simulate && play().in_space.get());
+    let pictured = |m: &Model| match m.frame.tab {
+        Tab::Draw | Tab::Machine => true,
+        Tab::Board | Tab::Cam | Tab::Simulate => m.board.document.is_some(),
+        Tab::Lab | Tab::Settings => false,
+    };
+    // In the 3D view there is no single scale.
+    let flat = move || read(pictured) && !read(|m| m.frame.tab == Tab::Simulate && m.play.in_space());
     let zoom = move || {
-        let camera = frame.camera.get().filter(|_| flat())?;
+        let camera = read(|m| m.frame.camera).filter(|_| flat())?;
         Some(say!("page.status.zoom", percent = format!("{:.0}", camera.zoom() * 100.0)))
     };
-    let backend = move || frame.backend.get().filter(|_| pictured.get()).map(|word| i18n::text(word, &[]));
+    let backend =
+        move || read(|m| m.frame.backend).filter(|_| read(pictured)).map(|word| i18n::text(word, &[]));
     footer()
         .class("status-bar")
         .attr("id", "status")
@@ -56,11 +49,11 @@ pub(crate) fn status_bar() -> impl IntoView {
         ))
 }
 
-/// That the page works without a network, or that there is none.
+/// Shows that the page works offline, or that there is no network.
 fn network() -> impl IntoView {
-    let words = Memo::new(move |_| frame().network.get().words(frame().alone.get()));
+    let words = move || read(|m| m.frame.network.words(m.frame.alone));
     move || {
-        words.get().map(|[word, meaning]| {
+        words().map(|[word, meaning]| {
             span()
                 .class("network")
                 .attr("role", "status")
@@ -70,9 +63,9 @@ fn network() -> impl IntoView {
     }
 }
 
-/// How much is wrong with the board; pressed, it is shown.
+/// The number of problems; pressing it shows them.
 fn problems() -> impl IntoView {
-    let count = Memo::new(move |_| open_board().problems.with(Vec::len));
+    let count = Memo::new(|_| board::problems().with(Vec::len));
     move || {
         (count.get() > 0).then(|| {
             let text = move || say!("page.problems.count", count = count.get());
@@ -81,17 +74,16 @@ fn problems() -> impl IntoView {
     }
 }
 
-/// That the open project or the drawing cannot be kept in this browser, and why.
+/// Shows that the project or the drawing can't be saved in this browser, and why.
 fn unkept() -> impl IntoView {
-    let (project, drawing) = (open_board().unkept, open_drawing().unkept);
     let of_project = move || {
-        project.get().map(|why| {
+        read(|m| m.keeping.failed).map(|why| {
             push("button small danger", t!("page.kept.not_kept"), |_| send(ExportEvent::SaveProject))
                 .attr("title", move || i18n::text(why, &[]))
         })
     };
     let of_drawing = move || {
-        drawing.get().then(|| {
+        read(|m| m.draw.unkept()).then(|| {
             push("button small danger", t!("page.draw.not_kept"), |_| send(DrawEvent::Save))
                 .attr("title", t!("page.draw.not_kept_is"))
         })
@@ -100,16 +92,14 @@ fn unkept() -> impl IntoView {
 }
 
 fn task() -> impl IntoView {
-    let task = open_board().task;
-    let word = Memo::new(move |_| task.get().map(|task| task.word));
     move || {
-        word.get().map(|word| {
+        read(|m| Some(m.task()?.word)).map(|word| {
             (
                 span().attr("role", "status").child(move || i18n::text(word, &[])),
                 progress()
                     .attr("max", "1")
                     .attr("aria-label", move || i18n::text(word, &[]))
-                    .prop("value", move || task.get().map_or(0.0, |task| task.share)),
+                    .prop("value", || read(|m| m.task().map_or(0.0, |task| task.share))),
                 push("button small quiet", t!("page.cancel"), |_| send(Event::Cancelled)),
             )
         })

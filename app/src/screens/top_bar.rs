@@ -1,14 +1,11 @@
-//! The top bar: whose board, which screen, units, language, connection, and STOP with room around it.
-//!
-//! Comes in: the state. Goes out: choices of the person.
+//! The top bar: board, screens, units, language, connection, and STOP with free space around it.
 
 use crate::format::Unit;
 use crate::i18n::{self, key, say, t};
 use crate::keys::Tab;
 use crate::model::Theme;
 use crate::model::{FrameEvent, Overlay};
-use crate::page::link::{self, Link};
-use crate::page::{frame, open_board, send};
+use crate::page::{board, computed, read, send, shared, watch};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, menu_word, stop_zone};
 use annulus_core::{locale, machine};
@@ -16,7 +13,6 @@ use leptos::ev;
 use leptos::html::{button, div, header, nav, select, span, strong};
 use leptos::prelude::*;
 
-/// The name of a screen.
 pub(crate) fn name_of(tab: Tab) -> String {
     match tab {
         Tab::Draw => say!("page.tab.draw"),
@@ -29,7 +25,6 @@ pub(crate) fn name_of(tab: Tab) -> String {
     }
 }
 
-/// The bar.
 pub(crate) fn top_bar() -> impl IntoView {
     window_title();
     header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
@@ -53,24 +48,23 @@ fn help() -> impl IntoView {
 }
 
 fn project() -> String {
-    open_board().title.get().unwrap_or_else(|| say!("page.name"))
+    computed(|m| m.title().map(str::to_owned)).get().unwrap_or_else(|| say!("page.name"))
 }
 
-/// The window is called as the bar says, so that it is found among others.
+/// The window title, so that the tab can be found among others.
 fn window_title() {
     Effect::new(|_| {
         let own = say!("page.name");
-        let title = open_board().title.get();
+        let title = computed(|m| m.title().map(str::to_owned)).get();
         document().set_title(&title.map_or_else(|| own.clone(), |title| format!("{title} – {own}")));
     });
 }
 
 fn tabs() -> impl IntoView {
-    let tab = frame().tab;
     let buttons = Tab::ALL.into_iter().enumerate().map(|(index, this)| {
-        let chosen = move || tab.get() == this;
-        let to_fix = Memo::new(move |_| Some(open_board().to_fix(this)).filter(|count| *count > 0));
-        // The number is drawn by the style sheet, beside the word.
+        let chosen = move || read(|m| m.frame.tab) == this;
+        let to_fix = Memo::new(move |_| Some(board::to_fix(this)).filter(|count| *count > 0));
+        // The style sheet draws the number next to the word.
         let spoken =
             move || to_fix.get().map(|count| say!("page.tab.to_fix", name = name_of(this), count = count));
         button()
@@ -89,21 +83,19 @@ fn tabs() -> impl IntoView {
     nav().class("tabs").attr("aria-label", t!("page.tab.title")).child(buttons.collect::<Vec<_>>())
 }
 
-/// As much of a number as there is room for over a tab.
+/// The number for the badge of a tab, at most two digits.
 fn of_two_digits(count: usize) -> String {
     if count > 99 { "99+".to_owned() } else { count.to_string() }
 }
 
-/// The menu of units.
 pub(crate) fn units() -> impl IntoView {
-    let unit = frame().unit;
     let choose = move |event| {
         let unit = if event_target_value(&event) == "inch" { Unit::Inch } else { Unit::Millimetre };
         send(FrameEvent::Units { unit: Some(unit) });
     };
     select().class("plain").attr("aria-label", t!("page.unit.title")).on(ev::change, choose).child((
-        menu_word("mm", move || unit.get() == Unit::Millimetre, t!("page.unit.mm")),
-        menu_word("inch", move || unit.get() == Unit::Inch, t!("page.unit.inch")),
+        menu_word("mm", || read(|m| m.frame.unit == Unit::Millimetre), t!("page.unit.mm")),
+        menu_word("inch", || read(|m| m.frame.unit == Unit::Inch), t!("page.unit.inch")),
     ))
 }
 
@@ -116,11 +108,14 @@ fn theme_name(theme: Theme) -> &'static str {
     }
 }
 
-/// The menu of colours; small screens have it in the settings alone.
+/// The colour theme. Small screens have it only in the settings.
 pub(crate) fn themes() -> impl IntoView {
-    let theme = frame().theme;
     let options = Theme::ALL.map(|this| {
-        menu_word(this.word(), move || theme.get() == this, move || i18n::text(theme_name(this), &[]))
+        menu_word(
+            this.word(),
+            move || read(|m| m.frame.theme) == this,
+            move || i18n::text(theme_name(this), &[]),
+        )
     });
     select()
         .class("plain")
@@ -131,7 +126,7 @@ pub(crate) fn themes() -> impl IntoView {
         .child(Vec::from(options))
 }
 
-/// The menu of languages, each by its own name; small screens have it in the settings alone.
+/// The languages by their own names. Small screens have it only in the settings.
 pub(crate) fn languages() -> impl IntoView {
     let options = locale::languages().map(|(language, name)| {
         menu_word(language, move || i18n::language() == language, move || name.to_owned())
@@ -144,11 +139,10 @@ pub(crate) fn languages() -> impl IntoView {
 }
 
 fn connection() -> impl IntoView {
-    let line = link::link();
-    let look = move || words::of(line);
-    // Where there is no room for both, the name is cut and the state stays.
+    let look = words::of;
+    // If space is short, the name is cut and the state remains.
     let name =
-        move || line.ever.get().then(|| span().class("cut").child(format!("{}: ", machine_name(line))));
+        move || read(|m| m.link.ever).then(|| span().class("cut").child(format!("{}: ", machine_name())));
     let state = move || i18n::text(look().word, &[]);
     button()
         .attr("type", "button")
@@ -160,13 +154,13 @@ fn connection() -> impl IntoView {
         ))
 }
 
-/// What the machine is called. One that nobody gave a name is called by what is there, in the words of the page.
-fn machine_name(line: Link) -> String {
-    let name = open_board().machine.with(|machine| machine.name.clone());
+/// The machine's name; without one, a description of what is connected.
+fn machine_name() -> String {
+    let name = shared(|m| &m.machine).with(|machine| machine.name.clone());
     if name != machine::VIRTUAL_NAME {
         return name;
     }
-    line.controller.with(|controller| match &controller.who {
+    watch(|m| &m.link.controller).with(|controller| match &controller.who {
         _ if !controller.chosen => say!("page.virtual_drill"),
         _ if controller.is_adapter => say!("page.controller.adapter_word"),
         Some(who) => say!("page.controller.name", flavour = who.flavour, version = who.version),

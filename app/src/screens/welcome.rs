@@ -1,51 +1,27 @@
-//! The empty page: drop files, open files or a link, try the sample, or go on with one of the projects that were open before.
-//!
-//! Comes in: nothing. Goes out: files chosen.
+//! The empty page: drop files, open files or a link, try the sample, or reopen a saved project.
 
-use crate::i18n::{language, say, t};
+use crate::i18n::{Words, language, say, t};
 use crate::keys::Tab;
 use crate::model::{FilesEvent, FrameEvent, KeepEvent, Offer};
-use crate::page::{frame, open_board, send};
+use crate::page::{read, send, shared, watch};
 use crate::widgets::{Icon, icon, push};
 use js_sys::Date;
-use leptos::ev;
+use leptos::ev::{self, MouseEvent};
 use leptos::html::{button, details, div, form, h2, input, label, li, p, section, span, strong, summary, ul};
 use leptos::prelude::*;
 use wasm_bindgen::JsValue;
 use web_sys::SubmitEvent;
 
-/// The sheet.
 pub(crate) fn welcome() -> impl IntoView {
-    let sample =
-        button().attr("type", "button").class("tile").on(ev::click, |_| send(FilesEvent::Sample)).child((
-            icon(Icon::Annulus),
-            span().child((
-                strong().child(t!("page.welcome.sample")),
-                span().class("quiet").child(t!("page.welcome.sample_is")),
-            )),
-        ));
-    let draw = button()
-        .attr("type", "button")
-        .class("tile")
-        .on(ev::click, |_| send(FrameEvent::Show { tab: Tab::Draw }))
-        .child((
-            icon(Icon::Pencil),
-            span().child((
-                strong().child(t!("page.welcome.draw")),
-                span().class("quiet").child(t!("page.welcome.draw_is")),
-            )),
-        ));
-    let machine = button()
-        .attr("type", "button")
-        .class("tile")
-        .on(ev::click, |_| send(FrameEvent::Show { tab: Tab::Machine }))
-        .child((
-            icon(Icon::Plug),
-            span().child((
-                strong().child(t!("page.welcome.machine")),
-                span().class("quiet").child(t!("page.welcome.machine_is")),
-            )),
-        ));
+    let sample = tile(Icon::Annulus, t!("page.welcome.sample"), t!("page.welcome.sample_is"), |_| {
+        send(FilesEvent::Sample);
+    });
+    let draw = tile(Icon::Pencil, t!("page.welcome.draw"), t!("page.welcome.draw_is"), |_| {
+        send(FrameEvent::Show { tab: Tab::Draw });
+    });
+    let machine = tile(Icon::Plug, t!("page.welcome.machine"), t!("page.welcome.machine_is"), |_| {
+        send(FrameEvent::Show { tab: Tab::Machine });
+    });
     div().class("whole welcome").child(div().class("sheet").child((
         last(),
         div().class("drop").child((
@@ -61,9 +37,14 @@ pub(crate) fn welcome() -> impl IntoView {
     )))
 }
 
-/// A link to a board, put in by hand; where a bridge serves the page, it may ask no other server.
+fn tile(picture: Icon, name: Words, meaning: Words, act: fn(MouseEvent)) -> impl IntoView {
+    let words = span().child((strong().child(name), span().class("quiet").child(meaning)));
+    button().attr("type", "button").class("tile").on(ev::click, act).child((icon(picture), words))
+}
+
+/// A field for a link to a board. Only without a bridge: a page from a bridge may not contact other servers.
 fn link_to() -> impl IntoView {
-    frame().alone.get().then(|| {
+    read(|m| m.frame.alone).then(|| {
         let link = RwSignal::new(String::new());
         let field = input()
             .attr("type", "url")
@@ -83,14 +64,16 @@ fn link_to() -> impl IntoView {
     })
 }
 
-/// The projects that were open before: the last one above all, the others in a list that opens.
+/// The most recent saved project.
 pub(super) fn last() -> impl IntoView {
     move || {
-        open_board().offers.with(|offers| offers.first().cloned()).map(|offer| kept(offer, Some("status")))
+        watch(|m| &m.keeping.offers)
+            .with(|offers| offers.first().cloned())
+            .map(|offer| kept(offer, Some("status")))
     }
 }
 
-/// Those before the last one.
+/// The other saved projects, in a collapsible list.
 fn earlier() -> impl IntoView {
     let rows = rows(1);
     let count = rows.len();
@@ -101,34 +84,33 @@ fn earlier() -> impl IntoView {
     })
 }
 
-/// Those that are kept beside the open one, to go on with one of them, in a list that opens.
+/// Saved projects other than the open one, in a collapsible list.
 pub(super) fn others() -> impl IntoView {
-    // What was open before another one is kept from then on.
+    // Opening a board saves the one before, so list again.
     Effect::new(move |_| {
-        open_board().document.track();
+        shared(|m| &m.board.document).track();
         send(KeepEvent::Listed);
     });
-    let count = Memo::new(move |_| open_board().offers.with(Vec::len));
+    let count = || read(|m| m.keeping.offers.len());
     let open = RwSignal::new(false);
     let toggled = move |_| open.update(|open| *open = !*open);
     let list = move || {
-        let words = move || say!("page.kept.earlier", count = count.get());
+        let words = move || say!("page.kept.earlier", count = count());
         let rows = move || open.get().then(|| ul().child(rows(0)));
         let list = details().class("earlier").on(ev::toggle, toggled).child((summary().child(words), rows));
         section().class("block others").child(list)
     };
-    let any = Memo::new(move |_| count.get() > 0);
-    move || any.get().then(list)
+    move || read(|m| !m.keeping.offers.is_empty()).then(list)
 }
 
-/// Those that are kept but the first `skipped`, a row each.
+/// The saved projects after the first `skipped`, one row each.
 fn rows(skipped: usize) -> Vec<AnyView> {
-    let offers = open_board().offers.get();
+    let offers = watch(|m| &m.keeping.offers).get();
     offers.into_iter().skip(skipped).map(|offer| li().child(kept(offer, None)).into_any()).collect()
 }
 
-/// The offer of what was open before; its buttons are described by its sentence. The `role` of that is a status where it is told by
-/// itself.
+/// The offer to restore a saved project. Its text describes the buttons to screen readers; `role` is `status`
+/// if the text must be announced.
 pub(super) fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
     let sentence_id = format!("kept-{}", offer.place);
     let described = sentence_id.clone();
@@ -148,7 +130,8 @@ pub(super) fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
             .attr("aria-describedby", described.clone()),
         (!elsewhere).then(|| {
             push("button", t!("page.kept.discard"), move |event| {
-                // At the second press of a double click the next board lies under the pointer.
+                // After a discard, the next project moves under the pointer: ignore the second press of a
+                // double click.
                 if event.detail() < 2 {
                     send(KeepEvent::Discard { offer: offer.clone() });
                 }

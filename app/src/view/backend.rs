@@ -1,28 +1,26 @@
-//! Which painter a canvas gets: WebGPU where there is one, else WebGL2, else none of the GPU.
-//!
-//! Comes in: the host element, a wish. Goes out: a canvas in it and its painter. Does not know what is painted.
+//! Chooses the renderer of a canvas: WebGPU if there is one, else WebGL2, else the 2D canvas.
 
 use super::flat::Flat;
 use super::gpu::Gpu;
 use wasm_bindgen::JsCast;
 use web_sys::{HtmlCanvasElement, HtmlElement};
 
-/// Which painter to use.
+/// The wanted renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PainterChoice {
-    /// The best there is.
+    /// The best available.
     #[default]
     Auto,
-    /// WebGPU or nothing better than 2D.
+    /// WebGPU, else 2D.
     WebGpu,
-    /// WebGL2 or nothing better than 2D.
+    /// WebGL2, else 2D.
     WebGl2,
     /// The 2D canvas.
     Flat,
 }
 
 impl PainterChoice {
-    /// From a word in the page's address: `webgpu`, `webgl2`, `2d`.
+    /// Parses the word of the URL: `webgpu`, `webgl2`, `2d`; anything else is [`Self::Auto`].
     pub fn from_word(word: &str) -> Self {
         match word {
             "webgpu" => Self::WebGpu,
@@ -33,19 +31,15 @@ impl PainterChoice {
     }
 }
 
-/// Which painter is used.
+/// The renderer in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
-    /// The GPU by WebGPU.
     WebGpu,
-    /// The GPU by WebGL2.
     WebGl2,
-    /// No GPU.
     Flat,
 }
 
 impl Backend {
-    /// Its name for people.
     pub const fn name(self) -> &'static str {
         match self {
             Self::WebGpu => "WebGPU",
@@ -54,7 +48,7 @@ impl Backend {
         }
     }
 
-    /// What is tried where this one is lost again and again.
+    /// The next worse choice, for when this one was lost too often.
     pub(super) const fn below(self) -> PainterChoice {
         match self {
             Self::WebGpu => PainterChoice::WebGl2,
@@ -63,13 +57,10 @@ impl Backend {
     }
 }
 
-/// What paints.
 pub(super) enum Painter {
-    /// On the GPU.
     Gpu(Box<Gpu>),
-    /// On the processor.
     Flat(Flat),
-    /// A new one is being made.
+    /// A new renderer is being created.
     None,
 }
 
@@ -87,8 +78,9 @@ async fn make_painter(
     Gpu::new(canvas, kind, when_lost).await.map(|gpu| Painter::Gpu(Box::new(gpu)))
 }
 
-/// A painter of the wanted kind, or the next worse that works, each on a canvas of its own: a canvas that was asked for
-/// one kind gives no other. `when_lost` is called when its device goes.
+/// Creates a renderer of the wanted kind, or the next worse that works. Each attempt needs a new canvas,
+/// because a canvas supports only the first kind of context requested. `when_lost` is called when the device
+/// is lost.
 pub(super) async fn set_up(
     host: &HtmlElement,
     wanted: PainterChoice,
@@ -120,7 +112,7 @@ fn new_canvas(host: &HtmlElement) -> Option<HtmlCanvasElement> {
     {
         let _ = style.set_property(name, value);
     }
-    // It is reached by the keyboard and has arrows of its own.
+    // Focusable, with its own arrow keys, so screen readers must pass keys through.
     let _ = canvas.set_attribute("role", "application");
     let _ = canvas.set_attribute("tabindex", "0");
     host.append_child(&canvas).ok()?;

@@ -1,4 +1,4 @@
-//! The picture in a real browser: small scenes drawn on each back end, and their pixels read back.
+//! Tests in a real browser: draw small scenes on each back end and read their pixels.
 
 use super::*;
 use wasm_bindgen::JsCast;
@@ -17,7 +17,7 @@ pub(super) fn host() -> HtmlElement {
     host
 }
 
-/// A board of 20 mm with a hole of 8 mm in its middle, and a line below it.
+/// A board of 20 mm with a hole of 8 mm in the middle, and a line below it.
 fn scene() -> Scene {
     let colour = Palette::DARK.tool(0);
     let middle =
@@ -37,7 +37,8 @@ fn scene() -> Scene {
     }
 }
 
-/// Paints now and copies the picture before the browser takes it away; read by pixels of the window.
+/// Paints and copies the picture at once, because the browser clears the canvas afterwards. Reads by CSS
+/// pixels.
 pub(super) fn at_px(view: &View) -> impl Fn([f64; 2]) -> [u8; 3] + use<> {
     view.paint();
     let canvas = view.0.borrow().canvas.clone();
@@ -57,7 +58,7 @@ pub(super) fn at_px(view: &View) -> impl Fn([f64; 2]) -> [u8; 3] + use<> {
     }
 }
 
-/// The same by places of the flat picture.
+/// Reads by positions of the 2D view, in mm.
 pub(super) fn pixels(view: &View) -> impl Fn([f32; 2]) -> [u8; 3] + use<> {
     let (read, camera) = (at_px(view), view.camera());
     move |mm| read(camera.to_px(mm.map(f64::from)))
@@ -99,7 +100,7 @@ async fn draws(wanted: PainterChoice, backend: Backend) -> Vec<[u8; 3]> {
 }
 
 #[wasm_bindgen_test]
-async fn webgpu_and_webgl2_and_the_plain_canvas_draw_the_same_picture() {
+async fn all_three_painters_draw_the_same_picture() {
     let webgpu = draws(PainterChoice::WebGpu, Backend::WebGpu).await;
     let webgl2 = draws(PainterChoice::WebGl2, Backend::WebGl2).await;
     draws(PainterChoice::Flat, Backend::Flat).await;
@@ -109,10 +110,10 @@ async fn webgpu_and_webgl2_and_the_plain_canvas_draw_the_same_picture() {
     }
 }
 
-/// A film of that colour over the board but for an opening in its upper right quarter.
+/// The scene with a film of that colour; one opening in the upper right quarter.
 fn with_film(colour: Colour) -> Scene {
     let corners_mm = vec![[12.0, 15.0], [18.0, 15.0], [18.0, 19.0], [12.0, 19.0], [30.0, 15.0], [30.0, 19.0]];
-    // One opening reaches over the edge of the board, and two lie over each other.
+    // One opening reaches over the board's edge, and two overlap.
     let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 1, 2], [1, 4, 5], [1, 5, 2]];
     let mesh = std::sync::Arc::new(Mesh { corners_mm, triangles, rings: vec![[0, 4]] });
     let body = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
@@ -122,7 +123,7 @@ fn with_film(colour: Colour) -> Scene {
 }
 
 #[wasm_bindgen_test]
-async fn a_film_covers_the_board_but_where_it_is_open() {
+async fn mask_film_covers_the_board_except_openings() {
     let film = Colour::rgb(0x0012_6b43);
     for wanted in [PainterChoice::WebGpu, PainterChoice::WebGl2, PainterChoice::Flat] {
         let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
@@ -148,17 +149,19 @@ async fn a_film_covers_the_board_but_where_it_is_open() {
 }
 
 pub(super) async fn tick() {
-    let promise = js_sys::Promise::new(&mut |resolve, _| {
-        web_sys::window()
-            .unwrap()
-            .set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, 30)
-            .unwrap();
+    let window = web_sys::window().unwrap();
+    let frame = js_sys::Promise::new(&mut |resolve, _| {
+        window.request_animation_frame(&resolve).unwrap();
     });
-    wasm_bindgen_futures::JsFuture::from(promise).await.unwrap();
+    wasm_bindgen_futures::JsFuture::from(frame).await.unwrap();
+    let later = js_sys::Promise::new(&mut |resolve, _| {
+        window.set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, 30).unwrap();
+    });
+    wasm_bindgen_futures::JsFuture::from(later).await.unwrap();
 }
 
 #[wasm_bindgen_test]
-async fn a_lost_device_comes_back_with_the_same_picture() {
+async fn lost_device_is_restored_with_the_same_picture() {
     for wanted in [PainterChoice::WebGpu, PainterChoice::WebGl2] {
         let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
         view.set_scene(scene());
@@ -174,7 +177,7 @@ async fn a_lost_device_comes_back_with_the_same_picture() {
             }
         }
         assert_eq!((view.frames().losses, view.backend()), (1, backend), "{wanted:?}");
-        // A new device may not be ready to paint at once.
+        // A new device may need some frames before it can paint.
         let painted = view.frames().painted;
         for _ in 0..200 {
             tick().await;
@@ -198,7 +201,7 @@ fn point(view: &View, kind: &str, at_mm: [f64; 2]) {
 }
 
 #[wasm_bindgen_test]
-async fn a_press_picks_and_a_drag_pans() {
+async fn press_selects_and_drag_pans() {
     let view = View::new(&host(), PainterChoice::Flat, Palette::DARK).await.unwrap();
     view.set_scene(scene());
     view.fit();
@@ -221,7 +224,7 @@ async fn a_press_picks_and_a_drag_pans() {
 }
 
 #[wasm_bindgen_test]
-async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand() {
+async fn dropped_view_removes_its_canvas_and_paints_on_demand() {
     let host = host();
     let view = View::new(&host, PainterChoice::Flat, Palette::DARK).await.unwrap();
     view.set_scene(scene());
@@ -244,7 +247,7 @@ async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand()
 }
 
 #[wasm_bindgen_test]
-async fn a_canvas_of_another_size_is_painted_once() {
+async fn resized_canvas_is_painted_once() {
     let host = host();
     let view = View::new(&host, PainterChoice::Flat, Palette::DARK).await.unwrap();
     view.set_scene(scene());
@@ -261,7 +264,7 @@ async fn a_canvas_of_another_size_is_painted_once() {
 }
 
 #[wasm_bindgen_test]
-async fn what_nobody_sees_is_not_painted_and_comes_back_as_it_was() {
+async fn hidden_canvas_is_not_painted_until_shown() {
     let host = host();
     let view = View::new(&host, PainterChoice::Flat, Palette::DARK).await.unwrap();
     view.set_scene(scene());
@@ -282,7 +285,7 @@ async fn what_nobody_sees_is_not_painted_and_comes_back_as_it_was() {
 }
 
 #[wasm_bindgen_test]
-async fn what_is_drawn_in_is_fitted_into_another_window_until_somebody_draws() {
+async fn drawing_is_refitted_on_resize_until_the_first_press() {
     let view = View::new(&host(), PainterChoice::Flat, Palette::DARK).await.unwrap();
     let host = view.0.borrow().host.clone();
     let resized = |width: &str| {

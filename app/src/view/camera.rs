@@ -1,32 +1,29 @@
-//! Where one looks from: which millimetre is at the middle of the window, and how many pixels a millimetre has.
+//! The camera of the 2D view: the board position in the middle of the window, and the scale.
 //!
 //! ```text
 //!  px (0,0) ┌────────────┐      Y of the board points up, y of the window down
 //!           │      + centre_mm
 //!           └────────────┘ viewport_px
 //! ```
-//!
-//! Comes in: pans, zooms, boxes. Goes out: places in CSS pixels and in mm. Does not know what is shown.
 
-/// CSS pixels in a millimetre at 100 %: the web's inch has 96 of them.
+/// CSS pixels per millimetre at 100 %: 96 per inch, by definition of CSS.
 const ACTUAL_PX_PER_MM: f64 = 96.0 / 25.4;
 /// A board of 10 m still fits a window.
 const LOWEST_PX_PER_MM: f64 = 0.05;
-/// A hair is as wide as a hand.
+/// 0.25 µm per pixel.
 const HIGHEST_PX_PER_MM: f64 = 4000.0;
-/// A ruler has so many numbers at most.
+/// Maximum number of marks on a ruler.
 const MOST_RULER_MARKS: u16 = 100;
 
-/// A flat view from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The place of the board in the middle of the window.
+    /// The board position in the middle of the window.
     pub centre_mm: [f64; 2],
-    /// CSS pixels a millimetre takes.
+    /// CSS pixels per millimetre.
     pub px_per_mm: f64,
-    /// Size of the window in CSS pixels.
+    /// Size of the window, CSS pixels.
     pub viewport_px: [f64; 2],
-    /// Seen from below: X points to the left.
+    /// Seen from below: X points left.
     pub mirrored: bool,
 }
 
@@ -37,12 +34,12 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// Which way X points: 1 to the right, -1 to the left.
+    /// The sign of X on screen: 1 to the right, -1 to the left.
     pub fn hand(&self) -> f64 {
         if self.mirrored { -1.0 } else { 1.0 }
     }
 
-    /// Where a place of the board is in the window.
+    /// Converts a board position to window pixels.
     pub fn to_px(&self, mm: [f64; 2]) -> [f64; 2] {
         [
             self.viewport_px[0] / 2.0 + (mm[0] - self.centre_mm[0]) * self.px_per_mm * self.hand(),
@@ -50,7 +47,7 @@ impl Camera {
         ]
     }
 
-    /// Which place of the board a pixel shows.
+    /// Converts window pixels to a board position.
     pub fn to_mm(&self, px: [f64; 2]) -> [f64; 2] {
         [
             self.centre_mm[0] + (px[0] - self.viewport_px[0] / 2.0) / self.px_per_mm * self.hand(),
@@ -58,13 +55,13 @@ impl Camera {
         ]
     }
 
-    /// Moves the board by so many pixels, as if it hung on the pointer.
+    /// Drags the board by pixels.
     pub fn pan_px(&mut self, by_px: [f64; 2]) {
         self.centre_mm[0] -= by_px[0] / self.px_per_mm * self.hand();
         self.centre_mm[1] += by_px[1] / self.px_per_mm;
     }
 
-    /// Makes everything `factor` times larger; the place under `at_px` stays where it is.
+    /// Zooms by `factor`; the position under `at_px` doesn't move.
     pub fn zoom_at(&mut self, at_px: [f64; 2], factor: f64) {
         let fixed = self.to_mm(at_px);
         self.set_zoom(self.px_per_mm * factor);
@@ -73,14 +70,14 @@ impl Camera {
         self.centre_mm[1] += fixed[1] - moved[1];
     }
 
-    /// Sets the zoom about the middle of the window, within what makes sense.
+    /// Zooms about the middle of the window, within limits.
     pub fn set_zoom(&mut self, px_per_mm: f64) {
         if px_per_mm.is_finite() {
             self.px_per_mm = px_per_mm.clamp(LOWEST_PX_PER_MM, HIGHEST_PX_PER_MM);
         }
     }
 
-    /// Shows the whole box with `margin_px` to spare on every side.
+    /// Shows the whole box with a margin of `margin_px`.
     pub fn fit(&mut self, bounds_mm: [[f64; 2]; 2], margin_px: f64) {
         let [low, high] = bounds_mm;
         let room =
@@ -90,8 +87,8 @@ impl Camera {
         self.set_zoom(zoom(0).min(zoom(1)));
     }
 
-    /// The multiples of `step_mm` in sight along an axis, where the picture's zero is called `from_mm`: where each is in the window, and
-    /// what it is called in mm.
+    /// The multiples of `step_mm` in view along an axis: pixel position and value in mm. `from_mm` is the
+    /// value at the picture's origin.
     pub fn ruler(&self, axis: usize, from_mm: f64, step_mm: f64) -> Vec<(f64, f64)> {
         let ends = [[0.0; 2], self.viewport_px].map(|corner| self.to_mm(corner)[axis] + from_mm);
         let first = libm::ceil(ends[0].min(ends[1]) / step_mm);
@@ -105,12 +102,12 @@ impl Camera {
         seen.map(place).collect()
     }
 
-    /// 1 is the board at its own size on a screen of 96 pixels an inch.
+    /// 1 means actual size on a screen of 96 pixels per inch.
     pub fn zoom(&self) -> f64 {
         self.px_per_mm / ACTUAL_PX_PER_MM
     }
 
-    /// Distance of grid lines in mm: a decade that is at least 10 pixels wide, and how far it has faded in (0 … 1).
+    /// The grid step in mm (the smallest power of ten at least 10 pixels wide), and its opacity from 0 to 1.
     pub fn grid(&self) -> (f64, f64) {
         let exponent = libm::ceil(libm::log10(10.0 / self.px_per_mm));
         let step = libm::pow(10.0, exponent);
@@ -132,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_and_millimetres_are_each_others_inverse_and_y_points_up() {
+    fn pixel_and_millimetre_conversions_are_inverse() {
         let camera = Camera { centre_mm: [10.0, -4.0], px_per_mm: 20.0, ..window() };
         near(camera.to_px([10.0, -4.0]), [400.0, 300.0]);
         near(camera.to_px([11.0, -3.0]), [420.0, 280.0]);
@@ -145,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn zooming_keeps_the_place_under_the_cursor_even_at_its_limits() {
+    fn zoom_fixes_the_point_under_the_cursor_even_at_its_limits() {
         for factor in [1.25, 0.5, 1e9, 1e-9] {
             let mut camera = Camera { centre_mm: [3.0, 7.0], ..window() };
             let fixed = camera.to_mm([120.0, 80.0]);
@@ -156,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn panning_carries_the_board_with_the_pointer() {
+    fn panning_moves_the_board_with_the_pointer() {
         for mirrored in [false, true] {
             let mut camera = Camera { mirrored, ..window() };
             let held = camera.to_mm([100.0, 100.0]);
@@ -166,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn fitting_shows_the_whole_box_and_touches_the_margin_on_one_axis() {
+    fn fitting_shows_the_whole_box_within_the_margin() {
         let rows = [
             [[0.0, 0.0], [100.0, 80.0]],
             [[-500.0, 3.0], [500.0, 4.0]],
@@ -187,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ruler_counts_from_where_its_zero_is_called_and_the_other_way_from_below() {
+    fn ruler_counts_from_its_zero_and_is_mirrored_from_below() {
         let camera = Camera { centre_mm: [10.0, 0.0], px_per_mm: 40.0, ..window() };
         let along = camera.ruler(0, -2.0, 5.0);
         assert_eq!(along, [(80.0, 0.0), (280.0, 5.0), (480.0, 10.0), (680.0, 15.0)]);
@@ -199,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_grid_is_a_decade_and_never_finer_than_ten_pixels() {
+    fn grid_step_is_between_10_and_100_pixels() {
         for zoom in [0.06, 0.5, 3.0, 9.99, 10.0, 47.0, 3999.0] {
             let mut camera = window();
             camera.set_zoom(zoom);
@@ -211,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_zooms_change_nothing() {
+    fn invalid_zoom_changes_nothing() {
         let mut camera = window();
         camera.set_zoom(f64::NAN);
         assert_eq!(camera, window());

@@ -1,6 +1,4 @@
-//! The painter without a GPU: the same scene on a plain 2D canvas. Slower, and without the board's shading.
-//!
-//! Comes in: what a frame is drawn from. Goes out: pixels in a canvas. Does not know pointers or clocks.
+//! The renderer without a GPU: draws the scene on a 2D canvas. Slower, and without shading.
 
 use super::gpu::Look;
 use super::marks::Emphasis;
@@ -11,22 +9,21 @@ use std::f64::consts::TAU;
 use wasm_bindgen::JsCast;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
 
-/// A canvas drawn to by the processor.
+/// A canvas drawn by the CPU.
 pub(super) struct Flat {
     canvas: HtmlCanvasElement,
     context: CanvasRenderingContext2d,
-    /// Where a film gets its openings; made when the first one is drawn.
+    /// A second canvas to cut the openings into a film; created at first use.
     sheet: OnceCell<Option<(HtmlCanvasElement, CanvasRenderingContext2d)>>,
 }
 
 impl Flat {
-    /// Takes the canvas, or says why it cannot be had.
+    /// Fails with the reason if there is no 2D context.
     pub(super) fn new(canvas: &HtmlCanvasElement) -> Result<Self, String> {
         let context = context_of(canvas).ok_or("this browser has no 2D canvas")?;
         Ok(Self { canvas: canvas.clone(), context, sheet: OnceCell::new() })
     }
 
-    /// Draws one frame.
     pub(super) fn paint(&self, look: &Look<'_>, emphasis: &Emphasis) {
         let density = look.density;
         let _ = self.context.set_transform(density, 0.0, 0.0, density, 0.0, 0.0);
@@ -76,7 +73,7 @@ impl Flat {
 
     fn body(&self, look: &Look<'_>) {
         fill(&self.context, look, look.scene.body.iter().copied(), look.palette.plate);
-        // closes the hairs between neighbouring triangles
+        // Closes the hairlines between neighbouring triangles.
         self.stroke(0.75, look.palette.plate);
         for ring in &look.scene.outline {
             let closed: Vec<_> = ring.iter().chain(ring.first()).copied().collect();
@@ -84,7 +81,7 @@ impl Flat {
         }
     }
 
-    /// Each layer as one path, so that a translucent one is as light where its triangles meet.
+    /// Each layer is one path, because separate translucent triangles would show their seams.
     fn layers(&self, look: &Look<'_>) {
         for layer in &look.scene.layers {
             if layer.openings {
@@ -95,7 +92,7 @@ impl Flat {
         }
     }
 
-    /// The body but where the layer is, made on a sheet of its own.
+    /// Draws the body without the layer's openings, composed on the second canvas.
     fn film(&self, look: &Look<'_>, layer: &FilledLayer) {
         let made = || {
             let sheet = self.canvas.owner_document()?.create_element("canvas").ok()?;
@@ -104,7 +101,7 @@ impl Flat {
             Some((sheet, context))
         };
         let Some((sheet, on_sheet)) = self.sheet.get_or_init(made) else { return };
-        // A canvas that is given a size is empty.
+        // Setting the size clears a canvas.
         sheet.set_width(self.canvas.width());
         sheet.set_height(self.canvas.height());
         let _ = on_sheet.set_transform(look.density, 0.0, 0.0, look.density, 0.0, 0.0);
@@ -212,13 +209,13 @@ fn context_of(canvas: &HtmlCanvasElement) -> Option<CanvasRenderingContext2d> {
     canvas.get_context("2d").ok().flatten().and_then(|context| context.dyn_into().ok())
 }
 
-/// The corners of a mesh, three each triangle.
+/// Three corners per triangle.
 fn mesh_corners(mesh: &Mesh) -> impl Iterator<Item = [f32; 2]> + '_ {
     let corner = |index: &u32| mesh.corners_mm.get(*index as usize).copied().unwrap_or_default();
     mesh.triangles.iter().flatten().map(corner)
 }
 
-/// Triangles, three corners each, as one path.
+/// Fills triangles, three corners each, as one path.
 fn fill(
     context: &CanvasRenderingContext2d,
     look: &Look<'_>,

@@ -1,12 +1,10 @@
-//! What hands do on the picture: wheel and pinch zoom, drag pans, a press without a drag picks. Where one draws, the first button
-//! and a single finger draw instead, unless Space is held.
+//! Pointer input on the picture: wheel and pinch zoom, a drag pans, a press without a drag picks. In drawing
+//! mode, the first button and a single finger draw instead, unless Space is held.
 //!
 //! ```text
-//! down ─▶ held ── moved > 4 px ──▶ panning ── up ─▶ nothing more
+//! down ─▶ held ── moved > 4 px ──▶ panning ── up ─▶ nothing
 //!            └────────── up ─────▶ pressed
 //! ```
-//!
-//! Comes in: pointer and wheel events of the canvas. Goes out: camera moves and presses. Does not know what a press means.
 
 use super::handle::View;
 use super::held::{Held, PointerStroke, Pressed, tell};
@@ -15,12 +13,12 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};
 
-/// A pointer that moved less is still.
+/// A shorter move is a press, not a drag.
 const STILL_PX: f64 = 4.0;
 
 type Handler = fn(&View, &PointerEvent);
 
-/// Listens to the canvas of `view`, which may be a new one.
+/// Attaches the listeners to the current canvas, which can be a new one.
 pub(super) fn listen(view: &View) {
     let canvas = view.0.borrow().canvas.clone();
     let handlers: [(&str, Handler); 5] = [
@@ -54,7 +52,7 @@ fn listen_to_wheel(view: &View, canvas: &HtmlCanvasElement) -> Closure<dyn FnMut
         let Some(stage) = stage.upgrade() else { return };
         event.prevent_default();
         let lines = if event.delta_mode() == WheelEvent::DOM_DELTA_LINE { 16.0 } else { 1.0 };
-        // a notch of a mouse wheel is about 100 pixels; a pinch on a trackpad comes as small steps with Ctrl
+        // A notch of a mouse wheel is about 100 pixels; a trackpad pinch arrives as small steps with Ctrl.
         let speed = if event.ctrl_key() { 0.01 } else { 0.0018 };
         let factor = libm::exp(-(event.delta_y() * lines).clamp(-400.0, 400.0) * speed);
         let at = [f64::from(event.offset_x()), f64::from(event.offset_y())];
@@ -64,6 +62,7 @@ fn listen_to_wheel(view: &View, canvas: &HtmlCanvasElement) -> Closure<dyn FnMut
         }
     });
     let options = AddEventListenerOptions::new();
+    // A passive listener could not keep the page from scrolling.
     options.set_passive(false);
     let _ = canvas.add_event_listener_with_callback_and_add_event_listener_options(
         "wheel",
@@ -90,6 +89,7 @@ fn down(view: &View, event: &PointerEvent) {
         let alone = gestures.held.is_empty();
         let moves = gestures.strokes && gestures.space;
         let draws = gestures.strokes && alone && event.button() == 0 && !moves;
+        // A second pointer turns drawing into moving the picture.
         let broken = gestures.stroke.take().is_some();
         stage.fitted &= !draws;
         gestures.stroke = draws.then(|| event.pointer_id());
@@ -104,7 +104,7 @@ fn down(view: &View, event: &PointerEvent) {
     }
 }
 
-/// Tells what a pointer does that draws.
+/// Reports a pointer event while drawing.
 fn stroke(view: &View, event: &PointerEvent, touch: Touch) {
     let act = view.0.borrow().gestures.on_stroke.clone();
     let at_mm = view.place_of(place(event));
@@ -112,7 +112,7 @@ fn stroke(view: &View, event: &PointerEvent, touch: Touch) {
     tell(act, PointerStroke { touch, at_mm, shift: event.shift_key(), ctrl });
 }
 
-/// Whether this is the pointer that draws.
+/// True for the pointer that draws.
 fn draws(view: &View, event: &PointerEvent) -> bool {
     view.0.borrow().gestures.stroke == Some(event.pointer_id())
 }
@@ -138,7 +138,7 @@ fn moved(view: &View, event: &PointerEvent) {
         gestures.dragged = true;
     }
     let other = held.iter().find(|held| held.id != event.pointer_id());
-    // In space one finger turns the board; two, the other buttons or Shift move it.
+    // In the 3D view, one finger turns the board; two fingers, other buttons or Shift pan.
     let pans = event.shift_key() || event.buttons() & 6 != 0;
     let in_space = view.move_orbit(|orbit, window| match other {
         None if pans => orbit.pan_px(before, at, window),

@@ -1,10 +1,8 @@
-//! The painter on the GPU, as the page knows it: scenes become bytes, which a [`Device`] draws.
+//! The GPU renderer on the page's side: encodes scenes as bytes for a [`Device`].
 //!
 //! ```text
-//! Scene ─ marks, meshes, numbers ─▶ bytes ─▶ Device      a WebAssembly of its own: wgpu, shaders, textures
+//! Scene ─ marks, meshes, numbers ─▶ bytes ─▶ Device    a separate WebAssembly file: wgpu, shaders
 //! ```
-//!
-//! Comes in: a scene and what a frame is drawn from. Goes out: pixels in a canvas. Does not know wgpu, pointers or clocks.
 
 use super::camera::Camera;
 #[cfg(test)]
@@ -21,14 +19,14 @@ use std::ops::Range;
 use std::sync::Arc;
 use web_sys::HtmlCanvasElement;
 
-/// From this zoom on the layers have edges; `edge_corner` of the shader fades them in.
+/// From this zoom on, layers have edges; `edge_corner` in the shader fades them in.
 const EDGED_FROM_PX_PER_MM: f64 = 8.0;
-/// Along each side, so many pixels of the window are one of a picture that is not sharp.
+/// A coarse frame has one pixel per this many window pixels in each direction.
 const COARSE_PX: u32 = 3;
-/// A tile in which nothing is cut.
+/// A tile without cuts.
 const UNCUT: &[u16] = &[0; PATCH * PATCH];
 
-/// What a frame is drawn from.
+/// The input of a frame.
 pub(super) struct Look<'a> {
     pub(super) camera: &'a Camera,
     pub(super) density: f64,
@@ -38,32 +36,32 @@ pub(super) struct Look<'a> {
     pub(super) grid: bool,
     pub(super) progress: OrderProgress,
     pub(super) head_mm: Option<[f32; 2]>,
-    /// The board in space instead of all that.
+    /// The 3D view, drawn instead of everything else.
     pub(super) solid: Option<(&'a ReliefField, &'a Orbit, Option<Cutting>)>,
-    /// It is sharp whatever that takes.
+    /// Full resolution, however long it takes.
     pub(super) sharp: bool,
 }
 
-/// A canvas with a device behind it.
+/// A canvas with its device.
 pub(super) struct Gpu {
     device: Device,
     size_px: [u32; 2],
-    /// The longest side of a picture that the device takes.
+    /// Maximum texture size of the device.
     most_px: u32,
-    /// A graphics card paints, and not the processor.
+    /// A graphics card, not a software renderer.
     hardware: bool,
-    /// How many marks the scene has.
+    /// Number of marks in the scene.
     count: u32,
     first_disc: usize,
-    /// What is drawn from afar.
+    /// Simplified lines for small zooms.
     afar: Afar,
-    /// What of the layers the device has, by its numbers.
+    /// Meshes that the device already has, with their numbers there.
     meshes: Vec<(Arc<Mesh>, u32)>,
 }
 
 impl Gpu {
-    /// A device for `canvas` by one of the back ends that `kind` names: `webgpu`, `webgl2`, or `best` of both; or why there is
-    /// none. `when_lost` is called when it goes.
+    /// Opens a device on `canvas`. `kind` is `webgpu`, `webgl2` or `best`; fails with the reason. `when_lost`
+    /// is called when the device is lost.
     pub(super) async fn new(canvas: &HtmlCanvasElement, kind: &str, when_lost: fn()) -> Result<Self, String> {
         let device = Device::open(canvas, kind, when_lost).await?;
         Ok(Self {
@@ -78,7 +76,7 @@ impl Gpu {
         })
     }
 
-    /// Another board in space, or none. False where it is too large for the device.
+    /// Replaces the board of the 3D view. False if it is too large for the device.
     pub(super) fn set_field(&mut self, field: Option<&ReliefField>) -> bool {
         let [width, height] =
             field.map_or([0; 2], |field| field.relief.tiles().map(|tiles| (tiles * PATCH) as u32));
@@ -93,7 +91,7 @@ impl Gpu {
         true
     }
 
-    /// One tile of the board in space.
+    /// Updates one tile of the 3D view.
     pub(super) fn patch(&self, patch: &Patch) {
         self.write(patch, false);
     }
@@ -106,18 +104,17 @@ impl Gpu {
         }
     }
 
-    /// Which of the two it is.
+    /// WebGPU, else WebGL2.
     pub(super) fn is_webgpu(&self) -> bool {
         self.device.is_webgpu()
     }
 
-    /// The canvas has another size, in device pixels.
+    /// In device pixels.
     pub(super) fn resize(&mut self, width: u32, height: u32) {
         self.size_px = [width, height].map(|px| px.clamp(1, self.most_px));
         self.device.resize(self.size_px[0], self.size_px[1]);
     }
 
-    /// Everything anew.
     pub(super) fn set_scene(&mut self, scene: &Scene, palette: &Palette, emphasis: &Emphasis) {
         let built = marks::build(scene, palette, emphasis);
         (self.count, self.first_disc, self.afar) = (built.all.len() as u32, built.first_disc, built.afar);
@@ -126,7 +123,7 @@ impl Gpu {
         self.set_layers(&scene.layers);
     }
 
-    /// What the device has already is not sent again.
+    /// Doesn't send meshes again that the device already has.
     fn set_layers(&mut self, layers: &[FilledLayer]) {
         let mut before = std::mem::take(&mut self.meshes);
         let wanted = layers.iter().filter(|layer| layer.openings || !layer.mesh.triangles.is_empty());
@@ -149,13 +146,13 @@ impl Gpu {
         self.device.add_mesh(mesh.corners_mm.as_flattened(), triangles, edges.as_flattened())
     }
 
-    /// Only what lies over the scene anew.
+    /// Updates only the overlay.
     pub(super) fn set_over(&mut self, over: &[Line]) {
         let marks: Vec<Mark> = over.iter().map(marks::line).collect();
         self.device.set_over(bytemuck::cast_slice(&marks));
     }
 
-    /// Only these discs anew.
+    /// Updates only these discs.
     pub(super) fn set_discs(&self, scene: &Scene, range: Range<usize>, emphasis: &Emphasis) {
         let first = (self.first_disc + range.start) as u32;
         let Some(discs) = scene.discs.get(range.clone()) else { return };
@@ -164,12 +161,11 @@ impl Gpu {
         self.device.write_marks(first, bytemuck::cast_slice(&written));
     }
 
-    /// Draws one frame.
     pub(super) fn paint(&mut self, look: &Look<'_>) -> Painted {
         let Some(solid) = look.solid else { return self.paint_flat(look) };
         let sharp = self.hardware || look.sharp;
         let drawn_px = if sharp { self.size_px } else { self.size_px.map(|px| px.div_ceil(COARSE_PX)) };
-        // A processor that paints in software sends one ray a pixel.
+        // A software renderer is slow: one ray per pixel instead of four.
         let samples = if self.hardware { 2.0 } else { 1.0 };
         let numbers = SpaceNumbers::of(solid, drawn_px, samples, look.palette.background);
         match self.device.paint_space(bytemuck::bytes_of(&numbers)) {
@@ -194,7 +190,7 @@ impl Gpu {
         )
     }
 
-    /// Throws the device away.
+    /// Destroys the device, for tests.
     pub(super) fn lose(&self) {
         self.device.lose();
     }

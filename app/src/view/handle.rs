@@ -1,7 +1,4 @@
-//! The handle by which the page has a picture: what it shows, where one looks from, what lies under the pointer.
-//!
-//! Comes in: scene, palette, marks. Goes out: frames that are asked for. Does not know what the discs are, nor how it came to
-//! stand in the page.
+//! The page's handle to a picture: content, camera, picking.
 
 use super::backend::{Backend, Painter};
 use super::camera::Camera;
@@ -15,30 +12,30 @@ use std::cell::RefCell;
 use std::rc::{Rc, Weak};
 use wasm_bindgen::prelude::*;
 
-/// How far beside a disc a pointer still means it, in CSS pixels.
+/// Tolerance for picking a disc, CSS pixels.
 const PICK_TOLERANCE_PX: f64 = 6.0;
-/// So much of the board is across at least where what is chosen is looked at, in mm.
+/// Minimum width of board in view when the selection is fitted, mm.
 const CHOSEN_MM: f32 = 6.0;
-/// A place is in sight where it is so far from the edge, in CSS pixels.
+/// A position this far from the edge counts as in view, CSS pixels.
 const BROUGHT_PX: f64 = 24.0;
-/// Free room around it, in CSS pixels.
+/// Margin around a fitted selection, CSS pixels.
 const CHOSEN_MARGIN_PX: f64 = 60.0;
 
-/// The picture. Cheap to clone: all clones are the same picture. It goes when the last clone goes.
+/// The picture. Clones share it; it is dropped with the last clone.
 #[derive(Clone)]
 pub struct View(pub(super) Rc<RefCell<Stage>>);
 
 thread_local! {
-    /// Every picture there is, so that a lost device, which can only send a message, finds its own.
+    /// All pictures. A lost device can only call a plain function, which then wakes all of them.
     static STAGES: RefCell<Vec<Weak<RefCell<Stage>>>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Keeps `view` among those that a lost device wakes.
+/// Adds `view` to the pictures that a lost device wakes.
 pub(super) fn keep(view: &View) {
     STAGES.with_borrow_mut(|stages| stages.push(Rc::downgrade(&view.0)));
 }
 
-/// Asks every picture for a frame.
+/// Requests a frame for every picture.
 pub(super) fn wake_all() {
     STAGES.with_borrow_mut(|stages| {
         stages.retain(|stage| stage.strong_count() > 0);
@@ -47,8 +44,8 @@ pub(super) fn wake_all() {
 }
 
 impl View {
-    /// Shows something else. Selection and progress are taken back; the camera stays, and what is drawn in stays under the
-    /// pointer from then on.
+    /// Replaces the scene and clears selection and progress. The camera stays; in drawing mode a fitted
+    /// picture no longer refits, so that nothing moves under the pointer.
     pub fn set_scene(&self, scene: Scene) {
         {
             let mut stage = self.0.borrow_mut();
@@ -59,11 +56,11 @@ impl View {
             stage.picker = None;
             stage.rebuild();
         }
-        // It may have been fitted anew.
+        // The rebuild may have refitted the camera.
         self.moved();
     }
 
-    /// What lies over the scene, for example under the pointer. Writes nothing else to the GPU.
+    /// Replaces the overlay, such as marks under the pointer. Writes nothing else to the GPU.
     pub fn set_over(&self, lines: Vec<Line>) {
         {
             let stage = &mut *self.0.borrow_mut();
@@ -78,7 +75,7 @@ impl View {
         self.repaint();
     }
 
-    /// Changes the states of some discs, by index; nothing else is written to the GPU.
+    /// Changes the states of some discs, by index. Writes nothing else to the GPU.
     pub fn set_states(&self, changes: &[(usize, HoleState)]) {
         {
             let mut stage = self.0.borrow_mut();
@@ -93,7 +90,7 @@ impl View {
         self.repaint();
     }
 
-    /// Gives the discs of `order` their numbers in it: `order[0]` is drilled first. The others take no part.
+    /// Numbers the discs in this order: `order[0]` is drilled first. Other discs become unordered.
     pub fn set_order(&self, order: &[usize]) {
         {
             let mut stage = self.0.borrow_mut();
@@ -108,7 +105,7 @@ impl View {
         self.repaint();
     }
 
-    /// Puts a halo around these discs, and around no others.
+    /// Puts a halo around these discs only.
     pub fn set_selected(&self, discs: &[usize]) {
         {
             let mut stage = self.0.borrow_mut();
@@ -135,19 +132,19 @@ impl View {
         self.repaint();
     }
 
-    /// How far the plan has come. Costs a frame and nothing more.
+    /// Sets the progress of the plan. Repaints, but writes no scene data.
     pub fn set_progress(&self, progress: OrderProgress) {
         self.0.borrow_mut().progress = progress;
         self.repaint();
     }
 
-    /// Where the head is; none hides it.
+    /// Position of the tool; none hides it.
     pub fn set_head(&self, at_mm: Option<[f32; 2]>) {
         self.0.borrow_mut().head_mm = at_mm;
         self.repaint();
     }
 
-    /// Other colours. Discs and lines keep theirs, which came with the scene.
+    /// Replaces the colours. Discs and lines keep theirs, which are part of the scene.
     pub fn set_palette(&self, palette: Palette) {
         {
             let mut stage = self.0.borrow_mut();
@@ -160,30 +157,29 @@ impl View {
         self.repaint();
     }
 
-    /// Text that says what the picture shows, for those who do not see it.
+    /// Sets the description for screen readers.
     pub fn describe(&self, text: &str) {
         let _ = self.0.borrow().canvas.set_attribute("aria-label", text);
     }
 
-    /// Where one looks from.
     pub fn camera(&self) -> Camera {
         self.0.borrow().camera
     }
 
-    /// Looks from somewhere else. The size of the window stays the real one.
+    /// Replaces the camera, except the window size and mirroring.
     pub fn set_camera(&self, camera: Camera) {
         self.move_camera(|own| {
             *own = Camera { viewport_px: own.viewport_px, mirrored: own.mirrored, ..camera }
         });
     }
 
-    /// Looks from below, or from above. What is in the middle stays there.
+    /// Looks from below or from above. The middle stays in the middle.
     pub fn set_mirrored(&self, mirrored: bool) {
         self.0.borrow_mut().camera.mirrored = mirrored;
         self.moved();
     }
 
-    /// Puts a place in the middle, with at least so many mm of the board across.
+    /// Centers on a position, with `across_mm` of the board in view.
     pub fn look_at(&self, at_mm: [f64; 2], across_mm: f64) {
         self.move_camera(|camera| {
             camera.centre_mm = at_mm;
@@ -199,13 +195,13 @@ impl View {
         self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), factor));
     }
 
-    /// Shows everything. The picture stays fitted when the window changes, until somebody moves it or draws in it.
+    /// Shows everything. Refits when the window changes, until the user moves the picture or draws in it.
     pub fn fit(&self) {
         self.0.borrow_mut().fit();
         self.moved();
     }
 
-    /// Moves no further than it takes to have a place in sight.
+    /// Centers on a position, unless it is already in view.
     pub fn bring(&self, at_mm: [f64; 2]) {
         let camera = self.camera();
         let near = |(at, size): (f64, f64)| (BROUGHT_PX..=size - BROUGHT_PX).contains(&at);
@@ -215,7 +211,7 @@ impl View {
         }
     }
 
-    /// Shows what is chosen with room around it; nothing changes where nothing is.
+    /// Shows the selection with a margin; no effect without a selection.
     pub fn fit_chosen(&self) {
         let Some([low, high]) = self.0.borrow().chosen_mm() else { return };
         let room = |axis: usize| f64::from(CHOSEN_MM - (high[axis] - low[axis])).max(0.0) / 2.0;
@@ -223,12 +219,12 @@ impl View {
         self.move_camera(|camera| camera.fit([corner(low, -1.0), corner(high, 1.0)], CHOSEN_MARGIN_PX));
     }
 
-    /// As large as the board is, on a screen of 96 pixels an inch.
+    /// Actual size, on a screen of 96 pixels per inch.
     pub fn actual_size(&self) {
         self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), 1.0 / camera.zoom()));
     }
 
-    /// The ground has a grid, or none.
+    /// Shows or hides the grid.
     pub fn set_grid(&self, on: bool) {
         self.0.borrow_mut().grid = on;
         self.repaint();
@@ -249,7 +245,7 @@ impl View {
         self.repaint();
     }
 
-    /// The disc at a place in the window, in CSS pixels from the canvas's upper left corner.
+    /// The disc at a window position, in CSS pixels from the canvas's upper left corner.
     pub fn pick(&self, at_px: [f64; 2]) -> Option<usize> {
         let mut stage = self.0.borrow_mut();
         if stage.picker.is_none() {
@@ -265,12 +261,12 @@ impl View {
         stage.picker.as_ref().and_then(|picker| picker.nearest(at_mm, tolerance))
     }
 
-    /// Called with the disc under a click or tap, or none beside all.
+    /// Called with a click or tap and the disc under it, if any.
     pub fn on_press(&self, act: impl FnMut(Pressed) + 'static) {
         self.0.borrow_mut().gestures.on_press = Some(Rc::new(RefCell::new(act)));
     }
 
-    /// Called with the place of the board and the disc under the pointer; none when it leaves.
+    /// Called with the board position and the disc under the pointer; none when the pointer leaves.
     pub fn on_hover(&self, act: impl FnMut(Option<([f64; 2], Option<usize>)>) + 'static) {
         self.0.borrow_mut().gestures.on_hover = Some(Rc::new(RefCell::new(act)));
     }
@@ -280,17 +276,18 @@ impl View {
         self.0.borrow_mut().gestures.on_camera = Some(Rc::new(RefCell::new(act)));
     }
 
-    /// Called with what paints from now on, after a device was lost.
+    /// Called with the new back end after a device was lost.
     pub fn on_backend(&self, act: impl FnMut(Backend) + 'static) {
         self.0.borrow_mut().gestures.on_backend = Some(Rc::new(RefCell::new(act)));
     }
 
-    /// Called with what the pointer does while it draws, see [`set_strokes`](Self::set_strokes).
+    /// Called with pointer events in drawing mode, see [`set_strokes`](Self::set_strokes).
     pub fn on_stroke(&self, act: impl FnMut(PointerStroke) + 'static) {
         self.0.borrow_mut().gestures.on_stroke = Some(Rc::new(RefCell::new(act)));
     }
 
-    /// The first button and a single finger draw, or they move the picture. The other buttons and two fingers always do that.
+    /// Turns drawing mode on or off. In drawing mode, the first button and a single finger draw; other
+    /// buttons and two fingers still move the picture.
     pub fn set_strokes(&self, on: bool) {
         {
             let stage = &mut *self.0.borrow_mut();
@@ -302,22 +299,20 @@ impl View {
         }
     }
 
-    /// Space is held, or let go: with it the first button moves the picture where it would draw.
+    /// While Space is held, the first button moves the picture even in drawing mode.
     pub fn set_space(&self, on: bool) {
         self.0.borrow_mut().gestures.space = on;
     }
 
-    /// Which painter is used.
     pub fn backend(&self) -> Backend {
         self.0.borrow().painter.backend()
     }
 
-    /// How painting went.
     pub fn frames(&self) -> Frames {
         self.0.borrow().frames
     }
 
-    /// Throws the device away; the picture comes back on a new one, as after the graphics card slept.
+    /// Destroys the device for tests; the picture recovers on a new one, as after a suspend.
     pub fn lose_device(&self) {
         if let Painter::Gpu(gpu) = &self.0.borrow().painter {
             gpu.lose();
@@ -325,9 +320,10 @@ impl View {
         self.repaint();
     }
 
-    /// Asks for a frame, once.
+    /// Requests a frame, once.
     pub(super) fn repaint(&self) {
-        // A device may be lost while the picture is borrowed; whoever borrowed it asks for a frame afterwards.
+        // A device can be lost while the picture is borrowed; the borrower requests a frame itself
+        // afterwards.
         let Ok(mut stage) = self.0.try_borrow_mut() else { return };
         stage.sharp = false;
         if stage.frame_asked.is_some() {

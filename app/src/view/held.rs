@@ -1,6 +1,4 @@
-//! Pointers that are down on the picture, and who wants to know what they do.
-//!
-//! Comes in: what the pointers did. Goes out: the same to whoever asked. Does not know what a press means.
+//! Pointers that are down on the picture, and the callbacks for them.
 
 use super::backend::Backend;
 use super::camera::Camera;
@@ -10,34 +8,30 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{PointerEvent, WheelEvent};
 
-/// A click or tap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressed {
-    /// Where on the board.
+    /// Board position.
     pub at_mm: [f64; 2],
-    /// The disc there.
     pub disc: Option<usize>,
-    /// Shift, Ctrl or Command was held: add to what is selected.
+    /// Shift, Ctrl or Command: add to the selection.
     pub adding: bool,
 }
 
-/// A pointer that draws.
+/// A pointer event in drawing mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointerStroke {
-    /// What it does.
     pub touch: Touch,
-    /// Where on the board.
+    /// Board position.
     pub at_mm: [f64; 2],
-    /// Shift is held.
     pub shift: bool,
-    /// Ctrl or Command is held.
+    /// Ctrl or Command.
     pub ctrl: bool,
 }
 
-/// Who wants to know.
+/// A callback.
 pub(super) type Act<T> = Option<Rc<RefCell<dyn FnMut(T)>>>;
 
-/// Pointers that are down, and who wants to know.
+/// Pointers that are down, and the callbacks.
 #[derive(Default)]
 pub(super) struct Gestures {
     pub(super) held: Vec<Held>,
@@ -47,17 +41,16 @@ pub(super) struct Gestures {
     pub(super) on_camera: Act<Camera>,
     pub(super) on_stroke: Act<PointerStroke>,
     pub(super) on_backend: Act<Backend>,
-    /// The first button and a single finger draw; they do not move the picture.
+    /// Drawing mode: the first button and a single finger draw instead of moving the picture.
     pub(super) strokes: bool,
-    /// Space is held: the first button moves the picture where it would draw.
+    /// Space is held: the first button moves the picture even in drawing mode.
     pub(super) space: bool,
-    /// The pointer that draws now.
+    /// The pointer that is drawing.
     pub(super) stroke: Option<i32>,
     pub(super) listeners: Vec<Closure<dyn FnMut(PointerEvent)>>,
     pub(super) wheel: Option<Closure<dyn FnMut(WheelEvent)>>,
 }
 
-/// A pointer that is down.
 #[derive(Clone, Copy)]
 pub(super) struct Held {
     pub(super) id: i32,
@@ -65,7 +58,7 @@ pub(super) struct Held {
     pub(super) at_px: [f64; 2],
 }
 
-/// Nothing of the view is borrowed while `act` runs, so it may call the view.
+/// Must be called while the view isn't borrowed, because `act` may call the view.
 pub(super) fn tell<T>(act: Act<T>, what: T) {
     if let Some(act) = act
         && let Ok(mut act) = act.try_borrow_mut()

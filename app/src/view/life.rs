@@ -1,12 +1,10 @@
-//! How a picture comes to stand in the page and stays there: painted when something changed and never otherwise.
+//! Life of a picture in the page: creation, painting on demand, recovery of lost devices.
 //!
 //! ```text
 //! set_… ──▶ repaint ──▶ requestAnimationFrame ─┬▶ paint ─┬─ shown
-//!                               ResizeObserver ─┘         └─ device lost: new canvas, new painter, same scene; told
-//!                                                            lost again and again: WebGPU ▶ WebGL2 ▶ 2D
+//!                               ResizeObserver ─┘         └─ device lost: new canvas, same scene, callback
+//!                                                            lost too often: WebGPU ▶ WebGL2 ▶ 2D
 //! ```
-//!
-//! Comes in: a host element. Goes out: a canvas in it. Does not know what is shown.
 
 use super::backend::{Painter, PainterChoice, set_up};
 use super::camera::Camera;
@@ -24,13 +22,13 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlElement, ResizeObserver};
 
-/// A kind of device that is lost more often than this is not asked again.
+/// After more losses than this, a worse kind of device is used.
 const MOST_LOSSES: u32 = 3;
-/// A picture that is not sharp becomes so when nothing has moved for so long, in ms.
+/// A coarse frame is repainted sharp after this time without a change, ms.
 const REST_MS: i32 = 250;
 
 impl View {
-    /// A picture that fills `host`, which must have a size. Fails only where there is not even a 2D canvas.
+    /// A picture that fills `host`, which must have a size. Fails only if there is not even a 2D canvas.
     pub async fn new(host: &HtmlElement, wanted: PainterChoice, palette: Palette) -> Result<Self, String> {
         let (canvas, painter) = set_up(host, wanted, wake_all).await?;
         let view = Self(Rc::new(RefCell::new(Stage {
@@ -71,6 +69,7 @@ impl View {
     }
 
     fn watch_frames_and_size(&self) {
+        // The stage owns these closures, so they must not own the stage.
         let stage = Rc::downgrade(&self.0);
         let on_frame = Closure::new(move || {
             if let Some(stage) = stage.upgrade() {
@@ -90,7 +89,7 @@ impl View {
             if let Some(stage) = stage.upgrade() {
                 let view = View(stage);
                 view.measure();
-                // A canvas of another size is empty: it is painted before it is shown.
+                // Resizing clears the canvas: paint before the browser shows it.
                 view.paint();
             }
         });
@@ -112,7 +111,7 @@ impl View {
         });
         let mut stage = self.0.borrow_mut();
         let listener = on_lost.as_ref().unchecked_ref();
-        // WebGPU's device tells of its loss itself; WebGL2's only by this event.
+        // WebGPU reports a lost device itself; WebGL2 only by this event.
         let _ = stage.canvas.add_event_listener_with_callback("webglcontextlost", listener);
         stage.on_context_lost = Some(on_lost);
     }
@@ -132,7 +131,7 @@ impl View {
         }
     }
 
-    /// Asks for a sharp frame once nothing moves.
+    /// Requests a sharp frame for when nothing changes any longer.
     fn sharpen_at_rest(&self) {
         let stage = &mut *self.0.borrow_mut();
         stage.forget_rest();
@@ -141,7 +140,7 @@ impl View {
         stage.sharp_asked = window.set_timeout_with_callback_and_timeout_and_arguments_0(act, REST_MS).ok();
     }
 
-    /// A new canvas and painter for the same scene.
+    /// Creates a new canvas and renderer for the same scene.
     fn restore(&self) {
         let (host, wanted) = {
             let mut stage = self.0.borrow_mut();

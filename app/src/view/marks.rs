@@ -1,4 +1,4 @@
-//! A scene as strokes with round ends, 32 bytes each. A disc is a stroke of no length.
+//! Encodes a scene as strokes with round ends, 32 bytes each. A disc is a stroke of length 0.
 //!
 //! ```text
 //!        radius        bits: 0..2 state   3 disc   4 selected   5 hovered   8..31 order
@@ -6,8 +6,6 @@
 //!      │ a ──── b │    order in the buffer: outline, slots, lines, discs
 //!      ╰──────────╯
 //! ```
-//!
-//! Comes in: a [`Scene`]. Goes out: marks. Does not know the GPU.
 
 use super::palette::{Colour, Palette};
 use super::scene::{Disc, HoleState, Line, Scene, SceneSlot, UNORDERED, Width};
@@ -17,12 +15,11 @@ use std::ops::Range;
 const DISC: u32 = 1 << 3;
 const SELECTED: u32 = 1 << 4;
 const HOVERED: u32 = 1 << 5;
-/// Reach of the head's cross-hair in CSS pixels.
+/// Size of the tool's cross-hair, CSS pixels.
 const HEAD_PX: f32 = 16.0;
-/// Rim of a slot in CSS pixels.
+/// Width of a slot's rim, CSS pixels.
 const SLOT_RIM_PX: f32 = 1.75;
 
-/// One stroke.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct Mark {
@@ -34,26 +31,25 @@ pub(super) struct Mark {
     bits: u32,
 }
 
-/// A scene as marks.
 pub(super) struct Marks {
     pub(super) all: Vec<Mark>,
-    /// Where the discs begin; they are in the scene's order.
+    /// Index of the first disc; discs are in the scene's order.
     pub(super) first_disc: usize,
-    /// Which of them are for looking from afar.
+    /// Simplified lines for small zooms.
     pub(super) afar: Afar,
 }
 
-/// Lines that stand for others when one looks from afar.
+/// Simplified lines for small zooms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Afar {
-    /// The lines that are drawn from nearby.
+    /// The full lines, as marks.
     lines: Range<u32>,
-    /// Behind all marks: other lines for them, each with how far they are off, mm.
+    /// Simplified lines, stored after all other marks: maximum error in mm, and marks.
     levels: Vec<(f32, Range<u32>)>,
 }
 
 impl Afar {
-    /// What of `count` marks is drawn where a millimetre has so many pixels: lines, and the discs over them.
+    /// The marks to draw at this zoom, of `count`: lines below the discs, and the discs.
     pub(super) fn drawn(&self, count: u32, px_per_mm: f64) -> ([Range<u32>; 2], Range<u32>) {
         let all = self.levels.first().map_or(count, |(_, first)| first.start);
         let level = thinned::level_for(self.levels.iter().map(|(off_mm, _)| *off_mm), px_per_mm);
@@ -65,10 +61,9 @@ impl Afar {
     }
 }
 
-/// What the pointer and the page have marked, by index of disc.
+/// Highlights, by disc index.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Emphasis {
-    /// Sorted.
     pub(super) selected: Vec<u32>,
     pub(super) hovered: Option<u32>,
 }
@@ -83,10 +78,9 @@ impl Emphasis {
     }
 }
 
-/// The whole scene.
 pub(super) fn build(scene: &Scene, palette: &Palette, emphasis: &Emphasis) -> Marks {
     let mut all = Vec::with_capacity(scene.lines.len() + scene.discs.len() + 8 * scene.slots.len());
-    // the rim covers the stairs of the triangles' edges, the outline lies on it
+    // The rim hides the jagged edges of the triangles; the outline is on top of it.
     for (width, colour) in [(4.0, palette.edge), (1.5, palette.outline)] {
         for ring in &scene.outline {
             let closed = ring.iter().zip(ring.iter().cycle().skip(1));
@@ -110,7 +104,6 @@ pub(super) fn build(scene: &Scene, palette: &Palette, emphasis: &Emphasis) -> Ma
     Marks { all, first_disc, afar }
 }
 
-/// One disc.
 pub(super) fn disc(index: usize, disc: &Disc, emphasis: &Emphasis) -> Mark {
     let mut bits = disc.state as u32 | DISC | disc.order.min(UNORDERED) << 8;
     if emphasis.selected(index) {
@@ -123,13 +116,12 @@ pub(super) fn disc(index: usize, disc: &Disc, emphasis: &Emphasis) -> Mark {
     Mark { a_mm: at, b_mm: at, radius_mm: disc.radius_mm, radius_px: 0.0, colour: disc.colour, bits }
 }
 
-/// The head's cross-hair.
+/// The tool's cross-hair.
 pub(super) fn head(at: [f32; 2], palette: &Palette) -> Mark {
     let bits = UNORDERED << 8;
     Mark { a_mm: at, b_mm: at, radius_mm: 0.0, radius_px: HEAD_PX, colour: palette.head, bits }
 }
 
-/// One line.
 pub(super) fn line(line: &Line) -> Mark {
     stroke(line.a_mm, line.b_mm, line.width, line.colour, line.order)
 }
@@ -183,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn from_afar_other_lines_are_drawn_in_the_place_of_many() {
+    fn distant_view_draws_merged_lines() {
         let piece = |at: u32| {
             let (a_mm, b_mm) = ([at as f32 * 0.001, 0.0], [(at + 1) as f32 * 0.001, 0.0]);
             Line { a_mm, b_mm, width: Width::Px(1.0), colour: Colour::rgb(0), order: 3 }
@@ -202,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn discs_come_last_and_in_the_scenes_order() {
+    fn discs_are_last_in_scene_order() {
         let marks = build(&scene(), &Palette::DARK, &Emphasis::default());
         assert_eq!(marks.first_disc, 2 * 3 + 4 + 1, "a closed outline on its rim, a slot twice, a line");
         assert_eq!(marks.all.len(), marks.first_disc + 3);
@@ -212,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn one_disc_alone_equals_the_same_disc_in_the_whole() {
+    fn disc_mark_alone_equals_its_mark_in_the_scene() {
         let scene = scene();
         let emphasis = Emphasis { selected: vec![0, 2], hovered: Some(1) };
         let marks = build(&scene, &Palette::DARK, &emphasis);
@@ -225,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_is_thirty_two_bytes_without_holes() {
+    fn mark_is_32_bytes_without_padding() {
         assert_eq!(size_of::<Mark>(), 32);
         let mark = head([1.0, 2.0], &Palette::DARK);
         assert_eq!(bytemuck::bytes_of(&mark)[8..16], bytemuck::bytes_of(&mark)[..8], "a disc has no length");

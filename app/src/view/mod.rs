@@ -1,17 +1,14 @@
-//! The picture: discs, lines and a plate, drawn by the GPU as sharp as the screen allows.
+//! The picture: discs, lines and a plate, drawn by the GPU.
 //!
 //! ```text
 //! Scene ─ marks, numbers ─▶ gpu ══ bytes ══▶ device ─▶ canvas      pointer ─ gestures ─▶ Camera
 //!    └────────────────────────────────────── flat ─▶ canvas                      └─ pick ─▶ index of a disc
 //! ```
 //!
-//! A board that is carved is drawn in space instead: a [`Relief`] by its tiles, seen from an [`Orbit`].
+//! The 3D view draws a [`Relief`] in tiles instead, seen from an [`Orbit`].
 //!
-//! Comes in: a [`Scene`] in millimetres of the board, a [`Palette`], what is done. Goes out: pixels, and which disc lies
-//! under the pointer. Knows no boards, no screens and no leptos.
-//!
-//! WebGPU is taken where there is one, else WebGL2, else a plain 2D canvas. Frames are painted on demand. What knows the GPU
-//! (`device/`) is a WebAssembly of its own, so that the page is there before it.
+//! Uses WebGPU if available, else WebGL2, else a 2D canvas. Paints on demand only. The GPU code (`device/`)
+//! is a separate WebAssembly file, so that the page loads first.
 
 mod camera;
 #[cfg(any(target_arch = "wasm32", test))]

@@ -1,11 +1,9 @@
-//! What a frame is drawn with: numbers, laid out as the shaders have them.
+//! The uniforms of a frame, laid out as in the shaders.
 //!
 //! ```text
 //! camera, colours, progress ─▶ FlatNumbers  ─▶ marks.wgsl
 //! orbit, relief, tool       ─▶ SpaceNumbers ─▶ relief.wgsl
 //! ```
-//!
-//! Comes in: what is looked at, from where. Goes out: plain memory. Does not know the GPU.
 
 use super::camera::Camera;
 use super::orbit::Orbit;
@@ -13,30 +11,30 @@ use super::palette::{Colour, Palette};
 use super::relief::{Cutting, ReliefField};
 use super::scene::{OrderProgress, Plate};
 
-/// How long a tool is drawn, in its diameters and at least, mm.
+/// Drawn length of a tool: in diameters, and at least in mm.
 const LONG_DIAMETERS: f32 = 7.0;
 const LEAST_LONG_MM: f32 = 8.0;
 
-/// What happened to a frame.
+/// The result of painting a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Painted {
-    /// It is on the screen.
+    /// On the screen.
     Shown,
-    /// It is on the screen, less sharp than it can be: this device takes long for the rest.
+    /// On the screen at reduced resolution, because full resolution takes long on this device.
     Coarse,
-    /// Not now; ask again.
+    /// Not possible now: try again.
     Later,
-    /// The device is gone; a new painter is needed.
+    /// The device is lost: a new renderer is needed.
     Lost,
 }
 
 impl Painted {
-    /// As a number, for another WebAssembly.
+    /// The code for the other WebAssembly.
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// From such a number; what says nothing has lost its device.
+    /// From such a code. An unknown code counts as a lost device.
     pub(super) const fn of_code(code: u8) -> Self {
         match code {
             0 => Self::Shown,
@@ -47,7 +45,7 @@ impl Painted {
     }
 }
 
-/// The flat picture, but for its marks.
+/// Uniforms of the 2D view, without its marks.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct FlatNumbers {
@@ -68,7 +66,7 @@ pub(super) struct FlatNumbers {
     colours: [[f32; 4]; 10],
 }
 
-/// The board in space.
+/// Uniforms of the 3D view.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SpaceNumbers {
@@ -91,7 +89,7 @@ pub(super) struct SpaceNumbers {
 }
 
 impl FlatNumbers {
-    /// Of a window of `size_px` device pixels, so many of them for one of the page.
+    /// `size_px` in device pixels; `density` is device pixels per CSS pixel.
     pub(super) fn of(
         camera: &Camera,
         (size_px, density): ([u32; 2], f64),
@@ -132,14 +130,14 @@ impl FlatNumbers {
         }
     }
 
-    /// What of them tells on what stands still.
+    /// Without the numbers that don't affect the static picture.
     pub(super) fn without_progress(self) -> Self {
         Self { discs: 0, lines: 0, drilling: 0, ..self }
     }
 }
 
 impl SpaceNumbers {
-    /// Of a board in a picture of `drawn_px`, with so many rays along each side of a pixel, over `ground`.
+    /// For a picture of `drawn_px`, with `samples` rays per pixel in each direction, over `ground`.
     pub(super) fn of(
         (field, orbit, tool): (&ReliefField, &Orbit, Option<Cutting>),
         drawn_px: [u32; 2],
@@ -172,7 +170,7 @@ impl SpaceNumbers {
         }
     }
 
-    /// Size of the picture that they are for, in pixels.
+    /// Size of the picture in pixels.
     pub(super) fn drawn_px(&self) -> [u32; 2] {
         self.window.map(|px| px as u32)
     }
@@ -183,22 +181,22 @@ mod tests {
     use super::*;
     use crate::view::Relief;
 
-    /// What a uniform buffer asks of a structure: a whole number of four floats.
+    /// Uniform buffers must be a multiple of 16 bytes.
     #[test]
-    fn numbers_are_whole_rows_of_four() {
+    fn uniform_buffers_are_multiples_of_16_bytes() {
         assert_eq!((size_of::<FlatNumbers>(), size_of::<SpaceNumbers>()), (240, 160));
         assert_eq!(size_of::<FlatNumbers>() % 16 + size_of::<SpaceNumbers>() % 16, 0);
     }
 
     #[test]
-    fn what_happened_to_a_frame_goes_through_a_number() {
+    fn paint_result_survives_its_number_code() {
         for painted in [Painted::Shown, Painted::Coarse, Painted::Later, Painted::Lost] {
             assert_eq!(Painted::of_code(painted.code()), painted);
         }
     }
 
     #[test]
-    fn progress_alone_leaves_what_stands_still_as_it_is() {
+    fn progress_changes_only_the_progress_numbers() {
         let plate = Plate { min_mm: [1.0, 2.0], max_mm: [30.0, 40.0], corner_mm: 3.0 };
         let camera = Camera::default();
         let of = |camera: &Camera, progress| {
@@ -215,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_in_space_says_for_how_large_a_picture() {
+    fn space_numbers_hold_picture_size_and_tool() {
         let relief = Relief {
             low_mm: [0.0, 1.0],
             cell_mm: 0.1,

@@ -1,52 +1,49 @@
-//! Where one looks from in space: a point of the board in the middle of the window, two angles, how much is to be seen.
+//! The camera of the 3D view: a board position in the middle of the window, two angles, and the visible
+//! extent.
 //!
 //! ```text
 //!        eye ●            tilt 90° is straight from above, below 0° from underneath
 //!             ╲ tilt      turn 0° has X to the right
 //!   ───────────●──────── centre, on the surface
 //! ```
-//!
-//! Comes in: drags, zooms, boxes. Goes out: rays through pixels. Does not know what is shown.
 
-/// Half the angle that the window's height takes in.
+/// Half the vertical angle of view.
 const HALF_VIEW_RAD: f64 = 0.2;
-/// The least and the most of the board that the window is high, mm.
+/// Minimum and maximum of [`Orbit::across_mm`].
 const ACROSS_MM: [f64; 2] = [0.2, 5_000.0];
-/// The board is seen like this at first: tilt and turn in degrees.
+/// Initial tilt and turn, degrees.
 const HOME_DEG: [f64; 2] = [52.0, -18.0];
-/// Flatter than this the board is but a line.
+/// At a flatter tilt the board would be only a line.
 const LEAST_TILT_DEG: f64 = 8.0;
-/// Share of the window that a fitted board takes at most.
+/// Maximum share of the window for a fitted board.
 const FITTED_SHARE: f64 = 0.86;
-/// Degrees that a pixel of a drag turns.
+/// Degrees per pixel of a drag.
 const DEG_PER_PX: f64 = 0.35;
 
-/// A place in space, mm: X to the right, Y up the board, Z out of it.
+/// A point in mm: X right, Y up the board, Z out of the board.
 pub(super) type Spot = [f64; 3];
 
-/// A view of the board in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// The place of the surface in the middle of the window.
+    /// The point of the surface in the middle of the window.
     pub centre_mm: [f64; 2],
     /// From 90, straight down, to −90, straight up from underneath.
     pub tilt_deg: f64,
-    /// About the upright axis.
+    /// About the vertical axis.
     pub turn_deg: f64,
-    /// So much of the board is as high as the window.
+    /// Millimetres of board in the height of the window.
     pub across_mm: f64,
 }
 
 /// The rays of a window: from `eye` along `forward` + x · `right` + y · `up`, x and y from −1 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rays {
-    /// Where they start.
     pub eye: Spot,
     /// Through the middle of the window.
     pub forward: Spot,
-    /// From there to its right edge.
+    /// From the middle to the right edge.
     pub right: Spot,
-    /// From there to its upper edge.
+    /// From the middle to the upper edge.
     pub up: Spot,
 }
 
@@ -70,7 +67,7 @@ fn cross(a: Spot, b: Spot) -> Spot {
 }
 
 impl Orbit {
-    /// The whole box from the side at which it is seen first; `flat` straight from above.
+    /// The whole box in the initial view, or straight from above if `flat`.
     pub fn of(bounds_mm: [[f64; 2]; 2], viewport_px: [f64; 2], flat: bool) -> Self {
         let mut orbit = Self::default();
         if flat {
@@ -80,8 +77,8 @@ impl Orbit {
         orbit
     }
 
-    /// Takes the whole box into a window, from where it is seen: from so far away that the corner that is the first to leave the
-    /// window keeps off its edge.
+    /// Fits the whole box from the current direction: as far away as needed so that no corner gets too close
+    /// to the window's edge.
     pub fn fit(&mut self, bounds_mm: [[f64; 2]; 2], viewport_px: [f64; 2]) {
         let [low, high] = bounds_mm;
         self.centre_mm = [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0);
@@ -96,17 +93,16 @@ impl Orbit {
         self.set_across((2.0 * libm::tan(HALF_VIEW_RAD) * away_mm).max(1.0));
     }
 
-    /// Seen from underneath.
     pub fn is_below(&self) -> bool {
         self.tilt_deg < 0.0
     }
 
-    /// From the other side of the board.
+    /// To the other side of the board.
     pub fn flip(&mut self) {
         self.tilt_deg = -self.tilt_deg;
     }
 
-    /// Turned by a drag of so many pixels.
+    /// Turns by a drag of pixels.
     pub fn turn_px(&mut self, by_px: [f64; 2]) {
         self.turn_deg = (self.turn_deg + by_px[0] * DEG_PER_PX).rem_euclid(360.0);
         let tilt = self.tilt_deg + by_px[1] * DEG_PER_PX;
@@ -114,7 +110,7 @@ impl Orbit {
         self.tilt_deg = tilt.clamp(low, high);
     }
 
-    /// Moved by a drag of so many pixels, as if the board hung on the pointer.
+    /// Pans by a drag of pixels; the board follows the pointer.
     pub fn pan_px(&mut self, from_px: [f64; 2], to_px: [f64; 2], viewport_px: [f64; 2]) {
         let places = [from_px, to_px].map(|at| self.to_mm(at, viewport_px));
         if let [Some(from), Some(to)] = places {
@@ -122,7 +118,7 @@ impl Orbit {
         }
     }
 
-    /// Makes everything `factor` times larger; the place under `at_px` stays where it is.
+    /// Zooms by `factor`; the position under `at_px` doesn't move.
     pub fn zoom_at(&mut self, at_px: [f64; 2], factor: f64, viewport_px: [f64; 2]) {
         let before = self.to_mm(at_px, viewport_px);
         self.set_across(self.across_mm / factor);
@@ -137,7 +133,6 @@ impl Orbit {
         }
     }
 
-    /// The rays of a window.
     pub fn rays(&self, viewport_px: [f64; 2]) -> Rays {
         let (tilt, turn) = (self.tilt_deg.to_radians(), self.turn_deg.to_radians());
         let half = libm::tan(HALF_VIEW_RAD);
@@ -154,7 +149,7 @@ impl Orbit {
         Rays { eye, forward, right: scaled(right, half * aspect), up: scaled(up, half) }
     }
 
-    /// The place of the surface that a pixel shows; none beyond the horizon.
+    /// The point of the surface under a pixel; none beyond the horizon.
     pub fn to_mm(&self, px: [f64; 2], viewport_px: [f64; 2]) -> Option<[f64; 2]> {
         let rays = self.rays(viewport_px);
         let x = 2.0 * px[0] / viewport_px[0].max(1.0) - 1.0;
@@ -182,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_shows_the_centre_and_a_zoom_keeps_what_is_under_the_pointer() {
+    fn orbit_zoom_and_pan_fix_the_point_under_the_pointer() {
         for mut orbit in views() {
             near(orbit.to_mm([400.0, 300.0], WINDOW_PX).unwrap(), orbit.centre_mm);
             let held = orbit.to_mm([300.0, 350.0], WINDOW_PX).unwrap();
@@ -194,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn from_above_x_points_right_and_from_below_left() {
+    fn x_points_right_from_above_and_left_from_below() {
         let [above, .., below] = <[Orbit; 5]>::try_from(views()).unwrap();
         let right = |orbit: Orbit| orbit.to_mm([500.0, 300.0], WINDOW_PX).unwrap();
         let up = |orbit: Orbit| orbit.to_mm([400.0, 200.0], WINDOW_PX).unwrap();
@@ -202,7 +197,7 @@ mod tests {
         assert!(right(below)[0] < 10.0 && up(below)[1] > 5.0, "{:?}", up(below));
     }
 
-    /// Where a corner is in a window of two by two, of which the middle is 0.
+    /// Position of a corner in a window from −1 to 1.
     fn seen(orbit: &Orbit, at_mm: [f64; 2], window: [f64; 2]) -> [f64; 2] {
         let rays = orbit.rays(window);
         let way = [at_mm[0] - rays.eye[0], at_mm[1] - rays.eye[1], -rays.eye[2]];
@@ -210,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fitted_board_is_whole_and_large_in_every_window_from_every_side() {
+    fn fitted_board_fills_every_window_from_every_side() {
         for (width, height) in [(1100.0, 600.0), (390.0, 420.0), (200.0, 900.0), (2000.0, 150.0)] {
             for (wide, tall) in [(40.0, 30.0), (300.0, 20.0), (20.0, 300.0)] {
                 for mut orbit in views().into_iter().chain([Orbit::default()]) {
@@ -226,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fitted_box_is_in_the_window_and_a_drag_never_passes_the_horizon() {
+    fn fitted_box_is_visible_and_drags_stop_at_the_horizon() {
         let box_mm = [[0.0, 0.0], [100.0, 60.0]];
         let orbit = Orbit::of(box_mm, WINDOW_PX, true);
         let corner = orbit.to_mm([0.0, 600.0], WINDOW_PX).unwrap();

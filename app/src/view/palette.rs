@@ -1,8 +1,6 @@
-//! Colours by what they mean. The page chooses the palette; the picture only uses it.
-//!
-//! Comes in: nothing. Goes out: sRGB colours. Does not know themes' names.
+//! Colours by meaning. The page chooses the palette.
 
-/// A colour as on screens: sRGB with straight alpha, one byte each.
+/// An sRGB colour with straight alpha, one byte each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct Colour(pub [u8; 4]);
@@ -13,13 +11,13 @@ impl Colour {
         Self([(hex >> 16) as u8, (hex >> 8) as u8, hex as u8, 255])
     }
 
-    /// The same, let through: 0 is not there, 255 is opaque.
+    /// This colour with another alpha: 0 is transparent, 255 opaque.
     #[must_use]
     pub const fn alpha(self, alpha: u8) -> Self {
         Self([self.0[0], self.0[1], self.0[2], alpha])
     }
 
-    /// `share` of it and the rest of `other`, opaque.
+    /// `share` of this colour, the rest of `other`; opaque.
     #[must_use]
     pub fn mixed(self, other: Self, share: f32) -> Self {
         let mix = |own: u8, other: u8| (f32::from(own) * share + f32::from(other) * (1.0 - share)) as u8;
@@ -33,19 +31,19 @@ impl Colour {
         u32::from_str_radix(digits, 16).ok().map(Self::rgb)
     }
 
-    /// As style sheets write it.
+    /// As in CSS.
     pub fn css(self) -> String {
         let [red, green, blue, alpha] = self.0;
         format!("#{red:02x}{green:02x}{blue:02x}{alpha:02x}")
     }
 
-    /// Light of each channel from 0 to 1, alpha last, as the GPU blends it.
+    /// Linear light from 0 to 1, alpha last, as the GPU blends it.
     pub fn linear(self) -> [f32; 4] {
         let [red, green, blue, alpha] = self.0;
         [light(red), light(green), light(blue), f32::from(alpha) / 255.0]
     }
 
-    /// Relative luminance as WCAG defines it.
+    /// Relative luminance by WCAG.
     pub fn luminance(self) -> f32 {
         let [red, green, blue, _] = self.linear();
         0.2126 * red + 0.7152 * green + 0.0722 * blue
@@ -58,55 +56,47 @@ fn light(byte: u8) -> f32 {
     out as f32
 }
 
-/// Every colour of the picture, by its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Palette {
-    /// Around the board.
     pub background: Colour,
     /// Body of the board.
     pub plate: Colour,
-    /// Its rim.
     pub edge: Colour,
     /// Grid lines, over plate and background.
     pub grid: Colour,
-    /// Outline read from a file.
+    /// Outline from a file.
     pub outline: Colour,
-    /// Copper of the upper side.
     pub copper_top: Colour,
-    /// Copper of the lower side.
     pub copper_bottom: Colour,
-    /// Legend.
     pub silk: Colour,
-    /// Solder mask.
     pub mask: Colour,
     /// Copper that cannot be isolated.
     pub joined: Colour,
-    /// What the proof has found.
+    /// A problem found by the proof.
     pub finding: Colour,
-    /// Inside of a hole that is to be drilled.
+    /// Inside of a planned hole.
     pub bore: Colour,
-    /// A hole that is drilled.
+    /// A drilled hole.
     pub done: Colour,
-    /// The hole in work, and the accent.
+    /// The current hole, and the accent.
     pub current: Colour,
-    /// A hole that went wrong.
+    /// A failed hole.
     pub failed: Colour,
-    /// Halo of what is selected.
+    /// Halo of the selection.
     pub selected: Colour,
-    /// Cross-hair of the head.
+    /// Cross-hair of the tool.
     pub head: Colour,
-    /// Travel still to come.
+    /// Travel to come.
     pub travel: Colour,
-    /// Travel behind the head.
+    /// Travel done.
     pub travelled: Colour,
-    /// One colour a tool; told apart with every common colour blindness.
+    /// One colour per tool, distinguishable with all common kinds of colour blindness.
     pub tools: [Colour; 8],
-    /// One colour an operation, for its toolpaths.
+    /// One colour per operation, for its toolpaths.
     pub operations: [Colour; 6],
 }
 
 impl Palette {
-    /// For dark surroundings.
     pub const DARK: Self = Self {
         background: Colour::rgb(0x0012_161a),
         plate: Colour::rgb(0x001b_2f2a),
@@ -131,7 +121,7 @@ impl Palette {
         operations: OPERATIONS,
     };
 
-    /// For light surroundings. The board stays dark, so that tools keep their colours.
+    /// For light themes. The board stays dark, so that tools keep their colours.
     pub const LIGHT: Self = Self {
         background: Colour::rgb(0x00e9_edf0),
         plate: Colour::rgb(0x0026_443b),
@@ -156,18 +146,18 @@ impl Palette {
         operations: OPERATIONS,
     };
 
-    /// The colour of the toolpaths of the operation with this index; they repeat after six.
+    /// The colour of an operation's toolpaths; repeats after six.
     pub fn operation(&self, index: usize) -> Colour {
         self.operations[index % self.operations.len()]
     }
 
-    /// The colour of the tool with this index; they repeat after eight.
+    /// The colour of a tool; repeats after eight.
     pub fn tool(&self, index: usize) -> Colour {
         self.tools[index % self.tools.len()]
     }
 }
 
-/// After Okabe and Ito, lightened for a dark board; green is left to what is done.
+/// After Okabe and Ito, lightened for a dark board; green is reserved for done.
 const TOOLS: [Colour; 8] = [
     Colour::rgb(0x0055_cae8),
     Colour::rgb(0x00f0_a830),
@@ -179,7 +169,7 @@ const TOOLS: [Colour; 8] = [
     Colour::rgb(0x00a2_8bdf),
 ];
 
-/// Told apart from copper of either side and from what is done.
+/// Distinguishable from copper of both sides and from done.
 const OPERATIONS: [Colour; 6] = [
     Colour::rgb(0x00f6_e27a),
     Colour::rgb(0x0062_d6d6),
@@ -199,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn light_and_css_are_the_standard_ones() {
+    fn css_colours_and_linear_light_convert_correctly() {
         assert_eq!(Colour::rgb(0x00ff_8000).css(), "#ff8000ff");
         assert_eq!(Colour::of_css("#ff8000"), Some(Colour::rgb(0x00ff_8000)));
         for wrong in ["ff8000", "#ff80", "#ff80zz", "#ff80éé"] {
@@ -211,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_says_something_has_three_to_one_on_the_board() {
+    fn board_colours_have_a_contrast_of_3_to_1() {
         for (theme, palette) in [("dark", Palette::DARK), ("light", Palette::LIGHT)] {
             let signs = [
                 palette.done,
@@ -232,7 +222,7 @@ mod tests {
         }
     }
 
-    /// Colours as people without one kind of cone see them (Viénot, Brettel and Mollon 1999, linear light).
+    /// Colours as seen with one kind of cone missing (Viénot, Brettel and Mollon 1999, linear light).
     fn seen(colour: Colour, missing: usize) -> [f32; 3] {
         let [r, g, b, _] = colour.linear();
         let rows = [
@@ -243,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn tools_differ_for_people_without_red_or_green_cones() {
+    fn tool_colours_differ_for_colour_blind_people() {
         let tools = Palette::DARK.tools;
         for missing in [0, 1] {
             for (i, a) in tools.iter().enumerate() {

@@ -1,6 +1,4 @@
-//! Which disc the pointer means. Decided here and exactly, not by reading pixels back.
-//!
-//! Comes in: discs, a place, a tolerance. Goes out: the index of a disc. Does not know the screen.
+//! Finds the disc under the pointer, exactly and without reading pixels back.
 
 use super::scene::Disc;
 use rstar::{AABB, RTree, RTreeObject};
@@ -21,14 +19,13 @@ impl RTreeObject for Spot {
     }
 }
 
-/// Discs, sorted by place.
+/// A spatial index of discs.
 #[derive(Debug, Default)]
 pub struct Picker {
     tree: RTree<Spot>,
 }
 
 impl Picker {
-    /// Sorts `discs`.
     pub fn new(discs: &[Disc]) -> Self {
         let spots = discs.iter().enumerate().map(|(index, disc)| Spot {
             index: index as u32,
@@ -40,8 +37,8 @@ impl Picker {
         Self { tree: RTree::bulk_load(spots.filter(finite).collect()) }
     }
 
-    /// The disc whose edge is nearest to `at_mm`, none further than `tolerance_mm`. Inside several, the one whose
-    /// centre is nearest; then the lowest index.
+    /// The disc whose edge is nearest to `at_mm`, within `tolerance_mm`. If inside several: the one with the
+    /// nearest center, then the lowest index.
     pub fn nearest(&self, at_mm: [f64; 2], tolerance_mm: f64) -> Option<usize> {
         let reach = tolerance_mm as f32;
         let at = [at_mm[0] as f32, at_mm[1] as f32];
@@ -69,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn rows() {
+    fn nearest_disc_is_picked_within_tolerance() {
         let discs = [disc(0.0, 0.0, 1.0), disc(3.0, 0.0, 0.4), disc(0.2, 0.0, 3.0), disc(f32::NAN, 0.0, 1.0)];
         let picker = Picker::new(&discs);
         let rows = [
@@ -88,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_looking_at_every_disc() {
+    fn picker_agrees_with_an_exhaustive_search() {
         let mut chance = Chance::new(1);
         let mut chance = || chance.unit() as f32;
         let discs: Vec<_> =

@@ -1,64 +1,53 @@
-//! A board as it is carved, as plain data: a field of depths in tiles, and the tool over it.
-//!
-//! Comes in: whatever somebody wants drawn, in millimetres of the picture. Goes out: the same. Does not know how it is drawn,
-//! nor what cut it.
+//! A carved board as plain data: a depth field in tiles, and the tool above it.
 
 use std::sync::Arc;
 
-/// Cells along each side of a tile.
+/// Cells per side of a tile.
 pub const PATCH: usize = 64;
 
-/// A board that can be carved.
+/// The blank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
-    /// Its low corner.
     pub low_mm: [f32; 2],
     /// Size of a cell.
     pub cell_mm: f32,
-    /// Cells along X and Y.
+    /// Cells in X and Y.
     pub cells: [usize; 2],
-    /// How thick it is.
     pub thickness_mm: f32,
-    /// How thick its copper is.
     pub copper_mm: f32,
-    /// There is copper underneath too.
+    /// There is copper on the lower side too.
     pub both_sides: bool,
 }
 
-/// A tile of it as it is now: depths in µm, row by row; none where nothing is cut.
+/// The current state of a tile: depths in µm, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
-    /// Its first cell.
     pub first: [usize; 2],
-    /// What is cut away of it.
+    /// None if nothing is cut.
     pub depths_um: Option<Arc<[u16]>>,
 }
 
-/// A tool in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cutting {
-    /// Where its tip is.
     pub tip_mm: [f32; 3],
     /// Radius of its flat end.
     pub end_mm: f32,
-    /// Its greatest radius.
     pub radius_mm: f32,
-    /// How much higher its edge is for every mm further out; 0 for a cylinder.
+    /// Rise of the edge per mm of radius; 0 for a cylinder.
     pub slope: f32,
 }
 
-/// All tiles of a board, so that a new graphics device gets them again.
+/// All tiles of a board, to upload them again to a new device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReliefField {
-    /// The board.
     pub relief: Relief,
     tiles: Vec<Option<Arc<[u16]>>>,
-    /// What is cut from below; empty where nothing is.
+    /// Cuts from below; empty if there are none.
     under: Vec<Patch>,
 }
 
 impl Relief {
-    /// Tiles along X and Y.
+    /// Tiles in X and Y.
     pub fn tiles(&self) -> [usize; 2] {
         self.cells.map(|cells| cells.div_ceil(PATCH))
     }
@@ -72,13 +61,13 @@ impl Relief {
 }
 
 impl ReliefField {
-    /// Nothing of it is cut.
+    /// Without cuts.
     pub fn new(relief: Relief) -> Self {
         let [across, up] = relief.tiles();
         Self { relief, tiles: vec![None; across * up], under: Vec::new() }
     }
 
-    /// Takes a tile in.
+    /// Updates a tile.
     pub fn set(&mut self, patch: &Patch) {
         let [x, y] = patch.first.map(|cell| cell / PATCH);
         let across = self.relief.tiles()[0];
@@ -87,17 +76,17 @@ impl ReliefField {
         }
     }
 
-    /// What is cut from below, all of it.
+    /// Replaces all cuts from below.
     pub fn set_under(&mut self, under: Vec<Patch>) {
         self.under = under;
     }
 
-    /// The tiles in which something is cut from below.
+    /// The tiles with cuts from below.
     pub fn under(&self) -> &[Patch] {
         &self.under
     }
 
-    /// The tiles in which something is cut.
+    /// The tiles with cuts.
     pub fn cut(&self) -> impl Iterator<Item = Patch> + '_ {
         let across = self.relief.tiles()[0];
         self.tiles.iter().enumerate().filter_map(move |(index, tile)| {
@@ -106,7 +95,7 @@ impl ReliefField {
         })
     }
 
-    /// Depth at a place, µm; 0 beside the board.
+    /// Depth at a position, µm; 0 outside the board.
     pub fn depth_um(&self, at_mm: [f64; 2]) -> u16 {
         let [low, high] = self.relief.bounds_mm();
         if (0..2).any(|axis| at_mm[axis] < low[axis] || at_mm[axis] >= high[axis]) {
@@ -123,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_are_found_again_where_they_lie() {
+    fn tile_depth_is_returned_at_its_position() {
         let relief = Relief {
             low_mm: [-1.0, -2.0],
             cell_mm: 0.1,

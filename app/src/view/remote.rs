@@ -1,10 +1,4 @@
-//! The device behind a canvas, in a WebAssembly of its own that is fetched when a picture is first drawn.
-//!
-//! ```text
-//! page.wasm ─ calls, bytes ─▶ www/boot.js: annulusPainter ─▶ painter.wasm (src/bin/painter.rs ─▶ device/)
-//! ```
-//!
-//! Comes in: bytes. Goes out: the same, to the other WebAssembly. Does not know what is in them.
+//! The canvas's device, in a separate WebAssembly file that is loaded for the first picture.
 
 use super::numbers::Painted;
 use std::ops::Deref;
@@ -13,11 +7,11 @@ use web_sys::HtmlCanvasElement;
 
 #[wasm_bindgen]
 extern "C" {
-    /// Fails where there is no such device, or where the other WebAssembly cannot be had.
+    /// Fails if there is no such device, or if the other WebAssembly can't be loaded.
     #[wasm_bindgen(catch, js_name = annulusPainter)]
     async fn opened(canvas: &HtmlCanvasElement, kind: &str, when_lost: &JsValue) -> Result<JsValue, JsValue>;
 
-    /// The device of the other WebAssembly; its methods are those of [`device::Device`](super::device::Device).
+    /// A device of the other WebAssembly, with the methods of [`device::Device`](super::device::Device).
     pub(super) type Handle;
     #[wasm_bindgen(method)]
     fn free(this: &Handle);
@@ -53,7 +47,7 @@ extern "C" {
     pub(super) fn lose(this: &Handle);
 }
 
-/// A device, freed with this.
+/// A device, freed on drop.
 pub(super) struct Device(Handle);
 
 impl Device {
@@ -79,7 +73,7 @@ impl Device {
     }
 }
 
-/// What broke while it painted is of no more use: the page makes a new one.
+/// A device that failed while painting is unusable: the page creates a new one.
 fn painted(code: Result<u8, JsValue>) -> Painted {
     code.map_or_else(
         |error| {

@@ -1,6 +1,4 @@
-//! What is to be seen, as plain data: millimetres of the board, X to the right, Y up.
-//!
-//! Comes in: whatever somebody wants drawn. Goes out: the same. Does not know how it is drawn.
+//! The content of the picture as plain data: millimetres of the board, X right, Y up.
 
 use super::palette::Colour;
 use serde::{Deserialize, Serialize};
@@ -8,38 +6,35 @@ use std::borrow::Cow;
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// A thing that takes no part in the order of a plan.
+/// Order of a thing that isn't part of a plan.
 pub const UNORDERED: u32 = 0x00ff_ffff;
 
-/// Everything in the picture but what changes while one looks: selection, progress and head are the view's.
+/// The content, except selection, progress and tool position, which the view holds because they change often.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// The body of the board where no outline says better.
+    /// The board's body if there is no outline.
     pub plate: Option<Plate>,
-    /// The body of the board as triangles, three corners each.
+    /// The board's body as triangles, three corners each.
     pub body: Vec<[f32; 2]>,
-    /// Closed lines of the board's edge.
+    /// Closed rings of the board's edge.
     pub outline: Vec<Vec<[f32; 2]>>,
-    /// Filled areas over the body, the first lowest.
+    /// Filled areas over the body, lowest first.
     pub layers: Vec<FilledLayer>,
-    /// Elongated holes.
     pub slots: Vec<SceneSlot>,
-    /// Lines, for example the way of the head. They lie under the discs.
+    /// Lines, such as the tool's travel. Drawn under the discs.
     pub lines: Vec<Line>,
-    /// Round holes. They are told apart by their index here.
+    /// Round holes, identified by their index.
     pub discs: Vec<Disc>,
-    /// Lower left and upper right corner of what is fitted into the window; none for everything.
+    /// Corners of the box to fit into the window; none for everything.
     pub wanted_mm: Option<[[f32; 2]; 2]>,
-    /// The box of what is chosen, where that is not discs.
+    /// Bounding box of the selection, apart from discs.
     pub chosen_mm: Option<[[f32; 2]; 2]>,
 }
 
-/// A filled area.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilledLayer {
-    /// Its triangles.
     pub mesh: Arc<Mesh>,
-    /// Its colour; the alpha is its opacity.
+    /// Alpha is the opacity.
     pub colour: Colour,
     /// The triangles are openings: the rest of the body is filled.
     pub openings: bool,
@@ -48,106 +43,92 @@ pub struct FilledLayer {
 /// Triangles with shared corners.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
-    /// The corners in mm.
     pub corners_mm: Vec<[f32; 2]>,
-    /// Three indices into them for each triangle.
+    /// Three indices into the corners per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// The edges of what is filled: closed rings of corners that follow each other, each its first corner and how many.
+    /// The edges of the filled area: closed rings of consecutive corners, as first corner and count.
     pub rings: Vec<[u32; 2]>,
 }
 
-/// A rounded rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plate {
-    /// Lower left corner.
     pub min_mm: [f32; 2],
-    /// Upper right corner.
     pub max_mm: [f32; 2],
-    /// Radius of its corners.
+    /// Corner radius.
     pub corner_mm: f32,
 }
 
-/// A round hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// Its centre.
     pub centre_mm: [f32; 2],
-    /// Its radius.
     pub radius_mm: f32,
     /// Colour of its tool.
     pub colour: Colour,
-    /// How far it is.
     pub state: HoleState,
-    /// Its number in the order of the plan, from 0, or [`UNORDERED`].
+    /// Index in the plan's order, or [`UNORDERED`].
     pub order: u32,
 }
 
-/// How far a hole is. Each state has a shape of its own beside its colour.
+/// State of a hole. Each has a distinct shape in addition to its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HoleState {
     /// To be drilled: a ring around a dark bore.
     #[default]
     Planned = 0,
-    /// Drilled: filled.
     Done = 1,
-    /// In work: a second ring around it.
+    /// A second ring around it.
     Current = 2,
     /// Left out: struck through.
     Skipped = 3,
-    /// Went wrong: crossed, with a second ring around it.
+    /// Crossed, with a second ring around it.
     Failed = 4,
-    /// Not of interest now: faint.
+    /// Not relevant now: faint.
     Dimmed = 5,
 }
 
 /// A straight stroke with round ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// From here …
     pub a_mm: [f32; 2],
-    /// … to here.
     pub b_mm: [f32; 2],
-    /// How wide.
     pub width: Width,
     /// Its colour until progress has passed it.
     pub colour: Colour,
-    /// Its number in the order of the plan, from 0, or [`UNORDERED`].
+    /// Index in the plan's order, or [`UNORDERED`].
     pub order: u32,
 }
 
-/// How wide a line is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Width {
-    /// The same on the screen at every zoom, in CSS pixels.
+    /// Constant on the screen, CSS pixels.
     Px(f32),
-    /// The same on the board.
+    /// Constant on the board.
     Mm(f32),
 }
 
-/// A hole swept along a path.
+/// A slot: a hole swept along a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneSlot {
-    /// Its centre line, at least two points.
+    /// Center line, at least two points.
     pub path_mm: Vec<[f32; 2]>,
-    /// Its width.
     pub width_mm: f32,
     /// Colour of its tool.
     pub colour: Colour,
 }
 
-/// How far a plan has come, by the numbers of its order. Moving it repaints; it rewrites nothing.
+/// Progress of a plan, by order. A change repaints but uploads nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OrderProgress {
     /// Discs with a lower number are done.
     pub discs: u32,
-    /// The disc with number `discs` is in work.
+    /// Disc number `discs` is being drilled.
     pub drilling: bool,
-    /// Lines with a lower number lie behind the head.
+    /// Lines with a lower number are done.
     pub lines: u32,
 }
 
 impl Scene {
-    /// The body as triangles, three corners each: that of a plate too.
+    /// The body as triangles, three corners each, also if it is a plate.
     pub fn cover(&self) -> Cow<'_, [[f32; 2]]> {
         match self.plate {
             Some(plate) if self.body.is_empty() => Cow::Owned(plate.triangles()),
@@ -155,7 +136,7 @@ impl Scene {
         }
     }
 
-    /// Lower left and upper right corner of everything; none for an empty scene.
+    /// Bounding box of everything; none for an empty scene.
     pub fn bounds_mm(&self) -> Option<[[f32; 2]; 2]> {
         let plate = self.plate.iter().map(|plate| [plate.min_mm, plate.max_mm]);
         let discs = self.discs.iter().map(|disc| around(disc.centre_mm, disc.radius_mm));
@@ -173,7 +154,7 @@ impl Scene {
 }
 
 impl Plate {
-    /// A fan round its middle, three corners each triangle.
+    /// A fan around the middle, three corners per triangle.
     fn triangles(&self) -> Vec<[f32; 2]> {
         const STEPS: u8 = 8;
         let half: [f32; 2] = std::array::from_fn(|axis| 0.5 * (self.max_mm[axis] - self.min_mm[axis]));
@@ -196,14 +177,14 @@ impl Plate {
 }
 
 impl Mesh {
-    /// Two indices into the corners for each piece of an edge.
+    /// Two corner indices per edge segment.
     pub fn edges(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         let pieces =
             |[first, count]: [u32; 2]| (0..count).map(move |at| [first + at, first + (at + 1) % count]);
         self.rings.iter().copied().flat_map(pieces)
     }
 
-    /// Lower left and upper right corner; none for nothing.
+    /// Bounding box; none if there are no corners.
     pub fn bounds_mm(&self) -> Option<[[f32; 2]; 2]> {
         let corners = self.corners_mm.iter().map(|corner| [*corner; 2]);
         corners.reduce(|a, b| {
@@ -218,7 +199,7 @@ fn around(centre: [f32; 2], radius: f32) -> [[f32; 2]; 2] {
 }
 
 impl OrderProgress {
-    /// The state of a disc with number `order` that itself says `state`.
+    /// The state of a disc with number `order` and own state `state`, under this progress.
     pub fn state(self, order: u32, state: HoleState) -> HoleState {
         match state {
             HoleState::Planned if order == UNORDERED => state,
@@ -234,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bounds_hold_the_rims_of_discs_and_the_plate() {
+    fn bounds_include_disc_rims_and_the_plate() {
         let disc = Disc {
             centre_mm: [10.0, 5.0],
             radius_mm: 2.0,
@@ -250,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plate_is_covered_to_its_round_corners() {
+    fn plate_cover_includes_its_round_corners() {
         let plate = Plate { min_mm: [-2.0, 1.0], max_mm: [10.0, 9.0], corner_mm: 1.5 };
         let scene = Scene { plate: Some(plate), ..Scene::default() };
         let (cover, mut area) = (scene.cover(), 0.0);
@@ -267,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn progress_passes_planned_discs_and_leaves_the_others_alone() {
+    fn progress_marks_only_planned_discs() {
         let at = OrderProgress { discs: 3, drilling: true, lines: 0 };
         let rows = [
             (2, HoleState::Planned, HoleState::Done),

@@ -1,38 +1,35 @@
-//! The board in space as a part of the picture: its field, where one looks from, the tool.
-//!
-//! Goes out: what is to be drawn. Does not know how it is drawn.
+//! The 3D view's state: field, camera, tool.
 
 use super::orbit::Orbit;
 use super::relief::{Cutting, ReliefField};
 
-/// What of the board in space is kept while the picture stands.
 #[derive(Default)]
 pub(super) struct Solid {
     pub(super) field: Option<ReliefField>,
     pub(super) orbit: Orbit,
     pub(super) tool: Option<Cutting>,
-    /// The device takes a board so large.
+    /// The device supports a board of this size.
     pub(super) fits: bool,
-    /// It is looked at, and not the flat picture.
+    /// Shown instead of the 2D view.
     pub(super) shown: bool,
-    /// All of it is in sight, also in a window of another size, until somebody moves it.
+    /// Refit when the window changes, until the user moves the camera.
     pub(super) fitted: bool,
 }
 
 impl Solid {
-    /// What is to be drawn instead of the flat picture.
+    /// The 3D view, if it must be drawn.
     pub(super) fn seen(&self) -> Option<(&ReliefField, &Orbit, Option<Cutting>)> {
         let field = self.field.as_ref().filter(|_| self.shown && self.fits)?;
         Some((field, &self.orbit, self.tool))
     }
 
-    /// All of it into a window of `viewport_px`, seen from where it is seen, unless somebody has moved it.
+    /// Fits the board into the window from the current direction, unless the user has moved the camera.
     pub(super) fn fit(&mut self, viewport_px: [f64; 2]) {
         let Some(field) = self.field.as_ref().filter(|_| self.fitted) else { return };
         self.orbit.fit(field.relief.bounds_mm(), viewport_px);
     }
 
-    /// In an attribute of the canvas: whether it is on show, tilt and turn.
+    /// For an attribute of the canvas: visibility, tilt and turn.
     pub(super) fn describe(&self) -> String {
         let orbit = &self.orbit;
         match self.seen() {

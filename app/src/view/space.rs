@@ -1,6 +1,4 @@
-//! What the page does with the board in space: shows it, carves it, looks at it from elsewhere.
-//!
-//! Comes in: a relief, tiles, a tool; drags and zooms. Goes out: frames that are asked for. Does not know how it is drawn.
+//! The page's commands for the 3D view: show, carve, move the camera.
 
 use super::backend::Painter;
 use super::handle::View;
@@ -8,13 +6,13 @@ use super::orbit::Orbit;
 use super::relief::{Cutting, Patch, Relief, ReliefField};
 
 impl View {
-    /// Looks at the board in space, or at the flat picture again.
+    /// Switches between 3D view and 2D view.
     pub fn show_solid(&self, shown: bool) {
         self.0.borrow_mut().solid.shown = shown;
         self.repaint();
     }
 
-    /// Another board in space, uncut, or none; one looks at all of it.
+    /// Replaces the board, without cuts, and fits it.
     pub fn set_relief(&self, relief: Option<Relief>) {
         {
             let mut stage = self.0.borrow_mut();
@@ -28,7 +26,7 @@ impl View {
         self.look_home(false);
     }
 
-    /// These tiles of it are others.
+    /// Updates these tiles.
     pub fn patch(&self, patches: &[Patch]) {
         {
             let mut stage = self.0.borrow_mut();
@@ -44,7 +42,7 @@ impl View {
         self.repaint();
     }
 
-    /// What is cut of it from below, all of it.
+    /// Replaces all cuts from below.
     pub fn set_under(&self, under: Vec<Patch>) {
         {
             let mut stage = self.0.borrow_mut();
@@ -58,13 +56,13 @@ impl View {
         self.repaint();
     }
 
-    /// The tool over it; none hides it.
+    /// The tool; none hides it.
     pub fn set_cutting(&self, tool: Option<Cutting>) {
         self.0.borrow_mut().solid.tool = tool;
         self.repaint();
     }
 
-    /// All of it, as it is seen first, or straight from above.
+    /// The whole board in the initial view, or straight from above if `flat`.
     pub fn look_home(&self, flat: bool) {
         {
             let mut stage = self.0.borrow_mut();
@@ -77,18 +75,18 @@ impl View {
         self.repaint();
     }
 
-    /// From the other side.
+    /// To the other side of the board.
     pub fn look_flipped(&self) {
         self.0.borrow_mut().solid.orbit.flip();
         self.repaint();
     }
 
-    /// Whether the board in space is looked at from underneath.
+    /// True if the camera is below the board.
     pub fn is_from_below(&self) -> bool {
         self.0.borrow().solid.orbit.is_below()
     }
 
-    /// Moves the eye; false where the flat picture is on show.
+    /// Moves the camera; false while the 2D view is shown.
     pub(super) fn move_orbit(&self, change: impl FnOnce(&mut Orbit, [f64; 2])) -> bool {
         {
             let mut stage = self.0.borrow_mut();
@@ -103,7 +101,7 @@ impl View {
         true
     }
 
-    /// The place of the board that a pixel shows.
+    /// The board position under a pixel.
     pub(super) fn place_of(&self, at_px: [f64; 2]) -> [f64; 2] {
         let stage = self.0.borrow();
         let solid = stage.solid.seen().and_then(|(_, orbit, _)| orbit.to_mm(at_px, stage.camera.viewport_px));

@@ -1,11 +1,11 @@
-//! The board in space in a real browser: a small carved field drawn on both back ends from above and at a slant, its pixels
-//! against the depths that it was made of; the same after the device was lost.
+//! Tests of the 3D view in a real browser: draws a small carved field on both back ends, from above and
+//! obliquely, and compares pixels with depths; again after the device was lost.
 
 use super::browser_tests::{host, pixels};
 use super::*;
 use wasm_bindgen_test::wasm_bindgen_test;
 
-/// Depth of a place of a board of 12.8 mm, in µm: a groove of 0.2 mm, a hole, a scratch in the copper.
+/// Depth of a board of 12.8 mm, in µm: a groove of 0.2 mm, a hole, a scratch in the copper.
 fn depth_um(x: f32, y: f32) -> u16 {
     let away = ((x - 9.0) * (x - 9.0) + (y - 9.0) * (y - 9.0)).sqrt();
     match () {
@@ -37,7 +37,8 @@ fn patches() -> Vec<Patch> {
     [[0, 0], [64, 0], [0, 64], [64, 64]].map(tile).into()
 }
 
-/// What the colours of places say: copper is red, laminate is as green as it is red, through a hole the ground is blue-ish dark.
+/// The material by colour: copper is red, laminate as green as red; through a hole the dark blue ground is
+/// visible.
 fn kind([red, green, blue]: [u8; 3]) -> &'static str {
     let [red, green, blue] = [red, green, blue].map(i32::from);
     match () {
@@ -56,7 +57,7 @@ async fn view(wanted: PainterChoice) -> View {
     view
 }
 
-/// Places and their colours, straight from above.
+/// Materials and depths seen straight from above.
 fn seen(view: &View) -> Vec<(&'static str, u16)> {
     let _ = pixels(view);
     let read = super::browser_tests::at_px(view);
@@ -65,7 +66,7 @@ fn seen(view: &View) -> Vec<(&'static str, u16)> {
     let (orbit, window) = (stage.solid.orbit, stage.camera.viewport_px);
     places
         .map(|place: [f32; 2]| {
-            // The pixel that shows the place: the view is straight, and grows evenly from the middle.
+            // The pixel of the position: the view from above scales linearly from the middle.
             let off = [0, 1].map(|axis| f64::from(place[axis]) - orbit.centre_mm[axis]);
             let scale = window[1] / orbit.across_mm;
             let px = [window[0] / 2.0 + off[0] * scale, window[1] / 2.0 - off[1] * scale];
@@ -83,7 +84,7 @@ fn expected(depth_um: u16) -> &'static str {
 }
 
 #[wasm_bindgen_test]
-async fn what_is_carved_is_seen_on_both_back_ends_and_after_a_loss() {
+async fn carved_depths_are_drawn_on_both_gpu_backends() {
     for wanted in [PainterChoice::WebGpu, PainterChoice::WebGl2] {
         let view = view(wanted).await;
         for (found, depth) in seen(&view) {
@@ -109,7 +110,7 @@ async fn what_is_carved_is_seen_on_both_back_ends_and_after_a_loss() {
 }
 
 #[wasm_bindgen_test]
-async fn without_a_graphics_card_the_picture_stays_flat() {
+async fn flat_painter_draws_no_3d_view() {
     let view = view(PainterChoice::Flat).await;
     assert_eq!(view.backend(), Backend::Flat);
     let _ = pixels(&view);
@@ -118,7 +119,7 @@ async fn without_a_graphics_card_the_picture_stays_flat() {
 }
 
 #[wasm_bindgen_test]
-async fn a_narrower_window_shows_all_of_the_board_until_somebody_has_moved_it() {
+async fn board_is_refitted_on_resize_until_the_user_moves_it() {
     let view = view(PainterChoice::WebGl2).await;
     view.look_home(false);
     let host = view.0.borrow().host.clone();

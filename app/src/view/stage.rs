@@ -1,7 +1,4 @@
-//! What a picture is made of while it stands in the page, and how one frame of it is painted.
-//!
-//! Comes in: changes, made by [`View`](super::View). Goes out: pixels, and `data-…` attributes of the canvas that say
-//! what is to be seen, for tests and helpers. Does not know when a frame is due.
+//! The state of a picture in the page, and painting one frame of it.
 
 use super::backend::{Painter, PainterChoice};
 use super::camera::Camera;
@@ -16,37 +13,35 @@ use super::solid::Solid;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlCanvasElement, HtmlElement, ResizeObserver};
 
-/// Free room around a fitted board, in CSS pixels.
+/// Margin around a fitted board, CSS pixels.
 const FIT_MARGIN_PX: f64 = 36.0;
 
-/// How painting went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frames {
-    /// Frames painted so far.
+    /// Number of painted frames.
     pub painted: u64,
-    /// Time the page spent on the last one, in ms.
+    /// CPU time of the last frame on the page's thread, ms.
     pub last_ms: f64,
-    /// The longest of the last 60, in ms.
+    /// The longest of the last 60 frames, ms.
     pub longest_ms: f64,
-    /// How often the device was lost and made anew.
+    /// Number of lost devices.
     pub losses: u32,
 }
 
-/// A picture in the page.
 pub(super) struct Stage {
     pub(super) host: HtmlElement,
     pub(super) canvas: HtmlCanvasElement,
     pub(super) painter: Painter,
     pub(super) wanted: PainterChoice,
     pub(super) scene: Scene,
-    /// Lies over the scene: what follows the pointer.
+    /// The overlay: marks that follow the pointer.
     pub(super) over: Vec<Line>,
     pub(super) palette: Palette,
-    /// The ground has a grid.
+    /// Show the grid.
     pub(super) grid: bool,
     pub(super) camera: Camera,
     pub(super) density: f64,
-    /// Nobody sees it: the screen on show has no picture.
+    /// The host has no size, because the current screen has no picture.
     pub(super) hidden: bool,
     pub(super) emphasis: Emphasis,
     pub(super) progress: OrderProgress,
@@ -55,11 +50,11 @@ pub(super) struct Stage {
     pub(super) picker: Option<Picker>,
     pub(super) fitted: bool,
     pub(super) frames: Frames,
-    /// How often a device of the kind that is wanted now was lost.
+    /// Losses of a device of the kind in use.
     pub(super) lost_of_kind: u32,
     pub(super) recent_ms: [f64; 60],
     pub(super) frame_asked: Option<i32>,
-    /// The frame that is asked for is sharp: nothing moves any more.
+    /// The requested frame must be sharp: nothing moves.
     pub(super) sharp: bool,
     pub(super) sharp_asked: Option<i32>,
     pub(super) on_rest: Option<Closure<dyn FnMut()>>,
@@ -70,7 +65,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// All of the scene is in sight; from then on too, until somebody moves the picture or draws in it.
+    /// Fits the scene, now and at later changes, until the user moves the picture or draws in it.
     pub(super) fn fit(&mut self) {
         self.fitted = true;
         if let Some(bounds) = self.scene.wanted_mm.or_else(|| self.scene.bounds_mm()) {
@@ -78,7 +73,7 @@ impl Stage {
         }
     }
 
-    /// The box of what is chosen; none where nothing is.
+    /// Bounding box of the selection; none without a selection.
     pub(super) fn chosen_mm(&self) -> Option<[[f32; 2]; 2]> {
         let discs = self.emphasis.selected.iter().filter_map(|disc| self.scene.discs.get(*disc as usize));
         let boxes = discs.map(|disc| {
@@ -99,7 +94,7 @@ impl Stage {
         }
     }
 
-    /// Everything is written to a painter that is new.
+    /// Uploads everything to a new renderer.
     pub(super) fn write_all(&mut self) {
         self.solid.fits = match &mut self.painter {
             Painter::Gpu(gpu) => {
@@ -111,7 +106,7 @@ impl Stage {
         self.rebuild();
     }
 
-    /// Writes the discs with these indices anew; neighbours go together.
+    /// Uploads the discs with these indices; merges runs of neighbours.
     pub(super) fn rewrite(&mut self, mut indices: Vec<usize>) {
         let Painter::Gpu(gpu) = &self.painter else { return };
         indices.sort_unstable();
@@ -128,7 +123,8 @@ impl Stage {
         let (width, height) = (f64::from(self.host.client_width()), f64::from(self.host.client_height()));
         self.hidden = width == 0.0 || height == 0.0;
         if self.hidden {
-            // It comes back as large as it was, most often: a canvas that gets a size waits for all that was drawn.
+            // Don't resize: the picture usually returns at its old size, and resizing a canvas waits for all
+            // pending drawing.
             return;
         }
         self.density = web_sys::window().map_or(1.0, |window| window.device_pixel_ratio());
@@ -181,14 +177,14 @@ impl Stage {
         painted
     }
 
-    /// Nobody waits for a frame any more: this one has what it was asked for.
+    /// Cancels the requested frame: this one replaces it.
     fn forget_frame(&mut self) {
         if let (Some(window), Some(asked)) = (web_sys::window(), self.frame_asked.take()) {
             let _ = window.cancel_animation_frame(asked);
         }
     }
 
-    /// Nobody waits for the picture to rest any more.
+    /// Cancels the request for a sharp frame.
     pub(super) fn forget_rest(&mut self) {
         if let (Some(window), Some(asked)) = (web_sys::window(), self.sharp_asked.take()) {
             window.clear_timeout_with_handle(asked);
@@ -202,7 +198,7 @@ impl Stage {
         self.frames.longest_ms = self.recent_ms.iter().copied().fold(0.0, f64::max);
     }
 
-    /// Says in attributes what is to be seen.
+    /// Publishes the state in attributes of the canvas, for tests.
     fn publish(&self) {
         let states = self.scene.discs.iter().map(|disc| self.progress.state(disc.order, disc.state));
         let count = |wanted| states.clone().filter(|state| *state == wanted).count();

@@ -1,26 +1,26 @@
-//! Lines for looking at from afar: what goes on and looks the same is one line, as far as nobody sees the difference.
+//! Simplified lines for small zooms: consecutive lines with the same look are merged while the difference is
+//! invisible.
 //!
 //! ```text
-//! a million pieces of 10 µm   ·-·-·-·-·-·-·-·     level 0, from nearby
-//! the same from afar          ·---------------·   no end of a piece is further from its line than a quarter of a pixel
+//! a million segments of 10 µm   ·-·-·-·-·-·-·-·     full detail, for large zooms
+//! the same at a small zoom      ·---------------·   error of at most a quarter of a pixel
 //! ```
-//!
-//! Comes in: lines in the order in which they are drawn, how far they may be off. Goes out: fewer lines. Does not know the GPU.
 
 use super::scene::Line;
 
-/// Fewer lines than this are drawn as they are.
+/// Fewer lines are never simplified.
 const MANY_LINES: usize = 20_000;
-/// How far the lines of each level may be off, mm.
+/// Maximum error of the levels, mm.
 const LEVELS_MM: [f32; 4] = [0.004, 0.016, 0.064, 0.256];
-/// A level has at most this share of the lines of the one before: then all of them together take a third more memory.
+/// A level must have at most this share of the previous level's lines. Then all levels add at most a third to
+/// the memory.
 const WORTH_SHARE: f64 = 0.25;
-/// A line stands for at most so many pieces.
+/// Maximum number of segments merged into one line.
 const MOST_PIECES: usize = 64;
-/// What is off by so much of a pixel nobody sees.
+/// An error of this share of a pixel is invisible.
 const UNSEEN_PX: f64 = 0.25;
 
-/// Levels of `lines`, each with how far it is off, mm; none where there are few.
+/// The levels of `lines` with their maximum error in mm; none if there are few lines.
 pub(super) fn levels(lines: &[Line]) -> Vec<(f32, Vec<Line>)> {
     let mut found: Vec<(f32, Vec<Line>)> = Vec::new();
     for off_mm in LEVELS_MM {
@@ -28,7 +28,7 @@ pub(super) fn levels(lines: &[Line]) -> Vec<(f32, Vec<Line>)> {
         if before.len() < MANY_LINES {
             break;
         }
-        // Each level is off from the one before by its own share only.
+        // The input is already off by up to a quarter of this error, so only the rest is available here.
         let thinned = thin(before, 0.75 * off_mm);
         if thinned.len() as f64 <= WORTH_SHARE * before.len() as f64 {
             found.push((off_mm, thinned));
@@ -37,7 +37,7 @@ pub(super) fn levels(lines: &[Line]) -> Vec<(f32, Vec<Line>)> {
     found
 }
 
-/// The level to be drawn where a millimetre has so many pixels; none for all lines.
+/// The level to draw at this zoom; none for the full lines.
 pub(super) fn level_for(offs_mm: impl IntoIterator<Item = f32>, px_per_mm: f64) -> Option<usize> {
     offs_mm
         .into_iter()
@@ -46,7 +46,7 @@ pub(super) fn level_for(offs_mm: impl IntoIterator<Item = f32>, px_per_mm: f64) 
         .checked_sub(1)
 }
 
-/// `lines` with fewer pieces: no end of a piece is further than `off_mm` from the line that stands for it.
+/// Merges lines. No end of a segment is further than `off_mm` from the merged line.
 fn thin(lines: &[Line], off_mm: f32) -> Vec<Line> {
     let mut found: Vec<Line> = Vec::new();
     let mut ends: Vec<[f32; 2]> = Vec::new();
@@ -72,7 +72,7 @@ fn thin(lines: &[Line], off_mm: f32) -> Vec<Line> {
     found
 }
 
-/// Whether a piece goes back along the line before it: drawn as one, the place where it turned would be missing.
+/// True if a segment reverses along the line. Merging would lose the point where it turned.
 fn turns_back(last: Option<&Line>, line: &Line) -> bool {
     last.is_some_and(|last| {
         let way = |from: [f32; 2], to: [f32; 2]| [to[0] - from[0], to[1] - from[1]];
@@ -81,7 +81,7 @@ fn turns_back(last: Option<&Line>, line: &Line) -> bool {
     })
 }
 
-/// How far `at` is from the line from `a` to `b`.
+/// Distance of `at` from the line between `a` and `b`.
 fn distance_mm(a: [f32; 2], b: [f32; 2], at: [f32; 2]) -> f32 {
     let (way, off) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let squared = way[0] * way[0] + way[1] * way[1];
@@ -101,7 +101,7 @@ mod tests {
         Line { a_mm, b_mm, width: Width::Mm(0.2), colour: Colour::rgb(0), order }
     }
 
-    /// A million pieces: circles about a hundred places.
+    /// A million segments: circles around a hundred points.
     fn circles() -> Vec<Line> {
         let pieces = 10_000;
         let round = |circle: u32| {
@@ -117,14 +117,14 @@ mod tests {
     }
 
     #[test]
-    fn a_million_pieces_are_few_from_afar_and_none_is_further_off_than_it_may_be() {
+    fn million_lines_are_merged_within_tolerance() {
         let all = circles();
         let levels = levels(&all);
         assert!(levels.last().is_some_and(|(_, lines)| lines.len() < MANY_LINES), "many are left");
         let more: usize = levels.iter().map(|(_, lines)| lines.len()).sum();
         assert!(more <= all.len() / 3, "{more} lines more");
         for (off_mm, lines) in &levels {
-            // Both go through the same places in the same order: a line ends where a piece ends.
+            // Both visit the same points in the same order: a line ends where a segment ends.
             let mut pieces = all.iter();
             for one in lines {
                 let mut open = true;
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_looks_otherwise_or_goes_elsewhere_stays_apart() {
+    fn only_equal_and_straight_lines_are_merged() {
         let straight = [line([0.0, 0.0], [1.0, 0.0], 1), line([1.0, 0.0], [2.0, 0.0], 1)];
         assert_eq!(thin(&straight, 0.01), [line([0.0, 0.0], [2.0, 0.0], 1)]);
         let rows = [
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_one_looks_the_finer_it_is() {
+    fn closer_view_uses_a_finer_level() {
         let offs = [0.004, 0.016, 0.064];
         for (px_per_mm, level) in [(1_000.0, None), (62.0, Some(0)), (15.0, Some(1)), (2.0, Some(2))] {
             assert_eq!(level_for(offs, px_per_mm), level, "{px_per_mm} px/mm");

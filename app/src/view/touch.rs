@@ -1,16 +1,13 @@
-//! What a pointer does that draws: plain data, for whoever draws with it.
+//! Pointer events in drawing mode, as plain data.
 
-/// What a pointer does that draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
-    /// It moves and is not held.
+    /// Moves while up.
     Hover,
-    /// It goes down.
     Down,
-    /// It moves while it is held.
+    /// Moves while down.
     Move,
-    /// It goes up.
     Up,
-    /// It is taken away: a second finger moves the picture, or the browser wants it.
+    /// Cancelled: a second finger moves the picture, or the browser takes the pointer.
     Cancel,
 }

@@ -1,33 +1,26 @@
-//! A native `<dialog>`: the focus starts at its title and stays inside, Escape closes it, and STOP is repeated in it, at its place
-//! in the window.
-//!
-//! Comes in: a title, a body, a foot. Goes out: the element, open while its signal says so.
+//! A native `<dialog>`. Focus starts at the title and stays inside; Escape closes it. Contains its own STOP
+//! button.
 
 use super::stop_zone;
 use leptos::ev;
 use leptos::html::{self, div, footer, h2, header};
 use leptos::prelude::*;
 
-/// What a dialog shows.
 pub struct Dialog {
-    /// Its name, for the element's id.
+    /// Part of the element's id.
     pub name: &'static str,
-    /// `dialog`, or `alertdialog` where something must be answered.
+    /// `dialog`, or `alertdialog` if the user must answer.
     pub role: &'static str,
-    /// In its head.
     pub title: Box<dyn Fn() -> String + Send + Sync>,
-    /// The middle.
     pub body: AnyView,
-    /// The buttons.
     pub foot: AnyView,
 }
 
-/// Whether a dialog lies over the page.
 pub fn dialog_is_open() -> bool {
     document().query_selector("dialog[open]").ok().flatten().is_some()
 }
 
-/// The dialog, open while `open` says so. `closed` is called when the person closes it.
+/// A dialog that follows `open`. Calls `closed` if the user closes it.
 pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Dialog) -> impl IntoView {
     let element = NodeRef::<html::Dialog>::new();
     Effect::new(move |_| {
@@ -52,14 +45,16 @@ pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Di
             cancel();
         })
         .on(ev::close, move |_| {
-            // the event comes late: a dialog that was opened again meanwhile was not closed by the person
+            // The close event arrives late: if the dialog was opened again meanwhile, the user didn't close
+            // it.
             let shut = element.get_untracked().is_none_or(|element| !element.open());
             if open.get_untracked() && shut {
                 closed();
             }
         })
         .child((
-            // The focus starts here and not on STOP, which comes first: a key that is pressed as the dialog opens presses nothing.
+            // Focus starts here, not on STOP, the first button: a key pressed as the dialog opens must not
+            // press a button.
             header().child((
                 h2().attr("id", title_id).attr("tabindex", "-1").attr("autofocus", "").child(title),
                 stop_zone(),

@@ -1,13 +1,11 @@
-//! Small line drawings on a grid of 24.
+//! Icons: line drawings on a grid of 24.
 //!
-//! Comes in: which. Goes out: an `svg`. Says nothing to those who do not see: the button or word beside it does.
+//! Hidden from screen readers: the button or word next to an icon has the name.
 
 use leptos::prelude::*;
 use leptos::svg::{path, svg};
 
-/// The drawings there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "each is what its name says")]
 pub enum Icon {
     Annulus,
     Alarm,
@@ -76,7 +74,6 @@ fn drawing(icon: Icon) -> &'static str {
     }
 }
 
-/// The drawing.
 pub fn icon(icon: Icon) -> impl IntoView {
     svg()
         .attr("viewBox", "0 0 24 24")

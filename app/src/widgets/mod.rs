@@ -1,7 +1,7 @@
-//! The parts screens are built from: native elements in one dress.
+//! The building blocks of the screens: native elements in one style.
 //!
-//! Everything is built with leptos' functions (`div().child(…)`) and not with its macro: that one writes static parts
-//! as markup, which the page's security policy refuses.
+//! Built with leptos' functions (`div().child(…)`), not with its macro: the macro writes static parts as
+//! markup, which the page's security policy blocks.
 
 mod dialog;
 mod icon;
@@ -21,17 +21,14 @@ pub use virtual_list::{row_top, virtual_list};
 
 use crate::i18n::Words;
 use leptos::ev::{self, MouseEvent};
-use leptos::html::{self, button, dd, dt, span};
+use leptos::html::{self, button, dd, div, dt, input, label, span};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// What a press does.
 type Act = Box<dyn FnMut(MouseEvent)>;
 
-/// Something that is or is not.
 type Flag = Box<dyn Fn() -> bool + Send + Sync>;
 
-/// A plain button.
 pub fn push(
     class: &'static str,
     text: impl Fn() -> String + Send + Sync + 'static,
@@ -44,7 +41,7 @@ fn pushed(class: &'static str, text: Words, act: Act) -> impl IntoView {
     button().attr("type", "button").class(class).on(ev::click, act).child(text)
 }
 
-/// A button that can be switched off.
+/// A button that can be disabled.
 pub fn push_if(
     class: &'static str,
     enabled: impl Fn() -> bool + Send + Sync + 'static,
@@ -63,7 +60,37 @@ fn pushed_if(class: &'static str, enabled: Flag, text: Words, act: Act) -> impl 
         .child(text)
 }
 
-/// A button with a picture and a name for those who do not see it.
+/// A button that moves or starts something. `act` identifies the action; if empty, the button isn't guarded.
+/// The guard in `effects` ignores a press within a second after the button appeared, moved or changed.
+pub fn push_guarded(
+    class: &'static str,
+    act: impl Fn() -> &'static str + Send + Sync + 'static,
+    enabled: impl Fn() -> bool + Send + Sync + 'static,
+    text: impl Fn() -> String + Send + Sync + 'static,
+    press: impl FnMut(MouseEvent) + 'static,
+) -> impl IntoView {
+    guarded(class, Box::new(act), Box::new(enabled), Box::new(text), Box::new(press))
+}
+
+fn guarded(
+    class: &'static str,
+    act: Box<dyn Fn() -> &'static str + Send + Sync>,
+    enabled: Flag,
+    text: Words,
+    press: Act,
+) -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class(class)
+        .attr("data-moves", act)
+        // Blocked until the guard has seen the button for long enough.
+        .attr("aria-disabled", "true")
+        .prop("disabled", move || !enabled())
+        .on(ev::click, press)
+        .child(text)
+}
+
+/// An icon button with a name for screen readers.
 pub fn picture_button(
     picture: Icon,
     name: impl Fn() -> String + Send + Sync + 'static,
@@ -72,7 +99,7 @@ pub fn picture_button(
     picture_button_if(picture, || true, name, act)
 }
 
-/// The same, and it can be switched off.
+/// An icon button that can be disabled.
 pub fn picture_button_if(
     picture: Icon,
     enabled: impl Fn() -> bool + Send + Sync + 'static,
@@ -99,7 +126,7 @@ fn pictured(
         .child(icon(picture))
 }
 
-/// One choice of several side by side.
+/// One button of a row of alternatives.
 pub fn choice(
     chosen: impl Fn() -> bool + Send + Sync + 'static,
     text: impl Fn() -> String + Send + Sync + 'static,
@@ -117,7 +144,35 @@ fn chosen_of(chosen: Flag, text: Words, act: Act) -> impl IntoView {
         .child(text)
 }
 
-/// A name and its value, for a list of facts.
+/// A row of [`choice`]s.
+pub fn segmented(
+    name: impl Fn() -> String + Send + Sync + 'static,
+    choices: impl IntoView + 'static,
+) -> impl IntoView {
+    let name: Words = Box::new(name);
+    div().class("segmented").attr("role", "group").attr("aria-label", name).child(choices.into_any())
+}
+
+/// A checkbox with its label. The flag given to `act` is its new state.
+pub fn tick(
+    on: impl Fn() -> bool + Send + Sync + 'static,
+    text: impl Fn() -> String + Send + Sync + 'static,
+    act: impl FnMut(bool) + 'static,
+) -> impl IntoView {
+    ticked(Box::new(on), Box::new(text), Box::new(act))
+}
+
+fn ticked(on: Flag, text: Words, mut act: Box<dyn FnMut(bool)>) -> impl IntoView {
+    label().class("tick").child((
+        input()
+            .attr("type", "checkbox")
+            .prop("checked", on)
+            .on(ev::change, move |event| act(event_target_checked(&event))),
+        span().child(text),
+    ))
+}
+
+/// A name and its value, for a `<dl>`.
 pub fn fact(
     name: impl Fn() -> String + Send + Sync + 'static,
     value: impl Fn() -> String + Send + Sync + 'static,
@@ -126,7 +181,7 @@ pub fn fact(
     (dt().child(name), dd().child(value))
 }
 
-/// One word of a menu. The choice is said by the word and not by the menu, which is made before its words are.
+/// An option of a `<select>`. The option holds the selection, because the menu is built before its options.
 pub fn menu_word(
     word: &'static str,
     chosen: impl Fn() -> bool + Send + Sync + 'static,
@@ -139,13 +194,13 @@ fn worded(word: &'static str, chosen: Flag, text: Words) -> impl IntoView {
     html::option().attr("value", word).prop("selected", chosen).child(text)
 }
 
-/// Text only those hear who do not see.
+/// Text for screen readers only.
 pub fn unseen(text: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
     let text: Words = Box::new(text);
     span().class("unseen").child(text)
 }
 
-/// An empty element with a class, for shapes that the style sheet draws.
+/// An empty element whose class the style sheet draws.
 pub fn shape(
     class: &'static str,
 ) -> html::HtmlElement<html::I, impl leptos::tachys::html::attribute::Attribute, ()> {

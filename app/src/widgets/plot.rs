@@ -1,11 +1,9 @@
-//! A plot on the page: crisp at any size, in the colours of the theme, read by eye, by keyboard and by ear.
+//! A plot on the page: sharp at any size, in theme colours, usable by pointer, keyboard and screen reader.
 //!
 //! ```text
-//! Plot ─ core: draw(width, height) ─▶ shapes ─▶ SVG elements, each with the class of its ink
-//! pointer or arrow keys ─▶ cursor ─▶ the values there, as a line of text and as the slider's words
+//! Plot ─ core: draw(width, height) ─▶ shapes ─▶ SVG elements with a class for their ink
+//! pointer or arrow keys ─▶ cursor ─▶ the values there, as text and as the slider's `aria-valuetext`
 //! ```
-//!
-//! Comes in: a [`Plot`]. Goes out: a figure. Does not know what is plotted.
 
 use super::unseen;
 use crate::i18n::{Words, say, t};
@@ -20,10 +18,10 @@ use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, ResizeObserver};
 
-/// Steps of the cursor from one end to the other.
+/// Cursor steps across the plot.
 const STEPS: f64 = 200.0;
 
-/// A plot called `name`, `height_px` high and as wide as there is room.
+/// A plot of `height_px` that fills the available width.
 pub fn plotted(name: Words, shown: Memo<Arc<Plot>>, height_px: f64) -> impl IntoView {
     let name = Memo::new(move |_| name());
     let frame = NodeRef::<html::Div>::new();
@@ -66,7 +64,7 @@ pub fn plotted(name: Words, shown: Memo<Arc<Plot>>, height_px: f64) -> impl Into
     ))
 }
 
-/// Keeps `width` as wide as the frame is.
+/// Keeps `width` equal to the frame's width.
 fn follow_width(frame: NodeRef<html::Div>, width: RwSignal<f64>) {
     let observer = StoredValue::new_local(None::<(ResizeObserver, Closure<dyn FnMut(JsValue)>)>);
     Effect::new(move |_| {
@@ -103,7 +101,7 @@ fn ink_class(ink: Ink) -> String {
     }
 }
 
-/// Upright and level lines stand on whole pixels, so that they are sharp.
+/// Moves vertical and horizontal lines to pixel centers, so that they are sharp.
 fn sharp(points: &[[f64; 2]]) -> String {
     let straight = points.windows(2).all(|two| two[0][0] == two[1][0] || two[0][1] == two[1][1]);
     let place = |value: f64| if straight { value.floor() + 0.5 } else { value };
@@ -153,7 +151,7 @@ fn drawn(shape: PlotShape) -> AnyView {
     }
 }
 
-/// The upright line of the cursor, through all panels, with a dot on every line.
+/// The vertical cursor line through all panels, with a dot on each curve.
 fn hair(plot: &Plot, width: f64, height: f64, cursor: Option<f64>) -> Vec<AnyView> {
     let Some(x) = cursor else { return Vec::new() };
     let mut shapes = Vec::new();

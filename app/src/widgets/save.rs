@@ -1,18 +1,14 @@
-//! A file made in the page and put among the browser's downloads. Nothing leaves this computer.
-//!
-//! Comes in: name, kind, text or bytes. Goes out: a download.
+//! Saves a file that the page made as a browser download. Nothing leaves this computer.
 
 use js_sys::Array;
 use leptos::prelude::document;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Blob, BlobPropertyBag, HtmlAnchorElement, Url};
 
-/// Saves `text` as `name`.
 pub fn save_file(name: &str, kind: &str, text: &str) {
     download(name, kind, &text.into());
 }
 
-/// Saves `bytes` as `name`.
 pub fn save_bytes(name: &str, kind: &str, bytes: &[u8]) {
     download(name, kind, &js_sys::Uint8Array::from(bytes));
 }

@@ -1,13 +1,12 @@
-//! STOP. Pressed means sent: on pointer-down, before anything is drawn.
+//! The STOP button. Sends on pointer-down, before anything is drawn.
 //!
-//! Comes in: nothing. Goes out: the button, or the words that there is no machine; the shout when nobody answered. It is
-//! never disabled, and stands in the corner of what is seen of the page, also where a part of it is magnified.
+//! Never disabled; remains in the corner of the visible part of the page, even while the page is zoomed.
 
 use super::{Icon, icon, push};
 use crate::i18n::t;
 use crate::model::LinkEvent;
-use crate::page::{link, send};
-use annulus_core::diagnostic::Diagnostic;
+use crate::model::link::Notice;
+use crate::page::{link, read, send};
 use leptos::ev;
 use leptos::html::{button, div, span};
 use leptos::prelude::*;
@@ -16,7 +15,7 @@ use web_sys::{Event, EventTarget};
 
 #[wasm_bindgen]
 extern "C" {
-    /// The part of the window that is seen when two fingers magnify the page.
+    /// The part of the window that is visible under pinch zoom.
     #[wasm_bindgen(extends = EventTarget)]
     type VisualViewport;
     #[wasm_bindgen(thread_local_v2, js_name = visualViewport)]
@@ -33,31 +32,29 @@ extern "C" {
     fn top(this: &VisualViewport) -> f64;
 }
 
-/// The corner with the button. It stands in the top bar and again in every dialog, which makes the bar unreachable.
+/// The corner with the button: in the top bar and in every dialog, because a dialog makes the bar
+/// unreachable.
 pub fn stop_zone() -> impl IntoView {
     (div().class("stop-zone").child(stop_button()), not_confirmed())
 }
 
-/// STOP was pressed and nobody answered.
+/// The warning that STOP was pressed and not answered.
 fn not_confirmed() -> impl IntoView {
-    let unconfirmed = link::link().stop_unconfirmed;
     move || {
-        unconfirmed.get().then(|| {
+        read(|m| m.link.stop_unconfirmed).then(|| {
             div().class("not-confirmed").attr("role", "alert").child((
                 icon(Icon::Alarm),
                 span().child(t!("page.stop.not_confirmed")),
-                push("button", t!("page.close"), |_| send(LinkEvent::Close { notice: link::Notice::Stop })),
+                push("button", t!("page.close"), |_| send(LinkEvent::Close { notice: Notice::Stop })),
             ))
         })
     }
 }
 
 fn stop_button() -> impl IntoView {
-    // A machine that another tab of this site has can be stopped too.
+    // A machine controlled from another tab of this site can be stopped too.
     let there = Memo::new(move |_| {
-        let other = |why: &Diagnostic| why.code == "drill.other_tab";
-        let line = link::link();
-        line.ever.get() || line.refused.with(|why| why.as_ref().is_some_and(other))
+        read(|m| m.link.ever || m.link.refused.as_ref().is_some_and(|why| why.code == "drill.other_tab"))
     });
     move || {
         if there.get() {
@@ -71,6 +68,7 @@ fn stop_button() -> impl IntoView {
                     event.prevent_default();
                 })
                 .on(ev::click, |event| {
+                    // From a keyboard or a screen reader: there was no pointer-down.
                     if event.detail() == 0 {
                         link::stop();
                     }
@@ -83,7 +81,7 @@ fn stop_button() -> impl IntoView {
     }
 }
 
-/// Keeps the corner where it is seen, and as large, while the page is magnified. For the life of the page.
+/// Keeps the corner visible at its usual size while the page is zoomed, for the life of the page.
 pub fn follow_window() {
     SEEN.with(|seen| {
         let Some(seen) = seen else { return };
@@ -97,7 +95,7 @@ pub fn follow_window() {
     });
 }
 
-/// Tells the style sheet how far the seen part lies from the corner of the window.
+/// Passes the offset of the visible part to the style sheet.
 fn place(seen: &VisualViewport) {
     let root = document().document_element().and_then(|root| root.dyn_into::<web_sys::HtmlElement>().ok());
     let Some(root) = root else { return };

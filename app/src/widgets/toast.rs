@@ -1,21 +1,18 @@
-//! Short words in the corner that go away by themselves. Nothing about motion is ever said here.
-//!
-//! Comes in: what the page has to say. Goes out: lines, and what was pressed in them.
+//! Short notifications that disappear by themselves. Never used for anything about motion.
 
 use super::{Icon, picture_button};
 use crate::i18n::{key, say, sentence, t};
 use crate::model::{FrameEvent, Toast, ToastAct};
-use crate::page::{frame, send};
+use crate::page::{send, watch};
 use crate::said::Text;
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
-/// Says `text`.
 pub fn toast(text: Text) {
     send(FrameEvent::Say { text });
 }
 
-/// A sentence that says of which file it is, where it is of one.
+/// The message, preceded by the file if it is about one.
 fn whole(text: &Text) -> String {
     let file = match text {
         Text::Found(diagnostic) => diagnostic.place.as_ref().map(|place| place.file.clone()),
@@ -27,9 +24,11 @@ fn whole(text: &Text) -> String {
     }
 }
 
-/// Where they are shown.
+/// The area for notifications.
 pub fn toasts() -> impl IntoView {
-    let lines = || frame().toasts.get().into_iter().map(|toast| line(toast).into_any()).collect::<Vec<_>>();
+    let lines = || {
+        watch(|m| &m.frame.toasts).get().into_iter().map(|toast| line(toast).into_any()).collect::<Vec<_>>()
+    };
     div().class("toasts").attr("role", "status").child(lines)
 }
 

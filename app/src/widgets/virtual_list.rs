@@ -1,39 +1,36 @@
-//! A long list of which only what is seen exists.
+//! A long list that creates only its visible rows.
 //!
 //! ```text
 //! filler  ├──────────────────── rows × 28 px ────────────────────┤
-//! seen              ├─ scroll … scroll + height ─┤
-//! made            ├──── four more on either side ────┤
+//! visible           ├─ scroll … scroll + height ─┤
+//! created         ├──── four more on either side ────┤
 //! ```
 //!
-//! Browsers hold nothing that is taller than some 17 million pixels. A longer list is scrolled through in larger steps: its rows
-//! are lifted to where they are seen.
-//!
-//! Comes in: how many rows, how to make one, which to keep in sight. Goes out: a list box. Knows no rows' content.
+//! Browsers limit an element to about 17 million pixels. A longer list scrolls in larger steps, and its rows
+//! are shifted into view.
 
 use leptos::ev;
 use leptos::html::{self, div};
 use leptos::prelude::*;
 use web_sys::KeyboardEvent;
 
-/// Height of a row.
 const ROW_PX: f64 = 28.0;
 const MORE: usize = 4;
-/// The tallest that a list is, however many rows it has.
+/// Maximum height of the filler.
 const TALLEST_PX: f64 = 8e6;
 
-/// Where row `index` lies, for its style.
+/// CSS `top` of row `index`.
 pub fn row_top(index: usize) -> String {
     format!("calc({}px - var(--lifted, 0px))", index as f64 * ROW_PX)
 }
 
-/// How many pixels of rows one pixel of the scroll bar is, for so many rows in a view so high.
+/// Pixels of rows per pixel of scrolling, for `count` rows in a view of `height_px`.
 fn stretch(count: usize, height_px: f64) -> f64 {
     let rows_px = count as f64 * ROW_PX;
     if rows_px <= TALLEST_PX { 1.0 } else { (rows_px - height_px) / (TALLEST_PX - height_px) }
 }
 
-/// The list. `row` makes row `i`; `in_sight` is scrolled to when it changes; `walk` hears the arrow keys.
+/// `row` creates row `i`. A change of `in_sight` scrolls to that row. `walk` gets the arrow keys.
 pub fn virtual_list(
     name: impl Fn() -> String + Send + Sync + 'static,
     count: Signal<usize>,
@@ -55,7 +52,7 @@ pub fn virtual_list(
         let from = f64::from(element.scroll_top()) * stretch;
         if top < from || top + ROW_PX > from + view {
             element.set_scroll_top(((top - view / 2.0).max(0.0) / stretch) as i32);
-            // A browser that draws no frame tells of no scrolling.
+            // A browser that draws no frames (a hidden tab) sends no scroll event.
             scroll.set(f64::from(element.scroll_top()));
         }
     });
@@ -106,7 +103,7 @@ mod tests {
     use wasm_bindgen_test::wasm_bindgen_test;
 
     #[wasm_bindgen_test]
-    fn the_last_row_of_a_list_of_any_length_is_at_the_end_of_the_scroll_bar() {
+    fn last_row_of_any_list_is_at_the_scroll_end() {
         for count in [3, 285_000, 300_000, 1_000_000, 4_000_000] {
             let (height_px, rows_px) = (560.0, count as f64 * ROW_PX);
             let bottom_px = (rows_px.min(TALLEST_PX) - height_px).max(0.0);

@@ -1,11 +1,8 @@
-//! Changes of a job: one operation more or less, another order, another value. Each gives a new job, so that it can be
-//! taken back.
-//!
-//! Comes in: a [`Work`] and a change. Goes out: the changed one. Knows no screens.
+//! Edits of a job. Each returns a new job, so that it can be undone.
 
 use crate::format::{Unit, typed};
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
-use annulus_core::cam::parameters::Parameter;
+use annulus_core::cam::parameters::{OF_MACHINE, Parameter};
 use annulus_core::cam::work::{Holes, Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
@@ -13,10 +10,10 @@ use annulus_core::machine::{Machine, Value, ValueKind};
 use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
 
-/// The most operations of a job; more are not added.
+/// How many operations a job has at most.
 const MOST_OPERATIONS: usize = 100;
 
-/// The operation at `from` goes to place `to`; the others close up.
+/// Moves the operation at index `from` to index `to`.
 pub fn moved(work: &Work, from: usize, to: usize) -> Work {
     let mut work = work.clone();
     if from < work.operations.len() && to < work.operations.len() {
@@ -26,9 +23,10 @@ pub fn moved(work: &Work, from: usize, to: usize) -> Work {
     work
 }
 
-/// One operation of the kind `word` more, behind place `after`, and where it is now.
-pub fn added(work: &Work, word: &str, after: Option<usize>, machine: &Machine) -> Option<(Work, usize)> {
-    let operation = Operation::usual(word, work.setup.face, machine)?;
+/// Adds an operation of kind `word` after index `after`; also returns its index. `None` if the job is full or
+/// the kind is unknown.
+pub fn added(work: &Work, word: &str, after: Option<usize>) -> Option<(Work, usize)> {
+    let operation = Operation::usual(word, work.setup.face)?;
     if work.operations.len() >= MOST_OPERATIONS {
         return None;
     }
@@ -38,7 +36,6 @@ pub fn added(work: &Work, word: &str, after: Option<usize>, machine: &Machine) -
     Some((work, at))
 }
 
-/// Without the operation at `at`.
 pub fn removed(work: &Work, at: usize) -> Work {
     let mut work = work.clone();
     if at < work.operations.len() {
@@ -47,7 +44,7 @@ pub fn removed(work: &Work, at: usize) -> Work {
     work
 }
 
-/// With something changed in the operation at `at`.
+/// Changes the operation at `at`.
 pub fn changed(work: &Work, at: usize, act: impl FnOnce(&mut Operation)) -> Work {
     let mut work = work.clone();
     if let Some(operation) = work.operations.get_mut(at) {
@@ -56,21 +53,25 @@ pub fn changed(work: &Work, at: usize, act: impl FnOnce(&mut Operation)) -> Work
     work
 }
 
-/// The other side up.
+/// Turns the board to side `face`.
 pub fn turned(work: &Work, face: Face) -> Work {
     let mut work = work.clone();
     work.setup.face = face;
     work
 }
 
-/// The places of the operations that are made while the board lies with `face` up.
+/// Indices of the operations that belong to side `face`.
 pub fn of_face(work: &Work, face: Face) -> Vec<usize> {
     let on = work.operations.iter().enumerate().filter(|(_, operation)| operation.face == face);
     on.map(|(at, _)| at).collect()
 }
 
-/// What was typed, as a value of a row; text that is no number stays text and is refused as such.
+/// The typed text as a value of a parameter; text that is not a number stays text, which the job refuses. An
+/// empty field returns to the machine's value, if the parameter has one.
 pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
+    if row.follows_machine() && text.trim().is_empty() {
+        return Value::Text(OF_MACHINE.to_owned());
+    }
     match row.kind {
         ValueKind::Text(_) | ValueKind::Choice(_) | ValueKind::Tools => Value::Text(text.to_owned()),
         ValueKind::Number(..) | ValueKind::Whole(..) => {
@@ -83,7 +84,7 @@ pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
     }
 }
 
-/// The same where lengths are typed in `unit`; the value is in millimetres.
+/// Like [`value`], with lengths typed in `unit`; the value is in millimetres.
 pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
     match value(row, text) {
         Value::Number(number) if row.unit == "mm" && unit == Unit::Inch => {
@@ -93,21 +94,21 @@ pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
     }
 }
 
-/// What the bit of `operation` cuts at the surface, where it is a V-bit: the deeper, the wider.
+/// Width that the V-bit of `operation` cuts at the surface; `None` for other tools.
 pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
     let bit = work.bit(&operation.bit)?;
     let uses = !matches!(operation.action, OperationKind::Drill(_));
     (uses && matches!(bit.cutter, Cutter::Vee { .. })).then(|| bit.width_at(operation.depth))
 }
 
-/// How narrow and how wide the V-bit of `operation` can cut: through the copper, and with all of its edge.
+/// Smallest and largest width of the V-bit of `operation`: just through the copper, and its full diameter.
 pub fn widths(work: &Work, operation: &Operation) -> Option<(Length, Length)> {
     width(work, operation)?;
     let bit = work.bit(&operation.bit)?;
     Some((bit.width_at(COPPER_THICKNESS + DEPTH_MARGIN), bit.diameter))
 }
 
-/// With the operation at `at` as deep as its V-bit cuts `wanted` wide at the surface; none where it cannot.
+/// Sets the depth at which the V-bit of the operation cuts `wanted` wide; `None` if it cannot.
 pub fn widened(work: &Work, at: usize, wanted: Length) -> Option<Work> {
     let operation = work.operations.get(at)?;
     let (low, high) = widths(work, operation)?;
@@ -115,18 +116,18 @@ pub fn widened(work: &Work, at: usize, wanted: Length) -> Option<Work> {
     Some(changed(work, at, |operation| operation.depth = depth))
 }
 
-/// Where a depth of 0 ends.
+/// End of a cut with depth 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThroughTo {
-    /// Below the board.
     Below,
-    /// Below the board with the whole width of a drill: deeper by its point.
+    /// Below the board by the full diameter of a drill: deeper by the length of its point.
     WholeDrill,
-    /// In the bed, likewise: holes for pins.
+    /// In the bed, with the full diameter: holes for alignment pins.
     Bed,
 }
 
-/// What a depth of 0 means: where that ends, how thick the board is, how far below it goes. None where the operation says a depth.
+/// Meaning of depth 0: where it ends, the board's thickness, how far beyond it. `None` if the operation has a
+/// depth.
 pub fn through(work: &Work, operation: &Operation, machine: &Machine) -> Option<(ThroughTo, Length, Length)> {
     let process = &machine.process;
     let (to, below) = match &operation.action {
@@ -139,7 +140,7 @@ pub fn through(work: &Work, operation: &Operation, machine: &Machine) -> Option<
     (operation.depth == Length::ZERO).then_some((to, process.board_thickness, below))
 }
 
-/// A bit to begin with, whose name is not taken.
+/// A new tool with an unused name.
 pub fn new_bit(work: &Work) -> Bit {
     let free = |number: &u32| work.bit(&format!("Mill {number}")).is_none();
     let number = (1..).find(free).unwrap_or(1);
@@ -151,7 +152,7 @@ pub fn new_bit(work: &Work) -> Bit {
     }
 }
 
-/// The bit at `at` changed; operations that call it by its name follow.
+/// Replaces the tool at `at`; operations that use it get its new name.
 pub fn bit_changed(work: &Work, at: usize, bit: Bit) -> Work {
     let mut work = work.clone();
     let Some(place) = work.bits.get_mut(at) else { return work };
@@ -166,7 +167,8 @@ pub fn bit_changed(work: &Work, at: usize, bit: Bit) -> Work {
     work
 }
 
-/// With `cure` put into the isolation at `at`, or into the first of this side. A deeper cut is the operation's own depth.
+/// Applies `cure` to the isolation at `at`, or else to the first one of this side. A deeper cut changes the
+/// operation's depth; other fixes apply only to the problem's gap.
 pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> Work {
     let isolates = |operation: &Operation| matches!(operation.action, OperationKind::Isolate(_));
     let chosen = Some(at).filter(|at| work.operations.get(*at).is_some_and(isolates));
@@ -191,7 +193,7 @@ pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> W
     })
 }
 
-/// With every isolation of this side that uses its bit only as deep as the offer says.
+/// Limits every isolation of this side that uses the offer's tool to the offer's depth.
 pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     let mut work = work.clone();
     let face = work.setup.face;
@@ -204,11 +206,11 @@ pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     work
 }
 
-/// How deep the finer tip of [`finer_tip`] cuts at most: only as deep as the copper needs.
+/// Largest depth of the tool from [`finer_tip`]: just what the copper needs.
 pub const FINER_TIP_DEPTH: Length = Length::from_nm(COPPER_THICKNESS.nm() + DEPTH_MARGIN.nm());
 
-/// With a V-bit of this `tip` in place of the finest that isolates this side, only as deep as the copper needs. A bit that is
-/// among those of the job is taken; else there is one more.
+/// Replaces the finest V-bit that isolates this side by one with `tip`, with just the depth that the copper
+/// needs. Uses an equal tool of the job, or adds one.
 pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let mut work = work.clone();
     let (face, least) = (work.setup.face, FINER_TIP_DEPTH);
@@ -247,7 +249,7 @@ mod tests {
     use annulus_core::machine::virtual_drill;
 
     fn work(words: &[&str]) -> Work {
-        let operation = |word: &&str| Operation::usual(word, Face::Top, &virtual_drill()).unwrap();
+        let operation = |word: &&str| Operation::usual(word, Face::Top).unwrap();
         Work { bits: usual_bits(), operations: words.iter().map(operation).collect(), ..Work::default() }
     }
 
@@ -256,22 +258,22 @@ mod tests {
     }
 
     #[test]
-    fn operations_come_go_and_change_places() {
+    fn operations_can_be_added_removed_and_moved() {
         let before = work(&["isolate", "drill", "cut_out"]);
         assert_eq!(words(&moved(&before, 0, 2)), "drill cut_out isolate");
         assert_eq!(words(&moved(&before, 2, 1)), "isolate cut_out drill");
         assert_eq!(moved(&before, 1, 9), before);
         assert_eq!(moved(&moved(&before, 0, 2), 2, 0), before, "and back");
-        let (more, at) = added(&before, "mill_holes", Some(1), &virtual_drill()).unwrap();
+        let (more, at) = added(&before, "mill_holes", Some(1)).unwrap();
         assert_eq!((words(&more).as_str(), at), ("isolate drill mill_holes cut_out", 2));
         assert_eq!(removed(&more, at), before);
-        assert_eq!(added(&before, "fold", None, &virtual_drill()), None);
+        assert_eq!(added(&before, "fold", None), None);
     }
 
     #[test]
-    fn a_job_does_not_grow_for_ever() {
+    fn job_has_a_maximum_of_operations() {
         let mut full = work(&[]);
-        while let Some((more, _)) = added(&full, "drill", None, &virtual_drill()) {
+        while let Some((more, _)) = added(&full, "drill", None) {
             full = more;
         }
         assert_eq!(full.operations.len(), MOST_OPERATIONS);
@@ -287,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vee_bit_says_how_wide_it_cuts_and_others_do_not() {
+    fn only_a_v_bit_has_a_computed_width() {
         let work = work(&["isolate", "cut_out", "drill"]);
         let found: Vec<_> = work.operations.iter().map(|operation| width(&work, operation)).collect();
         let expected = 0.1 + 2.0 * 0.08 * libm::tan(15.0_f64.to_radians());
@@ -296,13 +298,13 @@ mod tests {
     }
 
     #[test]
-    fn a_depth_of_nothing_says_how_deep_that_is() {
+    fn zero_depth_means_through_the_board_or_bed() {
         let um = Length::from_um;
         let mut machine = virtual_drill();
         (machine.process.board_thickness, machine.process.breakthrough) = (um(1_600), um(300));
         let mut work = Work::default();
         work.setup.alignment.depth = um(5_000);
-        let mut operation = Operation::usual("drill", Face::Top, &machine).unwrap();
+        let mut operation = Operation::usual("drill", Face::Top).unwrap();
         let said = |operation: &Operation| through(&work, operation, &machine);
         assert_eq!(operation.depth, Length::ZERO, "drills go through");
         assert_eq!(said(&operation), Some((ThroughTo::WholeDrill, um(1_600), um(300))));
@@ -312,13 +314,13 @@ mod tests {
         assert_eq!(said(&operation), Some((ThroughTo::Bed, um(1_600), um(5_000))));
         operation.depth = um(900);
         assert_eq!(said(&operation), None, "it is said by its number");
-        let mut cut = Operation::usual("cut_out", Face::Top, &machine).unwrap();
+        let mut cut = Operation::usual("cut_out", Face::Top).unwrap();
         cut.depth = Length::ZERO;
         assert_eq!(said(&cut), Some((ThroughTo::Below, um(1_600), um(300))));
     }
 
     #[test]
-    fn the_depth_follows_the_width_that_is_wanted() {
+    fn depth_follows_the_typed_width() {
         let before = work(&["isolate", "cut_out"]);
         let um = Length::from_um;
         let after = widened(&before, 0, um(200)).unwrap();
@@ -332,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_typed_becomes_a_value_or_is_refused() {
+    fn typed_parameter_becomes_a_value_or_is_refused() {
         let row = parameters::find(parameters::OPERATION, "isolate.passes").unwrap();
         let mut operation = work(&["isolate"]).operations.remove(0);
         assert!(row.set(&mut operation, &value(row, " 3 ")).is_ok());
@@ -342,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lesser_depth_of_the_whole_is_that_of_every_isolation_with_its_bit() {
+    fn shallower_fix_changes_equal_isolations_of_the_side() {
         let mut before = work(&["isolate", "isolate", "cut_out"]);
         before.operations[1].face = Face::Bottom;
         let um = Length::from_um;
@@ -354,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_are_typed_in_the_unit_on_show_and_kept_in_millimetres() {
+    fn typed_lengths_use_the_shown_unit() {
         let typed = |key: &str, text: &str, unit| {
             let row = annulus_core::cam::parameters::OPERATION.iter().find(|row| row.key == key).unwrap();
             value_in(row, text, unit)
@@ -374,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finer_tip_of_the_whole_is_a_bit_of_the_job() {
+    fn finer_tip_adds_one_tool_to_the_job() {
         let mut before = work(&["isolate", "isolate", "cut_out"]);
         before.operations[1].face = Face::Bottom;
         let tip = Length::from_um(80);
@@ -390,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cure_lies_across_its_gap_and_a_gap_has_one() {
+    fn gap_has_one_fix_across_it() {
         let before = work(&["drill", "isolate"]);
         let ends = (Point::from_mm(3.0, 1.0), Point::from_mm(3.0, 1.1));
         let found = Finding::new(
@@ -421,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bit_of_another_name_is_still_the_operations_bit() {
+    fn renamed_tool_remains_the_operations_tool() {
         let before = work(&["isolate"]);
         let bit = Bit { name: "Thin V".to_owned(), ..before.bits[0].clone() };
         let after = bit_changed(&before, 0, bit);

@@ -1,10 +1,8 @@
-//! The job as a person makes it: operations in order, each with its values; undo over all of it.
+//! The job as the user edits it: a list of operations with their values, and undo.
 //!
 //! ```text
-//! edit ─▶ History<Work> ─▶ worker: plan, prove, time ─▶ toolpaths, findings, seconds
+//! edit ─▶ History<Work> ─▶ worker: plan, prove, time ─▶ toolpaths, problems, seconds
 //! ```
-//!
-//! Comes in: edits. Goes out: the job now. Knows no screens.
 
 pub mod edit;
 pub mod template;

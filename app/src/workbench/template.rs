@@ -1,4 +1,4 @@
-//! Where the cursor is in a dialect file: in which block of which template, so that the hints are those of that block.
+//! The block of a postprocessor template at the cursor, for the hints of that block.
 //!
 //! ```text
 //! [drill]            Some(Drill, none)
@@ -6,8 +6,6 @@
 //! G0 X@X|            Some(Drill, Hole)
 //! '''
 //! ```
-//!
-//! Comes in: the text, a place in it. Goes out: part and block. Does not read the file: the core does.
 
 use annulus_core::post::{BLOCKS, Block, TemplateKind};
 
@@ -47,7 +45,7 @@ pub fn place(text: &str, at: usize) -> (Option<TemplateKind>, Option<Block>) {
     (part, block)
 }
 
-/// The byte where line `line` begins, counted from 1.
+/// Byte offset of line `line`, counted from 1.
 pub fn start_of_line(text: &str, line: u32) -> usize {
     text.split_inclusive('\n').take(line.saturating_sub(1) as usize).map(str::len).sum()
 }
@@ -59,7 +57,7 @@ mod tests {
     const TEXT: &str = "schema = 1\n[drill]\nstart = '''\nG21\n'''\nhole = '''\nG0 X@X@\n'''\n[engrave]\nline = 'G1 X@X@'\nend = ''\n";
 
     #[test]
-    fn the_block_under_the_cursor_is_found() {
+    fn cursor_position_gives_its_template_block() {
         let at = |word: &str| TEXT.find(word).unwrap();
         let rows = [
             (at("schema"), None, None),
@@ -76,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_have_their_starts() {
+    fn template_line_starts_are_byte_offsets() {
         assert_eq!(start_of_line(TEXT, 1), 0);
         assert_eq!(start_of_line(TEXT, 2), TEXT.find("[drill]").unwrap());
         assert_eq!(start_of_line(TEXT, 999), TEXT.len());

@@ -1,11 +1,11 @@
-// An RP2040 with our firmware in it, true to the cycle: rp2040js with what it leaves out.
+// A cycle-accurate emulation of an RP2040 with our firmware, based on rp2040js.
 //
-//   mended here: state machines go by the clock of the processor; a machine that is off does nothing; joined queues hold 8 words
-//   and are emptied by joining; a pad is read back by its own input; USB packets wait until there is room, none is lost;
-//   an aborted channel is aborted at once; what the boot memory does; the watchdog resets; pads are read from the reset on.
-//   left out as there: caches and waits of the flash, time of DMA transfers, clock dividers, the second processor.
-//
-// Comes in: an ELF file, bytes, levels of pins. Goes out: bytes, edges with their cycle. Does not know the link.
+// Added to rp2040js: state machines run by the clock of the processor; a disabled machine does nothing; joined
+// queues hold 8 words and joining empties them; an input reads back its own pad; USB packets wait for room, and
+// none is lost; a channel is aborted at once; the boot ROM's functions; the watchdog resets; pads are readable
+// from the reset on.
+// Missing, as in rp2040js: caches and wait states of the flash, duration of DMA transfers, clock dividers, the
+// second processor.
 import fs from 'node:fs';
 import { RP2040, USBCDC } from 'rp2040js';
 
@@ -15,17 +15,17 @@ export const CLOCK_HZ = 120e6;
 const NANOS = 1e9 / CLOCK_HZ;
 const FLASH = 0x10000000;
 const RAM = 0x20000000;
-const STACK_FROM = 0x40000; // it grows down from the end of the memory
-const STACK_MARK = 0xa5; // what the stack has not touched
-const FREE = 4096; // so many bytes that nobody touched are what is left of it
+const STACK_FROM = 0x40000; // grows down from the end of the memory
+const STACK_MARK = 0xa5; // fills the memory that the stack has not used
+const FREE = 4096; // this many unused bytes in a row are the free end of the stack
 const SECOND_STAGE = RAM + 0x41f00;
 const PACKET_MICROS = 53; // 19 packets of 64 bytes in a millisecond
-const RUN = [19, 28]; // the pins that the watching machine drives and the others read, by the map
-const PAD = 0x56; // what a pad is after a reset: read, with a resistor down
-const STEADY = 1000; // cycles after which the watching machine goes round in the same circle
-const CIRCLE = 5; // cycles of that circle; the dead end has 1
+const RUN = [19, 28]; // pins that the watcher drives and the other machines read, for each map
+const PAD = 0x56; // state of a pad after a reset: input, with a pull-down
+const STEADY = 1000; // cycles after which the watcher repeats the same loop
+const CIRCLE = 5; // cycles of that loop; the dead end has 1
 
-/** What of an ELF file is loaded, and where. */
+/** The parts of an ELF file that are loaded, with their addresses. */
 export function image(path) {
   const file = fs.readFileSync(path);
   const [at, size, count] = [file.readUInt32LE(28), file.readUInt16LE(42), file.readUInt16LE(44)];
@@ -38,7 +38,7 @@ export function image(path) {
   return parts;
 }
 
-/** Where the function whose name has `part` in it begins; null where there is none. */
+/** Address of the function whose name contains `part`, or null. */
 export function symbol(path, part) {
   const file = fs.readFileSync(path);
   const [at, size, count] = [file.readUInt32LE(32), file.readUInt16LE(46), file.readUInt16LE(48)];
@@ -55,7 +55,7 @@ export function symbol(path, part) {
   return null;
 }
 
-/** The check of the second stage, as the boot memory of the chip makes it: CRC-32, highest bit first, not turned over. */
+/** Checksum of the second boot stage as in the boot ROM: CRC-32, most significant bit first, not inverted. */
 function bootCheck(bytes) {
   let crc = 0xffffffff;
   for (const byte of bytes) {
@@ -66,12 +66,12 @@ function bootCheck(bytes) {
 }
 
 const CHAN_ABORT = 0x444;
-const LOOK_UP = 0x200; // the boot memory's function that finds others, and the only one that there is here
+const LOOK_UP = 0x200; // the boot ROM's function that looks up others; here it finds only one
 const BOOT_MODE = 0x220;
 
 class Reset extends Error {}
 
-/** A computer at the other end of the cable, which keeps what finds no room. */
+/** The host at the other end of the cable. Bytes wait until the firmware has room. */
 class Host extends USBCDC {
   constructor(chip) {
     super(chip.usbCtrl);
@@ -81,7 +81,7 @@ class Host extends USBCDC {
     this.sent = 0;
     chip.usbCtrl.readDelayMicroseconds = PACKET_MICROS;
     chip.usbCtrl.onEndpointRead = (endpoint, size) => {
-      // The firmware gives room before the host knows which endpoint is the right one.
+      // The firmware offers room before the host knows the endpoint.
       this.rooms[endpoint] = size;
       this.pump();
     };
@@ -90,7 +90,7 @@ class Host extends USBCDC {
     for (const byte of bytes) this.waiting.push(byte);
     this.pump();
   }
-  /** Somebody opens the port at so many bits a second and lets go of it. */
+  /** Opens the port at this bit rate and releases it. */
   touch(bitsPerS) {
     const coding = new Uint8Array(7);
     new DataView(coding.buffer).setUint32(0, bitsPerS, true);
@@ -120,7 +120,7 @@ class Host extends USBCDC {
 }
 
 export class Machine {
-  /** `busy` is where the function begins whose cycles are counted; every instruction takes `slow` times as long as the chip's. */
+  /** `busy` is the address of a function whose cycles are counted; every instruction takes `slow` times its normal duration. */
   constructor(parts, busy = null, slow = 1) {
     this.parts = parts;
     this.slow = slow;
@@ -142,7 +142,7 @@ export class Machine {
       throw new Error('The check of the second stage is wrong: a real chip would not start.');
     }
     chip.sram.set(chip.flash.subarray(0, 256), SECOND_STAGE - RAM);
-    // ldr r0, [pc]; bx lr; and the function that it finds: b .
+    // The look-up, `ldr r0, [pc]; bx lr`, and the function that it finds, `b .`
     [[0x14, 0x0100], [0x18, LOOK_UP | 1], [LOOK_UP, 0x47704800], [LOOK_UP + 4, BOOT_MODE | 1], [BOOT_MODE, 0xe7fee7fe]]
       .forEach(([at, word]) => { chip.bootrom[at / 4] = word; });
     Object.assign(chip.core, { SP: SECOND_STAGE, LR: 0, PC: SECOND_STAGE });
@@ -178,11 +178,11 @@ export class Machine {
           machine.txFIFO = new FIFO(joined ? 4 : 8);
           machine.updateDMATx();
         }
-        // An instruction from outside may have changed pins.
+        // An instruction written by the processor may have changed pins.
         block.checkChangedPins();
       };
     }
-    // Whatever touches the watching machine finds it where it is.
+    // Every access to the watcher must see its current state.
     if (block === this.chip.pio[1]) this.settleBefore(block);
   }
 
@@ -208,18 +208,18 @@ export class Machine {
       pin.padValue = PAD;
       let before = pin.value;
       pin.addListener((value) => {
-        // Nobody drives it any more: it is what somebody outside says.
+        // The pin is no longer driven: its level is the external one.
         if (value > 1 && RUN.includes(index)) pin.setInputValue(this.levels.get(index) ?? false);
         if (value > 1) return;
         if (before !== value) this.edges.push(this.cycle, (index << 1) | value);
         before = value;
-        // Of those that change while the program runs only RUN is read by anybody.
+        // Among the pins that change at run time, only RUN is read by a machine.
         if (RUN.includes(index)) pin.setInputValue(value === 1);
       });
     });
   }
 
-  /** A level at a pin from outside. */
+  /** Sets the external level of a pin. */
   pin(pin, level) {
     this.settle();
     this.exact = STEADY;
@@ -227,7 +227,7 @@ export class Machine {
     this.chip.gpio[pin].setInputValue(level);
   }
 
-  /** The watching machine takes the cycles that it owes: whole circles are left out. */
+  /** Runs the watcher's outstanding cycles. Whole loops are skipped because they change nothing. */
   settle() {
     if (this.owed === 0) return;
     const left = this.owed % CIRCLE;
@@ -249,7 +249,7 @@ export class Machine {
         if (!machine.waiting) machine.idle = Math.max(0, machine.waitDelay);
       } else {
         const opcode = block.instructions[machine.pc];
-        // `jmp x--` to itself without a delay: so many cycles and nothing else.
+        // `jmp x--` to itself without a delay only takes x cycles.
         if (opcode >>> 5 === 2 && (opcode & 0x1f) === machine.pc && machine.x > 0) {
           machine.idle = machine.x - 1;
           machine.x = 0;
@@ -265,7 +265,7 @@ export class Machine {
     if (ran) block.checkChangedPins();
   }
 
-  /** The state machines take `cycles` cycles. */
+  /** Runs the state machines for `cycles` cycles. */
   pass(cycles) {
     const [pulses, watch] = this.chip.pio;
     const end = this.cycle + cycles;
@@ -293,7 +293,7 @@ export class Machine {
     this.cycle = end;
   }
 
-  /** Goes on for so many cycles, or until `done`, or until a reset. */
+  /** Runs for `cycles` cycles, or until `done`, or until a reset. Returns the cycle of the reset, or null. */
   run(cycles, done) {
     const { core, clock } = this.chip;
     const end = this.cycle + cycles;
@@ -320,7 +320,7 @@ export class Machine {
     return null;
   }
 
-  /** How many bytes of stack were needed at most since the reset. */
+  /** Maximum stack usage since the reset, in bytes. */
   get stack() {
     let free = 0;
     for (let at = STACK_FROM; at-- > 0; ) {
@@ -330,10 +330,10 @@ export class Machine {
     return STACK_FROM;
   }
 
-  /** Whether the chip's own boot program has it. */
+  /** True if the chip is in its boot program. */
   get inBootMode() { return this.chip.core.PC === BOOT_MODE; }
 
-  /** The program hangs: the processor goes round in one instruction, interrupts still come. */
+  /** Makes the program hang: the processor loops in one instruction, but interrupts are still served. */
   hang() {
     const free = RAM + 0x41e00;
     this.chip.writeUint32(free, 0xe7fee7fe);

@@ -1,17 +1,18 @@
-// The emulated adapter as a servant of the tests: one order a line, one answer a line.
+// The emulated adapter for the tests: one order per line, one answer per line.
 //
-//   node serve.mjs FIRMWARE.elf [SLOW]            of a processor that is so many times as slow, pins and time as ever: 1
-//   {"do": "run", "cycles": n}                    goes on; with "until": "connected" or "bytes" ends when that is so
-//   {"do": "send", "bytes": [...]}                bytes into the cable
-//   {"do": "pin", "pin": n, "level": true}        a level from outside
+//   node serve.mjs FIRMWARE.elf [SLOW]        SLOW slows the processor by this factor, but not pins and time; default 1
+//   {"do": "run", "cycles": n}                runs; "until": "connected", "bytes" or "taken" ends the run earlier
+//   {"do": "send", "bytes": [...]}            sends bytes into the cable
+//   {"do": "pin", "pin": n, "level": true}    sets the external level of a pin
 //   {"do": "hang"} {"do": "unplug"} {"do": "peek"}
-//   {"do": "stack"}                               the answer has "stack": the most bytes of it that were needed
-//   {"do": "touch", "bits": n}                    the port is opened at so many bits a second and let go
-//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting", "boots", "busy"}
+//   {"do": "stack"}                           adds "stack" to the answer: the maximum stack usage in bytes
+//   {"do": "touch", "bits": n}                opens the port at this bit rate and releases it
+//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected",
+//            "waiting", "driven": level per pin or 2, "boots", "busy"}
 import readline from 'node:readline';
 import { Machine, image, symbol } from './machine.mjs';
 
-// What is counted is the making of words: all that motion costs the processor.
+// Counts the cycles for making words: the whole processor time of motion.
 const machine = new Machine(image(process.argv[2]), symbol(process.argv[2], 'annulus_firmware4make'), Number(process.argv[3] ?? 1));
 
 const orders = {

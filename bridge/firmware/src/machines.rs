@@ -1,14 +1,12 @@
-//! The state machines: four that give pulses, one that watches the inputs.
+//! The PIO state machines: four give pulses, one watches the inputs.
 //!
 //! ```text
-//! word          direction ─ wait ─ pulse or none        7 cycles from the start of a word to its pulse, beside the wait
-//!               wait ─ pattern of a motor's windings    where three motors are driven by their phases
-//! RUN           asked before every pulse and every pattern: low, and the machine goes into a dead end
-//! watcher       emergency stop and the inputs that stop, twice within a microsecond: RUN low, interrupt
-//! interrupt     outputs off; when the pulses that had begun are over, machines off and step pins held; no winding forced any more
+//! word          direction ─ wait ─ pulse or none        from its start to its pulse: 7 cycles plus the wait
+//!               wait ─ pattern of a motor's windings    if three motors are driven by their phases
+//! RUN           checked before every pulse and every pattern: when low, the machine enters a dead end
+//! watcher       emergency stop and the stopping inputs, twice within a microsecond: RUN low, interrupt
+//! interrupt     outputs off; after started pulses end, machines off and step pins held; no winding forced
 //! ```
-//!
-//! Comes in: settings. Goes out: pulses; how far they came. Does not know chunks.
 
 use crate::board::{self, read, route, write, Map, CLEAR, PIO0, PIO1, SET};
 use crate::rings;
@@ -21,31 +19,30 @@ use rp2040_hal::pac::{self, interrupt};
 use rp2040_hal::pio::{PIOBuilder, PIOExt, PinDir, ShiftDirection};
 
 const MACHINES: u32 = (1 << AXES) - 1;
-/// Offsets in both programs: where a word is waited for, the last place before its pulse or its pattern. In that of pulses the
-/// instruction there says how long they are.
+/// Offsets in the programs of pulses and phases: the wait for a word, and the last instruction before its
+/// pulse or pattern. In the pulse program that instruction holds the pulse length.
 const PULL: u32 = 0;
 const GO: [u32; 2] = [8, 7];
-/// Longest time for a pulse to end, in looks at the pins.
+/// Longest wait for a pulse to end, in reads of the pins.
 const LOOKS: u32 = 60;
-/// Instructions that are executed from outside: pins to set low, all pins of a motor low.
+/// Instructions injected into a machine: its set pins low; all pins of a motor low.
 const SET_PINS_LOW: u32 = 0xE000;
 const ALL_PINS_LOW: u32 = 0xA003;
 
-/// No map yet.
 const UNWIRED: usize = usize::MAX;
-/// Place of the map in [`board::MAPS`] that pins are wired by.
+/// Index in [`board::MAPS`] of the current wiring.
 static WIRED: AtomicUsize = AtomicUsize::new(UNWIRED);
-/// Where the programs of pulses and of phases begin, and how long they are.
+/// Start and length of the programs of pulses and phases.
 static ORIGIN: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 static LENGTH: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
-/// Whether the pulses were stopped by force.
+/// The pulses were stopped by force.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
-/// What the watcher saw; nothing amiss where it saw nothing.
+/// Inputs seen by the watcher when it stopped; 1 (emergency stop released, no input) if it did not.
 static SEEN: AtomicU32 = AtomicU32::new(1);
-/// What each step pin is held at.
+/// Level at which each step pin is held.
 static HELD: [AtomicU32; AXES] = [const { AtomicU32::new(board::LOW) }; AXES];
 
-/// Registers of the machine of an axis, from its clock on.
+/// Registers of an axis's machine, from its clock divider on.
 const fn own(axis: usize) -> usize {
     PIO0 + 0xC8 + 0x18 * axis
 }
@@ -54,19 +51,19 @@ const SHIFTS: usize = 0x8;
 const EXECUTE: usize = 0x10;
 const PINS: usize = 0x14;
 
-/// Whether somebody said how pins are wired.
+/// Returns `true` after the host selected a wiring.
 #[inline(always)]
 pub fn is_wired() -> bool {
     WIRED.load(Relaxed) != UNWIRED
 }
 
-/// Place of the map in force; that of steps where nobody said which.
+/// Index of the current map; before the host selects one, that of steps.
 #[inline(always)]
 fn place() -> usize {
     usize::from(WIRED.load(Relaxed) == 1)
 }
 
-/// The map in force.
+/// The current map.
 #[inline(always)]
 pub fn map() -> &'static Map {
     &board::MAPS[place()]
@@ -76,14 +73,15 @@ fn origin() -> u32 {
     ORIGIN[place()].load(Relaxed)
 }
 
-/// Outputs off; machines off when begun pulses are over, and step pins held, or windings held without forcing.
+/// Outputs off. When started pulses have ended, machines off, and step pins held or windings held without
+/// forcing.
 #[link_section = ".data.ram"]
 #[inline(never)]
 pub fn stop_by_force() {
     let map = map();
     board::switch(0, map.outputs());
     write(PIO1 + CLEAR, 1);
-    // RUN by hand: the watcher may not be what found the reason.
+    // Force RUN low: the watcher may not be the cause.
     if is_wired() {
         route(map.run, board::BY_PIO1, board::LOW, board::AS_IS);
     }
@@ -96,7 +94,7 @@ pub fn stop_by_force() {
     IS_STOPPED.store(true, Release);
 }
 
-/// Waits until the pulses that have begun are over, then switches the machines off.
+/// Waits until started pulses end, then switches the machines off.
 #[inline(always)]
 fn end_pulses() {
     let steps = MACHINES << board::STEP;
@@ -107,7 +105,7 @@ fn end_pulses() {
     write(PIO0 + CLEAR, MACHINES);
 }
 
-/// The same by force: the step pins are held at what they are at rest.
+/// Ends pulses, then holds the step pins at their resting level.
 #[inline(always)]
 fn hold_steps() {
     end_pulses();
@@ -126,26 +124,26 @@ fn PIO1_IRQ_0() {
     write(PIO1 + 0x30, 1);
 }
 
-/// The same for inputs that are on, one bit each, which the watcher does not see.
+/// Stops by force for filtered inputs that are on, one bit each: the watcher does not see those.
 #[inline(always)]
 pub fn stop_for(inputs: u8) {
     stop_by_force();
     SEEN.store(1 | u32::from(inputs) << 1, Release);
 }
 
-/// What the watcher saw when it stopped the pulses: bit 0 the emergency stop, low; above it the inputs, high. Nothing
-/// where the pulses were stopped for another reason.
+/// Why the watcher stopped the pulses: `true` for the emergency stop, and the inputs that were on. `false`
+/// and 0 for any other cause.
 pub fn seen() -> (bool, u8) {
     let seen = SEEN.load(Acquire);
     (seen & 1 == 0, (seen >> 1) as u8)
 }
 
-/// Whether the pulses were stopped by force and not made ready again.
+/// Returns `true` from a forced stop until [`arm`].
 pub fn is_stopped() -> bool {
     IS_STOPPED.load(Acquire)
 }
 
-/// Loads the programs. No pin is driven before [`settle`], no pulse comes before [`arm`].
+/// Loads the programs. No pin is driven before [`settle`], and no pulse is given before [`arm`].
 pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
     let pulses = pio::pio_file!("src/pulses.pio");
     let phases = pio::pio_file!("src/phases.pio");
@@ -159,7 +157,7 @@ pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
     }
     macro_rules! axis {
         ($machine:expr, $axis:literal) => {{
-            // SAFETY: nothing is ever uninstalled.
+            // SAFETY: programs are never uninstalled.
             let program = unsafe { installed.share() };
             let (mut machine, _, _) = PIOBuilder::from_installed_program(program)
                 .out_shift_direction(ShiftDirection::Right)
@@ -167,7 +165,7 @@ pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
                 .buffers(rp2040_hal::pio::Buffers::OnlyTx)
                 .clock_divisor_fixed_point(1, 0)
                 .build($machine);
-            // All that any program drives: which of them leads to a pin is said when it is wired.
+            // All pins that any program drives; the wiring decides later which of them reach a pad.
             machine.set_pindirs((0..18).map(|pin| (pin, PinDir::Output)));
         }};
     }
@@ -178,7 +176,7 @@ pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
     watch(pio1, resets);
 }
 
-/// Loads the program that watches the inputs. Every input that is well reads 0 there, the emergency stop 1.
+/// Loads the watcher. For it, a quiet input reads 0, and a released emergency stop reads 1.
 fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
     let watcher = pio::pio_file!("src/watcher.pio");
     let (mut block, machine, _, _, _) = pio1.split(resets);
@@ -192,24 +190,24 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
     write(PIO1 + 0x12C, 1 << 8);
 }
 
-/// Where the watcher's program begins.
+/// Start of the watcher's program.
 static WATCHER: AtomicU32 = AtomicU32::new(0);
 
-/// Which pins are those of a motor: all of them for patterns, those that force to be set.
+/// A motor's pin assignment: all pins for patterns, the forcing pins for `set`.
 fn pins_of_motor(axis: usize) -> u32 {
     let first = u32::from(board::MOTOR) * axis as u32;
     first | (first + u32::from(board::FORCING)) << 5 | u32::from(board::MOTOR) << 20 | 2 << 26
 }
 
-/// Wires pins and machines anew, at rest: everything is let go, then driven by the map, low.
+/// Rewires pins and machines while stopped: releases everything, then drives the pins of the map low.
 fn wire(place: usize) {
     write(PIO0 + CLEAR, MACHINES);
     write(PIO1 + CLEAR, 1);
     let map = &board::MAPS[place];
     board::ALL.into_iter().for_each(|pin| board::pad(pin, false));
-    // Those that lead to nothing too: the watcher reads over them, and one says that USB gives power.
+    // Unused pins too: the watcher reads across them, and one reports USB power.
     (0..30).for_each(|pin| route(pin, board::BY_NOBODY, board::AS_IS, board::LOW));
-    // Steps or phases that were shown last are not shown by the other map.
+    // Clear the last steps or phases, so that the other map does not show them.
     for axis in 0..MOTORS {
         write(own(axis) + PINS, pins_of_motor(axis));
         write(own(axis) + EXECUTE, ALL_PINS_LOW);
@@ -220,13 +218,13 @@ fn wire(place: usize) {
         let pins = match (place, axis < MOTORS) {
             (0, _) => (direction | step << 10 | 1 << 20 | 1 << 29) as u32,
             (_, true) => pins_of_motor(axis),
-            // A jump from outside would set whatever it had before.
+            // An injected jump's side-set would drive the pins of the old assignment.
             (_, false) => 0,
         };
         write(own(axis) + PINS, pins);
         write(own(axis) + WRAPS, u32::from(map.run) << 24 | (from + length - 1) << 12 | from << 7);
     }
-    // The watcher: from where it reads, what it sets.
+    // The watcher: its first input pin, and the pin that it sets.
     write(PIO1 + 0xDC, u32::from(map.stop) << 15 | u32::from(map.run) << 5 | 1 << 26);
     let driven = map.outputs() | 1 << map.alive;
     board::switch(0, driven);
@@ -238,13 +236,13 @@ fn wire(place: usize) {
     if place == 1 {
         (0..board::MOTOR * MOTORS as u8).for_each(|pin| route(pin, board::BY_PIO0, board::AS_IS, board::LOW));
     }
-    // Nothing may go before it is made ready.
+    // Keep RUN low until `arm`.
     route(map.run, board::BY_PIO1, board::LOW, board::AS_IS);
     WIRED.store(place, Relaxed);
 }
 
-/// Takes up settings at rest: what pins are, length of pulses, which way pins and inputs are, which inputs stop the pulses by the watcher.
-/// They are in force when it was made ready: [`arm`].
+/// Applies settings while stopped: wiring, pulse length, polarity of pins and inputs, and the inputs that
+/// stop pulses through the watcher. They take effect with [`arm`].
 pub fn settle(settings: &Configure, limits: u8) {
     let place = usize::from(settings.phases != 0);
     if WIRED.load(Relaxed) != place {
@@ -283,14 +281,14 @@ fn settle_steps(settings: &Configure) {
     }
 }
 
-/// Makes the machines ready, at rest: words gone, step pins theirs again, the watcher looking anew.
+/// Arms the machines while stopped: drops old words, gives the step pins back, restarts the watcher.
 pub fn arm(settings: &Configure) {
     const RESTART: u32 = MACHINES << 4;
     const ENABLE_WATCHER: u32 = 1;
     write(PIO0 + CLEAR, MACHINES);
     rings::clear();
     for axis in 0..AXES {
-        // Joining and parting the queues empties them.
+        // Changing the FIFO join empties the FIFOs.
         const JOIN: u32 = 1 << 30;
         write(own(axis) + SHIFTS + CLEAR, JOIN);
         write(own(axis) + SHIFTS + SET, JOIN);
@@ -315,7 +313,7 @@ pub fn arm(settings: &Configure) {
     write(PIO1 + SET, ENABLE_WATCHER);
 }
 
-/// Starts all machines in the same cycle, where nothing stopped them since they were made ready.
+/// Starts all machines in the same cycle, unless a stop came since [`arm`].
 pub fn start() {
     rings::ran_dry();
     let machines = if place() == 0 { MACHINES } else { (1 << MOTORS) - 1 };
@@ -326,13 +324,13 @@ pub fn start() {
     });
 }
 
-/// Whether all machines wait for a word.
+/// Returns `true` if all machines wait for a word.
 pub fn are_idle() -> bool {
     let begin = origin() + PULL;
     rings::are_dry() && (0..AXES).all(|axis| place_of(axis) == begin)
 }
 
-/// Stops all machines, which wait for a word. That of a pulse that ended with the path may still be in its last cycles.
+/// Stops all machines, which wait for words. The last pulse of the path may still be in its final cycles.
 pub fn rest() {
     if place() == 0 {
         end_pulses();
@@ -345,7 +343,7 @@ fn place_of(axis: usize) -> u32 {
     read(PIO0 + 0xD4 + 0x18 * axis)
 }
 
-/// The index of every axis when the machines were stopped, from the index behind the last word.
+/// The index of every axis at the moment of the stop, derived from the index after the last word.
 pub fn index_of(behind: [i32; AXES]) -> [i32; AXES] {
     let mut index = behind;
     for (axis, index) in index.iter_mut().enumerate() {

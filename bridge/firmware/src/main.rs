@@ -1,16 +1,14 @@
-//! Firmware of the USB step adapter: frames from USB become words, words become pulses (N18).
+//! Firmware of the USB step adapter: turns frames from USB into words, and words into pulses.
 //!
 //! ```text
 //! USB ─ bytes ─▶ Adapter (annulus-link) ─ words, 2 ms ahead ─▶ rings ─ DMA ─▶ state machines ─▶ step, direction
 //!  ▲                                                                              ▲
-//!  └── status every 10 ms          emergency stop, end sensors ─ watcher ─ RUN ───┘── interrupt: outputs off
+//!  └── status every 10 ms          emergency stop, limit switches ─ watcher ─ RUN ┘── interrupt: outputs off
 //! ```
 //!
-//! One processor, one loop; two interrupts, which touch registers and atomics only, and two that time touched inputs (`touches`). The loop may take up to 2 ms; later, the
-//! machines run dry, which is a fault. When it hangs, the watchdog resets everything after 100 ms, and pins go to rest by
-//! their resistors.
-//!
-//! Does not know boards, tools or millimetres.
+//! One core, one loop. Two interrupts touch only registers and atomics; two more time the filtered inputs
+//! (`touches`). The loop may take up to 2 ms; after that the machines run dry, which is a fault. If it
+//! hangs, the watchdog resets the chip after 100 ms, and resistors pull the pins to rest.
 #![no_std]
 #![no_main]
 
@@ -38,36 +36,36 @@ use usb_device::bus::UsbBusAllocator;
 use usb_device::device::{StringDescriptors, UsbDevice, UsbDeviceBuilder, UsbVidPid};
 use usbd_serial::SerialPort;
 
-/// The second stage of the boot, which the chip's own memory starts.
+/// Second stage of the boot, called by the chip's ROM.
 #[link_section = ".boot2"]
 #[no_mangle]
 #[used]
 pub static SECOND_STAGE: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
 
-/// Words are made so far ahead, in ticks: 2 ms. A hold is obeyed that much later at most.
+/// How far ahead words are made, in ticks: 2 ms. A hold takes effect at most that much later.
 const AHEAD: u32 = 20_000;
 
-/// What a file of this firmware is known by: `annulus firmware flash` looks for it.
+/// Identifies the firmware in a file: `annulus firmware flash` searches for it.
 #[used]
 static ABOUT: &str = concat!("Annulus step adapter, sources ", env!("ANNULUS_SOURCES"), ".");
 
-/// Whoever opens the port at this speed and lets go of it wants the boot mode.
+/// Opening the port at this speed and closing it requests the boot mode.
 const BOOT_BITS_PER_S: u32 = 1200;
 
-/// The clock: 12 MHz · 100 / 10, a whole number of cycles to a tick.
+/// The clock: 12 MHz · 100 / 10, a whole number of cycles per tick.
 const CLOCK: PLLConfig = PLLConfig { vco_freq: HertzU32::MHz(1200), refdiv: 1, post_div1: 5, post_div2: 2 };
 
 const CRYSTAL_HZ: u32 = 12_000_000;
 
-/// All chunks wait here; too large for the stack.
+/// The store of chunks, too large for the stack.
 struct Place(UnsafeCell<Store>);
 
-// SAFETY: the main function alone takes it, once.
+// SAFETY: only the main function takes it, once.
 unsafe impl Sync for Place {}
 
 static STORE: Place = Place(UnsafeCell::new(Store::new()));
 
-/// Interrupts touch nothing that is guarded by critical sections: nothing has to be kept out, and no pulse waits for USB.
+/// Critical sections do nothing: no interrupt touches what they guard, and no pulse has to wait for USB.
 struct OneThread;
 critical_section::set_impl!(OneThread);
 // SAFETY: only the main loop enters critical sections.
@@ -80,21 +78,21 @@ unsafe impl critical_section::Impl for OneThread {
 fn panic(_: &core::panic::PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     machines::stop_by_force();
-    // The watchdog is not fed any more.
+    // The watchdog is no longer fed, so it resets the chip.
     loop {
         cortex_m::asm::nop();
     }
 }
 
-/// The line to the bridge.
+/// The USB line to the bridge.
 struct Usb {
     device: UsbDevice<'static, UsbBus>,
     serial: SerialPort<'static, UsbBus>,
-    /// A frame on its way out: bytes, how many there are, how many are gone.
+    /// The frame being sent: bytes, length, bytes already sent.
     frame: [u8; ON_LINE],
     length: usize,
     gone: usize,
-    /// Whether the port was opened as for the boot mode and let go of, when it was looked last.
+    /// At the last check, the port had been opened at the boot speed and closed.
     is_touched: bool,
 }
 
@@ -111,15 +109,15 @@ impl Usb {
         Self { device, serial, frame: [0; ON_LINE], length: 0, gone: 0, is_touched: false }
     }
 
-    /// Whether the boot mode was asked for since the last look: at other speeds, and while somebody has the port, never. What was asked
-    /// for at the wrong moment is not done later.
+    /// Returns `true` once after each request of the boot mode. Never at other speeds or while the port is
+    /// open. A request at a wrong moment is dropped, not delayed.
     fn wants_boot(&mut self) -> bool {
         let before = self.is_touched;
         self.is_touched = self.serial.line_coding().data_rate() == BOOT_BITS_PER_S && !self.serial.dtr();
         self.is_touched && !before
     }
 
-    /// Takes in what came, gives out what is to be said.
+    /// Reads received bytes, and sends the next ones.
     fn turn(&mut self, adapter: &mut Adapter<'_>, now: u32) {
         self.device.poll(&mut [&mut self.serial]);
         let mut bytes = [0; 64];
@@ -136,16 +134,16 @@ impl Usb {
     }
 }
 
-/// Where the motion is.
+/// State of the motion.
 enum Motion {
     Rest,
-    /// Words are made; since when the machines run, in µs.
+    /// Words are being made; start time of the machines, in µs.
     Making(u32),
-    /// All words are made, and being played.
+    /// All words are made and are being played.
     Playing(End),
 }
 
-/// Makes words up to `until`, in ticks of the machine; how the path ended where it did.
+/// Makes words up to `until`, in machine ticks. Returns how the path ended, if it did.
 #[link_section = ".data.ram"]
 #[inline(never)]
 fn make(adapter: &mut Adapter<'_>, until: u32) -> Option<End> {
@@ -159,13 +157,14 @@ fn make(adapter: &mut Adapter<'_>, until: u32) -> Option<End> {
     end
 }
 
-/// Makes the machines ready; an input that stops them may have come of age since it was looked whether they may.
+/// Arms the machines. A filtered input may have turned on since the link allowed the start, so check it
+/// again.
 fn arm(adapter: &Adapter<'_>) {
     machines::arm(adapter.settings());
     touches::stop_where_on();
 }
 
-/// Obeys an order of the link.
+/// Carries out an order of the link.
 fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     match order {
         Order::Settle if matches!(motion, Motion::Rest) && adapter.state() != State::Unset => {
@@ -173,7 +172,7 @@ fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
             machines::settle(adapter.settings(), limits & !touches::filtered(filters_us));
             touches::settle(adapter.settings(), limits, filters_us);
             name_pins(adapter.welcome_mut());
-            // What stopped it by force keeps it so until somebody clears it.
+            // A forced stop stays in force until it is cleared.
             if !adapter.is_forced() {
                 arm(adapter);
             }
@@ -190,7 +189,7 @@ fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     }
 }
 
-/// Goes on with the motion.
+/// Continues the motion.
 fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
     if machines::is_stopped() {
         if !matches!(adapter.state(), State::Limit | State::EmergencyStop | State::Fault) {
@@ -236,14 +235,14 @@ fn show(adapter: &Adapter<'_>) {
     let map = machines::map();
     let bit = |bit: u8, pin: u32| if adapter.outputs() >> bit & 1 == 1 { pin } else { 0 };
     let on = bit(0, 1 << map.output) | bit(1, map.second_output);
-    // Between the look and the switch the interrupt may have found a reason to stop.
+    // An interrupt may stop the pulses between the check and the switch, so interrupts are off here.
     cortex_m::interrupt::free(|_| {
         let on = if machines::is_stopped() { 0 } else { on };
         board::switch(on, !on & map.outputs());
     });
 }
 
-/// Every pin let go, with a resistor down: nobody said yet what is wired to it.
+/// Releases every pin, with a pull-down: the wiring is still unknown.
 fn pins() {
     board::drive(0);
     board::ALL.into_iter().for_each(|pin| board::pad(pin, false));
@@ -253,7 +252,7 @@ fn pins() {
 fn main() -> ! {
     let mut chip = pac::Peripherals::take().expect("taken once");
     let mut watchdog = Watchdog::new(chip.WATCHDOG);
-    // SAFETY: the watchdog's driver has no word for why it reset.
+    // SAFETY: the HAL's watchdog driver does not expose the reset reason.
     let by_watchdog = board::read(0x4005_8008) & 1;
     let crystal = setup_xosc_blocking(chip.XOSC, HertzU32::Hz(CRYSTAL_HZ)).expect("a crystal");
     watchdog.enable_tick_generation((CRYSTAL_HZ / 1_000_000) as u8);
@@ -271,14 +270,15 @@ fn main() -> ! {
     let bus = UsbBus::new(chip.USBCTRL_REGS, chip.USBCTRL_DPRAM, clocks.usb_clock, true, &mut chip.RESETS);
     let bus = cortex_m::singleton!(: UsbBusAllocator<UsbBus> = UsbBusAllocator::new(bus)).expect("once");
     watchdog.start(MicrosDurationU32::millis(100));
-    // SAFETY: nobody else takes it.
+    // SAFETY: taken only here.
     let store = unsafe { &mut *STORE.0.get() };
     run(Adapter::new(welcome(by_watchdog as u8), store), Usb::new(bus), &watchdog)
 }
 
 fn interrupts() {
     touches::prepare();
-    // SAFETY: two handlers touch registers and atomics alone; two what is remembered of touches, which nobody else touches meanwhile.
+    // SAFETY: two handlers touch only registers and atomics; the two others access the touch states, always
+    // with interrupts off.
     unsafe {
         let mut own = cortex_m::Peripherals::steal();
         own.NVIC.set_priority(pac::Interrupt::PIO1_IRQ_0, 0);
@@ -315,17 +315,17 @@ fn welcome(by_watchdog: u8) -> Welcome {
     }
 }
 
-/// Says which pin is what by the map in force.
+/// Reports the pins of the current map.
 fn name_pins(welcome: &mut Welcome) {
     let map = machines::map();
     (welcome.stop_pin, welcome.input_pin, welcome.output_pin) = (map.stop, map.input(), map.output);
 }
 
-/// Everything off, then the chip's own boot program, which takes a new firmware as if it were a disk.
+/// Everything off, then the chip's boot ROM, which accepts new firmware as a USB disk.
 fn boot() -> ! {
     cortex_m::interrupt::disable();
     machines::stop_by_force();
-    // It does not come back.
+    // Never returns.
     rp2040_hal::rom_data::reset_to_usb_boot(0, 0)
 }
 

@@ -1,14 +1,12 @@
-//! Words in memory, one ring an axis, and the channels that carry them to the state machines.
+//! Words in memory, one ring per axis, and the DMA channels that carry them to the state machines.
 //!
 //! ```text
-//! main loop ─ put ─▶ ring ─ channel, at the pace of the machine ─▶ queue of 8 ─▶ state machine
-//!                    head ▲            ▲ tail: what the channel was given is taken
+//! main loop ─ put ─▶ ring ─ channel, at the pace of the machine ─▶ FIFO of 8 ─▶ state machine
+//!                    head ▲            ▲ tail: the channel has taken everything before it
 //! ```
 //!
-//! A channel is given exactly the words that are there: when the main loop hangs, the machines run dry and the pins stay low;
-//! an old word is never played again.
-//!
-//! Comes in: words. Goes out: words at the machines; how many are not played. Does not know what they mean.
+//! A channel gets exactly the words that exist. If the main loop hangs, the machines run dry and the pins
+//! stay low; an old word is never played again.
 
 use crate::board::{self, read, write, DMA, PIO0};
 use annulus_link::player::Words;
@@ -21,7 +19,7 @@ use rp2040_hal::pac::interrupt;
 pub const WORDS: u32 = 2048;
 const BYTES_POWER: u32 = 13;
 
-/// Bits of [`DMA`]'s registers for the channels of the axes.
+/// Bits of the axes' channels in [`DMA`]'s registers.
 const CHANNELS: u32 = (1 << AXES) - 1;
 
 #[repr(C, align(8192))]
@@ -31,7 +29,7 @@ struct Ring(UnsafeCell<[u32; WORDS as usize]>);
 unsafe impl Sync for Ring {}
 
 static RINGS: [Ring; AXES] = [const { Ring(UnsafeCell::new([0; WORDS as usize])) }; AXES];
-/// Words ever put; words that channels were given and took; words that they have now.
+/// Words put; words that channels have taken; words that channels hold now.
 static HEAD: [AtomicU32; AXES] = [const { AtomicU32::new(0) }; AXES];
 static TAIL: [AtomicU32; AXES] = [const { AtomicU32::new(0) }; AXES];
 static GIVEN: [AtomicU32; AXES] = [const { AtomicU32::new(0) }; AXES];
@@ -40,7 +38,7 @@ const fn channel(axis: usize) -> usize {
     DMA + 0x40 * axis
 }
 
-/// Makes the channels ready.
+/// Configures the channels.
 pub fn prepare() {
     const ENABLE: u32 = 1;
     const WORD: u32 = 2 << 2;
@@ -54,7 +52,7 @@ pub fn prepare() {
     write(DMA + 0x404, CHANNELS);
 }
 
-/// Forgets all words. The machines stand still.
+/// Drops all words. The machines must be stopped.
 pub fn clear() {
     write(DMA + 0x404, 0);
     write(DMA + 0x444, CHANNELS);
@@ -68,7 +66,7 @@ pub fn clear() {
     prepare();
 }
 
-/// Gives an idle channel what is there.
+/// Gives an idle channel the words that exist.
 #[inline(always)]
 fn give(axis: usize) {
     let there = HEAD[axis].load(Acquire).wrapping_sub(TAIL[axis].load(Relaxed));
@@ -92,30 +90,30 @@ fn DMA_IRQ_0() {
     }
 }
 
-/// Puts words into the rings.
+/// Writes words into the rings.
 pub struct Rings {
     heads: [u32; AXES],
 }
 
 impl Rings {
-    /// Behind what is there.
+    /// Starts after the existing words.
     #[inline(always)]
     pub fn open() -> Self {
         Self { heads: core::array::from_fn(|axis| HEAD[axis].load(Relaxed)) }
     }
 
-    /// Whether every axis has room for so many words.
+    /// Returns `true` if every axis has room for this many words.
     #[inline(always)]
     pub fn have_room(&self, words: u32) -> bool {
         (0..AXES).all(|axis| self.heads[axis].wrapping_sub(TAIL[axis].load(Acquire)) + words <= WORDS)
     }
 
-    /// Lets the channels see what was put.
+    /// Shows the new words to the channels.
     #[inline(always)]
     pub fn close(self) {
         for axis in 0..AXES {
             HEAD[axis].store(self.heads[axis], Release);
-            // Not while the interrupt gives the same words.
+            // The interrupt must not give the same words at the same time.
             cortex_m::interrupt::free(|_| {
                 if GIVEN[axis].load(Relaxed) == 0 {
                     give(axis);
@@ -130,7 +128,7 @@ impl Words for Rings {
     fn put(&mut self, axis: usize, word: u32) {
         let head = self.heads[axis];
         let place = RINGS[axis].0.get().cast::<u32>().wrapping_add((head % WORDS) as usize);
-        // SAFETY: within the ring, and beyond the tail: `have_room` said so.
+        // SAFETY: within the ring, and beyond the tail, as `have_room` has checked.
         unsafe { place.write_volatile(word) };
         self.heads[axis] = head.wrapping_add(1);
     }
@@ -139,7 +137,8 @@ impl Words for Rings {
     fn places(&mut self, axis: usize) -> &mut [u32] {
         let at = self.heads[axis] % WORDS;
         let place = RINGS[axis].0.get().cast::<u32>().wrapping_add(at as usize);
-        // SAFETY: from the head to the end of the ring; what is filled of it lies beyond the tail: `have_room` said so.
+        // SAFETY: from the head to the end of the ring; the filled part is beyond the tail, as `have_room`
+        // has checked.
         unsafe { core::slice::from_raw_parts_mut(place, (WORDS - at) as usize) }
     }
 
@@ -149,15 +148,15 @@ impl Words for Rings {
     }
 }
 
-/// Whether the machines have taken every word of every axis.
+/// Returns `true` if the machines have taken every word.
 pub fn are_dry() -> bool {
     let taken = |axis: usize| HEAD[axis].load(Relaxed) == TAIL[axis].load(Acquire);
     const EMPTY: u32 = CHANNELS << 24;
     (0..AXES).all(taken) && read(PIO0 + 0x4) & EMPTY == EMPTY
 }
 
-/// Calls `unplayed` with every word of an axis that its machine, which stands still, has not taken, the latest first;
-/// `begun` is whether it took one whose pulse it did not give.
+/// Calls `unplayed` with every word of an axis that its stopped machine has not played, the latest first.
+/// `begun` if the machine took a word and did not give its pulse.
 pub fn unplayed(axis: usize, begun: bool, mut unplayed: impl FnMut(u32)) {
     let left = read(channel(axis) + 0x8);
     let given = GIVEN[axis].load(Relaxed);
@@ -168,12 +167,12 @@ pub fn unplayed(axis: usize, begun: bool, mut unplayed: impl FnMut(u32)) {
     while word != played {
         word = word.wrapping_sub(1);
         let place = RINGS[axis].0.get().cast::<u32>().wrapping_add((word % WORDS) as usize);
-        // SAFETY: within the ring, and nobody writes it now.
+        // SAFETY: within the ring, and nothing writes it now.
         unplayed(unsafe { place.read_volatile() });
     }
 }
 
-/// Asks whether any machine found nothing to play since it was asked last.
+/// Returns `true` if any machine found nothing to play since the last call.
 pub fn ran_dry() -> bool {
     const STALLED: u32 = CHANNELS << 24;
     let stalled = board::read(PIO0 + 0x8) & STALLED;

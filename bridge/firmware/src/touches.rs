@@ -1,14 +1,12 @@
-//! Inputs with a filter: the watching machine does not see them, the processor times how long they are touched.
+//! Inputs with a filter: the watcher does not see them; the processor times their touches.
 //!
 //! ```text
-//! edge ─ interrupt ─▶ look ─┬─ it is touched: alarm when that is long enough ─▶ look: on; where it stops, pulses stop
-//!           ▲               └─ it was let go of before: counted
-//!           └── not for 5 µs: noise takes a part of the processor, never all of it
+//! edge ─ interrupt ─▶ look ─┬─ touched: alarm when that is long enough ─▶ look: on; a guarded input stops the pulses
+//!           ▲               └─ released earlier: counted
+//!           └── not for 5 µs: noise takes only part of the processor's time
 //! ```
 //!
-//! The main loop looks too when levels are not as they were seen, whatever interrupts do.
-//!
-//! Comes in: settings, levels and edges of pins, microseconds. Goes out: inputs that are on; a stop; counts. Does not know chunks.
+//! The main loop also looks if levels differ from the last ones, in case an interrupt was missed.
 
 use crate::board::{self, read, write, IO, TIMER};
 use crate::machines;
@@ -18,20 +16,20 @@ use annulus_link::INPUTS;
 use core::cell::UnsafeCell;
 use rp2040_hal::pac::interrupt;
 
-/// What is remembered.
 struct Seen {
     filters: [Filter; INPUTS],
-    /// Inputs that have one, that are on while their pin is low, that stop the pulses, one bit each.
+    /// Inputs with a filter, inputs that are on while their pin is low, inputs that stop the pulses; one
+    /// bit each.
     filtered: u8,
     low: u8,
     limits: u8,
-    /// Those that are touched, and those that are on.
+    /// Inputs that are touched, and inputs that are on.
     touched: u8,
     on: u8,
-    /// Those that are touched and not yet for long enough; edges of all that have a filter: four bits an input.
+    /// Touched inputs whose time has not passed, and edges of all filtered inputs; four bits per input.
     young: u32,
     edges: u32,
-    /// Edges do not interrupt now.
+    /// Edges do not interrupt at present.
     is_quiet: bool,
     /// The pin of the first input.
     first: u8,
@@ -39,7 +37,7 @@ struct Seen {
 
 struct Place(UnsafeCell<Seen>);
 
-// SAFETY: touched by [`with`] alone.
+// SAFETY: accessed only by [`with`].
 unsafe impl Sync for Place {}
 
 static SEEN: Place = Place(UnsafeCell::new(Seen {
@@ -55,30 +53,32 @@ static SEEN: Place = Place(UnsafeCell::new(Seen {
     first: board::MAPS[0].input(),
 }));
 
-/// Edges are remembered there until they are cleared, four bits a pin, eight pins a register; enabled as interrupts so much further on.
+/// Registers of latched edges, four bits per pin, eight pins per register; their interrupt enables are
+/// `ENABLED` bytes further.
 const EDGES: usize = IO + 0xF0;
 const ENABLED: usize = 0x10;
-/// In either map the first input is the fourth pin of its register; what has no room there is in the next one.
+/// In both maps the first input is the fourth pin of its register; the remaining inputs are in the next
+/// one.
 const OFFSET: u32 = 12;
 const _: () = assert!(board::MAPS[0].input() % 8 == 3 && board::MAPS[1].input() % 8 == 3);
 const FELL: u32 = 1 << 2;
 const ROSE: u32 = 1 << 3;
 
-/// Does something with what is remembered, undisturbed.
+/// Accesses the state with interrupts off.
 #[inline(always)]
 fn with<T>(work: impl FnOnce(&mut Seen) -> T) -> T {
-    // SAFETY: interrupts are off, and there is one processor.
+    // SAFETY: interrupts are off, and only one core runs.
     cortex_m::interrupt::free(|_| work(unsafe { &mut *SEEN.0.get() }))
 }
 
-/// Writes four bits an input into a register of pins and the next.
+/// Writes four bits per input into two neighbouring pin registers.
 #[inline(always)]
 fn spread(register: usize, bits: u32) {
     write(register, bits << OFFSET);
     write(register + 4, bits >> (32 - OFFSET));
 }
 
-/// Takes up settings at rest. The watching machine sees no input that has a filter: [`filtered`] says which.
+/// Applies settings while stopped. The watcher sees no filtered input: [`filtered`] lists them.
 pub fn settle(settings: &Configure, limits: u8, least_us: &[u16; INPUTS]) {
     with(|seen| {
         seen.filters.iter_mut().zip(least_us).for_each(|(filter, least_us)| filter.set(*least_us));
@@ -86,18 +86,18 @@ pub fn settle(settings: &Configure, limits: u8, least_us: &[u16; INPUTS]) {
         let all = (0..INPUTS).filter(|input| seen.filtered >> input & 1 == 1);
         seen.edges = all.fold(0, |edges, input| edges | (FELL | ROSE) << (4 * input));
         (seen.touched, seen.on, seen.young) = (0, 0, 0);
-        // Pins of the other map interrupt no more.
+        // Disable the edge interrupts of the previous map.
         spread(seen.register() + ENABLED, 0);
         seen.first = machines::map().input();
         (seen.low, seen.limits) = (settings.low_inputs, limits);
-        // Edges of before are none of a touch.
+        // Old edges belong to no touch.
         spread(seen.register(), u32::MAX);
         seen.interrupt_at_edges();
         seen.look(seen.edges);
     });
 }
 
-/// Stops the pulses where an input that stops them is on: one that was on before they were made ready stops nobody by itself.
+/// Stops the pulses if a guarded input is on: one that turned on before `arm` gives no new edge.
 pub fn stop_where_on() {
     with(|seen| {
         let on = seen.on & seen.limits;
@@ -112,7 +112,7 @@ pub fn filtered(least_us: &[u16; INPUTS]) -> u8 {
     least_us.iter().enumerate().fold(0, |all, (input, least_us)| all | u8::from(*least_us > 0) << input)
 }
 
-/// Which inputs have a filter, and which of these are on, where those in `touched` are touched; one bit each.
+/// Filtered inputs, and those of them that are on, if the inputs in `touched` are touched; one bit each.
 pub fn now(touched: u8) -> (u8, u8) {
     with(|seen| {
         let others = (touched ^ seen.touched) & seen.filtered;
@@ -124,7 +124,7 @@ pub fn now(touched: u8) -> (u8, u8) {
     })
 }
 
-/// How often inputs were touched for less than their filter.
+/// Counts of touches shorter than their filter.
 pub fn counted() -> Touches {
     with(|seen| Touches {
         short: core::array::from_fn(|input| seen.filters[input].short()),
@@ -139,15 +139,15 @@ impl Seen {
         EDGES + 4 * (self.first as usize / 8)
     }
 
-    /// From now on edges of inputs with a filter interrupt.
+    /// Enables the edge interrupts of filtered inputs.
     #[inline(always)]
     fn interrupt_at_edges(&mut self) {
         self.is_quiet = false;
         spread(self.register() + ENABLED, self.edges);
     }
 
-    /// Looks at the inputs that changed, those whose touch is young, and `others`, four bits an input; stops the pulses where one that stops them is on, and
-    /// sees to it that it is looked in time.
+    /// Checks inputs with edges, those with a young touch, and `others`, four bits per input. Stops the
+    /// pulses if a guarded one is on, and sets the alarm for the next check.
     #[link_section = ".data.ram"]
     #[inline(never)]
     fn look(&mut self, others: u32) {
@@ -171,14 +171,14 @@ impl Seen {
             self.interrupt_at_edges();
         }
         if wait_us != u32::MAX {
-            // An alarm that is past when it is set comes after an hour.
+            // An alarm set for a past time would fire after more than an hour.
             let passed_us = board::micros().wrapping_sub(now_us);
             write(TIMER + 0x10, now_us.wrapping_add(wait_us.max(passed_us + 2)));
         }
     }
 
-    /// Looks at one input, with its edges in the lowest four bits, and stops the pulses where it is to. How long it has to be touched
-    /// still, where it is and does not yet count.
+    /// Checks one input, with its edges in the lowest four bits, and stops the pulses if needed. Returns
+    /// the remaining time of a young touch, in µs; `u32::MAX` if there is none.
     #[inline(always)]
     fn look_at(&mut self, input: usize, edges: u32, now_us: u32) -> u32 {
         let bit = 1 << input;
@@ -190,7 +190,7 @@ impl Seen {
         filter.look(Glance { touched, came, left }, now_us);
         let mut left_us = filter.left_us(now_us);
         if left_us == Some(1) {
-            // Soon enough to wait for it here.
+            // So soon that waiting here is quicker.
             while board::micros() == now_us {}
             let touched = board::level(self.first + input as u8) != is_low;
             filter.look(Glance { touched, came: false, left: false }, now_us.wrapping_add(1));
@@ -221,7 +221,7 @@ fn TIMER_IRQ_0() {
     with(|seen| seen.look(0));
 }
 
-/// Lets the alarm interrupt.
+/// Enables the alarm interrupt.
 pub fn prepare() {
     write(TIMER + 0x38, 1);
 }

@@ -1,7 +1,5 @@
-//! A firmware brought into an adapter: it is asked for its boot mode, the file is copied onto the disk that it shows then, and it is
-//! asked who it is.
-//!
-//! Comes in: a port, a disk, bytes. Goes out: who is there afterwards. Does not know who wants it, nor whether they may.
+//! Installs firmware in an adapter: requests its boot mode, copies the file to the disk that then appears,
+//! and identifies the adapter again.
 
 use super::image::boot_disks;
 use super::port::{Plug, adapters, named};
@@ -19,18 +17,18 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// An adapter whose port is opened at this speed and let go of goes into its boot mode, if it rests.
+/// Opening the port at this speed and closing it starts the adapter's boot mode, if it is stopped.
 const BOOT_BITS_PER_S: u32 = 1200;
-/// How long it is listened whether it moves: a status comes every 10 ms.
+/// How long to listen for motion: a status arrives every 10 ms.
 const LISTENS: Duration = Duration::from_millis(150);
-/// How long a disk or a port may take to come.
+/// How long a disk or port may take to appear.
 const COMES: Duration = Duration::from_secs(15);
 const LOOKS: Duration = Duration::from_millis(200);
 
-/// What the file is called on the disk.
+/// Name of the file on the disk.
 const NAME: &str = "annulus-adapter.uf2";
 
-/// The first that `look` finds within so long.
+/// Calls `look` until it finds something or the patience ends.
 fn awaited<T>(patience: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let since = Instant::now();
     loop {
@@ -42,20 +40,20 @@ fn awaited<T>(patience: Duration, mut look: impl FnMut() -> Option<T>) -> Option
     }
 }
 
-/// Who is at the port called `name`, or at the only one with an adapter.
+/// Identifies the adapter at the port `name`, or at the only port with an adapter.
 pub(crate) fn asked(name: &str, time: Time) -> Result<(String, Welcome), Diagnostic> {
     let (port, mut line) = line(name, time)?;
     through(who(&mut line)).map(|welcome| (port, welcome))
 }
 
-/// The same, and how often its inputs were touched for less than their filter, where it counts.
+/// Identifies the adapter, and counts the touches shorter than their filter, if its firmware does.
 pub(crate) fn report(name: &str, time: Time) -> Result<(String, Welcome, Option<Touches>), Diagnostic> {
     let (port, mut line) = line(name, time)?;
     let welcome = through(who(&mut line))?;
     through(touches(&mut line)).map(|touches| (port, welcome, touches))
 }
 
-/// A line to the port called `name`, and what the port is called.
+/// Opens a line to the port `name`. Returns the port's real name too.
 fn line(name: &str, time: Time) -> Result<(String, AdapterLine), Diagnostic> {
     let plug = Plug::open(name)?;
     let port = plug.port_name().to_owned();
@@ -63,12 +61,12 @@ fn line(name: &str, time: Time) -> Result<(String, AdapterLine), Diagnostic> {
     Ok((port, AdapterLine::new(Box::new(plug), session, time)))
 }
 
-/// The disk of the adapter at the port called `name`, which is not asked while it moves: saying hello would stop it.
+/// The boot disk of the adapter at the port `name`. Does not say hello: that would stop a moving adapter.
 pub(crate) fn boot_disk_of(name: &str) -> Result<PathBuf, Diagnostic> {
     shown_by(name, COMES, boot_disks)
 }
 
-/// The first of the `disks` that come within so long after the adapter was asked for its own.
+/// Requests the boot mode, and returns the first of `disks` that appears in time.
 fn shown_by(name: &str, patience: Duration, disks: impl Fn() -> Vec<PathBuf>) -> Result<PathBuf, Diagnostic> {
     let name = named(name)?;
     let unopened = |error: serialport::Error| {
@@ -93,7 +91,7 @@ fn shown_by(name: &str, patience: Duration, disks: impl Fn() -> Vec<PathBuf>) ->
         .ok_or_else(|| Diagnostic::error("firmware.no_disk").with("port", &name))
 }
 
-/// Copies the file. A board that has all of it lets go of its disk at once: that it is gone then is no failure.
+/// Copies the file. A complete board removes its disk at once, so a failing sync is no error.
 pub(crate) fn copy(bytes: &[u8], disk: &Path) -> Result<(), Diagnostic> {
     let path = disk.join(NAME);
     let copied = File::create(&path).and_then(|mut file| {
@@ -107,8 +105,8 @@ pub(crate) fn copy(bytes: &[u8], disk: &Path) -> Result<(), Diagnostic> {
     })
 }
 
-/// Who came back; none where nobody did. It may come under another name than the one that it had, but under none of the `others`,
-/// which were there before: they may be at work, and are not asked.
+/// Identifies the returned adapter; `None` if none returned in time. Its port may have a new name, but not
+/// one of `others`: those adapters were there before and must not be disturbed.
 pub(crate) fn came_back(name: &str, others: &[String], time: Time) -> Option<(String, Welcome)> {
     awaited(COMES, || {
         let asks = |there: &String| asked(there, time).ok();
@@ -116,7 +114,7 @@ pub(crate) fn came_back(name: &str, others: &[String], time: Time) -> Option<(St
     })
 }
 
-/// Under which names it may be there again: its own, and that of the only adapter that is new.
+/// Names to try: the old one, and that of a new adapter if exactly one is new.
 fn returned(name: &str, others: &[String], there: Vec<String>) -> Vec<String> {
     let mut new: Vec<String> =
         there.into_iter().filter(|there| there != name && !others.contains(there)).collect();
@@ -131,7 +129,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_adapter_that_moves_is_not_asked_for_its_boot_mode() {
+    fn moving_adapter_refuses_boot_mode() {
         use annulus_link::bytes::Writer;
         use annulus_link::frame::{Header, ON_LINE, seal};
         use annulus_link::message::Status;
@@ -156,7 +154,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_adapter_that_rests_is_touched_at_1200_baud_and_its_disk_is_waited_for() {
+    fn idle_adapter_shows_its_boot_disk_after_1200_baud() {
         use serialport::{SerialPort, TTYPort};
         let (own, theirs) = TTYPort::pair().unwrap();
         let name = theirs.name().unwrap();
@@ -170,10 +168,10 @@ mod tests {
     }
 
     #[test]
-    fn whoever_comes_back_under_another_name_is_found_and_nobody_else_is_asked() {
+    fn renamed_port_is_tried_but_other_adapters_are_not() {
         let names = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         let rows = [
-            // named, others, there, asked in this order
+            // named, others, present, tried in this order
             ("", "", "A", "A"),
             ("", "", "", ""),
             ("", "", "A B", ""),

@@ -1,18 +1,16 @@
-//! A firmware as a file that a board in its boot mode takes (UF2), and the disk that such a board shows.
-//!
-//! Comes in: bytes of a file, folders. Goes out: which firmware it is; whether a folder is such a disk. Does not know ports.
+//! Checks firmware files (UF2), and finds the disks of boards in boot mode.
 
 use annulus_core::diagnostic::Diagnostic;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Longest file that is read, in bytes: twice the flash, as blocks carry half of their size.
+/// Longest accepted file, in bytes: twice the flash, as half of each block is payload.
 pub(crate) const LONGEST: u64 = 4 << 20;
 
-/// What stands in the flash before the number of the firmware.
+/// Text in the flash before the firmware's checksum.
 const ABOUT: &[u8] = b"Annulus step adapter, sources ";
 
-/// Size of a block, and of what it carries.
+/// Size of a block, and of its payload.
 const BLOCK: usize = 512;
 const CARRIED: usize = 256;
 
@@ -21,7 +19,7 @@ const TAIL: u32 = 0x0AB1_6F30;
 const FAMILY_OF_RP2040: u32 = 0xE48B_FF56;
 const FLASH: std::ops::Range<u32> = 0x1000_0000..0x1020_0000;
 
-/// Which firmware of ours a file is; why it is none.
+/// The checksum of our firmware in a file, or why the file is no such firmware.
 pub(crate) fn firmware_of(bytes: &[u8]) -> Result<u32, Diagnostic> {
     let damaged = |block: usize| Diagnostic::error("firmware.damaged").with("block", block + 1);
     let count = bytes.len() / BLOCK;
@@ -40,7 +38,7 @@ pub(crate) fn firmware_of(bytes: &[u8]) -> Result<u32, Diagnostic> {
     digits.parse().map_err(|_| stranger())
 }
 
-/// What a block carries, where it is block `index` of `count` for the flash of an RP2040.
+/// The payload of a block, if it is block `index` of `count` for the flash of an RP2040.
 fn carried(block: &[u8], index: usize, count: usize) -> Option<&[u8]> {
     let word = |at: usize| Some(u32::from_le_bytes(block.get(at..at + 4)?.try_into().ok()?));
     let address = word(12)?;
@@ -54,13 +52,13 @@ fn carried(block: &[u8], index: usize, count: usize) -> Option<&[u8]> {
     block.get(32..32 + CARRIED).filter(|_| is_one)
 }
 
-/// Whether `folder` is the disk of an RP2040 in its boot mode: it says so in a file.
+/// Returns `true` if `folder` is the disk of an RP2040 in boot mode: a file identifies it.
 pub(crate) fn is_boot_disk(folder: &Path) -> bool {
     let said = fs::read_to_string(folder.join("INFO_UF2.TXT")).unwrap_or_default();
     said.len() < 1024 && said.lines().any(|line| line.trim() == "Board-ID: RPI-RP2")
 }
 
-/// The disks of boards in their boot mode.
+/// The disks of boards in boot mode.
 pub(crate) fn boot_disks() -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = if cfg!(windows) {
         ('D'..='Z').map(|letter| PathBuf::from(format!("{letter}:\\"))).collect()
@@ -70,7 +68,7 @@ pub(crate) fn boot_disks() -> Vec<PathBuf> {
         };
         let roots = ["/media", "/run/media", "/mnt", "/Volumes"].map(PathBuf::from);
         let outer: Vec<PathBuf> = roots.iter().flat_map(within).collect();
-        // Some systems put a folder of the user between.
+        // Some systems mount below a folder named after the user.
         let inner: Vec<PathBuf> = outer.iter().flat_map(within).collect();
         outer.into_iter().chain(inner).collect()
     };
@@ -82,7 +80,7 @@ pub(crate) fn boot_disks() -> Vec<PathBuf> {
 mod tests {
     use super::*;
 
-    /// A file of two blocks that says `text` across their border.
+    /// A file of two blocks with `text` across their border.
     fn file(text: &str) -> Vec<u8> {
         let mut flash = vec![0_u8; 2 * CARRIED];
         flash[240..240 + text.len()].copy_from_slice(text.as_bytes());
@@ -99,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_says_which_firmware_it_is_and_a_damaged_or_strange_one_is_refused() {
+    fn damaged_and_foreign_firmware_files_are_refused() {
         let good = file("Annulus step adapter, sources 3141592653.");
         assert_eq!(firmware_of(&good), Ok(3_141_592_653));
         let code = |bytes: &[u8]| firmware_of(bytes).unwrap_err().code;
@@ -114,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_boot_disk_is_known_by_what_it_says() {
+    fn boot_disk_is_identified_by_its_info_file() {
         let folder = tempfile::TempDir::new().unwrap();
         assert!(!is_boot_disk(folder.path()));
         let says = |text: &str| fs::write(folder.path().join("INFO_UF2.TXT"), text).unwrap();

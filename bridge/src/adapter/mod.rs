@@ -1,14 +1,12 @@
-//! A USB step adapter at a serial port of this computer: its port, and the thread that owns it (N18). What is said to it is in
-//! [`annulus_drill::adapter`].
+//! A USB step adapter at a serial port of this computer: its port, and the thread that owns it. The
+//! protocol is in [`annulus_drill::adapter`].
 //!
 //! | file | makes |
 //! |---|---|
-//! | `port` | the port found and opened: a cable |
-//! | `image` | a firmware as a file, and the disk of a board that takes it |
-//! | `flash` | a firmware brought into an adapter |
+//! | `port` | a cable: finds and opens the port |
+//! | `image` | a checked firmware file, and the disk of a board in boot mode |
+//! | `flash` | an adapter with new firmware |
 //! | `seat` | the thread, as its owner sees it |
-//!
-//! Comes in: a machine, messages. Goes out: pulses elsewhere, reports. Does not know jobs.
 
 pub(crate) mod flash;
 pub(crate) mod image;

@@ -1,6 +1,4 @@
-//! The serial port of an adapter: the one that a machine's file names, or the only one with an adapter's USB number.
-//!
-//! Comes in: a machine. Goes out: a cable that waits by itself. Does not know what is said.
+//! The serial port of an adapter: the one in the machine file, or the only one with an adapter's USB ID.
 
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
@@ -8,13 +6,13 @@ use annulus_drill::adapter::{Cable, USB};
 use std::thread;
 use std::time::Duration;
 
-/// The speed of a port that has none.
+/// Any speed will do: USB ignores it.
 const BAUD: u32 = 115_200;
 
-/// How often the port of an unplugged adapter is tried.
+/// Interval between attempts to open the port of an unplugged adapter.
 const TRY: Duration = Duration::from_millis(100);
 
-/// Whether what is at a port says by its USB number that it is an adapter.
+/// Returns `true` if the port's USB ID is that of an adapter.
 pub(crate) fn is_adapter(listed: &serial::Listed) -> bool {
     listed.usb == Some(USB)
 }
@@ -24,12 +22,12 @@ pub(crate) fn adapters() -> Vec<String> {
     serial::list().into_iter().filter(is_adapter).map(|listed| listed.name).collect()
 }
 
-/// The port called `name`; the only one with an adapter where it has no name.
+/// The port `name`; if empty, the only one with an adapter.
 pub(super) fn named(name: &str) -> Result<String, Diagnostic> {
     if name.is_empty() { only(adapters()) } else { Ok(name.to_owned()) }
 }
 
-/// The only one of some ports.
+/// The only name of a list.
 fn only(mut names: Vec<String>) -> Result<String, Diagnostic> {
     match names.len() {
         0 => Err(Diagnostic::error("adapter.not_found")),
@@ -46,23 +44,22 @@ fn open(name: &str) -> Result<Port, Diagnostic> {
     })
 }
 
-/// An adapter's port, which may be unplugged and plugged in again under another name.
+/// An adapter's port, which may return under another name after it was unplugged.
 pub(super) struct Plug {
-    /// As the machine's file has it.
+    /// As in the machine file; empty for the only adapter.
     wanted: String,
-    /// As it was opened.
+    /// As opened.
     name: String,
     port: Option<Port>,
 }
 
 impl Plug {
-    /// The port that is `wanted`, opened.
+    /// Opens the port `wanted`.
     pub(super) fn open(wanted: &str) -> Result<Self, Diagnostic> {
         let port = open(wanted)?;
         Ok(Self { wanted: wanted.to_owned(), name: port.name.clone(), port: Some(port) })
     }
 
-    /// As it was opened.
     pub(super) fn port_name(&self) -> &str {
         &self.name
     }
@@ -107,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_adapter_is_found_by_its_usb_number_where_it_is_the_only_one() {
+    fn adapter_is_found_by_usb_number_only_if_it_is_the_only_one() {
         let listed = |usb| serial::Listed { name: "A".to_owned(), what: String::new(), usb };
         let found = [Some(USB), Some((USB.0, 2)), None].map(|usb| is_adapter(&listed(usb)));
         assert_eq!(found, [true, false, false]);

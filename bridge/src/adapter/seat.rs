@@ -1,7 +1,5 @@
-//! The thread that owns an adapter, as the owner of the drill sees it.
-//!
-//! Comes in: a machine. Goes out: a seat; reports, and at most once that the adapter is of no use any more. Nothing has to be made
-//! safe for it then: an adapter that hears nothing comes to rest and turns its outputs off by itself.
+//! The thread that owns an adapter, as the drill's owner sees it. Nothing has to be made safe for a dead
+//! thread: an adapter that hears nothing stops and turns its outputs off.
 
 use super::port::Plug;
 use annulus_core::diagnostic::Diagnostic;
@@ -16,14 +14,15 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// The owner's end.
+/// The owner's handle.
 struct Thread {
     orders: Option<Sender<Instruction>>,
     thread: Option<JoinHandle<()>>,
     gone: Arc<AtomicBool>,
 }
 
-/// Finds the adapter of `machine`, makes it ready and starts the thread that owns it. `hear` is called from that thread.
+/// Finds the adapter of `machine`, makes it ready, and starts its thread. `hear` is called from that
+/// thread.
 pub(crate) fn start(
     machine: &Machine,
     time: Time,
@@ -59,7 +58,7 @@ pub(crate) fn start(
     Ok(Box::new(Thread { orders: Some(orders), thread: Some(thread), gone }))
 }
 
-/// The thread's end of its orders: it waits at the port, not here.
+/// The thread's receiver of orders: it never blocks, because the thread waits at the port.
 struct Ordered(Receiver<Instruction>);
 
 impl Orders for Ordered {
@@ -83,7 +82,7 @@ impl Seat for Thread {
         self.gone.load(Ordering::SeqCst)
     }
 
-    /// It does so by itself when it hears nothing.
+    /// An adapter that hears nothing makes itself safe.
     fn make_safe(&self) -> Result<(), Diagnostic> {
         Ok(())
     }

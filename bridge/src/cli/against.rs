@@ -1,7 +1,6 @@
-//! What changed from one board to another: `inspect NEW --against OLD` (N24).
+//! Compares two versions of a board: `inspect NEW --against OLD`.
 //!
-//! Comes in: PATHs of both. Goes out: the changes as an object and as lines for people. Content never makes it fail: what could
-//! not be read of either board is told where its files are inspected.
+//! Unreadable content never fails the comparison: its own inspection reports it.
 
 use super::{ReadingArgs, Refusal, files, rounded};
 use annulus_core::board::changes::{BoardChanges, Changed, ChangedCopper, Fate, changes};
@@ -11,7 +10,7 @@ use annulus_core::locale;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// The changes from the board at `old` to the board at `new`: an object, and lines.
+/// Changes from the board at `old` to the board at `new`, as JSON and as text.
 pub(crate) fn compare(
     new: &[PathBuf],
     old: &[PathBuf],
@@ -69,7 +68,6 @@ fn corners(bounds: Bounds) -> [f64; 4] {
     [left, low, right, high]
 }
 
-/// The word for what became of something.
 fn word(fate: Fate) -> &'static str {
     match fate {
         Fate::Added => "added",
@@ -80,7 +78,7 @@ fn word(fate: Fate) -> &'static str {
     }
 }
 
-/// A hole or a slot that is not as it was, each way written by `one`.
+/// A changed hole or slot, each version written by `one`.
 fn changed<T>(changed: &Changed<T>, one: impl Fn(&T) -> Value) -> Value {
     let (before, now) = (changed.before.as_ref().map(&one), changed.now.as_ref().map(&one));
     json!({ "change": word(changed.fate), "before": before, "now": now })

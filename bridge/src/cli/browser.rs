@@ -1,12 +1,10 @@
-//! The person's browser: whether there is one, and opening it.
-//!
-//! Comes in: an address. Goes out: whether a browser was started. Does not wait for it.
+//! Finds and opens the user's browser.
 
 use std::env;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-/// The program that opens addresses here, if there is a screen to open them on.
+/// The program that opens addresses, if there is a screen.
 pub(crate) fn opener() -> Option<PathBuf> {
     let (names, screen): (&[&str], bool) = if cfg!(target_os = "macos") {
         (&["open"], true)
@@ -22,7 +20,7 @@ pub(crate) fn opener() -> Option<PathBuf> {
     found.find(|path| path.is_file()).filter(|_| screen)
 }
 
-/// Opens `url`; false if there is no browser.
+/// Opens `url`. Returns `false` if there is no browser.
 pub(crate) fn open(url: &str) -> bool {
     let Some(opener) = opener() else { return false };
     let mut command = Command::new(opener);

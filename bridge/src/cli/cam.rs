@@ -1,20 +1,20 @@
-//! Plans all milling and drilling of a board and writes programs, one for each side (N7 N8 N9 N10 N24).
+//! Plans all milling and drilling of a board and writes one program per side.
 //!
 //! ```text
-//!  --to ─▶ target (else nothing is planned)
+//!  --to ─▶ target (without it nothing is planned)
 //!  JOB… ─▶ Board ─┐
-//!  job file ──────┼─▶ Work ─ side by side: plan ─▶ program ─ proof ─▶ findings ─┬─ unread, or an error not acknowledged: none is written
-//!  --set ─────────┘                                                             └─ files of all sides, then written
+//!  job file ──────┼─▶ Work ─ per side: plan ─▶ program ─ proof ─▶ problems ─┬─ any not accepted: nothing is written
+//!  --set ─────────┘                                                         └─ files of all sides, then written
 //! ```
-//!
-//! Comes in: JOBs, a job file, flags. Goes out: files, whole or not at all, and a report. Does not know how toolpaths are made.
 
 use super::cam_files::{self, Written};
 use super::cures::Curing;
 use super::export::{self, Target};
 use super::findings::{
-    finding_lines, finding_object, groups_object, kinds_accepted, unread, whole_lines, whole_object,
+    finding_lines, finding_object, groups_object, kinds_accepted, outcome_line, outcome_object, unread,
+    whole_lines, whole_object,
 };
+use super::memory;
 use super::saving;
 use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
 use crate::cli::job::{self, Whole};
@@ -24,9 +24,9 @@ use annulus_core::cam::toolpaths::{self, Means, PlacedBoard, Planned, PlannedOpe
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::geometry::Point;
+use annulus_core::geometry::{Point, Region};
 use annulus_core::job::{Command, Mark, Program, milled_mm, travel_mm};
-use annulus_core::machine::Machine;
+use annulus_core::machine::{self, Machine};
 use annulus_core::post::{FileSplit, Manner};
 use annulus_core::proof::{self, Verdict};
 use annulus_core::wire::program;
@@ -35,59 +35,61 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The target that is Annulus' own form of a program.
+/// Name of the target for Annulus' own program format.
 const OWN_FORM: &str = "program";
 
 /// Arguments of `annulus cam`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CamArgs {
-    /// Files, folders or zips of the board, or a saved project.
+    /// Read the board from files, folders, zips or a saved project.
     #[arg(value_name = "JOB", required = true)]
     jobs: Vec<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
     on: super::MachineArgs,
-    /// Job file: setup, bits and operations as TOML.
+    /// Read setup, tools and operations from this TOML job file.
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
-    /// A parameter of the job, for example isolate.passes=3; may be given several times.
+    /// Set a parameter of the job, for example isolate.passes=3. Repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Controller, a dialect file of your own (FILE.toml), or `program` for Annulus' own programs.
+    /// Write for this controller, for a postprocessor of your own (FILE.toml), or `program` for Annulus' own
+    /// format.
     #[arg(long, value_name = "NAME|FILE")]
     to: String,
-    /// Lines only: arcs become lines that are at most this far off, in mm.
+    /// Replace arcs by lines that deviate at most MM [default without MM: 0.005].
     #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
           value_parser = export::chord_error)]
     lines_only: Option<f64>,
-    /// One file for each side, also for a controller that cannot change tools: it stops for each.
+    /// Write one file per side, even for a controller without tool changer: it stops for each tool.
     #[arg(long)]
     one_file: bool,
-    /// Folder for the output.
+    /// Write the output to this folder.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Write the job as planned, cures included, to this file.
+    /// Save the planned job, fixes included, to this file.
     #[arg(long, value_name = "FILE")]
     save_job: Option<PathBuf>,
-    /// Write the files of the board and the job as planned to this file, as the page saves a project.
+    /// Save the board's files and the planned job as a project, as the page does.
     #[arg(long, value_name = "FILE")]
     save_project: Option<PathBuf>,
-    /// Cure gaps that are not open, first by a lesser depth of the whole, then one by one, until nothing more opens.
+    /// Fix closed gaps: first with a smaller depth of the whole isolation, then gap by gap, until no more
+    /// open.
     #[arg(long)]
     cure: bool,
-    /// Errors and findings that were seen, by code or by the finding's name.
+    /// Accept these errors and problems, by code or by a problem's name.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     accept: Vec<String>,
-    /// Seed of the search.
+    /// Set the seed of the search.
     #[arg(long, default_value_t = cam::SEED)]
     seed: u64,
-    /// Bound of the search for the order of holes.
+    /// Limit the search for the order of holes to this many iterations.
     #[arg(long)]
     iterations: Option<u64>,
 }
 
-/// One side, planned and proved.
+/// One planned and proved side.
 struct Side {
     face: Face,
     planned: Planned,
@@ -95,11 +97,10 @@ struct Side {
     verdict: Verdict,
     curing: Curing,
     diagnostics: Vec<Diagnostic>,
-    /// How long all of it takes and each of its bits, s; none where it cannot be said.
+    /// Time of the whole side and per tool, s; `None` if it can't be computed.
     times_s: Option<(f64, Vec<f64>)>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let target = target(args)?;
     let machine = machine_file::named(args.on.name())?.machine;
@@ -107,7 +108,9 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let Whole { board, diagnostics: mut read, given, job } = whole;
     read.extend(target.iter().flat_map(Target::warnings));
     read.extend(args.on.assumed(&machine).filter(|_| target.is_some()));
+    read.extend(machine::warnings(&machine));
     let mut work = chosen(args, &board, job.as_deref(), &machine)?;
+    refuse_too_large(&board, &[])?;
     let mut sides = Vec::new();
     for face in work.faces() {
         sides.push(side(args, (&board, job::lost(&read)), &mut work, &machine, face)?);
@@ -126,7 +129,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     let unread: usize = sides.iter().map(|side| unread(&side.verdict.groups, &args.accept)).sum();
     let why = unready(args, &sides, unread);
     let written = match &why {
-        None => written(args, target.as_ref(), &sides, (&work, &machine))?,
+        None => written(args, target.as_ref(), &mut sides, (&work, &machine))?,
         Some(_) => Written::default(),
     };
     let why = why.or_else(|| written.why.clone());
@@ -157,7 +160,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     Ok(Answer::refused(object, &text, why))
 }
 
-/// The errors of all sides that nobody has accepted.
+/// Errors of all sides that are not accepted.
 fn unseen<'a>(args: &'a CamArgs, sides: &'a [Side]) -> impl Iterator<Item = &'a Diagnostic> {
     sides
         .iter()
@@ -165,7 +168,7 @@ fn unseen<'a>(args: &'a CamArgs, sides: &'a [Side]) -> impl Iterator<Item = &'a 
         .filter(|diagnostic| diagnostic.is_unacknowledged(&args.accept))
 }
 
-/// Why nothing may be written yet: findings that nobody has read, else errors that nobody has seen.
+/// Why nothing may be written yet: problems, or else errors, that are not accepted.
 fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Diagnostic> {
     if unread > 0 {
         return Some(Diagnostic::error("cam.unread_findings").with("count", unread));
@@ -177,7 +180,7 @@ fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Diagnostic> 
     (!codes.is_empty()).then_some(why)
 }
 
-/// The controller that is written for; none for Annulus' own form.
+/// The target controller; `None` for Annulus' own format.
 fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
     match (args.to.as_str(), args.lines_only) {
         (OWN_FORM, None) => Ok(None),
@@ -186,11 +189,11 @@ fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
     }
 }
 
-/// The work: as the board opens, changed by the job `saved` in its project, by the job file and then by flags.
+/// The job: default of the board, changed by the project's `saved` job, by the job file, then by flags.
 fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
     let mut work = job::opened(board, saved, machine)?;
     if let Some(path) = &args.job {
-        work = job_file(path, &work, machine)?;
+        work = job_file(path, &work)?;
     }
     for pair in &args.set {
         let Some((key, value)) = pair.split_once('=') else {
@@ -201,13 +204,18 @@ fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine)
     Ok(work)
 }
 
-/// The work of the job file at `path`; what it leaves out is as in `base`.
-pub(super) fn job_file(path: &Path, base: &Work, machine: &Machine) -> Result<Work, Refusal> {
+/// The job file at `path`; missing values come from `base`.
+pub(super) fn job_file(path: &Path, base: &Work) -> Result<Work, Refusal> {
     let text = export::read(path)?;
-    project::read(&path.display().to_string(), &text, base, machine).map_err(Refusal::content)
+    project::read(&path.display().to_string(), &text, base).map_err(Refusal::content)
 }
 
-/// Plans and proves one side; with `--cure` again with cures, which stay in `work`.
+/// Refuses a board whose proof would need too much memory.
+pub(super) fn refuse_too_large(board: &Board, programs: &[Program]) -> Result<(), Refusal> {
+    proof::too_large(board, programs).map_or(Ok(()), |why| Err(Refusal::content(why)))
+}
+
+/// Plans and proves one side. With `--cure`, repeats this with fixes, which are stored in `work`.
 fn side(
     args: &CamArgs,
     (board, lost): (&Board, Vec<String>),
@@ -227,16 +235,20 @@ fn side(
     let means = Means { options: &options, rapid_time: &rapid_time };
     let (mut curing, mut known) = (Curing::default(), BTreeMap::new());
     loop {
-        let planned = planned(board, work, machine, &means, &mut known);
-        let (planned, diagnostics) = planned.map_err(|errors| {
+        let planned = planned(board, work, machine, &means, args.cure.then_some(&mut known));
+        let (mut planned, diagnostics) = planned.map_err(|errors| {
             let first = errors.first().cloned();
             errors.into_iter().skip(1).for_each(|error| super::say(Refusal::content(error)));
             Refusal::content(first.unwrap_or_else(|| Diagnostic::error("cam.nothing_to_do")))
         })?;
         let mut program = lower_work(&planned, work, machine);
+        planned.empty_toolpaths();
+        refuse_too_large(&planned.board, std::slice::from_ref(&program))?;
         let usual = proof::ProofOptions::of(face, work.promised(face));
         let asked = proof::ProofOptions { most: if args.cure { usize::MAX } else { usual.most }, ..usual };
-        let mut verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
+        let mut verdict = memory::prove(&planned.board, std::slice::from_ref(&program), &asked);
+        // Large, and unused here.
+        verdict.left = Region::default();
         for finding in &mut verdict.findings {
             let index = finding.leg.and_then(|(_, leg)| planned.operation_at(&program, leg));
             let operation = index.and_then(|index| work.operations.get(index as usize));
@@ -248,56 +260,59 @@ fn side(
         program.accepted.extend(kinds_accepted(&verdict.groups, &args.accept).into_iter().map(str::to_owned));
         program.accepted.sort();
         program.accepted.dedup();
-        let timed = motion::timeline(&program, machine);
-        let times_s = timed.as_ref().ok().map(|timed| (timed.total_s(), sim::time_by_bit_s(timed)));
+        let timed = sim::times_s(&program, machine);
+        let times_s = timed.as_ref().ok().cloned();
         let diagnostics = diagnostics.into_iter().chain(curing.left(&verdict)).chain(timed.err()).collect();
         return Ok(Side { face, planned, program, verdict, curing, diagnostics, times_s });
     }
 }
 
-/// Plans all operations of the side that is up; those that a cure did not change are taken from `known`.
+/// Plans all operations of the upper side. With fixes, reuses unchanged operations from `known`.
 fn planned(
     board: &Board,
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
-    known: &mut BTreeMap<String, PlannedOperation>,
+    mut known: Option<&mut BTreeMap<String, PlannedOperation>>,
 ) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let scene = PlacedBoard::of(board, work);
     let mut parts = Vec::new();
     for (index, _) in toolpaths::planned_operations(work) {
-        let key = toolpaths::key(work, index, machine);
-        if !known.contains_key(&key) {
-            let part = toolpaths::plan_operation(&scene, work, index, machine, means, &mut |_| true);
-            known.insert(key.clone(), part.map_err(|why| vec![why])?);
+        let key = || toolpaths::key(work, index, machine);
+        if let Some(part) = known.as_ref().and_then(|known| known.get(&key())) {
+            parts.push(part.clone());
+            continue;
         }
-        parts.extend(known.get(&key).cloned());
+        let part = toolpaths::plan_operation(&scene, work, index, machine, means, &mut |_| true);
+        let part = part.map_err(|why| vec![why])?;
+        if let Some(known) = &mut known {
+            known.insert(key(), part.clone());
+        }
+        parts.push(part);
     }
     toolpaths::assemble(scene, work, machine, means, parts)
 }
 
-/// Writes the files of all sides.
 fn written(
     args: &CamArgs,
     target: Option<&Target>,
-    sides: &[Side],
+    sides: &mut [Side],
     (work, machine): (&Work, &Machine),
 ) -> Result<Written, Refusal> {
     let stem = job::stem(args.jobs.first().unwrap_or(&args.output)).display().to_string();
     let name = sides.iter().map(|side| side.planned.board.name.as_str()).find(|name| !name.is_empty());
     let mut briefed = briefing::briefing(name.unwrap_or(&stem), work, machine);
-    for side in sides {
+    for side in &*sides {
         let times_s = side.times_s.as_ref().map_or(&[][..], |(_, by_bit)| by_bit);
         let planned = (&side.planned, &side.program);
         briefing::add_side(&mut briefed, side.face, work, planned, times_s);
     }
-    let programs: Vec<&Program> = sides.iter().map(|side| &side.program).collect();
+    let programs: Vec<&mut Program> = sides.iter_mut().map(|side| &mut side.program).collect();
     let files = args.one_file.then_some(FileSplit::Job);
     let manner = Manner { lines_only_mm: args.lines_only, files, ..Manner::on(machine) };
-    cam_files::write(target, &manner, (&args.output, &stem), &programs, (&briefed, &args.accept))
+    cam_files::write(target, &manner, (&args.output, &stem), programs, (&briefed, &args.accept))
 }
 
-/// Counts of a program.
 #[derive(Default)]
 struct Counts {
     plunges: usize,
@@ -319,7 +334,7 @@ fn counts(program: &Program) -> Counts {
 fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
     let counts = counts(&side.program);
     let by_leg = milled_mm(&side.program);
-    // Toolpaths are legs of their own, in the order of the tasks.
+    // Each toolpath is a leg, in the order of the tasks.
     let legs = side.program.legs.iter().zip(&by_leg);
     let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Toolpath(_))).map(|(_, mm)| *mm);
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
@@ -348,6 +363,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
         "toolpaths": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count(),
         "tool_changes": side.program.bits.len(),
         "tools": tools,
+        "outcome": outcome_object(&verdict.outcome),
         "groups": groups_object(&verdict.groups, accept),
         "whole": verdict.whole.as_ref().map(whole_object),
         "cured": side.curing.object(),
@@ -378,6 +394,7 @@ fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
         out += &say("cam.report.file", &[("file", file["file"].as_str().unwrap_or_default().to_owned())]);
     }
     let verdict = &side.verdict;
+    out += &outcome_line(&verdict.outcome, unread(&verdict.groups, accept));
     out += &finding_lines(&verdict.groups, &verdict.findings, accept);
     out + &whole_lines(verdict.whole.as_ref()) + &diagnostic_lines(&side.diagnostics)
 }

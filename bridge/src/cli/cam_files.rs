@@ -1,7 +1,4 @@
-//! The files of a planned job: its programs, numbered in the order of running, and the run sheet beside them.
-//!
-//! Comes in: the programs of all sides, the briefing of the job. Goes out: files in a folder, whole or not at all, and an object
-//! about each. Does not know how a job is planned.
+//! Writes the files of a planned job: its programs, numbered in running order, and the run sheet.
 
 use super::export::Target;
 use super::{Refusal, rounded, tool_object};
@@ -12,61 +9,59 @@ use annulus_core::locale;
 use annulus_core::post::{self, Manner, OutputFile};
 use annulus_core::wire::program;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::path::Path;
 
-/// The name of the run sheet.
 const RUN_SHEET: &str = "run-sheet.html";
 
-/// A file to be written: what post made, or a program in Annulus' own form.
-struct Output {
-    name: String,
-    bytes: Vec<u8>,
-    bits: Vec<u32>,
+/// An output file: from the postprocessor, or a program in Annulus' own format.
+struct Output<'a> {
+    name: Cow<'a, str>,
+    bytes: Cow<'a, [u8]>,
+    bits: Cow<'a, [u32]>,
 }
 
-/// What was written.
 #[derive(Default)]
 pub(super) struct Written {
-    /// An object about each file, side by side.
+    /// A JSON object per file, grouped by side.
     pub(super) files: Vec<Vec<Value>>,
-    /// Where the run sheet is, if one was written.
+    /// Path of the run sheet, if written.
     pub(super) run_sheet: Option<String>,
-    /// What the proof of the files says.
+    /// Messages from the proof of the files.
     pub(super) diagnostics: Vec<Diagnostic>,
-    /// Why nothing was written: the files would not do what their programs do.
+    /// Why nothing was written: a file would differ from its program.
     pub(super) why: Option<Diagnostic>,
 }
 
-/// Writes the files of all sides into `folder`, once all of them could be made and do what their programs do, but for what is
-/// in `accept`. `programs` are the sides of the `briefing`;
-/// without a target they are written in Annulus' own form, without a run sheet. Single files are called `stem` and the side.
+/// Writes the files of all sides into `folder`. All files must be made and match their programs first, except
+/// for codes in `accept`. `programs` are the sides of `briefing`. Without a target, writes Annulus' own
+/// format and no run sheet. Single files are named after `stem` and the side.
 pub(super) fn write(
     target: Option<&Target>,
     manner: &Manner,
     (folder, stem): (&Path, &str),
-    programs: &[&Program],
+    programs: Vec<&mut Program>,
     (briefing, accept): (&Briefing, &[String]),
 ) -> Result<Written, Refusal> {
     let mut written = Written::default();
     let mut made = Vec::new();
     let mut posted = Vec::new();
-    for (index, (program, side)) in programs.iter().zip(&briefing.sides).enumerate() {
+    for (index, (program, side)) in programs.into_iter().zip(&briefing.sides).enumerate() {
         let name = format!("{stem}-{}", side.side);
         let Some(target) = target else {
-            let bits = (0..).zip(&program.bits).map(|(bit, _)| bit).collect();
-            made.push(vec![Output {
-                name: format!("{name}.program"),
-                bytes: program::encode(program),
-                bits,
-            }]);
+            made.push(vec![own_form(name, program)]);
             continue;
         };
-        let program = Program { name, ..(*program).clone() };
-        let files = target.files(&program, manner, Some((briefing, index)))?;
-        written.diagnostics.extend(target.proved(&program, manner, &files));
-        made.push(files.iter().map(output).collect());
+        // Renamed only for its files: a copy would double the memory.
+        let called = std::mem::replace(&mut program.name, name);
+        let files = target.files(program, manner, Some((briefing, index)));
+        let proved = files.map(|files| (target.proved(program, manner, &files), files));
+        program.name = called;
+        let (diagnostics, files) = proved?;
+        written.diagnostics.extend(diagnostics);
         posted.push(files);
     }
+    made.extend(posted.iter().map(|files| files.iter().map(output).collect()));
     written.why = written.diagnostics.iter().find(|diagnostic| diagnostic.is_unacknowledged(accept)).cloned();
     if written.why.is_some() {
         return Ok(written);
@@ -78,7 +73,7 @@ pub(super) fn write(
     for (index, files) in made.into_iter().enumerate() {
         let tools = briefing.sides.get(index).map_or(&[][..], |side| &side.tools);
         let objects = files.into_iter().map(|file| {
-            let path = folder.join(&file.name);
+            let path = folder.join(&*file.name);
             job::write_output(&path, &file.bytes)?;
             let side = briefing.sides.get(index).map(|side| side.side.as_str());
             Ok(object(&path, &file, side, tools))
@@ -94,12 +89,21 @@ pub(super) fn write(
     Ok(written)
 }
 
-fn output(file: &OutputFile) -> Output {
-    Output { name: file.name.clone(), bytes: file.text.clone().into_bytes(), bits: file.bits.clone() }
+fn output(file: &OutputFile) -> Output<'_> {
+    Output {
+        name: Cow::Borrowed(&file.name),
+        bytes: Cow::Borrowed(file.text.as_bytes()),
+        bits: Cow::Borrowed(&file.bits),
+    }
 }
 
-/// A file for scripts. Where it has several tools, they are all in `tools` and none is `tool`.
-fn object(path: &Path, file: &Output, side: Option<&str>, tools: &[ToolBriefing]) -> Value {
+fn own_form(name: String, program: &Program) -> Output<'static> {
+    let bits = (0..).zip(&program.bits).map(|(bit, _)| bit).collect();
+    Output { name: Cow::Owned(name + ".program"), bytes: Cow::Owned(program::encode(program)), bits }
+}
+
+/// A file as JSON. Several tools are listed in `tools`, and `tool` is absent.
+fn object(path: &Path, file: &Output<'_>, side: Option<&str>, tools: &[ToolBriefing]) -> Value {
     let own: Vec<&ToolBriefing> = file.bits.iter().filter_map(|bit| tools.get(*bit as usize)).collect();
     let mut operations: Vec<&str> = Vec::new();
     for word in own.iter().flat_map(|tool| &tool.operations) {

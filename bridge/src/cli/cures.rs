@@ -1,14 +1,11 @@
-//! What `annulus cam --cure` does to a job (N8): first what one change of the whole opens, then every gap by itself, until nothing
-//! more opens.
+//! Applies fixes for `annulus cam --cure`: first one change of the whole isolation, then gap by gap.
 //!
 //! ```text
-//!   plan ─▶ proof ─┬─ gaps, and a lesser depth opens half of them or more ─▶ the isolation goes less deep ─┐
-//!     ▲            ├─ gaps ─▶ the gentlest cure of each that was not tried there yet ──────────────────────┤
-//!     │            └─ none left, or every cure tried ─▶ end                                                │
+//!   plan ─▶ proof ─┬─ gaps, and a smaller depth opens half of them or more ─▶ isolate with a smaller depth ─┐
+//!     ▲            ├─ gaps ─▶ for each, the gentlest fix that was not tried there yet ──────────────────────┤
+//!     │            └─ no gaps, or every fix tried ─▶ end                                                    │
 //!     └─────────────────────────────────────────────────────────────────────────────────────────────────────┘
 //! ```
-//!
-//! Comes in: a job and what its proof said. Goes out: the job changed, and whether it was; what stays closed at the end. Does not plan or prove.
 
 use annulus_core::board::Face;
 use annulus_core::cam::work::{Isolate, Operation, OperationKind, Remedy, Work};
@@ -18,26 +15,26 @@ use annulus_core::proof::{self, Finding, FindingKind, Verdict};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 
-/// More often than this a job is not planned and proved again: what is left then is told.
+/// Maximum number of rounds of plan and proof. Gaps that are still closed then are reported.
 const MOST_ROUNDS: usize = 12;
-/// Findings about the same nets that are nearer than this, in mm, are about the same gap.
+/// Findings about the same nets within this distance, in mm, are about the same gap.
 const SAME_GAP_MM: f64 = 0.3;
-/// Depths of cures go in steps of this, so that gaps nearly alike are cut together.
+/// Depths of fixes are multiples of this, so that similar gaps are cut together.
 const STEP: Length = Length::from_um(5);
-/// No cure goes less deep: through the copper for certain.
+/// Minimum depth of a fix: surely through the copper.
 const LEAST: Length =
     Length::from_nm(annulus_core::board::COPPER_THICKNESS.nm() + annulus_core::board::DEPTH_MARGIN.nm());
 
-/// What was tried at one gap.
+/// Fixes tried at one gap.
 struct Tried {
     nets: Vec<String>,
     at: Point,
-    /// The two sides of the cure that is in the job.
+    /// Both sides of the gap whose fix is in the job.
     sides: (Point, Point),
     words: Vec<&'static str>,
 }
 
-/// Cures of one side under way.
+/// State of the fixes of one side.
 #[derive(Default)]
 pub(super) struct Curing {
     rounds: usize,
@@ -46,7 +43,7 @@ pub(super) struct Curing {
 }
 
 impl Curing {
-    /// Puts the next cures for what the proof of `face` found into `work`; whether there were any.
+    /// Stores the next fixes for the gaps of `face` in `work`. Returns `true` if there were any.
     pub(super) fn go_on(&mut self, work: &mut Work, face: Face, verdict: &Verdict) -> bool {
         self.rounds += 1;
         if self.rounds > MOST_ROUNDS {
@@ -60,7 +57,7 @@ impl Curing {
         changed.contains(&true)
     }
 
-    /// What stays closed though everything was tried, or there were rounds enough: how much, and how narrow it is.
+    /// Warning about gaps that stay closed after all fixes or rounds: their number and smallest width.
     pub(super) fn left(&self, verdict: &Verdict) -> Option<Diagnostic> {
         let joined = || verdict.findings.iter().filter(|finding| is_joined(finding));
         let narrowest = joined().map(|finding| finding.width).min().filter(|_| self.rounds > 0)?;
@@ -69,7 +66,7 @@ impl Curing {
         Some(said.with("width", format!("{:.3}", narrowest.mm())))
     }
 
-    /// For scripts: what was done to the whole, and to how many gaps by themselves.
+    /// JSON: the depth of the whole isolation, the number of gaps fixed one by one, and the rounds.
     pub(super) fn object(&self) -> Value {
         json!({
             "depth_mm": self.whole.map(|depth| super::rounded(depth.mm())),
@@ -78,7 +75,7 @@ impl Curing {
         })
     }
 
-    /// Lets the isolation of `face` go less deep where that opens half of the gaps or more, and more than one.
+    /// Reduces the isolation depth of `face` if that opens at least half of the gaps, and more than one.
     fn shallower(&mut self, work: &mut Work, face: Face, verdict: &Verdict) -> bool {
         let Some(whole) = &verdict.whole else { return false };
         let Some(offer) = whole.shallower.as_ref().filter(|offer| offer.opens > 1) else { return false };
@@ -94,7 +91,7 @@ impl Curing {
         self.whole.is_some()
     }
 
-    /// Puts the gentlest cure of a gap that was not tried there yet into the first isolation.
+    /// Stores the gentlest untried fix of a gap in the first isolation.
     fn gap(&mut self, work: &mut Work, face: Face, finding: &Finding) -> bool {
         let Some(sides) = finding.ends else { return false };
         let near =
@@ -123,7 +120,7 @@ impl Curing {
     }
 }
 
-/// Whether it is about nets that are still joined.
+/// Returns `true` if nets are still joined.
 fn is_joined(finding: &Finding) -> bool {
     matches!(finding.kind, FindingKind::Short | FindingKind::Gap)
 }
@@ -147,14 +144,13 @@ fn remedy(cure: &proof::Cure) -> Remedy {
     }
 }
 
-/// The operations that isolate `face`.
 fn isolations(work: &mut Work, face: Face) -> impl Iterator<Item = &mut Operation> {
     let isolates = |operation: &Operation| matches!(operation.action, OperationKind::Isolate(_));
     let here = work.operations.iter_mut().filter(move |operation| operation.on && operation.face == face);
     here.filter(move |operation| isolates(operation))
 }
 
-/// The first of them.
+/// The first isolation of `face`.
 fn isolation(work: &mut Work, face: Face) -> Option<&mut Isolate> {
     isolations(work, face).find_map(|operation| match &mut operation.action {
         OperationKind::Isolate(isolate) => Some(isolate),

@@ -1,6 +1,4 @@
-//! Checks this computer: folders, port, journal, timing, USB adapter, browser.
-//!
-//! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
+//! Checks this computer: folders, port, journal, timing, USB adapter, browser. Changes nothing.
 
 use super::{Answer, Exit, Refusal, serve};
 use super::{browser, judged};
@@ -20,26 +18,25 @@ use std::time::Duration;
 /// Arguments of `annulus doctor`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct DoctorArgs {
-    /// Show how late this computer is with pulses, bar by bar.
+    /// Show a histogram of how late this computer is with pulses.
     #[arg(long)]
     timing: bool,
-    /// Judge whether this computer, under load, is in time for this machine: a name or a file.
+    /// Check that this computer, under load, is in time for this machine, a name or a file.
     #[arg(long, value_name = "NAME")]
     machine: Option<String>,
-    /// For how long that is measured.
+    /// Measure for this many seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=3_600),
         requires = "machine")]
     seconds: u32,
 }
 
-/// What one check found.
+/// Result of one check.
 struct Check {
     name: &'static str,
     finding: Diagnostic,
     numbers: Value,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
     if let Some(machine) = &args.machine {
         return judged::run(machine, Duration::from_secs(u64::from(args.seconds)));
@@ -112,7 +109,7 @@ fn good(name: &'static str, code: &str) -> Check {
     Check::new(name, Severity::Note, code)
 }
 
-/// Whether a file can be written in `folder`.
+/// Checks that `folder` is writable.
 fn folder(name: &'static str, folder: &Path) -> Check {
     let probe = folder.join(format!("doctor-{}", std::process::id()));
     let mut options = OpenOptions::new();
@@ -137,7 +134,7 @@ fn port(running: Option<u16>) -> Check {
     }
 }
 
-/// Whether the journal opens. A running bridge has it open already.
+/// Checks that the journal opens. A running bridge holds it open.
 fn check_journal(running: bool) -> Check {
     if running {
         return good("journal", "doctor.journal_in_use");
@@ -148,7 +145,7 @@ fn check_journal(running: bool) -> Check {
     }
 }
 
-/// Whether a USB step adapter is plugged in. Nobody is spoken to: a running bridge may have it.
+/// Checks for a USB step adapter without opening its port: a running bridge may use it.
 fn usb_adapter() -> Check {
     let there: Vec<String> =
         serial::list().into_iter().filter(adapter::is_adapter).map(|listed| listed.name).collect();
@@ -158,7 +155,8 @@ fn usb_adapter() -> Check {
     good("adapter", "doctor.adapter").with("port", there.join(", "))
 }
 
-/// Whether the frequency converters of this user's machines can be spoken to: a profile, and a port that is there. Nobody is.
+/// Checks the frequency converters of the user's machines: profile and port must exist. The converter itself
+/// is not queried.
 fn converter() -> Check {
     let machines = machine_file::names().into_iter().filter_map(|name| machine_file::named(&name).ok());
     let mut said = Vec::new();

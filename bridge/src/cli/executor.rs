@@ -1,13 +1,10 @@
-//! The executor's process. The bridge starts it and speaks to it in frames; a person has no use for it.
-//!
-//! Comes in: standard input. Goes out: standard output, in frames. Does not know what is moved.
+//! The process of the executor. Only the bridge starts it, and exchanges frames with it.
 
 use super::{Answer, Exit, Refusal};
 use crate::executor::child;
 use annulus_core::diagnostic::Diagnostic;
 use serde_json::Value;
 
-/// Runs the command.
 pub(super) fn run() -> Result<Answer, Refusal> {
     let ended = child::run();
     ended.map_err(|error| {

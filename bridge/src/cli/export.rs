@@ -1,7 +1,4 @@
-//! Writes a program in another controller's words (S6, S7, S8, N24).
-//!
-//! Comes in: a JOB and the name of a controller or a dialect file. Goes out: files, each whole or not at all. Does not know
-//! any controller.
+//! Writes a program for a controller.
 
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects};
 use crate::cli::job;
@@ -28,19 +25,19 @@ pub(crate) struct ExportArgs {
 /// What is written, and where.
 #[derive(Debug, clap::Args)]
 pub(crate) struct TargetArgs {
-    /// The controller, or a dialect file.
+    /// Write for this controller, or with a postprocessor file.
     #[arg(long, value_name = "NAME|FILE", help = known_targets())]
     pub(crate) to: String,
-    /// Lines only: arcs become lines that are at most this far off, in mm.
+    /// Replace arcs by lines that deviate at most MM [default without MM: 0.005].
     #[arg(long = "lines-only", value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
           value_parser = chord_error)]
     pub(crate) lines_only_mm: Option<f64>,
-    /// Where to write: a file, or a folder.
+    /// Write to this file or folder.
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: PathBuf,
 }
 
-/// Everything that can be written for, as the help tells it.
+/// Help text that lists every controller.
 fn known_targets() -> String {
     format!("Controller: {}, or a dialect file of your own, FILE.toml", post::targets().join(", "))
 }
@@ -50,17 +47,15 @@ pub(super) fn chord_error(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| locale::text("en", "post.chord_error", &[]))
 }
 
-/// What was written where.
+/// Written files.
 pub(crate) struct Written {
-    /// Names of the files.
     pub(crate) names: Vec<String>,
-    /// What their proof says; no error.
+    /// Messages of their proof, without errors.
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// Their bytes, one behind the other.
+    /// Contents of all files, concatenated.
     pub(crate) bytes: Vec<u8>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     let target = Target::named(&args.target.to)?;
     let job = job::open(&args.job)?;
@@ -98,16 +93,16 @@ fn toolpaths(program: &Program) -> usize {
     program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
 }
 
-/// A controller.
+/// A target controller.
 pub(crate) enum Target {
-    /// One that ships.
+    /// A built-in postprocessor.
     Shipped(String),
-    /// One of a person's own.
+    /// A user's postprocessor.
     Own(Box<post::Dialect>),
 }
 
 impl Target {
-    /// The controller or dialect file `to`.
+    /// Looks up the built-in postprocessor, or reads the postprocessor file, `to`.
     pub(crate) fn named(to: &str) -> Result<Self, Refusal> {
         if post::targets().contains(&to) {
             return Ok(Self::Shipped(to.to_owned()));
@@ -127,7 +122,7 @@ impl Target {
 }
 
 impl Target {
-    /// What a template of a person's own leaves uncertain; those that ship leave nothing.
+    /// Warnings about uncertain output of a user's postprocessor. Built-in ones have none.
     pub(crate) fn warnings(&self) -> Vec<Diagnostic> {
         match self {
             Self::Shipped(_) => Vec::new(),
@@ -135,7 +130,7 @@ impl Target {
         }
     }
 
-    /// The files of `program` in this manner; of a job, with its briefing and the side that the program is.
+    /// The files of `program`. With a briefing and the index of the side, they are part of a job.
     pub(crate) fn files(
         &self,
         program: &Program,
@@ -155,8 +150,8 @@ impl Target {
         written.map_err(Refusal::content)
     }
 
-    /// What `files` do otherwise than the `program` that they were written from in this manner, and what else there is to say of
-    /// them: errors are what must not be run.
+    /// Differences between `files` and the `program` that they were written from, and other messages. A file
+    /// with errors must not run.
     pub(crate) fn proved(&self, program: &Program, manner: &Manner, files: &[OutputFile]) -> Vec<Diagnostic> {
         let (dialect, own) = match self {
             Self::Shipped(name) => (post::dialect(name).and_then(Result::ok), false),
@@ -167,7 +162,8 @@ impl Target {
     }
 }
 
-/// That the dialect file `name` has `faults`: a single one as it is, of several the first and how many there are.
+/// Error for a postprocessor file with `faults`: a single fault unchanged; otherwise the first and their
+/// number.
 pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
     let diagnostic = Diagnostic::error("post.faults").with("count", faults.len()).with("file", name);
     match faults {
@@ -179,7 +175,7 @@ pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
     }
 }
 
-/// The text of a dialect or job file.
+/// Reads a postprocessor or job file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     fs::read_to_string(path).map_err(|error| {
         let diagnostic = Diagnostic::error("job.unreadable").with("file", path.display());
@@ -187,8 +183,8 @@ pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     })
 }
 
-/// Writes `program` for `target`: into a folder under its own names, or as the one file that was named, after which the
-/// program is then called.
+/// Writes `program` for `target`, into a folder or as one named file. The file's name then becomes the
+/// program's name.
 pub(crate) fn write(
     args: &TargetArgs,
     target: &Target,
@@ -199,7 +195,7 @@ pub(crate) fn write(
     if !folder && let Some(stem) = args.output.file_stem() {
         program.name = stem.to_string_lossy().into_owned();
     }
-    // One file was named: everything goes into it.
+    // One file is named, so it contains everything.
     let files = (!folder).then_some(FileSplit::Job);
     let manner = Manner { lines_only_mm: args.lines_only_mm, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;

@@ -1,10 +1,6 @@
-//! PATHs from the command line made into named bytes, and read.
-//!
-//! Comes in: files, folders, zips and saved projects on disk. Goes out: an [`Artwork`] and which of its files were asked
-//! for; files beside a single file are read too, as evidence, and not listed. Drawings that were asked for are laid over
-//! the rest. Does not look into the bytes.
+//! Reads the PATHs of the command line. Requested drawings are laid over the other files.
 
-use super::{ReadingArgs, Units, Zeros};
+use super::{ReadingArgs, Units, Zeros, roles};
 use crate::refusal::Refusal;
 use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
 use annulus_core::board::drawing;
@@ -14,39 +10,38 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Files taken from folders.
+/// Maximum number of files from folders.
 const MOST_FILES: usize = 5_000;
-/// Bytes of one file.
+/// Maximum size of one file, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
-/// Bytes of all files.
+/// Maximum size of all files together, in bytes.
 const MOST_BYTES_TOGETHER: u64 = 512 << 20;
-/// Bytes of a file that is only looked at because it lies beside another.
+/// Maximum size of a file that is read only as a sibling, in bytes.
 const MOST_BYTES_BESIDE: u64 = 16 << 20;
-/// Files looked at because they lie beside another.
+/// Maximum number of siblings.
 const MOST_BESIDE: usize = 200;
 
-/// Files read, and which of them were asked for.
+/// Files that were read, and which of them were requested.
 #[derive(Debug, Default)]
 pub(crate) struct ReadFiles {
-    /// All of them.
+    /// All files.
     pub(crate) artwork: Artwork,
-    /// Those asked for, in order.
+    /// Requested files, in order.
     pub(crate) listed: Vec<usize>,
-    /// Those that make the holes unless somebody says otherwise.
+    /// Files that make the holes by default.
     pub(crate) used: Vec<usize>,
-    /// What there was to say of drawings among them.
+    /// Messages about drawings.
     pub(crate) drawn: Vec<Diagnostic>,
-    /// Their names and bytes as given: first those asked for, then those beside them.
+    /// Names and bytes as given: first the requested files, then their siblings.
     pub(crate) given: Vec<(String, Vec<u8>)>,
-    /// How many of these were asked for.
+    /// Number of requested files in `given`.
     pub(crate) asked_for: usize,
-    /// What a person said of them, by flags or in a saved project.
+    /// The user's settings for the files, from flags or a saved project.
     pub(crate) said: SaidOfFiles,
-    /// The job file of a saved project.
+    /// Job file of a saved project.
     pub(crate) job: Option<String>,
 }
 
-/// Reads everything at `paths`.
 pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles, Refusal> {
     let overrides = overrides(reading)?;
     let mut files = Collected::default();
@@ -61,22 +56,24 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
     }
     let beside: Vec<String> = files.named.iter().skip(asked_for).map(|(name, _)| name.clone()).collect();
     let mut artwork = drawing::read_under(&files.named, &overrides);
+    let said = SaidOfFiles {
+        numbers: NumberReading::of(&overrides),
+        aligned: reading.align,
+        roles: roles::of(&reading.roles, &artwork)?,
+        ..SaidOfFiles::default()
+    };
+    said.say_roles(&mut artwork);
     let is_beside =
         |name: &str| beside.iter().any(|other| name == other || name.starts_with(&format!("{other}!/")));
     let listed: Vec<usize> =
         (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
     let listed = of_board(&mut artwork, listed, reading.board.as_deref())?;
-    asked_first(&mut artwork, &listed);
-    let said = SaidOfFiles {
-        numbers: NumberReading::of(&overrides),
-        aligned: reading.align,
-        ..SaidOfFiles::default()
-    };
+    asked_first(&mut artwork, &listed, &said);
     Ok(drawn_over(ReadFiles { artwork, listed, given: files.named, asked_for, said, ..ReadFiles::default() }))
 }
 
-/// The files among `listed` that are of the board asked for, or of none in particular; all where none is asked for. What lies
-/// beside them of other boards is left out, and so is the rest.
+/// The files of `listed` that belong to the `asked` board or to no board; all if none is asked for. Drops the
+/// other files and the siblings of other boards.
 fn of_board(artwork: &mut Artwork, listed: Vec<usize>, asked: Option<&str>) -> Result<Vec<usize>, Refusal> {
     let boards = artwork.boards(&listed);
     if let Some(asked) =
@@ -98,19 +95,23 @@ fn of_board(artwork: &mut Artwork, listed: Vec<usize>, asked: Option<&str>) -> R
     Ok(listed.into_iter().filter(|index| !others.contains(index)).collect())
 }
 
-/// Layers that only lie beside those asked for are none of the board where one of these is for the same.
-fn asked_first(artwork: &mut Artwork, listed: &[usize]) {
+/// Takes the role from siblings if a requested layer has the same role and side. A layer whose role a flag
+/// sets keeps it.
+fn asked_first(artwork: &mut Artwork, listed: &[usize], said: &SaidOfFiles) {
     let place = |file: &FileRead| (file.role, file.side);
     let layers = |file: &&FileRead| matches!(file.role, Role::Copper | Role::Outline);
     let asked: Vec<_> =
         listed.iter().filter_map(|&index| artwork.files.get(index)).filter(layers).map(place).collect();
     let rows = artwork.files.iter().enumerate();
     let others = rows.filter(|(index, file)| !listed.contains(index) && asked.contains(&place(file)));
+    let is_said = |file: &FileRead| said.roles.iter().any(|(name, ..)| *name == file.name);
+    let others = others.filter(|(_, file)| !is_said(file));
     let others: Vec<String> = others.map(|(_, file)| file.name.clone()).collect();
     others.iter().for_each(|name| artwork.say_role(name, Role::Other, None));
 }
 
-/// Reads the board at `paths`: what [`read`] reads, or one saved project, of whose numbers `reading` knows better.
+/// Reads the board at `paths`, which may be one saved project. `reading` overrides the project's number
+/// format.
 pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles, Refusal> {
     let project = match paths {
         [path] => project_file(path)?,
@@ -134,6 +135,7 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     if reading.board.is_none() {
         said.choose_board(&mut artwork);
     }
+    said.roles.extend(roles::of(&reading.roles, &artwork)?);
     said.say_roles(&mut artwork);
     let all = (0..artwork.files.len()).collect();
     let listed = of_board(&mut artwork, all, reading.board.as_deref())?;
@@ -141,7 +143,7 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     Ok(drawn_over(ReadFiles { artwork, listed, asked_for, given: files, said, job, ..ReadFiles::default() }))
 }
 
-/// The same with what makes the holes, and with the drawings that were asked for laid over it.
+/// Adds the files that make the holes, and lays the requested drawings over them.
 fn drawn_over(mut read: ReadFiles) -> ReadFiles {
     let ReadFiles { artwork, listed, used, drawn, given, asked_for, said, .. } = &mut read;
     *used = said.used_of(artwork).unwrap_or_else(|| artwork.default_use_among(listed));
@@ -152,7 +154,7 @@ fn drawn_over(mut read: ReadFiles) -> ReadFiles {
     read
 }
 
-/// The saved project at `path`; none when it is something else.
+/// The saved project at `path`; `None` if the file is something else.
 fn project_file(path: &Path) -> Result<Option<Project>, Refusal> {
     if !fs::metadata(path).map_err(|error| trouble(path, &error))?.is_file() {
         return Ok(None);
@@ -167,7 +169,7 @@ fn project_file(path: &Path) -> Result<Option<Project>, Refusal> {
     is_one.then(|| saved::read(&path.display().to_string(), &bytes).map_err(Refusal::content)).transpose()
 }
 
-/// What a person says about the numbers.
+/// The user's number format.
 fn overrides(reading: &ReadingArgs) -> Result<Overrides, Refusal> {
     let digits = match reading.digits.as_deref() {
         None => None,
@@ -203,12 +205,12 @@ struct Collected {
 }
 
 impl Collected {
-    /// A file, or a folder with everything in it, in the order of names.
+    /// Adds a file, or a folder with all its contents, in the order of names.
     fn collect(&mut self, path: &Path) -> Result<(), Refusal> {
         let kind = fs::metadata(path).map_err(|error| trouble(path, &error))?;
         if kind.is_dir() {
             for inside in entries(path).map_err(|error| trouble(path, &error))? {
-                // A link could lead round in a circle.
+                // A linked folder could form a loop.
                 if !inside.is_symlink() || inside.is_file() {
                     self.collect(&inside)?;
                 }
@@ -233,7 +235,7 @@ impl Collected {
         Ok(())
     }
 
-    /// The files beside one that was asked for; what cannot be read is no evidence.
+    /// Adds the siblings of a requested file. Unreadable ones are ignored.
     fn beside(&mut self, path: &Path) {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         for other in entries(folder).unwrap_or_default().into_iter().take(MOST_BESIDE) {
@@ -280,7 +282,7 @@ mod tests {
     const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n";
 
     #[test]
-    fn folders_are_walked_and_neighbours_are_not_listed() {
+    fn folders_are_walked_and_siblings_used_but_not_listed() {
         let folder = tempfile::tempdir().unwrap();
         let inner = folder.path().join("inner");
         fs::create_dir(&inner).unwrap();
@@ -302,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn surroundings_and_usage_are_told_apart() {
+    fn missing_files_and_wrong_options_have_different_exit_codes() {
         let missing = read(&[PathBuf::from("/no/such/file")], &ReadingArgs::default()).unwrap_err();
         assert_eq!(
             (missing.why.code.as_str(), missing.exit),

@@ -1,40 +1,38 @@
-//! Findings of the proof as the commands show them: for scripts one by one and in groups, for people in groups (N8, N24).
-//!
-//! Comes in: findings, their groups, what was accepted. Goes out: JSON and lines of text. Does not know what was proved.
+//! Prints the problems of a proof: for scripts one by one and in groups, for people in groups.
 
 use super::rounded;
 use annulus_core::locale;
-use annulus_core::proof::{Cure, Finding, FindingKind, Group, Shallower, Whole, to_be_read};
+use annulus_core::proof::{Cure, Finding, FindingKind, Group, ProofResult, Shallower, Whole, to_be_read};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Findings of one group that are shown when people read.
+/// Maximum number of problems shown per group as text.
 const SHOWN: usize = 12;
 
-/// Whether a finding was accepted: by its name, its code or the last word of its code.
+/// Returns `true` if a problem was accepted by its name, its code or the last word of its code.
 fn accepted(kind: FindingKind, id: &str, accept: &[String]) -> bool {
     let code = kind.code();
     let last = code.rsplit('.').next().unwrap_or(code);
     accept.iter().any(|word| word == id || word == code || word == last)
 }
 
-/// How many findings, listed or not, must be read and were not accepted.
+/// Number of problems that must be accepted and are not, listed or not.
 pub(super) fn unread(groups: &[Group], accept: &[String]) -> usize {
     to_be_read(groups).filter(|(kind, id)| !accepted(*kind, id, accept)).count()
 }
 
-/// The kinds of which something that must be read was accepted.
+/// Kinds with at least one accepted problem.
 pub(super) fn kinds_accepted(groups: &[Group], accept: &[String]) -> BTreeSet<&'static str> {
     to_be_read(groups).filter(|(kind, id)| accepted(*kind, id, accept)).map(|(kind, _)| kind.code()).collect()
 }
 
-/// Whether a finding must be read and was not accepted.
+/// Returns `true` if a problem must be accepted and is not.
 fn is_unread(finding: &Finding, accept: &[String]) -> bool {
     finding.must_be_read() && !accepted(finding.kind, &finding.id, accept)
 }
 
-/// A finding for scripts.
+/// A problem as JSON.
 pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
     let diagnostic = finding.diagnostic();
     let mm = |length: Length| rounded(length.mm());
@@ -59,7 +57,7 @@ pub(super) fn finding_object(finding: &Finding, accept: &[String]) -> Value {
     })
 }
 
-/// Kind, bit, depth, width and lost copper of a cure; its sentence.
+/// A fix as JSON: kind, tool, depth, width, lost copper and its sentence.
 fn cure_object(cure: &Cure) -> Value {
     let (key, bit, depth, width, lost) = match cure {
         Cure::Shallower { bit, depth, width } => ("shallower", bit, depth, width, None),
@@ -85,7 +83,7 @@ fn cure_object(cure: &Cure) -> Value {
     })
 }
 
-/// Groups for scripts; the members of each by the nets that they are about.
+/// Groups as JSON; their members are named by their nets.
 pub(super) fn groups_object(groups: &[Group], accept: &[String]) -> Value {
     let mm = |length: Length| rounded(length.mm());
     let object = |group: &Group| {
@@ -109,13 +107,30 @@ pub(super) fn groups_object(groups: &[Group], accept: &[String]) -> Value {
     groups.iter().map(object).collect()
 }
 
-/// The findings of a group that are listed.
+/// The listed problems of a group.
 fn members<'f>(group: &Group, findings: &'f [Finding]) -> impl Iterator<Item = &'f Finding> {
     let cause = (group.kind, group.must_be_read, group.tool);
     findings.iter().filter(move |finding| finding.cause() == cause)
 }
 
-/// What a change of the whole job opens, for scripts.
+/// The result of a proof as a sentence. `unread` is the number of problems that are not accepted.
+pub(super) fn outcome_line(outcome: &ProofResult, unread: usize) -> String {
+    let (key, words) = outcome.sentence(unread);
+    let words: Vec<_> = words.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    locale::text("en", key, &words) + "\n"
+}
+
+/// The result of a proof as JSON.
+pub(super) fn outcome_object(outcome: &ProofResult) -> Value {
+    json!({
+        "isolates": outcome.isolates,
+        "nets": outcome.nets,
+        "isolated": outcome.isolated,
+        "smallest_gap_mm": outcome.smallest_gap.map(|gap| rounded(gap.mm())),
+    })
+}
+
+/// What a change of the whole job opens, as JSON.
 pub(super) fn whole_object(whole: &Whole) -> Value {
     let mm = |length: Length| rounded(length.mm());
     let shallower = whole.shallower.as_ref().map(|Shallower { bit, depth, width, opens }| {
@@ -132,7 +147,7 @@ pub(super) fn whole_object(whole: &Whole) -> Value {
     })
 }
 
-/// The same for people.
+/// What a change of the whole job opens, as text.
 pub(super) fn whole_lines(whole: Option<&Whole>) -> String {
     let diagnostics = whole.map(Whole::diagnostics).unwrap_or_default();
     diagnostics
@@ -141,7 +156,7 @@ pub(super) fn whole_lines(whole: Option<&Whole>) -> String {
         .collect()
 }
 
-/// Findings for people: by what they have in common, the first of each with their names in front, so that they can be accepted.
+/// Problems as text, grouped. The first ones of each group are listed with the names to accept them by.
 pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[String]) -> String {
     let mut out = String::new();
     for group in groups {
@@ -168,7 +183,7 @@ pub(super) fn finding_lines(groups: &[Group], findings: &[Finding], accept: &[St
     out
 }
 
-/// One finding of a group, and its cures.
+/// One problem of a group, with its fixes.
 fn finding_line(finding: &Finding, accept: &[String]) -> String {
     let read = if is_unread(finding, accept) { "-" } else { "✓" };
     let mut out = format!("  {read} {} {}\n", finding.id, finding.diagnostic().message("en"));

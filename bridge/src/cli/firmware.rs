@@ -1,7 +1,5 @@
-//! The firmware of the USB step adapter: which one it has, and ours brought into it. Nothing is written without a person at a terminal
-//! of this computer who typed the word, nor while a bridge may use the adapter.
-//!
-//! Comes in: a file, a port, a disk, a typed word. Goes out: what the adapter has. Does not know what a firmware does.
+//! Reads and writes the firmware of the USB step adapter. Flashing needs a typed word at a terminal of this
+//! computer, and no running bridge, because the bridge may use the adapter.
 
 use super::{Answer, Exit, Refusal, say};
 use crate::adapter::adapters;
@@ -17,10 +15,10 @@ use std::fs;
 use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 
-/// What has to be typed.
+/// The word to type.
 const WORD: &str = "FLASH";
 
-/// Where the file lies, from the folder of this program on: beside it, or where it was built.
+/// Positions of the firmware file relative to this program: next to it, or in the build folder.
 const PLACES: [&str; 2] = ["annulus-adapter.uf2", "../firmware/annulus-adapter.uf2"];
 
 /// Arguments of `annulus firmware`.
@@ -32,16 +30,16 @@ pub(crate) struct FirmwareArgs {
 
 #[derive(Debug, clap::Subcommand)]
 enum FirmwareCommand {
-    /// Say which firmware the USB step adapter has, and which belongs to this program.
+    /// Show the firmware of the USB step adapter, and the one that belongs to this program.
     Info(PortArgs),
-    /// Bring the firmware of this program into a USB step adapter, or into a new board.
+    /// Flash the firmware of this program to a USB step adapter or a new board.
     Flash(FlashArgs),
 }
 
 /// The port.
 #[derive(Debug, clap::Args)]
 struct PortArgs {
-    /// Its serial port; without it, the one that is plugged in.
+    /// Use this serial port [default: the only adapter that is plugged in].
     #[arg(long, default_value = "", value_name = "PORT")]
     port: String,
 }
@@ -49,22 +47,21 @@ struct PortArgs {
 /// Arguments of `annulus firmware flash`.
 #[derive(Debug, clap::Args)]
 struct FlashArgs {
-    /// The firmware, a UF2 file; without it, the one beside this program.
+    /// Flash this UF2 file [default: the firmware next to this program].
     #[arg(value_name = "FILE")]
     file: Option<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
-    /// The disk of a board in its boot mode; without it, it is looked for, or the adapter is asked for it.
+    /// Use the disk of a board in boot mode [default: search for it, or ask the adapter to show it].
     #[arg(long, value_name = "FOLDER")]
     disk: Option<PathBuf>,
-    /// Do not wait until the adapter says who it is.
+    /// Exit without waiting for the adapter to respond.
     #[arg(long)]
     no_wait: bool,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &FirmwareArgs) -> Result<Answer, Refusal> {
-    // A bridge may have the adapter, and a job on it; it is not asked which.
+    // A running bridge may use the adapter for a job.
     if let Some(note) = runtime::running(&runtime::folder()) {
         let why = Diagnostic::error("firmware.bridge_runs").with("port", note.port);
         return Err(Refusal::surroundings(why));
@@ -100,7 +97,7 @@ fn info(port: &str) -> Result<Answer, Refusal> {
     Ok(answer)
 }
 
-/// What the adapter at a port has, beside what belongs to this program.
+/// The firmware of the adapter at a port, and the one that belongs to this program.
 fn found(port: &str, firmware: u32) -> Answer {
     let own = own_firmware();
     let is_own = firmware == own;
@@ -123,7 +120,7 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
     let named = &args.port.port;
     let mut others = adapters();
     let disk = disk(args).map_err(Refusal::surroundings)?;
-    // The one that shows its disk now is not there any more as a port.
+    // The adapter that shows its disk now no longer has a port.
     let left = adapters();
     others.retain(|other| left.contains(other) && other != named);
     copy(&bytes, &disk).map_err(Refusal::surroundings)?;
@@ -140,7 +137,7 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
     taken(came, firmware).map_err(Refusal::surroundings)
 }
 
-/// Whether who came back, and with which firmware, says that `firmware` is in it.
+/// Checks that the returned adapter reports `firmware`.
 fn taken(came: Option<(String, u32)>, firmware: u32) -> Result<Answer, Diagnostic> {
     match came {
         Some((port, has)) if has == firmware => Ok(found(&port, firmware)),
@@ -152,7 +149,7 @@ fn taken(came: Option<(String, u32)>, firmware: u32) -> Result<Answer, Diagnosti
     }
 }
 
-/// The file that was named, or the one that lies beside this program.
+/// The named file, or the one next to this program.
 fn file(named: Option<&Path>) -> Result<(PathBuf, Vec<u8>), Refusal> {
     let beside = || {
         let folder = std::env::current_exe().ok()?.parent()?.to_owned();
@@ -172,7 +169,7 @@ fn file(named: Option<&Path>) -> Result<(PathBuf, Vec<u8>), Refusal> {
     Ok((path, bytes))
 }
 
-/// A person at this computer wants it.
+/// Asks the user at this terminal to confirm.
 fn confirmed(path: &Path, firmware: u32) -> Result<(), Refusal> {
     let mut input = io::stdin().lock();
     if !input.is_terminal() {
@@ -189,7 +186,7 @@ fn confirmed(path: &Path, firmware: u32) -> Result<(), Refusal> {
     Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(Diagnostic::error("firmware.not_confirmed")) })
 }
 
-/// The disk that was named; else that of a board in its boot mode; else the adapter is asked for it.
+/// The named disk; otherwise the disk of a board in boot mode; otherwise the adapter is asked to show it.
 fn disk(args: &FlashArgs) -> Result<PathBuf, Diagnostic> {
     if let Some(disk) = &args.disk {
         let refused = || Diagnostic::error("firmware.no_boot_disk").with("folder", disk.display());
@@ -198,7 +195,7 @@ fn disk(args: &FlashArgs) -> Result<PathBuf, Diagnostic> {
     only(boot_disks())?.map_or_else(|| boot_disk_of(&args.port.port), Ok)
 }
 
-/// The only one of some disks; none where there are none.
+/// The only disk; `None` if there is none; an error if there are several.
 fn only(mut disks: Vec<PathBuf>) -> Result<Option<PathBuf>, Diagnostic> {
     if disks.len() < 2 {
         return Ok(disks.pop());
@@ -211,7 +208,7 @@ fn only(mut disks: Vec<PathBuf>) -> Result<Option<PathBuf>, Diagnostic> {
 mod tests {
     use super::*;
 
-    /// The code of a refusal, whose sentence names all of these and no argument.
+    /// Code of an error, whose text must contain all `names` and no placeholder.
     fn code<T>(result: Result<T, Diagnostic>, names: &[&str]) -> String {
         let Err(why) = result else { return "none".to_owned() };
         let said = format!("{} {}", why.message("en"), why.advice("en"));
@@ -220,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn of_several_boards_in_their_boot_mode_none_is_chosen() {
+    fn several_boot_disks_are_an_error() {
         let disks = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
         assert_eq!(only(disks(&[])), Ok(None), "the adapter is asked for its own");
         assert_eq!(only(disks(&["/media/a"])), Ok(Some(PathBuf::from("/media/a"))));
@@ -229,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_in_the_adapter_only_where_that_says_so() {
+    fn adapter_that_reports_other_firmware_is_an_error() {
         let came = |firmware| Some(("ttyACM3".to_owned(), firmware));
         let there = taken(came(0xABC), 0xABC).unwrap();
         assert_eq!(there.object["firmware"], "00000abc");

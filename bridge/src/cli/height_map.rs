@@ -1,12 +1,10 @@
-//! A height map as commands say it: its heights as text and for programs.
-//!
-//! Comes in: maps. Goes out: words. Does not know how a board is touched.
+//! Prints a height map as text and as JSON.
 
 use annulus_core::level::HeightMap;
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 
-/// The map as a table of µm, the highest Y on top as on the board.
+/// The map as a table in µm, with the highest Y on top.
 pub(super) fn text(map: &HeightMap) -> String {
     let columns = usize::from(map.grid.columns);
     let rows = map.heights.chunks(columns).rev().map(|row| {
@@ -18,7 +16,7 @@ pub(super) fn text(map: &HeightMap) -> String {
     format!("Height over the work zero, µm:\n{table}From {:.3} to {:.3} mm.\n", low.mm(), high.mm())
 }
 
-/// The same for programs.
+/// The map as JSON.
 pub(super) fn object(map: &HeightMap) -> Value {
     let um = |height: &Length| height.nm() as f64 / 1e3;
     let [low, high] = map.span();

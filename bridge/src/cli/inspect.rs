@@ -1,13 +1,11 @@
-//! Reads files and says what is in them (rows A1, A2, P1, N1, N2, N4, N5).
-//!
-//! Comes in: PATHs. Goes out: one object a file with the keys of the contract, or a table for people. Refuses only what
-//! cannot be opened: content never makes it fail.
+//! Lists the contents of files. Fails only if a file can't be opened, never because of its content.
 
 use super::{Answer, Exit, Refusal, against, counted, rounded};
 use crate::cli::files;
 use crate::refusal;
 use annulus_core::artwork::{
-    Counts, DrillFile, FileKind, FileRead, Gerber, TooMuch, nets, painted, painted_measures,
+    Counts, DrillFile, FileKind, FileRead, Gerber, Role, TooMuch, nets, painted, painted_for_picture,
+    painted_measures,
 };
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Bounds;
@@ -15,23 +13,26 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Diagnostics shown of one file when people read.
+/// Maximum number of diagnostics per file in the text output.
 const SHOWN_REMARKS: usize = 12;
+
+/// Above this number of objects, a silkscreen is measured with the page's coarser arcs, because it is never
+/// milled.
+const EXACT_OBJECTS: u32 = 20_000;
 
 /// Arguments of `annulus inspect`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct InspectArgs {
-    /// Files, folders or zips.
+    /// Read these files, folders or zips.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<std::path::PathBuf>,
-    /// Files, a folder, a zip or a project of the same board from before: says what changed from there.
+    /// Show the changes since an earlier version of the board: its files, folder, zip or project.
     #[arg(long, value_name = "PATH", num_args = 1..)]
     pub(crate) against: Vec<std::path::PathBuf>,
     #[command(flatten)]
     pub(crate) reading: super::ReadingArgs,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     let read = files::read(&args.paths, &args.reading)?;
     let listed: Vec<&FileRead> = read.listed.iter().map(|&index| &read.artwork.files[index]).collect();
@@ -40,7 +41,7 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
         let files = files.iter().map(|&index| read.artwork.files[index].name.as_str()).collect::<Vec<_>>();
         json!({ "name": name, "files": files })
     };
-    // People read the structure; areas, which have to be painted, stand in the object alone.
+    // Areas need painting, which is slow, so only the JSON output has them.
     let rows = listed.iter().filter(|_| json).map(|file| file_object(file));
     let mut object = json!({
         "files": rows.collect::<Vec<_>>(),
@@ -55,7 +56,7 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     for (name, files) in boards.iter().filter(|_| boards.len() > 1) {
         let _ = writeln!(text, "board {name}: {}", counted(files.len() as u64, "file"));
     }
-    // What was asked for by name and could not be opened at all is refused, with the rest of the answer.
+    // A requested file that can't be opened is an error, with the rest of the answer.
     let asked = |file: &&&FileRead| args.paths.iter().any(|path| path.display().to_string() == file.name);
     let refused = listed.iter().filter(|file| file.kind == FileKind::Refused).find(asked);
     let Some(refused) = refused else { return Ok(Answer { object, text, exit: Exit::Done }) };
@@ -90,7 +91,7 @@ fn file_object(file: &FileRead) -> Value {
         if let Some(drill) = &file.drill {
             drill_rows(rows, drill);
         }
-        let much = file.gerber.as_ref().and_then(|gerber| gerber_rows(rows, gerber));
+        let much = file.gerber.as_ref().and_then(|gerber| gerber_rows(rows, gerber, file.role));
         let much = much.map(|much| much.diagnostic(&file.name));
         rows.insert(
             "diagnostics".into(),
@@ -100,12 +101,13 @@ fn file_object(file: &FileRead) -> Value {
     object
 }
 
-/// The rows of a layer, and why it was not painted, if it was not.
-fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber) -> Option<TooMuch> {
+/// Adds the rows of a layer. Returns the reason if the layer is too large to be painted.
+fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber, role: Role) -> Option<TooMuch> {
     let objects = gerber.counts;
     let polarity = if gerber.negative_image { "negative" } else { "positive" };
-    // A layer that is too much to be painted has the rest.
-    let painted = painted(gerber);
+    // A layer that is too large to be painted still has its other rows.
+    let is_picture = role == Role::Silk && objects.total() > EXACT_OBJECTS;
+    let painted = if is_picture { painted_for_picture(gerber) } else { painted(gerber) };
     let measures = painted.as_ref().ok().map(painted_measures);
     let nets = painted.as_ref().ok().map(|region| nets(gerber, region).names);
     let nets = nets.map(|names| names.into_iter().flatten().collect::<BTreeSet<_>>().len());
@@ -163,7 +165,7 @@ fn corners(bounds: Bounds) -> [f64; 4] {
     [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(|length| rounded(length.mm()))
 }
 
-/// A diagnostic of a file that is named beside it.
+/// A diagnostic whose file is named elsewhere.
 fn diagnostic_object(diagnostic: &Diagnostic) -> Value {
     let mut object = refusal::diagnostic(diagnostic);
     if let Value::Object(rows) = &mut object {
@@ -174,7 +176,7 @@ fn diagnostic_object(diagnostic: &Diagnostic) -> Value {
 
 fn file_text(file: &FileRead) -> String {
     let mut text = format!("{}\n  {} — {}", file.name, file.kind.name(), file.reason.message("en"));
-    // Why a file is refused is its first diagnostic too, and is said once.
+    // The reason why a file is refused is also its first diagnostic: print it once.
     let said = usize::from(file.kind == FileKind::Refused && file.diagnostics.first() == Some(&file.reason));
     let _ = if said > 0 { writeln!(text, " {}", file.reason.advice("en")) } else { writeln!(text) };
     if let Some(drill) = &file.drill {

@@ -1,12 +1,9 @@
-//! The JOB of the command line: a board that is read and planned, or a program that was planned before.
+//! Opens the JOB of the command line: a board, which is planned, or a planned program.
 //!
 //! ```text
-//!  JOB ─┬─ program file ──────────────────────────────▶ Job (program as it stands)
+//!  JOB ─┬─ program file ──────────────────────────────▶ Job (program unchanged)
 //!       └─ drill files, saved project ─ files ─▶ Board ─ cam ─▶ Planned ─▶ Job (program and figures)
 //! ```
-//!
-//! Comes in: arguments shared by plan, export, simulate and run. Goes out: a [`Job`], or why there is none. Does not know
-//! what becomes of it.
 
 use super::files;
 use super::saving::Given;
@@ -34,23 +31,21 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Largest diameter that a loaded bit may have, in mm.
+/// Maximum diameter of a loaded tool, in mm.
 const LARGEST_BIT_MM: f64 = 100.0;
 
 /// A job ready to be exported, simulated or run.
 #[derive(Debug)]
 pub(crate) struct Job {
-    /// The machine it is for.
     pub(crate) machine: Machine,
-    /// What to do.
     pub(crate) program: Program,
-    /// What there is to say of its plan, unless it was read as it stands.
+    /// Figures of the plan; `None` for a program file.
     pub(crate) figures: Option<Figures>,
-    /// What reading and planning had to say, apart from refusals.
+    /// Messages from reading and planning, without refusals.
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
-/// The job as it is to be used: a program file as it stands, anything else read and planned.
+/// Opens a job: a program file unchanged, anything else read and planned.
 pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
     match program_file(&args.job)? {
@@ -62,7 +57,7 @@ pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
     }
 }
 
-/// The same for a job whose steps are wanted: a program must have been planned for this machine.
+/// Opens a job whose steps are needed: a program must be planned for this machine.
 pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
     let job = open(args)?;
     if job.program.machine != job.machine.fingerprint() {
@@ -72,7 +67,7 @@ pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
     Ok(job)
 }
 
-/// The job planned anew, even from a program file, and its figures.
+/// Plans the job again, even from a program file, and returns its figures.
 pub(crate) fn plan(args: &JobArgs) -> Result<(Job, Figures), Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
     let (board, diagnostics, saved) = match program_file(&args.job)? {
@@ -87,7 +82,7 @@ pub(crate) fn plan(args: &JobArgs) -> Result<(Job, Figures), Refusal> {
     Ok((job, figures))
 }
 
-/// Writes `bytes` to `path`, whole or not at all. What is no plain file (a pipe, a terminal) is written straight.
+/// Writes `bytes` to `path` atomically. A pipe or a terminal is written directly.
 pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
     let special = fs::metadata(path).is_ok_and(|kind| !kind.is_file() && !kind.is_dir());
     let written = std::path::absolute(path).and_then(|whole| {
@@ -103,12 +98,12 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
     })
 }
 
-/// The lowest place in the plane that the middles of the bits of `program` come to, in work coordinates.
+/// The lowest X and Y of all tool centers of `program`, in work coordinates.
 pub(crate) fn low_corner(program: &Program) -> Point {
     sim::reach(program).map_or(Point::default(), |reach| reach.min)
 }
 
-/// The program in the file `path`; none when it is something else.
+/// The program in the file `path`; `None` if the file is something else.
 pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let trouble = |error: std::io::Error| {
         let why = Diagnostic::error("job.unreadable").with("file", path.display()).with("reason", error);
@@ -129,11 +124,11 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     program::decode(&head).map(Some).map_err(|diagnostic| Refusal::content(diagnostic.at(&name, 0, 0)))
 }
 
-/// The board of the files at JOB, what there was to say about them, and the job of a saved project.
+/// The board of JOB, its messages, and the job of a saved project.
 fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>), Refusal> {
     can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
-    // What a saved job does with copper is counted, and so there has to be copper.
+    // A saved job may isolate copper, so the copper is needed to report the operations that are left out.
     let wanted = BoardWanted { copper: read.job.is_some(), aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
@@ -147,19 +142,20 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>)
     Ok((board, diagnostics, read.job))
 }
 
-/// The work that the board opens with: that of its project, else what fits it.
+/// The job of the project, or the default job for the board.
 pub(crate) fn opened(board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
     let usual = Work::default_for(board, machine);
     let Some(text) = saved else { return Ok(usual) };
-    project::read(project::saved::JOB, text, &usual, machine).map_err(Refusal::content)
+    project::read(project::saved::JOB, text, &usual).map_err(Refusal::content)
 }
 
-/// The part of a saved job that makes holes, from the side that it drills from, with its set-up; an error where it does more.
+/// The drilling part of a saved job, for the side that it drills from, with its setup. The second value is an
+/// error if the job does more.
 fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Option<Diagnostic>), Refusal> {
     let mut work = opened(board, Some(saved), machine)?;
     let drills = |one: &&Operation| one.on && matches!(one.action, OperationKind::Drill(_));
     let mills = |one: &&Operation| one.on && matches!(one.action, OperationKind::MillHoles(_));
-    // Holes for pins are drilled first, from the other side.
+    // Pin holes are drilled first, from the other side, so search from the end.
     let last_first = || work.operations.iter().rev();
     if let Some(last) = last_first().find(drills).or_else(|| last_first().find(mills)) {
         work.setup.face = last.face;
@@ -174,20 +170,18 @@ fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Opti
     Ok((work, (!others.is_empty()).then_some(why)))
 }
 
-/// A whole board.
 #[derive(Debug)]
 pub(crate) struct Whole {
     /// With copper and outline.
     pub(crate) board: Board,
-    /// What there was to say about its files.
+    /// Messages about its files.
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// The files it was read from.
     pub(crate) given: Given,
-    /// The job file of a saved project.
+    /// Job file of a saved project.
     pub(crate) job: Option<String>,
 }
 
-/// The whole board of the files at `jobs`, copper and outline too.
+/// Reads the whole board of the files at `jobs`, with copper and outline.
 pub(crate) fn read_whole(
     jobs: &[PathBuf],
     reading: &ReadingArgs,
@@ -212,8 +206,7 @@ pub(crate) fn read_whole(
     Ok(Whole { board, diagnostics, given: Given { files: given, asked_for, said, used }, job })
 }
 
-/// Refuses with the first error that was not accepted; the others go to standard error before it.
-/// Every word of `--accept` is a code, the last word of a finding's code, or a finding's name.
+/// Checks the words of `--accept`: a code, the last word of a problem's code, or a problem's name.
 pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     let codes = locale::entries("en").iter().filter_map(|(key, _)| key.strip_suffix(".message"));
     let kinds = proof::FindingKind::ALL.iter().map(|kind| kind.code().rsplit('.').next().unwrap_or_default());
@@ -226,7 +219,7 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     Err(Refusal::usage(why.with("nearest", nearest(word, known))))
 }
 
-/// All that was said of the files that were asked for, and of the board they make.
+/// All messages about the requested files and their board.
 fn said_of(read: &files::ReadFiles, board: &[Diagnostic]) -> Vec<Diagnostic> {
     let files = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
     files.flat_map(|file| &file.diagnostics).chain(board).cloned().collect()
@@ -274,13 +267,13 @@ fn planned(
     Ok(Job { machine, program, figures, diagnostics })
 }
 
-/// The codes of the errors among `diagnostics`.
+/// Codes of the errors in `diagnostics`.
 pub(crate) fn lost(diagnostics: &[Diagnostic]) -> Vec<String> {
     let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
     errors.map(|error| error.code.clone()).collect()
 }
 
-/// Why nothing was planned: what was not accepted, else that there is nothing.
+/// Why nothing was planned: the errors that are not accepted, or that there is nothing to plan.
 fn nothing(mut errors: Vec<Diagnostic>, accept: &[String]) -> Refusal {
     for error in errors.iter_mut().filter(|error| error.code == "cam.nothing_to_do") {
         *error = Diagnostic::error("plan.nothing_to_drill");
@@ -308,7 +301,7 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
     })
 }
 
-/// Spindles by their numbers as a set; none where nobody says.
+/// The numbered spindles as a bit set; `None` if no numbers are given.
 fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
     if let Some(wrong) = numbers.iter().find(|number| !(1..=6).contains(*number)) {
         let why = Diagnostic::error("job.bad_spindle").with("found", wrong);
@@ -318,8 +311,8 @@ fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
     Ok((set != 0).then_some(set))
 }
 
-/// The holes that a program drills, as a board in the files' coordinates. What it mills cannot be planned anew: an error to be
-/// seen.
+/// The holes of a program as a board, in the coordinates of its files. Its milling can't be planned again: an
+/// error that must be accepted.
 fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnostic>), Refusal> {
     let mut holes = Vec::new();
     let mut bit = 0;
@@ -340,13 +333,14 @@ fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnost
         (toolpaths > 0).then(|| Diagnostic::error("job.toolpaths_left_out").with("toolpaths", toolpaths));
     let diagnostics: Vec<Diagnostic> = error.into_iter().collect();
     unseen(&diagnostics, accept)?;
-    // A program is called after its board and side; planned anew it is called the same.
+    // A program is named after board and side; planned again, it has the same name.
     let side = format!("-{}", Face::Top.name());
     let name = program.name.strip_suffix(&side).unwrap_or(&program.name).to_owned();
     Ok((Board { sources: vec![program.name.clone()], name, holes, ..Board::default() }, diagnostics))
 }
 
-/// The name without its folder and ending, made only of letters, digits, `-` and `_`: for the name of an output.
+/// The file name without folder and extension, reduced to letters, digits, `-` and `_`: for names of output
+/// files.
 pub(crate) fn stem(path: &Path) -> PathBuf {
     let last = if path.is_dir() { path.file_name() } else { path.file_stem() };
     let stem = last.unwrap_or(path.as_os_str()).to_string_lossy();

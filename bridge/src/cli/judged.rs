@@ -1,7 +1,6 @@
-//! How late this computer is with pulses, and whether that is good enough for one machine (A13).
+//! Measures how late this computer is with pulses, and compares that with the needs of one machine.
 //!
-//! Comes in: a machine, and for how long. Goes out: a histogram, and the verdict with both rates. While it is judged the
-//! processors have other work, as they have on a day when it matters. Moves nothing.
+//! Loads all processors meanwhile, as on a busy day. Moves nothing.
 
 use super::{Answer, Exit, Refusal};
 use crate::executor::{clock, realtime};
@@ -20,10 +19,9 @@ use std::time::Duration;
 /// Longest bar of the histogram, in characters.
 const WIDEST: u32 = 40;
 
-/// What a processor under load copies again and again: more than its caches hold.
+/// Memory that a loaded processor copies repeatedly: more than its caches hold.
 const COPIED_BYTES: usize = 16 * 1024 * 1024;
 
-/// Runs the command for `name`.
 pub(super) fn run(name: &str, how_long: Duration) -> Result<Answer, Refusal> {
     let machine = machine_file::named(name)?.machine;
     let title = &machine.name;
@@ -38,7 +36,7 @@ pub(super) fn run(name: &str, how_long: Duration) -> Result<Answer, Refusal> {
     Ok(verdict(&machine, &late, no_realtime.as_deref(), how_long))
 }
 
-/// What `late` means for `machine`.
+/// Compares `late` with the needs of `machine`.
 fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_long: Duration) -> Answer {
     let needs_hz = needed_rate(machine);
     let safe_hz = safe_rate(late, f64::from(machine.wiring().start_stop_hz));
@@ -69,13 +67,14 @@ fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_lo
     if good { Answer { object, text, exit: Exit::Done } } else { Answer::refused(object, &text, finding) }
 }
 
-/// How late this computer is with a pulse, measured as the executor does it, and why it is not in the real-time class.
+/// Measures the lateness of pulses as the executor does. The second value is why the real-time class was not
+/// available.
 pub(super) fn measured(how_long: Duration) -> (Lateness, Option<String>) {
     let measure = move || {
         let refused = realtime::ask_for_class();
         (clock::measure(&mut clock::StepClock::new(), how_long), refused)
     };
-    // In a thread of its own: the class is the thread's.
+    // In a new thread, because the real-time class belongs to a thread.
     thread::spawn(measure).join().unwrap_or_default()
 }
 
@@ -103,13 +102,13 @@ fn under_load(how_long: Duration) -> (Lateness, Option<String>) {
     found
 }
 
-/// The histogram, a line a bar.
+/// The histogram, one line per bar.
 pub(super) fn histogram(late: &Lateness) -> String {
     let tallest = late.bars.iter().max().copied().unwrap_or(0).max(1);
     let last = late.bars.iter().rposition(|count| *count > 0).unwrap_or(0);
     let line = |(index, count): (usize, &u32)| {
         let edge = EDGES_US.get(index).map_or_else(|| "later".to_owned(), |edge| format!("{edge} µs"));
-        // Even one beat has a mark: it is the rare ones that count.
+        // Round up, so that even one beat has a mark: the rare ones matter.
         let width = (u64::from(*count) * u64::from(WIDEST)).div_ceil(u64::from(tallest)) as usize;
         format!("{edge:>10} {count:>6} {}", "#".repeat(width)).trim_end().to_owned() + "\n"
     };
@@ -122,10 +121,10 @@ mod tests {
     use annulus_core::machine::preset;
 
     #[test]
-    fn the_verdict_is_about_the_machine_that_was_named() {
+    fn latency_limit_depends_on_the_machine() {
         let late = |us: f64| Lateness::of(&mut vec![us; 20_000]);
-        // The laboratory drill needs 500 interrupts a second, so 500 µs at most; the G540 8,000 steps, or its motors start by
-        // themselves, which they do up to 1,000.
+        // The laboratory drill needs 500 interrupts a second, so 500 µs at most. The G540 needs 8,000 steps a
+        // second; its motors start without a ramp up to 1,000.
         let rows = [
             ("lab", 400.0, true),
             ("lab", 501.0, false),

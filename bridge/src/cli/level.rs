@@ -1,6 +1,4 @@
-//! The height map of a board on the drill of this computer: the same touches as a page asks for.
-//!
-//! Comes in: a job, a machine. Goes out: the map. Does not know how anything moves.
+//! Probes a board on the drill of this computer and saves its height map, like a page does.
 
 use super::job;
 use super::run::{self, PlayArgs};
@@ -12,7 +10,8 @@ use annulus_core::units::Length;
 use annulus_core::wire::Ask;
 use std::time::SystemTime;
 
-/// How far below the place before the board is looked for, and how far the tip goes over the highest one, µm.
+/// How far below the previous position to search for the board, and the travel height above the highest one,
+/// µm.
 const DEPTH_UM: u32 = 2_000;
 const CLEAR_UM: u32 = 1_000;
 
@@ -21,15 +20,15 @@ const CLEAR_UM: u32 = 1_000;
 pub(crate) struct LevelArgs {
     #[command(flatten)]
     play: PlayArgs,
-    /// The board is touched at places that are at most so many mm apart.
-    #[arg(long, value_name = "MM", default_value_t = 10.0)]
+    /// Set the largest distance between two probed positions.
+    #[arg(long = "spacing", alias = "grid", value_name = "MM", default_value_t = 10.0)]
     grid: f64,
-    /// The outermost places lie so many mm inside of what is cut.
+    /// Keep the outermost probed positions this far inside the cut area.
     #[arg(long, value_name = "MM", default_value_t = 2.0)]
     margin: f64,
 }
 
-/// Touches the board; the drill keeps its map.
+/// Probes the board; the drill saves its map.
 pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let job = job::open_for_machine(&args.play.job)?;
     let bounds = touched(&job.program);

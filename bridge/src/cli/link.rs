@@ -1,6 +1,4 @@
-//! Prints a fresh one-time address for a running bridge.
-//!
-//! Comes in: the note that the running bridge left for its own user. Goes out: the address. Does not know sessions.
+//! Prints a new one-time address for a running bridge.
 
 use super::{Answer, Exit, Refusal};
 use crate::server::runtime::{self, Note};
@@ -11,13 +9,13 @@ use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::time::Duration;
 
-/// Longest wait for the bridge.
+/// Maximum wait for the bridge.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Arguments of `annulus link`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct LinkArgs {
-    /// What the page that uses the address may do; each includes those before it.
+    /// Choose what the page with this address may do; each scope includes the ones before it.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) scope: May,
 }
@@ -27,16 +25,15 @@ pub(crate) struct LinkArgs {
 pub(crate) enum May {
     /// Watch, and stop.
     View,
-    /// Take control and move by hand.
+    /// Take control and jog.
     Jog,
-    /// Bring and run jobs.
+    /// Upload and run jobs.
     Run,
     /// Change the machine's settings.
     #[default]
     Configure,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
     let refuse = |code| Refusal::surroundings(Diagnostic::error(code));
     let note = runtime::running(&runtime::folder()).ok_or_else(|| refuse("link.no_bridge"))?;
@@ -59,7 +56,7 @@ pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
     })
 }
 
-/// `POST /api/link`: the body of the answer.
+/// Sends `POST /api/link`. Returns the body of the answer.
 fn ask(note: &Note, scope: Scope) -> io::Result<String> {
     let body = serde_json::to_string(&LinkBody { scope })?;
     let host = format!("127.0.0.1:{}", note.port);

@@ -1,19 +1,19 @@
-//! The log of `annulus serve` on standard error, which nobody waits for.
+//! Writes the log of `annulus serve` to standard error without blocking.
 //!
-//! Comes in: lines. Goes out: the same lines, by a thread of their own. Where nobody reads them (a terminal that was paused, a
-//! pipe that is full) lines are dropped, never waited for: STOP does not wait for a terminal. Does not know what they say.
+//! If the terminal is paused or the pipe is full, lines are dropped, because STOP must not wait for a
+//! terminal.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
-/// Lines that may wait.
+/// Maximum number of queued lines.
 const WAITING: usize = 1024;
 
 static LINES: OnceLock<SyncSender<Vec<u8>>> = OnceLock::new();
 
-/// One line on its way.
+/// A writer that queues one line.
 struct Line;
 
 impl Write for Line {
@@ -30,7 +30,7 @@ impl Write for Line {
     }
 }
 
-/// Begins the log, as `ANNULUS_LOG` says.
+/// Starts the log with the filter in `ANNULUS_LOG`.
 pub(super) fn begin() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("ANNULUS_LOG");
     let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));

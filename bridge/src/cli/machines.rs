@@ -1,7 +1,4 @@
-//! Lists the machines that are known.
-//!
-//! Comes in: presets and the machine files of this user. Goes out: one row a machine. A file that cannot be read is a
-//! row that says why.
+//! Lists the known machines. A file that can't be read becomes a row with the reason.
 
 use super::{Answer, Exit, Refusal};
 use crate::machine_file;
@@ -15,12 +12,11 @@ use std::path::{Path, PathBuf};
 /// Arguments of `annulus machines`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct MachinesArgs {
-    /// Make a file that may stand in for a card in rehearsals, and name it as card.device or parallel.device in a machine file.
+    /// Create a simulated port, for card.device or parallel.device in a machine file.
     #[arg(long, value_name = "FILE")]
     rehearsal: Option<PathBuf>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
     if let Some(path) = &args.rehearsal {
         return make_rehearsal(path);
@@ -44,7 +40,7 @@ pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
     Ok(Answer { object: json!({ "machines": rows }), text, exit: Exit::Done })
 }
 
-/// Makes a rehearsal file where nothing is yet.
+/// Creates a simulated port, unless the file exists.
 fn make_rehearsal(path: &Path) -> Result<Answer, Refusal> {
     rehearsal::make(path).map_err(|error| {
         let why = Diagnostic::error("output.rehearsal_not_made").with("file", path.display());

@@ -1,7 +1,4 @@
-//! The commands, one file each, and what they share: arguments, refusals, exit codes.
-//!
-//! Comes in: parsed arguments. Goes out: an exit code; with `--json` exactly one object on standard output, also on
-//! refusal. Does not know what the commands do.
+//! The commands, one file each, and their shared arguments, errors and exit codes.
 
 mod against;
 mod browser;
@@ -24,11 +21,14 @@ mod level;
 mod link;
 mod log;
 mod machines;
+mod memory;
+mod numbers;
 mod plan;
 mod prove;
 mod prove_files;
 mod prove_holes;
 mod queue;
+mod roles;
 mod run;
 pub(crate) mod saving;
 mod serve;
@@ -44,6 +44,7 @@ use annulus_core::locale;
 use annulus_core::machine::Machine;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -53,7 +54,7 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "annulus", version, about)]
 pub(crate) struct Arguments {
-    /// Print exactly one JSON object on standard output.
+    /// Print exactly one JSON object to standard output.
     #[arg(long, global = true)]
     pub(crate) json: bool,
     #[command(subcommand)]
@@ -63,126 +64,137 @@ pub(crate) struct Arguments {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Read drill files, folders and zips, and say what is in them.
+    /// Read drill files, folders and zips, and list their contents.
     Inspect(inspect::InspectArgs),
-    /// Choose bits and put the holes in order.
+    /// Choose tools and put the holes in order.
     Plan(plan::PlanArgs),
     /// Prove programs against the design: shorts, breaks, gaps, slivers.
     Prove(prove::ProveArgs),
     /// Plan milling and drilling of a whole board and write its programs.
     Cam(cam::CamArgs),
-    /// Write a program in another controller's words.
+    /// Write a program for a controller.
     Export(export::ExportArgs),
-    /// List what a template of a controller is made of, print one that ships, or look for faults in one's own.
+    /// List blocks and parameters of postprocessors, print a built-in one, or check your own.
     Templates(templates::TemplatesArgs),
-    /// Compute the step stream and say how long it takes.
+    /// Compute the step stream and its duration.
     Simulate(simulate::SimulateArgs),
-    /// Touch the board at a grid of places and keep its height map, for `run --level`.
+    /// Probe the board on a grid and save its height map, for `run --level`.
     Level(Box<level::LevelArgs>),
-    /// Drill a job.
-    Run(run::RunArgs),
-    /// Controllers of the GRBL family at a serial port: ports, info, level, run, resume.
+    /// Run a job at a controller (--port) or on the virtual drill.
+    Run(Box<run::RunArgs>),
+    /// List the serial ports of this computer.
+    Ports,
+    /// Work with a GRBL controller at a serial port: ports, info, check, level, run, resume.
     Grbl(grbl::GrblArgs),
-    /// Firmware of the USB step adapter: info, flash.
+    /// Show or flash the firmware of the USB step adapter: info, flash.
     Firmware(firmware::FirmwareArgs),
     /// Check or run a queue of work commands.
     Queue(queue::QueueArgs),
     /// Serve the page on this computer (the default).
     Serve(serve::ServeArgs),
-    /// Print a fresh one-time address for a running bridge.
+    /// Print a new one-time address for a running bridge.
     Link(link::LinkArgs),
-    /// List the machines that are known.
+    /// List the known machines.
     Machines(machines::MachinesArgs),
-    /// Tools of a machine and what each has done: list, reset.
+    /// List the tools of a machine and their wear, or reset it: list, reset.
     Tools(tools::ToolsArgs),
     /// Compute motion for a report, or check files of expected numbers.
     Lab(lab::LabArgs),
     /// Check this computer: folders, ports, timing.
     Doctor(doctor::DoctorArgs),
-    /// Pulses for the bridge, which starts it.
+    /// Generate pulses for the bridge, which starts this command.
     #[command(hide = true)]
     Executor,
 }
 
-/// How a job is read: shared by every command that takes one.
+/// How to read a job: shared by every command that takes one.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct JobArgs {
-    /// Drill file, folder, zip, saved project, or a program written by `plan -o`.
+    /// Read the job from a drill file, folder, zip, saved project, or a program written by `plan -o`.
     #[arg(value_name = "JOB")]
     pub(crate) job: PathBuf,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
     #[command(flatten)]
     pub(crate) on: MachineArgs,
-    /// Order of the holes.
+    /// Choose the order of the holes.
     #[arg(long, value_enum, default_value_t = Order::Shortest)]
     pub(crate) order: Order,
-    /// Order of the bits.
+    /// Choose the order of the tools.
     #[arg(long, value_enum, default_value_t = Group::Ascending)]
     pub(crate) group: Group,
-    /// With `--group loaded-first`: diameter of the bit that is in the spindle, in mm.
+    /// Set the diameter of the tool in the spindle, in mm, for `--group loaded-first`.
     #[arg(long = "loaded", value_name = "MM")]
     pub(crate) loaded_mm: Option<f64>,
-    /// Drill only: leave out slots and holes without a drill, which otherwise are milled.
+    /// Drill only: leave out slots and holes without a matching drill, which are milled by default.
     #[arg(long)]
     pub(crate) no_mill: bool,
-    /// Spindles that are to drill, for example 1,2; without it, all that the machine has.
+    /// Drill with these spindles, for example 1,2 [default: all of the machine].
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub(crate) spindles: Vec<u8>,
-    /// Errors and findings that were seen, by code.
+    /// Accept these errors and problems, by code.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     pub(crate) accept: Vec<String>,
-    /// Seed of the search.
+    /// Set the seed of the search.
     #[arg(long, default_value_t = annulus_core::cam::SEED)]
     pub(crate) seed: u64,
-    /// Bound of the search; without it, sized by the number of holes for about a second.
+    /// Limit the search to this many iterations [default: about one second, by the number of holes].
     #[arg(long)]
     pub(crate) iterations: Option<u64>,
 }
 
-/// The machine that a job is for.
+/// The machine of a job.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct MachineArgs {
-    /// Machine: a preset's name (hobby is a small router) or a machine file [default: virtual].
+    /// Use this machine: a preset's name (hobby is a small router) or a machine file [default: virtual].
     #[arg(long, value_name = "NAME|FILE")]
     machine: Option<String>,
 }
 
 impl MachineArgs {
-    /// The machine that was named, else the virtual drill.
+    /// The named machine, or the virtual drill.
     pub(crate) fn name(&self) -> &str {
         self.machine.as_deref().unwrap_or("virtual")
     }
 
-    /// A note that `machine` was assumed, where nobody named one.
+    /// Returns `true` if the virtual drill was named.
+    pub(crate) fn is_virtual(&self) -> bool {
+        self.machine.as_deref() == Some("virtual")
+    }
+
+    /// A note that `machine` was assumed, if none was named.
     pub(crate) fn assumed(&self, machine: &Machine) -> Option<Diagnostic> {
         let note = Diagnostic::note("cli.machine_assumed").with("machine", &machine.name);
         self.machine.is_none().then_some(note)
     }
 }
 
-/// Overrides of what a drill file says about its numbers.
+/// Overrides of the number format of a drill file.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct ReadingArgs {
-    /// Do not look at the files beside it.
+    /// Ignore the other files in the folder of a requested file.
     #[arg(long)]
     pub(crate) alone: bool,
-    /// Units of the coordinates.
+    /// Set the units of the coordinates.
     #[arg(long, value_enum)]
     pub(crate) units: Option<Units>,
-    /// Digits before and after the decimal point, for example 2.4.
+    /// Set the digits before and after the decimal point, for example 2.4.
     #[arg(long, value_name = "I.D")]
     pub(crate) digits: Option<String>,
-    /// Zeros that were left out.
+    /// Set which zeros are left out of the coordinates.
     #[arg(long, value_enum)]
     pub(crate) zeros: Option<Zeros>,
-    /// Move holes and outline that do not share the zero point of the copper to where they fit it. Without it every layer
-    /// stays where its file puts it, and what lies apart is told.
+    /// Move holes and outline onto the copper if their zero points differ. By default they stay in place, and
+    /// the difference is reported.
     #[arg(long)]
     pub(crate) align: bool,
-    /// Of several boards the one that is meant, by the name that `inspect` gives it.
+    /// Choose one of several boards, by its name in the output of `inspect`.
     #[arg(long, value_name = "NAME")]
     pub(crate) board: Option<String>,
+    /// Set the role of a layer: top-copper, bottom-copper, inner-copper, top-mask, bottom-silk, top-paste,
+    /// outline or other. FILE is its name in the output of `inspect`, or the end of its path. Repeatable.
+    #[arg(long = "role", value_name = "FILE=ROLE")]
+    pub(crate) roles: Vec<String>,
 }
 
 /// Units of coordinates.
@@ -197,15 +209,15 @@ pub(crate) enum Units {
 /// Zeros left out of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Zeros {
-    /// Those in front.
+    /// Leading zeros.
     Leading,
-    /// Those behind.
+    /// Trailing zeros.
     Trailing,
     /// None.
     None,
 }
 
-/// Order of the holes of one bit.
+/// Order of the holes of one tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Order {
     /// Shortest closed tour.
@@ -226,27 +238,27 @@ impl From<Order> for annulus_core::cam::HoleOrder {
     }
 }
 
-/// Order of the bits.
+/// Order of the tools.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Group {
     /// Small before large.
     Ascending,
-    /// The loaded bit first, then ascending.
+    /// The loaded tool first, then ascending.
     LoadedFirst,
 }
 
-/// What a command found, for scripts and for people.
+/// The result of a command, as JSON and as text.
 pub(crate) struct Answer {
-    /// The JSON object, without `ok`; null when the command has said everything itself.
+    /// The JSON object, without `ok`; null if the command has already printed everything.
     pub(crate) object: Value,
-    /// The same for people.
+    /// The text output.
     pub(crate) text: String,
-    /// Exit code: refused for content gives 1 even though there is an answer.
+    /// Exit code. Content that is refused gives 1 even with an answer.
     pub(crate) exit: Exit,
 }
 
 impl Answer {
-    /// What was found, though it is refused all the same: the object says why, as that of a refusal does.
+    /// An answer with an error: the JSON object contains the error, as a refusal does.
     fn refused(mut object: Value, text: &str, why: Diagnostic) -> Self {
         let refusal = Refusal::content(why);
         object["error"] = refusal.object()["error"].take();
@@ -254,12 +266,12 @@ impl Answer {
     }
 }
 
-/// To a millionth, as the contract says; never a negative zero.
+/// Rounds to six decimals, as documented; never a negative zero.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-/// A tool for scripts: the word of its form and its sizes. Tip and angle are those of V-bits.
+/// A tool as JSON: shape and sizes. Only V-bits have tip and angle.
 fn tool_object(bit: &Bit) -> Value {
     let (form, tip, angle_mdeg) = match bit.cutter {
         Cutter::Drill => ("drill", None, None),
@@ -275,7 +287,7 @@ fn tool_object(bit: &Bit) -> Value {
     })
 }
 
-/// Diagnostics for scripts.
+/// Diagnostics as JSON.
 fn diagnostic_objects(diagnostics: &[Diagnostic]) -> Vec<Value> {
     let object = |diagnostic: &Diagnostic| {
         let place = diagnostic.place.as_ref();
@@ -287,23 +299,41 @@ fn diagnostic_objects(diagnostics: &[Diagnostic]) -> Vec<Value> {
     diagnostics.iter().map(object).collect()
 }
 
-/// Diagnostics for people, a line each.
+/// Diagnostics as text, one per line.
 fn diagnostic_lines(diagnostics: &[Diagnostic]) -> String {
     let line = |diagnostic: &Diagnostic| {
-        format!("- {} {} ({})\n", diagnostic.message("en"), diagnostic.advice("en"), diagnostic.code)
+        let place = diagnostic.place.as_ref().filter(|place| place.line > 0);
+        let at = place.map_or(String::new(), |place| format!("{}:{}: ", place.file, place.line));
+        format!("- {at}{} {} ({})\n", diagnostic.message("en"), diagnostic.advice("en"), diagnostic.code)
     };
     diagnostics.iter().map(line).collect()
 }
 
-/// Reads the command line, runs the command and reports.
+/// Reads the command line, runs the command and prints the result.
 pub(crate) fn main() -> ExitCode {
-    match Arguments::try_parse() {
+    match Arguments::try_parse_from(joined(std::env::args_os())) {
         Ok(arguments) => run(arguments),
         Err(error) => explain(&error),
     }
 }
 
-/// Help, version, or wrong usage. Scripts that asked for an object get one.
+/// Joins `--level measure` to `--level=measure`: without this, the next word would be the job.
+fn joined(all: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut out: Vec<OsString> = Vec::new();
+    for argument in all {
+        let is_which = ["measure", "kept", "saved"].iter().any(|which| argument == *which);
+        match out.last_mut().filter(|last| is_which && *last == "--level") {
+            Some(last) => {
+                last.push("=");
+                last.push(argument);
+            }
+            None => out.push(argument),
+        }
+    }
+    out
+}
+
+/// Prints help, version or wrong usage; wrong usage also as JSON if requested.
 fn explain(error: &clap::Error) -> ExitCode {
     let _ = error.print();
     if !error.use_stderr() {
@@ -322,25 +352,25 @@ fn explain(error: &clap::Error) -> ExitCode {
     Exit::Usage.into()
 }
 
-/// Prints on standard output.
+/// Prints to standard output.
 fn print(text: impl Display) -> io::Result<()> {
     let mut out = io::stdout().lock();
     write!(out, "{text}")?;
     out.flush()
 }
 
-/// Says a line to the person on standard error; whoever does not listen need not.
+/// Prints a line to standard error. A closed pipe is ignored.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// So many of a thing, by its name for one of it: `1 hole`, `2 holes`.
+/// A count with its noun in the right number: `1 hole`, `2 holes`.
 pub(crate) fn counted(count: impl Into<u64>, one: &str) -> String {
     let count = count.into();
     if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
 }
 
-/// Exit code after printing: a reader that went away (`annulus … | head`) has had enough, a full disk has not.
+/// Exit code after printing. A closed pipe (`annulus … | head`) is no error; a full disk is.
 fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
     match printed {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -356,7 +386,7 @@ fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
 fn run(arguments: Arguments) -> ExitCode {
     let json = arguments.json;
     match dispatch(arguments) {
-        // What a command already said itself is not said again.
+        // The command has already printed everything.
         Ok(answer) if answer.object.is_null() => answer.exit.into(),
         Ok(answer) if json => {
             let mut object = json!({ "ok": answer.exit == Exit::Done });
@@ -389,6 +419,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Simulate(args)) => simulate::run(&args),
         Some(Command::Level(args)) => level::run(&args, json),
         Some(Command::Run(args)) => run::run(&args, json),
+        Some(Command::Ports) => Ok(grbl::ports()),
         Some(Command::Grbl(args)) => grbl::run(&args, json),
         Some(Command::Firmware(args)) => firmware::run(&args),
         Some(Command::Queue(args)) => queue::run(&args),

@@ -1,7 +1,4 @@
-//! Chooses bits and puts the holes in order (S5, N9, N24).
-//!
-//! Comes in: a JOB. Goes out: the keys of the contract, or a table for people; with `-o` a program file. Does not know
-//! how a plan is made.
+//! Chooses tools and puts the holes in order.
 
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
 use crate::cli::job;
@@ -22,7 +19,6 @@ pub(crate) struct PlanArgs {
     pub(crate) output: Option<std::path::PathBuf>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
     let (job, figures) = job::plan(&args.job)?;
     let bytes = program::encode(&job.program);

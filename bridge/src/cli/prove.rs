@@ -1,66 +1,71 @@
-//! Proves programs against the design that they were made for (N8): which copper is left, and what that does to the nets.
-//!
-//! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding
-//! with place, width, nets and cures, and what is wrong with holes, slots and the edge; exit code 1 while there are findings that
-//! nobody has accepted. Does not know how the programs were made.
+//! Proves programs against their design: computes the copper that is left, and its effect on the nets.
 
 use super::files;
-use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
+use super::findings::{
+    finding_lines, finding_object, groups_object, outcome_line, outcome_object, unread, whole_lines,
+    whole_object,
+};
+use super::memory;
 use super::prove_files::{self, Given, Laid, Tools};
-use super::prove_holes::Done;
+use super::prove_holes::{Done, OfCopper};
 use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, BoardWanted, Face, from_artwork_with};
 use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::gcode::Interpreter;
 use annulus_core::job::{Asked, Program, Promised};
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
-use annulus_core::proof::{self, FindingKind, ProofOptions, Verdict};
+use annulus_core::proof::{FindingKind, ProofOptions, ProofResult, Verdict};
 use annulus_core::units::Length;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// How thick a board is where nobody says.
+/// Default thickness of a board.
 const THICKNESS: Length = Length::from_um(1_600);
 
 /// Arguments of `annulus prove`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ProveArgs {
-    /// The design: copper, outline and drill files; a file, a folder, a zip or a saved project.
+    /// Read the design: copper, outline and drill files as a file, folder, zip or saved project.
     #[arg(value_name = "JOB")]
     pub(crate) job: PathBuf,
-    /// Programs, or files written for a controller, that are run on it one after the other.
+    /// Prove these programs or files for a controller, which run one after the other.
     #[arg(value_name = "FILE", required = true)]
     pub(crate) programs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: super::ReadingArgs,
-    /// Job file of the programs: the board lies as it says, with its copies and pins, and cures know its bits.
+    /// Use this job file of the programs for the position of the board, its copies, pins and tools.
     #[arg(long = "job", value_name = "FILE", conflicts_with = "turn")]
     pub(crate) work: Option<PathBuf>,
-    /// The side that is looked at; without it the job file's, else the top.
+    /// Prove this side [default: the job file's, or top].
     #[arg(long, value_enum)]
     pub(crate) side: Option<Side>,
-    /// How the board lies when its bottom is up, as `cam` turns it over.
+    /// Set how the board is flipped for its bottom side, as in `cam`.
     #[arg(long, value_enum, default_value_t = Turn::LeftRight)]
     pub(crate) turn: Turn,
-    /// Thickness of the copper in µm.
+    /// Set the thickness of the copper, in µm.
     #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
     pub(crate) copper_um: f64,
-    /// Thickness of the board in mm, through which holes, slots and the cut-out must go; without it what the heads of the files
-    /// say, else 1.6.
+    /// Set the thickness of the board, in mm, which holes, slots and the cut-out must go through [default:
+    /// from the files, or 1.6].
     #[arg(long, value_name = "MM", value_parser = board_mm)]
     pub(crate) board_mm: Option<f64>,
-    /// A tool of the files, by its number, where they do not say what it is: 2=end mill 0.8, of one file FILE:2=end mill 0.8;
-    /// several with ";".
+    /// Name a tool that the files don't describe, by its number: 2=end mill 0.8; for one file FILE:2=end mill
+    /// 0.8. Separate several with ";".
     #[arg(long, value_delimiter = ';', value_name = "[FILE:]N=TOOL")]
     pub(crate) tools: Vec<String>,
-    /// How far copper that belongs to nothing must be away from the nets, in mm.
+    /// Check the files for this controller: a line that it refuses is an error. With any: lines that every
+    /// controller refuses.
+    #[arg(long = "for", value_name = "grbl|grblhal|linuxcnc|any", value_parser = interpreter, default_value = "any")]
+    pub(crate) for_controller: Interpreter,
+    /// Require this distance between nets and copper without a net, in mm.
     #[arg(long = "clearance", value_name = "MM")]
     pub(crate) clearance_mm: Option<f64>,
-    /// Findings that were read and may stay, by name or by kind.
+    /// Accept these problems, by name or by kind.
     #[arg(long, value_delimiter = ',', value_name = "ID|KIND")]
     pub(crate) accept: Vec<String>,
 }
@@ -77,12 +82,16 @@ pub(crate) enum Side {
 /// How a board is flipped for its bottom side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Turn {
-    /// X is mirrored.
+    /// Mirror X.
     LeftRight,
-    /// Y is mirrored.
+    /// Mirror Y.
     TopBottom,
-    /// Not at all: the program has the coordinates of the files.
+    /// Don't flip: the program has the coordinates of the files.
     Not,
+}
+
+fn interpreter(text: &str) -> Result<Interpreter, String> {
+    Interpreter::of(text).ok_or_else(|| "grbl, grblhal, linuxcnc or any".to_owned())
 }
 
 fn copper_um(text: &str) -> Result<f64, String> {
@@ -95,17 +104,28 @@ fn board_mm(text: &str) -> Result<f64, String> {
     if (0.1..=20.0).contains(&value) { Ok(value) } else { Err("from 0.1 to 20 mm".to_owned()) }
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     job::can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     let wanted = BoardWanted { copper: true, aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn);
+    let missing: Vec<Diagnostic> = read.artwork.missing(&read.listed).cloned().collect();
+    refuse_unsure(&diagnostics, &missing, &args.accept)?;
+    diagnostics.extend(missing);
     let tools = Tools::of(&args.tools)?;
     tools.all_given(&args.programs)?;
-    let given: Vec<Given> =
-        args.programs.iter().map(|path| prove_files::given(path, &tools)).collect::<Result<_, _>>()?;
+    let (pages, programs): (Vec<_>, Vec<_>) =
+        args.programs.iter().partition(|path| prove_files::is_page(path));
+    if !programs.is_empty() {
+        let note = |path: &&PathBuf| Diagnostic::note("prove.not_a_program").with("file", path.display());
+        diagnostics.extend(pages.iter().map(note));
+    }
+    let programs = if programs.is_empty() { pages } else { programs };
+    let given: Vec<Given> = programs
+        .into_iter()
+        .map(|path| prove_files::given(path, &tools, args.for_controller))
+        .collect::<Result<_, _>>()?;
     let work = work(args, &board, read.job.as_deref())?;
     let side =
         |one: &Given| if let Given::Own(program) = one { prove_files::own_side(program) } else { None };
@@ -116,17 +136,36 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     }
     let own = |one: Given| if let Given::Own(program) = one { Some(program) } else { None };
     let programs: Vec<Program> = given.into_iter().filter_map(own).collect();
-    // Against an outline that is not the board's nothing is proved.
-    let about_outline = |diagnostic: &&Diagnostic| diagnostic.code.starts_with("board.outline");
-    if let Some(error) =
-        diagnostics.iter().filter(about_outline).find(|diagnostic| diagnostic.is_unacknowledged(&args.accept))
-    {
-        return Err(Refusal::content(error.clone()));
-    }
     own_programs(args, board, work, programs, diagnostics)
 }
 
-/// Proves programs of our own, all on one side.
+/// Diagnostics that make a design uncertain: its outline or a layer may be the wrong one.
+const UNSURE: [&str; 12] = [
+    "board.outline_broken",
+    "board.outline_elsewhere",
+    "board.outline_open",
+    "set.copper_left_out",
+    "set.drawn_as_opening",
+    "set.misses_holes",
+    "set.only_copper",
+    "set.pads_alone",
+    "set.side_disputed",
+    "set.side_guessed",
+    "set.side_unknown",
+    "set.two_layers",
+];
+
+/// Refuses a design with an uncertain outline or layer, or with a missing file: a proof against it means
+/// nothing.
+fn refuse_unsure(said: &[Diagnostic], missing: &[Diagnostic], accept: &[String]) -> Result<(), Refusal> {
+    let matters = |one: &&Diagnostic| UNSURE.contains(&one.code.as_str());
+    let mut matter = said.iter().filter(matters).chain(missing);
+    let all = || said.iter().chain(missing).cloned().collect();
+    let first = matter.find(|one| one.is_unacknowledged(accept));
+    first.map_or(Ok(()), |first| Err(Refusal::content(first.clone()).among(all())))
+}
+
+/// Proves programs in Annulus' own format, all on one side.
 fn own_programs(
     args: &ProveArgs,
     board: Board,
@@ -146,14 +185,15 @@ fn own_programs(
     let (asked, is_planned) = (asked(args, work.as_ref(), &[face], None), work.is_some());
     let promised = work.map(|work| work.promised(face)).unwrap_or_default();
     let options = ProofOptions { measured: true, ..measured(args, ProofOptions::of(face, promised)) };
-    let verdict = proof::prove(&side.board, &side.programs, &options);
+    cam::refuse_too_large(&side.board, &side.programs)?;
+    let verdict = memory::prove(&side.board, &side.programs, &options);
     let copper = side.board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
         let why = Diagnostic::error("proof.no_island").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
-    let isolates = !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
-    let done = Done::of(std::slice::from_ref(&side), &asked, isolates || is_planned);
+    let copper = OfCopper { isolates: verdict.outcome.isolates, stays: stays(&verdict), planned: is_planned };
+    let done = Done::of(std::slice::from_ref(&side), &asked, copper);
     diagnostics
         .extend((!side.has_copper()).then(|| Diagnostic::note("prove.no_copper").with("side", face.name())));
     diagnostics.extend(done.diagnostics());
@@ -163,8 +203,10 @@ fn own_programs(
         rows.extend(done.rows());
         rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
     }
-    let text = verdict_text(&verdict, &args.accept) + &diagnostic_lines(&diagnostics);
     let unread = unread(&verdict.groups, &args.accept) + done.unread(&args.accept);
+    let text = verdict_text(&verdict, &args.accept)
+        + &outcome_line(&verdict.outcome, unread)
+        + &diagnostic_lines(&diagnostics);
     if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
@@ -172,7 +214,8 @@ fn own_programs(
     Ok(Answer::refused(object, &text, why))
 }
 
-/// Refuses a side without copper where another one has some: the side is wrong. On a board without any, the rest is proved.
+/// Refuses a side without copper if another side has some: the side is wrong. On a board without copper, the
+/// rest is proved.
 fn copper_or_none(args: &ProveArgs, side: &Laid) -> Result<(), Refusal> {
     if side.has_copper() || side.board.copper.iter().all(|copper| copper.region.is_empty()) {
         return Ok(());
@@ -181,13 +224,14 @@ fn copper_or_none(args: &ProveArgs, side: &Laid) -> Result<(), Refusal> {
     Err(Refusal::content(why.with("path", args.job.display())))
 }
 
-/// What is asked beyond the copper: by the job, else by nobody. `said` is how thick the files say that the board is.
+/// Requirements beyond the copper: from the job if there is one. `said` is the board thickness in the files.
 fn asked(args: &ProveArgs, work: Option<&Work>, faces: &[Face], said: Option<Length>) -> Asked {
     let thickness = args.board_mm.map(Length::from_mm).or(said).unwrap_or(THICKNESS);
-    work.map_or(Asked::nothing(thickness), |work| work.asked(faces, thickness))
+    work.map_or(Asked::nothing(thickness), |work| work.asked(faces, thickness, &virtual_drill()))
 }
 
-/// Proves files written for a controller, on the sides that they are for. Without a job the board lies as `cam` lays it.
+/// Proves files for a controller, each on its side. Without a job, the board has the position that `cam`
+/// gives it.
 fn files(
     args: &ProveArgs,
     board: &Board,
@@ -205,7 +249,7 @@ fn files(
     let asked = asked(args, Some(&work).filter(|_| planned), &faces, said);
     let options = |face| {
         let promised = work.promised(face);
-        // A job that nobody planned promises nothing but its bits.
+        // A job that was not planned promises only its tools.
         let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
         measured(args, ProofOptions::of(face, if planned { promised } else { bits() }))
     };
@@ -220,8 +264,10 @@ fn prove_sides(
     accept: &[String],
     mut diagnostics: Vec<Diagnostic>,
 ) -> Result<Answer, Refusal> {
-    let (mut text, mut findings, mut reports, mut lost, mut open, mut isolates) =
-        (String::new(), Vec::new(), Vec::new(), 0.0, 0, true);
+    let (mut text, mut findings, mut reports, mut lost, mut open) =
+        (String::new(), Vec::new(), Vec::new(), 0.0, 0);
+    let mut of_copper = OfCopper { isolates: false, stays: false, planned: is_planned };
+    let mut outcomes = Vec::new();
     for side in sides {
         diagnostics.extend(side.diagnostics.iter().cloned());
         if !side.has_copper() {
@@ -229,22 +275,29 @@ fn prove_sides(
             continue;
         }
         let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
-        let verdict = proof::prove(&side.board, &side.programs, &asked);
+        cam::refuse_too_large(&side.board, &side.programs)?;
+        let verdict = memory::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
             return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.groups, accept);
-        isolates &= !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
+        of_copper.isolates |= verdict.outcome.isolates;
+        of_copper.stays |= stays(&verdict);
+        outcomes.push(verdict.outcome);
         findings.extend(
             verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
         );
         text += &side_text(side.face, &verdict, accept);
         reports.push(side_object(side.face, &verdict, accept));
     }
-    let done = Done::of(sides, asked, isolates || is_planned);
+    let done = Done::of(sides, asked, of_copper);
     let unseen = done.unread(accept);
+    if outcomes.is_empty() {
+        outcomes.push(ProofResult::default());
+    }
+    text.extend(outcomes.iter().map(|outcome| outcome_line(outcome, open + unseen)));
     diagnostics.extend(done.diagnostics());
     text += &diagnostic_lines(&diagnostics);
     let mut object = json!({
@@ -264,6 +317,11 @@ fn prove_sides(
     Ok(Answer::refused(object, &text, why))
 }
 
+/// Returns `true` if nets stay joined because nothing is milled between them.
+fn stays(verdict: &Verdict) -> bool {
+    verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated)
+}
+
 fn with_face(mut finding: Value, face: Face) -> Value {
     if let Value::Object(rows) = &mut finding {
         rows.insert("face".to_owned(), face.name().into());
@@ -276,6 +334,7 @@ fn side_object(face: Face, verdict: &Verdict, accept: &[String]) -> Value {
         "face": face.name(),
         "islands": verdict.islands,
         "nets": verdict.nets,
+        "outcome": outcome_object(&verdict.outcome),
         "pieces_left": verdict.left.islands.len(),
         "groups": groups_object(&verdict.groups, accept),
         "whole": verdict.whole.as_ref().map(whole_object),
@@ -298,24 +357,24 @@ fn side_text(face: Face, verdict: &Verdict, accept: &[String]) -> String {
     head + &finding_lines(&verdict.groups, &verdict.findings, accept) + &whole_lines(verdict.whole.as_ref())
 }
 
-/// With what a person says of the copper.
+/// Adds the user's copper thickness and clearance.
 fn measured(args: &ProveArgs, options: ProofOptions) -> ProofOptions {
     let copper_thickness = Length::from_mm(args.copper_um / 1e3);
     ProofOptions { copper_thickness, clearance: args.clearance_mm.map(Length::from_mm), ..options }
 }
 
-/// The work of the job file, else of the saved project, if there is one.
+/// The job of the job file, or of the saved project, if there is one.
 fn work(args: &ProveArgs, board: &Board, saved: Option<&str>) -> Result<Option<Work>, Refusal> {
     // Setup and bits do not depend on the machine.
     let machine = virtual_drill();
     let opened = job::opened(board, saved, &machine)?;
     match &args.work {
-        Some(path) => cam::job_file(path, &opened, &machine).map(Some),
+        Some(path) => cam::job_file(path, &opened).map(Some),
         None => Ok(saved.map(|_| opened)),
     }
 }
 
-/// The board with `face` up: as the job lays it, else by itself, turned over for its bottom.
+/// The board with `face` up, as in the job; without a job, flipped for its bottom side.
 fn laid(board: Board, work: Option<&Work>, (face, turn): (Face, Turn), programs: Vec<Program>) -> Laid {
     let (board, pins) = match (work, face, turn) {
         (Some(work), ..) => {
@@ -330,11 +389,12 @@ fn laid(board: Board, work: Option<&Work>, (face, turn): (Face, Turn), programs:
     Laid { face, board, pins, programs, diagnostics: Vec::new() }
 }
 
-/// A verdict for scripts.
+/// A verdict as JSON.
 fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
     json!({
         "islands": verdict.islands,
         "nets": verdict.nets,
+        "outcome": outcome_object(&verdict.outcome),
         "pieces_left": verdict.left.islands.len(),
         "unread": unread(&verdict.groups, accept),
         "groups": groups_object(&verdict.groups, accept),
@@ -344,7 +404,7 @@ fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
     })
 }
 
-/// A verdict for people: a line in front, then the findings.
+/// A verdict as text: a summary line, then the problems.
 fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
     let say = |key: &str, words: &[(&str, String)]| {
         let words: Vec<_> = words.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
@@ -361,8 +421,5 @@ fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
             ("unread", unread(&verdict.groups, accept).to_string()),
         ],
     );
-    if findings.is_empty() {
-        return out + &say("proof.report.none", &[]);
-    }
     out + &finding_lines(&verdict.groups, findings, accept) + &whole_lines(verdict.whole.as_ref())
 }

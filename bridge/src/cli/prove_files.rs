@@ -1,12 +1,9 @@
-//! Programs and written files that are to be proved: read back, and laid on the board side by side (N8, C6).
+//! Reads back the programs and files to prove, and lays them on the board, side by side.
 //!
 //! ```text
-//!   FILE… ─ read back ─▶ programs, by the side of their heads ─┬─ top ─▶ board as it lies
-//!   JOB, job file ─▶ how the board lies, where its zero is ────┴─ bottom ─ turned
+//!   FILE… ─ read back ─▶ programs, by the side in their headers ─┬─ top ─▶ board unchanged
+//!   JOB, job file ─▶ position of the board and its zero ─────────┴─ bottom ─ flipped
 //! ```
-//!
-//! Comes in: the board, the job that lays it, programs and files with the tools that they state. Goes out: the sides as they lie.
-//! Does not know what is proved of them.
 
 use super::Refusal;
 use crate::cli::job;
@@ -14,6 +11,7 @@ use annulus_core::board::{Board, Face};
 use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::gcode::Interpreter;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Program};
 use annulus_core::post::{self, ReadBack};
@@ -26,21 +24,33 @@ use std::path::{Path, PathBuf};
 
 /// A program, or a file read back.
 pub(super) enum Given {
-    /// One of Annulus' own: it knows where its zero is.
+    /// A program in Annulus' own format, which contains its zero.
     Own(Program),
-    /// A file in the words of a controller.
+    /// A file for a controller.
     File(Box<ReadBack>),
 }
 
 impl Given {
-    /// How thick its head says the board is.
+    /// Board thickness in the header.
     pub(super) fn thickness(&self) -> Option<Length> {
         if let Self::File(written) = self { written.thickness } else { None }
     }
 }
 
-/// What stands in the file at `path`.
-pub(super) fn given(path: &Path, tools: &Tools) -> Result<Given, Refusal> {
+/// Returns `true` if the file at `path` is an HTML page, such as the run sheet.
+pub(super) fn is_page(path: &Path) -> bool {
+    let mut head = Vec::new();
+    // Bytes read from a pipe can't be read again.
+    if !path.is_file() {
+        return false;
+    }
+    let read = fs::File::open(path).and_then(|file| file.take(64).read_to_end(&mut head));
+    let head = head.trim_ascii_start().to_ascii_lowercase();
+    read.is_ok() && (head.starts_with(b"<!doctype html") || head.starts_with(b"<html"))
+}
+
+/// Reads the file at `path`.
+pub(super) fn given(path: &Path, tools: &Tools, of: Interpreter) -> Result<Given, Refusal> {
     if let Some(program) = job::program_file(path)? {
         return Ok(Given::Own(program));
     }
@@ -51,24 +61,26 @@ pub(super) fn given(path: &Path, tools: &Tools) -> Result<Given, Refusal> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let file = fs::File::open(path).map_err(trouble)?;
-    // One byte more than may be read: the file may grow meanwhile, or be a pipe that has no length.
+    // One byte over the limit: the file may grow meanwhile, and a pipe has no length.
     file.take(ReadBack::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
     if bytes.len() > ReadBack::LARGEST {
         return Err(Refusal::content(Diagnostic::error("readback.too_large").at(&name, 0, 0)));
     }
     let text = String::from_utf8_lossy(&bytes);
-    let written = post::read_back(&name, &text, &tools.for_file(path)).map_err(Refusal::content)?;
+    let read = post::read_back_for(&name, &text, &tools.for_file(path), of);
+    let mut written = read.map_err(Refusal::content)?;
+    written.diagnostics.append(&mut written.others);
     Ok(Given::File(Box::new(written)))
 }
 
-/// Tools that a person names: by the file that they are for, none for all, and their numbers.
+/// Tools named by the user: their file, `None` for all files, and their numbers.
 #[derive(Default)]
 pub(super) struct Tools {
     said: Vec<(Option<String>, u32, Bit)>,
 }
 
 impl Tools {
-    /// Those of `--tools`: `N=TOOL`, or `FILE:N=TOOL`.
+    /// Parses `--tools`: `N=TOOL`, or `FILE:N=TOOL`.
     pub(super) fn of(said: &[String]) -> Result<Self, Refusal> {
         let tool = |text: &String| {
             let (number, title) = text.split_once('=')?;
@@ -81,7 +93,7 @@ impl Tools {
         Ok(Self { said })
     }
 
-    /// Those of the file at `path`; what is said of it alone goes before what is said of all.
+    /// Tools of the file at `path`. A tool named for one file overrides one for all.
     fn for_file(&self, path: &Path) -> BTreeMap<u32, Bit> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let is_it = |file: &str| file.trim() == name || Path::new(file.trim()) == path;
@@ -90,7 +102,7 @@ impl Tools {
         of_all.chain(own).map(|(_, number, bit)| (*number, bit.clone())).collect()
     }
 
-    /// Refuses a tool of a file that is not given.
+    /// Refuses a tool for a file that is not given.
     pub(super) fn all_given(&self, paths: &[PathBuf]) -> Result<(), Refusal> {
         let mut named = self.said.iter().filter_map(|(file, ..)| file.as_deref());
         let is_given = |file: &str| {
@@ -104,16 +116,16 @@ impl Tools {
     }
 }
 
-/// The side that one of Annulus' own programs is for, as `cam` names it; none where its name does not say.
+/// The side in the name of one of Annulus' own programs, as `cam` writes it; `None` without one.
 pub(super) fn own_side(program: &Program) -> Option<Face> {
     [Face::Top, Face::Bottom].into_iter().find(|side| program.name.ends_with(&format!("-{}", side.name())))
 }
 
-/// The programs for one side, and the board as it lies for them.
+/// The programs for one side, and the board in their position.
 pub(super) struct Laid {
     pub(super) face: Face,
     pub(super) board: Board,
-    /// The holes for pins among its holes.
+    /// Indices of the pin holes among its holes.
     pub(super) pins: Range<u32>,
     pub(super) programs: Vec<Program>,
     pub(super) diagnostics: Vec<Diagnostic>,
@@ -125,7 +137,8 @@ impl Laid {
     }
 }
 
-/// Lays the board for every side that programs are for: as their heads say, else `face`, else the side that the job has up.
+/// Lays the board for every side of the programs: the side in their headers; otherwise `face`; otherwise the
+/// job's upper side.
 pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Given>) -> Vec<Laid> {
     let mut sides: Vec<Laid> = Vec::new();
     for one in given {

@@ -1,6 +1,4 @@
-//! What programs do to holes, slots and the edge of a board, as `annulus prove` tells it (N8, C6).
-//!
-//! Comes in: the sides as they lie, what the job asks. Goes out: sentences and rows of an object. Does not look at copper.
+//! Proves holes, slots and the edge of a board for `annulus prove`.
 
 use super::prove_files::Laid;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -9,18 +7,29 @@ use annulus_core::job::Asked;
 use annulus_core::proof::{self, DrillingProof, SideRun};
 use serde_json::{Value, json};
 
-/// Places that are named.
+/// Maximum number of listed positions.
 const NAMED: usize = 5;
 
-/// What was done beyond the copper.
+/// What the programs do to the copper of their sides.
+#[derive(Clone, Copy)]
+pub(super) struct OfCopper {
+    /// They separate nets on at least one side, or should.
+    pub(super) isolates: bool,
+    /// Nets on at least one side are not separated by anything.
+    pub(super) stays: bool,
+    /// A job defines the requirements.
+    pub(super) planned: bool,
+}
+
+/// Result of the proof beyond the copper.
 pub(super) struct Done {
     drilled: DrillingProof,
     diagnostics: Vec<Diagnostic>,
 }
 
 impl Done {
-    /// Compares it with what is `asked`. A board that is cut out though nothing isolates its copper is told, unless `isolates`.
-    pub(super) fn of(sides: &[Laid], asked: &Asked, isolates: bool) -> Self {
+    /// Compares the drilling with `asked`. `copper` is what the programs do to the copper.
+    pub(super) fn of(sides: &[Laid], asked: &Asked, copper: OfCopper) -> Self {
         let side = |laid| {
             let Laid { board, programs, pins, .. }: &Laid = laid;
             SideRun { board, programs, pins: pins.clone() }
@@ -28,8 +37,13 @@ impl Done {
         let sides: Vec<SideRun<'_>> = sides.iter().map(side).collect();
         let drilled = proof::drilled(&sides, asked);
         let mut diagnostics = told(&drilled);
-        if drilled.edges_cut > 0 && !isolates {
+        if drilled.edges_cut > 0 && copper.stays && !copper.planned {
             diagnostics.push(Diagnostic::error("prove.not_isolated"));
+        }
+        let nothing = !copper.isolates && drilled.made == 0 && drilled.edges_cut == 0;
+        let nothing = if copper.planned { !drilled.cuts } else { nothing };
+        if nothing && diagnostics.iter().all(|told| told.severity == Severity::Note) {
+            diagnostics.push(Diagnostic::error("prove.makes_nothing"));
         }
         Self { drilled, diagnostics }
     }
@@ -38,16 +52,17 @@ impl Done {
         self.diagnostics.iter().cloned()
     }
 
-    /// How many of its sentences were not accepted by their code.
+    /// Number of messages whose code was not accepted.
     pub(super) fn unread(&self, accept: &[String]) -> usize {
         let open = |told: &&Diagnostic| told.severity > Severity::Note && !accept.contains(&told.code);
         self.diagnostics.iter().filter(open).count()
     }
 
-    /// Its rows of the answer.
-    pub(super) fn rows(&self) -> [(String, Value); 3] {
+    pub(super) fn rows(&self) -> [(String, Value); 4] {
         let DrillingProof { missing, doubled, shifted, wrong_size, shallow, slots_missing, .. } =
             &self.drilled;
+        let DrillingProof { holes_left, slots_left, edges_left, .. } = &self.drilled;
+        let left = json!({ "holes": holes_left.len(), "slots": slots_left.len(), "edges": edges_left.len() });
         let holes = json!({
             "missing": missing.len(),
             "doubled": doubled.len(),
@@ -77,12 +92,13 @@ impl Done {
         [
             ("drilled".to_owned(), holes),
             ("cut_out".to_owned(), edge),
+            ("left".to_owned(), left),
             ("toolpaths_repeated".to_owned(), json!(repeated)),
         ]
     }
 }
 
-/// A sentence for every kind of fault.
+/// One message for each kind of fault.
 fn told(drilled: &DrillingProof) -> Vec<Diagnostic> {
     let rows: [(&str, &[Point]); 10] = [
         ("prove.missing", &drilled.missing),
@@ -96,15 +112,24 @@ fn told(drilled: &DrillingProof) -> Vec<Diagnostic> {
         ("prove.inner_missing", &drilled.inner_missing),
         ("prove.tabs_missing", &drilled.tabs_missing),
     ];
-    let found = rows.into_iter().filter(|(_, places)| !places.is_empty()).map(|(code, places)| {
+    let left: [(&str, &[Point]); 3] = [
+        ("prove.holes_left", &drilled.holes_left),
+        ("prove.slots_left", &drilled.slots_left),
+        ("prove.edge_left", &drilled.edges_left),
+    ];
+    let listed = |severity: Severity, (code, places): (&str, &[Point])| {
         let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
         let named: Vec<String> = named.collect();
-        Diagnostic::error(code).with("count", places.len()).with("places", named.join(", "))
-    });
+        let told =
+            || Diagnostic::new(severity, code).with("count", places.len()).with("places", named.join(", "));
+        (!places.is_empty()).then(told)
+    };
+    let found = rows.into_iter().filter_map(|row| listed(Severity::Error, row));
+    let left = left.into_iter().filter_map(|row| listed(Severity::Note, row));
     let repeated =
         (drilled.repeated > 0).then(|| Diagnostic::error("prove.repeated").with("count", drilled.repeated));
-    // Who plans no tabs holds the board otherwise: it is said, and nobody has to accept it.
+    // A board without planned tabs is held in another way: a note, which needs no acceptance.
     let loose = (!drilled.loose.is_empty())
         .then(|| Diagnostic::note("prove.loose").with("count", drilled.loose.len()));
-    found.chain(repeated).chain(loose).collect()
+    found.chain(repeated).chain(loose).chain(left).collect()
 }

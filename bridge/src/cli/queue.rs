@@ -1,7 +1,6 @@
-//! Queues of work commands: checks one, or runs it row by row on a machine (A8).
+//! Checks a queue of work commands, or runs it row by row on a machine.
 //!
-//! Comes in: a text file of rows and a machine. Goes out: what it will do or did, row by row. Both look at it as if the
-//! machine were homed and the work zero set where it rests then. Does not know what a row means.
+//! Both assume that the machine is homed and the work zero is set at the position after homing.
 
 use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, rounded};
 use crate::drill::Drill;
@@ -29,7 +28,7 @@ pub(crate) struct QueueArgs {
 /// What to do with a queue.
 #[derive(Debug, clap::Subcommand)]
 enum What {
-    /// Say whether a queue may run, and what it will do.
+    /// Check that a queue may run, and show what it will do.
     Check(FileArgs),
     /// Run a queue.
     Run(RunArgs),
@@ -38,9 +37,9 @@ enum What {
 /// Which queue, on which machine.
 #[derive(Debug, clap::Args)]
 struct FileArgs {
-    /// Text file, one work command a line.
+    /// Read this text file, with one work command per line.
     file: PathBuf,
-    /// Machine: a preset's name or a machine file.
+    /// Use this machine: a preset's name or a machine file.
     #[arg(long, default_value = "virtual")]
     machine: String,
 }
@@ -50,18 +49,30 @@ struct FileArgs {
 struct RunArgs {
     #[command(flatten)]
     file: FileArgs,
-    /// Say every row when it is done; at a terminal, wait for Enter before the next.
+    /// Report each row when it is done; at a terminal, wait for Enter before the next.
     #[arg(long)]
     step: bool,
-    /// How many times faster than life the virtual drill runs.
-    #[arg(long, default_value_t = 1.0, value_parser = super::run::speed)]
+    /// Ignore breakpoints [default: wait for Enter at a terminal, else stop].
+    #[arg(long, conflicts_with = "step")]
+    over_breakpoints: bool,
+    /// Run the virtual drill this many times faster than real time.
+    #[arg(long, default_value_t = 1.0, value_parser = super::numbers::speed)]
     speed: f64,
-    /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
+    /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     fault: Vec<String>,
 }
 
-/// Runs the command.
+impl RunArgs {
+    fn mode(&self) -> Mode {
+        match (self.step, self.over_breakpoints) {
+            (true, _) => Mode::Step,
+            (false, true) => Mode::ToEnd,
+            (false, false) => Mode::ToBreakpoint,
+        }
+    }
+}
+
 pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
     match &args.what {
         What::Check(file) => {
@@ -73,6 +84,7 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
             })
         }
         What::Run(run) => {
+            super::run::own_controller(&run.file.machine)?;
             let known = machine_file::named(&run.file.machine)?;
             if known.machine.output != Output::Virtual {
                 return Err(Refusal::usage(diagnostic("run.needs_page")));
@@ -101,7 +113,7 @@ fn text_of(args: &FileArgs) -> Result<String, Refusal> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The queue and what it will do, or everything that is wrong with it.
+/// The queue and its effect, or all its errors.
 fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, CheckedQueue), Vec<Diagnostic>> {
     let file = args.file.display().to_string();
     let queue = read(&file, text)?;
@@ -158,13 +170,13 @@ fn perform(
     let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
     let mut operator = Operator { drill: &drill, signals, interrupted: false };
-    let ran = runtime.block_on(operator.run(args.step, queue, text));
+    let ran = runtime.block_on(operator.run(args.mode(), queue, text));
     let answer = ran.map(|()| operator.answer(queue));
     drill.shutdown();
     answer
 }
 
-/// Stands in for the person at the machine.
+/// Acts for the user at the machine.
 struct Operator<'a> {
     drill: &'a Drill,
     signals: Signals,
@@ -188,7 +200,7 @@ impl Operator<'_> {
         (status, queue)
     }
 
-    async fn run(&mut self, step: bool, queue: &Queue, text: String) -> Result<(), Refusal> {
+    async fn run(&mut self, mode: Mode, queue: &Queue, text: String) -> Result<(), Refusal> {
         if let Some(alarm) = self.stands().0.and_then(|status| status.alarm) {
             return Err(Refusal::content(alarm));
         }
@@ -199,7 +211,7 @@ impl Operator<'_> {
         }
         self.ask(Ask::SetZero)?;
         self.ask(Ask::Queue { text })?;
-        let mode = if step { Mode::Step } else { Mode::ToEnd };
+        let step = mode == Mode::Step;
         loop {
             let row = self.stands().1.row;
             self.ask(Ask::QueueRun { mode })?;
@@ -211,15 +223,21 @@ impl Operator<'_> {
             if stands.phase != QueuePhase::Held {
                 break;
             }
-            if step && io::stdin().is_terminal() {
+            if io::stdin().is_terminal() {
+                if let Some(row) = stands.row.filter(|_| !step) {
+                    super::say(format_args!("Breakpoint before row {}. Press Enter to continue.", row + 1));
+                }
                 let _ = io::stdin().lock().read_line(&mut String::new());
+            } else if !step {
+                // Without a terminal, nothing can continue the queue.
+                break;
             }
         }
         self.settle(|status, _| at_rest(status)).await;
         Ok(())
     }
 
-    /// Waits for rest; the first signal stops the drill.
+    /// Waits until `rests` holds. The first signal stops the drill.
     async fn settle(&mut self, rests: impl Fn(&Status, &QueueStatus) -> bool) {
         loop {
             if let (Some(status), queue) = self.stands()
@@ -256,11 +274,18 @@ impl Operator<'_> {
         let mut object = json!({
             "ended": stands.phase, "rows_done": stands.passed, "rows_total": stands.total, "rows": rows,
             "position_mm": position, "position_trust": status.as_ref().map(|status| status.trust),
+            "slips": status.as_ref().map(|status| &status.slips),
         });
         let mut text = format!("{} of {} done.\n", stands.passed, counted(stands.total, "row"));
+        status.iter().flat_map(|status| &status.slips).for_each(|slip| text += &super::run::lost(slip));
         if exit != Exit::Done {
             let alarm = status.and_then(|status| status.alarm);
-            let refusal = Refusal::content(alarm.unwrap_or_else(|| diagnostic("queue.stopped")));
+            let held = stands.row.filter(|_| stands.phase == QueuePhase::Held && !self.interrupted);
+            let why = match held {
+                Some(row) => diagnostic("queue.at_breakpoint").with("row", row + 1),
+                None => diagnostic("queue.stopped"),
+            };
+            let refusal = Refusal::content(alarm.unwrap_or(why));
             object["error"] = refusal.object()["error"].take();
             text += &format!("{refusal}\n");
         }
@@ -272,7 +297,6 @@ fn at_rest(status: &Status) -> bool {
     matches!(status.state, State::Ready | State::NotHomed | State::Alarm) && status.spindle_rpm == 0
 }
 
-/// The row as it is printed.
 fn row_text(queue: &Queue, row: u32) -> String {
     print(queue).lines().nth(row as usize).unwrap_or_default().trim().to_owned()
 }

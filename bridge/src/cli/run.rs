@@ -1,10 +1,7 @@
-//! Drills a job.
-//!
-//! Comes in: a job and a machine. Goes out: a drilled board, and how it ended. An interrupted job of the same program is
-//! taken up where it was left. Does not know how anything moves.
+//! Runs a job at a controller, if the machine has one, or on the virtual drill. Resumes an interrupted job of
+//! the same program.
 
-use super::job;
-use super::{Answer, Exit, Refusal, counted};
+use super::{Answer, Exit, Refusal, counted, grbl, job};
 use crate::drill::{Drill, RECORD};
 use crate::machine_file;
 use crate::signals::Signals;
@@ -13,90 +10,162 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::level::{key_of, same_job};
 use annulus_core::locale;
-use annulus_core::machine::{Machine, Output, axis_name};
+use annulus_core::machine::{self, Machine, Output, axis_name};
 use annulus_core::magazine::{Held, laid_out};
 use annulus_core::virtual_drill::faults;
-use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
+use annulus_core::wire::{
+    ArmedJob, Ask, DrilledReport, InterruptedJob, JobEnd, RowVerdict, SlipReport, Status, Tell, program,
+};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
-use tokio::sync::broadcast::{Receiver, error::RecvError};
+use tokio::sync::mpsc::Receiver;
 
 /// Arguments of `annulus run`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
-    pub(crate) play: PlayArgs,
-    /// Let depth follow the board: use the height map that `annulus level` kept.
-    #[arg(long)]
-    pub(crate) level: bool,
-    /// The tools of the job lie in the places of the magazine, in the order of their use, and the spindle is empty: for a machine that
-    /// changes its tools itself.
-    #[arg(long)]
-    pub(crate) load_magazine: bool,
-    /// Begin anew even though this job was interrupted.
-    #[arg(long)]
-    pub(crate) from_start: bool,
+    at: grbl::RunArgs,
+    /// Play the job of another machine on the virtual drill. The machine itself does not move.
+    #[arg(long, conflicts_with = "port")]
+    rehearse: bool,
+    /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
+    #[arg(long, value_name = "NAME[@HOLES]", conflicts_with = "port")]
+    fault: Vec<String>,
+    /// Assume that the magazine holds the tools of the job, in order of their use, and that the spindle is
+    /// empty.
+    #[arg(long = "assume-magazine-loaded", alias = "load-magazine", conflicts_with = "port")]
+    load_magazine: bool,
 }
 
-/// What is asked of a board that may have been begun before.
+impl RunArgs {
+    fn job(&self) -> &super::JobArgs {
+        &self.at.board.job
+    }
+
+    fn play(&self) -> PlayArgs {
+        let how = &self.at.board.how;
+        PlayArgs {
+            job: self.job().clone(),
+            speed: how.speed,
+            fault: self.fault.clone(),
+            confirm_tools: how.confirm_tools.unwrap_or_default(),
+            same_length: how.same_length,
+        }
+    }
+}
+
+/// What drives a machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Driver {
+    /// The controller at the port.
+    Controller,
+    /// The virtual drill. `rehearsal` is set if it plays the job of another machine.
+    Virtual { rehearsal: bool },
+}
+
+/// Refuses a machine with its own controller if only the virtual drill can be driven.
+pub(super) fn own_controller(name: &str) -> Result<(), Refusal> {
+    let preset = machine::preset_name(name);
+    let has_own = machine::mill(preset).is_some() || preset == "3018";
+    if has_own { Err(grbl::no_port(Some(preset))) } else { Ok(()) }
+}
+
+/// The driver of the named machine; an error if it can't be driven from the command line.
+fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
+    let (how, name) = (&args.at.board.how, args.job().on.name());
+    if let Some(port) = &how.port.port {
+        return grbl::no_controller(&args.job().on, Some(port)).map(|()| Driver::Controller);
+    }
+    let known = machine_file::named(name)?;
+    let is_real = known.machine.output != Output::Virtual;
+    if args.rehearse {
+        return only_virtual(args).map(|()| Driver::Virtual { rehearsal: true });
+    }
+    own_controller(name)?;
+    if grbl::program::is_gcode(&args.job().job) {
+        return Err(grbl::no_port(None));
+    }
+    if is_real {
+        return Err(Refusal::usage(diagnostic("run.needs_page")));
+    }
+    // A preset of a real machine that has no wiring yet.
+    let is_unwired = name != "virtual" && machine::preset(name).is_some() && !known.path.is_file();
+    if is_unwired {
+        return Err(Refusal::usage(diagnostic("run.no_output").with("machine", &known.machine.name)));
+    }
+    only_virtual(args).map(|()| Driver::Virtual { rehearsal: false })
+}
+
+/// Refuses options that need a controller.
+fn only_virtual(args: &RunArgs) -> Result<(), Refusal> {
+    let board = &args.at.board;
+    let measures = (args.at.level == Some(grbl::WhichMap::Measure)).then_some("--level=measure");
+    let more = (!board.more.is_empty()).then_some("PROGRAM");
+    match board.how.of_controller().or(measures).or(more) {
+        Some(flag) => Err(Refusal::usage(diagnostic("run.needs_controller").with("flag", flag))),
+        None => Ok(()),
+    }
+}
+
+/// Options for a board that may be interrupted.
 #[derive(Clone, Copy)]
 struct BoardHow<'a> {
-    /// It follows the height map that was kept.
+    /// Follow the saved height map.
     level: bool,
-    /// It is begun anew even though it was interrupted.
+    /// Start from the beginning even if it was interrupted.
     from_start: bool,
-    /// Its tools lie in the magazine of this machine.
+    /// The magazine of this machine holds its tools.
     loads: Option<&'a Machine>,
 }
 
-/// What is played on the drill of this computer, and how.
+/// A job for the drill of this computer, and how to play it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlayArgs {
     #[command(flatten)]
     pub(crate) job: super::JobArgs,
-    /// How many times faster than life the virtual drill runs.
-    #[arg(long, default_value_t = 1.0, value_parser = speed)]
+    /// Run the virtual drill this many times faster than real time.
+    #[arg(long, default_value_t = 1.0, value_parser = super::numbers::speed)]
     pub(crate) speed: f64,
-    /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
+    /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     pub(crate) fault: Vec<String>,
-    /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
-    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
+    /// Confirm each tool change after SECONDS. The virtual drill needs no time.
+    #[arg(long = "unattended-tool-change", alias = "confirm-tools", value_name = "SECONDS", default_value = "0", value_parser = super::numbers::seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
+    /// Declare that every tool has the same length, on a machine that measures each tool after its change.
+    #[arg(long)]
+    pub(crate) same_length: bool,
 }
 
-/// A number of times; which of them can be, the drill says.
-pub(super) fn speed(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| locale::text("en", "control.speed_words", &[]))
-}
-
-/// A time of at most a day.
-pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    const DAY_S: f64 = 86_400.0;
-    let found = text.parse::<f64>().ok().filter(|seconds| (0.0..=DAY_S).contains(seconds));
-    found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY_S}"))
-}
-
-/// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    let PlayArgs { job: wanted, .. } = &args.play;
-    let known = machine_file::named(wanted.on.name())?;
-    if known.machine.output != Output::Virtual {
-        return Err(Refusal::usage(diagnostic("run.needs_page")));
+    match driver(args)? {
+        Driver::Controller => grbl::run_job(&args.at, json),
+        Driver::Virtual { rehearsal } => drill(args, rehearsal, json),
     }
+}
+
+fn drill(args: &RunArgs, rehearsal: bool, json: bool) -> Result<Answer, Refusal> {
+    let wanted = args.job();
+    let known = machine_file::named(wanted.on.name())?;
     job::can_be_accepted(&wanted.accept)?;
-    let job = job::open_for_machine(wanted)?;
+    let mut job = job::open_for_machine(wanted)?;
     for diagnostic in &job.diagnostics {
         super::say(diagnostic.message("en"));
+    }
+    if let Some(why) = args.at.board.how.unattended() {
+        super::say(format_args!("{} {}", why.message("en"), why.advice("en")));
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
     let loads = args.load_magazine.then_some(&known.machine);
-    let how = BoardHow { level: args.level, from_start: args.from_start, loads };
-    let (drill, operator, runtime) = opened(&args.play, how.level, json)?;
+    let how = BoardHow { level: args.at.level.is_some(), from_start: args.at.from_start, loads };
+    let (drill, operator, runtime) = opened(&args.play(), how.level, rehearsal, json)?;
+    if rehearsal {
+        job.program.machine = virtual_of(known.machine.clone()).fingerprint();
+    }
     let bytes = program::encode(&job.program);
     let level_key = key_of(&job.program);
     let played = runtime.block_on(operator.drill_all((&bytes, &level_key), low, &wanted.accept, how));
@@ -106,10 +175,20 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     Ok(answer)
 }
 
-/// The drill of this computer, and who stands at it. Jobs follow the height map that was kept, or none.
-fn opened(args: &PlayArgs, level: bool, json: bool) -> Result<(Drill, Operator, Runtime), Refusal> {
+/// The machine with the virtual drill as its output.
+fn virtual_of(machine: Machine) -> Machine {
+    Machine { output: Output::Virtual, ..machine }
+}
+
+/// Opens the drill of this computer and its operator. Jobs follow the saved height map, or none.
+fn opened(
+    args: &PlayArgs,
+    level: bool,
+    rehearsal: bool,
+    json: bool,
+) -> Result<(Drill, Operator, Runtime), Refusal> {
     let known = machine_file::named(args.job.on.name())?;
-    if known.machine.output != Output::Virtual {
+    if known.machine.output != Output::Virtual && !rehearsal {
         return Err(Refusal::usage(diagnostic("run.needs_page")));
     }
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
@@ -118,15 +197,21 @@ fn opened(args: &PlayArgs, level: bool, json: bool) -> Result<(Drill, Operator, 
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let open = if level { Drill::open_with } else { Drill::open_flat };
-    let drill = open(&machine_file::data_folder(), known.machine, args.speed, faults)?;
-    drill.keep_settings_in(known.path);
-    let operator = Operator::new(&drill, signals, json, args.confirm_tools);
+    let drill = open(&machine_file::data_folder(), virtual_of(known.machine), args.speed, faults)?;
+    if !rehearsal {
+        drill.keep_settings_in(known.path);
+    }
+    let operator = Operator {
+        rehearsal,
+        ..Operator::new(&drill, signals, json, (args.confirm_tools, args.same_length))
+    };
     Ok((drill, operator, runtime))
 }
 
-/// Has the board touched as `ask` says, the machine's corner its work zero; the map is kept.
+/// Probes the board as in `ask`, with the work zero at the machine's corner. Saves the map.
 pub(super) fn touch(args: &PlayArgs, low: Point, ask: Ask, json: bool) -> Result<Answer, Refusal> {
-    let (drill, operator, runtime) = opened(args, true, json)?;
+    own_controller(args.job.on.name())?;
+    let (drill, operator, runtime) = opened(args, true, false, json)?;
     let touched = runtime.block_on(operator.touch(low, ask, &args.job.accept));
     drill.shutdown();
     touched
@@ -136,25 +221,33 @@ fn diagnostic(code: &str) -> Diagnostic {
     Diagnostic::error(code)
 }
 
-/// Stands in for the person at the machine.
+/// Acts for the user at the machine.
 struct Operator {
     drill: Drill,
     tells: Receiver<Tell>,
     bar: ProgressBar,
     signals: Signals,
-    /// A signal came.
+    /// A signal arrived.
     interrupted: bool,
-    /// How long a tool change takes.
+    /// Duration of a tool change.
     change: Duration,
-    /// Since when one is waited for.
+    /// All tools have the same length.
+    same_length: bool,
+    /// Why the job ended: the length of a tool is unknown.
+    unmeasured: Option<Diagnostic>,
+    /// When the current tool was requested.
     asked: Option<Instant>,
+    /// The job is for another machine.
+    rehearsal: bool,
 }
 
 impl Operator {
-    fn new(drill: &Drill, signals: Signals, json: bool, change: Duration) -> Self {
+    fn new(drill: &Drill, signals: Signals, json: bool, (change, same_length): (Duration, bool)) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and toolpaths  {msg}") {
+        if let Ok(style) = ProgressStyle::with_template(
+            "{bar:40} {pos}/{len} holes and toolpaths on the virtual drill  {msg}",
+        ) {
             bar.set_style(style);
         }
         Self {
@@ -164,8 +257,16 @@ impl Operator {
             signals,
             interrupted: false,
             change,
+            same_length,
+            unmeasured: None,
             asked: None,
+            rehearsal: false,
         }
+    }
+
+    /// Name of the driver, for every line that reports drilled holes.
+    fn driver(&self) -> &'static str {
+        if self.rehearsal { "Rehearsal on the virtual drill" } else { "Virtual drill" }
     }
 
     fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {
@@ -176,7 +277,7 @@ impl Operator {
         self.drill.greeting().into_iter().find_map(status_of)
     }
 
-    /// An alarm that stands from before is for a person to read. Only with their word is it acknowledged here.
+    /// Refuses to start with an old alarm that the user has not accepted; acknowledges an accepted one.
     fn may_begin(&self, accept: &[String]) -> Result<(), Refusal> {
         let Some(alarm) = self.status().and_then(|status| status.alarm) else { return Ok(()) };
         if !accept.contains(&alarm.code) {
@@ -210,7 +311,9 @@ impl Operator {
             follows(&greeting, level_key)?;
         }
         let offer = greeting.into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { job, next_leg, holes_done, toolpaths_done, .. } if job == key => {
+            Tell::Interrupted(InterruptedJob { job, next_leg, holes_done, toolpaths_done, .. })
+                if job == key =>
+            {
                 Some((next_leg, done(holes_done, toolpaths_done)))
             }
             _ => None,
@@ -220,7 +323,10 @@ impl Operator {
         }
         let from_leg = match offer.filter(|_| !how.from_start) {
             Some((leg, done)) => {
-                super::say(format_args!("This job was interrupted after {done}; it goes on there."));
+                let driver = self.driver();
+                super::say(format_args!(
+                    "{driver}: this job was interrupted after {done}. It continues there."
+                ));
                 leg
             }
             None => {
@@ -237,7 +343,7 @@ impl Operator {
         Ok(self.answer(ending, done, &digest, &rested))
     }
 
-    /// Homes; an answer where that is all there is to say.
+    /// Homes. Returns an answer if the command ends here.
     async fn home(&mut self) -> Result<Option<Answer>, Refusal> {
         self.ask(Ask::Home)?;
         let homed = self.settle().await;
@@ -245,7 +351,7 @@ impl Operator {
         Ok(is_over.then(|| self.answer(ending_of(&homed), (0, 0), "", &homed)))
     }
 
-    /// Touches the board; the map that is kept then.
+    /// Probes the board and returns the saved map.
     async fn touch(mut self, low: Point, ask: Ask, accept: &[String]) -> Result<Answer, Refusal> {
         self.may_begin(accept)?;
         if let Some(answer) = self.home().await? {
@@ -269,23 +375,23 @@ impl Operator {
         }
     }
 
-    /// Goes so far from the corner of the machine that what lies below the work zero is in the range too.
+    /// Jogs away from the machine's corner, so that positions below the work zero are in the range.
     async fn make_room(&mut self, low: Point) -> Result<(), Refusal> {
         for (axis, low) in [(0, low.x), (1, low.y)] {
             let below_um = (999 - low.nm()) / 1_000;
             if below_um > 0 {
                 let distance_um = i32::try_from(below_um).unwrap_or(i32::MAX);
-                self.ask(Ask::Jog { axis, distance_um })?;
+                self.ask(Ask::Jog { axis, distance_um, anyway: false })?;
                 self.settle().await;
             }
         }
         Ok(())
     }
 
-    /// Arms the job, to begin at `from_leg`; the first failed row of the pre-flight refuses it.
+    /// Arms the job, to start at `from_leg`. The first failed check refuses it.
     fn arm(&self, key: &str, from_leg: u32) -> Result<String, Refusal> {
         for tell in self.ask(Ask::Arm { job: key.to_owned(), from_leg })? {
-            if let Tell::Armed { stream_digest, checks, levelled, .. } = tell {
+            if let Tell::Armed(ArmedJob { stream_digest, checks, levelled, .. }) = tell {
                 if let Some(row) = checks.iter().find(|row| levelled && row.finding.code == "level.follows") {
                     super::say(row.finding.message("en"));
                 }
@@ -296,14 +402,10 @@ impl Operator {
         Err(Refusal::content(diagnostic("control.not_armed")))
     }
 
-    /// The next tell; the first signal stops the drill.
+    /// Returns the next message. The first signal stops the drill.
     async fn next(&mut self) -> Option<Tell> {
         tokio::select! {
-            tell = self.tells.recv() => match tell {
-                Ok(tell) => Some(tell),
-                Err(RecvError::Lagged(_)) => self.status().map(|status| Tell::Status(Box::new(status))),
-                Err(RecvError::Closed) => None,
-            },
+            tell = self.tells.recv() => tell,
             _ = self.signals.wait() => {
                 if !self.interrupted {
                     self.interrupted = true;
@@ -315,7 +417,7 @@ impl Operator {
         }
     }
 
-    /// Waits for rest.
+    /// Waits until the drill is stopped.
     async fn settle(&mut self) -> Status {
         loop {
             if let Some(status) = self.status()
@@ -324,17 +426,17 @@ impl Operator {
             {
                 return status;
             }
-            // A move by hand goes as long as somebody waits for it.
+            // A jog continues only while it is renewed.
             let _ = self.drill.ask(Ask::JogOn);
             let _ = tokio::time::timeout(Duration::from_millis(20), self.next()).await;
         }
     }
 
-    /// Confirms bits and shows the progress until the job is over.
+    /// Confirms tools and shows the progress until the job ends.
     async fn until_ended(&mut self, key: &str) -> (Ending, (u32, u32)) {
         loop {
             match self.next().await {
-                Some(Tell::Ended { job, ending, holes_done, toolpaths_done }) if job == *key => {
+                Some(Tell::Ended(JobEnd { job, ending, holes_done, toolpaths_done })) if job == *key => {
                     return (ending, (holes_done, toolpaths_done));
                 }
                 Some(Tell::Status(status)) => {
@@ -350,16 +452,30 @@ impl Operator {
         }
     }
 
-    /// Confirms a tool when it has had its time. Statuses come ten times a second.
+    /// Confirms a tool when its time is over. Statuses arrive ten times a second.
     fn change_tool(&mut self, state: State) {
         if state != State::ToolChange {
             self.asked = None;
             return;
         }
         let since = *self.asked.get_or_insert_with(Instant::now);
-        if since.elapsed() >= self.change && self.drill.ask(Ask::ToolChanged).is_ok() {
-            self.asked = None;
-            super::say("The next bit is in.");
+        if since.elapsed() < self.change {
+            return;
+        }
+        if self.same_length {
+            let _ = self.drill.ask(Ask::SameLength);
+        }
+        match self.drill.ask(Ask::ToolChanged) {
+            Ok(_) => {
+                self.asked = None;
+                super::say("The next bit is in.");
+            }
+            // The tool can't be measured here. The job can be resumed.
+            Err(why) if why.code == "control.length_first" => {
+                self.unmeasured = Some(why);
+                let _ = self.drill.ask(Ask::Stop);
+            }
+            Err(_) => {}
         }
     }
 
@@ -377,6 +493,8 @@ impl Operator {
             _ => Exit::Content,
         };
         let mut object = json!({
+            "driven_by": "virtual_drill",
+            "rehearsal": self.rehearsal,
             "holes_done": holes,
             "stopped_because": ending,
             "position_trust": rested.trust,
@@ -386,10 +504,12 @@ impl Operator {
             "drilled": drilled,
             "drilled_twice": rested.drilled_twice,
         });
-        let why = rested.alarm.clone().unwrap_or_else(|| diagnostic("run.stopped"));
+        let why =
+            rested.alarm.clone().or(self.unmeasured.clone()).unwrap_or_else(|| diagnostic("run.stopped"));
         let milled = format!(" {} milled.", counted(toolpaths, "toolpath"));
         let milled = if toolpaths > 0 { milled.as_str() } else { "" };
-        let mut text = format!("{} drilled.{milled}\n", counted(holes, "hole"));
+        let still = if self.rehearsal { " The machine did not move." } else { "" };
+        let mut text = format!("{}: {} drilled.{milled}{still}\n", self.driver(), counted(holes, "hole"));
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
             let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
@@ -404,7 +524,7 @@ impl Operator {
     }
 }
 
-/// Refused where there is no height map to follow, or none of this job.
+/// Refuses if there is no height map of this job.
 fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
     let report = greeting.iter().find_map(|tell| match tell {
         Tell::HeightMap(report) if report.grid.is_some() => Some(report),
@@ -419,8 +539,8 @@ fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
     }
 }
 
-/// Where a motor of the virtual drill lost steps, and why.
-fn lost(slip: &SlipReport) -> String {
+/// Text: where a motor of the virtual drill lost steps, and why.
+pub(super) fn lost(slip: &SlipReport) -> String {
     let arguments = [
         ("axis", axis_name(usize::from(slip.axis))),
         ("place", format!("{:.2}", slip.place_mm)),
@@ -433,7 +553,7 @@ fn lost(slip: &SlipReport) -> String {
     format!("{}: {line} {}\n", say("title", &[]), say(&slip.cause, &[]))
 }
 
-/// What is done, in words.
+/// Text: the drilled holes and milled toolpaths.
 fn done(holes: u32, toolpaths: u32) -> String {
     let drilled = counted(holes, "hole");
     if toolpaths == 0 { drilled } else { format!("{drilled} and {}", counted(toolpaths, "toolpath")) }

@@ -1,11 +1,9 @@
-//! The project that the page would save of the same files and job (N24).
+//! Builds the project that the page would save for the same files and job.
 //!
 //! ```text
-//!   asked for   boards/x/x.drl ─▶ x/x.drl     named as a folder dropped on the page is: from the folder that was asked for
-//!   beside      boards/x/x.gtl ─▶ only where the board is another one without it; then what makes the holes is said
+//!   requested   boards/x/x.drl ─▶ x/x.drl     named like a folder dropped on the page: from the requested folder on
+//!   siblings    boards/x/x.gtl ─▶ only if the board differs without it; then the files that make the holes are listed
 //! ```
-//!
-//! Comes in: paths as given, the files read, the board that came of them, the job. Goes out: a [`Project`]. Does not write it.
 
 use annulus_core::board::{Board, BoardWanted, drawing, from_artwork_with};
 use annulus_core::cam::work::Work;
@@ -17,17 +15,18 @@ use std::path::{Path, PathBuf};
 /// The files that a board was read from.
 #[derive(Debug)]
 pub(crate) struct Given {
-    /// Names and bytes: first those asked for, then those beside them.
+    /// Names and bytes: first the requested files, then their siblings.
     pub(crate) files: Vec<(String, Vec<u8>)>,
-    /// How many were asked for.
+    /// Number of requested files.
     pub(crate) asked_for: usize,
-    /// What was said of them.
+    /// Settings for these files.
     pub(crate) said: SaidOfFiles,
-    /// The names of those that make the holes.
+    /// Names of the files that make the holes.
     pub(crate) used: Vec<String>,
 }
 
-/// The project of `work` on `board`, which was read from what is `given` at `paths`. Read again, it gives the same board.
+/// The project of `work` on `board`, which was read from `given` at `paths`. Read again, it gives the same
+/// board.
 pub(crate) fn project(paths: &[PathBuf], given: Given, board: &Board, work: &Work) -> Project {
     let Given { mut files, asked_for, mut said, used } = given;
     if files.len() > asked_for {
@@ -50,7 +49,7 @@ fn board_of(files: &[(String, Vec<u8>)], said: &SaidOfFiles) -> Board {
     from_artwork_with(&artwork, &used, BoardWanted { copper: true, aligned: said.aligned }).0
 }
 
-/// Whether two boards are the same to a machine.
+/// Returns `true` if two boards give the same machine work.
 fn alike(one: &Board, other: &Board) -> bool {
     let copper = |board: &Board| -> Vec<_> {
         board.copper.iter().map(|copper| (copper.face, copper.region.clone(), copper.nets.clone())).collect()
@@ -59,13 +58,14 @@ fn alike(one: &Board, other: &Board) -> bool {
         && copper(one) == copper(other)
 }
 
-/// Calls files as the page would, unless two would then be called the same.
+/// Renames files as the page would, unless two would get the same name.
 fn rename(paths: &[PathBuf], files: &mut [(String, Vec<u8>)], said: &mut SaidOfFiles) {
     let names: Vec<String> = files.iter().map(|(name, _)| short(paths, name)).collect();
     if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
         return;
     }
-    for used in said.used.iter_mut().flatten() {
+    let with_roles = said.roles.iter_mut().map(|(name, ..)| name);
+    for used in said.used.iter_mut().flatten().chain(with_roles) {
         let whole = files.iter().zip(&names).find_map(|((name, _), short)| {
             let rest = used.strip_prefix(name.as_str())?;
             (rest.is_empty() || rest.starts_with("!/")).then(|| format!("{short}{rest}"))
@@ -75,7 +75,7 @@ fn rename(paths: &[PathBuf], files: &mut [(String, Vec<u8>)], said: &mut SaidOfF
     files.iter_mut().zip(names).for_each(|((name, _), short)| *name = short);
 }
 
-/// The name of a file from the folder on that one of `paths` lies in.
+/// The name of a file, from the folder of `paths` that contains it.
 fn short(paths: &[PathBuf], name: &str) -> String {
     let base = |path: &PathBuf| match (path.file_name(), path.parent()) {
         (Some(_), Some(folder)) => folder.to_owned(),
@@ -93,8 +93,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_called_as_the_page_calls_them() {
-        // What was asked for, a file's name, and what it is called.
+    fn project_files_are_named_as_on_the_page() {
+        // Requested path, name of a file, and its new name.
         let rows = [
             ("board.drl", "board.drl", "board.drl"),
             ("./board.drl", "./board.drl", "board.drl"),
@@ -117,5 +117,9 @@ mod tests {
         let mut files = ["a/b.zip", "a/x.drl"].map(|name| (name.to_owned(), Vec::new()));
         rename(&[PathBuf::from("a/b.zip")], &mut files, &mut said);
         assert_eq!(said.used, Some(vec!["b.zip!/x.drl".to_owned(), "x.drl".to_owned()]));
+        let role = |name: &str| (name.to_owned(), "copper".to_owned(), Some("top".to_owned()));
+        let mut said = SaidOfFiles { roles: vec![role("a/x.gbr")], ..SaidOfFiles::default() };
+        rename(&[PathBuf::from("a/x.gbr")], &mut [("a/x.gbr".to_owned(), Vec::new())], &mut said);
+        assert_eq!(said.roles, [role("x.gbr")], "a layer keeps its role under its new name");
     }
 }

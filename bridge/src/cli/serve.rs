@@ -1,7 +1,4 @@
-//! Serves the page on this computer.
-//!
-//! Comes in: port, machine, speed. Goes out: one line on standard output with the address that works once; the log on
-//! standard error. Ends with Ctrl-C or a signal, after the drill came to rest. Does not know what is served.
+//! Serves the page on this computer. Ends on Ctrl-C or a signal, after the drill has stopped.
 
 use super::browser;
 use super::{Answer, Exit, Refusal};
@@ -18,30 +15,29 @@ use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 
-/// The port where people find the page unless they say otherwise.
+/// Default port of the page.
 pub(crate) const DEFAULT_PORT: u16 = 7425;
 
 /// Arguments of `annulus serve`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct ServeArgs {
-    /// Port; 0 takes a free one. [default: 7425]
+    /// Listen on this port; 0 chooses a free one [default: 7425].
     #[arg(long)]
     pub(crate) port: Option<u16>,
     /// Do not open a browser.
     #[arg(long)]
     pub(crate) no_open: bool,
-    /// Machine: a preset's name or a machine file. [default: virtual]
+    /// Use this machine: a preset's name or a machine file [default: virtual].
     #[arg(long)]
     pub(crate) machine: Option<String>,
-    /// How many times faster than life the virtual drill runs. [default: 1]
-    #[arg(long, value_parser = super::run::speed)]
+    /// Run the virtual drill this many times faster than real time [default: 1].
+    #[arg(long, value_parser = super::numbers::speed)]
     pub(crate) speed: Option<f64>,
-    /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
+    /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     pub(crate) fault: Vec<String>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     super::log::begin();
     let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
@@ -84,7 +80,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     Ok(Answer { object: Value::Null, text: String::new(), exit })
 }
 
-/// The one line that scripts and people wait for. Nobody has to be reading it.
+/// Prints the one line that scripts and users wait for. A closed pipe is ignored.
 fn announce(url: &str, port: u16, timing: Option<&Timing>, json: bool) {
     let line = if json {
         let mut object = json!({ "ok": true, "url": url, "port": port });
@@ -99,14 +95,14 @@ fn announce(url: &str, port: u16, timing: Option<&Timing>, json: bool) {
     let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
 
-/// Listens on both loopback addresses; on the old one alone where there is no new one.
+/// Listens on both loopback addresses, or on IPv4 alone if there is no IPv6.
 fn listen(port: u16) -> Result<(u16, Vec<TcpListener>), Refusal> {
     for _ in 0..16 {
         let four = bind((Ipv4Addr::LOCALHOST, port).into()).map_err(|error| cannot_listen(port, &error))?;
         let chosen = four.local_addr().map_or(port, |address| address.port());
         match bind((Ipv6Addr::LOCALHOST, chosen).into()) {
             Ok(six) => return Ok((chosen, vec![four, six])),
-            // A free port was asked for, and somebody has the same number on the other address: take another.
+            // The free port is in use on the other address: try another.
             Err(error) if error.kind() == ErrorKind::AddrInUse && port == 0 => {}
             Err(error) if error.kind() == ErrorKind::AddrInUse => return Err(cannot_listen(port, &error)),
             Err(error) => {
@@ -124,7 +120,7 @@ fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     Ok(listener)
 }
 
-/// Whether nobody listens on `port` of either loopback address.
+/// Returns `true` if `port` is free on both loopback addresses.
 pub(crate) fn is_free(port: u16) -> bool {
     listen(port).is_ok()
 }

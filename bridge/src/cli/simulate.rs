@@ -1,6 +1,4 @@
-//! Computes the step stream, checks it, and says how long it takes (N13, N14, S10).
-//!
-//! Comes in: a JOB. Goes out: the keys of the contract, or sentences for people. Does not know how steps are made.
+//! Computes and checks the step stream, and reports its duration.
 
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
@@ -10,7 +8,7 @@ use annulus_core::sim::{Summary, summary};
 use annulus_core::{check, locale, motion, steps};
 use serde_json::json;
 
-/// How many runs `--digest-trace` prints.
+/// Number of runs that `--digest-trace` prints.
 const TRACED_RUNS: usize = 2_000;
 
 /// Arguments of `annulus simulate`.
@@ -18,12 +16,11 @@ const TRACED_RUNS: usize = 2_000;
 pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub(crate) job: super::JobArgs,
-    /// Print the first runs of the stream, so that two builds can find where they part.
+    /// Print the first runs of the stream, to find where two builds differ.
     #[arg(long)]
     pub(crate) digest_trace: bool,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
     let job = job::open_for_machine(&args.job)?;
     let timeline = motion::timeline(&job.program, &job.machine).map_err(Refusal::content)?;
@@ -60,6 +57,11 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
             "change": rounded(numbers.spent.change_s),
             "other": rounded(numbers.spent.other_s),
         },
+        "toolpath_time_s": {
+            "plunge": rounded(numbers.spent.plunge_s),
+            "cut": rounded(numbers.spent.mill_s - numbers.spent.plunge_s),
+            "travel": rounded(numbers.spent.between_s),
+        },
         "diagnostics": diagnostic_objects(&job.diagnostics),
     });
     let mut text = sentences(&numbers, &digest)
@@ -74,7 +76,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
     Ok(Answer { object, text, exit: Exit::Done })
 }
 
-/// Refuses with the first finding, if there is any; the others go to standard error before it.
+/// Refuses with the first error, if any. The others are printed to standard error first.
 fn lawful<T>(verdict: Result<T, Vec<Diagnostic>>) -> Result<(), Refusal> {
     let mut refusals = verdict.err().into_iter().flatten().map(Refusal::content);
     let Some(first) = refusals.next() else { return Ok(()) };
@@ -82,7 +84,7 @@ fn lawful<T>(verdict: Result<T, Vec<Diagnostic>>) -> Result<(), Refusal> {
     Err(first)
 }
 
-/// How many holes all spindles drill together, where there are several.
+/// Text: the drilling rate of all spindles, if there are several.
 fn together(numbers: &Summary, spindles: u32) -> String {
     if spindles < 2 {
         return String::new();
@@ -94,7 +96,7 @@ fn together(numbers: &Summary, spindles: u32) -> String {
     locale::text("en", "simulate.together", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
 }
 
-/// What is milled, where anything is.
+/// Text: the milling, if there is any.
 fn milled(numbers: &Summary, milled_mm: f64) -> String {
     if numbers.toolpaths == 0 {
         return String::new();
@@ -102,8 +104,9 @@ fn milled(numbers: &Summary, milled_mm: f64) -> String {
     let rows = [
         ("toolpaths", numbers.toolpaths.to_string()),
         ("mm", format!("{milled_mm:.1}")),
-        ("seconds", format!("{:.1}", numbers.spent.mill_s)),
-        ("between", format!("{:.1}", numbers.spent.between_s)),
+        ("cut", format!("{:.1}", numbers.spent.mill_s - numbers.spent.plunge_s)),
+        ("plunge", format!("{:.1}", numbers.spent.plunge_s)),
+        ("travel", format!("{:.1}", numbers.spent.between_s)),
     ];
     locale::text("en", "simulate.milled", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
 }

@@ -1,7 +1,4 @@
-//! What templates are made of (S8): the one table of blocks and parameters, the dialects that ship, and faults in one's own.
-//!
-//! Comes in: nothing, the name of a dialect, or a dialect file. Goes out: the table, the dialect's text, or its faults. Does
-//! not know programs.
+//! Postprocessors: lists their blocks and parameters, prints the built-in ones, and checks the user's.
 
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, export};
 use annulus_core::diagnostic::Diagnostic;
@@ -14,12 +11,12 @@ use std::path::Path;
 /// Arguments of `annulus templates`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct TemplatesArgs {
-    /// A dialect that ships, to print it; or a file of your own, FILE.toml, to look for faults. Without it: the table.
+    /// Print this built-in postprocessor, or check a file of your own (FILE.toml) [default: list blocks and
+    /// parameters].
     #[arg(value_name = "NAME|FILE")]
     pub(crate) dialect: Option<String>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &TemplatesArgs) -> Result<Answer, Refusal> {
     let Some(name) = args.dialect.as_deref() else { return Ok(table()) };
     if let Some((_, text)) = post::shipped().find(|(known, _)| *known == name) {

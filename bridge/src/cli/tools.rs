@@ -1,7 +1,6 @@
-//! The tools of a machine's rack, what each has done since it was new, and the word that a new one is in (C3).
+//! Lists the tools of a machine and their wear, and resets the wear of new tools.
 //!
-//! Comes in: a machine, numbers of tools. Goes out: a row a tool, with what it did at our own outputs (the journal) and at a controller
-//! (`annulus grbl`); both without what the tools before did. While a bridge runs, its page does that: the journal has one owner.
+//! While a bridge runs, use its page instead: the journal has one owner.
 
 use super::{Answer, Exit, MachineArgs, Refusal, counted, grbl, rounded};
 use crate::drill::JOURNAL;
@@ -24,23 +23,22 @@ pub(crate) struct ToolsArgs {
 
 #[derive(Debug, clap::Subcommand)]
 enum ToolsCommand {
-    /// List the tools of the rack: what each is, what it has done, how long it lives.
+    /// List the tools of the machine with their wear and life.
     List(MachineArgs),
-    /// Say that new tools are in: those of these numbers have done nothing.
+    /// Reset the wear of new tools, by their numbers.
     Reset(ResetArgs),
 }
 
 /// Arguments of `annulus tools reset`.
 #[derive(Debug, clap::Args)]
 struct ResetArgs {
-    /// Numbers of the tools, as `annulus tools list` gives them.
+    /// Reset these tools, numbered as in `annulus tools list`.
     #[arg(value_name = "NUMBER", required = true)]
     numbers: Vec<u32>,
     #[command(flatten)]
     on: MachineArgs,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &ToolsArgs) -> Result<Answer, Refusal> {
     match &args.command {
         ToolsCommand::List(on) => {
@@ -51,7 +49,7 @@ pub(crate) fn run(args: &ToolsArgs) -> Result<Answer, Refusal> {
     }
 }
 
-/// What tools have done, by the journal.
+/// Wear of the tools, from the journal.
 fn wear() -> Result<Vec<ToolWear>, Refusal> {
     let path = machine_file::data_folder().join(JOURNAL);
     let found = journal::look_into(&path).map_err(Refusal::surroundings)?;
@@ -97,7 +95,7 @@ fn answer(machine: &Machine, wear: &[ToolWear]) -> Answer {
     Answer { object: json!({ "machine": machine.name, "tools": rows }), text, exit: Exit::Done }
 }
 
-/// What a tool has done, in words.
+/// Text: the wear of a tool.
 fn done(tool: &RackTool, wear: &ToolWear) -> String {
     let worn = if wear.is_over(tool.life) { ": worn" } else { "" };
     match (tool.wears_by_way(), tool.life) {

@@ -1,27 +1,23 @@
-//! Time that goes by for whoever stands at the machine: also while this process is stopped, and while the computer sleeps.
-//!
-//! Comes in: nothing. Goes out: durations. Does not know what waits for them.
+//! A clock that also counts while this process is suspended and while the computer sleeps.
 
 use std::time::Duration;
 
-/// Time since it was made.
+/// Measures the time since its start.
 pub(super) struct Stopwatch {
     began: Duration,
 }
 
 impl Stopwatch {
-    /// From now on.
     pub(super) fn start() -> Self {
         Self { began: now() }
     }
 
-    /// So much has gone by.
     pub(super) fn elapsed(&self) -> Duration {
         now().saturating_sub(self.began)
     }
 }
 
-/// Time of the one clock that goes on while the computer sleeps, which `Instant` does not on Linux and macOS.
+/// `Instant` stops during sleep on Linux and macOS; this clock does not.
 #[cfg(unix)]
 fn now() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
@@ -47,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_goes_by() {
+    fn stopwatch_measures_a_sleep() {
         let watch = Stopwatch::start();
         std::thread::sleep(Duration::from_millis(30));
         let passed = watch.elapsed();

@@ -1,8 +1,7 @@
-//! What of a controller's job is done, and what its tools have done, on the disk: so that a killed process, a pulled cable or a power cut
-//! leave no hole out, none is drilled elsewhere, and each is counted once (C3).
+//! Job progress and tool wear of a controller, on disk. A killed process, a pulled cable or a power cut
+//! then omits no hole, drills none elsewhere, and counts each once.
 //!
-//! Comes in: the job and how many sections of it are certainly done. Goes out: the job that was interrupted. Written whole or not at
-//! all; at most the section in work is made again. Does not know what a section is.
+//! Each write is atomic; at most the current section is made again.
 
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
@@ -12,42 +11,41 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Largest file that is read.
+/// Largest file to read, bytes.
 const LARGEST: u64 = 1024 * 1024;
 
-/// The file.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Kept {
     #[serde(flatten)]
     entry: AttendedJob,
-    /// What tools have done at controllers.
+    /// Tool wear at controllers.
     #[serde(default)]
     wear: Vec<ToolWear>,
 }
 
-/// Where entries are kept.
+/// The progress file.
 #[derive(Clone, Debug)]
 pub(crate) struct Ledger {
     path: PathBuf,
 }
 
 impl Ledger {
-    /// The one in the folder of data.
+    /// The file in the data folder.
     pub(crate) fn in_folder(folder: &Path) -> Self {
         Self { path: folder.join("controller.json") }
     }
 
-    /// The job that was begun last and did not come to its end.
+    /// The last started job, if it did not end.
     pub(crate) fn interrupted(&self) -> Option<AttendedJob> {
         self.read().map(|kept| kept.entry).filter(|entry| !entry.ended && !entry.key.is_empty())
     }
 
-    /// What tools have done at controllers.
+    /// Tool wear at controllers.
     pub(crate) fn wear(&self) -> Vec<ToolWear> {
         self.read().unwrap_or_default().wear
     }
 
-    /// A tool has done that much; the job stays as it is.
+    /// Saves a tool's wear; the job entry stays unchanged.
     pub(crate) fn keep_wear(&self, wear: ToolWear) -> Result<(), Diagnostic> {
         let Some(Kept { entry, wear: mut known }) = self.read() else { return Ok(()) };
         wear.keep(&mut known);
@@ -59,7 +57,7 @@ impl Ledger {
         serde_json::from_slice(&fs::read(&self.path).ok().filter(|_| small)?).ok()
     }
 
-    /// Writes the entry, and what tools have done by then; afterwards it is on the disk.
+    /// Saves job entry and tool wear; durable when it returns.
     pub(crate) fn write(&self, entry: &AttendedJob, wear: &[ToolWear]) -> Result<(), Diagnostic> {
         let kept = Kept { entry: entry.clone(), wear: wear.to_vec() };
         let bytes = serde_json::to_vec_pretty(&kept).unwrap_or_default();
@@ -76,7 +74,7 @@ mod tests {
     use annulus_core::machine::RackTool;
 
     #[test]
-    fn what_was_written_is_read_and_what_ended_is_over() {
+    fn ledger_is_read_back_and_ended_jobs_are_not_offered() {
         let folder = tempfile::tempdir().unwrap();
         let ledger = Ledger::in_folder(folder.path());
         assert_eq!(ledger.interrupted(), None);
@@ -92,7 +90,7 @@ mod tests {
         assert_eq!((ledger.interrupted(), ledger.wear()), (Some(entry.clone()), vec![wear]));
         ledger.keep_wear(ToolWear::new("mine", &tool)).unwrap();
         assert_eq!((ledger.interrupted(), ledger.wear()[0].hits), (Some(entry.clone()), 0));
-        // One that is older than tools that are counted.
+        // A file from before tool wear was counted.
         fs::write(folder.path().join("controller.json"), serde_json::to_vec(&entry).unwrap()).unwrap();
         assert_eq!((ledger.interrupted(), ledger.wear()), (Some(entry.clone()), vec![]));
         ledger.write(&AttendedJob { ended: true, ..entry }, &[]).unwrap();

@@ -1,6 +1,4 @@
-//! The height map of the board that lies on the machine, on the disk.
-//!
-//! Comes in: a map. Goes out: the same, if it can be believed. There is one board on a machine, so there is one map. Does not know jobs.
+//! The height map of the board on the machine, on disk. One machine holds one board, so there is one map.
 
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
@@ -8,22 +6,22 @@ use annulus_core::level::HeightMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Largest file that is read.
+/// Largest file to read, bytes.
 const LARGEST: u64 = 256 * 1024;
 
-/// Where the map is kept.
+/// The map's file.
 #[derive(Clone, Debug)]
 pub(crate) struct Maps {
     path: PathBuf,
 }
 
 impl Maps {
-    /// The one in the folder of data.
+    /// The file in the data folder.
     pub(crate) fn in_folder(folder: &Path) -> Self {
         Self { path: folder.join("height-map.json") }
     }
 
-    /// The map that was kept; an error where there is none, or where it cannot be believed.
+    /// Loads the map. Fails if there is none or it is damaged.
     pub(crate) fn kept(&self) -> Result<HeightMap, Diagnostic> {
         let none = || Diagnostic::error("level.none_kept");
         let size = fs::metadata(&self.path).map_err(|_| none())?.len();
@@ -32,7 +30,7 @@ impl Maps {
         map.filter(HeightMap::is_whole).ok_or_else(|| Diagnostic::error("level.damaged"))
     }
 
-    /// Keeps the map; afterwards it is on the disk.
+    /// Saves the map; durable when it returns.
     pub(crate) fn keep(&self, map: &HeightMap) -> Result<(), Diagnostic> {
         let bytes = serde_json::to_vec(map).unwrap_or_default();
         machine_file::write_own(&self.path, &bytes).map_err(|error| {
@@ -50,7 +48,7 @@ mod tests {
     use annulus_core::units::Length;
 
     #[test]
-    fn what_was_kept_is_read_and_what_was_damaged_is_not_believed() {
+    fn height_map_is_read_back_and_a_damaged_one_refused() {
         let folder = tempfile::tempdir().unwrap();
         let maps = Maps::in_folder(folder.path());
         assert_eq!(maps.kept().unwrap_err().code, "level.none_kept");

@@ -1,12 +1,11 @@
-//! A controller at a serial port: what attends it (`drill/src/controller`) with a thread that owns the port.
+//! A controller at a serial port: the shared session code of `drill/src/controller`, with a thread that
+//! owns the port.
 //!
 //! ```text
 //!  cli ── asks ──▶ owner (a thread) ── bytes ──▶ port
-//!      ◀─ told ──          │
-//!                        ledger: which sections are done, on the disk before anybody is told
+//!      ◀─ news ──          │
+//!                        ledger: completed sections, durable before they are reported
 //! ```
-//!
-//! Comes in: asks. Goes out: what the engine tells, with a glimpse of where it is. Does not know what a program says.
 
 mod clock;
 pub(crate) mod ledger;
@@ -21,8 +20,9 @@ use crate::serial::{self, Port};
 use annulus_core::controller::{BITS_PER_S, ResetOnOpen};
 use annulus_core::diagnostic::Diagnostic;
 
-/// Opens the port called `name` at so many bits in a second, or at the speed at which somebody answers; and says which. `silent` hears of
-/// those at which nobody does. What that may do to the board `reset` says.
+/// Opens the port `name` at `bits_per_s`, or finds the speed at which the controller responds, and returns
+/// it. `silent` is called for every speed without a response. `reset` decides whether opening may reset the
+/// controller.
 pub(crate) fn open(
     name: &str,
     bits_per_s: Option<u32>,

@@ -1,11 +1,11 @@
-//! The thread that owns a port: it reads, lets the engine think, writes, and tells.
+//! The thread that owns a controller's port: it reads, runs the engine, writes and reports. Unlike the
+//! engine, it knows the time.
 //!
 //! ```text
-//! turn ── 4 ms ── turn ─────── 6 s: suspended, asleep ─────── turn ─▶ held, told; on when a person wants that
+//! turn ── 4 ms ── turn ─────── 6 s: suspended, asleep ─────── turn ─▶ hold, report; the user resumes
 //! ```
 //!
-//! Comes in: an open port, asks. Goes out: what the engine told, each with a glimpse. A port that is gone is told once, and the thread
-//! ends. Knows time, unlike the engine.
+//! A lost port is reported once, and the thread ends.
 
 use super::clock::Stopwatch;
 use super::ledger::Ledger;
@@ -20,14 +20,14 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What comes from the person.
+/// A request of the user.
 enum Asked {
     Engine(EngineAsk),
-    /// Somebody is there, and looks at the machine.
+    /// The user is present and watches the machine.
     Attention,
 }
 
-/// What a turn of the thread is for.
+/// Input for a turn of the thread.
 enum Came {
     Asked(Asked),
     Read(std::io::Result<Vec<u8>>),
@@ -36,15 +36,15 @@ enum Came {
 /// A controller at a port.
 pub(crate) struct Owner {
     asks: Sender<Asked>,
-    /// Asks that the engine did not think about yet.
+    /// Number of requests that the engine has not handled yet.
     open: Arc<AtomicU64>,
     told: Receiver<Told>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Owner {
-    /// Takes the port. What is done of `entry`, and of its `tools` where they are counted, is written into `ledger`. The controller's
-    /// seconds go by `speed` times as fast.
+    /// Takes over the port. Progress of `entry`, and of its `tools` if counted, is saved in `ledger`.
+    /// `speed` is the time scale of the controller.
     pub(crate) fn new(
         port: Port,
         ledger: Ledger,
@@ -64,24 +64,24 @@ impl Owner {
         Self { asks, open, told, thread }
     }
 
-    /// Asks the engine; what comes of it is told.
+    /// Sends a request to the engine; results arrive as news.
     pub(crate) fn ask(&self, ask: EngineAsk) {
         self.open.fetch_add(1, Ordering::SeqCst);
         let _ = self.asks.send(Asked::Engine(ask));
     }
 
-    /// A person is there and knows how the machine stands: what was to be held because nobody was there goes on.
+    /// The user is present and knows the machine's state: a hold because of absence is no longer needed.
     pub(crate) fn attend(&self) {
         self.open.fetch_add(1, Ordering::SeqCst);
         let _ = self.asks.send(Asked::Attention);
     }
 
-    /// Whether the engine has thought about everything that it was asked, and what came of it is told.
+    /// Returns `true` if the engine has handled every request and its results are reported.
     pub(crate) fn has_heard_all(&self) -> bool {
         self.open.load(Ordering::SeqCst) == 0
     }
 
-    /// What is told next, if anything is within a short time.
+    /// The next news, if any arrives within a short time.
     pub(crate) fn next(&self) -> Option<Told> {
         use std::sync::mpsc::RecvTimeoutError;
         match self.told.recv_timeout(Duration::from_millis(20)) {
@@ -105,16 +105,16 @@ impl Drop for Owner {
 struct Work {
     port: Port,
     ledger: Ledger,
-    /// What tools have done where the job counts none.
+    /// Tool wear, for jobs that count none.
     wear: Vec<ToolWear>,
     attended: Attended,
     tells: Sender<Told>,
     watch: Stopwatch,
-    /// What it showed in this turn.
+    /// The time at the start of this turn.
     now: Duration,
     speed: f64,
     host: Host,
-    /// The computer, or this process, stood still for so long that nothing goes on unasked.
+    /// The host stalled too long: the job may not continue unasked.
     is_late: bool,
     open: Arc<AtomicU64>,
 }
@@ -129,7 +129,7 @@ impl Work {
                 Err(TryRecvError::Empty) => Came::Read(self.port.read()),
                 Err(TryRecvError::Disconnected) => break,
             };
-            // That was now, however long it was waited for.
+            // Read the clock after the wait: the input is from now.
             self.now = self.watch.elapsed();
             goes = self.looks_at_host() && self.holds_where_late() && self.takes(came);
         }
@@ -162,15 +162,15 @@ impl Work {
         }
     }
 
-    /// Where it stood still, the board has run what it had: how long that took says nothing.
+    /// After a stall the controller may have run empty: timeouts mean nothing.
     fn looks_at_host(&mut self) -> bool {
         let Some(news) = self.host.look(self.now) else { return true };
         self.is_late |= news == HostNews::TooLate;
         self.event(EngineEvent::Late)
     }
 
-    /// Whoever stands at the machine takes it for held after a while: a job goes on when a person wants that, and its place is known as
-    /// before. Where it cannot be held, it is as soon as it is on its path.
+    /// After a while a user at the machine believes that it has stopped, so hold the job until the user
+    /// resumes it. The position stays valid. If it cannot be held now, hold it as soon as it moves.
     fn holds_where_late(&mut self) -> bool {
         let moves = matches!(self.attended.controller().phase, EnginePhase::Running | EnginePhase::Surveying);
         if !moves || !std::mem::take(&mut self.is_late) {
@@ -193,7 +193,7 @@ impl Work {
         false
     }
 
-    /// Lets the engine think and does what it says; false when the port is to be left.
+    /// Feeds the engine and carries out the resulting work. Returns `false` if the port should be closed.
     fn event(&mut self, event: EngineEvent) -> bool {
         let passed = self.now.saturating_sub(self.host.stood());
         let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
@@ -213,7 +213,7 @@ impl Work {
             }
             Due::Close => return false,
             Due::Tell(told) => self.tell(told),
-            // Where it cannot be written down, nothing new may be begun.
+            // Without a saved progress nothing new may start: hold the machine.
             Due::Keep(entry) => {
                 let wear = self.attended.tools().map_or(self.wear.as_slice(), JobTools::wear);
                 if let Err(why) = self.ledger.write(&entry, wear) {

@@ -1,11 +1,10 @@
-//! At which speed a controller speaks, where nobody says: one after the other is tried until something is understood.
+//! Finds the speed of a controller's port: tries one after the other until a response is understood.
 //!
 //! ```text
-//!  open at 115200 ─ 2.5 s: does it greet? ─ ? ─ ? … a second ─▶ 57600 ─ ? ─ ? … a second ─▶ 9600 …
+//!  open at 115200 ─ 2.5 s: a banner? ─ ? ─ ? … a second ─▶ 57600 ─ ? ─ ? … a second ─▶ 9600 …
 //! ```
 //!
-//! Comes in: a port that was just opened. Goes out: the speed; what was heard stays to be read. Nothing is written but questions for a
-//! report: they move nothing. Does not know what is said.
+//! Writes nothing but status queries: they move nothing.
 
 use crate::serial::Port;
 use annulus_core::controller::BITS_PER_S;
@@ -13,19 +12,20 @@ use annulus_core::controller::heard::{Ear, HeardLine, hear};
 use std::io;
 use std::time::{Duration, Instant};
 
-/// How long a board takes to greet after its port was opened: nothing is written meanwhile.
+/// How long a controller may take to send its banner after its port was opened; nothing is written
+/// meanwhile.
 const GREETS: Duration = Duration::from_millis(2_500);
-/// How long it may take to answer a question.
+/// How long it may take to answer a query.
 const ANSWERS: Duration = Duration::from_millis(1_200);
-/// A question is asked again after so long: one may come to nothing behind what another speed made of those before.
+/// Interval between queries: one may be lost after the garbage that another speed caused.
 const AGAIN: Duration = Duration::from_millis(250);
 
-/// Tries the usual speeds; `silent` hears of each at which nobody answers. None where that is so at all of them. The port is open at the
-/// first one.
+/// Tries the usual speeds; calls `silent` for each without a response. Returns `None` if none fits. The
+/// port must be open at the first one.
 pub(super) fn find(port: &mut Port, silent: impl Fn(u32)) -> io::Result<Option<u32>> {
     for (index, bits_per_s) in BITS_PER_S.into_iter().enumerate() {
         if index > 0 && port.set_bits_per_s(bits_per_s).is_err() {
-            // This port does not have it.
+            // This port does not support the speed.
             continue;
         }
         if is_heard(port, if index == 0 { GREETS } else { Duration::ZERO })? {
@@ -36,7 +36,7 @@ pub(super) fn find(port: &mut Port, silent: impl Fn(u32)) -> io::Result<Option<u
     Ok(None)
 }
 
-/// Whether something is understood, by itself for so long or in answer to questions.
+/// Returns `true` if a line is understood, unasked during `listens` or in answer to a query.
 fn is_heard(port: &mut Port, listens: Duration) -> io::Result<bool> {
     let (mut ear, mut heard) = (Ear::default(), Vec::new());
     let (since, mut asked) = (Instant::now(), None::<Instant>);
@@ -55,7 +55,7 @@ fn is_heard(port: &mut Port, listens: Duration) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Whether only a controller says such a line, and no noise.
+/// Returns `true` for lines that only a controller sends; noise does not look like them.
 fn is_understood(line: &str) -> bool {
     matches!(
         hear(line),

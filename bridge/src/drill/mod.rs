@@ -1,14 +1,13 @@
-//! The drill of this computer: the owner of `annulus-drill` in a thread of its own, its journal in another.
+//! The drill of this computer: the owner of `annulus-drill` in one thread, its journal in another.
 //!
 //! ```text
 //! server, `run` ── ask ──▶ owner thread ── tasks ──▶ executor ── steps ──▶ pins (virtual drill, or card)
 //!       ▲                  │  ▲   control: (session, event) → (session, actions)     │
 //!       └──── watch ───────┘  └── report: done, gated, stopped, alarm ◀──────────────┘
-//!                          └── legs begun and done ──▶ journal thread ── durable ──▶ lets the next stroke start
+//!                          └── legs started and done ──▶ journal thread ── durable ──▶ allows the next hole
 //! ```
-//!
-//! Comes in: asks and uploaded programs. Goes out: tells. Does not know sockets, sessions or leases.
 
+mod listeners;
 mod outside;
 mod recorder;
 mod store;
@@ -29,6 +28,7 @@ pub(crate) use annulus_drill::Ticket;
 use annulus_drill::executor::Shared;
 use annulus_drill::journal::Contents;
 use annulus_drill::{KeptSurface, Message, Owner, Parts, Tickets, line, prepare};
+use listeners::Listeners;
 use outside::Here;
 use recorder::Recorder;
 use std::fs::{self, OpenOptions};
@@ -38,47 +38,44 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
-use tokio::sync::broadcast;
+use tokio::sync::mpsc;
 
-/// Name of the drilled-board record in the drill's folder: one line a hole, written by the virtual drill itself.
+/// Name of the drilled-board record in the drill's folder: one line per hole, written by the virtual drill.
 pub(crate) const RECORD: &str = "drilled.txt";
 
 /// Name of the journal in the drill's folder.
 pub(crate) const JOURNAL: &str = "journal.redb";
 
-/// Tells that a slow listener may be behind before it misses some.
-const BACKLOG: usize = 256;
-
-/// How long `shutdown` waits for the machine to come to rest.
+/// How long `shutdown` waits for the machine to stop.
 const LAST_REST: Duration = Duration::from_secs(5);
 
-/// How often it is looked whether it rests.
+/// Interval of checks whether it has stopped.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A handle on the drill. Clones speak to the same drill; it shuts down with [`Drill::shutdown`].
+/// A handle of the drill. Clones share the drill; [`Drill::shutdown`] ends it.
 #[derive(Clone)]
 pub(crate) struct Drill {
     folder: PathBuf,
     messages: Sender<Message>,
-    tells: broadcast::Sender<Tell>,
+    listeners: Listeners,
     owner: Arc<Mutex<Option<JoinHandle<()>>>>,
     timing: Option<Timing>,
     tickets: Arc<Tickets>,
-    /// One plan is made at a time.
+    /// Only one plan is made at a time.
     planner: Arc<Mutex<()>>,
-    /// Where changed settings go.
+    /// The machine file for changed settings.
     settings: Arc<Mutex<PathBuf>>,
 }
 
 impl Drill {
-    /// Opens the drill whose jobs, journal and drilled-board record live in `folder`. Nothing moves. `speed` is
-    /// how many times faster than life the virtual drill runs.
+    /// Opens the drill whose jobs, journal and drilled-board record are in `folder`. Nothing moves. `speed`
+    /// is the time scale of the virtual drill, 1 for real time.
     #[cfg(test)]
     pub(crate) fn open(folder: &Path, machine: Machine, speed: f64) -> Result<Self, Refusal> {
         Self::open_with(folder, machine, speed, Faults::default())
     }
 
-    /// The same with a virtual drill that has faults.
+    /// The same with faults of the virtual drill.
     pub(crate) fn open_with(
         folder: &Path,
         machine: Machine,
@@ -88,7 +85,7 @@ impl Drill {
         Self::open_on(folder, machine, speed, faults, store::load_surface(folder))
     }
 
-    /// The same with jobs that follow no height map, whatever is kept.
+    /// The same without a height map: jobs ignore the saved one.
     pub(crate) fn open_flat(
         folder: &Path,
         machine: Machine,
@@ -140,7 +137,7 @@ impl Drill {
         {
             let _ = store::keep(folder, &job.key, &program);
         }
-        let (tells, _) = broadcast::channel(BACKLOG);
+        let listeners = Listeners::default();
         let tickets = Arc::<Tickets>::default();
         let settings = Arc::new(Mutex::new(folder.join("machines").join("virtual.toml")));
         let shared = Arc::new(Shared::new(clock::time));
@@ -153,7 +150,7 @@ impl Drill {
             settings: Arc::clone(&settings),
             recorder,
             messages: messages.clone(),
-            tells: tells.clone(),
+            listeners: listeners.clone(),
         };
         let owner = Owner::new(Parts {
             machine,
@@ -177,38 +174,38 @@ impl Drill {
             .map_err(|error| unwritable(folder, &error))?;
         let owner = Arc::new(Mutex::new(Some(thread)));
         let (folder, planner) = (folder.to_owned(), Arc::default());
-        Ok(Self { folder, messages, tells, owner, timing, tickets, planner, settings })
+        Ok(Self { folder, messages, listeners, owner, timing, tickets, planner, settings })
     }
 
-    /// What was found out about this computer's clock when the drill was opened; none where the drill is virtual.
+    /// Timing quality of this computer, measured when the drill was opened; `None` for a virtual drill.
     pub(crate) fn timing(&self) -> Option<&Timing> {
         self.timing.as_ref()
     }
 
-    /// Changed settings go to this machine file from now on.
+    /// Sets the machine file for changed settings.
     pub(crate) fn keep_settings_in(&self, path: PathBuf) {
         *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = path;
     }
 
-    /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
+    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     pub(crate) fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
         store::keep(&self.folder, key, bytes)
     }
 
-    /// The bytes kept under `key`.
+    /// The program saved under `key`.
     pub(crate) fn job(&self, key: &str) -> Option<Vec<u8>> {
         store::load(&self.folder, key)
     }
 
-    /// Does what is asked, or says why not. The answers are for the asker alone; changes that everybody should
-    /// see come through [`Drill::watch`]. `Arm` and `Feed override` take as long as planning does: call them where waiting is allowed.
-    /// Who may ask is the caller's business.
+    /// Carries out a request, or returns why not. The answers are for the requester; other changes arrive
+    /// through [`Drill::watch`]. `Arm` and `FeedOverride` block while planning. The caller must check who
+    /// may ask.
     pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         self.begin(ask, None).finish()
     }
 
-    /// Puts what a page asks with `ticket` before the owner, and never waits; what is left to do is in the answer. Everything
-    /// begun is worked on in the order in which it was begun; only what has to be planned waits for its plan.
+    /// Passes a page's request with its `ticket` to the owner, without blocking; the answer holds the
+    /// remaining work. Requests are handled in order; only planning is done later.
     pub(crate) fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
         let (drill, (reply, answer)) = (self.clone(), channel());
         let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
@@ -221,30 +218,30 @@ impl Drill {
         }
     }
 
-    /// Stops, now. Never waits.
+    /// Stops now. Never blocks.
     pub(crate) fn stop(&self) {
         self.tickets.stopped();
         let _ = self.messages.send(Message::Stop);
     }
 
-    /// Control changed hands: tickets from before are no good, what moved by hand comes to rest, outputs lock. Never waits.
+    /// Control changed: earlier tickets become invalid, jogs end, outputs lock. Never blocks.
     pub(crate) fn control_changed(&self) {
         self.tickets.control_changed();
         let _ = self.messages.send(Message::ControlChanged);
     }
 
-    /// A ticket for what is asked now.
+    /// A ticket for a request sent now.
     pub(crate) fn ticket(&self) -> Ticket {
         self.tickets.now()
     }
 
-    /// The plan for a feed override that was ordered: feeds other than those in force are planned here, and the owner takes the new
-    /// plan over at the next rest.
+    /// Plans the requested feed override, if it differs from the current plan. The owner switches to it at
+    /// the next stop.
     fn plan_feed_override(&self, percent: u8) -> Result<(), Diagnostic> {
         let feed = percent.max(100);
         let _planning = self.planner.lock();
         match self.send(Message::InWork).flatten() {
-            // Of several that were ordered meanwhile only the last is planned.
+            // If several were requested meanwhile, only the last is planned.
             Some((job, wanted)) if wanted == feed && job.feed_percent != feed => {
                 let anew = Box::new(prepare::at_feed(&job, feed)?);
                 self.messages.send(Message::Anew(anew)).map_err(|_| gone())?;
@@ -264,23 +261,23 @@ impl Drill {
             .unwrap_or_else(|| Err(gone()))
     }
 
-    /// The height map that is kept.
+    /// The saved height map.
     pub(crate) fn map(&self) -> Option<HeightMap> {
         store::load_surface(&self.folder).map(|surface| surface.map)
     }
 
-    /// Everything that happens: `Status` 10 times a second and after every change, `Armed`, `Ended`,
-    /// `Interrupted`, `Machine`. A slow listener misses the oldest.
-    pub(crate) fn watch(&self) -> broadcast::Receiver<Tell> {
-        self.tells.subscribe()
+    /// All reports: `Status` 10 times per second and after every change, `Armed`, `Ended`, `Interrupted`,
+    /// `Machine`. A slow listener misses statuses.
+    pub(crate) fn watch(&self) -> mpsc::Receiver<Tell> {
+        self.listeners.add()
     }
 
-    /// What a newcomer must know: `Machine`, `Status`, and `Armed` and `Interrupted` where there are.
+    /// Messages for a new listener: `Machine`, `Status`, and `Armed` and `Interrupted` if they apply.
     pub(crate) fn greeting(&self) -> Vec<Tell> {
         self.send(Message::Greeting).unwrap_or_default()
     }
 
-    /// Comes to rest in a controlled way, makes the journal durable and ends the threads.
+    /// Stops in a controlled way, makes the journal durable and ends the threads.
     pub(crate) fn shutdown(&self) {
         let _ = self.messages.send(Message::Shutdown);
         let thread = self.owner.lock().ok().and_then(|mut owner| owner.take());
@@ -296,18 +293,18 @@ impl Drill {
     }
 }
 
-/// Something that was put before the owner, or is still to be planned.
+/// A request that was passed on or must still be planned.
 pub(crate) enum Begun {
-    /// The owner has it; for a feed override, what is to be planned afterwards.
+    /// The owner has it; `percent` of a feed override must be planned afterwards.
     Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Diagnostic>> },
     /// A job to be planned and checked first.
     Arm { drill: Drill, job: String, from_leg: u32, ticket: Option<Ticket> },
-    /// There is no owner any more.
+    /// The owner has ended.
     Gone,
 }
 
 impl Begun {
-    /// Waits for the answer, as long as planning takes: for threads that may.
+    /// Waits for the answer; blocks while planning.
     pub(crate) fn finish(self) -> Result<Vec<Tell>, Diagnostic> {
         match self {
             Self::Arm { drill, job, from_leg, ticket } => drill.arm(&job, from_leg, ticket),
@@ -321,7 +318,7 @@ impl Begun {
     }
 }
 
-/// The owner's thread: hands messages to it until it is to end, then waits until it rests.
+/// The owner's thread: passes messages until the shutdown, then waits until the machine has stopped.
 fn run(mut owner: Owner, inbox: &Receiver<Message>) {
     loop {
         match inbox.recv_timeout(owner.idle()) {
@@ -354,14 +351,14 @@ fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
     Refusal::surroundings(why.with("reason", error))
 }
 
-/// The drilled-board record: a plain append a hole, the moment it is made. It knows nothing of the journal. What cannot be
-/// written stops the job: a record with a hole left out is worse than none.
+/// The drilled-board record: one append per hole, at the moment it is drilled, independent of the journal.
+/// A failed write stops the job: a record with a missing hole is worse than none.
 fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<DrilledBoard> {
     let mut file = own::open(path, OpenOptions::new().create(true).append(true))?;
     Ok(Box::new(move |hole| {
         let before = file.metadata().map(|file| file.len());
         if let Err(error) = file.write_all(line(hole).as_bytes()) {
-            // No half line stays.
+            // Remove a partial line.
             let _ = before.and_then(|before| file.set_len(before));
             let why = Diagnostic::error("control.record_unwritable").with("reason", error);
             let _ = owner.send(Message::CannotRecord(why));

@@ -1,9 +1,7 @@
-//! The place where this drill runs: threads, a folder, and whoever listens.
-//!
-//! Comes in: what the owner wants done. Goes out: executors, files, tells; what is heard of them goes before the owner. Does not
-//! know what it means.
+//! The host of a drill on this computer: threads, a folder, and the listeners.
 
 use super::RECORD;
+use super::listeners::Listeners;
 use super::recorder::Recorder;
 use super::store;
 use crate::adapter;
@@ -22,24 +20,23 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
-use tokio::sync::broadcast;
 
 /// Name of the executor's record in the drill's folder.
 const EXECUTED: &str = "executor.log";
 
-/// A folder of this computer.
+/// A drill's folder and channels.
 pub(super) struct Here {
     pub(super) folder: PathBuf,
     pub(super) speed: f64,
-    /// Where changed settings go.
+    /// The machine file for changed settings.
     pub(super) settings: Arc<Mutex<PathBuf>>,
     pub(super) recorder: Recorder,
     pub(super) messages: Sender<Message>,
-    pub(super) tells: broadcast::Sender<Tell>,
+    pub(super) listeners: Listeners,
 }
 
 impl Here {
-    /// Puts what is heard of an executor before the owner.
+    /// Passes messages of an executor to the owner.
     fn hear(&self) -> impl Fn(Heard) + Send + 'static {
         let messages = self.messages.clone();
         move |heard| {
@@ -53,7 +50,7 @@ impl Here {
 
 impl Outside for Here {
     fn tell(&self, tell: Tell) {
-        let _ = self.tells.send(tell);
+        self.listeners.tell(&tell);
     }
 
     fn record(&self, record: Record) {

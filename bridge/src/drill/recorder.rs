@@ -1,7 +1,4 @@
-//! The journal's thread: writes records in order and says how many legs are durable.
-//!
-//! Comes in: records. Goes out: the number that lets the next stroke start, or a diagnostic when the disk refuses. Does not know
-//! what a record means.
+//! The journal's thread: writes records in order and publishes how many legs are durable.
 
 use crate::journal::Journal;
 use annulus_core::diagnostic::Diagnostic;
@@ -12,7 +9,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-/// The owner's end.
+/// The owner's handle.
 pub(super) struct Recorder {
     records: Option<Sender<Record>>,
     thread: Option<JoinHandle<()>>,
@@ -39,13 +36,13 @@ impl Recorder {
         }
     }
 
-    /// Whether what is written is read.
+    /// Returns `true` while the thread runs.
     pub(super) fn lives(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
 }
 
-/// When the thread ends, whatever ended it, a start that waits for it is answered.
+/// Answers a pending start when the thread ends, even by a panic.
 struct Over(Sender<Message>);
 
 impl Drop for Over {

@@ -1,6 +1,5 @@
-//! Uploaded programs, kept by their SHA-256; and the height map of the board that lies on the drill.
-//!
-//! Comes in: keys and bytes, maps. Goes out: the same. A file is there whole or not at all. Does not know what is running.
+//! Uploaded programs, saved by their SHA-256, and the height map of the board on the drill. Each file is
+//! written atomically.
 
 use crate::machine_file::write_own;
 use crate::own;
@@ -12,7 +11,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Programs kept; the oldest go first.
+/// Most programs to save; the oldest are deleted first.
 const MOST: usize = 64;
 
 fn path_of(folder: &Path, key: &str) -> Option<PathBuf> {
@@ -20,7 +19,7 @@ fn path_of(folder: &Path, key: &str) -> Option<PathBuf> {
     is_key.then(|| folder.join("jobs").join(format!("{key}.annulus-program")))
 }
 
-/// Keeps `bytes` if they are a program and `key` is their digest.
+/// Saves `bytes` if they are a program and `key` is their digest.
 pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
     let Some(path) = path_of(folder, key).filter(|_| program::key(bytes) == key) else {
         return Err(Diagnostic::error("control.wrong_key"));
@@ -33,21 +32,21 @@ pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Diagnos
     Ok(())
 }
 
-/// The bytes kept under `key`, if they still are what was kept.
+/// The program saved under `key`, if it is undamaged.
 pub(super) fn load(folder: &Path, key: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     own::open(&path_of(folder, key)?, OpenOptions::new().read(true)).ok()?.read_to_end(&mut bytes).ok()?;
     (program::key(&bytes) == key).then_some(bytes)
 }
 
-/// Largest height map that is read, bytes.
+/// Largest height map to read, bytes.
 const LARGEST_MAP: u64 = 256 * 1024;
 
 fn surface_file(folder: &Path) -> PathBuf {
     folder.join("drill-height-map.json")
 }
 
-/// Keeps the height map of the board, or forgets the one that there is.
+/// Saves the height map of the board; `None` deletes it.
 pub(super) fn keep_surface(folder: &Path, surface: Option<&KeptSurface>) -> Result<(), Diagnostic> {
     let path = surface_file(folder);
     let kept = match surface {
@@ -60,7 +59,7 @@ pub(super) fn keep_surface(folder: &Path, surface: Option<&KeptSurface>) -> Resu
     kept.map_err(unkept)
 }
 
-/// The height map that was kept; one that cannot be believed is none.
+/// Loads the height map; `None` if it is damaged.
 pub(super) fn load_surface(folder: &Path) -> Option<KeptSurface> {
     let path = surface_file(folder);
     let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST_MAP);
@@ -68,12 +67,12 @@ pub(super) fn load_surface(folder: &Path) -> Option<KeptSurface> {
     serde_json::from_slice(&bytes).ok().filter(KeptSurface::is_whole)
 }
 
-/// Whether any program was ever kept in `folder`.
+/// Returns `true` if any program was ever saved in `folder`.
 pub(super) fn has_any(folder: &Path) -> bool {
     fs::read_dir(folder.join("jobs")).is_ok_and(|mut files| files.next().is_some())
 }
 
-/// Lets the oldest go, but never the one that just came: its time is that of a clock that may have been set back.
+/// Deletes the oldest programs, but never the newest: the clock may have been set back.
 fn prune(newest: &Path) {
     let files = newest.parent().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
     let mut aged: Vec<(SystemTime, PathBuf)> = files
@@ -96,7 +95,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn what_was_just_kept_is_there_also_when_the_clock_was_set_back() {
+    fn newest_program_is_stored_even_if_the_clock_was_set_back() {
         let folder = tempfile::tempdir().unwrap();
         let jobs = folder.path().join("jobs");
         let mut newest = String::new();
@@ -115,7 +114,7 @@ mod tests {
             newest = program::key(&bytes);
             keep(folder.path(), &newest, &bytes).unwrap();
             assert_eq!(load(folder.path(), &newest), Some(bytes), "{number}");
-            // All that were kept before are of a day to come.
+            // All earlier files are dated in the future.
             let file =
                 fs::File::options().write(true).open(path_of(folder.path(), &newest).unwrap()).unwrap();
             file.set_modified(SystemTime::now() + Duration::from_secs(86_400)).unwrap();

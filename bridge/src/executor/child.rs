@@ -1,25 +1,26 @@
-//! The executor as a process of its own: `annulus executor`, started by the bridge and by nobody else.
+//! The executor as a separate process: `annulus executor`, started only by the bridge.
 //!
 //! ```text
 //! standard input ── frames ──▶ this thread ── ring ──▶ executor thread ──▶ recorded pins ──▶ card
 //!       ends, or is silent: ramp down      ── stop, durable: two numbers ──▶  │
-//! standard output ◀── frames ── writer ◀── reports, latest place ─────────────┘
+//! standard output ◀── frames ── writer ◀── reports, latest position ──────────┘
 //! ```
 //!
-//! Comes in: frames. Goes out: pulses, frames, the record. When the bridge dies or stands still, or the system asks this process
-//! to end, whatever moves comes to rest on its path, the tip is lifted where the position is trusted, forcing and spindle go
-//! off, and a line in the record says where. Does not know jobs.
+//! If the bridge dies or stalls, or the system ends this process, motion stops on its path. The tool is
+//! lifted if the position is trusted. Then forcing and spindle go off, and the record notes the position.
 
 use super::clock::{MEASURED, StepClock, measure};
 use super::frames::{self, Down, Up};
 use super::record::{Offsets, Recorded, Why};
+#[cfg(unix)]
+use super::rehearsal_clock::{self, RehearsalClock};
 use super::{clock, realtime, thread};
 use crate::outputs::{self, Trouble};
 use crate::spindle;
 use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
-use annulus_core::pins::Steady;
+use annulus_core::pins::{Clock, Steady};
 use annulus_drill::executor::{Glimpse, Instruction, Said, Shared};
 use std::io;
 use std::path::Path;
@@ -29,25 +30,26 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often the latest place is told, or at least that this process lives.
+/// Interval of position updates and keep-alives.
 const GLIMPSES: Duration = Duration::from_millis(20);
 
-/// How often silence is looked for.
+/// Interval of the silence check.
 const LOOK: Duration = Duration::from_millis(25);
 
-/// So long the bridge may say nothing. Counted in looks: time in which this process did not run either is not held against it.
+/// Longest silence of the bridge. Counted in checks: time in which this process did not run either does not
+/// count.
 const SILENCE: Duration = Duration::from_millis(300);
 
 /// How long the last frames may take to leave.
 const LAST_FRAMES: Duration = Duration::from_millis(500);
 
-/// On an ordinary file nothing real moves: this then says how late the clock is to be taken for, in µs.
+/// For a simulated port only: the lateness of the clock to report, in µs.
 const REHEARSED: &str = "ANNULUS_LATENESS_US";
 
-/// The executor's thread and the way to it; none once it was ended.
+/// The executor's thread and its channel; `None` after its end.
 type Thread = Option<(SyncSender<Instruction>, JoinHandle<()>)>;
 
-/// What ends the process, whoever calls it first.
+/// Ends the process; whichever thread calls it first decides.
 #[derive(Clone)]
 struct Hands {
     thread: Arc<Mutex<Thread>>,
@@ -56,7 +58,7 @@ struct Hands {
 }
 
 impl Hands {
-    /// Everything comes to rest and is made safe, the last thing it is told being `last`. Returns when it is.
+    /// Stops everything and makes it safe; `last` is the executor's last order. Returns when that is done.
     fn end(&self, why: &'static str, last: Instruction) {
         let Ok(mut thread) = self.thread.lock() else { return };
         if let Some((ring, thread)) = thread.take() {
@@ -67,7 +69,7 @@ impl Hands {
         }
     }
 
-    /// Whether the thread ended although nobody ended it.
+    /// Returns `true` if the thread ended without an order.
     fn died(&self) -> bool {
         let Ok(thread) = self.thread.try_lock() else { return false };
         thread.as_ref().is_some_and(|(_, thread)| thread.is_finished())
@@ -90,20 +92,20 @@ impl Hands {
     }
 }
 
-/// Nobody said yet why it ends.
+/// No reason for the end has been set yet.
 const RUNNING: &str = "finished";
 
-/// Runs until the bridge says so, is no more, or stands still.
+/// Runs until the bridge ends it, dies or stalls.
 pub(crate) fn run() -> io::Result<()> {
     let Some(Down::Start { settings, record, measured }) = frames::receive(&mut io::stdin().lock())? else {
         return Err(io::ErrorKind::InvalidData.into());
     };
     let (up, frames_up) = channel();
     let machine = machine::apply(&machine::virtual_drill(), &settings);
-    let begun = machine
-        .map_err(|mut refusals| refusals.remove(0))
-        .and_then(|machine| begin(&machine, &record, measured, &up));
-    let (hands, trouble, offsets) = match begun {
+    let begun = machine.map_err(|mut refusals| refusals.remove(0)).and_then(|machine| {
+        Ok((begin(&machine, &record, measured, &up)?, super::patience(&machine, SILENCE)))
+    });
+    let ((hands, trouble, offsets), patience) = match begun {
         Ok(begun) => begun,
         Err(why) => return frames::send(&mut io::stdout().lock(), &Up::Refused(why)),
     };
@@ -119,7 +121,7 @@ pub(crate) fn run() -> io::Result<()> {
         }
     };
     std::thread::Builder::new().name("frames".to_owned()).spawn(writer)?;
-    match obey(&frames_down, &hands, &offsets) {
+    match obey(&frames_down, &hands, &offsets, patience) {
         End::Asked => hands.end(RUNNING, Instruction::Finish),
         End::Gone => hands.end("bridge_gone", Instruction::Abandon),
         End::Silent => {
@@ -128,16 +130,17 @@ pub(crate) fn run() -> io::Result<()> {
         }
     }
     drop(up);
-    // A bridge that stands still does not read: nobody waits for it.
+    // A stalled bridge does not read: do not wait for it.
     let _ = all_told.recv_timeout(LAST_FRAMES);
     if trouble.get().is_some() {
-        // Nothing was made safe: whoever started this process has to know.
+        // Nothing was made safe: the exit code must show that to the parent process.
         std::process::exit(1);
     }
     Ok(())
 }
 
-/// Hands on what comes over the pipe until it ends, without a look into it: a large task must not look like silence.
+/// Passes on raw frames from the pipe until it ends. They are parsed later, so that parsing a large task
+/// does not count as silence.
 fn read(body: &Sender<Vec<u8>>) {
     let mut pipe = io::stdin().lock();
     while let Ok(Some(bytes)) = frames::receive_bytes(&mut pipe) {
@@ -147,18 +150,18 @@ fn read(body: &Sender<Vec<u8>>) {
     }
 }
 
-/// Why the conversation is over.
+/// Why the connection ended.
 enum End {
-    /// The bridge asked for it.
+    /// The bridge requested it.
     Asked,
-    /// The bridge is no more, or is not understood: there is nothing to wait for either.
+    /// The bridge is gone, or not understood.
     Gone,
-    /// The bridge is there and says nothing.
+    /// The bridge exists but is silent.
     Silent,
 }
 
-/// Does what the frames say until the end.
-fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> End {
+/// Carries out frames until the end.
+fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets, patience: Duration) -> End {
     let mut silent = Duration::ZERO;
     loop {
         let bytes = match frames_down.recv_timeout(LOOK) {
@@ -166,7 +169,7 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
             Err(RecvTimeoutError::Disconnected) => return End::Gone,
             Err(RecvTimeoutError::Timeout) => {
                 silent += LOOK;
-                if silent >= SILENCE {
+                if silent >= patience {
                     return End::Silent;
                 }
                 continue;
@@ -188,13 +191,16 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
             Ok(Down::Said(Said::FeedOverride { percent })) => hands.shared.set_feed_override(percent),
             Ok(Down::Said(Said::Grant)) => hands.shared.grant(),
             Ok(Down::Said(Said::Revoke)) => hands.shared.revoke(),
+            Ok(Down::Said(Said::Hold { id, number })) => hands.shared.hold_as(id, number),
+            Ok(Down::Said(Said::Lift { id })) => hands.shared.lift(id),
+            Ok(Down::Said(Said::Go)) => hands.shared.go(),
             Ok(Down::Alive) => {}
             Ok(Down::Start { .. }) | Err(_) => return End::Gone,
         }
     }
 }
 
-/// Takes the outputs, makes them safe and starts the thread that measures its clock first.
+/// Takes over the outputs, makes them safe, and starts the thread, which first measures its clock.
 fn begin(
     machine: &Machine,
     record: &Path,
@@ -220,20 +226,31 @@ fn begin(
     };
     let reports = up.clone();
     let report = move |report| drop(reports.send(Up::Report(report)));
-    let clock = Box::new(StepClock::new());
+    let clock = clock_of(machine).map_err(cannot)?;
     let told = Arc::clone(&shared);
-    let pins = spindle::with(machine, Box::new(Steady::new(pins)), move |state| told.set_spindle(state))?;
+    let pins = spindle::with(machine, Box::new(Steady::new(pins)), move |state| {
+        told.change_glimpse(|glimpse| glimpse.spindle = state);
+    })?;
     let thread = thread::start(machine, pins, clock, Arc::clone(&shared), first, report).map_err(cannot)?;
     Ok((Hands { thread: Arc::new(Mutex::new(Some(thread))), shared, why }, trouble, offsets))
 }
 
-/// The lateness that a rehearsal is to be taken for; none where something real moves.
+/// Real time, unless the simulator of a simulated port keeps the time.
+fn clock_of(machine: &Machine) -> io::Result<Box<dyn Clock + Send>> {
+    #[cfg(unix)]
+    if rehearsal_clock::is_requested(machine) {
+        return Ok(Box::new(RehearsalClock::open(machine)?));
+    }
+    Ok(Box::new(StepClock::new()))
+}
+
+/// The lateness to report for a simulated port; `None` on real hardware.
 fn rehearsed(machine: &Machine) -> Option<Lateness> {
     let us: f64 = std::env::var(REHEARSED).ok()?.parse().ok()?;
     outputs::is_rehearsal(machine).then(|| Lateness::of(&mut [us]))
 }
 
-/// Reports as they come, the latest place in between, and the port's refusal.
+/// Sends reports as they arrive, position updates in between, and the port's refusal.
 fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
     let mut pipe = io::stdout().lock();
     let (mut told, mut refused) = (Glimpse::default(), false);
@@ -242,7 +259,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
         let latest = hands.shared.glimpse();
         let sent = match frame {
             Ok(Up::Report(report)) => {
-                // The place first, so that who hears the report sees where it ended.
+                // Position first: the receiver of the report must see where it ended.
                 let place = Glimpse { position: report.position, inputs: report.inputs, ..latest };
                 frames::send(&mut pipe, &Up::Glimpse(place))
                     .and_then(|()| frames::send(&mut pipe, &Up::Report(report)))
@@ -269,13 +286,13 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
             let _ = frames::send(&mut pipe, &Up::Refused(why));
         }
         if sent.is_err() {
-            // The bridge is no more: the other end of the pipe says so too.
+            // The bridge is gone; the other end of the pipe shows that too.
             return;
         }
     }
 }
 
-/// Ends the process in a controlled way when the system asks it to.
+/// Ends the process in a controlled way on a signal of the system.
 fn watch_signals(hands: Hands) {
     let watch = move || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();

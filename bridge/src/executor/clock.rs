@@ -1,11 +1,9 @@
-//! The clocks: one that lets the virtual drill run faster than life, one that waits for every step.
+//! Clocks: one that lets the virtual drill run faster than real time, and one that waits for every step.
 //!
 //! ```text
-//! StepClock   ──── sleep ────▶|~ spin ~|step      late = how far behind the asked tick it came back
+//! StepClock   ──── sleep ────▶|~ spin ~|step      late = time from the requested tick to the wake-up
 //!                             due − 100 µs  due
 //! ```
-//!
-//! Comes in: ticks to wait for. Goes out: the ticks it really was, and how late a clock is. Does not know pins.
 
 use annulus_core::control::Lateness;
 use annulus_core::pins::Clock;
@@ -14,10 +12,10 @@ use std::sync::LazyLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The lump clock may run ahead of life by this much, so that it sleeps rarely, in ms.
+/// How far the lump clock may run ahead of real time, in ms, so that it sleeps rarely.
 const LUMP_MS: f64 = 2.0;
 
-/// The last bit before a step is not slept but watched.
+/// The last part before a step is spent spinning, not sleeping.
 const WATCHED: Duration = Duration::from_micros(100);
 
 /// How long a clock is measured.
@@ -26,8 +24,8 @@ pub(crate) const MEASURED: Duration = Duration::from_secs(2);
 /// Time between two measured wake-ups, in ticks: 0.5 ms.
 const BEAT: u64 = TICK_HZ / 2_000;
 
-/// Real time, `speed` times as fast, up to 2 ms ahead of itself so that it sleeps rarely. It only paces: what the virtual
-/// drill models goes by stream ticks.
+/// Real time at a time scale, up to 2 ms ahead of itself so that it sleeps rarely. The clock only paces:
+/// the virtual drill itself counts stream ticks.
 pub(super) struct LumpClock {
     start: Instant,
     ticks_per_s: f64,
@@ -59,7 +57,7 @@ impl Clock for LumpClock {
     }
 }
 
-/// The same on a computer that is so late with everything, as a fault on demand.
+/// A clock that is late by a constant, as an injected fault.
 pub(super) struct LateClock {
     pub(super) clock: LumpClock,
     pub(super) ticks: u64,
@@ -75,7 +73,7 @@ impl Clock for LateClock {
     }
 }
 
-/// Life itself: every tick is waited for by itself, never ahead.
+/// Real time: waits for every single tick, never ahead.
 pub(crate) struct StepClock {
     start: Instant,
 }
@@ -106,13 +104,13 @@ impl Clock for StepClock {
     }
 }
 
-/// How long this program has looked at its clock.
+/// Time since the first call in this process.
 pub(crate) fn time() -> Duration {
     static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
     BEGAN.elapsed()
 }
 
-/// How late `clock` is when it is asked for a beat, for so long.
+/// Measures how late `clock` is, for `how_long`.
 pub(crate) fn measure(clock: &mut dyn Clock, how_long: Duration) -> Lateness {
     let begun = clock.now();
     let end = begun + (how_long.as_secs_f64() * TICK_HZ as f64) as u64;
@@ -121,7 +119,7 @@ pub(crate) fn measure(clock: &mut dyn Clock, how_long: Duration) -> Lateness {
     while due < end {
         let was = clock.wait_until(due);
         late_us.push((was - due) as f64 * 1e6 / TICK_HZ as f64);
-        // Late is never caught up, here neither.
+        // Lateness is never made up, so count on from the wake-up.
         due = was + BEAT;
     }
     Lateness::of(&mut late_us)
@@ -132,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_clock_keeps_its_laws_at_every_speed() {
+    fn virtual_clock_is_never_early_at_any_time_scale() {
         for speed in [1.0, 30.0, 1e6] {
             let mut clock = LumpClock::new(speed);
             let mut tick = 0;
@@ -146,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_step_clock_is_never_early() {
+    fn step_clock_is_never_early() {
         let mut clock = StepClock::new();
         for step in 1..200 {
             let tick = step * 1_500;
@@ -154,7 +152,7 @@ mod tests {
         }
     }
 
-    /// A clock of its own time: late by the next number of a list whenever it is asked.
+    /// A simulated clock: late by the next number of a list at every request.
     struct Late(u64, Vec<u64>);
 
     impl Clock for Late {
@@ -169,11 +167,11 @@ mod tests {
     }
 
     #[test]
-    fn lateness_is_measured_beat_by_beat_and_never_caught_up() {
+    fn lateness_is_measured_per_beat_and_not_caught_up() {
         let found = measure(&mut Late(77, vec![20_000, 40, 30]), Duration::from_secs(2));
         assert_eq!(found.worst_us, 2_000.0);
         assert_eq!(found.p50_us, 1.0);
-        // Every beat takes 0.5 ms and its lateness: four beats' time is lost to the worst.
+        // Every beat takes 0.5 ms plus its lateness: the worst ones cost the time of four beats.
         assert_eq!(found.beats, 3_988);
     }
 }

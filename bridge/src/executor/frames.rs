@@ -1,15 +1,14 @@
 //! Frames between the bridge and an executor in another process: four bytes of length, then JSON.
 //!
 //! ```text
-//! bridge ── Start ────────────▶ executor          the pipe's end is a message too: the bridge is no more
+//! bridge ── Start ────────────▶ executor          the end of the pipe is a message too: the bridge is gone
 //!        ◀───────────── Ready ─  (or Refused)
 //!        ── Said ─────────────▶
 //!        ◀── Report, Glimpse ──
-//!        ── Alive ─▶ ◀─ Alive ─   50 ms apart at most: silence is a message too
+//!        ── Alive ─▶ ◀─ Alive ─   at most 50 ms apart: silence is a message too
 //! ```
 //!
-//! Comes in and goes out: messages over a pipe between two processes of the same program and version. A frame that is too
-//! long or not understood ends the conversation. Does not know what is moved.
+//! A frame that is too long or not understood ends the connection.
 
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
@@ -24,36 +23,32 @@ use std::time::Duration;
 /// Longest frame, in bytes: a leg of a hundred thousand runs.
 const LIMIT: usize = 16 * 1024 * 1024;
 
-/// Bridge to executor.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Down {
-    /// First: the machine, where to keep the record, and what was measured before.
+    /// First: the machine, the path of the record, and an earlier timing measurement.
     Start { settings: Vec<(String, Value)>, record: PathBuf, measured: Option<Lateness> },
-    /// What its owner has to say.
+    /// A message of the owner.
     Said(Said),
-    /// The bridge lives. Nothing is to be done.
+    /// Keep-alive of the bridge.
     Alive,
 }
 
-/// Executor to bridge.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Up {
-    /// The outputs are safe, the clock is measured.
+    /// The outputs are safe, and the clock is measured.
     Ready(Timing),
-    /// It cannot begin, or cannot go on: nothing more will be said.
+    /// The executor cannot start or continue: no message follows.
     Refused(Diagnostic),
-    /// A task ended.
     Report(Report),
-    /// The latest place.
     Glimpse(Glimpse),
-    /// The executor lives, and nothing is new.
+    /// Keep-alive of the executor.
     Alive,
 }
 
-/// How often the bridge says that it lives.
+/// Interval of the bridge's keep-alives.
 pub(super) const BEAT: Duration = Duration::from_millis(50);
 
-/// A frame as it goes over the pipe.
+/// Encodes a frame for the pipe.
 pub(super) fn encode(frame: &impl Serialize) -> io::Result<Vec<u8>> {
     let body = serde_json::to_vec(frame)?;
     let length = u32::try_from(body.len()).ok().filter(|length| *length as usize <= LIMIT);
@@ -63,13 +58,12 @@ pub(super) fn encode(frame: &impl Serialize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Sends one frame.
 pub(super) fn send(pipe: &mut impl Write, frame: &impl Serialize) -> io::Result<()> {
     pipe.write_all(&encode(frame)?)?;
     pipe.flush()
 }
 
-/// The next frame; none where the pipe ended between two frames.
+/// The next frame; `None` if the pipe ended between two frames.
 pub(super) fn receive<T: DeserializeOwned>(pipe: &mut impl Read) -> io::Result<Option<T>> {
     Ok(match receive_bytes(pipe)? {
         Some(body) => Some(serde_json::from_slice(&body)?),
@@ -77,7 +71,7 @@ pub(super) fn receive<T: DeserializeOwned>(pipe: &mut impl Read) -> io::Result<O
     })
 }
 
-/// The same before anybody understands it.
+/// The next frame, not yet parsed.
 pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match pipe.read(&mut length)? {
@@ -101,7 +95,7 @@ mod tests {
     use annulus_drill::executor::Instruction;
 
     #[test]
-    fn a_machine_survives_the_way_and_broken_frames_end_it() {
+    fn frames_carry_a_machine_and_broken_frames_are_errors() {
         let settings = machine::read(&machine::lab());
         let frames = [
             Down::Start { settings, record: "executor.log".into(), measured: None },

@@ -1,18 +1,16 @@
-//! The executor: what owns pins and clock, fed with tasks. Either a thread of the bridge, or a process of its own.
+//! The executor owns pins and clock and plays tasks. Either a thread of the bridge, or a separate process.
 //!
 //! ```text
 //! owner ── ring of orders ──▶ thread ──▶ virtual drill          owner ── frames ──▶ process ─ thread ──▶ I/O card
 //!   ▲                           │  ▲                              ▲                   │         │
 //!   │                           │  └── stop up to task n,         │                   │   pipe ends: ramp down,
 //!   ├── reports: every task,    │      legs durable up to n       ├── the same ◀──────┘   forcing and spindle off
-//!   │   once, at rest           │                                 └── glimpses, 50 a second
-//!   └── latest place: lossy, never waited for
+//!   │   once, when stopped      │                                 └── position, 50 per second
+//!   └── position: lossy, never waited for
 //! ```
 //!
-//! Owner and process watch each other: the process comes to rest by itself when the owner says nothing for 300 ms; an owner
-//! whose process died, or says nothing for 500 ms, switches the outputs off itself.
-//!
-//! Comes in: a machine and pins. Goes out: a seat for the owner ([`annulus_drill`] says what it is ordered). Does not know jobs.
+//! Owner and process watch each other. The process stops after 300 ms of silence of the owner. If the
+//! process died or was silent for 500 ms, the owner switches the outputs off itself.
 
 pub(crate) mod child;
 pub(crate) mod clock;
@@ -20,6 +18,8 @@ mod frames;
 pub(crate) mod process;
 pub(crate) mod realtime;
 mod record;
+#[cfg(unix)]
+mod rehearsal_clock;
 mod thread;
 
 use crate::spindle;
@@ -30,14 +30,26 @@ use annulus_drill::executor::{Instruction, Seat, Shared};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 pub(crate) use annulus_drill::executor::Heard;
 
-/// A thread of this process. The ring never fills: one task at a time is given.
+/// How long the other side may be silent; `usual` on a real machine. A simulated port whose simulator keeps
+/// the time may run on a busy computer and gets longer.
+fn patience(machine: &Machine, usual: Duration) -> Duration {
+    #[cfg(unix)]
+    if rehearsal_clock::is_requested(machine) {
+        return usual * 5;
+    }
+    let _ = machine;
+    usual
+}
+
+/// A thread of this process. Its channel never fills: only one task is pending.
 struct Thread(SyncSender<Instruction>, Option<JoinHandle<()>>);
 
-/// A thread of this process, `speed` times as fast as life, on a computer that is so `late` with every step, in ticks, where
-/// that is to be judged. `hear` is called from it once a task.
+/// Starts a thread of this process at the time scale `speed`. `late` simulates a host that is late by this
+/// many ticks at every step. `hear` is called from the thread, once per task.
 pub(crate) fn start(
     machine: &Machine,
     pins: Box<dyn Pins + Send>,
@@ -49,11 +61,12 @@ pub(crate) fn start(
         return Err(Diagnostic::error("spindle.in_life").with("speed", speed));
     }
     let told = Arc::clone(shared);
-    let pins = spindle::with(machine, pins, move |state| told.set_spindle(state))?;
+    let pins =
+        spindle::with(machine, pins, move |state| told.change_glimpse(|glimpse| glimpse.spindle = state))?;
     let clock = clock::LumpClock::new(speed);
     let report = move |report| hear(Heard::Report(report));
     let (clock, output): (Box<dyn Clock + Send>, _) = match late {
-        // Judged as where time is real.
+        // Judge the lateness as on real hardware.
         Some(ticks) => (Box::new(clock::LateClock { clock, ticks }), Output::Card),
         None => (Box::new(clock), machine.output),
     };
@@ -72,7 +85,7 @@ impl Seat for Thread {
         self.1.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// What it had is the virtual drill: nothing is left on.
+    /// Its pins are those of the virtual drill: nothing stays on.
     fn make_safe(&self) -> Result<(), Diagnostic> {
         Ok(())
     }

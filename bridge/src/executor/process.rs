@@ -1,13 +1,11 @@
-//! The bridge's end of an executor in a process of its own.
+//! The bridge's end of an executor in a separate process.
 //!
 //! ```text
-//! orders ──┐                                    ┌─ the pipe ends, or nothing came for 500 ms:
-//! alive ───┴─▶ process ──▶ reports, glimpses ──▶┤  the process is ended, and what it left on is switched off here
+//! orders ──┐                                    ┌─ the pipe ends, or nothing arrives for 500 ms:
+//! alive ───┴─▶ process ──▶ reports, positions ─▶┤  end the process, and switch its outputs off here
 //! ```
 //!
-//! Comes in: orders, stops, the durable count. Goes out: frames to the process; from it reports, the latest place, and once
-//! what its clock is worth. A process that lives comes to rest by itself when its pipe ends; it is killed only when it does not.
-//! Does not know pins.
+//! A live process stops when its pipe ends; it is killed only if it does not.
 
 use super::Heard;
 use super::frames::{self, BEAT, Down, Up};
@@ -26,40 +24,41 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long it may take to be ready: another process may have to let go first, and the clock is measured.
+/// How long it may take to be ready: another process may have to release the port first, and the clock is
+/// measured.
 const READY: Duration = Duration::from_secs(30);
 
-/// How long it may take to come to rest and end.
+/// How long it may take to stop and end.
 const END: Duration = Duration::from_secs(6);
 
-/// So long it may say nothing. Counted in beats: time in which the bridge did not run either is not held against it.
+/// Longest silence of the process. Counted in beats: time in which the bridge did not run either does not
+/// count.
 const SILENCE: Duration = Duration::from_millis(500);
 
-/// How long a process that said its last word may take to end.
+/// How long a process may take to end after its last message.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// An executor process.
 pub(crate) struct Process {
     link: Arc<Link>,
     orders: Option<Sender<Down>>,
     shared: Arc<Shared>,
 }
 
-/// What the threads around the process share.
+/// Shared by the threads around the process.
 struct Link {
     machine: Machine,
     child: Mutex<Child>,
-    /// None once there is nothing more to say.
+    /// `None` after the last message.
     pipe: Mutex<Option<ChildStdin>>,
-    /// Frames that came from it.
+    /// Number of frames received.
     heard: AtomicU64,
-    /// Its outputs are ours: it took them and was ready.
+    /// The process took over the outputs and was ready.
     begun: AtomicBool,
-    /// It said nothing for too long.
+    /// The process was silent for too long.
     silent: AtomicBool,
-    /// It said that it cannot go on, or its pipe ended; what it left on is off.
+    /// The process cannot continue, or its pipe ended; its outputs are off.
     gone: AtomicBool,
-    /// It was told to end: that it does is no news.
+    /// The process was ordered to end, so its end is not reported.
     finishing: AtomicBool,
 }
 
@@ -67,8 +66,8 @@ fn failed(error: impl std::fmt::Display) -> Diagnostic {
     Diagnostic::error("output.executor_failed").with("reason", error)
 }
 
-/// Starts the executor of `machine`, whose record is `record`, and waits until its outputs are safe and its clock is
-/// measured, or was `measured` before. `hear` is called from another thread.
+/// Starts the executor of `machine` with its record at `record`. Waits until its outputs are safe and its
+/// clock is measured, unless `measured` is given. `hear` is called from another thread.
 pub(crate) fn start(
     machine: &Machine,
     record: &Path,
@@ -81,7 +80,7 @@ pub(crate) fn start(
         return Err(failed("no pipe"));
     };
     let settings = machine::read(machine);
-    // Before anything else, and before anybody says that the bridge lives.
+    // First of all, before the first keep-alive.
     frames::send(&mut stdin, &Down::Start { settings, record: record.to_owned(), measured })
         .map_err(failed)?;
     let (orders, frames_down) = channel();
@@ -131,13 +130,14 @@ pub(crate) fn start(
 fn spawn() -> io::Result<Child> {
     let mut command = Command::new(std::env::current_exe()?);
     command.arg("executor").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::inherit());
-    // Ctrl-C in the terminal is for the bridge: it ends the executor when the machine rests.
+    // Ctrl-C in the terminal must reach only the bridge, which ends the executor after the machine has
+    // stopped.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.spawn()
 }
 
-/// Whether a short frame goes into the pipe at once.
+/// Returns `true` if a short frame fits into the pipe without blocking.
 fn has_room(pipe: &ChildStdin) -> bool {
     #[cfg(unix)]
     {
@@ -154,7 +154,7 @@ fn has_room(pipe: &ChildStdin) -> bool {
 }
 
 impl Link {
-    /// Sends frames until there are no more, or nobody takes them.
+    /// Sends frames until there are no more, or the pipe breaks.
     fn write_all(&self, frames_down: &Receiver<Down>) {
         while let Ok(frame) = frames_down.recv() {
             let Ok(bytes) = frames::encode(&frame) else { break };
@@ -166,13 +166,15 @@ impl Link {
         *self.pipe.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// Says that the bridge lives, and looks whether the process does. One that says nothing is killed: it cannot be told to
-    /// rest, and it must not wake up when its outputs were made safe.
+    /// Sends keep-alives, and checks that the process is alive. A silent process is killed: it cannot
+    /// receive a stop, and must not wake up after its outputs were made safe.
     fn watch(&self) {
         let alive = frames::encode(&Down::Alive).unwrap_or_default();
+        let patience = super::patience(&self.machine, SILENCE);
         let (mut before, mut silent) = (0, Duration::ZERO);
         while !self.gone.load(Ordering::SeqCst) {
-            // A pipe in use carries a frame, which says as much; a full one is emptied by nobody, and must not hold this up.
+            // A busy pipe carries a frame, which is as good as a keep-alive. A full pipe has no reader and
+            // must not block this thread.
             if let Ok(mut pipe) = self.pipe.try_lock() {
                 match pipe.as_mut() {
                     Some(pipe) if has_room(pipe) => drop(pipe.write_all(&alive)),
@@ -184,7 +186,7 @@ impl Link {
             let heard = self.heard.load(Ordering::SeqCst);
             silent = if heard == 0 || heard != before { Duration::ZERO } else { silent + BEAT };
             before = heard;
-            if silent >= SILENCE {
+            if silent >= patience {
                 self.silent.store(true, Ordering::SeqCst);
                 self.kill();
                 return;
@@ -197,7 +199,7 @@ impl Link {
         let _ = child.kill().and_then(|()| child.wait());
     }
 
-    /// Waits until it ended, at most so long; after that it is killed. Whether it left the outputs safe.
+    /// Waits for the end; kills the process after `patience`. Returns `true` if it left the outputs safe.
     fn await_end(&self, patience: Duration) -> bool {
         let since = Instant::now();
         loop {
@@ -214,12 +216,13 @@ impl Link {
         false
     }
 
-    /// Switches off what a process that ended left on. What it never took may be another's.
+    /// Switches off what an ended process left on. Outputs that it never took over may belong to another
+    /// one.
     fn make_safe(&self) -> Result<(), Diagnostic> {
         if !self.begun.load(Ordering::SeqCst) {
             return Ok(());
         }
-        // Both, whatever became of the other.
+        // Try both, even if the first fails.
         let pins = outputs::make_safe(&self.machine);
         let converter = spindle::make_safe(&self.machine);
         pins.and(converter).map_err(|why| {
@@ -229,7 +232,7 @@ impl Link {
     }
 }
 
-/// What hears the process.
+/// The receiver of the process's frames.
 struct Reader {
     shared: Arc<Shared>,
     link: Arc<Link>,
@@ -249,7 +252,7 @@ impl Reader {
                     let _ = self.ready.send(Ok(timing));
                 }
                 Ok(Some(Up::Report(report))) => hear(Heard::Report(report)),
-                Ok(Some(Up::Glimpse(glimpse))) => self.shared.set_glimpse(glimpse),
+                Ok(Some(Up::Glimpse(glimpse))) => self.shared.change_glimpse(|last| *last = glimpse),
                 Ok(Some(Up::Alive)) => {}
                 Ok(Some(Up::Refused(why))) => break why,
                 Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => break failed(error),
@@ -270,7 +273,8 @@ impl Reader {
         }
     }
 
-    /// The process is no more, or ends: what it left on is switched off at once. Why, and worse where that failed.
+    /// The process is gone, or ends: switches its outputs off at once. Returns `why`, or a worse problem if
+    /// that failed.
     fn end(&self, why: Diagnostic) -> Diagnostic {
         if let Ok(mut pipe) = self.link.pipe.try_lock() {
             *pipe = None;
@@ -296,7 +300,7 @@ impl Seat for Process {
     }
 
     fn finish(&mut self) {
-        // Once only: by the second time the courier may be another executor's.
+        // Only once: later the courier may belong to another executor.
         let Some(orders) = self.orders.take() else { return };
         self.shared.set_courier(None);
         self.link.finishing.store(true, Ordering::SeqCst);

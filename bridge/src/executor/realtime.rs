@@ -1,12 +1,11 @@
-//! What the system can do for pulses: the real-time class for one thread, and memory that is never swapped out.
-//!
-//! Goes out: none where it was granted, else why not. Being refused is no error: the lateness that is measured afterwards
-//! tells what it costs.
+//! System services for precise pulses: the real-time class for one thread, and memory that is never swapped
+//! out. A refusal is no error: the measured lateness shows its effect.
 
-/// Puts the calling thread into the real-time class (first in, first out, middle priority).
+/// Puts the calling thread into the real-time class (first in, first out, middle priority). Returns the
+/// reason if refused.
 #[cfg(target_os = "linux")]
 pub(crate) fn ask_for_class() -> Option<String> {
-    /// Above interrupt threads would be too much, below them is late.
+    /// Just below the interrupt threads: above them it would block the system.
     const PRIORITY: i32 = 45;
     let parameters = libc::sched_param { sched_priority: PRIORITY };
     #[expect(unsafe_code, reason = "no package of ours wraps this call")]
@@ -15,12 +14,12 @@ pub(crate) fn ask_for_class() -> Option<String> {
     (answer != 0).then(|| std::io::Error::last_os_error().to_string())
 }
 
-/// Locks this process' memory, now and later.
+/// Locks this process' memory, now and later. Returns the reason if refused.
 #[cfg(target_os = "linux")]
 pub(crate) fn ask_for_memory() -> Option<String> {
     use rustix::mm::{MlockAllFlags, mlockall};
     use rustix::process::{Resource, geteuid, getrlimit};
-    /// With less, what is asked for later would fail, and that is worse than being swapped out.
+    /// With a lower limit later allocations would fail, which is worse than swapping.
     const ENOUGH: u64 = 256 << 20;
     let limit = getrlimit(Resource::Memlock).current.filter(|limit| *limit < ENOUGH);
     if let Some(limit) = limit.filter(|_| !geteuid().is_root()) {
@@ -29,13 +28,11 @@ pub(crate) fn ask_for_memory() -> Option<String> {
     mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).err().map(|error| error.to_string())
 }
 
-/// Not here.
 #[cfg(not(target_os = "linux"))]
 pub(crate) fn ask_for_class() -> Option<String> {
     Some("this system has none".to_owned())
 }
 
-/// Not here.
 #[cfg(not(target_os = "linux"))]
 pub(crate) fn ask_for_memory() -> Option<String> {
     Some("this system cannot".to_owned())

@@ -1,4 +1,4 @@
-//! The executor's own record: where it came to rest for good, why, and its last steps.
+//! The executor's own record: its final position, the reason for its end, and its last steps.
 //!
 //! ```text
 //! {"at_ms":1795300000000,"event":"started", …}
@@ -6,8 +6,7 @@
 //!                                                                       tick of 0.1 µs, axes, those of them forward
 //! ```
 //!
-//! Comes in: what is done to the pins. Goes out: the same to the pins behind, and a line at the end of a file. While
-//! something moves nothing is written: the last steps are kept in memory. Does not know who stopped it.
+//! Nothing is written during motion: the last steps are collected in memory.
 
 use crate::own;
 use annulus_core::machine::{AXES, Steps};
@@ -22,19 +21,19 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Steps that are kept: more than any ramp down has.
+/// Number of steps in memory: more than any ramp down has.
 const KEPT: usize = 4_096;
 
-/// A record longer than this is begun anew, in bytes.
+/// Size in bytes above which the record is started again.
 const LONGEST: u64 = 4 * 1024 * 1024;
 
-/// Why it ends, as far as somebody said so.
+/// The reason for the end, if one was set.
 pub(super) type Why = Arc<Mutex<&'static str>>;
 
-/// What the counts of the axes were corrected by, since the start: homing tells where zero is.
+/// Corrections of the axes' counts since the start: homing defines zero.
 pub(super) type Offsets = Arc<[AtomicI64; AXES]>;
 
-/// Pins that keep a record.
+/// Pins with a record.
 pub(super) struct Recorded<P> {
     pins: P,
     file: File,
@@ -45,7 +44,7 @@ pub(super) struct Recorded<P> {
 }
 
 impl<P: Pins> Recorded<P> {
-    /// Keeps the record of `pins` in `path`.
+    /// Records `pins` in the file `path`.
     pub(super) fn new(pins: P, path: &Path, offsets: Offsets, why: Why) -> io::Result<Self> {
         let long = std::fs::metadata(path).is_ok_and(|file| file.len() > LONGEST);
         let mut options = OpenOptions::new();
@@ -64,7 +63,7 @@ impl<P: Pins> Recorded<P> {
         let offset = |axis: usize| self.offsets[axis].load(Ordering::SeqCst);
         let position: Steps = std::array::from_fn(|axis| self.counted[axis] + offset(axis));
         let line = json!({ "at_ms": at_ms, "event": event, "position": position, "steps": self.steps });
-        // A full disk does not keep the outputs from being made safe.
+        // A full disk must not prevent making the outputs safe.
         let _ = self.file.write_all(format!("{line}\n").as_bytes()).and_then(|()| self.file.sync_data());
     }
 }
@@ -98,7 +97,7 @@ mod tests {
     use annulus_core::pins::{Recorder, Written};
 
     #[test]
-    fn the_last_line_has_the_place_and_the_last_steps() {
+    fn last_record_line_has_the_position_and_last_steps() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("executor.log");
         for life in 0..2 {

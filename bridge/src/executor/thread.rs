@@ -1,7 +1,4 @@
-//! The executor's thread: plays tasks, one after the other, on the pins that it alone owns.
-//!
-//! Comes in: messages through a bounded ring. Goes out: calls on pins, one report a task, the latest place. Does not know
-//! who gives the tasks, nor in which process it is.
+//! The executor's thread: plays tasks on pins that it owns alone.
 
 use annulus_core::machine::Machine;
 use annulus_core::pins::{Clock, Pins, through};
@@ -12,10 +9,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Orders that fit into the ring.
+/// Capacity of the channel of orders.
 const RING: usize = 16;
 
-/// Starts the thread. `first` is done in it before anything else; `report` is called from it once a task.
+/// Starts the thread, which calls `first` before anything else, and `report` once per task.
 pub(super) fn start(
     machine: &Machine,
     pins: Box<dyn Pins + Send>,
@@ -34,7 +31,7 @@ pub(super) fn start(
     Ok((ring, thread))
 }
 
-/// The ring's end in the thread: it waits by itself.
+/// The thread's end of the channel; it blocks.
 struct Ring(Receiver<Instruction>);
 
 impl Orders for Ring {
@@ -84,8 +81,21 @@ mod tests {
         way.moves.iter().map(|planned| segment(planned, machine)).collect()
     }
 
-    /// How two tasks end: one that leaves the tip `depth` steps below the board's surface, and after a pause one that should
-    /// have followed; and where the tip rests after each of them, from the surface.
+    fn task(id: u64, segments: Vec<Segment>, follows: bool, surface_steps: i64) -> Instruction {
+        Instruction::Task(Task {
+            id,
+            segments,
+            follows,
+            surface_steps,
+            board_steps: 0,
+            needs_durable: 0,
+            lift_to: Some(0),
+            granted: false,
+        })
+    }
+
+    /// Plays two tasks with a pause between them: the first leaves the tool `depth` steps below the board's
+    /// surface, the second should follow. Returns how each ended, and the tool's height above the surface.
     fn two_tasks(output: Output, follows: bool, depth: i64, pause: Duration) -> [(Ended, i64); 2] {
         let machine = Machine { output, ..virtual_drill() };
         let surface = machine.z.scale.steps(machine.process.surface);
@@ -96,24 +106,12 @@ mod tests {
         let pins = Box::<Recorder>::default();
         let shared = Arc::new(Shared::new(clock::time));
         let (ring, thread) = start(&machine, pins, Box::new(Punctual(0)), shared, || {}, report).unwrap();
-        let task = |id, segments, follows| {
-            Instruction::Task(Task {
-                id,
-                segments,
-                follows,
-                surface_steps: surface,
-                board_steps: 0,
-                needs_durable: 0,
-                lift_to: Some(0),
-                granted: false,
-            })
-        };
         let mut low = Steps::default();
         low[2] = surface - depth;
-        ring.send(task(1, way(&machine, Steps::default(), low[2]), follows)).unwrap();
+        ring.send(task(1, way(&machine, Steps::default(), low[2]), follows, surface)).unwrap();
         let first: Report = heard.recv().unwrap();
         thread::sleep(pause);
-        ring.send(task(2, way(&machine, low, surface + 1_000), false)).unwrap();
+        ring.send(task(2, way(&machine, low, surface + 1_000), false, surface)).unwrap();
         let second = heard.recv().unwrap();
         ring.send(Instruction::Finish).unwrap();
         thread.join().unwrap();
@@ -121,13 +119,40 @@ mod tests {
     }
 
     #[test]
-    fn a_tip_in_the_board_is_lifted_when_the_next_move_does_not_come() {
+    fn final_position_is_published_to_a_slow_reader() {
+        let machine = virtual_drill();
+        let (reports, heard) = channel();
+        let shared = Arc::new(Shared::new(clock::time));
+        let (ring, thread) = start(
+            &machine,
+            Box::<Recorder>::default(),
+            Box::new(Punctual(0)),
+            Arc::clone(&shared),
+            || {},
+            move |report: Report| {
+                let _ = reports.send(report);
+            },
+        )
+        .unwrap();
+        // The task ends while the reader holds the snapshot.
+        shared.change_glimpse(|_| {
+            ring.send(task(1, way(&machine, Steps::default(), -100), false, 0)).unwrap();
+            thread::sleep(Duration::from_millis(300));
+        });
+        assert_eq!(heard.recv().unwrap().position[2], -100);
+        assert_eq!(shared.glimpse().position[2], -100);
+        ring.send(Instruction::Finish).unwrap();
+        thread.join().unwrap();
+    }
+
+    #[test]
+    fn starved_executor_lifts_the_tool_out_of_the_board() {
         const LONG: Duration = Duration::from_millis(2_400);
         let top = -virtual_drill().z.scale.steps(virtual_drill().process.surface);
         let [down, starved] = two_tasks(Output::Card, true, 100, LONG);
         assert_eq!((down, starved), ((Ended::Completed, -100), (Ended::Starved, top)));
-        // In time; on the virtual drill, which keeps its own time; with the tip out of the board; and of a row of a queue, which
-        // may leave the tip down as long as a person likes.
+        // No lift: in time; on the virtual drill, which runs by stream time; with the tool out of the
+        // board; after a queue row, which may leave the tool down.
         let rows = [
             (Output::Card, true, 100, Duration::ZERO),
             (Output::Virtual, true, 100, LONG),

@@ -1,7 +1,4 @@
-//! The step automaton and its phases: `step-automaton/1`.
-//!
-//! Comes in: tables of dynamics, targets, changes of target, a phase table. Goes out: every step compared, totals,
-//! conditions, bytes. Reference part A. Does not know how a step comes about.
+//! The step automaton and its phases: `step-automaton/1`. Reference part A.
 
 use super::document::Node;
 use super::tally::Tally;
@@ -12,12 +9,11 @@ use annulus_core::machine::{
 };
 use annulus_core::steps::automaton::{self, Automaton};
 
-/// Targets and positions within this many steps.
+/// Largest target or position, in steps.
 const REACH: i64 = 1_000_000_000;
-/// Interrupts are counted up to here.
+/// Highest interrupt number.
 const LATEST: i64 = 1 << 40;
 
-/// `step-automaton/1`.
 pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let list = |key: &str| root.find(key).map_or(Ok(Vec::new()), |list| list.items());
     for (_, table) in root.find("tables").map_or(Ok(Vec::new()), |tables| tables.members())? {
@@ -63,7 +59,7 @@ pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<()
     Ok(())
 }
 
-/// The table of dynamics called `name`: the file's own, else the printed one.
+/// The dynamics table `name`: the file's own, or the published one.
 fn table(root: &Node<'_>, name: &str, at: &Node<'_>) -> Result<Dynamics, Diagnostic> {
     match root.find("tables").and_then(|tables| tables.find(name)) {
         Some(node) => dynamics(&node),
@@ -72,7 +68,7 @@ fn table(root: &Node<'_>, name: &str, at: &Node<'_>) -> Result<Dynamics, Diagnos
     }
 }
 
-/// A table of dynamics in the members `period`, `enter` and `leave`.
+/// Reads a dynamics table from the members `period`, `enter` and `leave`.
 pub(super) fn dynamics(node: &Node<'_>) -> Result<Dynamics, Diagnostic> {
     let period = whole_row(&node.get("period")?, 1, SLOWEST)?;
     let (enter, leave) = (node.get("enter")?, node.get("leave")?);

@@ -1,7 +1,6 @@
-//! A JSON document whose values know where they stand, so that a refusal has line and column.
+//! A JSON document whose values know their position, so that an error has line and column.
 //!
-//! Comes in: text. Goes out: [`Node`]s with checked access. Places are looked up only when something is refused: the
-//! text is walked again along the node's path. Does not know schemas.
+//! Positions are computed only for an error: the text is parsed again along the node's path.
 
 use super::error;
 use annulus_core::diagnostic::Diagnostic;
@@ -9,18 +8,17 @@ use serde_json::Value;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
-/// Members that explain a file and are for people: they may stand anywhere.
+/// Explanatory members for human readers; allowed anywhere.
 const NOTES: [&str; 4] = ["note", "units", "oracle", "id"];
 
-/// A parsed file.
 #[derive(Debug)]
 pub(super) struct Document<'a> {
     name: &'a str,
     text: &'a str,
     value: Value,
-    /// The paths that somebody asked for, whether they are there or not.
+    /// The paths that were requested, present or not.
     asked: RefCell<BTreeSet<Vec<Step>>>,
-    /// The objects whose members were gone through: their names are the file's own.
+    /// The objects whose members were listed: the file chooses those names.
     named: RefCell<BTreeSet<Vec<Step>>>,
 }
 
@@ -40,14 +38,14 @@ pub(super) struct Node<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// Parses `text`; what is not JSON is refused with its place. Nesting is bounded by the parser.
+    /// Parses `text`; an error has its position. The parser limits the nesting.
     pub(super) fn parse(name: &'a str, text: &'a str) -> Result<Self, Diagnostic> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         match serde_json::from_str(text) {
             Ok(value) => Ok(Self { name, text, value, asked: RefCell::default(), named: RefCell::default() }),
             Err(bad) => {
                 let at = |number: usize| u32::try_from(number.max(1)).unwrap_or(u32::MAX);
-                // The parser puts line and column behind its words; they go into the place instead.
+                // The parser appends line and column to its message; they go into the position instead.
                 let words = bad.to_string();
                 let what = words.rsplit_once(" at line ").map_or(words.as_str(), |(what, _)| what);
                 let why = error("lab.not_json").with("what", what);
@@ -56,13 +54,12 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The whole.
     pub(super) fn root(&'a self) -> Node<'a> {
         Node { document: self, value: &self.value, path: Vec::new() }
     }
 
-    /// The first member that nobody asked for in any place of its kind: places that differ only in the numbers of lists,
-    /// or in names that are the file's own, are of one kind. A misspelt expected value is such a member.
+    /// The first member that was not requested in any place of its kind, such as a misspelt expected value.
+    /// Places that differ only in list indices, or in names that the file chooses, are of one kind.
     pub(super) fn unknown(&'a self) -> Option<Node<'a>> {
         let named = self.named.borrow();
         let known: BTreeSet<Vec<Step>> = self.asked.borrow().iter().map(|path| kind(path, &named)).collect();
@@ -85,7 +82,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// A path without the numbers of lists and without names that are the file's own.
+/// A path without list indices and without names that the file chooses.
 fn kind(path: &[Step], named: &BTreeSet<Vec<Step>>) -> Vec<Step> {
     let any = |(at, step): (usize, &Step)| match step {
         Step::Key(key) if !named.contains(&path[..at]) => Step::Key(key.clone()),
@@ -109,7 +106,6 @@ impl<'a> Node<'a> {
         self.value.get(key).map(|value| self.inside(value, Step::Key(key.to_owned())))
     }
 
-    /// The member `key`.
     pub(super) fn get(&self, key: &str) -> Result<Self, Diagnostic> {
         if !self.value.is_object() {
             return Err(self.unlike("an object"));
@@ -122,7 +118,6 @@ impl<'a> Node<'a> {
         self.get(key)?.number()
     }
 
-    /// A number.
     pub(super) fn number(&self) -> Result<f64, Diagnostic> {
         self.value.as_f64().filter(|value| value.is_finite()).ok_or_else(|| self.unlike("a number"))
     }
@@ -138,12 +133,10 @@ impl<'a> Node<'a> {
         whole.ok_or_else(|| self.unlike(&format!("a whole number from {low} to {high}")))
     }
 
-    /// A text.
     pub(super) fn text(&self) -> Result<&'a str, Diagnostic> {
         self.value.as_str().ok_or_else(|| self.unlike("a text"))
     }
 
-    /// True or false.
     pub(super) fn truth(&self) -> Result<bool, Diagnostic> {
         self.value.as_bool().ok_or_else(|| self.unlike("true or false"))
     }
@@ -154,7 +147,7 @@ impl<'a> Node<'a> {
         Ok(items.iter().enumerate().map(|(at, value)| self.inside(value, Step::Index(at))).collect())
     }
 
-    /// The elements of a list of just `N`.
+    /// The elements of a list of exactly `N`.
     pub(super) fn exactly<const N: usize>(&self) -> Result<[Self; N], Diagnostic> {
         self.items()?.try_into().map_err(|_| self.unlike(&format!("a list of {N}")))
     }
@@ -169,12 +162,11 @@ impl<'a> Node<'a> {
         Ok(members.iter().map(inside).collect())
     }
 
-    /// The value as it stands.
     pub(super) fn value(&self) -> &'a Value {
         self.value
     }
 
-    /// The path to this value as people write it: `cases[3].z[0].H`.
+    /// The path to this value in readable form: `cases[3].z[0].H`.
     pub(super) fn path(&self) -> String {
         let mut out = String::new();
         for step in &self.path {
@@ -194,7 +186,7 @@ impl<'a> Node<'a> {
         self.place(error(code).with("path", path))
     }
 
-    /// The same diagnostic with the place of this value.
+    /// Adds the position of this value to a diagnostic.
     pub(super) fn place(&self, why: Diagnostic) -> Diagnostic {
         let at = locate(self.document.text.as_bytes(), &self.path);
         let before = &self.document.text.as_bytes()[..at];
@@ -213,8 +205,8 @@ impl<'a> Node<'a> {
     }
 }
 
-/// Where the value at the end of `path` begins, in bytes. The text is known to be JSON; should the path not be in it,
-/// the place of the last value on the way that is.
+/// Offset in bytes of the value at the end of `path`. The text must be JSON. If the path is missing, the
+/// offset of its last existing value.
 fn locate(text: &[u8], path: &[Step]) -> usize {
     let mut at = blank(text, 0);
     for step in path {
@@ -224,7 +216,8 @@ fn locate(text: &[u8], path: &[Step]) -> usize {
     at.min(text.len())
 }
 
-/// Where the value inside the one at `at` begins. Of two members of the same name the last counts, as for the parser.
+/// Offset of the value inside the one at `at`. Of two members with the same name the last counts, as in the
+/// parser.
 fn enter(text: &[u8], at: usize, step: &Step) -> Option<usize> {
     let mut found = None;
     let mut index = 0;
@@ -249,13 +242,13 @@ fn enter(text: &[u8], at: usize, step: &Step) -> Option<usize> {
     found
 }
 
-/// The first byte from `at` on that is no white space.
+/// The first byte from `at` that is not white space.
 fn blank(text: &[u8], at: usize) -> usize {
     let rest = text.get(at..).unwrap_or_default();
     at + rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len())
 }
 
-/// The byte behind the value that begins at `at`.
+/// The byte after the value that starts at `at`.
 fn behind(text: &[u8], at: usize) -> usize {
     let (mut depth, mut quoted, mut here) = (0_usize, false, at);
     while here < text.len() {
@@ -297,7 +290,7 @@ mod tests {
         "{ \"a\" : [1, {\"b\\\"}\": [ ] ,\n \"c\": \"]\\\\\" }, -2.5e3 ],\n\"d\":null, \"d\" :  true}";
 
     #[test]
-    fn every_value_knows_its_place() {
+    fn every_value_has_its_line_and_column() {
         let document = Document::parse("f", TEXT).unwrap();
         let root = document.root();
         let a = root.get("a").unwrap();
@@ -322,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn any_cut_and_any_change_is_refused_or_read() {
+    fn truncated_text_is_refused_and_changed_bytes_never_panic() {
         for end in 0..TEXT.len() {
             let why = Document::parse("f", &TEXT[..end]).unwrap_err();
             assert_eq!(why.code, "lab.not_json");

@@ -1,7 +1,4 @@
-//! The closed loop: `fuzzy-pid/1`.
-//!
-//! Comes in: rule sets, points of inference, controllers, plants, steps and strokes. Goes out: each of them compared.
-//! Reference part B2. Does not know how the loop is computed.
+//! The closed loop: `fuzzy-pid/1`. Reference part B2.
 
 use super::document::Node;
 use super::profiles::{limits, planned};
@@ -14,7 +11,7 @@ use annulus_core::servo::{
     ServoController, StepRun, StrokeRun, Table, Tables,
 };
 
-/// How far off the numbers may be.
+/// Tolerances.
 #[derive(Clone, Copy)]
 struct Room {
     inference: f64,
@@ -23,7 +20,6 @@ struct Room {
     metrics: f64,
 }
 
-/// `fuzzy-pid/1`.
 pub(super) fn fuzzy_pid(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = Room {
         inference: tolerance(&root, "inference_abs", 1e-12)?,
@@ -33,7 +29,7 @@ pub(super) fn fuzzy_pid(checked: &mut Checked, root: Node<'_>) -> Result<(), Dia
     };
     let list = |key: &str| root.find(key).map_or(Ok(Vec::new()), |list| list.items());
     for (name, set) in root.find("rules").map_or(Ok(Vec::new()), |rules| rules.members())? {
-        // Sets that ship are compared; others are what the file's own cases are computed with.
+        // Built-in sets are compared; other sets are inputs of the file's own cases.
         if let Some(rules) = FuzzyRules::named(name) {
             let mut tally = Tally::new(format!("rules {name}"));
             compare_rules(&mut tally, &set, rules.tables())?;
@@ -72,7 +68,7 @@ fn compare_rules(tally: &mut Tally, set: &Node<'_>, tables: &Tables) -> Result<(
     Ok(())
 }
 
-/// The rules that a case names: a set that ships, else one of the file. Without a name: the even set.
+/// The rules that a case names: a built-in set, or one of the file. Without a name, the even set.
 fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Diagnostic> {
     let Some(named) = case.find("rules") else { return Ok(*FuzzyRules::Even.tables()) };
     let name = named.text()?;
@@ -125,7 +121,7 @@ fn plant(case: &Node<'_>) -> Result<Plant, Diagnostic> {
     Ok(Plant { gain_mm_per_s_per_v: node.number_at("K")?, tau_s: node.number_at("tau")? })
 }
 
-/// Which sample a time in the file means: the nearest, `first` being the number of the sample at time 0.
+/// The sample nearest to a time in the file; `first` is the number of the sample at time 0.
 fn sample_at<'a, T>(samples: &'a [T], t: &Node<'_>, sample_s: f64, first: f64) -> Result<&'a T, Diagnostic> {
     let index = t.number()? / sample_s - first;
     let nearest = index.round();
@@ -186,7 +182,7 @@ fn step(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> 
     Ok(tally)
 }
 
-/// Where a profile is at second `t`, as the loop wants it.
+/// State of a profile at second `t`, in the loop's form.
 fn moment(profile: &Profile, t: f64) -> ReferenceMoment {
     ReferenceMoment {
         s_mm: profile.position_mm(t),

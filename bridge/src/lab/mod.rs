@@ -1,13 +1,10 @@
-//! Files of expected numbers, recomputed: every case from its inputs alone, compared within the tolerance of its file.
-//!
-//! Comes in: the text of a file in one of the known schemas. Goes out: a [`Report`]: per case how many values were
-//! compared and which is farthest off, or a diagnostic with the place of what cannot be read. Does not know files or exit
-//! codes.
+//! Recomputes files of expected numbers: every case from its inputs alone, compared within the tolerance of
+//! its file.
 //!
 //! ```text
-//!  text ─ document ─▶ values with places ─ one module a schema ─▶ tallies, one a case
-//!                                            │ inputs ─▶ core (profiles, automaton, cycles, servo) ─▶ found
-//!                                            └ expected ─────────────────────────────────────────────▶ found − expected
+//!  text ─ document ─▶ values with positions ─ one module per schema ─▶ tallies, one per case
+//!                                            │ inputs ─▶ core (profiles, automaton, …) ─▶ found
+//!                                            └ expected ────────────────────────────────▶ found − expected
 //! ```
 
 mod automaton;
@@ -24,17 +21,17 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
 use document::{Document, Node};
 
-/// Largest file that is read, bytes.
+/// Largest file to read, bytes.
 pub(crate) const MOST_BYTES: u64 = 16 << 20;
-/// Samples and interrupts that are computed for one file at most.
+/// Most samples and interrupts to compute for one file.
 const MOST_WORK: u64 = 20_000_000;
-/// Tolerances above this are not believed.
+/// Largest accepted tolerance.
 const LOOSEST: f64 = 0.01;
 
 /// Checks the cases of a file.
 type Checker = fn(&mut Checked, Node<'_>) -> Result<(), Diagnostic>;
 
-/// The schemas there are. One more is one more line here and its module.
+/// The schemas. A new one needs a line here and its module.
 const SCHEMAS: &[(&str, Checker)] = &[
     ("step-automaton/1", automaton::step_automaton),
     ("trapezoid-scurve/1", profiles::trapezoid_scurve),
@@ -45,23 +42,22 @@ const SCHEMAS: &[(&str, Checker)] = &[
     ("throughput/1", throughput::throughput),
 ];
 
-/// What a file's cases came to.
+/// Results of a file's cases.
 #[derive(Debug)]
 pub(crate) struct Report {
-    /// Its schema.
     pub(crate) schema: &'static str,
-    /// Its cases, in the file's order.
+    /// In the file's order.
     pub(crate) cases: Vec<Tally>,
 }
 
 impl Report {
-    /// How many cases are within tolerance.
+    /// Number of cases within tolerance.
     pub(crate) fn within(&self) -> usize {
         self.cases.iter().filter(|case| case.is_within()).count()
     }
 }
 
-/// A file under check: its cases so far, and how much may still be computed for it.
+/// A file being checked: its finished cases, and how much may still be computed.
 #[derive(Debug)]
 pub(crate) struct Checked {
     cases: Vec<Tally>,
@@ -69,14 +65,14 @@ pub(crate) struct Checked {
 }
 
 impl Checked {
-    /// Takes `work` samples from what may be computed.
+    /// Subtracts `work` samples from the budget.
     fn spend(&mut self, work: u64, at: &Node<'_>) -> Result<(), Diagnostic> {
         let left = self.work_left.checked_sub(work);
         self.work_left = left.ok_or_else(|| at.refuse("lab.too_much_work").with("most", MOST_WORK))?;
         Ok(())
     }
 
-    /// A case is done. One without any expected value proves nothing and is refused.
+    /// Adds a finished case. A case without an expected value proves nothing and is refused.
     fn done(&mut self, tally: Tally, at: &Node<'_>) -> Result<(), Diagnostic> {
         if tally.values == 0 {
             return Err(at.refuse("lab.nothing_expected"));
@@ -107,13 +103,13 @@ pub(crate) fn check(name: &str, text: &str) -> Result<Report, Diagnostic> {
     Ok(Report { schema, cases: checked.cases })
 }
 
-/// The table of dynamics in a JSON file: an object with `period`, `enter` and `leave`.
+/// Reads a dynamics table from a JSON object with `period`, `enter` and `leave`.
 pub(crate) fn dynamics_file(name: &str, text: &str) -> Result<Dynamics, Diagnostic> {
     let document = Document::parse(name, text)?;
     automaton::dynamics(&document.root())
 }
 
-/// The tolerance `name` of the file, or `usual` where it says none.
+/// The tolerance `name` of the file; `usual` if it has none.
 fn tolerance(root: &Node<'_>, name: &str, usual: f64) -> Result<f64, Diagnostic> {
     let Some(said) = root.find("tolerance").and_then(|all| all.find(name)) else { return Ok(usual) };
     let value = said.number()?;
@@ -123,12 +119,11 @@ fn tolerance(root: &Node<'_>, name: &str, usual: f64) -> Result<f64, Diagnostic>
     Err(said.refuse("lab.bad_tolerance").with("found", value).with("most", LOOSEST))
 }
 
-/// A diagnostic of the core, at the place of the inputs that it refused.
+/// Adds the position of the refused inputs to a diagnostic of core.
 fn at<'a, T>(node: &'a Node<'_>) -> impl Fn(Diagnostic) -> Result<T, Diagnostic> + 'a {
     |why| Err(node.place(why))
 }
 
-/// An error.
 fn error(code: &str) -> Diagnostic {
     Diagnostic::error(code)
 }

@@ -1,7 +1,4 @@
-//! Profiles: `trapezoid-scurve/1`, `power11/1`, `oracle-durations/1`.
-//!
-//! Comes in: length, limits and order of a case. Goes out: its choice, phases, peaks, samples and inverse compared.
-//! Reference parts B, C and D. Does not know how profiles are planned.
+//! Profiles: `trapezoid-scurve/1`, `power11/1`, `oracle-durations/1`. Reference parts B, C and D.
 
 use super::document::Node;
 use super::tally::Tally;
@@ -9,7 +6,7 @@ use super::{Checked, at, tolerance};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Limits, MotionLaw, Profile};
 
-/// How far off the numbers of a profile may be.
+/// Tolerances of a profile, relative to its quantities.
 #[derive(Clone, Copy)]
 struct Room {
     time_rel: f64,
@@ -40,7 +37,7 @@ pub(super) fn limits(node: &Node<'_>, [v, a, j]: [&str; 3]) -> Result<Limits, Di
     })
 }
 
-/// A profile, or the refusal at the place of its case.
+/// Plans a profile; an error has the position of its case.
 pub(super) fn planned(
     node: &Node<'_>,
     shape: MotionLaw,
@@ -50,7 +47,6 @@ pub(super) fn planned(
     profile::plan(shape, length_mm, limits).or_else(at(node))
 }
 
-/// `trapezoid-scurve/1`.
 pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = Room::of(&root, 1e-8, 1e-8)?;
     for case in root.get("cases")?.items()? {
@@ -75,7 +71,7 @@ pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<
     Ok(())
 }
 
-/// The automatic choice, and the peaks and times of both laws.
+/// The automatic choice, and peaks and times of both laws.
 fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room) -> Result<(), Diagnostic> {
     let (length_mm, limits) = (case.number_at("L")?, limits(case, ["v", "a", "J"])?);
     let found = profile::choose(length_mm, limits).or_else(at(case))?;
@@ -100,7 +96,7 @@ fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room
     Ok(())
 }
 
-/// Everything that is expected of one profile.
+/// Compares everything expected of one profile.
 fn compare(
     tally: &mut Tally,
     expected: &Node<'_>,
@@ -151,7 +147,6 @@ fn compare(
     Ok(())
 }
 
-/// `power11/1`.
 pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = Room::of(&root, 1e-7, 1e-6)?;
     for case in root.get("cases")?.items()? {
@@ -172,8 +167,8 @@ pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagn
     Ok(())
 }
 
-/// `oracle-durations/1`: times of an independent generator, which has no power law; that one is compared with the
-/// generator's move at the equivalent jerk.
+/// `oracle-durations/1`: durations of an independent generator. The generator has no power law, so that law
+/// is compared with its move at the equivalent jerk.
 pub(super) fn oracle(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let relative = tolerance(&root, "duration_rel", 1e-9)?;
     for case in root.get("cases")?.items()? {

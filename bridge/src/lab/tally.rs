@@ -1,51 +1,46 @@
-//! What the values of one case came to.
-//!
-//! Comes in: found and expected values with their tolerance. Goes out: how many, and which one is farthest off, measured
-//! in its own tolerance. Does not know what the values mean.
+//! The comparison results of one case.
 
 use super::document::Node;
 use annulus_core::diagnostic::Diagnostic;
 use serde_json::{Value, json};
 
-/// A case under comparison.
+/// A case being compared.
 #[derive(Debug)]
 pub(crate) struct Tally {
-    /// Name of the case.
     pub(crate) id: String,
-    /// How many values were compared.
+    /// Number of values compared.
     pub(crate) values: usize,
-    /// The one farthest off, if one is off at all.
+    /// The value with the largest deviation, if any deviates.
     pub(crate) worst: Option<Worst>,
 }
 
-/// A value that is off.
+/// A value that deviates.
 #[derive(Debug)]
 pub(crate) struct Worst {
     /// Path of the expected value in the file.
     pub(crate) what: String,
-    /// As the file has it.
+    /// As in the file.
     pub(crate) expected: Value,
-    /// As it was computed.
+    /// As computed.
     pub(crate) found: Value,
-    /// How far off it may be; none for words, counts and the like, which have to be equal.
+    /// Largest allowed deviation; `None` for words, counts and others that must be equal.
     pub(crate) tolerance: Option<f64>,
-    /// Deviation over tolerance; infinite where nothing may be off.
+    /// Deviation over tolerance; infinite if none is allowed.
     pub(crate) ratio: f64,
 }
 
 impl Tally {
-    /// Nothing compared yet.
     pub(super) fn new(id: impl Into<String>) -> Self {
         Self { id: id.into(), values: 0, worst: None }
     }
 
-    /// The case in `node`, which is called by its member `id`, else by its path.
+    /// The case in `node`, named by its member `id`, or else by its path.
     pub(super) fn of(node: &Node<'_>) -> Self {
         let id = node.find("id").and_then(|id| id.text().ok().map(str::to_owned));
         Self::new(id.unwrap_or_else(|| node.path()))
     }
 
-    /// Whether every value is within its tolerance.
+    /// Returns `true` if every value is within its tolerance.
     pub(crate) fn is_within(&self) -> bool {
         self.worst.as_ref().is_none_or(|worst| worst.ratio <= 1.0)
     }
@@ -70,7 +65,7 @@ impl Tally {
         Ok(())
     }
 
-    /// Compares the number in the member `key` of `expected`, if it is there.
+    /// Compares the number in the member `key` of `expected`, if present.
     pub(super) fn member(
         &mut self,
         expected: &Node<'_>,
@@ -81,7 +76,7 @@ impl Tally {
         expected.find(key).map_or(Ok(()), |node| self.number(&node, found, tolerance))
     }
 
-    /// The same where the tolerance is `relative` to the expected value.
+    /// The same with a tolerance `relative` to the expected value.
     pub(super) fn relative(
         &mut self,
         expected: &Node<'_>,
@@ -94,7 +89,7 @@ impl Tally {
         self.number(&node, found, room)
     }
 
-    /// Compares what has to be equal: words, counts, truth, null.
+    /// Compares values that must be equal: words, counts, booleans, null.
     pub(super) fn equal(&mut self, expected: &Node<'_>, found: impl Into<Value>) {
         let found = found.into();
         let same = match (expected.value(), &found) {
@@ -110,20 +105,20 @@ impl Tally {
         );
     }
 
-    /// The same for the member `key` of `expected`, if it is there.
+    /// The same for the member `key` of `expected`, if present.
     pub(super) fn equal_member(&mut self, expected: &Node<'_>, key: &str, found: impl Into<Value>) {
         if let Some(node) = expected.find(key) {
             self.equal(&node, found);
         }
     }
 
-    /// Compares how many rows there are.
+    /// Compares the number of rows.
     pub(super) fn equal_count(&mut self, rows: &Node<'_>, expected: usize, found: usize) {
         let ratio = if expected == found { 0.0 } else { f64::INFINITY };
         self.count(rows, || [json!(expected), json!(found)], None, ratio);
     }
 
-    /// `values`: expected and found.
+    /// Counts a comparison; `values` gives expected and found.
     fn count(
         &mut self,
         at: &Node<'_>,

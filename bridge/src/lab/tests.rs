@@ -1,4 +1,4 @@
-//! The check must be able to fail: every kind of number of every file is altered in turn.
+//! Tests that the check can fail: every kind of number in every file is altered in turn.
 
 use super::{MOST_WORK, SCHEMAS, check};
 use annulus_core::chance::Chance;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Vectors of the known schemas by name.
+/// Files of the known schemas by name.
 fn vectors() -> Vec<(String, Value)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors");
     let entries = std::fs::read_dir(folder).unwrap();
@@ -24,7 +24,7 @@ fn vectors() -> Vec<(String, Value)> {
 }
 
 #[test]
-fn every_case_of_the_reference_is_within_tolerance() {
+fn every_reference_case_is_within_tolerance() {
     for (name, file) in vectors() {
         let report = check(&name, &file.to_string()).unwrap();
         assert!(report.cases.len() >= 4, "{name}");
@@ -34,7 +34,7 @@ fn every_case_of_the_reference_is_within_tolerance() {
     }
 }
 
-/// Leaves of a value by kind: the path without the indices of lists of lists and objects.
+/// Leaves of a value by kind: the path without indices of lists of lists and objects.
 fn leaves(value: &Value, kind: &str, pointer: &str, out: &mut BTreeMap<String, Vec<String>>) {
     match value {
         Value::Object(members) => {
@@ -53,7 +53,7 @@ fn leaves(value: &Value, kind: &str, pointer: &str, out: &mut BTreeMap<String, V
     }
 }
 
-/// The same kind of thing, but another one.
+/// A different value of the same type.
 fn altered(value: &Value) -> Value {
     match value {
         Value::Null => json!(1.5),
@@ -67,8 +67,8 @@ fn altered(value: &Value) -> Value {
     }
 }
 
-/// What a file says besides expected values: names, explanations, how strict to be; and the inputs, on which a result need
-/// not depend (a limit that is not reached).
+/// Members other than expected values: names, explanations, tolerances; and inputs, on which a result need
+/// not depend (such as a limit that is not reached).
 const INPUTS: &[&str] = &[
     "units note oracle tolerance id",
     "L v a J Vm Am Jm V A alpha H D c down up",
@@ -85,7 +85,7 @@ fn is_input(kind: &str) -> bool {
 }
 
 #[test]
-fn an_altered_number_of_any_kind_is_found() {
+fn altered_reference_numbers_are_detected() {
     for (name, file) in vectors() {
         let mut kinds = BTreeMap::new();
         leaves(&file, "", "", &mut kinds);
@@ -112,9 +112,9 @@ fn an_altered_number_of_any_kind_is_found() {
     }
 }
 
-/// A misspelt name of any kind, in all its places, is refused where it stands: nothing is silently not compared.
+/// A misspelt name of any kind, anywhere, is refused at its position: nothing escapes the comparison.
 #[test]
-fn a_misspelt_key_of_any_kind_is_refused() {
+fn misspelt_keys_are_refused() {
     fn keys(value: &Value, out: &mut BTreeMap<String, u32>) {
         for (key, value) in value.as_object().into_iter().flatten() {
             *out.entry(key.clone()).or_default() += 1;
@@ -131,7 +131,7 @@ fn a_misspelt_key_of_any_kind_is_refused() {
         }
         value.as_array_mut().into_iter().flatten().for_each(|value| renamed(value, from, to));
     }
-    // Names that are the file's own, and what is for people.
+    // Names that the file chooses, and explanations.
     let own = "note units oracle id even classic arendt arendt_early custom 500 580";
     for (name, file) in vectors() {
         let mut found = BTreeMap::new();
@@ -160,7 +160,7 @@ fn a_misspelt_key_of_any_kind_is_refused() {
 }
 
 #[test]
-fn hostile_files_are_refused_with_a_place() {
+fn hostile_files_are_refused_with_line_and_file() {
     let one = |cases: &str| format!(r#"{{"schema": "power11/1", "cases": [{cases}]}}"#);
     let case = r#"{"L": 8, "Vm": 60, "Am": 1e4, "Jm": 1e6, "alpha": 0.5, "total_time": 0.1523069992943436}"#;
     let loop_file = |duration: &str, step: &str| {
@@ -205,7 +205,7 @@ fn hostile_files_are_refused_with_a_place() {
         }
     }
     assert!(check("f", &one(case)).is_ok());
-    // Whole runs of samples that together are too many, each of which would be allowed.
+    // Several runs of samples, each allowed, that together exceed the budget.
     let run = loop_file("400", "0.0005");
     let (start, end) = (run.find("[{").unwrap() + 1, run.rfind("]}").unwrap());
     let many = vec![&run[start..end]; MOST_WORK as usize / 800_000 + 1].join(",");
@@ -214,7 +214,7 @@ fn hostile_files_are_refused_with_a_place() {
 }
 
 #[test]
-fn no_cut_and_no_random_byte_panics() {
+fn truncation_and_random_bytes_do_not_panic() {
     let mut chance = Chance::new(5);
     for (name, file) in vectors() {
         let mut text = file.to_string().into_bytes();

@@ -1,7 +1,4 @@
-//! Holes per minute: `throughput/1`.
-//!
-//! Comes in: classes of tables and spindles, pitches, and two machines without overlap. Goes out: their times, cycles and
-//! rates compared. Reference part D.3. Does not know how the times come about.
+//! Holes per minute: `throughput/1`. Reference part D.3.
 
 use super::document::Node;
 use super::profiles::planned;
@@ -18,7 +15,6 @@ use std::collections::BTreeMap;
 /// Largest step count of a stroke.
 const REACH: i64 = 1_000_000_000;
 
-/// `throughput/1`.
 pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = tolerance(&root, "rel", 1e-7)?;
     let named = |key: &str| root.find(key).map_or(Ok(Vec::new()), |all| all.members());
@@ -65,7 +61,7 @@ pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Di
     Ok(())
 }
 
-/// Cycle and holes per minute.
+/// Compares cycle time and holes per minute.
 fn rate(tally: &mut Tally, case: &Node<'_>, cycle: f64, room: f64) -> Result<(), Diagnostic> {
     tally.relative(case, "cycle", cycle, room)?;
     tally.relative(case, "holes_per_min", 60.0 / cycle, room)
@@ -99,7 +95,7 @@ fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Diagnostic> {
     Ok(SpindleTimes::of(&stroke, &one(row(&up.items()?)?)?, height_mm, node.number_at("c")?))
 }
 
-/// A machine with the linear law and no overlap: hop, approach, plunge and retract, each a move of its own.
+/// A machine with the linear law and no overlap: rapid, approach, plunge and retract are separate moves.
 fn sequential(checked: &mut Checked, hobby: &Node<'_>, room: f64) -> Result<(), Diagnostic> {
     let params = hobby.get("params")?;
     let pair = |key: &str| -> Result<Limits, Diagnostic> {

@@ -1,7 +1,4 @@
-//! The table and its spindles in time: `xyz-timeline/1`.
-//!
-//! Comes in: hops, limits, rules and spindles of a job. Goes out: every event, the derived times and both totals compared.
-//! Reference part C2. Does not know the rules themselves.
+//! The table and its spindles over time: `xyz-timeline/1`. Reference part C2.
 
 use super::document::Node;
 use super::profiles::{limits, planned};
@@ -11,7 +8,6 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::coordination::{Cycle, SpindleRules, SpindleTimes, cycles, sequential_s};
 use annulus_core::motion::profile::{Limits, MotionLaw, Stroke, point_of_no_return_s};
 
-/// `xyz-timeline/1`.
 pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
     let room = tolerance(&root, "time_abs", 1e-9)?;
     for case in root.get("cases")?.items()? {
@@ -37,7 +33,7 @@ pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), 
     Ok(())
 }
 
-/// How long each hop takes: its slower axis.
+/// Duration of each rapid, which is that of its slower axis.
 fn hops(case: &Node<'_>) -> Result<Vec<f64>, Diagnostic> {
     let xy = case.get("xy")?;
     let axis = |name: &str| limits(&xy.get(name)?, ["V", "A", "J"]);
@@ -54,7 +50,7 @@ fn hops(case: &Node<'_>) -> Result<Vec<f64>, Diagnostic> {
     case.get("moves")?.items()?.into_iter().map(one).collect()
 }
 
-/// The times of one spindle; what the file derived from its inputs is compared on the way.
+/// The times of one spindle; also compares the derived values of the file.
 fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes, Diagnostic> {
     let (height_mm, depth_mm) = (node.number_at("H")?, node.number_at("D")?);
     let (down, up) = (node.get("down")?, node.get("up")?);
@@ -84,7 +80,7 @@ fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes
     Ok(times)
 }
 
-/// The times of a spindle against those in `expected`, each within `room` of its expected value.
+/// Compares the times of a spindle with those in `expected`, each within `room` of its value.
 pub(super) fn compare_times(
     tally: &mut Tally,
     expected: &Node<'_>,

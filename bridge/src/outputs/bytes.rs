@@ -1,15 +1,15 @@
-//! The output bytes of a port: what is to be on them, what is, and the charge pump that goes to and fro on one bit of them.
+//! The output bytes of a port: requested and written levels, and the charge pump that toggles one of the
+//! bits.
 //!
 //! ```text
-//! signals that are on ──▶ image ─┬─ xor bits that are on when low ──▶ differs from its shadow: written
-//!              charge pump, a thread of its own ─┘
+//! signals that are on ──▶ image ─┬─ xor active-low bits ──▶ differs from its shadow: written
+//!              charge pump, in its own thread ─┘
 //! ```
 //!
-//! The pump tells the drivers' board that this program lives. It stands still when the program is gone, and also when whoever
-//! steps has not been heard of for a moment while something moves: then the board switches the motors off.
+//! The pump shows the driver board that this program is alive. The pump stops if the program dies, or if
+//! the stepping thread is silent during motion; the board then switches the motors off.
 //!
-//! Comes in: images. Goes out: single bytes at a [`Port`], those alone that changed. After the port refused once, nothing more is
-//! written. Does not know what the bits mean.
+//! After the port has refused once, nothing more is written.
 
 use super::Port;
 use annulus_core::machine::Wiring;
@@ -19,10 +19,10 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Output bytes there can be.
+/// Most output bytes.
 pub(super) const BYTES: usize = 4;
 
-/// So long nothing may be heard while something moves.
+/// Longest silence of the stepping thread during motion.
 const SILENCE: Duration = Duration::from_millis(100);
 
 /// Why the port refused, once it did.
@@ -36,14 +36,14 @@ pub(super) struct Bit {
 }
 
 impl Bit {
-    /// The bit with this number; none for a signal without a wire.
+    /// The bit with this number; `None` for a signal without a wire.
     pub(super) fn of(number: i8) -> Option<Self> {
         let number = usize::try_from(number).ok().filter(|number| *number < 8 * BYTES)?;
         Some(Self { byte: number / 8, mask: 1 << (number % 8) })
     }
 }
 
-/// A signal's level on every byte, everything else off.
+/// The levels of all signals; everything else is off.
 pub(super) type Image = [u8; BYTES];
 
 /// Sets the bit `bit` of `image`.
@@ -51,7 +51,7 @@ pub(super) fn turn_on(image: &mut Image, bit: Bit) {
     image[bit.byte] |= bit.mask;
 }
 
-/// The bytes that have a wire, each with its bits that are on when they are 0.
+/// The wired bytes, each with its active-low bits.
 pub(super) fn wired(wiring: &Wiring) -> [Option<u8>; BYTES] {
     let mut wired = [None; BYTES];
     for bit in wiring.signals().filter_map(|(_, bit)| Bit::of(bit)) {
@@ -60,7 +60,7 @@ pub(super) fn wired(wiring: &Wiring) -> [Option<u8>; BYTES] {
     wired
 }
 
-/// Turns every output that has a wire off: all of them, even where one is refused.
+/// Turns every wired output off; continues after a refusal.
 pub(super) fn all_off(wiring: &Wiring, port: &mut dyn Port) -> io::Result<()> {
     let mut all = Ok(());
     for (byte, low) in wired(wiring).into_iter().enumerate() {
@@ -72,20 +72,18 @@ pub(super) fn all_off(wiring: &Wiring, port: &mut dyn Port) -> io::Result<()> {
     all
 }
 
-/// The bytes.
 pub(super) struct Bytes {
     port: Box<dyn Port>,
     image: Image,
     pump: Option<Bit>,
     pumped: bool,
-    /// Bits that are on when low, of every byte with a wire; and what is on it.
+    /// Active-low bits of every wired byte; the last written levels.
     low: Image,
     shadow: [Option<u8>; BYTES],
     trouble: Trouble,
 }
 
 impl Bytes {
-    /// Everything off.
     pub(super) fn new(wiring: &Wiring, mut port: Box<dyn Port>) -> io::Result<Self> {
         all_off(wiring, &mut *port)?;
         let shadow = wired(wiring);
@@ -95,7 +93,7 @@ impl Bytes {
         Ok(Self { port, image: [0; BYTES], pump, pumped: false, low, shadow, trouble })
     }
 
-    /// Where it is written down that the port refused.
+    /// Where a refusal of the port is stored.
     pub(super) fn trouble(&self) -> &Trouble {
         &self.trouble
     }
@@ -106,13 +104,12 @@ impl Bytes {
         self.write();
     }
 
-    /// The other level of the charge pump.
+    /// Toggles the charge pump.
     fn pump(&mut self) {
         self.pumped = !self.pumped;
         self.write();
     }
 
-    /// Writes what changed.
     fn write(&mut self) {
         let mut wanted = self.image;
         if let Some(bit) = self.pump.filter(|_| self.pumped) {
@@ -136,7 +133,7 @@ impl Bytes {
     }
 }
 
-/// The bytes, as whoever steps and the pump have them.
+/// The bytes, shared by the stepping thread and the pump.
 #[derive(Clone)]
 pub(super) struct SharedBytes(Arc<Mutex<Bytes>>);
 
@@ -145,16 +142,16 @@ impl SharedBytes {
         Self(Arc::new(Mutex::new(bytes)))
     }
 
-    /// The bytes, for one access.
+    /// Locks the bytes for one access.
     pub(super) fn lock(&self) -> MutexGuard<'_, Bytes> {
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
-/// Signs of life of whoever steps.
+/// Signs of life of the stepping thread.
 struct Life {
     began: Instant,
-    /// When it was heard last, ns since then.
+    /// Time of the last sign, ns since `began`.
     heard_ns: AtomicU64,
     moves: AtomicBool,
     ends: AtomicBool,
@@ -175,24 +172,24 @@ impl Life {
         self.moves.store(moves, Ordering::Relaxed);
     }
 
-    /// Whether the pump goes on, `since` the beginning.
+    /// Returns `true` if the pump may continue at the time `since`.
     fn goes_on(&self, since: Duration) -> bool {
         let heard = Duration::from_nanos(self.heard_ns.load(Ordering::Relaxed));
         !self.moves.load(Ordering::Relaxed) || since.saturating_sub(heard) <= SILENCE
     }
 }
 
-/// The pump's thread. It ends with this.
+/// The pump's thread; it ends when this is dropped.
 pub(super) struct Pump {
     life: Arc<Life>,
-    /// Half a period, and the bytes; none where there is no pump, or it runs.
+    /// Half a period, and the bytes; `None` without a pump, or after its start.
     waits: Option<(Duration, SharedBytes)>,
     thread: Option<JoinHandle<()>>,
     trouble: Trouble,
 }
 
 impl Pump {
-    /// That of `wiring`, where it has one.
+    /// The pump of `wiring`, if it has one.
     pub(super) fn new(wiring: &Wiring, bytes: &SharedBytes) -> Self {
         let half = Duration::from_secs(1) / (2 * wiring.drivers.charge_pump_hz.max(1));
         let waits = Bit::of(wiring.drivers.charge_pump).map(|_| (half, bytes.clone()));
@@ -200,8 +197,9 @@ impl Pump {
         Self { life: Arc::new(Life::new()), waits, thread: None, trouble }
     }
 
-    /// Whoever steps lives; and whether it moves something. The first time it is whoever steps that starts the pump: its thread has the
-    /// urgency of the one that starts it, and one that had less would hold the bytes while the other waits for them.
+    /// A sign of life of the stepping thread; `moves` during motion. The first one starts the pump: its
+    /// thread inherits the priority of the stepping thread. A lower priority would hold the lock while the
+    /// stepping thread waits for it.
     pub(super) fn hear(&mut self, moves: bool) {
         if let Some((half, bytes)) = self.waits.take() {
             self.start(half, bytes);
@@ -223,7 +221,7 @@ impl Pump {
         };
         match thread::Builder::new().name("charge pump".to_owned()).spawn(pump) {
             Ok(thread) => self.thread = Some(thread),
-            // Without it the drivers stay off.
+            // Without the pump the drivers stay off.
             Err(error) => drop(self.trouble.set(error.to_string())),
         }
     }
@@ -255,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pump_is_started_by_whoever_steps_and_not_before() {
+    fn charge_pump_starts_with_the_first_heartbeat() {
         let machine = annulus_core::machine::lab();
         let mut wiring = machine.wiring().clone();
         wiring.drivers.charge_pump = 4;
@@ -270,11 +268,11 @@ mod tests {
     }
 
     #[test]
-    fn the_pump_stands_still_when_nobody_is_heard_while_something_moves() {
+    fn charge_pump_stops_100_ms_after_a_heartbeat_in_motion() {
         let ms = Duration::from_millis;
         let life = Life::new();
         let rows = [
-            // heard at, moves, asked at, goes on
+            // heard at, moves, asked at, continues
             (0, false, 50, true),
             (0, false, 5_000, true),
             (5_000, true, 5_100, true),

@@ -1,7 +1,7 @@
-//! The edges of STEP, DIR and ENABLE on their way through the wires, compared with the stream that they are made of: by the stream's
-//! own time to the tick, and on a computer that is held up between any two writes.
+//! Compares the edges of STEP, DIR and ENABLE at the wires with their stream, to the tick in stream time.
+//! Includes a computer that is delayed between any two writes.
 //!
-//! Tests only. The boards are those that ship; the port writes down the time of life of every change.
+//! Tests only, on the shipped boards; the port records the real time of every change.
 
 use super::Port;
 use super::wires::Wires;
@@ -15,13 +15,13 @@ use std::io;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Nanoseconds in a tick.
+/// Nanoseconds per tick.
 const TICK_NS: u64 = 100;
 
-/// A computer: its time, what it wrote and when, and how it is held up.
+/// A simulated computer: its time, its writes, and its delays.
 struct Computer {
     now_ns: u64,
-    /// What a look at the clock takes.
+    /// Duration of a clock reading.
     look_ns: u64,
     held_up: Option<Chance>,
     written: Vec<(u64, usize, u8)>,
@@ -32,7 +32,7 @@ impl Computer {
         Arc::new(Mutex::new(Self { now_ns: 0, look_ns, held_up, written: Vec::new() }))
     }
 
-    /// One time in eight it does something else for up to a millisecond.
+    /// Once in eight times, delays for up to a millisecond.
     fn hold_up(&mut self) {
         if let Some(chance) = &mut self.held_up
             && chance.below(8) == 0
@@ -80,7 +80,7 @@ impl Operator for Idle {
     fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
 }
 
-/// The board `name`, without what has to be waited for by life.
+/// The board `name`, without delays in real time.
 fn board(name: &str) -> Machine {
     let changes =
         [("parallel.enable_delay", 0.0), ("parallel.charge_pump", -1.0), ("spindle.spin_up", 100.0)];
@@ -112,7 +112,7 @@ fn run(machine: &Machine, stream: &StepStream, computer: &Arc<Mutex<Computer>>) 
     }
 }
 
-/// When the signal at `bit` changed, in ns, and to what; whether it is on when low is turned back.
+/// Changes of the signal at `bit`: time in ns, and level, corrected for active-low signals.
 fn edges(written: &[(u64, usize, u8)], bit: i8, drivers: &StepDir) -> Vec<(u64, bool)> {
     let (byte, mask) = (bit as usize / 8, 1 << (bit % 8));
     let low = drivers.outputs_low.contains(&bit);
@@ -128,7 +128,7 @@ fn edges(written: &[(u64, usize, u8)], bit: i8, drivers: &StepDir) -> Vec<(u64, 
     edges
 }
 
-/// What the signals of `axis` did: when STEP came on, and went off, with DIR then; and when DIR changed.
+/// The signals of `axis`: on and off times of STEP with the level of DIR, and the changes of DIR.
 struct Seen {
     pulses: Vec<(u64, u64, bool)>,
     turns: Vec<u64>,
@@ -145,7 +145,7 @@ fn seen(written: &[(u64, usize, u8)], drivers: &StepDir, axis: usize) -> Seen {
     Seen { pulses: pulses.collect(), turns: directions.iter().map(|(at, _)| *at).collect() }
 }
 
-/// The least times between edges that `axis` was given: length, space, set-up and hold, ns.
+/// The shortest times of `axis` in ns: pulse length, space, setup and hold.
 fn least(seen: &Seen) -> [u64; 4] {
     let shortest = |times: &mut dyn Iterator<Item = u64>| times.min().unwrap_or(u64::MAX);
     let pulses = &seen.pulses;
@@ -170,7 +170,7 @@ fn asked(drivers: &StepDir, axis: usize) -> [u64; 4] {
 }
 
 #[test]
-fn every_edge_is_where_the_stream_has_its_step() {
+fn every_step_edge_is_at_its_tick_in_the_stream() {
     for name in ["breakout", "tb6560", "g540"] {
         let machine = board(name);
         let drivers = &machine.wiring().drivers;
@@ -199,7 +199,7 @@ fn every_edge_is_where_the_stream_has_its_step() {
 }
 
 #[test]
-fn a_computer_that_is_held_up_makes_no_edge_too_soon() {
+fn delayed_computer_keeps_the_drivers_minimum_times() {
     let seed = 71;
     for name in ["breakout", "tb6560", "g540"] {
         let machine = board(name);
@@ -220,7 +220,7 @@ fn a_computer_that_is_held_up_makes_no_edge_too_soon() {
 }
 
 #[test]
-fn drivers_are_enabled_long_enough_before_the_first_step_and_once() {
+fn drivers_are_enabled_once_and_before_the_first_step() {
     let mut machine = board("breakout");
     machine.parallel.wiring.drivers.enable_delay_ms = 3;
     let computer = Computer::new(10_000, None);
@@ -235,7 +235,7 @@ fn drivers_are_enabled_long_enough_before_the_first_step_and_once() {
 }
 
 #[test]
-fn a_step_that_was_not_announced_waits_for_its_direction() {
+fn unannounced_step_waits_for_its_direction() {
     let machine = board("tb6560");
     let computer = Computer::new(1_000, None);
     let looked = Arc::clone(&computer);

@@ -1,13 +1,13 @@
-//! The ways out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
+//! Hardware outputs of this computer: a digital I/O card or a parallel port behind core's `Pins`.
 //!
 //! ```text
-//! Pins ──▶ wires: which bit is what ──▶ bytes ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
-//!          phases, STEP and DIR, sensors                         └─ parallel: data, status, control ─┬─ registers
-//!                                                                                          └─ ppdev: /dev/parport0
+//! Pins ──▶ wires: the bits of signals ──▶ bytes ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
+//!          phases, STEP and DIR, sensors                           └─ parallel: data, status, control ─┬─ registers
+//!                                                                                            └─ ppdev: /dev/parport0
 //! ```
 //!
-//! Comes in: a machine. Goes out: pins, made safe before anything else. Only one process drives a device at a time. Does
-//! not know tasks. A rehearsal file moves nothing: the same code then writes the same bytes into it.
+//! Only one process drives a device at a time. A port file moves nothing: the same code writes the same
+//! bytes into it.
 
 mod bytes;
 #[cfg(test)]
@@ -29,26 +29,26 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long another process may take to let go of the device: long enough to come to rest.
+/// How long another process may take to release the device: long enough to stop.
 const LET_GO: Duration = Duration::from_secs(10);
 
 /// Bytes of outputs and inputs.
 pub(crate) trait Port: Send {
-    /// Puts `value` on the outputs of byte `byte`, all eight at once.
+    /// Sets all eight outputs of byte `byte` at once.
     fn write(&mut self, byte: usize, value: u8) -> io::Result<()>;
 
-    /// The inputs of byte `byte`.
+    /// Reads the inputs of byte `byte`.
     fn read(&mut self, byte: usize) -> io::Result<u8>;
 }
 
-/// Makes the port of a machine's output from its device; where things lie in it, the driver reads from its own settings.
+/// Opens a port on a device; the driver reads its addresses from the machine's settings.
 type OpenPort = fn(File, &Machine) -> io::Result<Box<dyn Port>>;
 
-/// The outputs that there are besides the virtual drill. Another one is a file or folder beside this, and a row; its settings are a
-/// section of its own in the machine's table.
+/// The hardware drivers. A new one is a file or folder here, a row, and its own section in the machine's
+/// settings.
 const DRIVERS: &[(Output, OpenPort)] = &[(Output::Card, registers::open), (Output::Parallel, parallel::open)];
 
-/// The pins of `machine`'s hardware, everything off.
+/// Opens the pins of `machine`'s hardware, with everything off.
 pub(crate) fn open(machine: &Machine) -> Result<Wires, Diagnostic> {
     let file = device(machine)?;
     take(&file).map_err(|error| trouble(machine, error))?;
@@ -56,7 +56,8 @@ pub(crate) fn open(machine: &Machine) -> Result<Wires, Diagnostic> {
     Wires::new(machine, port).map_err(|error| trouble(machine, error))
 }
 
-/// Everything off, and nothing else: for when whoever drove the device is no more. Does not wait for anybody who holds it.
+/// Switches everything off, after the process that drove the device died. Does not wait for another owner
+/// of the device.
 pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     let mut port = port(machine, device(machine)?)?;
     bytes::all_off(machine.wiring(), &mut *port).map_err(|error| trouble(machine, error))
@@ -77,12 +78,12 @@ fn trouble(machine: &Machine, error: io::Error) -> Diagnostic {
     rehearsal::Trouble::Io(error).diagnostic(Path::new(&machine.wiring().device))
 }
 
-/// Whether the machine's device is an ordinary file, which nothing moves.
+/// Returns `true` if the machine's device is an ordinary file, which moves nothing.
 pub(crate) fn is_rehearsal(machine: &Machine) -> bool {
     std::fs::metadata(&machine.wiring().device).is_ok_and(|device| device.is_file())
 }
 
-/// Makes the device this process' own, for as long as the file is open.
+/// Locks the device for this process while the file is open.
 fn take(file: &File) -> io::Result<()> {
     let since = Instant::now();
     loop {
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn every_output_but_the_virtual_drill_has_one_driver() {
         let all = [Output::Virtual, Output::Card, Output::Parallel, Output::Adapter];
-        // The virtual drill needs no pins, and the adapter has them at the other end of a cable.
+        // The virtual drill needs no pins, and the adapter has its own.
         let no_pins = [Output::Virtual, Output::Adapter];
         let words = setting("machine.output").map(|row| row.kind);
         assert!(matches!(words, Some(ValueKind::Choice(words)) if words.len() == all.len()), "{words:?}");

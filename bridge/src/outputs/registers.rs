@@ -1,12 +1,10 @@
-//! Registers as bytes of a file: I/O ports through `/dev/port`, or an ordinary file in its place, byte for byte.
+//! Registers as bytes of a file: I/O ports through `/dev/port`, or an ordinary file with the same layout.
 //!
 //! ```text
-//! /dev/port   … base+0  base+1  base+2  base+3 …      seek to the register, then read or write one byte: that is one
-//!               ▲ outputs_at: the first output byte   access to the port
+//! /dev/port   … base+0  base+1  base+2  base+3 …      seek to the register, then read or write one byte:
+//!               ▲ outputs_at: the first output byte   that is one access to the port
 //!               ▲ inputs_at: the first input byte
 //! ```
-//!
-//! Comes in: bytes by number. Goes out: single-byte accesses, none besides those asked for. Does not know bits.
 
 use super::Port;
 use annulus_core::machine::{Card, Machine};
@@ -22,7 +20,7 @@ pub(super) struct Registers<F = File> {
 }
 
 impl<F> Registers<F> {
-    /// Those of `card` at the address `base`.
+    /// The registers of `card` at the address `base`.
     pub(super) fn card(file: F, base: u64, card: &Card) -> Self {
         let (outputs, inputs) = (base + u64::from(card.outputs_at), base + u64::from(card.inputs_at));
         Self { file, outputs, inputs }
@@ -34,13 +32,11 @@ pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     Ok(Box::new(Registers::card(file, u64::from(machine.card_address), &machine.card)))
 }
 
-/// Writes one byte at `at`.
 pub(super) fn put(file: &mut (impl Write + Seek), at: u64, value: u8) -> io::Result<()> {
     file.seek(SeekFrom::Start(at))?;
     file.write_all(&[value])
 }
 
-/// Reads the byte at `at`.
 pub(super) fn get(file: &mut (impl Read + Seek), at: u64) -> io::Result<u8> {
     let mut byte = [0];
     file.seek(SeekFrom::Start(at))?;
@@ -64,7 +60,7 @@ mod tests {
     use std::io::Cursor;
 
     #[test]
-    fn a_byte_lies_where_the_map_says_and_nothing_else_is_touched() {
+    fn registers_use_only_the_mapped_addresses() {
         for (base, outputs_at, inputs_at) in [(0_u64, 0_u32, 0_u32), (0x2A0, 0, 4), (0x2A0, 8, 0)] {
             let bytes: Vec<u8> = (0..0x300_u32).map(|at| at as u8 ^ 0x5A).collect();
             let mut file = Cursor::new(bytes.clone());
@@ -84,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_register_that_is_not_there_is_an_error() {
+    fn missing_register_is_an_error() {
         let mut port = Registers::card(Cursor::new(vec![0; 3]), 0, &Card::default());
         assert!(port.read(2).is_ok());
         assert!(port.read(3).is_err());

@@ -1,24 +1,24 @@
-//! Which devices may be driven: the ports that are meant for it, and files that were made to stand in for them.
+//! Allows only certain devices to be driven: real ports, and port files made to replace them.
 //!
 //! ```text
-//! rehearsal file   65,536 bytes, one for every I/O port │ "annulus rehearsal 1\n"
+//! port file        65,536 bytes, one for every I/O port │ "annulus rehearsal 1\n"
 //! ```
 //!
-//! Whatever is opened is written to, so nothing else is: no document that somebody named by mistake, no disk, no memory.
-//! Comes in: a path. Goes out: an open device, or why not. Does not know what the bytes mean.
+//! An opened device is written to. So nothing else may be opened: no document named by mistake, no disk, no
+//! memory.
 
 use annulus_core::diagnostic::Diagnostic;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Ports that a computer has: so many bytes stand before the mark.
+/// Number of I/O ports of a PC, and so of bytes before the mark.
 const PORTS: u64 = 0x1_0000;
 
-/// What makes a file a rehearsal.
+/// Marks a file as a port file.
 const MARK: &[u8] = b"annulus rehearsal 1\n";
 
-/// Makes a rehearsal file where nothing is yet.
+/// Creates a port file; fails if the path exists.
 pub(crate) fn make(path: &Path) -> io::Result<()> {
     let mut file = crate::own::open(path, OpenOptions::new().write(true).create_new(true))?;
     file.set_len(PORTS)?;
@@ -27,8 +27,8 @@ pub(crate) fn make(path: &Path) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Opens the device at `path` to drive it. It is looked at before it is opened, because opening alone does something to some,
-/// and again afterwards, because what is looked at may be something else by then.
+/// Opens the device at `path` to drive it. Checks it before opening, because opening alone affects some
+/// devices, and again afterwards, because the path may have changed.
 pub(super) fn open(path: &Path) -> Result<File, Trouble> {
     let before = fs::metadata(path).map_err(Trouble::Io)?;
     if !before.is_file() && !is_port(&before) {
@@ -49,14 +49,13 @@ pub(super) fn open(path: &Path) -> Result<File, Trouble> {
 /// Why a device is not driven.
 #[derive(Debug)]
 pub(super) enum Trouble {
-    /// The system refused.
     Io(io::Error),
-    /// It is none, by this code.
+    /// Not a permitted device; the code of the reason.
     Refused(&'static str),
 }
 
 impl Trouble {
-    /// The same about the device at `path`.
+    /// The diagnostic for the device at `path`.
     pub(super) fn diagnostic(&self, path: &Path) -> Diagnostic {
         let code = match self {
             Self::Refused(code) => *code,
@@ -78,19 +77,19 @@ fn is_marked(file: &mut File, found: &Metadata) -> bool {
     read.is_ok() && found.len() == PORTS + MARK.len() as u64 && mark == MARK
 }
 
-/// `/dev/port`, or a parallel port of the system's driver.
+/// `/dev/port`, or a parallel port of the kernel driver.
 #[cfg(target_os = "linux")]
 fn is_port(found: &Metadata) -> bool {
     use rustix::fs::{major, minor};
     use std::os::unix::fs::{FileTypeExt, MetadataExt};
-    /// The memory devices, of which `/dev/port` is the fourth.
+    /// The memory devices; `/dev/port` has minor number 4.
     const MEMORY: (u32, u32) = (1, 4);
     let device = found.rdev();
     found.file_type().is_char_device()
         && ((major(device), minor(device)) == MEMORY || major(device) == super::parallel::MAJOR)
 }
 
-/// Elsewhere there is none that is known.
+/// Other systems have no known port device.
 #[cfg(not(target_os = "linux"))]
 fn is_port(_: &Metadata) -> bool {
     false
@@ -105,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn only_ports_and_files_made_for_it_are_opened() {
+    fn only_ports_and_simulated_ports_are_opened() {
         let folder = tempfile::tempdir().unwrap();
         let place = |name: &str| folder.path().join(name);
         make(&place("good")).unwrap();

@@ -1,26 +1,25 @@
-//! One driver that counts steps by itself: its STEP and its DIR, and when each may change.
+//! One step/direction driver: its STEP and DIR signals, and when each may change.
 //!
 //! ```text
 //! tick    t−setup      t        t+length          t+length+hold
 //! STEP ────────────────┌────────┐──────────────────────────────
-//! DIR  ─┐               │        │                  ┌─────────── announced by `ahead`, changed as soon as hold is over
+//! DIR  ─┐               │        │                  ┌─────────── announced by `ahead`, changed when hold is over
 //!       └───────────────────────────────────────────┘
 //! ```
 //!
-//! Edges go by stream ticks, so that they can be compared with the stream. A computer may be held up between two of them: so the
-//! times are kept by life as well ([`Spent`]), counted from when the edge before was really out; what comes too soon then waits.
-//!
-//! Comes in: steps and what comes next. Goes out: levels, when the next edge is due. Does not know bytes.
+//! Edges follow stream ticks, so that they can be compared with the stream. A delayed computer could bring
+//! two edges too close. Real times are therefore recorded too ([`Spent`]): an edge keeps its distance from
+//! the time at which the previous one was really written.
 
 use super::bytes::Bit;
 use annulus_core::machine::StepDir;
 use annulus_core::steps::TICK_HZ;
 use std::time::Duration;
 
-/// Nanoseconds in a tick.
+/// Nanoseconds per tick.
 const TICK_NS: u64 = 1_000_000_000 / TICK_HZ;
 
-/// A time that an edge takes, as ticks of the stream and as time of life.
+/// A duration in stream ticks and in real time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Span {
     ticks: u64,
@@ -34,7 +33,7 @@ impl Span {
     }
 }
 
-/// What has to be over, by life, before the next edge may go out; the moments are those when the edges before were out.
+/// Real times at which the last edges were out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Spent {
     turned: Duration,
@@ -42,7 +41,6 @@ pub(super) struct Spent {
     off: Duration,
 }
 
-/// A driver.
 #[derive(Clone, Debug)]
 pub(super) struct Driver {
     step: Bit,
@@ -51,17 +49,17 @@ pub(super) struct Driver {
     space: Span,
     setup: Span,
     hold: Span,
-    /// STEP is on, since this tick.
+    /// STEP is on.
     is_on: bool,
     stepped_at: Option<u64>,
     forward: bool,
-    /// The way of the next step, as far as it is known.
+    /// Direction of the next step, if known.
     next: Option<bool>,
     spent: Spent,
 }
 
 impl Driver {
-    /// That of `axis`, where there is one; counting down, and off.
+    /// The driver of `axis`, if there is one; counting down, and off.
     pub(super) fn of(drivers: &StepDir, axis: usize) -> Option<Self> {
         Some(Self {
             step: Bit::of(*drivers.steps.get(axis)?)?,
@@ -84,12 +82,12 @@ impl Driver {
         self.is_on.then_some(self.step).into_iter().chain(direction)
     }
 
-    /// Its next step goes this way.
+    /// Announces the direction of the next step.
     pub(super) fn announce(&mut self, forward: bool) {
         self.next = Some(forward);
     }
 
-    /// When its next edge may come by itself: the end of STEP, then DIR.
+    /// When its next automatic edge is due: the end of STEP, then DIR.
     pub(super) fn due(&self) -> Option<u64> {
         let end = self.stepped_at.map(|tick| tick.saturating_add(self.length.ticks));
         if self.is_on {
@@ -102,7 +100,7 @@ impl Driver {
         self.next.is_some_and(|next| next != self.forward)
     }
 
-    /// The edge that is due at `tick` at the latest, if any: what it is, and until when, by life, it has to wait.
+    /// The edge due by `tick`, if any, and the real time before which it must not go out.
     pub(super) fn edge(&self, tick: u64) -> Option<(Edge, Duration)> {
         let due = self.due().filter(|due| *due <= tick);
         due.map(|_| if self.is_on { self.end() } else { self.turn() })
@@ -116,7 +114,7 @@ impl Driver {
         (Edge::Turn, self.spent.off + self.hold.life)
     }
 
-    /// What has to come before a step `forward`, one after the other, until it is [`Edge::On`].
+    /// The next edge towards a step in the direction `forward`; call it until it returns [`Edge::On`].
     pub(super) fn before_step(&mut self, forward: bool) -> (Edge, Duration) {
         self.announce(forward);
         if self.is_on {
@@ -128,7 +126,7 @@ impl Driver {
         (Edge::On, (self.spent.turned + self.setup.life).max(self.spent.off + self.space.life))
     }
 
-    /// The end of STEP, where it is on.
+    /// The end of STEP, if it is on.
     pub(super) fn ends(&self) -> Option<(Edge, Duration)> {
         self.is_on.then(|| self.end())
     }
@@ -142,7 +140,7 @@ impl Driver {
         }
     }
 
-    /// `edge` was out at `now`, by life.
+    /// `edge` was out at the real time `now`.
     pub(super) fn is_out(&mut self, edge: Edge, now: Duration) {
         match edge {
             Edge::On => self.spent.on = now,
@@ -157,8 +155,7 @@ impl Driver {
 pub(super) enum Edge {
     /// STEP on: the motor steps.
     On,
-    /// STEP off.
     Off,
-    /// DIR the other way.
+    /// DIR changes.
     Turn,
 }

@@ -1,14 +1,14 @@
-//! `Pins` on wires: steps become phase bytes, or STEP and DIR; those become bits, and only bytes that changed are written.
+//! `Pins` on wires: steps become phase bytes, or STEP and DIR; these become bits, and only changed bytes
+//! are written.
 //!
 //! ```text
 //! step X +   column 3 → 4   byte 0x49 ──▶ bits of `card.x` in the image ──▶ byte 0 differs from its shadow: written
-//! no step for one interrupt byte 0x09     forcing off, windings hold; the same at rest
+//! no step for one interrupt byte 0x09     forcing off, windings hold; the same when stopped
 //! safe                      0x09, spindle bit off
-//! step Y +   STEP on ──▶ its length later STEP off ──▶ DIR, where the next step goes back (`step_dir`)
+//! step Y +   STEP on ──▶ its length later STEP off ──▶ DIR, if the next step goes back (`step_dir`)
 //! ```
 //!
-//! Comes in: steps, spindle, rest. Goes out: levels of bits, inputs. An input that changed is looked at twice, so that one glitch
-//! is no sensor. Does not know registers.
+//! A changed input is read twice, so that one glitch does not count as a sensor.
 
 use super::Port;
 use super::bytes::{BYTES, Bit, Bytes, Image, Pump, SharedBytes, Trouble, turn_on};
@@ -22,21 +22,19 @@ use std::io;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// While something moves, who steps is heard of at least so often, in ticks: 25 ms.
+/// Longest time between signs of life during motion, in ticks: 25 ms.
 const BEAT: u64 = TICK_HZ / 40;
 
-/// A wait longer than this is slept, but for the last of it.
+/// Longer waits sleep, except for their last part.
 const WATCHED: Duration = Duration::from_micros(200);
 
-/// One motor.
 enum Motor {
-    /// By its phases.
     Phases(Phases),
-    /// By a driver that counts steps.
+    /// A step/direction driver, which counts steps.
     Counts(Driver),
 }
 
-/// A motor whose phases are driven.
+/// A motor driven by its phases.
 struct Phases {
     commutator: Commutator,
     /// Before the first step nothing is on.
@@ -47,24 +45,23 @@ struct Phases {
     forced_at: u64,
 }
 
-/// A sensor's place.
+/// The input bit of a sensor.
 struct Sensor {
     input: Input,
     at: Bit,
     low: bool,
 }
 
-/// Time that only goes forward.
+/// A monotonic clock.
 pub(super) type Now = Box<dyn Fn() -> Duration + Send>;
 
-/// Pins behind wires.
 pub(crate) struct Wires {
-    /// Ends before the bytes do.
+    /// Declared before the bytes, so that it is dropped first.
     pump: Pump,
     bytes: SharedBytes,
     now: Now,
     motors: [Motor; WIRED_AXES],
-    /// One interrupt, in ticks: forcing stays no longer without a new commutation.
+    /// One interrupt, in ticks: longest forcing without another step.
     interrupt: u64,
     spindle: Option<Bit>,
     spins: bool,
@@ -73,23 +70,23 @@ pub(crate) struct Wires {
     enables: Vec<Bit>,
     is_enabled: bool,
     enable_delay: Duration,
-    /// Since when it moves without a sign of life, in ticks; only where there is a charge pump.
+    /// Last sign of life during motion, in ticks; only with a charge pump.
     moves_since: Option<u64>,
     has_pump: bool,
     sensors: Vec<Sensor>,
-    /// Input bytes as believed.
+    /// Input bytes after the glitch filter.
     believed: [Option<u8>; BYTES],
     trouble: Trouble,
 }
 
 impl Wires {
-    /// The wires of `machine` at `port`. Every output that has a wire is turned off.
+    /// The wires of `machine` at `port`. Turns every wired output off.
     pub(super) fn new(machine: &Machine, port: Box<dyn Port>) -> io::Result<Self> {
         let began = Instant::now();
         Self::timed(machine, port, Box::new(move || began.elapsed()))
     }
 
-    /// The same by the clock `now`.
+    /// The same with the clock `now`.
     pub(super) fn timed(machine: &Machine, port: Box<dyn Port>, now: Now) -> io::Result<Self> {
         let wiring = machine.wiring();
         let motor = |axis: usize| match Driver::of(&wiring.drivers, axis) {
@@ -133,12 +130,12 @@ impl Wires {
         })
     }
 
-    /// Where it is written down that the port refused.
+    /// Where a refusal of the port is stored.
     pub(crate) fn trouble(&self) -> Trouble {
         self.trouble.clone()
     }
 
-    /// What should be on the outputs.
+    /// The requested levels of the outputs.
     fn image(&self) -> Image {
         let mut image = Image::default();
         for motor in &self.motors {
@@ -154,13 +151,12 @@ impl Wires {
         image
     }
 
-    /// Writes what changed.
     fn put(&mut self) {
         let image = self.image();
         self.bytes.lock().put(image);
     }
 
-    /// Takes forcing away from motors that had it for one interrupt.
+    /// Ends forcing that has lasted for one interrupt.
     fn relax(&mut self, at_tick: u64) {
         for motor in &mut self.motors {
             if let Motor::Phases(motor) = motor
@@ -171,7 +167,7 @@ impl Wires {
         }
     }
 
-    /// The edges of drivers that are due at `at_tick`.
+    /// Makes the drivers' edges that are due at `at_tick`.
     fn edges(&mut self, at_tick: u64) {
         for axis in 0..WIRED_AXES {
             while let Some((edge, after)) = self.driver(axis).and_then(|driver| driver.edge(at_tick)) {
@@ -187,7 +183,7 @@ impl Wires {
         }
     }
 
-    /// Puts out one edge of the driver of `axis`, once it is late enough for it.
+    /// Makes one edge of the driver of `axis`, once enough time has passed.
     fn edge(&mut self, axis: usize, (edge, after): (Edge, Duration), at_tick: u64) {
         self.wait_until(after);
         if let Some(driver) = self.driver(axis) {
@@ -214,7 +210,7 @@ impl Wires {
         }
     }
 
-    /// Turns the drivers on before the first step of any of them, and waits until they hold.
+    /// Enables the drivers before their first step, and waits until they hold.
     fn enable(&mut self, axes: AxisSet) {
         let counts =
             |(axis, motor): (usize, &Motor)| axes >> axis & 1 == 1 && matches!(motor, Motor::Counts(_));
@@ -225,7 +221,7 @@ impl Wires {
         }
     }
 
-    /// Gets the drivers of `axes` ready for a step: no pulse is on, DIR is right, and both long enough.
+    /// Prepares the drivers of `axes` for a step: no pulse on and DIR right, both for long enough.
     fn prepare(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
         self.enable(axes);
         let mut ready = Duration::ZERO;
@@ -244,7 +240,7 @@ impl Wires {
         }
     }
 
-    /// Ends every pulse that is on.
+    /// Ends every pulse.
     fn end_pulses(&mut self, at_tick: u64) {
         for axis in 0..WIRED_AXES {
             if let Some(end) = self.driver(axis).and_then(|driver| driver.ends()) {
@@ -253,7 +249,7 @@ impl Wires {
         }
     }
 
-    /// Byte `byte` of the inputs: a bit that differs from what is believed must differ twice.
+    /// Byte `byte` of the inputs: a bit changes only if it differs in two readings.
     fn read(&mut self, byte: usize) -> io::Result<u8> {
         let mut bytes = self.bytes.lock();
         let first = bytes.read(byte)?;
@@ -266,7 +262,6 @@ impl Wires {
         Ok(known ^ changed)
     }
 
-    /// Who steps lives.
     fn beat(&mut self, at_tick: u64) {
         if self.has_pump {
             self.pump.hear(self.moves_since.is_some());
@@ -276,7 +271,7 @@ impl Wires {
 }
 
 impl Phases {
-    /// The phase byte in force.
+    /// The current phase byte.
     fn byte(&self) -> u8 {
         if self.is_on { self.commutator.byte() } else { 0 }
     }
@@ -293,7 +288,7 @@ impl Phases {
         (self.is_on, self.forced_at) = (true, at_tick);
     }
 
-    /// When its forcing is to go, where it has any.
+    /// When its forcing must end, if there is any.
     fn forced_until(&self, interrupt: u64) -> Option<u64> {
         (self.byte() & FORCING != 0).then(|| self.forced_at.saturating_add(interrupt))
     }
@@ -412,7 +407,7 @@ mod tests {
     use std::collections::VecDeque;
     use std::sync::{Arc, Mutex};
 
-    /// A port that writes down what is written, and reads what it was told.
+    /// A port that records its writes, and reads preset values.
     #[derive(Clone, Default)]
     struct Noted(Arc<Mutex<Notes>>);
 
@@ -464,7 +459,7 @@ mod tests {
     }
 
     #[test]
-    fn it_starts_with_everything_off_and_a_step_writes_one_byte() {
+    fn outputs_start_off_and_a_step_writes_one_byte() {
         let (mut wires, noted) = wires(&machine());
         assert_eq!(noted.take(), [(0, 0), (1, 0), (2, 0), (3, 0)]);
         wires.step(10, 0b001, 0b001);
@@ -489,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn twelve_steps_forward_are_the_printed_table_and_backward_are_forced_in_mirror_image() {
+    fn phases_match_the_printed_table_and_mirror_it_backward() {
         let (mut wires, noted) = wires(&machine());
         let printed = [0x25, 0x05, 0x05, 0x49, 0x09, 0x09, 0x2A, 0x0A, 0x0A, 0x46, 0x06, 0x06];
         noted.take();
@@ -505,7 +500,7 @@ mod tests {
             wires.step(tick, 0b100, 0);
             seen.push(wires.image()[2]);
         }
-        // From column 12 back: 2b comes where 2a went.
+        // From column 12 back: 2b replaces 2a.
         assert_eq!(
             seen,
             [0x06, 0x06, 0x4A, 0x0A, 0x0A, 0x29, 0x09, 0x09, 0x45, 0x05, 0x05, 0x26],
@@ -515,7 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn named_outputs_are_switched_by_their_place_and_go_off_with_everything() {
+    fn named_outputs_are_switched_and_safe_turns_them_off() {
         let mut named = machine();
         named.card.wiring.outputs = vec![31, 25];
         let (mut wires, noted) = wires(&named);
@@ -530,7 +525,7 @@ mod tests {
     }
 
     #[test]
-    fn forcing_goes_at_rest_and_one_interrupt_after_it_was_set_while_the_windings_hold() {
+    fn forcing_ends_after_one_interrupt_or_at_rest() {
         let (mut wires, noted) = wires(&machine());
         let interrupt = wires.interrupt;
         assert_eq!((interrupt, wires.due()), (20_000, None), "500 Hz");
@@ -556,7 +551,7 @@ mod tests {
         assert_eq!(noted.take(), [(0, 0x0A)]);
     }
 
-    /// A clock that nobody waits for.
+    /// A clock that never waits.
     struct Free(u64);
 
     impl Clock for Free {
@@ -569,7 +564,7 @@ mod tests {
         }
     }
 
-    /// An operator without wishes.
+    /// An operator that never interferes.
     struct Idle;
 
     impl Operator for Idle {
@@ -579,7 +574,7 @@ mod tests {
         fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
     }
 
-    /// Wires that write down with every call what is on the outputs then.
+    /// Wires that record their outputs at every call.
     struct Watched(Wires, Vec<(u64, u8)>);
 
     impl Watched {
@@ -613,8 +608,8 @@ mod tests {
     }
 
     #[test]
-    fn during_a_move_slow_steps_are_forced_for_one_interrupt_and_fast_ones_until_the_next() {
-        // Steps every 14 ms, as where the laboratory drill starts, and every 1.5 ms.
+    fn fast_steps_are_forced_until_the_next_step() {
+        // Steps every 14 ms, as at the start of the laboratory drill, and every 1.5 ms.
         let run = |interval, count| Run::even(1, true, interval, count);
         let segment = Segment {
             leg: 0,
@@ -645,7 +640,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_are_found_by_the_map_and_a_glitch_is_no_sensor() {
+    fn sensors_follow_the_wiring_and_single_samples_are_ignored() {
         let mut turned = machine();
         turned.card.wiring.sensors = vec![7, 1, 2, 3, 4, 5, -1];
         turned.card.wiring.sensors_low = vec![0, 0, 0, 0, 1, 0, 0];
@@ -663,7 +658,7 @@ mod tests {
     }
 
     #[test]
-    fn a_port_that_refuses_is_told_once_and_left_alone() {
+    fn failed_port_is_reported_and_not_written_again() {
         let (mut wires, noted) = wires(&machine());
         let trouble = wires.trouble();
         noted.take();

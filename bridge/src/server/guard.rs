@@ -1,4 +1,4 @@
-//! The doorkeeper: looks at every request before anything else does, and dresses every answer.
+//! Checks every request before routing, and adds the security headers to every response.
 //!
 //! ```text
 //! request ─▶ Host exactly ours? ─▶ no browser from elsewhere? ─▶ Origin exactly ours? ─▶ routing
@@ -6,17 +6,16 @@
 //!               └──────────────── 403, one sentence ◀──────────────┘
 //! ```
 //!
-//! A page of another site can make a browser send requests here; what it cannot do is forge `Host`, `Origin` or
-//! `Sec-Fetch-Site`. A name that was bound anew to 127.0.0.1 shows in `Host`. Comes in: headers. Goes out: yes, or a
-//! refusal. Does not know sessions.
+//! A page of another site can make a browser send requests here, but cannot forge `Host`, `Origin` or
+//! `Sec-Fetch-Site`. DNS rebinding to 127.0.0.1 shows in `Host`.
 
 use super::reply::Refused;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, Request, StatusCode, header};
 
-/// Where the socket is; also without an upgrade header it is asked for as one.
+/// Path of the socket; even without an upgrade header it is checked like one.
 pub(crate) const SOCKET_PATH: &str = "/api/socket";
 
-/// The names this bridge answers to.
+/// The names that this bridge answers to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Names {
     hosts: Vec<String>,
@@ -36,7 +35,7 @@ impl Names {
     }
 }
 
-/// Whether `request` may go on to routing.
+/// Checks whether `request` may be routed.
 pub(crate) fn check<B>(names: &Names, request: &Request<B>) -> Result<(), Refused> {
     let headers = request.headers();
     let refused = |code| Refused::new(StatusCode::FORBIDDEN, code);
@@ -59,7 +58,7 @@ pub(crate) fn check<B>(names: &Names, request: &Request<B>) -> Result<(), Refuse
     }
 }
 
-/// The value of a header that may stand there once; an error if it stands there twice or is no text.
+/// The value of a header that may occur once; an error if it occurs twice or is no text.
 fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>, ()> {
     let mut values = headers.get_all(name).iter();
     match (values.next(), values.next()) {
@@ -69,7 +68,7 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>
     }
 }
 
-/// The one policy under which the page runs.
+/// The content security policy of the page.
 pub(crate) fn policy(port: u16) -> String {
     format!(
         "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; \
@@ -79,7 +78,7 @@ pub(crate) fn policy(port: u16) -> String {
     )
 }
 
-/// Puts the headers on an answer that keep other sites out of the page and the page in itself.
+/// Adds headers that protect the page from other sites, and confine it.
 pub(crate) fn dress(headers: &mut HeaderMap, policy: &HeaderValue) {
     headers.insert(header::CONTENT_SECURITY_POLICY, policy.clone());
     for (name, value) in [
@@ -107,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn hosts() {
+    fn host_header_must_name_the_bridge() {
         let rows = [
             ("127.0.0.1:7425", true),
             ("localhost:7425", true),
@@ -137,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn origins() {
+    fn origin_header_must_name_the_bridge() {
         const OURS: &str = "http://127.0.0.1:7425";
         let rows: [(&str, &str, Option<&str>, bool, bool); 15] = [
             ("GET", "/", None, false, true),
@@ -166,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn browsers_say_where_a_request_comes_from() {
+    fn cross_site_requests_are_refused() {
         for (site, good) in
             [("same-origin", true), ("none", true), ("same-site", false), ("cross-site", false), ("", false)]
         {

@@ -1,43 +1,43 @@
-//! The hall: those who came in and have not yet shown that they belong here. It is never shut: when it is full, somebody
-//! goes, and who said least and came first goes first.
+//! The waiting room for connections that are not authenticated yet. No connection is refused: if the room
+//! is full, the most silent and oldest guest is dropped.
 //!
 //! ```text
-//! connections   said nothing ─▶ sent a request that is ours ─▶ became a socket, or ended: out of the hall
-//! sockets       before hello ─▶ hello with a key that is known: out of the hall, to a seat
+//! connections   silent ─▶ sent a valid request ─▶ became a socket, or ended: leaves
+//! sockets       before hello ─▶ hello with a known key: leaves, for a seat
 //! ```
 //!
-//! Comes in: arrivals. Goes out: who is to leave. Nobody who waits here can keep anybody else out. Does not know HTTP.
+//! So strangers that wait here cannot keep others out.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use tokio::sync::oneshot;
 
-/// Those who wait, by their number.
+/// Guests by number.
 pub(crate) struct Hall {
     room: usize,
     inside: Mutex<(u64, BTreeMap<u64, Guest>)>,
 }
 
 struct Guest {
-    /// Whether it said something that our own page could have said.
+    /// The guest sent something that our own page could have sent.
     polite: bool,
-    /// Kept until it is to leave: dropping it is the sign.
+    /// Dropping it makes the guest leave.
     _stays: oneshot::Sender<()>,
 }
 
-/// A place in the hall, given back when it is dropped.
+/// A guest's entry, removed when dropped.
 pub(crate) struct Place<'a> {
     hall: &'a Hall,
     number: u64,
 }
 
 impl Hall {
-    /// A hall for `room` guests.
+    /// A waiting room for `room` guests.
     pub(crate) fn new(room: usize) -> Self {
         Self { room, inside: Mutex::default() }
     }
 
-    /// Somebody comes in. The receiver ends when he has to go.
+    /// Adds a guest. The receiver ends when it must leave.
     pub(crate) fn enter(&self) -> (Place<'_>, oneshot::Receiver<()>) {
         let (stays, leaves) = oneshot::channel();
         let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
@@ -55,7 +55,7 @@ impl Hall {
 }
 
 impl Place<'_> {
-    /// He said something that our own page could have said: those who did not go before him.
+    /// The guest sent something that our own page could have sent: others are dropped first.
     pub(crate) fn polite(&self) {
         let mut inside = self.hall.inside.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(guest) = inside.1.get_mut(&self.number) {
@@ -77,7 +77,7 @@ mod tests {
     use oneshot::error::TryRecvError;
 
     #[test]
-    fn who_said_nothing_and_came_first_goes_first() {
+    fn oldest_silent_connection_is_closed_first() {
         let hall = Hall::new(3);
         let (one, mut one_leaves) = hall.enter();
         let (_two, mut two_leaves) = hall.enter();

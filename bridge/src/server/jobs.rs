@@ -1,7 +1,4 @@
 //! Programs in and out: `PUT` and `GET /api/jobs/SHA256`.
-//!
-//! Comes in: bytes, whole, at most [`PROGRAM_LIMIT`], from a paired page. Goes out: the same bytes. Does not know what
-//! they mean; the drill reads them.
 
 use super::Bridge;
 use super::reply::{Refused, json};
@@ -16,10 +13,9 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// Time for a whole upload.
+/// Time limit of an upload.
 const UPLOAD_TIME: Duration = Duration::from_secs(60);
 
-/// Takes a program.
 pub(crate) async fn put(
     State(bridge): State<Arc<Bridge>>,
     Path(key): Path<String>,
@@ -48,7 +44,7 @@ pub(crate) async fn put(
     Ok(json(StatusCode::OK, &json!({ "ok": true, "job": job })))
 }
 
-/// Gives a program back.
+/// Returns a program.
 pub(crate) async fn get(
     State(bridge): State<Arc<Bridge>>,
     Path(key): Path<String>,
@@ -66,7 +62,7 @@ pub(crate) async fn get(
     Ok(response)
 }
 
-/// Whether the request comes from a session that may do `scope`.
+/// Checks that the request belongs to a session with the rights of `scope`.
 fn authorise(
     bridge: &Bridge,
     scope: Scope,
@@ -89,7 +85,7 @@ fn check_key(key: &str) -> Result<(), Refused> {
     if digits { Ok(()) } else { Err(Refused::new(StatusCode::BAD_REQUEST, "upload.key")) }
 }
 
-/// The whole body, or why not: longer than `limit`, slower than `time`, or broken off.
+/// Reads the whole body; an error if it exceeds `limit` or `time`, or is interrupted.
 pub(crate) async fn read_body(
     body: Body,
     headers: &HeaderMap,

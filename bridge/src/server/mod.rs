@@ -2,13 +2,12 @@
 //!
 //! ```text
 //! 127.0.0.1, [::1] ─▶ connection (limits, deadlines) ─▶ guard ─▶ routes ─┬─ page     embedded files
-//!                                                                         ├─ pairing  token → session
-//!                                                                         ├─ jobs     programs in and out
-//!                                                                         └─ socket   asks and tells ─▶ watchers ─▶ drill
+//!                                                                        ├─ pairing  token → session
+//!                                                                        ├─ jobs     programs in and out
+//!                                                                        └─ socket   requests ─▶ watchers ─▶ drill
 //! ```
 //!
-//! Comes in: connections from this computer, and only from it. Goes out: answers. The drill goes on whatever happens
-//! here. Does not know what a program means.
+//! No failure here affects the drill.
 
 mod guard;
 mod hall;
@@ -48,16 +47,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
-use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{interval, sleep, timeout};
 use watchers::Watchers;
 
-/// HTTP connections at the same time; one more, and one that said least goes.
+/// Most HTTP connections; one more drops the most silent one.
 const CONNECTIONS: usize = 256;
-/// Sockets that have not said hello, the same way. Pages that did have seats of their own, and those that name a session of
-/// ours when they call wait in a hall where no stranger comes.
+/// Most sockets before their hello, with the same rule. Sockets that name a known session wait separately,
+/// so that strangers cannot push them out.
 const CALLERS: usize = 32;
-/// Sockets at the same time, callers and pages: more than both can be, so that the end can wait for all of them.
+/// Most sockets, waiting and seated: more than both can be, so that the shutdown can wait for all.
 const SOCKETS: usize = 512;
 /// Time for the head of a request, and between two requests on one connection.
 const HEAD_TIME: Duration = Duration::from_secs(10);
@@ -67,14 +65,13 @@ const SMALL_TIME: Duration = Duration::from_secs(5);
 const SMALL_LIMIT: usize = 1024;
 /// Largest head of a request, in bytes.
 const HEAD_LIMIT: usize = 16 * 1024;
-/// Life of one HTTP connection, after which it is asked to end.
+/// Life of an HTTP connection, after which it is asked to end.
 const CONNECTION_LIFE: Duration = Duration::from_secs(120);
-/// Time to end.
 const GRACE: Duration = Duration::from_secs(10);
-/// How often silence is looked for.
+/// Interval of the check for silent pages.
 const LEASE_CHECK: Duration = Duration::from_millis(250);
 
-/// What all connections share.
+/// Shared by all connections.
 pub(crate) struct Bridge {
     drill: Drill,
     port: u16,
@@ -86,13 +83,13 @@ pub(crate) struct Bridge {
     connections: Hall,
     callers: Hall,
     known_callers: Hall,
-    /// Sockets in work, so that the end can wait for them.
+    /// Counts open sockets, so that the shutdown can wait for them.
     sockets: Arc<Semaphore>,
     began: Instant,
 }
 
 impl Bridge {
-    /// A bridge on `port` in front of `drill`, and the secret that goes into the note for `annulus link`.
+    /// A bridge on `port` in front of `drill`; creates the secret for `annulus link`.
     pub(crate) fn new(drill: Drill, port: u16) -> Result<Arc<Self>, Diagnostic> {
         let policy = guard::policy(port);
         Ok(Arc::new(Self {
@@ -116,7 +113,7 @@ impl Bridge {
         runtime::Note { port: self.port, secret: self.secret.clone() }
     }
 
-    /// A fresh address that works once, for a page that may do `scope`.
+    /// A fresh single-use address for a page with the rights of `scope`.
     pub(crate) fn address(&self, scope: Scope) -> Result<String, Diagnostic> {
         let token = self.pairing().token(scope, self.now_ms())?;
         Ok(format!("http://127.0.0.1:{}/#t={token}", self.port))
@@ -140,7 +137,7 @@ impl Bridge {
         self.after_control(&watchers, &outcome);
     }
 
-    /// Something happened to control.
+    /// Handles an event of the control lease.
     fn control(&self, viewer: Viewer, event: LeaseEvent) {
         let mut watchers = self.watchers();
         let outcome = watchers.control(event, self.now_ms());
@@ -151,8 +148,8 @@ impl Bridge {
         }
     }
 
-    /// Whoever lost control no longer watches what moved by hand: that comes to rest, and what waits is not begun. A job goes
-    /// on. The watchers are kept meanwhile, so that nobody gets a ticket in between.
+    /// After a loss of control, jogs end and queued requests are dropped; a job continues. The caller holds
+    /// the lock of the watchers, so that no ticket is issued in between.
     fn after_control(&self, watchers: &Watchers, outcome: &LeaseOutcome) {
         if outcome.changed {
             tracing::info!(holder = watchers.holder(), lost = ?outcome.lost, "control");
@@ -160,7 +157,7 @@ impl Bridge {
         }
     }
 
-    /// What `viewer` may ask now: a ticket, or none where another page, or nobody, has control.
+    /// A ticket for `viewer`; `None` if it does not have control.
     fn ticket(&self, viewer: Viewer) -> Option<Ticket> {
         let watchers = self.watchers();
         watchers.has_control(viewer).then(|| self.drill.ticket())
@@ -175,19 +172,19 @@ impl Bridge {
         self.tell(viewer, &Tell::Refused { why });
     }
 
-    /// Says why and lets the page go.
+    /// Reports why, and drops the page.
     fn dismiss(&self, viewer: Viewer, why: Diagnostic) {
         self.refuse(viewer, why);
         self.watchers().dismiss(viewer);
     }
 
-    /// Stops, at once, whoever asks.
+    /// Stops at once; any page may do that.
     fn stop(&self, viewer: Viewer) {
         self.drill.stop();
         tracing::info!(viewer, "stop");
     }
 
-    /// Waits for what was begun and tells the page that asked. For threads that may wait.
+    /// Waits for the result of a request and reports it to the page. Blocks.
     fn finish(&self, viewer: Viewer, begun: Begun) {
         match begun.finish() {
             Ok(tells) => tells.iter().for_each(|tell| self.tell(viewer, tell)),
@@ -196,7 +193,7 @@ impl Bridge {
     }
 }
 
-/// Serves until `end`, then brings the drill to rest and lets the pages go.
+/// Serves until `end`, then stops the drill and closes the pages.
 pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: impl Future<Output = ()>) {
     let routes = routes(Arc::clone(&bridge));
     let doors: Vec<_> = listeners
@@ -214,20 +211,15 @@ pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: i
     pump.abort();
 }
 
-/// Carries what the drill says to the watchers, and looks for silence.
+/// Passes the drill's reports to the watchers, and checks for silent pages.
 async fn pump(bridge: Arc<Bridge>) {
     let mut tells = bridge.drill.watch();
     let mut check = interval(LEASE_CHECK);
     loop {
         tokio::select! {
             tell = tells.recv() => match tell {
-                Ok(tell) => bridge.watchers().tell_all(&tell),
-                Err(RecvError::Lagged(_)) => {
-                    let drill = bridge.drill.clone();
-                    let all = tokio::task::spawn_blocking(move || drill.greeting()).await.unwrap_or_default();
-                    all.iter().for_each(|tell| bridge.watchers().tell_all(tell));
-                }
-                Err(RecvError::Closed) => return,
+                Some(tell) => bridge.watchers().tell_all(&tell),
+                None => return,
             },
             _ = check.tick() => bridge.control(0, LeaseEvent::Tick),
         }
@@ -252,7 +244,7 @@ async fn accept(bridge: Arc<Bridge>, listener: TcpListener, routes: Router) {
     }
 }
 
-/// One connection, with a bound on everything: head, number of headers, idle time, life. A refusal ends it.
+/// One connection with limits on everything: head, number of headers, idle time, life. A refusal ends it.
 async fn connection(
     bridge: &Arc<Bridge>,
     stream: TcpStream,
@@ -291,7 +283,7 @@ async fn connection(
     }
 }
 
-/// Where a request comes from.
+/// Address of a request's sender.
 #[derive(Clone, Copy)]
 struct Peer(IpAddr);
 
@@ -311,7 +303,7 @@ async fn file(uri: Uri, headers: HeaderMap) -> Response {
     page::answer(uri.path(), &headers)
 }
 
-/// `POST /api/pair`: a token becomes a session.
+/// `POST /api/pair`: exchanges a token for a session.
 async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Response, Refused> {
     let (parts, body) = request.into_parts();
     let bytes = jobs::read_body(body, &parts.headers, SMALL_LIMIT, SMALL_TIME).await?;
@@ -339,7 +331,7 @@ async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
     }
 }
 
-/// `POST /api/link`: whoever can read this user's note gets a fresh address.
+/// `POST /api/link`: a fresh address for a process that can read this user's note.
 async fn link(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Response, Refused> {
     let (Parts { headers, .. }, body) = request.into_parts();
     let claimed = headers.get(PROOF_HEADER).and_then(|value| value.to_str().ok()).unwrap_or_default();

@@ -1,11 +1,10 @@
-//! The page: files that were built before and are embedded in the program, in the packing the browser takes.
+//! The page: prebuilt files embedded in the program, in a compression that the browser accepts.
 //!
 //! ```text
 //! target/www/   index.html   app-1a2b3c4d.wasm   app-1a2b3c4d.wasm.br   app-1a2b3c4d.wasm.gz   …
 //! ```
 //!
-//! Comes in: a path and headers. Goes out: a file, "not modified", or a sentence. Does not know what the files are.
-//! In debug builds files are read from disk at every request.
+//! Debug builds read the files from disk at every request.
 
 use super::reply::Refused;
 use annulus_core::locale;
@@ -23,7 +22,7 @@ struct File {
     hash: [u8; 32],
 }
 
-/// The answer to `GET path`.
+/// The response to `GET path`.
 pub(crate) fn answer(path: &str, headers: &HeaderMap) -> Response {
     serve(path, headers, |name| {
         let file = Built::get(name)?;
@@ -36,6 +35,10 @@ fn serve(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) -
         "" => "index.html",
         name => name,
     };
+    // Hidden files of the build are not part of the page.
+    if name.split('/').any(|part| part.starts_with('.')) {
+        return missing();
+    }
     let accepted = text(headers, &header::ACCEPT_ENCODING);
     let packings =
         [("br", ".br"), ("gzip", ".gz")].into_iter().filter(|(coding, _)| accepts(accepted, coding));
@@ -75,7 +78,7 @@ fn text<'a>(headers: &'a HeaderMap, name: &header::HeaderName) -> &'a str {
     headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default()
 }
 
-/// Whether a browser that sends `accepted` takes `coding`: named, and not with weight 0.
+/// Returns `true` if the `Accept-Encoding` header `accepted` names `coding`, not with weight 0.
 fn accepts(accepted: &str, coding: &str) -> bool {
     accepted.split(',').any(|one| {
         let mut parts = one.split(';').map(str::trim);
@@ -87,7 +90,8 @@ fn accepts(accepted: &str, coding: &str) -> bool {
     })
 }
 
-/// Whether the name carries a hash of the content, like `app-1a2b3c4d.wasm`: such a file never changes.
+/// Returns `true` if the name contains a hash of the content, like `app-1a2b3c4d.wasm`: such a file never
+/// changes.
 fn has_hash(name: &str) -> bool {
     name.split(['-', '.', '_', '/'])
         .any(|part| part.len() >= 8 && part.bytes().all(|byte| byte.is_ascii_hexdigit()))
@@ -146,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn files_come_in_the_packing_the_browser_takes() {
+    fn files_use_an_encoding_that_the_browser_accepts() {
         let rows = [
             ("/", "", "", "text/html; charset=utf-8", "no-cache"),
             ("/", "br", "", "text/html; charset=utf-8", "no-cache"),
@@ -179,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_browser_has_is_not_sent_again() {
+    fn cached_file_gets_not_modified() {
         let first = get("/", &[("accept-encoding", "gzip")]);
         let tag = text(first.headers(), &header::ETAG).to_owned();
         let again =
@@ -193,16 +197,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_said() {
+    fn missing_files_are_not_found_and_an_unbuilt_page_is_503() {
         assert_eq!(get("/other.js", &[]).status(), StatusCode::NOT_FOUND);
         assert_eq!(get("/../Cargo.toml", &[]).status(), StatusCode::NOT_FOUND);
+        let hidden = |_: &str| Some(File { bytes: Cow::Borrowed(&b"-"[..]), hash: [0; 32] });
+        for path in ["/.stamp", "/locales/.x", "/.well-known/x"] {
+            assert_eq!(serve(path, &HeaderMap::new(), hidden).status(), StatusCode::NOT_FOUND, "{path}");
+        }
         let unbuilt = serve("/", &HeaderMap::new(), |_| None);
         assert_eq!(unbuilt.status(), StatusCode::SERVICE_UNAVAILABLE);
         assert_eq!(text(unbuilt.headers(), &header::CONTENT_TYPE), "text/plain; charset=utf-8");
     }
 
     #[test]
-    fn hashes_in_names() {
+    fn file_names_with_hashes_are_recognized() {
         let rows = [
             ("app-0123abcd.wasm", true),
             ("app-0123abcd_bg.wasm", true),

@@ -1,25 +1,24 @@
-//! Who may come in: one-time tokens become sessions.
+//! Authentication: exchanges single-use tokens for sessions.
 //!
 //! ```text
 //! token (128 bit, once, 10 min) ── POST /api/pair ──▶ session id + key (256 bit, in memory only)
 //! ```
 //!
-//! Comes in: tokens people were given, with the time in ms. Goes out: sessions. Nothing here is ever written to disk or
-//! to the log. Does not know HTTP.
+//! Nothing here is ever written to disk or to the log.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Paired, Scope, auth};
 use std::net::IpAddr;
 
-/// How long a token can be used, in ms.
+/// Life of a token, in ms.
 pub(crate) const TOKEN_LIFE_MS: u64 = 10 * 60 * 1000;
-/// Tokens waiting at the same time; a further one replaces the oldest.
+/// Most unused tokens; a further one replaces the oldest.
 const TOKENS: usize = 8;
-/// Sessions known at the same time; a further one replaces the one that was not seen for longest.
+/// Most sessions; a further one replaces the least recently used.
 const SESSIONS: usize = 256;
-/// Peers whose wrong tokens are counted at the same time; a further one replaces the oldest.
+/// Most peers whose wrong tokens are counted; a further one replaces the oldest.
 const PEERS: usize = 64;
-/// Wrong tokens of a peer in a row that cost nothing; every further one doubles its wait, beginning with a second.
+/// Wrong tokens in a row without a wait; every further one doubles the wait, starting with one second.
 const FREE_ATTEMPTS: u32 = 5;
 /// Longest wait, in ms.
 const LONGEST_WAIT_MS: u64 = 60_000;
@@ -39,17 +38,17 @@ struct Token {
     end_ms: u64,
 }
 
-/// A page that was let in.
+/// An authenticated page.
 #[derive(Clone)]
 pub(crate) struct Session {
     id: String,
     /// Its key, in hexadecimal.
     pub(crate) key: String,
-    /// What it may do.
+    /// Its rights.
     pub(crate) scope: Scope,
 }
 
-/// The tokens that wait and the sessions that came of them.
+/// Unused tokens, and sessions.
 #[derive(Default)]
 pub(crate) struct Pairing {
     tokens: Vec<Token>,
@@ -57,33 +56,32 @@ pub(crate) struct Pairing {
     peers: Vec<Peer>,
 }
 
-/// Somebody who sent wrong tokens.
+/// A sender of wrong tokens.
 struct Peer {
     address: IpAddr,
     wrong: u32,
     waits_until_ms: u64,
 }
 
-/// Why a token was not taken.
+/// Why a token was rejected.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Rejection {
     /// Wrong, used or too old.
     Token,
     /// Too many wrong ones; try again after this many seconds.
     Wait(u64),
-    /// No secret could be made.
+    /// The system provided no random bytes.
     NoSecret(Diagnostic),
 }
 
 impl Session {
-    /// How it is called.
     pub(crate) fn id(&self) -> &str {
         &self.id
     }
 }
 
 impl Pairing {
-    /// A fresh token for a session that may do `scope`.
+    /// A fresh token for a session with the rights of `scope`.
     pub(crate) fn token(&mut self, scope: Scope, now_ms: u64) -> Result<String, Diagnostic> {
         let text = secret::<16>()?;
         if self.tokens.len() == TOKENS {
@@ -93,9 +91,9 @@ impl Pairing {
         Ok(text)
     }
 
-    /// Exchanges `claimed` for a session. Every waiting token is compared, in constant time, so that the time tells
-    /// nothing. A right one is right whoever sent wrong ones before: on this computer all peers look alike, and a token of 128
-    /// bits is not guessed by trying. Who sends wrong ones is told to wait, longer and longer; nobody else is.
+    /// Exchanges `claimed` for a session. Compares every token in constant time, so that the time reveals
+    /// nothing. A right token is accepted despite earlier wrong ones: on this computer all peers look
+    /// alike, and 128 bits cannot be guessed. Only senders of wrong tokens must wait, for longer each time.
     pub(crate) fn pair(&mut self, claimed: &str, peer: IpAddr, now_ms: u64) -> Result<Paired, Rejection> {
         self.tokens.retain(|token| now_ms < token.end_ms);
         let found = self.tokens.iter().enumerate().fold(None, |found, (index, token)| {
@@ -113,7 +111,7 @@ impl Pairing {
         Ok(Paired { ok: true, session: id, key })
     }
 
-    /// What a wrong token of `peer` is answered.
+    /// The response to a wrong token of `peer`.
     fn wrong(&mut self, peer: IpAddr, now_ms: u64) -> Rejection {
         let known = self.peers.iter().position(|known| known.address == peer);
         let index = known.unwrap_or_else(|| {
@@ -135,7 +133,7 @@ impl Pairing {
         Rejection::Token
     }
 
-    /// The session called `id`; it was seen now.
+    /// The session `id`; marks it as used now.
     pub(crate) fn session(&mut self, id: &str) -> Option<Session> {
         let index = self.sessions.iter().position(|session| session.id == id)?;
         let session = self.sessions.remove(index);
@@ -151,7 +149,7 @@ mod tests {
     const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
 
     #[test]
-    fn a_token_works_once_and_not_for_ever() {
+    fn token_works_once_and_expires() {
         let mut pairing = Pairing::default();
         let (one, two) = (pairing.token(Scope::Run, 0).unwrap(), pairing.token(Scope::View, 1_000).unwrap());
         assert_eq!(one.len(), 32);
@@ -166,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn guessing_gets_slower_and_slower() {
+    fn wrong_tokens_increase_the_wait() {
         let mut pairing = Pairing::default();
         let token = pairing.token(Scope::Run, 0).unwrap();
         for _ in 0..FREE_ATTEMPTS {
@@ -191,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded() {
+    fn tokens_and_sessions_are_limited() {
         let mut pairing = Pairing::default();
         let tokens: Vec<_> = (0..TOKENS + 1).map(|_| pairing.token(Scope::Run, 0).unwrap()).collect();
         assert_eq!(pairing.pair(&tokens[0], HERE, 0), Err(Rejection::Token));

@@ -1,6 +1,4 @@
-//! Answers over HTTP: every refusal is one JSON object with a sentence, as on the command line.
-//!
-//! Comes in: a status and a diagnostic. Goes out: a response. Does not know who asked.
+//! HTTP responses: every refusal is one JSON object with a sentence, as on the command line.
 
 use crate::refusal::Refusal;
 use annulus_core::diagnostic::Diagnostic;
@@ -8,12 +6,12 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
 
-/// A request that is refused.
+/// A refused request.
 #[derive(Debug)]
 pub(crate) struct Refused {
-    /// Status of the answer.
+    /// HTTP status.
     pub(crate) status: StatusCode,
-    /// What happened and what to do.
+    /// The reason, and what the user can do.
     pub(crate) why: Diagnostic,
 }
 
@@ -23,7 +21,7 @@ impl Refused {
         Self { status, why: Diagnostic::error(code) }
     }
 
-    /// The same with one argument of its sentence.
+    /// Adds an argument for its sentence.
     pub(crate) fn with(mut self, name: &str, value: impl ToString) -> Self {
         self.why = self.why.with(name, value);
         self
@@ -36,7 +34,7 @@ impl IntoResponse for Refused {
     }
 }
 
-/// `value` as an answer that nobody keeps.
+/// A JSON response that must not be cached.
 pub(crate) fn json(status: StatusCode, value: &Value) -> Response {
     let mut response = (status, value.to_string()).into_response();
     let headers = response.headers_mut();

@@ -1,11 +1,11 @@
-//! The note that a bridge of this user is running: its port, and the secret with which `annulus link` speaks to it.
+//! The note of this user's running bridge: its port, and the secret for `annulus link`.
 //!
 //! ```text
 //! bridge  ── holds the lock on ──▶ bridge.json (0600) {"port", "secret"} ◀── reads ── annulus link
 //! ```
 //!
-//! The lock belongs to the process, so a killed bridge leaves a note that nobody believes and nothing to clean up.
-//! Comes in: the environment. Goes out: the claim, or what the running bridge left there. Does not know sessions.
+//! The lock belongs to the process: a killed bridge leaves a note without a lock, which is ignored, and
+//! nothing to clean up.
 
 use crate::refusal::Refusal;
 use crate::{machine_file, own};
@@ -16,7 +16,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// What a running bridge writes down.
+/// The contents of the note.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Note {
     /// Port on 127.0.0.1.
@@ -25,12 +25,12 @@ pub(crate) struct Note {
     pub(crate) secret: String,
 }
 
-/// The right to be this user's bridge, for as long as it is kept.
+/// The lock of this user's bridge, held until dropped.
 pub(crate) struct Claim {
     file: File,
 }
 
-/// Where the note lies: `$ANNULUS_HOME`, else `$XDG_RUNTIME_DIR/annulus`, else beside the journal.
+/// Folder of the note: `$ANNULUS_HOME`, else `$XDG_RUNTIME_DIR/annulus`, else the journal's.
 pub(crate) fn folder() -> PathBuf {
     let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     match (set("ANNULUS_HOME"), set("XDG_RUNTIME_DIR")) {
@@ -39,13 +39,13 @@ pub(crate) fn folder() -> PathBuf {
     }
 }
 
-/// Makes a folder that only this user can enter, if it is missing.
+/// Creates a folder that only this user can enter.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), Refusal> {
     own::root(folder).map_err(|error| trouble(folder, &error))
 }
 
 impl Claim {
-    /// Claims `folder`; the error is the note of the bridge that has it, as far as it is written.
+    /// Claims `folder`. The inner error is the note of the running bridge, if it is written yet.
     pub(crate) fn take(folder: &Path) -> Result<Result<Self, Option<Note>>, Refusal> {
         make_folder(folder)?;
         let path = folder.join("bridge.json");
@@ -57,7 +57,7 @@ impl Claim {
         }
     }
 
-    /// Says where this bridge listens.
+    /// Writes the note of this bridge.
     pub(crate) fn say(&mut self, note: &Note) -> Result<(), Refusal> {
         let text = serde_json::to_string(note).unwrap_or_default();
         let written = self.clear().and_then(|()| self.file.write_all(text.as_bytes()));
@@ -71,13 +71,13 @@ impl Claim {
 }
 
 impl Drop for Claim {
-    /// A secret that is of no use any more is not left behind.
+    /// Do not leave a useless secret behind.
     fn drop(&mut self) {
         let _ = self.clear();
     }
 }
 
-/// The note of the running bridge; none if no bridge runs.
+/// The note of the running bridge; `None` if no bridge runs.
 pub(crate) fn running(folder: &Path) -> Option<Note> {
     let mut file = own::open(&folder.join("bridge.json"), OpenOptions::new().read(true)).ok()?;
     match file.try_lock_shared() {
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_bridge_a_user_and_nothing_left_behind() {
+    fn second_bridge_is_refused_and_the_note_is_cleared() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("deeper");
         assert_eq!(running(&folder), None);
@@ -126,7 +126,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn nobody_else_reads_the_note() {
+    fn note_is_readable_only_by_its_user() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bridge.json");

@@ -1,14 +1,13 @@
-//! The socket: challenge, hello, then asks and tells.
+//! The socket of a page: challenge, hello, then requests and reports.
 //!
 //! ```text
 //!            ┌─ read ── Ping, control ──▶ watchers
-//! frames ──▶ │       ── Stop ───────────▶ drill, at once, past everything that waits
-//!            │       ── all others ─────▶ drill, in the order in which they come; their answers: queue ─ work
-//!            └─ write ◀── watchers: tells in order, latest status
+//! frames ──▶ │       ── Stop ───────────▶ drill, at once, before everything that waits
+//!            │       ── all others ─────▶ drill, in order of arrival; their answers: queue ─ work
+//!            └─ write ◀── watchers: reports in order, latest status
 //! ```
 //!
-//! Comes in: text frames of at most [`FRAME_LIMIT`] bytes, at most [`RATE_PER_S`] a second. Goes out: the same way. A frame
-//! that cannot be understood moves nothing. Does not know HTTP.
+//! A frame that cannot be understood moves nothing.
 
 use super::Bridge;
 use super::pairing::{self, Session};
@@ -27,22 +26,22 @@ use tokio::time::{Instant, interval, sleep, timeout};
 
 /// Time from challenge to hello.
 const HELLO_TIME: Duration = Duration::from_secs(2);
-/// Time for one frame to leave.
+/// Time to send one frame.
 const SEND_TIME: Duration = Duration::from_secs(10);
-/// Time between two signs of life asked of the browser.
+/// Interval of keep-alive pings to the browser.
 const PULSE: Duration = Duration::from_secs(15);
-/// A page that gives none for this long is gone.
+/// Silence after which a page counts as gone.
 const SILENCE: Duration = Duration::from_secs(45);
-/// Time for a page to answer the goodbye.
+/// Time for a page to answer the close frame.
 const LINGER: Duration = Duration::from_secs(2);
-/// Frames a page may send in a second, on the long run.
+/// Average limit of a page's frames per second.
 pub(crate) const RATE_PER_S: f64 = 100.0;
-/// Frames it may send at once.
+/// Most frames in a burst.
 const BURST_FRAMES: f64 = 200.0;
-/// Asks of one page that may wait for the drill.
+/// Most requests of one page that may wait for the drill.
 const WAITING: usize = 32;
-/// What the transport lets through; longer than [`FRAME_LIMIT`], so that a frame a little too long is answered with a
-/// sentence before the end.
+/// Transport limit; larger than [`FRAME_LIMIT`], so that a slightly too long frame gets an explanation
+/// before the end.
 pub(crate) const TRANSPORT_LIMIT: usize = 4 * FRAME_LIMIT;
 
 /// A refusal by code.
@@ -50,12 +49,12 @@ fn no(code: &str) -> Diagnostic {
     Diagnostic::error(code)
 }
 
-/// One page from challenge to goodbye.
+/// Serves one page from challenge to close.
 pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket, known: bool) {
     let Some((session, seat)) = let_in(&bridge, &mut socket, known).await else { return };
     let (viewer, scope) = (seat.viewer, session.scope);
     tracing::info!(viewer, ?scope, "page joined");
-    // Not waited for: the first thing this page says may be STOP.
+    // Do not wait for it: the page's first frame may be STOP.
     tokio::task::spawn_blocking({
         let bridge = Arc::clone(&bridge);
         move || bridge.drill.greeting().iter().for_each(|tell| bridge.tell(viewer, tell))
@@ -65,7 +64,8 @@ pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket, known: boo
     tracing::info!(viewer, "page left");
 }
 
-/// From the challenge to a seat. Until hello it waits in the hall, where others may push it out.
+/// From the challenge to a seat. Until its hello the page waits in the hall, from where others may displace
+/// it.
 async fn let_in(bridge: &Bridge, socket: &mut WebSocket, known: bool) -> Option<(Session, Seat)> {
     let hall = if known { &bridge.known_callers } else { &bridge.callers };
     let (_place, leaves) = hall.enter();
@@ -92,7 +92,7 @@ async fn let_in(bridge: &Bridge, socket: &mut WebSocket, known: bool) -> Option<
     }
 }
 
-/// Sends the challenge and judges the hello: who it is. `Err(None)` is a page that went away.
+/// Sends the challenge and checks the hello. Returns the session; `Err(None)` if the page disappeared.
 async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Option<Diagnostic>> {
     let nonce = pairing::secret::<32>().map_err(Some)?;
     let challenge = Tell::Challenge {
@@ -123,7 +123,7 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Optio
     }
 }
 
-/// Both ways until one side has had enough.
+/// Reads, works and writes until one of them ends.
 async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat, scope: Scope) {
     let viewer = seat.viewer;
     let (sink, frames) = socket.split();
@@ -135,7 +135,7 @@ async fn converse(bridge: &Arc<Bridge>, socket: WebSocket, seat: Seat, scope: Sc
     }
 }
 
-/// Listens, and gives a page that broke a rule the time to hear why.
+/// Listens, and gives a page that broke a rule time to receive the reason.
 async fn read(
     bridge: &Arc<Bridge>,
     viewer: Viewer,
@@ -145,12 +145,12 @@ async fn read(
 ) {
     if let Some(why) = listen(bridge, viewer, scope, &mut frames, &queue).await {
         bridge.dismiss(viewer, why);
-        // Read on without listening: a connection closed over unread frames would take the last words with it.
+        // Keep reading: closing a connection with unread frames would discard the last frames sent.
         while let Some(Ok(_)) = frames.next().await {}
     }
 }
 
-/// Listens until the page goes or falls silent (`None`), or breaks a rule.
+/// Listens until the page leaves or falls silent (`None`), or breaks a rule.
 async fn listen(
     bridge: &Arc<Bridge>,
     viewer: Viewer,
@@ -184,8 +184,8 @@ async fn listen(
     None
 }
 
-/// Nothing here waits: the drill has every ask before the next frame is read. Its answers, and what has to be planned, wait
-/// their turn behind each other; a page that holds the machine back does not wait behind a plan.
+/// Never blocks: the drill has every request before the next frame is read. Answers and plans are finished
+/// in order, but pauses and slower feeds do not wait for a plan.
 fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Begun>) {
     match ask {
         Ask::Hello { .. } => return bridge.refuse(viewer, no("socket.hello_again")),
@@ -197,9 +197,9 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     }
     let Some(ticket) = bridge.ticket(viewer) else { return bridge.refuse(viewer, no("control.needed")) };
     match ask {
-        // Nobody waits for an answer: it is said twenty times a second.
+        // Sent twenty times per second; its answer is ignored.
         Ask::JogOn => drop(bridge.drill.begin(ask, Some(ticket))),
-        Ask::Pause | Ask::StopAfterHole | Ask::FeedOverride { percent: ..=100 } => {
+        Ask::Pause | Ask::LiftTool | Ask::StopAfterHole | Ask::FeedOverride { percent: ..=100 } => {
             tracing::info!(viewer, ?ask, "ask");
             let begun = bridge.drill.begin(ask, Some(ticket));
             let bridge = Arc::clone(bridge);
@@ -215,7 +215,7 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     }
 }
 
-/// Finishes what was begun, one after the other.
+/// Finishes started requests in order.
 async fn work(bridge: &Arc<Bridge>, viewer: Viewer, mut waiting: mpsc::Receiver<Begun>) {
     while let Some(begun) = waiting.recv().await {
         let done = tokio::task::spawn_blocking({
@@ -226,7 +226,7 @@ async fn work(bridge: &Arc<Bridge>, viewer: Viewer, mut waiting: mpsc::Receiver<
     }
 }
 
-/// Writes what there is to tell; of the status only the latest.
+/// Writes reports in order, and the latest status.
 async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
     let mut pulse = interval(PULSE);
     loop {
@@ -250,7 +250,7 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
     sleep(LINGER).await;
 }
 
-/// Says why and closes, before a page has a seat.
+/// Reports why and closes, before a page has a seat.
 async fn refuse(socket: &mut WebSocket, why: Diagnostic, code: u16) {
     let both = async {
         let _ = socket.send(message(&Tell::Refused { why })).await;

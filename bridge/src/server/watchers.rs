@@ -1,23 +1,22 @@
-//! Watchers: who watches, who has control, and what they are told.
+//! Watchers: the connected pages, which one has control, and the reports to them.
 //!
 //! ```text
 //! drill ── Tell ──▶ pump ──┬─ Status ─────▶ latest value ──▶ every page, as fast as it reads
-//!                          └─ all others ─▶ one queue a page (bounded; a page that lets it fill is dropped)
+//!                          └─ all others ─▶ one queue per page (bounded; a page with a full queue is dropped)
 //! ```
 //!
-//! Comes in: viewers coming and going, tells. Goes out: text frames. Nothing here waits for anybody, so nobody who
-//! reads slowly can hold up the drill. Does not know sockets.
+//! Nothing here blocks, so a slow reader cannot delay the drill.
 
 use annulus_core::control::State;
 use annulus_core::control::lease::{Lease, LeaseEvent, LeaseOutcome, Viewer};
-use annulus_core::wire::{Status, Tell};
+use annulus_core::wire::{Control, Status, Tell};
 use axum::extract::ws::Utf8Bytes;
 use std::collections::BTreeMap;
 use tokio::sync::{mpsc, watch};
 
-/// Tells that may wait for one page.
+/// Most reports that may wait for one page.
 const QUEUE: usize = 256;
-/// Pages with a seat.
+/// Most pages with a seat.
 const VIEWERS: usize = 64;
 
 /// Pages, control and the last status.
@@ -29,32 +28,30 @@ pub(crate) struct Watchers {
     state: Option<State>,
 }
 
-/// A page with a seat: its session and the way to it.
+/// A page with a seat: its session and its queue.
 struct Sitting {
     session: String,
     queue: mpsc::Sender<Utf8Bytes>,
 }
 
-/// What a page receives: its number, its queue, and the latest status.
+/// The connection of a page: its number, its queue, and the latest status.
 pub(crate) struct Seat {
     /// Number of the page.
     pub(crate) viewer: Viewer,
-    /// Tells in order. Ends when the page is to be dropped.
+    /// Reports in order. Ends when the page is dropped.
     pub(crate) tells: mpsc::Receiver<Utf8Bytes>,
-    /// The latest status.
     pub(crate) status: watch::Receiver<Utf8Bytes>,
 }
 
 impl Watchers {
-    /// No watchers yet.
     pub(crate) fn new() -> Self {
         let (status, _) = watch::channel(Utf8Bytes::default());
         Self { lease: Lease::default(), next: 1, viewers: BTreeMap::new(), status, state: None }
     }
 
-    /// A page of `session` came. It is welcomed, and everybody is told that there is one more. Where all seats are taken, the
-    /// session with the most of them gives up its oldest (a page that was reloaded the one it had before); none where every
-    /// other session has but one.
+    /// Adds a page of `session`, and reports the new number of pages. If all seats are taken, the session
+    /// with the most pages loses its oldest; `None` if every other session has only one. So a reloaded page
+    /// replaces its predecessor.
     pub(crate) fn join(&mut self, session: &str) -> Option<Seat> {
         if self.viewers.len() >= VIEWERS {
             let goes = self.who_goes(session)?;
@@ -71,14 +68,14 @@ impl Watchers {
         Some(seat)
     }
 
-    /// Who gives up a seat for one more page of `session`.
+    /// The page that loses its seat to a new page of `session`.
     fn who_goes(&self, session: &str) -> Option<Viewer> {
         let mut sitting = BTreeMap::<&str, usize>::new();
         self.viewers.values().for_each(|page| *sitting.entry(&page.session).or_default() += 1);
         *sitting.entry(session).or_default() += 1;
         let most = *sitting.values().max().filter(|most| **most > 1)?;
         let own = sitting.get(session) == Some(&most);
-        // Nobody but a page of the same session takes the seat of the one in control.
+        // Only a page of the same session may displace the page in control.
         let mut old = self.viewers.iter().filter(|(viewer, page)| {
             let of_this = page.session == session;
             if own { of_this } else { sitting[&*page.session] == most && self.holder() != Some(**viewer) }
@@ -86,7 +83,7 @@ impl Watchers {
         old.next().map(|(viewer, _)| *viewer)
     }
 
-    /// A page is gone. Gives whether control went with it.
+    /// Removes a page. Returns whether control was lost.
     pub(crate) fn leave(&mut self, viewer: Viewer, now_ms: u64) -> LeaseOutcome {
         self.viewers.remove(&viewer);
         let outcome = self.lease.step(LeaseEvent::Left(viewer), now_ms);
@@ -94,7 +91,7 @@ impl Watchers {
         outcome
     }
 
-    /// Something happened to control; everybody is told if it changed.
+    /// Handles an event of the control lease, and reports a change to all pages.
     pub(crate) fn control(&mut self, event: LeaseEvent, now_ms: u64) -> LeaseOutcome {
         let outcome = self.lease.step(event, now_ms);
         if outcome.changed {
@@ -103,17 +100,15 @@ impl Watchers {
         outcome
     }
 
-    /// Who has control.
     pub(crate) fn holder(&self) -> Option<Viewer> {
         self.lease.holder()
     }
 
-    /// Whether this page has control.
+    /// Returns `true` if this page has control.
     pub(crate) fn has_control(&self, viewer: Viewer) -> bool {
         self.lease.holder() == Some(viewer)
     }
 
-    /// Tells one page.
     pub(crate) fn tell(&mut self, viewer: Viewer, tell: &Tell) {
         if let Some(page) = self.viewers.get(&viewer)
             && page.queue.try_send(text(tell)).is_err()
@@ -123,7 +118,7 @@ impl Watchers {
         }
     }
 
-    /// Tells every page what the drill says.
+    /// Sends a report of the drill to every page.
     pub(crate) fn tell_all(&mut self, tell: &Tell) {
         if let Tell::Status(status) = tell {
             self.note(status);
@@ -140,12 +135,12 @@ impl Watchers {
         });
     }
 
-    /// This page is told no more: its queue ends with what is in it.
+    /// Drops a page; it still receives what is in its queue.
     pub(crate) fn dismiss(&mut self, viewer: Viewer) {
         self.viewers.remove(&viewer);
     }
 
-    /// Everybody out: the bridge ends.
+    /// Drops all pages when the bridge ends.
     pub(crate) fn close(&mut self) {
         self.viewers.clear();
     }
@@ -164,7 +159,7 @@ impl Watchers {
         let pages: Vec<Viewer> = self.viewers.keys().copied().collect();
         for viewer in pages {
             let yours = holder == Some(viewer);
-            self.tell(viewer, &Tell::Control { yours, taken: holder.is_some(), viewers });
+            self.tell(viewer, &Tell::Control(Control { yours, taken: holder.is_some(), viewers }));
         }
     }
 }
@@ -182,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn everybody_hears_who_has_control() {
+    fn control_changes_are_sent_to_every_page() {
         let mut watchers = Watchers::new();
         let mut one = watchers.join("a").unwrap();
         assert_eq!(drain(&mut one).len(), 2, "welcome and control");
@@ -198,12 +193,12 @@ mod tests {
     }
 
     #[test]
-    fn a_known_page_gets_a_seat_from_whoever_has_most() {
+    fn reloaded_page_replaces_a_seat_of_the_busiest_page() {
         let mut watchers = Watchers::new();
         let mut seats: Vec<Seat> = (0..VIEWERS - 1).map(|_| watchers.join("many").unwrap()).collect();
         let own = watchers.join("own").unwrap();
         watchers.control(LeaseEvent::Take { viewer: seats[0].viewer, force: false }, 0);
-        // Reloaded before the bridge saw that the old one is gone.
+        // Reloaded before the bridge noticed that the old page is gone.
         let again = watchers.join("own").unwrap();
         assert_eq!(watchers.viewers.len(), VIEWERS);
         assert!(watchers.has_control(seats[0].viewer) && watchers.viewers.contains_key(&seats[0].viewer));
@@ -225,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_that_does_not_read_is_dropped_and_the_others_are_not() {
+    fn only_the_page_that_does_not_read_is_dropped() {
         let mut watchers = Watchers::new();
         let mut slow = watchers.join("a").unwrap();
         let mut good = watchers.join("a").unwrap();

@@ -1,15 +1,13 @@
-//! What is asked of a converter, as bytes; and what its bytes answer.
+//! Requests to a frequency converter as bytes, and its answers.
 //!
 //! ```text
-//! Modbus RTU   address function  …            crc crc      made and judged by `rmodbus`
+//! Modbus RTU   address function  …            crc crc      built and checked by `rmodbus`
 //! Huanyang     address function length …      crc crc      functions 3 run, 4 read, 5 speed; the same checksum
 //! ```
 //!
-//! `rmodbus` because it makes and judges frames and nothing else: the port is ours, in a thread that also keeps the time in which an
-//! answer has to come. A client with a runtime of its own (`tokio-modbus`) would put a scheduler between a dead spindle and the
-//! bit in the board.
-//!
-//! Comes in: an [`Ask`], bytes. Goes out: bytes, an answer or what is wrong. Knows neither port nor time.
+//! `rmodbus` only builds and checks frames; the port is ours, in a thread that also keeps the deadline of
+//! an answer. A client with its own runtime (`tokio-modbus`) would put a scheduler between a dead spindle
+//! and the tool in the board.
 
 use super::profile::{Frames, Profile, Write};
 use annulus_core::machine::Converter;
@@ -17,59 +15,46 @@ use annulus_core::pins::SpindleTrouble;
 use rmodbus::client::ModbusRequest;
 use rmodbus::{ErrorKind, ModbusProto};
 
-/// Modbus marks the function of a refusal with this.
+/// Modbus sets this bit in the function of a refusal.
 const REFUSED: u8 = 0x80;
 
-/// Something to ask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ask {
-    /// The speed, in rpm.
-    Speed {
-        /// How fast.
-        rpm: u32,
-    },
-    /// The register of this place in the list that makes it run.
-    Run {
-        /// Its place.
-        place: usize,
-    },
-    /// The register of this place in the list that makes it stand.
-    Stop {
-        /// Its place.
-        place: usize,
-    },
-    /// How fast it turns.
+    /// Set the speed, in rpm.
+    Speed { rpm: u32 },
+    /// Write this entry of the list of run registers.
+    Run { place: usize },
+    /// Write this entry of the list of stop registers.
+    Stop { place: usize },
+    /// Read the actual speed.
     Actual,
-    /// Whether it switched itself off.
+    /// Read whether it tripped.
     Fault,
 }
 
-/// What is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// It is done.
     Done,
-    /// It turns so fast, rpm.
+    /// Its actual speed, rpm.
     Turns {
-        /// How fast.
         rpm: u32,
     },
-    /// The reason why it switched itself off, if it did.
+    /// Whether it tripped, and why.
     Tripped {
-        /// By its own number.
+        /// The converter's own number.
         code: Option<u16>,
     },
 }
 
-/// An ask on its way: what is sent, and what is needed to judge the answer.
+/// A request, and what is needed to check its answer.
 pub(super) struct Frame {
     pub(super) bytes: Vec<u8>,
     ask: Ask,
-    /// None of a frame of Huanyang's own.
+    /// `None` for Huanyang's own frames.
     modbus: Option<ModbusRequest>,
 }
 
-/// `ask` for the converter of `profile`; none where it has no register for it.
+/// Builds `ask` for the converter of `profile`; `None` if it has no register for that.
 pub(super) fn frame(ask: Ask, profile: &Profile, converter: &Converter) -> Option<Frame> {
     match profile.frames {
         Frames::Rtu => rtu(ask, profile, converter),
@@ -128,7 +113,7 @@ fn huanyang(ask: Ask, profile: &Profile, converter: &Converter) -> Option<Frame>
     Some(Frame { bytes, ask, modbus: None })
 }
 
-/// The checksum of Modbus, as it goes over the line.
+/// The Modbus checksum, in the byte order of the line.
 pub(super) fn checksum(bytes: &[u8]) -> [u8; 2] {
     let shift = |crc: u16, _| if crc & 1 == 1 { (crc >> 1) ^ 0xA001 } else { crc >> 1 };
     let of = bytes.iter().fold(u16::MAX, |crc, byte| (0..8).fold(crc ^ u16::from(*byte), shift));
@@ -136,7 +121,7 @@ pub(super) fn checksum(bytes: &[u8]) -> [u8; 2] {
 }
 
 impl Frame {
-    /// How many bytes the answer has that begins with `heard`; none while too few are there to tell.
+    /// Length of the answer that starts with `heard`; `None` if too few bytes have arrived to decide.
     pub(super) fn answer_length(&self, heard: &[u8]) -> Option<usize> {
         let (function, count) = (*heard.get(1)?, usize::from(*heard.get(2)?));
         let counted = 3 + count + 2;
@@ -148,7 +133,7 @@ impl Frame {
         })
     }
 
-    /// What `heard` answers, all of it.
+    /// Parses the complete answer `heard`.
     pub(super) fn answer(
         &self,
         heard: &[u8],
@@ -173,7 +158,7 @@ impl Frame {
         matches!(self.ask, Ask::Actual | Ask::Fault)
     }
 
-    /// The number that was read; none of a register that was written.
+    /// The number read; `None` for a written register.
     fn rtu_number(&self, request: &ModbusRequest, heard: &[u8]) -> Result<Option<u16>, SpindleTrouble> {
         let wrong = |why: ErrorKind| {
             let refused =
@@ -187,7 +172,7 @@ impl Frame {
             return Ok(numbers.first().copied());
         }
         request.parse_ok(heard).map_err(wrong)?;
-        // What was written comes back: register and value, or how many.
+        // A written register is echoed: register and value, or count.
         if heard.get(..6) == self.bytes.get(..6) { Ok(None) } else { Err(SpindleTrouble::Garbled) }
     }
 
@@ -198,12 +183,12 @@ impl Frame {
             return garbled;
         }
         match (self.ask, body) {
-            // The address, 4, 3, which number, and it.
+            // Address, 4, 3, index of the number, the number.
             (Ask::Actual, [_, _, _, index, high, low]) if self.bytes.get(3) == Some(index) => {
                 Ok(Some(u16::from_be_bytes([*high, *low])))
             }
             (Ask::Speed { .. }, _) if body == &self.bytes[..body.len().min(self.bytes.len())] => Ok(None),
-            // Its answer to run and stop is its state, not what it was told.
+            // Its answer to run and stop is its state, not an echo.
             (Ask::Run { .. } | Ask::Stop { .. }, [_, _, 1, _]) => Ok(None),
             _ => garbled,
         }
@@ -228,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn asks_are_the_bytes_that_the_manuals_print() {
+    fn requests_match_the_bytes_in_the_manuals() {
         let rows: [(&str, Ask, &[u8]); 9] = [
             ("huanyang", Ask::Run { place: 0 }, &[1, 3, 1, 1]),
             ("huanyang", Ask::Stop { place: 0 }, &[1, 3, 1, 8]),
@@ -244,12 +229,12 @@ mod tests {
             let (_, _, frame) = of(name, ask);
             assert_eq!(frame.bytes, summed(body), "{name} {ask:?}: one checksum, by us and by rmodbus");
         }
-        // The checksum itself, by an example that is printed everywhere.
+        // The checksum, with a well-known example.
         assert_eq!(checksum(&[1, 3, 0, 0, 0, 10]), [0xC5, 0xCD]);
     }
 
     #[test]
-    fn answers_are_understood_and_nothing_else_is() {
+    fn answers_are_decoded_and_flipped_bits_are_rejected() {
         let garbled = Err(SpindleTrouble::Garbled);
         let turns = |rpm| Ok(Answer::Turns { rpm });
         type Row<'a> = (&'a str, Ask, &'a [u8], Result<Answer, SpindleTrouble>);
@@ -272,7 +257,7 @@ mod tests {
             let heard = summed(body);
             assert_eq!(frame.answer_length(&heard), Some(heard.len()), "{name} {ask:?}");
             assert_eq!(frame.answer(&heard, &profile, &converter), wanted, "{name} {ask:?}");
-            // One bit wrong anywhere is never an answer.
+            // A single flipped bit never gives a valid answer.
             for bit in 0..8 * heard.len() {
                 let mut flipped = heard.clone();
                 flipped[bit / 8] ^= 1 << (bit % 8);

@@ -1,16 +1,16 @@
-//! The spindle behind a frequency converter at a serial port (C6).
+//! The spindle on a frequency converter at a serial port.
 //!
 //! ```text
 //! executor ── spindle 20000 ──▶ watch ── asks ──▶ this thread ── bytes ──▶ converter
 //!    ▲                            │    ◀─ answers ──┘            ◀──────────┘
-//!    └── at speed? lost? ─────────┘                   the bit goes down only at speed, and comes up when it is lost
+//!    └── at speed? lost? ─────────┘        down only at speed; the tool lifts if the spindle is lost
 //! ```
 //!
-//! The thread lives where the executor lives: when the bridge dies, the executor's process comes to rest, lifts the bit and then
-//! switches the spindle off through it. Comes in: a machine and its pins. Goes out: the same pins, with a spindle that tells of
-//! itself. Does not know tasks.
+//! The thread lives in the executor's process: if the bridge dies, that process stops, lifts the tool and
+//! then switches the spindle off through it.
 
 mod frames;
+mod late;
 mod profile;
 mod watch;
 
@@ -23,6 +23,7 @@ use annulus_core::machine::{Converter, Machine};
 use annulus_core::pass_pins_on;
 use annulus_core::pins::{Pins, SpindleState, SpindleTrouble};
 use frames::{Answer, Ask};
+use late::Late;
 use profile::Profile;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,23 +31,23 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use watch::{Limits, TRIES, Watch};
 
-/// How long an answer may take.
+/// Time limit of an answer.
 const ANSWER: Duration = Duration::from_millis(60);
 
-/// What is waited where there is nothing to ask, and where there is no port.
+/// Wait if there is nothing to ask, or no port.
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// A port that is not there is looked for so often.
+/// Interval of attempts to open a missing port.
 const REOPEN: Duration = Duration::from_millis(500);
 
-/// How long it may take beyond twice the time that the machine gives its spindle.
+/// Extra time to reach the speed, beyond twice the machine's spin-up time.
 const SPIN_UP_MORE: Duration = Duration::from_secs(3);
 
-/// How long whoever ends waits for the spindle to be told.
+/// How long the end waits until the converter has confirmed the stop.
 const LAST: Duration = Duration::from_millis(800);
 
-/// The pins of `machine`: where it has a converter, its spindle is switched there and tells of itself. `tell` is called from
-/// another thread whenever that changes.
+/// The pins of `machine`. If it has a converter, the spindle is switched there and reports its state. At
+/// every change, another thread calls `tell`.
 pub(crate) fn with(
     machine: &Machine,
     pins: Box<dyn Pins + Send>,
@@ -77,7 +78,7 @@ pub(crate) fn with(
     Ok(Box::new(Converted { pins, shared, thread: Some(thread) }))
 }
 
-/// The profile of the converter of `machine`, or why there is none.
+/// The profile title of the converter of `machine`, or why it cannot be used.
 pub(crate) fn check(machine: &Machine) -> Result<String, Diagnostic> {
     let profile = profile_of(machine)?;
     fits(&profile, machine)?;
@@ -88,7 +89,7 @@ fn profile_of(machine: &Machine) -> Result<Profile, Diagnostic> {
     profile::named(&machine.converter.profile, &machine_file::converters())
 }
 
-/// Whether the speed of the machine has a number in the profile. To stop it needs none.
+/// Checks that the machine's speed fits into the profile's register. A stop needs no number.
 fn fits(profile: &Profile, machine: &Machine) -> Result<(), Diagnostic> {
     let rpm = machine.process.spindle_rpm;
     if !profile.speed.reaches(rpm, &machine.converter) {
@@ -98,7 +99,7 @@ fn fits(profile: &Profile, machine: &Machine) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// Stops the spindle of `machine`, and nothing else: for when whoever drove it is no more.
+/// Stops the spindle of `machine`, after the process that drove it died.
 pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     if !machine.converter.is_there() {
         return Ok(());
@@ -108,7 +109,8 @@ pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     let mut line = Line::new(profile, machine.converter.clone());
     let since = Instant::now();
     let mut all = Ok(());
-    // All of them, whatever becomes of one; and long enough for a port that whoever drove it has not let go of yet.
+    // Try all of them, even if one fails; long enough for a port that the dead process has not released
+    // yet.
     for place in 0..writes {
         let mut tries = 0;
         while let Err(trouble) = line.ask(Ask::Stop { place }) {
@@ -122,7 +124,7 @@ pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     all
 }
 
-/// What the thread and the pins share.
+/// Shared by the thread and the pins.
 struct Watched {
     began: Instant,
     watch: Mutex<Watch>,
@@ -150,8 +152,11 @@ impl Watched {
             match next {
                 None => thread::sleep(PAUSE),
                 Some(ask) => {
-                    let answer = line.ask(ask);
-                    self.watch().heard(ask, answer, self.began.elapsed());
+                    // A write, above all a stop, must not wait for a reading.
+                    let is_urgent = || self.watch().has_writes();
+                    if let Some(answer) = line.ask_unless(ask, &is_urgent) {
+                        self.watch().heard(ask, answer, self.began.elapsed());
+                    }
                 }
             }
             let state = self.watch().state();
@@ -169,17 +174,51 @@ struct Line {
     converter: Converter,
     port: Option<Port>,
     tried: Option<Instant>,
+    began: Instant,
+    late: Late,
 }
 
 impl Line {
     fn new(profile: Profile, converter: Converter) -> Self {
-        Self { profile, converter, port: None, tried: None }
+        let (began, late) = (Instant::now(), Late::default());
+        Self { profile, converter, port: None, tried: None, began, late }
     }
 
     /// Asks, and waits for the answer.
     fn ask(&mut self, ask: Ask) -> Result<Answer, SpindleTrouble> {
-        let Some(frame) = frames::frame(ask, &self.profile, &self.converter) else { return Ok(Answer::Done) };
+        self.ask_unless(ask, &|| false).unwrap_or(Err(SpindleTrouble::Silent))
+    }
+
+    /// Asks once no late answer can arrive any longer; gives up if something urgent is pending.
+    fn ask_unless(
+        &mut self,
+        ask: Ask,
+        is_urgent: &dyn Fn() -> bool,
+    ) -> Option<Result<Answer, SpindleTrouble>> {
+        let frame = frames::frame(ask, &self.profile, &self.converter);
+        let Some(frame) = frame else { return Some(Ok(Answer::Done)) };
+        let quiet_until = self.late.quiet_until(ask).unwrap_or_default();
+        while self.began.elapsed() < quiet_until {
+            if is_urgent() {
+                return None;
+            }
+            if self.port().and_then(Port::read).is_err() {
+                break;
+            }
+        }
+        self.late.asked(ask, self.began.elapsed());
         let heard = self.say(&frame);
+        let answer = self.read(&frame, heard);
+        self.late.over(answer.is_ok());
+        Some(answer)
+    }
+
+    /// Parses received bytes.
+    fn read(
+        &mut self,
+        frame: &frames::Frame,
+        heard: std::io::Result<Vec<u8>>,
+    ) -> Result<Answer, SpindleTrouble> {
         match heard {
             Ok(heard) if heard.is_empty() => Err(SpindleTrouble::Silent),
             Ok(heard) => frame.answer(&heard, &self.profile, &self.converter),
@@ -192,11 +231,11 @@ impl Line {
         }
     }
 
-    /// Sends `frame` and gives what comes back in time.
+    /// Sends `frame` and returns the bytes that arrive in time.
     fn say(&mut self, frame: &frames::Frame) -> std::io::Result<Vec<u8>> {
         let port = self.port()?;
-        // What comes too late belongs to nobody; and between two frames the line has to be still. One that never is is spoken to anyway,
-        // all within the time of an answer: perhaps a stop is heard.
+        // Discard late bytes, and wait for silence between two frames. A line that is never silent is used
+        // anyway, within the time limit of the answer: perhaps a stop gets through.
         let mut asked = Instant::now();
         while !port.read()?.is_empty() && asked.elapsed() < ANSWER / 2 {}
         if asked.elapsed() < ANSWER / 2 {
@@ -236,7 +275,7 @@ impl Line {
     }
 }
 
-/// Pins with such a spindle.
+/// Pins with a spindle on a converter.
 struct Converted {
     pins: Box<dyn Pins + Send>,
     shared: Arc<Watched>,
@@ -258,7 +297,7 @@ impl Pins for Converted {
     }
 
     fn spindle_state(&mut self) -> SpindleState {
-        // The thread may hang at its port: its silence counts like that of the converter.
+        // The thread may hang at its port: its silence counts like the converter's.
         let now = self.shared.began.elapsed();
         let mut watch = self.shared.watch();
         watch.passed(now);

@@ -1,13 +1,11 @@
-//! What a family of frequency converters is asked with: its registers, as a file of data.
+//! A family of frequency converters: its registers, as a data file.
 //!
 //! ```text
-//! [[run]]  register, value       written one after the other; function 6 where nothing else is said
+//! [[run]]  register, value       written in order; function 6 by default
 //! [speed]  register, unit, per   the number is per · Hz, per · rpm, or per · share of the greatest frequency
-//! [actual] register, unit, per   read, function 3 where nothing else is said
-//! [fault]  register, mask, bad   a number under the mask that is bad (any but 0 where no list is given) is a trip
+//! [actual] register, unit, per   read; function 3 by default
+//! [fault]  register, mask, bad   a masked number in `bad` is a trip (any but 0 without a list)
 //! ```
-//!
-//! Comes in: a name. Goes out: a [`Profile`], of those that ship or of this user's own, or why there is none. Does not know frames.
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Converter;
@@ -15,7 +13,6 @@ use serde::Deserialize;
 use std::fs;
 use std::path::Path;
 
-/// Those that ship.
 const SHIPPED: &[(&str, &str)] = &[
     ("huanyang", include_str!("profiles/huanyang.toml")),
     ("h100", include_str!("profiles/h100.toml")),
@@ -30,19 +27,18 @@ const SHIPPED: &[(&str, &str)] = &[
     ("altivar", include_str!("profiles/altivar.toml")),
 ];
 
-/// A longer file is none, in bytes.
+/// Longest profile file, in bytes.
 const LONGEST: u64 = 64 * 1024;
 
-/// Most registers that are written to run or to stop.
+/// Most registers to write for run or stop.
 const MOST_WRITES: usize = 8;
 
 /// A family of converters.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Profile {
-    /// What it is called.
     pub(super) title: String,
-    /// What has to be set at the converter itself.
+    /// Settings that the user must make at the converter.
     pub(super) set_up: String,
     #[serde(default)]
     pub(super) frames: Frames,
@@ -58,18 +54,16 @@ pub(super) struct Profile {
     pub(super) fault: Option<Fault>,
 }
 
-/// Which frames it understands.
+/// Frame format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Frames {
-    /// Modbus RTU.
     #[default]
     Rtu,
-    /// Huanyang's own: the checksum of Modbus, functions and lengths of its own.
+    /// Huanyang's own: Modbus checksum, other functions and lengths.
     Huanyang,
 }
 
-/// The parity of a word.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Parity {
@@ -79,19 +73,19 @@ pub(super) enum Parity {
     Odd,
 }
 
-/// A register that is written.
+/// A register to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Write {
     #[serde(default)]
     pub(super) register: u16,
     pub(super) value: u16,
-    /// 5 a coil, 6 a register, 16 registers.
+    /// 5: a coil, 6: a register, 16: registers.
     #[serde(default = "six")]
     pub(super) function: u8,
 }
 
-/// Where the speed is written.
+/// The register of the requested speed.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Speed {
@@ -103,7 +97,7 @@ pub(super) struct Speed {
     pub(super) per: f64,
 }
 
-/// Where it is read.
+/// The register of the actual speed.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Actual {
@@ -114,7 +108,7 @@ pub(super) struct Actual {
     pub(super) per: f64,
 }
 
-/// What a number counts.
+/// Unit of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Unit {
@@ -123,7 +117,7 @@ pub(super) enum Unit {
     Share,
 }
 
-/// Where it says that it switched itself off.
+/// The register that reports a trip.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Fault {
@@ -153,12 +147,12 @@ fn all() -> u16 {
 }
 
 impl Speed {
-    /// The number for so many rpm; the greatest one where a register has no room for it.
+    /// The number for a speed; limited to the register's range.
     pub(super) fn number(&self, rpm: u32, converter: &Converter) -> u16 {
         self.exact(rpm, converter).clamp(0.0, f64::from(u16::MAX)) as u16
     }
 
-    /// Whether a register has room for the number of so many rpm.
+    /// Returns `true` if the number for a speed fits into a register.
     pub(super) fn reaches(&self, rpm: u32, converter: &Converter) -> bool {
         self.exact(rpm, converter) <= f64::from(u16::MAX)
     }
@@ -169,7 +163,7 @@ impl Speed {
 }
 
 impl Actual {
-    /// How many rpm the number means.
+    /// The speed for a number, rpm.
     pub(super) fn rpm(&self, number: u16, converter: &Converter) -> u32 {
         let value = f64::from(number) / self.per;
         let hz = match self.unit {
@@ -191,7 +185,7 @@ fn in_unit(unit: Unit, rpm: u32, converter: &Converter) -> f64 {
 }
 
 impl Fault {
-    /// The reason of a trip, if the number that was read is one.
+    /// The reason of a trip, if the number reports one.
     pub(super) fn tripped(&self, number: u16) -> Option<u16> {
         let code = number & self.mask;
         let bad = if self.bad.is_empty() { code != 0 } else { self.bad.contains(&code) };
@@ -199,12 +193,12 @@ impl Fault {
     }
 }
 
-/// Names of the profiles that ship.
+/// Names of the shipped profiles.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
-/// The profile called `name`: this user's own in `folder`, else that which ships.
+/// The profile `name`: this user's own in `folder`, else the shipped one.
 pub(super) fn named(name: &str, folder: &Path) -> Result<Profile, Diagnostic> {
     let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c));
     let own = folder.join(format!("{name}.toml"));
@@ -227,7 +221,7 @@ pub(super) fn named(name: &str, folder: &Path) -> Result<Profile, Diagnostic> {
     })
 }
 
-/// The profile in `text`, or what is wrong with it.
+/// Parses a profile, or explains what is wrong with it.
 fn parse(text: &str) -> Result<Profile, String> {
     let profile: Profile =
         toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
@@ -246,7 +240,7 @@ fn parse(text: &str) -> Result<Profile, String> {
     if ![profile.speed.per, profile.actual.per].iter().all(|per| per.is_finite() && *per > 0.0) {
         return Err("per is above 0".to_owned());
     }
-    // Slower, an answer takes longer than may pass until a spindle is lost.
+    // At a lower speed an answer takes longer than the limit for a lost spindle.
     if !(9_600..=115_200).contains(&profile.baud) || !(1..=2).contains(&profile.stop_bits) {
         return Err("baud is 9600 to 115200, stop_bits 1 or 2".to_owned());
     }
@@ -258,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_family_that_ships_can_be_read_and_keeps_its_speeds() {
+    fn shipped_profiles_load_and_keep_their_speeds() {
         assert!(SHIPPED.len() >= 8);
         let nowhere = Path::new("/nonexistent");
         for name in names() {
@@ -268,7 +262,7 @@ mod tests {
             for rpm in [6_000, 12_000, 24_000] {
                 let number = profile.speed.number(rpm, &converter);
                 assert!(number > 0, "{name}: {rpm}");
-                // What is read back counts in its own unit: the same speed must be told by some number within 0.2 %.
+                // The number read back has its own unit: some number must give the same speed within 0.2 %.
                 let told = (0..=u16::MAX).map(|number| profile.actual.rpm(number, &converter));
                 let near = told.map(|told| told.abs_diff(rpm)).min().unwrap();
                 assert!(near * 500 <= rpm, "{name}: {rpm} by {near}");
@@ -277,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_has_no_room_in_a_register_is_known() {
+    fn speed_beyond_a_16_bit_register_is_not_reached() {
         let converter = Converter::default();
         let speed = Speed { register: 0, function: 6, unit: Unit::Hz, per: 100.0 };
         assert!(speed.reaches(24_000, &converter));
@@ -286,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_ones_own_goes_before_and_says_what_is_wrong_with_it() {
+    fn user_profile_overrides_and_its_errors_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let own = SHIPPED[0].1.replace("9600", "19200");
         fs::write(folder.path().join("huanyang.toml"), &own).unwrap();

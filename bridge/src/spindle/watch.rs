@@ -1,14 +1,14 @@
-//! What is asked of a converter next, and what its answers, or its silence, mean.
+//! Decides the next request to a converter, and interprets answers and silence. Has no port and no clock.
 //!
 //! ```text
-//! switched on    speed, run … ─▶ how fast? how fast? trip? how fast? …      every 50 ms
-//! no answer      the same again at once, three times in all: lost           240 ms after the last answer at the latest
-//! too slow       asked for a trip, read again: lost                         200 ms
-//! switched off   stop, again and again until it is answered
+//! switched on    speed, run … ─▶ speed? speed? trip? speed? …      every 50 ms
+//! no answer      repeated at once, three times in all: lost        at most 240 ms after the last answer, up to
+//!                                                                  300 ms more after a late answer (`late`)
+//! too slow       asked for a trip, read again: lost                200 ms
+//! switched off   stop, repeated until it is answered
 //! ```
 //!
-//! Lost stays lost until the spindle is switched off: nothing turns again by itself. Comes in: what is wanted, answers, the time.
-//! Goes out: asks, a [`SpindleState`]. Pure: knows neither port nor clock.
+//! A lost spindle stays lost until it is switched off: nothing restarts automatically.
 
 use super::frames::{Answer, Ask};
 use annulus_core::pins::{SpindleState, SpindleTrouble};
@@ -18,33 +18,33 @@ use std::time::Duration;
 /// Time between two readings.
 const POLL: Duration = Duration::from_millis(50);
 
-/// So often something is asked before it counts as not answered.
+/// Attempts before a request counts as unanswered.
 pub(super) const TRIES: u32 = 3;
 
-/// So long nothing may be heard of a spindle that is to turn: longer than it takes to find that nobody answers, so that it tells of
-/// whoever asks.
+/// Longest silence about a spindle that should turn. Longer than the detection of missing answers, so it
+/// reveals a hanging thread.
 const SILENCE: Duration = Duration::from_millis(500);
 
-/// Time between two asks of what does not answer and need not turn.
+/// Time between two requests to a silent converter whose spindle need not turn.
 const PATIENT: Duration = Duration::from_millis(250);
 
-/// One reading in so many asks for a trip.
+/// One in this many readings asks for a trip.
 const FAULT_EVERY: u32 = 4;
 
-/// So many readings in a row out of tolerance are no chance.
+/// Readings in a row out of tolerance that are no coincidence.
 const OFF_READINGS: u32 = 2;
 
-/// What the converter and its spindle are like.
+/// Properties of the converter and its spindle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// How far the speed may be off, a share.
+    /// Tolerance of the speed, as a share.
     pub(super) tolerance_share: f64,
-    /// How long it may take to reach it.
+    /// Time limit to reach the speed.
     pub(super) spin_up: Duration,
-    /// Registers that are written to run, and to stop.
+    /// Registers to write for run, and for stop.
     pub(super) run_writes: usize,
     pub(super) stop_writes: usize,
-    /// Whether it can be asked for trips.
+    /// The converter can report trips.
     pub(super) tells_faults: bool,
 }
 
@@ -54,25 +54,25 @@ pub(super) struct Watch {
     limits: Limits,
     wanted_rpm: u32,
     state: SpindleState,
-    /// To be written, one after the other.
+    /// Pending writes, in order.
     todo: VecDeque<Ask>,
-    /// How often the latest ask was not answered.
+    /// How often the current request was not answered.
     failures: u32,
     /// Readings in a row out of tolerance, after it was at speed.
     off: u32,
-    /// The first of them: perhaps it switched itself off.
+    /// After the first of them: it may have tripped.
     doubts: bool,
     readings: u32,
     rpm: u32,
-    /// Since when it is to reach its speed, and when it was asked last.
+    /// Since when it should reach its speed, and time of the last request.
     since: Duration,
     asked: Option<Duration>,
-    /// When an answer was heard last, or the spindle was to turn.
+    /// Time of the last answer, or of the switch-on.
     heard: Duration,
 }
 
 impl Watch {
-    /// The spindle is to stand, and is told so.
+    /// Starts with a stop.
     pub(super) fn new(limits: Limits) -> Self {
         let todo = (0..limits.stop_writes).map(|place| Ask::Stop { place }).collect();
         Self {
@@ -91,17 +91,22 @@ impl Watch {
         }
     }
 
-    /// How the spindle stands.
     pub(super) fn state(&self) -> SpindleState {
         self.state
     }
 
-    /// Whether nothing is left to be said to a spindle that is to stand, or nobody answers.
+    /// Returns `true` if the spindle should be off and nothing is left to write, or the converter does not
+    /// answer.
     pub(super) fn is_over(&self) -> bool {
         self.wanted_rpm == 0 && (self.todo.is_empty() || self.failures >= TRIES)
     }
 
-    /// It is to turn so fast from now on; 0 is off.
+    /// Returns `true` if writes are pending.
+    pub(super) fn has_writes(&self) -> bool {
+        !self.todo.is_empty()
+    }
+
+    /// Requests a speed; 0 is off.
     pub(super) fn want(&mut self, rpm: u32, now: Duration) {
         let is_lost = matches!(self.state, SpindleState::Lost { .. });
         if rpm == self.wanted_rpm || (is_lost && rpm > 0) {
@@ -124,7 +129,7 @@ impl Watch {
             [Ask::Speed { rpm }].into_iter().chain((0..runs).map(|place| Ask::Run { place })).collect();
     }
 
-    /// What is to be asked now, if anything.
+    /// The next request, if one is due.
     pub(super) fn next(&mut self, now: Duration) -> Option<Ask> {
         let since = self.asked.map(|asked| now.saturating_sub(asked));
         let again = (1..TRIES).contains(&self.failures);
@@ -149,7 +154,7 @@ impl Watch {
         Some(if fault { Ask::Fault } else { Ask::Actual })
     }
 
-    /// What came of `ask` by `now`.
+    /// Takes the result of `ask` at `now`.
     pub(super) fn heard(&mut self, ask: Ask, answer: Result<Answer, SpindleTrouble>, now: Duration) {
         let answer = match answer {
             Ok(answer) => answer,
@@ -173,7 +178,7 @@ impl Watch {
         }
     }
 
-    /// Time passes, whether anybody asks or not.
+    /// Time passes, even if nothing is asked.
     pub(super) fn passed(&mut self, now: Duration) {
         if self.wanted_rpm > 0 && now.saturating_sub(self.heard) > SILENCE {
             self.lose(SpindleTrouble::Silent);
@@ -192,7 +197,7 @@ impl Watch {
         }
     }
 
-    /// It turns so fast.
+    /// Takes the actual speed.
     fn turns(&mut self, rpm: u32, now: Duration) {
         self.rpm = rpm;
         if self.wanted_rpm == 0 {
@@ -219,7 +224,7 @@ impl Watch {
         }
     }
 
-    /// The spindle is lost. What was still to be written to make it turn is not.
+    /// The spindle is lost: drops pending writes that would make it turn.
     fn lose(&mut self, trouble: SpindleTrouble) {
         if !matches!(self.state, SpindleState::Lost { .. }) {
             self.state = SpindleState::Lost { trouble };
@@ -240,11 +245,11 @@ mod tests {
         tells_faults: true,
     };
 
-    /// How long an answer takes, and silence.
+    /// Duration of an answer, and of a missing one.
     const ANSWER: Duration = Duration::from_millis(30);
     const SILENCE: Duration = Duration::from_millis(60);
 
-    /// A converter with what it says, in life of its own.
+    /// A simulated converter, with its own time.
     struct Scene {
         watch: Watch,
         now: Duration,
@@ -256,7 +261,7 @@ mod tests {
             Self { watch: Watch::new(LIMITS), now: Duration::ZERO, asked: Vec::new() }
         }
 
-        /// For so long everything is answered by `answer`, or by silence.
+        /// Answers every request by `answer` for this time.
         fn run(&mut self, how_long_ms: u64, mut answer: impl FnMut(Ask) -> Result<Answer, SpindleTrouble>) {
             let until = self.now + Duration::from_millis(how_long_ms);
             while self.now < until && !matches!(self.watch.state(), SpindleState::Lost { .. }) {
@@ -295,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_told_its_speed_before_it_runs_and_watched_from_then_on() {
+    fn speed_is_set_before_run_and_monitored_afterwards() {
         let mut scene = Scene::new();
         scene.run(100, turning(0));
         assert_eq!(scene.asked[0], Ask::Stop { place: 0 }, "first of all it stands");
@@ -323,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_happens_to_it_is_known_in_time() {
+    fn lost_spindle_is_detected_within_350_ms() {
         let slow = SpindleTrouble::Slow { rpm: 15_000, wanted_rpm: 20_000 };
         let tripped = |ask| match ask {
             Ask::Fault => Ok(Answer::Tripped { code: Some(7) }),
@@ -346,7 +351,7 @@ mod tests {
             assert_eq!(scene.watch.state(), SpindleState::Lost { trouble });
             let took = scene.now - begun;
             assert!(took <= Duration::from_millis(within_ms), "{trouble:?}: {took:?}");
-            // It comes back by itself; nothing turns before it was switched off and on.
+            // The converter responds again; nothing may turn before the user has switched it off and on.
             for _ in 0..50 {
                 scene.now += POLL;
                 if let Some(ask) = scene.watch.next(scene.now) {
@@ -364,13 +369,13 @@ mod tests {
     }
 
     #[test]
-    fn where_nobody_asks_any_more_its_silence_is_known_by_the_time_alone() {
+    fn silence_is_detected_by_time_without_polling() {
         let mut scene = Scene::at_speed();
         scene.watch.passed(scene.now + super::SILENCE - POLL);
         assert_eq!(scene.watch.state(), SpindleState::AtSpeed { rpm: 20_000 });
         scene.watch.passed(scene.now + super::SILENCE + POLL);
         assert_eq!(scene.watch.state(), SpindleState::Lost { trouble: SpindleTrouble::Silent });
-        // One that is to stand may be silent, and one that is to turn from now on has its time.
+        // A spindle that is off may be silent, and one that has just been switched on gets its time.
         scene.watch.want(0, scene.now);
         scene.now += super::SILENCE * 20;
         scene.watch.passed(scene.now);
@@ -381,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn two_wrong_answers_and_one_odd_reading_are_no_alarm() {
+    fn two_garbled_answers_or_one_odd_reading_raise_no_alarm() {
         let mut scene = Scene::at_speed();
         for _ in 0..20 {
             let mut left = 2;
@@ -401,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spindle_that_never_reaches_its_speed_is_lost_and_one_that_stands_may_be_silent() {
+    fn spindle_below_speed_is_lost_and_a_stopped_one_may_be_silent() {
         let mut scene = Scene::new();
         scene.watch.want(20_000, scene.now);
         scene.run(10_000, turning(3_000));

@@ -1,7 +1,7 @@
-//! The adapter at its port, and the machine behind its pins: motors that follow every pulse or every pattern, switches that follow them, holes.
+//! The emulated adapter at its port, with a machine at its pins: motors that follow every pulse or pattern,
+//! switches that follow the motors, holes.
 //!
-//! Comes in: what is to happen to the cable and to the switches. Goes out: a port, and what the pins did. Steps and cycles of the
-//! adapter. Does not know the bridge.
+//! In steps and cycles of the adapter.
 
 use annulus_core::machine::phases;
 use serde_json::{Value, json};
@@ -21,43 +21,43 @@ const TURN: u64 = 60_000;
 const STEP_PIN: u64 = 2;
 const DIRECTION_PIN: u64 = 6;
 
-/// Where the wires are, by the two maps of the pins.
+/// The wired pins, for both pin maps.
 #[derive(Clone, Copy)]
 pub(crate) struct Wiring {
     stop_pin: u64,
-    /// Pins of the switches of X low, Y low, Z top, and of the contact.
+    /// Pins of the switches of X low, Y low, Z top, and of the contact sensor.
     switch_pins: [u64; 4],
     spindle_pin: u64,
     is_phases: bool,
 }
 
-/// Drivers that take steps and directions.
+/// Step/direction drivers.
 pub(crate) const STEPS: Wiring =
     Wiring { stop_pin: 10, switch_pins: [11, 13, 15, 17], spindle_pin: 20, is_phases: false };
 
-/// Windings of motors that make a step with every eighth of a turn of the current.
+/// Windings of motors that step with every eighth of an electrical turn.
 pub(crate) const PHASES: Wiring =
     Wiring { stop_pin: 18, switch_pins: [19, 20, 21, 22], spindle_pin: 26, is_phases: true };
 
-/// Where the carriage stands when the adapter gets its power, in steps from its switches: X and Y beside them, Z below.
+/// Carriage position at power-on, in steps from its switches: X and Y next to them, Z below.
 const START: [i64; 3] = [90, 70, -120];
 
-/// What the pins did so far.
+/// Record of the pins.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
-    /// Where the carriage stands, in steps from the switches.
+    /// Carriage position, in steps from the switches.
     pub(crate) place: [i64; 3],
-    /// Every step of every axis: whether it counted up.
+    /// Every step of every axis: `true` if it counted up.
     pub(crate) steps: [Vec<bool>; 3],
-    /// Where the tip went into the board, each time.
+    /// Where the tool entered the board.
     pub(crate) holes: Vec<[i64; 2]>,
-    /// Where the contact closed, each time, and how many steps of Z came before it was open again.
+    /// Where the contact closed, and how many steps of Z followed before it opened again.
     pub(crate) touches: Vec<([i64; 3], u64)>,
     pub(crate) spindle: bool,
-    /// Cycle of the latest pulse, and cycle now.
+    /// Cycle of the latest pulse, and current cycle.
     pub(crate) latest: u64,
     pub(crate) cycle: u64,
-    /// Bytes that came over the cable.
+    /// Bytes received over the cable.
     pub(crate) bytes: u64,
 }
 
@@ -69,23 +69,23 @@ impl Record {
     }
 }
 
-/// Whether the tip touches the board at a place, in steps from the switches.
+/// Returns `true` if the tool touches the board at a position, in steps from the switches.
 pub(crate) type Board = fn(&[i64; 3]) -> bool;
 
-/// What can be done to it.
+/// An action on the adapter or its machine.
 enum Do {
     Plug(bool),
-    /// Turns a bit of every so many bytes.
+    /// Flips a bit in one of this many bytes.
     Garble(Option<u64>),
-    /// The emergency stop, let go or pressed.
+    /// The emergency stop: released or pressed.
     Stop(bool),
-    /// Below so many steps from the switch the tip is in a hole.
+    /// More than this many steps below the switch, the tool is in a hole.
     Bottom(i64),
-    /// Where the tip touches the board.
+    /// Where the tool touches the board.
     Board(Board),
-    /// An input is touched for so many cycles.
+    /// Touches an input for this many cycles.
     Touch(u64, u64),
-    /// The adapter loses its power and gets it again.
+    /// Power-cycles the adapter.
     Power,
 }
 
@@ -98,7 +98,7 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// Plugged in at `link`.
+    /// Connected at `link`.
     pub(crate) fn new(link: &Path, wiring: Wiring) -> Self {
         let (orders, ordered) = channel();
         let record = Arc::new(Mutex::new(Record::new()));
@@ -119,7 +119,7 @@ impl Bench {
         self.orders.as_ref().unwrap().send(order).unwrap();
     }
 
-    /// Pulls the cable, or plugs it in again; afterwards it is so.
+    /// Pulls the cable or plugs it in, and waits for that.
     pub(crate) fn plug(&self, wanted: bool) {
         self.tell(Do::Plug(wanted));
         eventually("the cable", || self.link.exists() == wanted);
@@ -133,7 +133,7 @@ impl Bench {
         self.tell(Do::Stop(!pressed));
     }
 
-    /// A new board: no hole is in it.
+    /// Inserts a new board, without holes.
     pub(crate) fn new_board(&self) {
         self.seen().holes.clear();
     }
@@ -142,12 +142,12 @@ impl Bench {
         self.tell(Do::Bottom(steps));
     }
 
-    /// There is a board that the contact tells of.
+    /// Inserts a board that the contact sensor can detect.
     pub(crate) fn board(&self, board: Board) {
         self.tell(Do::Board(board));
     }
 
-    /// An input is touched for so many µs.
+    /// Touches an input for this many µs.
     pub(crate) fn touch(&self, input: u64, length_us: u64) {
         self.tell(Do::Touch(input, 120 * length_us));
     }
@@ -160,12 +160,12 @@ impl Bench {
         self.record.lock().unwrap()
     }
 
-    /// What the pins did so far.
+    /// A copy of the record.
     pub(crate) fn record(&self) -> Record {
         self.seen().clone()
     }
 
-    /// Waits until no pulse came for 30 ms of the adapter: what the pins did.
+    /// Waits until no pulse came for 30 ms of the adapter's time.
     pub(crate) fn rests(&self) -> Record {
         eventually("rest", || {
             let record = self.seen();
@@ -182,7 +182,7 @@ impl Drop for Bench {
     }
 }
 
-/// Waits until something is so; fails where it never is.
+/// Waits until `so` holds; panics after a time limit.
 pub(crate) fn eventually(what: &str, mut so: impl FnMut() -> bool) {
     let since = Instant::now();
     while !so() {
@@ -191,7 +191,7 @@ pub(crate) fn eventually(what: &str, mut so: impl FnMut() -> bool) {
     }
 }
 
-/// The chip, by orders and answers of a line each.
+/// The emulated chip; orders and answers are single lines.
 struct Emulator {
     node: Child,
     orders: ChildStdin,
@@ -222,7 +222,7 @@ impl Emulator {
         emulator
     }
 
-    /// Sets the switches that are not as they were.
+    /// Sets the changed switches.
     fn switch(&mut self, now: [bool; 4], before: [bool; 4]) {
         for (input, on) in now.into_iter().enumerate().filter(|(input, on)| before[*input] != *on) {
             let pin = self.wiring.switch_pins[input];
@@ -245,10 +245,10 @@ impl Drop for Emulator {
     }
 }
 
-/// The cable: a pseudo-terminal that is there or not.
+/// The cable: a pseudo-terminal that exists or not.
 struct Cable {
     link: PathBuf,
-    /// Ours, and the bridge's, kept so that the port lives while nobody has it.
+    /// Our end, and the bridge's, held open so that the port survives.
     ends: Option<(TTYPort, TTYPort)>,
     garble: Option<u64>,
     count: u64,
@@ -276,7 +276,7 @@ impl Cable {
         }
     }
 
-    /// What the bridge said.
+    /// Bytes from the bridge.
     fn read(&mut self) -> Vec<u8> {
         let Some((own, _)) = &mut self.ends else { return Vec::new() };
         let there = own.bytes_to_read().unwrap_or(0) as usize;
@@ -287,7 +287,7 @@ impl Cable {
         bytes
     }
 
-    /// What the adapter says; where nobody reads it is lost.
+    /// Bytes from the adapter; lost if nothing reads them.
     fn write(&mut self, mut bytes: Vec<u8>) {
         self.spoil(&mut bytes);
         if let Some((own, _)) = &mut self.ends {
@@ -296,29 +296,29 @@ impl Cable {
     }
 }
 
-/// What the machine remembers of the pins.
+/// State of the machine's pins.
 struct Pins {
     directions: [bool; 3],
     bottom: i64,
     is_in: bool,
     board: Board,
-    /// How the switches are.
+    /// States of the switches.
     switches: [bool; 4],
     wiring: Wiring,
-    /// Halves of the windings that are on, and where the rotors stand in the turn of the current, in eighths.
+    /// Winding halves that are on, and rotor positions in the electrical turn, in eighths.
     halves: [u8; 3],
     angles: [i64; 3],
 }
 
 impl Pins {
     fn new(wiring: Wiring) -> Self {
-        // Where the last column of the table holds a rotor.
+        // The rotor position for the last column of the table.
         let (directions, halves, angles) = ([false; 3], [0; 3], [6; 3]);
         let (bottom, is_in, board, switches): (_, _, Board, _) = (i64::MIN, false, |_| false, [false; 4]);
         Self { directions, bottom, is_in, board, switches, wiring, halves, angles }
     }
 
-    /// Edges of one cycle: the rotors follow the windings when all of them are as they are to be.
+    /// Handles the edges of one cycle: the rotors follow after all of them.
     fn edges(&mut self, record: &mut Record, cycle: u64, edges: &[(u64, bool)]) {
         for (pin, level) in edges {
             self.edge(record, cycle, *pin, *level);
@@ -351,7 +351,7 @@ impl Pins {
         }
     }
 
-    /// The switches as they are now, and as they were.
+    /// Switch states now and before.
     fn switched(&mut self, record: &mut Record) -> ([bool; 4], [bool; 4]) {
         let place = &record.place;
         let now = [place[0] <= 0, place[1] <= 0, place[2] >= 0, (self.board)(place)];
@@ -383,7 +383,7 @@ impl Pins {
     }
 }
 
-/// Half a millisecond of the adapter; false when it is over.
+/// Half a millisecond of the adapter; returns `false` at the end.
 fn turn(
     ordered: &Receiver<Do>,
     emulator: &mut Emulator,
@@ -401,7 +401,7 @@ fn turn(
                 emulator.order(&json!({"do": "pin", "pin": pins.wiring.stop_pin, "level": level}));
             }
             Ok(Do::Touch(input, cycles)) => {
-                // The inputs stand behind the emergency stop.
+                // The inputs follow the emergency stop pin.
                 let pin = pins.wiring.stop_pin + 1 + input;
                 for (level, then) in [(true, cycles), (false, TURN)] {
                     emulator.order(&json!({"do": "pin", "pin": pin, "level": level}));

@@ -1,14 +1,15 @@
-//! Jobs on an adapter: whole, stopped, over a bad cable, with the cable pulled, with the emergency stop.
+//! Tests of jobs on an adapter: complete, stopped, over a bad cable, with the cable pulled, with the
+//! emergency stop.
 //!
-//! The adapter of these tests is emulated cycle by cycle and takes six times as long as life, on a busy computer more than anybody
-//! waits for: a small job is always drilled, the others are among the long tests.
+//! The adapter is emulated cycle by cycle and takes six times real time, on a busy computer even more. So
+//! every run drills a small job, and only the long tests do the rest.
 
 use super::shop::Shop;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::steps::{digest, replay_stream, stream_of};
 use annulus_core::wire::Ask;
 
-/// Whether long tests are run; where they are not it is said that this one is left out.
+/// Returns `true` if long tests are enabled; if not, reports the skipped test.
 fn is_long() -> bool {
     let is_long = std::env::var_os("ANNULUS_LONG").is_some();
     if !is_long {
@@ -24,19 +25,19 @@ fn counts(steps: &[bool]) -> [usize; 2] {
 }
 
 #[test]
-fn a_small_board_is_drilled_whole_and_the_pins_step_as_the_stream_says() {
+fn small_board_is_drilled_with_the_exact_steps_of_the_stream() {
     let mut shop = Shop::homed(1);
     exact(&mut shop, 1);
 }
 
 #[test]
-fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says_over_a_bad_cable_too() {
+fn garbled_frames_do_not_change_the_steps_of_a_board() {
     if !is_long() {
         return;
     }
     let mut shop = Shop::homed(3);
     exact(&mut shop, 3);
-    // Rarer than the longest frame: one that is spoiled every time never comes.
+    // Rarer than the longest frame: a frame damaged every time would never arrive.
     shop.bench.garble(Some(1500));
     shop.begin(0);
     assert_eq!(shop.ended(), (Ending::Done, 3));
@@ -45,7 +46,7 @@ fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says_over_a_bad_cabl
 }
 
 #[test]
-fn a_board_is_drilled_whole_by_the_phases_of_three_motors_and_after_the_emergency_stop_too() {
+fn three_phase_outputs_drill_a_board_and_survive_an_estop() {
     if !is_long() {
         return;
     }
@@ -75,7 +76,7 @@ fn exact(shop: &mut Shop, count: u32) {
     for (axis, stepped) in stepped.iter().enumerate() {
         let made = &after.steps[axis][before.steps[axis].len()..];
         let zero = if axis == 2 { surface } else { shop.rested[axis] };
-        // To where the stream begins, the stream, and up at the end.
+        // To the start of the stream, the stream, and up at the end.
         let there = zero + stream.start[axis] - shop.rested[axis];
         let end = stream.segments.last().map_or(0, |last| last.end[axis]);
         let home = status.steps[axis] - (zero + end);
@@ -92,7 +93,7 @@ fn exact(shop: &mut Shop, count: u32) {
 }
 
 #[test]
-fn a_job_that_was_stopped_or_whose_cable_was_pulled_goes_on_where_it_was() {
+fn job_resumes_after_stop_unplugged_cable_and_killed_bridge() {
     if !is_long() {
         return;
     }
@@ -108,7 +109,7 @@ fn amid(shop: &mut Shop) {
     shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
 }
 
-/// What was broken off goes on, and every hole is there.
+/// Resumes the interrupted job, and checks every hole.
 fn goes_on(shop: &mut Shop) {
     let leg = shop.offered();
     shop.start(leg);
@@ -149,7 +150,7 @@ fn killed(mut shop: Shop) {
 }
 
 #[test]
-fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_the_job_goes_on() {
+fn job_resumes_after_estop_power_loss_and_homing() {
     if !is_long() {
         return;
     }

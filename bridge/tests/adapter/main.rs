@@ -1,7 +1,7 @@
-//! The bridge with a USB step adapter (N18): the real firmware in an emulated RP2040 behind a pseudo-terminal, and a machine behind its
-//! pins. Judged by the pins alone.
+//! Tests of the bridge with a USB step adapter: the real firmware in an emulated RP2040 on a
+//! pseudo-terminal, and a machine at its pins. Only the pins are judged.
 //!
-//! The firmware has to be there: `cargo xtask test adapter` builds it. Not part of a plain `cargo test`.
+//! Needs the firmware, which `cargo xtask test adapter` builds; not part of a plain `cargo test`.
 
 mod bench;
 #[path = "../server/client.rs"]

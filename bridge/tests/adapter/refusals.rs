@@ -1,4 +1,4 @@
-//! Ports without an adapter, or with another one: a sentence before anything listens.
+//! Tests of ports without an adapter, or with another device: an error before the bridge listens.
 
 use super::client::output;
 use super::shop::{machine, write_file};
@@ -15,7 +15,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Somebody at a port who answers what is said with something.
+/// A device that answers everything with a fixed text.
 struct Stranger {
     ends: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -47,7 +47,7 @@ impl Drop for Stranger {
     }
 }
 
-/// The code with which the bridge does not start, and whether the sentence names the port.
+/// The code of the failed start; checks that the message names the port.
 fn refused(home: &TempDir) -> String {
     let port = home.path().join("port");
     let file = home.path().join("drill.toml");
@@ -62,26 +62,26 @@ fn refused(home: &TempDir) -> String {
 }
 
 #[test]
-fn a_port_that_is_not_there_is_a_sentence() {
+fn missing_port_is_refused() {
     assert_eq!(refused(&TempDir::new().unwrap()), "adapter.port_unopened");
 }
 
 #[test]
-fn nobody_at_the_port_is_a_sentence() {
+fn silent_port_is_refused() {
     let home = TempDir::new().unwrap();
     let _stranger = Stranger::at(&home, |_| Vec::new());
     assert_eq!(refused(&home), "adapter.no_answer");
 }
 
 #[test]
-fn another_program_at_the_port_is_a_sentence() {
+fn port_with_another_firmware_is_refused() {
     let home = TempDir::new().unwrap();
     let _stranger = Stranger::at(&home, |_| b"\r\nGrbl 1.1h ['$' for help]\r\nerror:2\r\n".to_vec());
     assert_eq!(refused(&home), "adapter.another_program");
 }
 
 #[test]
-fn an_adapter_of_another_version_is_a_sentence_with_both() {
+fn adapter_of_another_version_is_refused() {
     let home = TempDir::new().unwrap();
     let mut frames = Unstuffer::<FRAME>::new();
     let _stranger = Stranger::at(&home, move |bytes| {

@@ -1,6 +1,4 @@
-//! A small fast drill on an adapter, its bridge, and the page at it.
-//!
-//! Comes in: what is asked. Goes out: statuses, and the bench. Does not know what is judged.
+//! A small fast drill on an adapter, its bridge, and a page.
 
 use super::bench::{Bench, Board, PHASES, Record, STEPS, eventually};
 use super::client::{Page, Running, annulus};
@@ -10,7 +8,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::phases::preset;
 use annulus_core::machine::{Machine, Value, apply};
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -50,7 +48,7 @@ pub(crate) fn machine(port: &Path) -> Machine {
     drill::machine(changes, axes, &of_axis.map(|(name, value)| (name, number(value))))
 }
 
-/// The same with its motors on a phase board: half steps, 80 mm/s.
+/// The drill with its motors on a phase board: half steps, 80 mm/s.
 fn phases(port: &Path) -> Machine {
     let numbers = |numbers: &[f64]| Value::Numbers(numbers.to_vec());
     let half = preset("half").unwrap().columns.iter().map(|column| f64::from(*column)).collect::<Vec<_>>();
@@ -68,7 +66,7 @@ fn phases(port: &Path) -> Machine {
     apply(&machine(port), &changes).unwrap()
 }
 
-/// The same with a contact, which has no place beside moves that overlap.
+/// The drill with a contact sensor, which excludes overlapping moves.
 fn with_contact(port: &Path) -> Machine {
     let sensors = [0.0, -1.0, 2.0, -1.0, 4.0, -1.0, 6.0].to_vec();
     let changes =
@@ -76,7 +74,7 @@ fn with_contact(port: &Path) -> Machine {
     apply(&machine(port), &changes.map(|(key, value)| (key.to_owned(), value))).unwrap()
 }
 
-/// Writes the machine's file beside its port.
+/// Writes the machine file next to the port.
 pub(crate) fn write_file(machine: &Machine, path: &Path) {
     fs::write(path, drill::file(machine)).unwrap();
 }
@@ -88,21 +86,20 @@ fn holes(machine: &Machine, count: u32) -> Program {
     drill::holes(machine, vec![drill::spin_up(5_000)], (at, feed_um_per_s), drill::back())
 }
 
-/// Everything there is.
 pub(crate) struct Shop {
     pub(crate) bench: Bench,
     pub(crate) machine: Machine,
     pub(crate) page: Page,
     pub(crate) program: Program,
     pub(crate) job: String,
-    /// From machine steps to steps from the switches, and where it rested before the job.
+    /// Offset from machine steps to steps from the switches, and the stop position before the job.
     pub(crate) offset: [i64; 3],
     pub(crate) rested: [i64; 3],
     bridge: Running,
 }
 
 impl Shop {
-    /// Homed, with the work zero where it rests, and `count` holes to drill.
+    /// A homed drill with the work zero at its position, and `count` holes to drill.
     pub(crate) fn homed(count: u32) -> Self {
         let home = TempDir::new().unwrap();
         let port = home.path().join("port");
@@ -118,7 +115,7 @@ impl Shop {
         Self::open(count, home, bench, machine)
     }
 
-    /// The same with a board that its contact tells of.
+    /// The same with a board that the contact sensor can detect.
     pub(crate) fn homed_over(board: Board) -> Self {
         let home = TempDir::new().unwrap();
         let port = home.path().join("port");
@@ -144,7 +141,7 @@ impl Shop {
         shop
     }
 
-    /// Homes; from then on it is known where the carriage stands.
+    /// Homes; that determines the carriage position.
     pub(crate) fn home(&mut self) {
         self.take_control();
         self.page.ask(&Ask::Home);
@@ -157,40 +154,39 @@ impl Shop {
         self.bench.bottom(bottom + self.offset[2]);
     }
 
-    /// The first status that is wanted.
+    /// The first status that satisfies `wanted`.
     pub(crate) fn until(&mut self, wanted: impl Fn(&Status) -> bool) -> Status {
         let tell = self.page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status)));
         let Tell::Status(status) = tell else { panic!("{tell:?}") };
         *status
     }
 
-    /// A new board is in, and the job starts at `leg`: the digest of its stream.
+    /// Inserts a new board and starts the job at `leg`. Returns the digest of its stream.
     pub(crate) fn begin(&mut self, leg: u32) -> String {
         self.bench.new_board();
         self.start(leg)
     }
 
-    /// Who looked at the pins for long said nothing meanwhile, and may not be in control any more. Who still is hears no answer.
+    /// Watching the pins takes long, so control may have lapsed. If it has not, there is no answer.
     fn take_control(&mut self) {
         self.page.ask(&Ask::TakeControl { force: true });
     }
 
-    /// Reads the alarm.
     pub(crate) fn acknowledge(&mut self) {
         self.take_control();
         self.page.ask(&Ask::AcknowledgeAlarm);
     }
 
-    /// The alarm is read: what it is then.
+    /// Acknowledges the alarm. Returns the state after it.
     pub(crate) fn acknowledged(&mut self) -> State {
-        // What an alarm does for safety comes first.
+        // The alarm's safety moves come first.
         self.until(|status| status.state == State::Alarm && status.stage.is_none());
         self.bench.rests();
         self.acknowledge();
         self.until(|status| status.state != State::Alarm || status.alarm.is_none()).state
     }
 
-    /// Arms the job and starts it at `leg`: the digest of its stream.
+    /// Arms the job and starts it at `leg`. Returns the digest of its stream.
     pub(crate) fn start(&mut self, leg: u32) -> String {
         let bytes = program::encode(&self.program);
         self.job = program::key(&bytes);
@@ -198,8 +194,8 @@ impl Shop {
         assert_eq!(self.bridge.job(keys, "PUT", &self.job, &bytes).status, 200);
         self.take_control();
         self.page.ask(&Ask::Arm { job: self.job.clone(), from_leg: leg });
-        let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
-        let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+        let armed = self.page.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
+        let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
         assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         let (job, digest) = (self.job.clone(), stream_digest.clone());
         self.page.ask(&Ask::Start { job, stream_digest, from_leg: leg });
@@ -208,22 +204,22 @@ impl Shop {
 
     /// How the job ended.
     pub(crate) fn ended(&mut self) -> (Ending, u32) {
-        match self.page.until(|tell| matches!(tell, Tell::Ended { .. })) {
-            Tell::Ended { ending, holes_done, .. } => (ending, holes_done),
+        match self.page.until(|tell| matches!(tell, Tell::Ended(_))) {
+            Tell::Ended(JobEnd { ending, holes_done, .. }) => (ending, holes_done),
             other => panic!("{other:?}"),
         }
     }
 
-    /// The leg at which the job that was broken off is offered to a newcomer.
+    /// The leg that a new page is offered for the interrupted job.
     pub(crate) fn offered(&self) -> u32 {
         let mut page = self.bridge.page();
-        match page.until(|tell| matches!(tell, Tell::Interrupted { .. })) {
-            Tell::Interrupted { next_leg, .. } => next_leg,
+        match page.until(|tell| matches!(tell, Tell::Interrupted(_))) {
+            Tell::Interrupted(InterruptedJob { next_leg, .. }) => next_leg,
             other => panic!("{other:?}"),
         }
     }
 
-    /// At rest: the pins stand where the bridge says.
+    /// Checks, after a stop, that the pins agree with the bridge's position.
     pub(crate) fn agrees(&mut self) -> Record {
         let record = self.bench.rests();
         let status = self.until(|status| status.stage.is_none());
@@ -232,14 +228,14 @@ impl Shop {
         record
     }
 
-    /// Every hole in its place; at most so many twice.
+    /// Checks that every hole is in its position, and that at most this many are drilled twice.
     pub(crate) fn judge(&self, count: u32, most_twice: usize) {
         let record = self.bench.record();
         let at = |hole: u32| {
             let far = [f64::from(hole) * APART, f64::from(hole % 2)];
             [0, 1].map(|axis| self.rested[axis] + self.offset[axis] + (far[axis] * 100.0) as i64)
         };
-        // A switch is found within a step or two each time.
+        // A switch is found within a step or two.
         let is_at =
             |hole: &[i64; 2], place: &[i64; 2]| (0..2).all(|axis| hole[axis].abs_diff(place[axis]) <= 2);
         let wanted: Vec<[i64; 2]> = (0..count).map(at).collect();
@@ -252,13 +248,12 @@ impl Shop {
         assert!(twice <= most_twice, "{:?}", record.holes);
     }
 
-    /// Kills the bridge.
     pub(crate) fn kill(&mut self) {
         self.bridge.child.kill().unwrap();
         self.bridge.child.wait().unwrap();
     }
 
-    /// Waits until the spindle is so.
+    /// Waits until the spindle is on or off.
     pub(crate) fn spindle(&self, on: bool) {
         eventually("the spindle", || self.bench.record().spindle == on);
     }

@@ -1,5 +1,5 @@
-//! Touches of a sensor that are shorter than its filter: told to the page, and by `annulus firmware info`. Touches of a board: where the
-//! pulses stopped is where it lies.
+//! Tests of touches shorter than their sensor's filter, reported to the page and by `annulus firmware
+//! info`. A touched board must be exactly where the pulses stopped.
 
 use super::bench::{Bench, STEPS};
 use super::client::{Running, annulus, output};
@@ -12,12 +12,12 @@ use annulus_core::wire::{Ask, Status, Tell};
 use tempfile::TempDir;
 
 #[test]
-fn short_touches_are_told_to_the_page_and_by_firmware_info() {
+fn short_touches_are_reported_by_page_and_firmware_info() {
     let home = TempDir::new().unwrap();
     let (port, file) = (home.path().join("port"), home.path().join("drill.toml"));
     let bench = Bench::new(&port, STEPS);
     let mut machine = machine(&port);
-    // X high, which is at input 1.
+    // X high, on input 1.
     machine.adapter.filters_us[1] = 200;
     write_file(&machine, &file);
     let named = file.display().to_string();
@@ -47,13 +47,13 @@ fn short_touches_are_told_to_the_page_and_by_firmware_info() {
     assert!((150..160).contains(&told[0]["longest_us"].as_u64().unwrap()), "{object}");
 }
 
-/// Height of the board's surface in steps from the switches: it rises along X and falls along Y.
+/// The tilted board surface in steps from the switches: it rises along X and falls along Y.
 fn askew(place: &[i64; 3]) -> bool {
     place[2] <= -300 + place[0] / 25 - place[1] / 40
 }
 
 #[test]
-fn a_board_is_touched_through_the_firmware_and_the_map_is_what_it_is_to_the_step() {
+fn height_map_through_the_adapter_is_exact_to_one_step() {
     let mut shop = Shop::homed_over(askew);
     let (low, high) = (Point::from_mm(0.5, 0.5), Point::from_mm(3.5, 2.5));
     let grid = ProbeGrid { low, high, columns: 2, rows: 2, margin: Length::ZERO };
@@ -76,7 +76,7 @@ fn a_board_is_touched_through_the_firmware_and_the_map_is_what_it_is_to_the_step
         let (at, more) = record.touches.iter().find(near).unwrap_or_else(|| panic!("{:?}", record.touches));
         let found = axis_z.scale.length(at[2] - shop.offset[2]) - surface;
         assert_eq!(height.unwrap(), found, "{index}: {at:?}");
-        // One step, up: by it the contact opens.
+        // One step up, which opens the contact.
         assert_eq!(*more, 1, "{index}: no step down after it had closed");
     }
     let lifted = axis_z.scale.length(record.place[2] - shop.offset[2]) - surface;

@@ -1,5 +1,5 @@
-//! The files that `annulus cam` writes for a person to run (N9 N24 S6): one for each tool where the controller cannot change
-//! tools, numbered and named, with a run sheet; feeds within the machine; the machine that was assumed.
+//! Tests of the files written by `annulus cam`: one per tool if the controller cannot change tools,
+//! numbered and named, with a run sheet. Also of feeds within the limits, and of the assumed machine.
 
 use super::{CAM, annulus, answer, codes, folder};
 use serde_json::Value;
@@ -15,7 +15,7 @@ fn name(file: &Value) -> String {
 }
 
 #[test]
-fn a_controller_without_a_changer_gets_a_file_for_every_tool_and_a_run_sheet() {
+fn files_are_written_per_tool_with_a_run_sheet() {
     let folder = folder();
     let home = folder.path();
     for (target, ending) in [("grbl", "nc"), ("marlin", "gcode")] {
@@ -87,13 +87,13 @@ fn feeds_and_speeds_stay_within_the_machine() {
             }
         }
     }
-    // 1000 mm/min in the plane, 10 mm/s in Z, 10 000 rpm.
+    // 1000 mm/min in XY, 10 mm/s in Z, 10 000 rpm.
     assert!(fastest > 999.0 && fastest <= 1000.1, "{fastest}");
     assert_eq!(turns, 10_000.0);
 }
 
 #[test]
-fn a_machine_that_nobody_named_is_told() {
+fn assumed_machine_is_reported() {
     let folder = folder();
     let home = folder.path();
     for command in
@@ -113,7 +113,7 @@ fn a_machine_that_nobody_named_is_told() {
 }
 
 #[test]
-fn a_board_without_tabs_is_told_to_come_loose() {
+fn cut_out_without_tabs_is_reported() {
     let folder = folder();
     let home = folder.path();
     for (tabs, told) in [(0, true), (4, false)] {
@@ -127,7 +127,7 @@ fn a_board_without_tabs_is_told_to_come_loose() {
 }
 
 #[test]
-fn what_is_written_is_proved_as_the_board_wants_it() {
+fn written_files_of_every_postprocessor_are_proved() {
     let folder = folder();
     let home = folder.path();
     fs::create_dir(home.join("board")).unwrap();

@@ -1,12 +1,13 @@
-//! `annulus cam` and `annulus prove` as real processes on the sample board (N24, N8, N10): what is refused before anything
-//! is planned, that nothing is written while a finding is unread, and that a saved job gives the same programs. Saved
-//! projects are tried in `projects`, the page beside the command line in `same`.
+//! Tests of `annulus cam` and `annulus prove` as real processes on the sample board. Covers refusals before
+//! planning, unaccepted problems, which prevent every file, and saved jobs, which give the same programs.
+//! `projects` tests saved projects, `same` compares with the page.
 
 mod files;
 mod projects;
 mod proved;
 mod robot;
 mod same;
+mod unmade;
 mod written;
 
 use serde_json::Value;
@@ -14,7 +15,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The sample board: holes, copper of the top, outline.
+/// The sample board: holes, top copper, outline.
 const BOARD: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"];
 const CAM: &str = "cam sensor.drl sensor-top.gbr sensor-outline.gbr";
 
@@ -33,12 +34,12 @@ fn annulus(home: &Path, arguments: &[&str]) -> Output {
     command.current_dir(home).env("ANNULUS_HOME", home.join("home")).output().unwrap()
 }
 
-/// Exit code and the one object on standard output, whose `ok` and `error` must fit the exit code.
+/// Exit code and JSON object on standard output; checks that its `ok` and `error` fit the exit code.
 fn answer(home: &Path, arguments: &str) -> (i32, Value) {
     answer_of(home, &arguments.split_whitespace().collect::<Vec<_>>())
 }
 
-/// The same for arguments with spaces in them.
+/// The same for arguments that contain spaces.
 fn answer_of(home: &Path, words: &[&str]) -> (i32, Value) {
     let output = annulus(home, words);
     let arguments = words.join(" ");
@@ -59,7 +60,7 @@ fn codes(findings: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn an_unread_gap_keeps_every_program_from_being_written() {
+fn unaccepted_gap_refuses_to_write_programs() {
     let folder = folder();
     let home = folder.path();
     let (exit, told) = answer(home, &format!("{CAM} --to grbl -o out --save-job job.toml"));
@@ -74,7 +75,7 @@ fn an_unread_gap_keeps_every_program_from_being_written() {
     assert!(gap["cures"][0]["depth_mm"].as_f64().is_some_and(|depth| depth < 0.08), "lengths in mm: {gap}");
     assert!(!home.join("out").exists());
     assert!(home.join("job.toml").exists(), "the job is there to be mended");
-    // Whoever has read it, by name or by kind, gets the program.
+    // Accepting it, by ID or kind, gives the program.
     let id = gap["id"].as_str().unwrap();
     for word in [id, "gap", "proof.gap"] {
         let (exit, told) = answer(home, &format!("{CAM} --to grbl -o {word} --accept {word}"));
@@ -84,7 +85,7 @@ fn an_unread_gap_keeps_every_program_from_being_written() {
 }
 
 #[test]
-fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
+fn fixed_job_is_reported_and_reproduces_the_same_bytes() {
     let folder = folder();
     let home = folder.path();
     let arguments = "--cure --to program -o first --save-job job.toml";
@@ -116,14 +117,14 @@ fn a_cured_job_is_written_reported_and_gives_the_same_bytes_again() {
     assert_eq!(fs::read(home.join("second/sensor-top.program")).unwrap(), bytes);
     let (exit, timed) = answer(home, "simulate first/sensor-top.program");
     assert_eq!((exit, &timed["total_time_s"]), (0, &side["total_time_s"]));
-    // Bores and the cut-out go down along helices and ramps: both count them at their length.
+    // Bores and the cut-out go down along helices and ramps: both count their full length.
     assert_eq!(timed["milled_mm"], side["milled_mm"]);
     let of_tools = side["tools"].as_array().unwrap().iter().filter_map(|tool| tool["milled_mm"].as_f64());
     assert!((of_tools.sum::<f64>() - side["milled_mm"].as_f64().unwrap()).abs() < 0.01, "{side}");
 }
 
 #[test]
-fn holes_that_nothing_fits_are_left_out_and_nothing_is_written_before_that_was_seen() {
+fn holes_without_a_fitting_tool_must_be_accepted() {
     let folder = folder();
     let home = folder.path();
     let drill = "M48\nMETRIC\nT1C0.8\nT2C0.15\n%\nG90\nT1\nX5.0Y5.0\nX9.0Y5.0\nT2\nX7.0Y5.0\nX8.0Y6.5\nM30\n";
@@ -143,18 +144,20 @@ fn holes_that_nothing_fits_are_left_out_and_nothing_is_written_before_that_was_s
 }
 
 #[test]
-fn copper_without_a_drill_file_is_milled_though_nothing_says_which_layer_it_is() {
+fn unnamed_copper_without_drill_file_is_milled_once_accepted() {
     let folder = folder();
     let home = folder.path();
     let pads = "%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,1.5*%\nD10*\nX2000Y2000D03*\nX9000Y5000D03*\nM02*\n";
     fs::create_dir(home.join("lone")).unwrap();
-    fs::write(home.join("lone/layer1.off"), pads).unwrap();
+    fs::write(home.join("lone/sheet.off"), pads).unwrap();
     let (exit, told) = answer(home, "cam lone --to grbl -o out");
+    assert_eq!((exit, &told["error"]["code"]), (1, &"set.only_copper".into()), "{told}");
+    let (exit, told) = answer(home, "cam lone --to grbl -o out --accept set.only_copper");
     assert_eq!(exit, 0, "{told}");
     assert!(told["programs"][0]["milled_mm"].as_f64().unwrap() > 10.0, "{told}");
     assert_eq!(codes(&told["diagnostics"]), ["set.only_copper", "board.no_holes", "cli.machine_assumed"]);
     assert!(home.join("out/01-top-isolate-V30-0.1.nc").exists());
-    // Without copper there is nothing to do, and drilling alone needs a drill file.
+    // Without copper there is nothing to do, and drilling needs a drill file.
     fs::create_dir(home.join("none")).unwrap();
     fs::write(home.join("none/read.me"), "hello\n").unwrap();
     for (arguments, code) in
@@ -166,10 +169,38 @@ fn copper_without_a_drill_file_is_milled_though_nothing_says_which_layer_it_is()
 }
 
 #[test]
-fn what_a_cure_costs_is_listed_and_stops_nothing() {
+fn role_settles_a_guessed_side_for_cam_and_prove() {
     let folder = folder();
     let home = folder.path();
-    // A mill that is 20 µm too wide for the gap, and no thinner bit.
+    let pads = "%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,1.5*%\nD10*\nX2000Y2000D03*\nX9000Y5000D03*\nM02*\n";
+    fs::create_dir(home.join("lone")).unwrap();
+    fs::write(home.join("lone/sheet.off"), pads).unwrap();
+    let role = "--role sheet.off=bottom-copper";
+    let (exit, told) = answer(home, &format!("cam lone {role} --to grbl -o out --save-project lone.annulus"));
+    assert_eq!(exit, 0, "{told}");
+    let written = "out/01-bottom-isolate-V30-0.1.nc";
+    assert!(home.join(written).exists(), "{told}");
+    let (exit, told) = answer(home, &format!("prove lone {written}"));
+    assert_eq!((exit, &told["error"]["code"]), (1, &"set.only_copper".into()), "{told}");
+    for design in [format!("lone {written} {role}"), format!("lone.annulus {written}")] {
+        let (exit, told) = answer(home, &format!("prove {design}"));
+        assert_eq!((exit, &told["sides"][0]["face"]), (0, &"bottom".into()), "{design}: {told}");
+    }
+    for (role, code) in [
+        ("sheet.off=copper", "cli.bad_role"),
+        ("sheet.off", "cli.bad_role"),
+        ("other.gbr=top-copper", "cli.role_of_no_layer"),
+    ] {
+        let (exit, told) = answer(home, &format!("cam lone --role {role} --to grbl -o out"));
+        assert_eq!((exit, &told["error"]["code"]), (2, &code.into()), "{told}");
+    }
+}
+
+#[test]
+fn copper_lost_to_a_fix_is_listed_without_stopping() {
+    let folder = folder();
+    let home = folder.path();
+    // An end mill 20 µm too wide for the gap, and no thinner tool.
     let job = "schema = 1\n[[bit]]\nname = \"m\"\nform = \"mill\"\ndiameter = 0.142\n\
                [[operation]]\nkind = \"isolate\"\nbit = \"m\"\n";
     fs::write(home.join("job.toml"), job).unwrap();
@@ -183,7 +214,7 @@ fn what_a_cure_costs_is_listed_and_stops_nothing() {
         side["findings"].as_array().unwrap().iter().filter(|row| row["code"] == "proof.lost").collect();
     assert!(!lost.is_empty() && lost.iter().all(|row| row["agreed"] == true), "{side}");
     assert!(lost.iter().all(|row| row["width_mm"].as_f64() < Some(0.016)), "{lost:?}");
-    // Without the cure in its job nobody agreed.
+    // Without the fix in its job, the problem is not accepted.
     let (exit, told) = answer(home, &format!("{CAM} --job cured.toml --to program -o own"));
     assert_eq!(exit, 0, "{told}");
     fs::create_dir(home.join("board")).unwrap();
@@ -195,10 +226,10 @@ fn what_a_cure_costs_is_listed_and_stops_nothing() {
 }
 
 #[test]
-fn what_cannot_be_written_is_refused_before_anything_is_planned() {
+fn invalid_options_are_refused_before_planning() {
     let folder = folder();
     let home = folder.path();
-    // The board is missing: whoever looks for it first ends otherwise.
+    // The board is missing: checking for it first would give another error.
     for (arguments, exit, code) in [
         ("--to wobble", 2, "post.unknown_target"),
         ("--to program --lines-only", 2, "cam.own_form_has_arcs"),
@@ -224,7 +255,7 @@ fn what_cannot_be_written_is_refused_before_anything_is_planned() {
 }
 
 #[test]
-fn what_a_template_leaves_uncertain_is_told_with_what_it_writes() {
+fn template_without_retract_height_is_noted_per_file() {
     let folder = folder();
     let home = folder.path();
     let (_, grbl) = annulus_core::post::shipped().find(|(name, _)| *name == "grbl").unwrap();
@@ -247,7 +278,7 @@ fn what_a_template_leaves_uncertain_is_told_with_what_it_writes() {
 }
 
 #[test]
-fn a_wrong_job_file_is_told_with_its_place() {
+fn wrong_job_file_is_refused_with_line_and_column() {
     let folder = folder();
     let home = folder.path();
     let isolate = "schema = 1\n[[operation]]\nkind = \"isolate\"\n";
@@ -271,7 +302,7 @@ fn a_wrong_job_file_is_told_with_its_place() {
 }
 
 #[test]
-fn arcs_become_lines_where_they_are_asked_to() {
+fn lines_only_replaces_arcs() {
     let folder = folder();
     let home = folder.path();
     for (lines_only, arcs) in [("", true), ("--lines-only", false)] {
@@ -287,7 +318,7 @@ fn arcs_become_lines_where_they_are_asked_to() {
 }
 
 #[test]
-fn a_program_is_proved_on_the_board_as_its_job_lays_it() {
+fn program_is_proved_on_the_panel_of_its_job() {
     let folder = folder();
     let home = folder.path();
     fs::create_dir(home.join("board")).unwrap();
@@ -304,4 +335,44 @@ fn a_program_is_proved_on_the_board_as_its_job_lays_it() {
     assert_eq!(proved["islands"].as_u64(), alone["islands"].as_u64().map(|islands| 2 * islands));
     assert_eq!(answer(home, "prove board out/board-top.program --job missing.toml").0, 3);
     assert_eq!(answer(home, "prove board out/board-top.program --job job.toml --turn not").0, 2);
+}
+
+#[test]
+fn programs_in_the_board_folder_do_not_stop_a_second_run() {
+    let folder = folder();
+    let home = folder.path();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/folders/own-output-in-folder");
+    for target in [
+        "abb",
+        "fanuc",
+        "fanuc_tp",
+        "grbl",
+        "heidenhain",
+        "kuka",
+        "linuxcnc",
+        "mach3",
+        "marlin",
+        "sinumerik",
+        "program",
+    ] {
+        let board = home.join(format!("board_{target}"));
+        fs::create_dir(&board).unwrap();
+        for entry in fs::read_dir(&data).unwrap() {
+            let entry = entry.unwrap();
+            fs::copy(entry.path(), board.join(entry.file_name())).unwrap();
+        }
+        let run = format!("cam board_{target} --to {target} -o board_{target}/out --iterations 10");
+        let (exit, first) = answer(home, &run);
+        assert_eq!(exit, 0, "{target}: {first}");
+        let (exit, second) = answer(home, &run);
+        assert_eq!((exit, &second["error"]["code"]), (0, &Value::Null), "{target}: {second}");
+        assert_eq!(second["programs"][0]["holes"], first["programs"][0]["holes"], "{target}");
+    }
+    // Everything written is proved together; the run sheet is not a program.
+    let written = fs::read_dir(home.join("board_grbl/out")).unwrap();
+    let mut words = vec!["prove".to_owned(), "board_grbl".to_owned()];
+    words.extend(written.map(|entry| entry.unwrap().path().display().to_string()));
+    let (exit, told) = answer_of(home, &words.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(exit, 0, "{told}");
+    assert!(codes(&told["diagnostics"]).contains(&"prove.not_a_program"), "{told}");
 }

@@ -1,5 +1,5 @@
-//! Saved projects on the command line (N24): each is a job for every command, what is said in it goes before its files, and
-//! one saved here is the one that the page saves.
+//! Tests of saved projects on the command line. A project is a job for every command, its statements
+//! precede its files, and a project saved here equals the page's.
 
 use super::{BOARD, CAM, answer, folder};
 use annulus_app::engine::messages::{Answer, Request, Settings, ToRead};
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// The sample board with one more panel as a saved project.
+/// The sample board with one more panel, as a saved project.
 fn project() -> Project {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples");
     let files = BOARD.map(|name| (name.to_owned(), fs::read(examples.join(name)).unwrap())).to_vec();
@@ -22,7 +22,7 @@ fn project() -> Project {
 }
 
 #[test]
-fn a_saved_project_is_a_job_for_every_command() {
+fn saved_project_works_with_every_command() {
     let folder = folder();
     let home = folder.path();
     fs::write(home.join("board.annulus"), saved::write(&project()).unwrap()).unwrap();
@@ -45,7 +45,7 @@ fn a_saved_project_is_a_job_for_every_command() {
     ] {
         assert_eq!(answer(home, arguments).0, exit, "{arguments}");
     }
-    // What a command does not do it says; what it does, it does as the job says: two boards side by side.
+    // A command reports what it leaves out, and does the rest as in the job: two boards in a panel.
     let (_, told) = answer(home, "plan board.annulus");
     assert_eq!(told["error"]["code"], "job.operations_left_out", "{told}");
     let (_, one) = answer(home, "plan sensor.drl");
@@ -57,7 +57,7 @@ fn a_saved_project_is_a_job_for_every_command() {
 }
 
 #[test]
-fn what_a_project_says_of_its_files_goes_before_what_they_say() {
+fn project_settings_override_the_files_own() {
     let folder = folder();
     let home = folder.path();
     let mut project = project();
@@ -65,13 +65,13 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
     let holes = [None, Some(vec!["sensor.drl".to_owned()])].map(|used| {
         project.said = SaidOfFiles { used, ..SaidOfFiles::default() };
         fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
-        // By its name the file is of another board.
+        // By its name the file belongs to another board.
         let (exit, told) = answer(home, "plan board.annulus --accept board.several,job.operations_left_out");
         assert_eq!(exit, 0, "{told}");
         let rows = told["tools"].as_array().unwrap().iter();
         rows.map(|row| row["holes"].as_u64().unwrap()).sum::<u64>()
     });
-    // On each of the two boards side by side.
+    // On both boards of the panel.
     assert_eq!(holes[0], holes[1] + 2);
     project.job = Some("schema = 1\n[setup]\ncolour = 1\n".to_owned());
     fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
@@ -80,7 +80,7 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
     assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
 }
 
-/// The bytes that the page saves of `files` as they open.
+/// The bytes that the page would save for newly opened `files`.
 fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut cache = Cache::default();
     let mut ask = |request| perform(request, &mut cache, &mut |_, _| {}).unwrap();
@@ -97,7 +97,7 @@ fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
 }
 
 #[test]
-fn a_project_saved_here_is_the_one_that_the_page_saves() {
+fn saved_project_equals_the_project_of_the_page() {
     let folder = folder();
     let home = folder.path();
     let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
@@ -105,10 +105,10 @@ fn a_project_saved_here_is_the_one_that_the_page_saves() {
     assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unread_findings".into()), "{told}");
     let bytes = fs::read(home.join("board.annulus")).unwrap();
     assert_eq!(bytes, saved_by_the_page(&files));
-    // Saved again from itself, over itself, it stays.
+    // Saving it again over itself changes nothing.
     answer(home, "cam board.annulus --to grbl -o out --save-project board.annulus");
     assert_eq!(fs::read(home.join("board.annulus")).unwrap(), bytes);
-    // What flags say and cures change is in it.
+    // The project contains the changes made by flags and fixes.
     let flags = "--set setup.columns=2 --units mm --align --cure";
     let (exit, told) = answer(home, &format!("{CAM} {flags} --to program -o flags --save-project f.annulus"));
     assert_eq!(exit, 0, "{told}");
@@ -122,9 +122,9 @@ fn a_project_saved_here_is_the_one_that_the_page_saves() {
     assert_eq!(read("again/f-top.program"), read("flags/sensor-top.program"));
 }
 
-/// A drawing is a job too, alone and over files, and in a project saved by the page or here (S1).
+/// A drawing is a job too: alone, over files, and in a project saved by the page or here.
 #[test]
-fn a_drawing_is_a_job_for_every_command_and_in_a_project() {
+fn drawing_works_alone_and_in_a_project() {
     let folder = folder();
     let home = folder.path();
     let drawing = include_bytes!("../../../www/drawings/robot.json").to_vec();
@@ -149,16 +149,16 @@ fn a_drawing_is_a_job_for_every_command_and_in_a_project() {
     fs::write(home.join("both.annulus"), saved_by_the_page(&files)).unwrap();
     let (exit, told) = answer(home, "plan both.annulus --accept job.operations_left_out");
     assert_eq!((exit, of(&told)), (0, alone + sensor), "{told}");
-    // Saved here, the drawing is in it still.
+    // Saved here, it still contains the drawing.
     answer(home, "cam both.annulus --to program -o out --save-project again.annulus");
     let kept = saved::read("again", &fs::read(home.join("again.annulus")).unwrap()).unwrap();
     assert!(kept.files.iter().any(|(name, _)| name == "robot.drawing.json"));
-    // One that only lies beside what was asked for is laid over nothing.
+    // A drawing that is only in the same folder is not combined with the file.
     assert_eq!(of(&answer(home, "plan sensor.drl").1), sensor);
 }
 
 #[test]
-fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
+fn project_contains_the_siblings_that_the_board_needs() {
     let folder = folder();
     let home = folder.path();
     fs::write(home.join("read.me"), "nothing to see\n").unwrap();
@@ -173,7 +173,7 @@ fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
     assert_eq!(exit, 0, "{told}");
     let read = |name: &str| fs::read(home.join(name)).unwrap();
     assert_eq!(read("again/one-top.program"), read("out/sensor-top.program"));
-    // A whole folder leaves nothing beside it, and its name stays in front.
+    // A whole folder has no neighbours, and its name stays in front.
     fs::create_dir(home.join("board")).unwrap();
     for name in BOARD {
         fs::copy(home.join(name), home.join("board").join(name)).unwrap();

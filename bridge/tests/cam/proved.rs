@@ -1,12 +1,12 @@
-//! Files of `annulus cam` proved with their own job, and with one word of them changed (N8, C6): the sample, and where they are boards of
-//! the corpus.
+//! Tests that files of `annulus cam` pass the proof with their own job, and fail with one changed word.
+//! Uses the sample, and boards of the corpus if present.
 
 use super::{BOARD, answer, answer_of, codes, folder};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What is counted beyond the copper; all zero where nothing is wrong.
+/// Counts other than those of copper; all zero if nothing is wrong.
 fn counts(told: &Value) -> Vec<(&str, u64)> {
     let of = |part: &str, keys: &[&'static str]| -> Vec<(&'static str, u64)> {
         keys.iter().map(|key| (*key, told[part][key].as_u64().unwrap_or(u64::MAX))).collect()
@@ -31,7 +31,7 @@ fn prove(home: &Path, board: &str, files: &[PathBuf], rest: &[&str]) -> (i32, Va
     answer_of(home, &[&["prove", board], files.as_slice(), rest].concat())
 }
 
-/// The sample in `board`, its files for GRBL in `out`, its job.
+/// The sample in `board`, its GRBL files in `out`, and its job.
 fn sample(home: &Path) -> Vec<PathBuf> {
     fs::create_dir(home.join("board")).unwrap();
     for name in BOARD {
@@ -43,7 +43,7 @@ fn sample(home: &Path) -> Vec<PathBuf> {
     files(&home.join("out"))
 }
 
-/// The text with every plunge and every cut deeper than this as deep as this.
+/// The text with every plunge and cut limited to this depth.
 fn no_deeper(text: &str, depth: f64) -> String {
     let word = |word: &str| match word.strip_prefix("Z-").and_then(|deep| deep.parse::<f64>().ok()) {
         Some(deep) if deep > depth => format!("Z-{depth}"),
@@ -63,13 +63,13 @@ fn own_files_prove_with_and_without_their_job() {
         assert_eq!((exit, counts(&told), &told["toolpaths_repeated"]), (0, vec![], &0.into()), "{told}");
         assert!(told["copper_lost_mm2"].as_f64().unwrap() < 0.5, "{told}");
     }
-    // The same job as a program of our own.
+    // The same job as Annulus' own program.
     let (exit, told) = answer(home, "cam board --job job.toml --machine hobby --cure --to program -o own");
     assert_eq!(exit, 0, "{told}");
     let (exit, told) = answer(home, "prove board own/board-top.program --job job.toml");
     assert_eq!((exit, counts(&told)), (0, vec![]), "{told}");
     assert!(told["copper_lost_mm2"].is_number(), "{told}");
-    // A board without copper: holes and edge are proved all the same.
+    // A board without copper: holes and edge are still proved.
     fs::remove_file(home.join("board").join(BOARD[1])).unwrap();
     let holes = &files[1..];
     let (exit, told) = prove(home, "board", holes, &[]);
@@ -84,13 +84,13 @@ fn own_files_prove_with_and_without_their_job() {
 }
 
 #[test]
-fn one_word_changed_in_a_file_is_found() {
+fn changed_words_in_a_file_fail_the_proof() {
     let folder = folder();
     let home = folder.path();
     let files = sample(home);
     let texts: Vec<String> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
     type Change = fn(&str) -> String;
-    // The first tab of the last pass cut through, and every tab.
+    // The first tab of the last pass cut through, then every tab.
     let tab = |text: &str, most: usize| {
         let (before, last) = text.split_at(text.find("Z-2.1000").unwrap());
         before.to_owned() + &last.replacen("Z-1.0000", "Z-2.1000", most)
@@ -128,7 +128,7 @@ fn one_word_changed_in_a_file_is_found() {
         assert!(codes(&told["diagnostics"]).contains(&"prove.tabs_missing"), "{told}");
     }
     fs::write(&files[index], &texts[index]).unwrap();
-    // Tools as a person says them: of one file that says nothing itself, beside others of the same number.
+    // Tools given by the user: for one file that names none, next to others with the same number.
     let nameless = |text: &str| text.replace("tool 3", "tool 1").replace("(tool 1: drill 0.8)", "");
     fs::write(&files[2], nameless(&texts[2])).unwrap();
     let of_one = |size: &str| format!("03-top-drill-0.8.nc:1=drill {size}");
@@ -152,7 +152,7 @@ fn one_word_changed_in_a_file_is_found() {
 }
 
 #[test]
-fn programs_of_both_sides_are_proved_each_on_its_own() {
+fn programs_of_both_sides_are_proved_each_on_its_side() {
     let folder = folder();
     let home = folder.path();
     fs::create_dir(home.join("board")).unwrap();
@@ -169,14 +169,14 @@ fn programs_of_both_sides_are_proved_each_on_its_own() {
     let (exit, told) = answer(home, &format!("prove board {top} {bottom} --job job.toml"));
     assert_eq!((exit, counts(&told)), (0, vec![]), "{told}");
     assert_eq!(told["sides"].as_array().map(Vec::len), Some(2), "{told}");
-    // One of them, on the side that its name says; the other way round it is another board.
+    // One of them, on the side in its name; on the other side it is another board.
     let missing = |told: &Value| told["findings"].as_array().map(Vec::len);
     let (_, alone) = answer(home, &format!("prove board {bottom} --job job.toml"));
     let (_, said) = answer(home, &format!("prove board {bottom} --side bottom --job job.toml"));
     assert_eq!(missing(&alone), missing(&said), "{alone}");
 }
 
-/// A board of two sides with a window in it: pins, and a contour within.
+/// A double-sided board with a window: pins, and an inner contour.
 fn two_sides_and_a_window(home: &Path) {
     fs::create_dir(home.join("board")).unwrap();
     for name in BOARD {
@@ -194,7 +194,7 @@ fn two_sides_and_a_window(home: &Path) {
 }
 
 #[test]
-fn pins_and_a_contour_within_are_asked_for_in_files() {
+fn missing_pins_and_inner_contours_fail_the_proof() {
     let folder = folder();
     let home = folder.path();
     two_sides_and_a_window(home);
@@ -206,7 +206,7 @@ fn pins_and_a_contour_within_are_asked_for_in_files() {
     let texts: Vec<String> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
     let (pins, edge) = (&texts[0], texts.last().unwrap());
     assert!(pins.contains("drill 3)") && edge.contains("end mill 1.5)"), "{files:?}");
-    // The contour within comes first, then the way round the board.
+    // The inner contour comes first, then the outline.
     let around = edge.find("\nG0 X-0.7490").unwrap();
     let within = edge.find("\nG0 X2.7490").unwrap();
     let (head, rest) = edge.split_at(within);
@@ -241,12 +241,13 @@ fn pins_and_a_contour_within_are_asked_for_in_files() {
     assert_eq!((exit, counts(&told)), (1, vec![("missing", 2)]), "{told}");
 }
 
-/// Boards of the corpus: with holes milled in rings, two holes at one place, slots. The first two on every push.
+/// Boards of the corpus: with ring-milled holes, two holes at one position, slots. Every run tests the
+/// first two.
 const BOARDS: [&str; 4] =
     ["eagle/pcb-tools-board", "proteus/yawdamper", "horizon/usbkvm", "kicad/2013-clockblock"];
 
 #[test]
-fn files_of_real_boards_prove_with_their_own_job() {
+fn files_of_real_boards_are_proved_with_their_job() {
     let corpus = std::env::var_os("ANNULUS_CORPUS")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), PathBuf::from);
     if !corpus.is_dir() {
@@ -259,7 +260,7 @@ fn files_of_real_boards_prove_with_their_own_job() {
         let folder = tempfile::tempdir().unwrap();
         let home = folder.path();
         let board = corpus.join(name).to_str().unwrap().to_owned();
-        // Of two holes in one place one is an error that somebody has to have seen.
+        // One of two holes at the same position is an error that must be accepted.
         let accept = "drill.holes_inside,drill.holes_overlap";
         let cam = format!(
             "cam {board} --machine hobby --cure --to grbl -o out --save-job job.toml --accept {accept}"
@@ -269,7 +270,7 @@ fn files_of_real_boards_prove_with_their_own_job() {
         let files = files(&home.join("out"));
         let (exit, told) = prove(home, &board, &files, &["--job", "job.toml", "--accept", accept]);
         assert_eq!((exit, counts(&told)), (0, vec![]), "{name}: {told}");
-        // Without what mills slots, and with slots that are scratches.
+        // Without the file that mills slots, and with slots that are scratches.
         if name.contains("usbkvm") {
             let is_slots = |file: &&PathBuf| file.to_string_lossy().contains("mill-holes");
             let rest: Vec<PathBuf> = files.iter().filter(|file| !is_slots(file)).cloned().collect();

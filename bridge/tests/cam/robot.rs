@@ -1,5 +1,5 @@
-//! The example of the manual, `docs/manual/robot.md`, from the drawing to the programs of a robot (S1, S9): its template is used, its
-//! commands are run, and what it says they answer and write is what they do.
+//! Tests the example of the manual, `docs/manual/robot.md`, from the drawing to a robot's programs. Uses
+//! its template, runs its commands, and compares output and files with the manual.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The blocks of the manual: what stands behind the three signs, and the lines.
+/// The code blocks of the manual: the text after the three backquotes, and the lines.
 fn blocks(manual: &str) -> Vec<(String, Vec<String>)> {
     let mut blocks = Vec::new();
     let mut lines = manual.lines();
@@ -23,7 +23,7 @@ fn blocks(manual: &str) -> Vec<(String, Vec<String>)> {
 }
 
 #[test]
-fn the_drawn_board_of_the_manual_is_made_by_a_robot_as_it_says() {
+fn robot_commands_of_the_manual_give_the_printed_output() {
     let manual = fs::read_to_string(root().join("docs/manual/robot.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let home = folder.path();
@@ -53,9 +53,9 @@ fn the_drawn_board_of_the_manual_is_made_by_a_robot_as_it_says() {
     assert_eq!((commands, programs), (3, 2));
 }
 
-/// What the manual says of the drawing is counted in it.
+/// Counts in the drawing what the manual states about it.
 #[test]
-fn the_drawing_of_the_manual_has_what_the_manual_says() {
+fn robot_drawing_has_the_counts_of_the_manual() {
     let manual = fs::read_to_string(root().join("docs/manual/robot.md")).unwrap();
     let drawing = fs::read_to_string(root().join("www/drawings/robot.json")).unwrap();
     let things: serde_json::Value = serde_json::from_str(&drawing).unwrap();

@@ -1,4 +1,5 @@
-//! Page and command line side by side, all sides of real boards and on layers that lie apart (N24), and what lies beside a board (N5).
+//! Tests that page and command line agree, on all sides of real boards and on misaligned layers. Also of
+//! files that are next to a board.
 
 use super::{BOARD, CAM, answer, codes, folder};
 use annulus_app::engine::messages::{Answer, Request, Settings, ToExport, ToPlan, ToProve, ToRead};
@@ -8,7 +9,7 @@ use annulus_core::project::saved::SaidOfFiles;
 use std::fs;
 use std::path::Path;
 
-/// What the worker of the page makes of `files`, and what it says of the board.
+/// The page's worker on `files`: written files, and problems of the board.
 fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(String, String)>, Vec<String>) {
     let mut cache = Cache::default();
     let mut ask = |request| perform(request, &mut cache, &mut |_, _| {}).unwrap();
@@ -36,7 +37,7 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
 }
 
 #[test]
-fn real_boards_give_the_same_bytes_in_page_and_command_line() {
+fn real_boards_give_the_same_bytes_on_page_and_command_line() {
     let corpus = std::env::var_os("ANNULUS_CORPUS").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"),
         std::path::PathBuf::from,
@@ -70,10 +71,10 @@ fn real_boards_give_the_same_bytes_in_page_and_command_line() {
 }
 
 #[test]
-fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() {
+fn align_moves_shifted_layers_as_the_page_does() {
     let folder = folder();
     let home = folder.path();
-    // The holes as if exported with another zero point: 5 mm too far in X.
+    // The holes as if exported with another zero point: 5 mm off in X.
     let text = fs::read_to_string(home.join(BOARD[0])).unwrap();
     let moved = |line: &str| {
         let (x, y) = line.strip_prefix('X')?.split_once('Y')?;
@@ -106,7 +107,7 @@ fn layers_that_lie_apart_are_moved_when_asked_and_page_and_command_line_agree() 
 }
 
 #[test]
-fn what_lies_beside_a_board_stops_nothing_but_another_copper_has_to_be_seen() {
+fn unrelated_files_are_ignored_but_a_second_copper_is_refused() {
     let folder = folder();
     let home = folder.path();
     let board = home.join("board");
@@ -123,7 +124,7 @@ fn what_lies_beside_a_board_stops_nothing_but_another_copper_has_to_be_seen() {
     let (exit, told) = answer(home, &format!("cam board {take}"));
     assert_eq!((exit, &told["error"]["code"]), (1, &"refused.empty".into()), "{told}");
     fs::remove_file(board.join("more.drl")).unwrap();
-    // The same copper with one pad less, first in a folder of its own, then beside the files that are asked for.
+    // The same copper without one pad, first in its own folder, then next to the requested files.
     let copper = fs::read_to_string(home.join(BOARD[1])).unwrap();
     let flash = copper.lines().rfind(|line| line.ends_with("D03*")).unwrap();
     for (place, command, stops) in

@@ -1,12 +1,13 @@
-//! Written files proved (N8, C6): files of `annulus cam` and G-code by hand, against a raster of the copper that is painted here
-//! and knows nothing of the product. And jobs that isolate nothing, and cures that end when nothing more opens.
+//! Tests that written files are proved: files of `annulus cam` and handwritten G-code, against a raster of
+//! the copper painted here, independent of the product. Also jobs that isolate nothing, and fixes that end
+//! when they open no more gaps.
 
 use super::{answer, codes};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Three pads of 2 mm in a row with a hole in each, on a board of 12 by 6 mm whose corner is the zero.
+/// Three pads of 2 mm in a row, each with a hole. The board is 12 by 6 mm with its zero at the corner.
 const PADS: [(f64, f64); 3] = [(2.0, 3.0), (6.0, 3.0), (10.0, 3.0)];
 const OUTLINE: &str = "%FSLAX34Y34*%\n%MOMM*%\n%TF.FileFunction,Profile,NP*%\n%ADD10C,0.1*%\nD10*\n\
     X0Y0D02*\nX120000Y0D01*\nX120000Y60000D01*\nX0Y60000D01*\nX0Y0D01*\nM02*\n";
@@ -26,7 +27,7 @@ fn board(home: &Path, pads: &[(f64, f64)], size: f64) {
         .unwrap();
 }
 
-/// Square millimetres of the pads within `half` of any of these upright lines, by counting squares of 10 µm.
+/// Pad area within `half` of any of these vertical lines, mm², by counting squares of 10 µm.
 fn lost_by_raster(lines: &[f64], half: f64) -> f64 {
     let step = 0.01;
     let cells = |length: f64| (length / step).round() as usize;
@@ -42,7 +43,7 @@ fn lost_by_raster(lines: &[f64], half: f64) -> f64 {
     f64::from(count) * step * step
 }
 
-/// Upright cuts over the whole board, 0.1 mm deep.
+/// Vertical cuts over the whole board, 0.1 mm deep.
 fn cuts(lines: &[f64]) -> String {
     let cut = |x: &f64| format!("G0 X{x:.3} Y-1\nG0 Z0.5\nG1 Z-0.1 F60\nG1 Y7 F300\nG0 Z5\n");
     let cuts: String = lines.iter().map(cut).collect();
@@ -54,11 +55,11 @@ fn drilled(told: &Value) -> [u64; 3] {
 }
 
 #[test]
-fn g_code_by_hand_is_swept_over_the_copper_and_agrees_with_a_raster() {
+fn copper_lost_to_handwritten_g_code_agrees_with_a_raster() {
     let folder = tempfile::tempdir().unwrap();
     let home = folder.path();
     board(home, &PADS, 2.0);
-    // Lines between the pads, and what they take off the pads.
+    // Lines between the pads, and what they remove from the pads.
     for (lines, good) in [([4.0, 8.0], true), ([4.0, 9.1], false), ([5.4, 8.0], false), ([6.0, 8.0], false)] {
         fs::write(home.join("cut.nc"), cuts(&lines)).unwrap();
         let (exit, told) = answer(home, "prove board cut.nc");
@@ -69,7 +70,7 @@ fn g_code_by_hand_is_swept_over_the_copper_and_agrees_with_a_raster() {
         assert_eq!(codes(&told["findings"]).iter().any(harm), !good, "{told}");
         assert_eq!(drilled(&told), [0, 0, 0], "it drills nothing");
     }
-    // One line is missing, and one does not go through the copper.
+    // One line is missing, and one does not cut through the copper.
     fs::write(home.join("cut.nc"), cuts(&[4.0])).unwrap();
     let (exit, told) = answer(home, "prove board cut.nc");
     assert_eq!((exit, codes(&told["findings"])), (1, vec!["proof.short"]), "{told}");
@@ -77,7 +78,7 @@ fn g_code_by_hand_is_swept_over_the_copper_and_agrees_with_a_raster() {
     let (exit, told) = answer(home, "prove board cut.nc");
     assert_eq!(exit, 1);
     assert!(codes(&told["findings"]).contains(&"proof.shallow"), "{told}");
-    // The same lines with another tool than the head says.
+    // The same lines with another tool than in the header.
     fs::write(home.join("cut.nc"), cuts(&[4.0, 8.0])).unwrap();
     let (exit, told) = super::answer_of(home, &["prove", "board", "cut.nc", "--tools", "1=end mill 3"]);
     assert_eq!(exit, 1, "{told}");
@@ -114,7 +115,7 @@ fn holes_missing_doubled_and_shifted_are_counted() {
 }
 
 #[test]
-fn a_job_with_isolation_switched_off_is_told_once_and_written() {
+fn job_without_isolation_is_reported_once_and_written() {
     let folder = tempfile::tempdir().unwrap();
     let home = folder.path();
     board(home, &PADS, 2.0);
@@ -124,7 +125,7 @@ fn a_job_with_isolation_switched_off_is_told_once_and_written() {
 }
 
 #[test]
-fn cures_begin_with_the_whole_and_end_when_nothing_more_opens() {
+fn fixes_change_the_whole_cut_first_then_single_places() {
     let folder = tempfile::tempdir().unwrap();
     let home = folder.path();
     // Gaps of 0.13, 0.135, 0.13 and 0.11 mm between pads of 1 mm; the default cut is 0.143 mm wide.
@@ -150,14 +151,14 @@ fn cures_begin_with_the_whole_and_end_when_nothing_more_opens() {
 }
 
 #[test]
-fn files_that_do_otherwise_than_their_program_are_not_written() {
+fn files_that_differ_from_their_program_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let home = folder.path();
     board(home, &PADS, 2.0);
     let text = annulus_core::post::shipped().find(|(name, _)| *name == "grbl").unwrap().1;
     let rows = [
         ("GRBL\"", "GRBL of mine\"", None),
-        // Where the machine's zero is, a person may say: it is told, and written.
+        // The user may shift the machine's zero: that is reported, and written.
         ("shift_mm = [0.0, 0.0]", "shift_mm = [0.05, 0.0]", None),
         ("X@X@", "X@X+0.05@", Some("written.shifted")),
         ("G1 X@X@ Y@Y@ Z@Z@", "G1 X@X@ Z@Z@", Some("written.unread")),

@@ -1,10 +1,11 @@
-//! Nobody shuts the door (A3 of stopping): callers without a key, refused requests, wrong tokens and a full house keep neither
-//! a page that is known nor its STOP out. Everything here speaks to 127.0.0.1, and so much of it that a small computer bears it.
+//! Tests that strangers cannot lock out a known page or its STOP: callers without a key, refused requests,
+//! wrong tokens and a full house. Everything runs on 127.0.0.1, in an amount that a small computer can
+//! bear.
 
 use crate::server::client::{PATIENCE, Page, Reply, Running};
 use crate::server::work::until_status;
 use annulus_core::control::State;
-use annulus_core::wire::{Ask, Tell, auth};
+use annulus_core::wire::{Ask, Control, Tell, auth};
 use serde_json::json;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -13,13 +14,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How long a page takes from the challenge to its hello.
+/// A page's time from the challenge to its hello.
 const HELLO_AFTER: Duration = Duration::from_millis(20);
 
-/// Longer than this 99 of 100 STOPs under attack never take, on whatever computer; what they take is printed.
+/// 99 of 100 STOPs under attack must be faster than this, on any computer; the times are printed.
 const STOP_P99: Duration = Duration::from_millis(500);
 
-/// A page that was let in before and comes again, as after a reload: its hello is accepted.
+/// A known page that returns, as after a reload: its hello is accepted.
 fn reloaded(bridge: &Running, session: &str, key: &str) -> Page {
     let socket = bridge.upgrade_of(session);
     let mut page = Page { session: session.to_owned(), key: key.to_owned(), socket };
@@ -30,7 +31,7 @@ fn reloaded(bridge: &Running, session: &str, key: &str) -> Page {
     page
 }
 
-/// A request that is refused, on a connection that its sender would keep.
+/// A refused request, on a connection that its sender would keep open.
 fn refused(port: u16) -> TcpStream {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -43,7 +44,7 @@ fn token(bridge: &Running, token: &str) -> Reply {
 }
 
 #[test]
-fn sockets_without_a_key_keep_no_page_out() {
+fn sockets_without_a_key_do_not_block_a_page() {
     let bridge = Running::start();
     let (session, key) = bridge.pair("run");
     let strangers: Vec<_> = (0..100).map(|_| bridge.upgrade(&[]).unwrap()).collect();
@@ -61,9 +62,9 @@ fn refused_connections_are_closed_and_idle_ones_make_room() {
     let since = Instant::now();
     for stream in &mut crowd {
         let reply = Reply::read(stream);
-        // To its end: nothing of it is kept open, as a request that is waited for is for ten seconds.
+        // The server closes the connection at once; an open one would wait for a request for ten seconds.
         let _ = stream.read_to_end(&mut Vec::new());
-        // The first of them may have had to go before anything was read.
+        // The first of them may have been dropped before it was read.
         assert!(
             reply.status == 0 || (reply.status, reply.header("connection")) == (403, "close"),
             "{reply:?}"
@@ -75,7 +76,7 @@ fn refused_connections_are_closed_and_idle_ones_make_room() {
 }
 
 #[test]
-fn wrong_tokens_slow_down_who_sends_them_and_lock_nobody_out() {
+fn wrong_tokens_are_slowed_down_and_the_right_one_works() {
     let bridge = Running::start();
     let replies: Vec<_> = (0..50).map(|_| token(&bridge, "guess")).collect();
     assert_eq!(replies[0].status, 401);
@@ -86,7 +87,7 @@ fn wrong_tokens_slow_down_who_sends_them_and_lock_nobody_out() {
 }
 
 #[test]
-fn sixty_four_pages_watch_and_one_that_is_reloaded_comes_in() {
+fn reloaded_page_gets_in_when_all_64_seats_are_taken() {
     let bridge = Running::start();
     let (session, key) = bridge.pair("run");
     let mut first = reloaded(&bridge, &session, &key);
@@ -94,13 +95,13 @@ fn sixty_four_pages_watch_and_one_that_is_reloaded_comes_in() {
         let (session, key) = bridge.pair("view");
         (0..63).map(|_| reloaded(&bridge, &session, &key)).collect()
     };
-    first.until(|tell| matches!(tell, Tell::Control { viewers: 64, .. }));
+    first.until(|tell| matches!(tell, Tell::Control(Control { viewers: 64, .. })));
     let mut again = reloaded(&bridge, &session, &key);
     assert!(again.take_control(false));
     drop((first, many));
 }
 
-/// What a flood does again and again, and how often it did.
+/// A repeated attack, and the number of its repetitions.
 struct Flood {
     over: Arc<AtomicBool>,
     times: Arc<AtomicUsize>,
@@ -136,13 +137,13 @@ impl Flood {
                 );
                 stream
             }),
-            // Nothing at all.
+            // Silent connections.
             Box::new(move || TcpStream::connect(("127.0.0.1", port)).unwrap()),
         ];
         let threads = kinds.into_iter().map(|mut attack| {
             let (over, times) = (Arc::clone(&over), Arc::clone(&times));
             thread::spawn(move || {
-                // Each holds on to what it opened, 100 at a time, and opens the next at once.
+                // Each thread holds 100 connections, and opens the next at once.
                 let mut held = std::collections::VecDeque::new();
                 while !over.load(Ordering::SeqCst) {
                     held.push_back(attack());
@@ -165,7 +166,7 @@ impl Flood {
     }
 }
 
-/// Half of them, 99 of 100, and the worst, in ms.
+/// Median, 99th percentile and maximum, in ms.
 fn spread(times: &mut [Duration]) -> String {
     times.sort();
     let at = |share: f64| times[((times.len() - 1) as f64 * share).ceil() as usize].as_secs_f64() * 1e3;
@@ -173,7 +174,7 @@ fn spread(times: &mut [Duration]) -> String {
 }
 
 #[test]
-fn stop_of_a_reloaded_page_is_heard_under_every_flood_at_once() {
+fn stop_of_a_reloaded_page_works_during_floods() {
     let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 2_000 } else { 200 };
     let bridge = Running::start();
     let (session, key) = bridge.pair("run");

@@ -1,4 +1,4 @@
-//! Moving by hand is a dead man's grant (A2 of stopping): who vanishes moves nothing further.
+//! Tests that jogging needs continuous permission: after a page disappears, nothing moves on.
 
 use crate::server::client::{Page, Running};
 use crate::server::work::{home, until_status};
@@ -8,7 +8,8 @@ use annulus_core::machine::virtual_drill;
 use annulus_core::wire::{Ask, JOG_GRANT_MS, Status, Tell, auth};
 use tempfile::TempDir;
 
-/// How far X may go on one grant: at its speed by hand for so long, to rest from it, and what a clock may run ahead.
+/// How far X may move on one permission: at its jog speed for that time, plus the stopping distance, plus
+/// the clock's advance.
 fn one_grant_mm() -> f64 {
     let x = virtual_drill().x;
     let speed = x.home_speed_mm_per_s;
@@ -21,14 +22,14 @@ fn rests(status: &Status) -> bool {
 }
 
 #[test]
-fn one_message_moves_for_150_ms_at_most() {
+fn unrenewed_jog_stops_after_150_ms() {
     let bridge = Running::start();
     let mut page = bridge.page();
     home(&mut page);
     let before = until_status(&mut page, rests).machine_mm[0];
-    page.ask(&Ask::Jog { axis: 0, distance_um: 200_000 });
+    page.ask(&Ask::Jog { axis: 0, distance_um: 200_000, anyway: false });
     until_status(&mut page, |status| status.state == State::Jogging);
-    // The page is alive all the while; it only does not say that the hand is still there.
+    // The page stays alive; it only stops renewing the permission.
     let status = until_status(&mut page, rests);
     let went = status.machine_mm[0] - before;
     assert_eq!(status.state, State::Ready, "{status:?}");
@@ -36,15 +37,15 @@ fn one_message_moves_for_150_ms_at_most() {
 }
 
 #[test]
-fn a_move_by_hand_goes_on_while_it_is_granted_and_ends_where_it_was_to() {
+fn renewed_jog_ends_at_its_target() {
     let bridge = Running::start_at(TempDir::new().unwrap(), "3");
     let mut page = bridge.page();
     home(&mut page);
     let before = until_status(&mut page, rests).machine_mm[0];
     let mut left = 60.0;
-    // On a computer that is too busy to say so once in a second it ends before: then the rest is asked for.
+    // On a computer too busy to renew it once per second, the jog ends early: then request the rest.
     while left > 0.02 {
-        page.ask(&Ask::Jog { axis: 0, distance_um: (left * 1e3) as i32 });
+        page.ask(&Ask::Jog { axis: 0, distance_um: (left * 1e3) as i32, anyway: false });
         until_status(&mut page, |status| status.state == State::Jogging);
         loop {
             page.ask(&Ask::JogOn);
@@ -60,7 +61,7 @@ fn a_move_by_hand_goes_on_while_it_is_granted_and_ends_where_it_was_to() {
 }
 
 #[test]
-fn a_page_that_vanishes_after_a_jog_moves_nothing_further() {
+fn jog_of_a_vanished_page_stops_within_one_grant() {
     let rounds = 1_000;
     let bridge = Running::start();
     let mut first = bridge.page();
@@ -75,7 +76,7 @@ fn a_page_that_vanishes_after_a_jog_moves_nothing_further() {
             Page { session: session.clone(), key: key.clone(), socket: bridge.upgrade(&[]).unwrap() };
         let nonce = page.nonce();
         page.hello(&session, &auth::hello(&key, &nonce));
-        // What the newcomer is told was so after everything that the one before it asked.
+        // The new page's status follows all requests of the previous page.
         let at = until_status(&mut page, rests).machine_mm[0];
         if let Some(before) = before {
             let went = (at - before).abs();
@@ -86,11 +87,11 @@ fn a_page_that_vanishes_after_a_jog_moves_nothing_further() {
         before = Some(at);
         page.ask(&Ask::TakeControl { force: true });
         let distance_um = if at < 150.0 { 140_000 } else { -140_000 };
-        page.ask(&Ask::Jog { axis: 0, distance_um });
-        // Most vanish within 2 ms, every fourth a while after something began to move.
+        page.ask(&Ask::Jog { axis: 0, distance_um, anyway: false });
+        // Most disappear within 2 ms, every fourth some time after something started to move.
         let latest_us = if round % 4 == 1 { 60_000 } else { 2_000 };
         std::thread::sleep(std::time::Duration::from_micros(chance.bits() % latest_us));
-        // Every other page is torn off with what it has not read; what it said may then be lost with it.
+        // Every other page is cut off with unread data; its last requests may be lost too.
         if round % 2 == 1 {
             page.socket.get_ref().shutdown(std::net::Shutdown::Write).unwrap();
             vanished = Some(page);

@@ -1,4 +1,4 @@
-//! What is written down, on disks that are full or broken (N16, N20). Judged by the drilled-board record alone.
+//! Tests of the journal on full or broken disks; only the drilled-board record is judged.
 
 use annulus_core::chance::Chance;
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ fn shop() -> TempDir {
     folder
 }
 
-/// `annulus run` through a shell, `before` being what it does first.
+/// Runs `annulus run` through a shell, after the commands `before`.
 fn run(folder: &Path, before: &str, arguments: &str) -> Command {
     let line = format!("{before} exec {} run board.drl --json {arguments}", env!("CARGO_BIN_EXE_annulus"));
     let mut shell = Command::new("sh");
@@ -32,7 +32,7 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text} {output:?}"))
 }
 
-/// How often every place is in the record.
+/// How often every position is in the record.
 fn places(home: &Path) -> BTreeMap<String, usize> {
     let text = fs::read_to_string(home.join("drilled.txt")).unwrap_or_default();
     let mut places = BTreeMap::new();
@@ -43,7 +43,7 @@ fn places(home: &Path) -> BTreeMap<String, usize> {
     places
 }
 
-/// A run that was killed after some holes: the journal and the record it left.
+/// A run killed after some holes: the journal and the record that it left.
 fn killed(folder: &Path) -> (Vec<u8>, Vec<u8>) {
     let home = folder.join("home");
     let mut child = run(folder, "", "--speed 60").spawn().unwrap();
@@ -56,7 +56,7 @@ fn killed(folder: &Path) -> (Vec<u8>, Vec<u8>) {
     (fs::read(home.join("journal.redb")).unwrap(), fs::read(home.join("drilled.txt")).unwrap())
 }
 
-/// The journal broken in one of many ways.
+/// The journal, damaged in one of many ways.
 fn broken(good: &[u8], round: usize, chance: &mut Chance) -> Vec<u8> {
     let mut bytes = good.to_vec();
     let used = bytes.iter().rposition(|byte| *byte != 0).unwrap_or(0) + 1;
@@ -77,7 +77,7 @@ fn broken(good: &[u8], round: usize, chance: &mut Chance) -> Vec<u8> {
             }
         }
         _ => {
-            // A sector of another place.
+            // A sector from another position.
             let (from, to) = (chance.below(used) & !511, chance.below(used) & !511);
             bytes.copy_within(from..(from + 512).min(good.len()), to.min(good.len() - 512));
         }
@@ -86,7 +86,7 @@ fn broken(good: &[u8], round: usize, chance: &mut Chance) -> Vec<u8> {
 }
 
 #[test]
-fn a_broken_journal_drills_no_board_anew_in_silence() {
+fn damaged_journal_never_drills_a_board_again_unasked() {
     let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 100 } else { 15 };
     let folder = shop();
     let home = folder.path().join("home");
@@ -105,8 +105,9 @@ fn a_broken_journal_drills_no_board_anew_in_silence() {
         assert!(!said.contains("panicked") && !said.contains("backtrace"), "round {round}: {said}");
         let told = object["error"]["code"] == "control.board_differs";
         if output.status.code() == Some(0) || told {
-            // Believed: it went on where it was, perhaps one record earlier. One hole may be drilled twice by design; where the
-            // kill left out a record and the damage another, the second is told.
+            // Accepted: it resumed where it was, perhaps one record earlier. One hole may be drilled twice
+            // by design. If the kill lost one record and the damage another, the second repetition is
+            // reported.
             went_on += 1;
             assert_eq!(after.len(), HOLES, "round {round}: {object}");
             let again: usize = after.values().map(|count| count - 1).sum();
@@ -123,11 +124,11 @@ fn a_broken_journal_drills_no_board_anew_in_silence() {
 }
 
 #[test]
-fn a_journal_that_is_gone_drills_no_board_anew_in_silence() {
+fn missing_journal_must_be_accepted_before_a_run() {
     let folder = shop();
     let home = folder.path().join("home");
     let (journal, record) = killed(folder.path());
-    // What shows that a drill worked here: the record of the virtual drill, or the program that it was given.
+    // Either of these proves that a drill worked here: the virtual drill's record, or an uploaded program.
     for kept in ["drilled.txt", "jobs"] {
         fs::remove_file(home.join("journal.redb")).unwrap();
         match kept {
@@ -157,11 +158,11 @@ fn a_journal_that_is_gone_drills_no_board_anew_in_silence() {
 }
 
 #[test]
-fn a_damaged_journal_asks_for_a_word_however_often_it_is_asked() {
+fn damaged_journal_is_refused_until_accepted() {
     let folder = shop();
     let home = folder.path().join("home");
     let (mut journal, _) = killed(folder.path());
-    // What is left of it is the name of its job.
+    // Only the name of its job survives.
     journal.iter_mut().take(4096).for_each(|byte| *byte = 7);
     fs::write(home.join("journal.redb"), &journal).unwrap();
     let before = places(&home);
@@ -183,12 +184,12 @@ fn a_damaged_journal_asks_for_a_word_however_often_it_is_asked() {
 }
 
 #[test]
-fn a_record_that_cannot_be_written_stops_the_job_and_is_told() {
+fn unwritable_record_stops_the_job_with_an_error() {
     const BLOCKS: u64 = 40_000;
     let folder = shop();
     let home = folder.path().join("home");
     fs::create_dir_all(&home).unwrap();
-    // Room for three holes below the longest file there may be.
+    // Room for three more holes below the file size limit.
     let file = fs::File::create(home.join("drilled.txt")).unwrap();
     let full = BLOCKS * 512;
     let line = "6.0000 5.0000 2.0000\n".len() as u64;
@@ -201,7 +202,7 @@ fn a_record_that_cannot_be_written_stops_the_job_and_is_told() {
     assert!(object["holes_done"].as_u64().unwrap() < 8, "{object}");
     let text = fs::read(home.join("drilled.txt")).unwrap();
     assert!(text.ends_with(b"\n") && (text.len() as u64) < full, "no half line");
-    // With room again it goes on.
+    // With room again the job continues.
     let output = run(folder.path(), "", "--speed 2000").output().unwrap();
     assert_eq!((output.status.code(), &json(&output)["holes_done"]), (Some(0), &HOLES.into()), "{output:?}");
 }

@@ -1,4 +1,4 @@
-//! Faults that hard use found, each with a test that failed before it was mended; the list is in `tests/faults`.
+//! Regression tests for faults found by heavy use.
 
 mod flood;
 mod jog;

@@ -1,13 +1,13 @@
-//! Who holds a job back does not wait behind a plan (A4 of stopping).
+//! Tests that a pause does not wait for a plan.
 
 use crate::server::client::{Page, Running};
 use crate::server::work::{home, row_of_holes, until_status};
 use annulus_core::control::State;
-use annulus_core::wire::{Ask, RowVerdict, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, RowVerdict, Tell, program};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A page whose job of so many holes is being drilled.
+/// A page whose job with this many holes is running.
 fn drilling(bridge: &Running, holes: u32) -> Page {
     let mut page = bridge.page();
     home(&mut page);
@@ -17,10 +17,10 @@ fn drilling(bridge: &Running, holes: u32) -> Page {
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     let asked = Instant::now();
     page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
-    let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
+    let armed = page.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
     let (took_s, busy_s) = (asked.elapsed().as_secs_f64(), busy_s(bridge));
     println!("{holes} holes armed in {took_s:.2} s, {busy_s:.2} s of a processor since the bridge began");
-    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
     assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     until_status(&mut page, |status| status.state == State::ToolChange);
@@ -29,14 +29,14 @@ fn drilling(bridge: &Running, holes: u32) -> Page {
     page
 }
 
-/// The most memory that the bridge ever had, MB; 0 where the system does not say.
+/// The bridge's peak memory, MB; 0 if the system does not report it.
 fn most_mb(bridge: &Running) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{}/status", bridge.child.id())).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
 }
 
-/// How long processors worked for the bridge, s; 0 where the system does not say.
+/// The bridge's processor time, s; 0 if the system does not report it.
 fn busy_s(bridge: &Running) -> f64 {
     const TICKS_A_SECOND: f64 = 100.0;
     let text = std::fs::read_to_string(format!("/proc/{}/stat", bridge.child.id())).unwrap_or_default();
@@ -45,14 +45,14 @@ fn busy_s(bridge: &Running) -> f64 {
 }
 
 #[test]
-fn a_pause_comes_before_a_plan_that_is_being_made() {
+fn pause_does_not_wait_for_a_plan_in_progress() {
     let holes = if std::env::var_os("ANNULUS_LONG").is_some() { 100_000 } else { 10_000 };
     let bridge = Running::start_at(TempDir::new().unwrap(), "5");
     let mut page = drilling(&bridge, holes);
     println!("{} MB at most when armed", most_mb(&bridge));
     let asked = Instant::now();
     page.ask(&Ask::FeedOverride { percent: 150 });
-    // Behind the plan in the order of this page's answers: its refusal says that the plan is made.
+    // Its answer queues after the plan: this refusal shows that the plan is made.
     page.ask(&Ask::FeedOverride { percent: 250 });
     std::thread::sleep(Duration::from_millis(20));
     let pressed = Instant::now();

@@ -1,10 +1,10 @@
-//! A person takes their time (N15): half a minute at a tool change, before Start, at an alarm, in a pause, with the page closed
-//! and opened between. The real `annulus serve`, real sockets, and the pace of life in between.
+//! Tests of a slow user: half a minute at a tool change, before Start, at an alarm, in a pause. The page is
+//! closed and reopened in between. The real `annulus serve`, real sockets, in real time.
 
 use crate::server::client::{Page, Running, annulus};
 use crate::server::work::{home, until_status};
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, JobEnd, RowVerdict, Status, Tell, program};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -12,15 +12,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// As long as somebody needs to change a tool.
+/// Time to change a tool.
 const PERSON: Duration = Duration::from_secs(30);
 
-/// Longer than any clock of a machine.
+/// Longer than any timeout of a machine.
 const MOMENT: Duration = Duration::from_secs(5);
 
 const BOARD: &str = "M48\nMETRIC\nT1C0.8\nT2C1.0\n%\nT1\nX5.0Y5.0\nX10.0Y5.0\nT2\nX3.0Y3.0\nX8.0Y8.0\nM30\n";
 
-/// Looks on for so long and keeps control alive, as an open page does.
+/// Watches for this time and keeps control alive, as an open page does.
 fn look_on(page: &mut Page, how_long: Duration) -> Status {
     let since = Instant::now();
     loop {
@@ -62,14 +62,14 @@ impl Shop {
         shop
     }
 
-    /// Sends the program and arms it: its key and digest.
+    /// Uploads the program and arms it. Returns key and digest.
     fn arm(&mut self) -> (String, String) {
         let job = program::key(&self.bytes);
         let page = (self.page.session.clone(), self.page.key.clone());
         assert_eq!(self.bridge.job((&page.0, &page.1), "PUT", &job, &self.bytes).status, 200);
         self.page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
-        let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
-        let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+        let armed = self.page.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
+        let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
         assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         (job, stream_digest)
     }
@@ -79,7 +79,7 @@ impl Shop {
         self.page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     }
 
-    /// Waits for the tool change before so many holes, and changes the tool at once.
+    /// Waits for the tool change after this many holes, and confirms it at once.
     fn change(&mut self, after_holes: u32) {
         self.until_change(after_holes);
         self.page.ask(&Ask::ToolChanged);
@@ -92,10 +92,10 @@ impl Shop {
         })
     }
 
-    /// The job comes to its end and nothing is wrong.
+    /// Checks that the job ends without problems.
     fn done(mut self) {
-        let end = self.page.until(|tell| matches!(tell, Tell::Ended { .. }));
-        assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 4, .. }), "{end:?}");
+        let end = self.page.until(|tell| matches!(tell, Tell::Ended(_)));
+        assert!(matches!(end, Tell::Ended(JobEnd { ending: Ending::Done, holes_done: 4, .. })), "{end:?}");
         let status = until_status(&mut self.page, |status| status.state != State::Stopping);
         assert_eq!((status.state, status.alarm, status.trust), (State::Ready, None, Trust::Trusted));
     }
@@ -145,7 +145,7 @@ fn in_a_pause() {
     let mut shop = Shop::homed();
     shop.start();
     shop.until_change(0);
-    // Ordered in a tool change, it holds after the leg of it.
+    // Requested in a tool change, the pause holds after that leg.
     shop.page.ask(&Ask::ToolChanged);
     shop.page.ask(&Ask::Pause);
     until_status(&mut shop.page, |status| status.state == State::Paused);
@@ -174,7 +174,7 @@ fn at_an_alarm() {
 }
 
 #[test]
-fn a_person_may_take_half_a_minute() {
+fn waits_of_half_a_minute_raise_no_alarm() {
     let rows = [at_a_tool_change, with_the_page_closed_and_opened, before_start, in_a_pause, at_an_alarm];
     let all = rows.map(thread::spawn);
     for (row, ended) in all.into_iter().map(thread::JoinHandle::join).enumerate() {
@@ -183,15 +183,15 @@ fn a_person_may_take_half_a_minute() {
 }
 
 #[test]
-fn a_stop_in_a_tool_change_is_a_stop_and_no_alarm() {
+fn stop_in_a_tool_change_raises_no_alarm() {
     let mut shop = Shop::homed();
     shop.start();
     shop.change(0);
     shop.until_change(2);
     look_on(&mut shop.page, MOMENT);
     shop.page.ask(&Ask::Stop);
-    let end = shop.page.until(|tell| matches!(tell, Tell::Ended { .. }));
-    assert!(matches!(end, Tell::Ended { ending: Ending::Stopped, holes_done: 2, .. }), "{end:?}");
+    let end = shop.page.until(|tell| matches!(tell, Tell::Ended(_)));
+    assert!(matches!(end, Tell::Ended(JobEnd { ending: Ending::Stopped, holes_done: 2, .. })), "{end:?}");
     let status = until_status(&mut shop.page, |status| status.state != State::Stopping);
     assert_eq!((status.state, status.alarm, status.trust), (State::Ready, None, Trust::Trusted));
 }
@@ -204,7 +204,7 @@ fn run(home: &Path, arguments: &[&str]) -> Command {
 }
 
 #[test]
-fn tool_changes_are_confirmed_after_so_many_seconds() {
+fn unattended_tool_changes_wait_the_given_seconds() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("board.drl"), BOARD).unwrap();
     let since = Instant::now();
@@ -221,11 +221,11 @@ fn tool_changes_are_confirmed_after_so_many_seconds() {
 
 #[test]
 #[cfg(unix)]
-fn a_signal_in_a_tool_change_stops_at_once_and_the_job_goes_on_later() {
+fn interrupt_in_a_tool_change_stops_and_the_job_resumes() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("board.drl"), BOARD).unwrap();
     let mut child = run(folder.path(), &["--confirm-tools", "3600"]).spawn().unwrap();
-    // It rests where the job begins, and asks for its first tool.
+    // The command stops at the start of the job and asks for the first tool.
     while !folder.path().join("home/drilled.txt").exists() {
         assert!(child.try_wait().unwrap().is_none(), "it ended too early");
         thread::sleep(Duration::from_millis(10));

@@ -1,5 +1,5 @@
-//! Bridge and executor watch each other (N15): a machine on an I/O card whose device is an ordinary file, the spindle on, and one
-//! of the two killed or made to stand still. What is judged is the file alone: the bytes on the outputs.
+//! Tests that bridge and executor watch each other: one of the two is killed or suspended. The machine is
+//! on an I/O card with a port file, its spindle on. Only the output bytes in the file are judged.
 
 use crate::server::card::{Scene, last_record};
 use crate::server::client::PATIENCE;
@@ -12,9 +12,6 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Longer than this nobody takes on whatever computer; a clock that does not run takes for ever.
-const AT_MOST: Duration = Duration::from_secs(5);
-
 impl Scene {
     /// The executor is the bridge's only child.
     fn executor(&self) -> u32 {
@@ -26,7 +23,7 @@ impl Scene {
         children.next().unwrap()
     }
 
-    /// Waits until `wanted` holds for what is on the outputs, and says how long that took.
+    /// Waits until the outputs satisfy `wanted`. Returns how long that took.
     fn until(&self, wanted: impl Fn([u8; 4]) -> bool) -> Duration {
         let since = Instant::now();
         while !wanted(self.shop.outputs()) {
@@ -42,7 +39,7 @@ impl Scene {
         status
     }
 
-    /// STOP, when nobody is left who would do it: something turned the spindle and the windings on again.
+    /// STOP after the executor died: something has turned the spindle and the windings on again.
     fn stop_works(&mut self) {
         let device = OpenOptions::new().write(true).open(&self.shop.device).unwrap();
         for _ in 0..3 {
@@ -52,10 +49,10 @@ impl Scene {
         }
     }
 
-    /// After the alarm was read it works as ever.
+    /// Checks that everything works after the alarm is acknowledged.
     fn works_again(mut self) {
         self.page.ask(&Ask::AcknowledgeAlarm);
-        // What was told before the answer still has the alarm that was wanted: it says nothing of a busy computer.
+        // A status from before the answer still shows the alarm; do not take it for a new one.
         let read = |status: &Status| status.state == State::NotHomed;
         while !read(&until_status(&mut self.page, |status| read(status) || status.alarm.is_some())) {}
         jog(&mut self.page, 0, 1_000, |status| status.state == State::NotHomed && status.steps[0] == 5);
@@ -67,7 +64,7 @@ fn signal(pid: u32, name: &str) {
 }
 
 #[test]
-fn a_killed_executor_leaves_nothing_on_and_stop_works() {
+fn killed_executor_switches_all_outputs_off() {
     let rounds = if std::env::var_os("ANNULUS_LONG").is_some() { 12 } else { 2 };
     for round in 0..rounds {
         let mut scene = Scene::on_its_way();
@@ -75,32 +72,29 @@ fn a_killed_executor_leaves_nothing_on_and_stop_works() {
         signal(scene.executor(), "-KILL");
         let took = scene.until(|bytes| bytes == [0; 4]);
         println!("round {round}: everything off after {took:?}");
-        assert!(took < AT_MOST, "{took:?}");
-        scene.alarm("output.executor_gone");
+        assert_eq!(scene.alarm("output.executor_gone").spindle_rpm, 0, "it is off");
         scene.stop_works();
         scene.works_again();
     }
 }
 
 #[test]
-fn an_executor_that_stands_still_is_ended_and_leaves_nothing_on() {
+fn frozen_executor_is_ended_and_all_outputs_are_off() {
     let mut scene = Scene::on_its_way();
     signal(scene.executor(), "-STOP");
     let took = scene.until(|bytes| bytes == [0; 4]);
     println!("everything off after {took:?}");
-    assert!(took < AT_MOST, "{took:?}");
     scene.alarm("output.executor_silent");
     scene.stop_works();
     scene.works_again();
 }
 
 #[test]
-fn a_bridge_that_stands_still_is_not_waited_for() {
+fn frozen_bridge_makes_the_executor_stop_in_a_ramp() {
     let mut scene = Scene::on_its_way();
     signal(scene.bridge.child.id(), "-STOP");
     let took = scene.until(|bytes| bytes[3] == 0);
     println!("the spindle is off after {took:?}");
-    assert!(took < AT_MOST, "{took:?}");
     scene.shop.until_let_go();
     let outputs = scene.shop.outputs();
     assert_eq!(outputs.map(|byte| byte & 0x60), [0; 4], "no forcing: {outputs:02x?}");
@@ -115,19 +109,22 @@ fn a_bridge_that_stands_still_is_not_waited_for() {
     let intervals: Vec<i64> = ticks.windows(2).map(|two| two[1] - two[0]).collect();
     let ramp = &intervals[intervals.len() - 8..];
     assert!(ramp.windows(2).all(|two| two[1] >= two[0]) && ramp[7] > 2 * ramp[0], "{intervals:?}");
-    // Woken up, the bridge says what happened, and goes on when that was read.
+    // After waking up, the bridge reports the alarm, and continues after it is acknowledged.
     signal(scene.bridge.child.id(), "-CONT");
     scene.alarm("output.bridge_silent");
+    // The page's control lapsed meanwhile.
+    assert!(scene.page.take_control(true));
     scene.works_again();
 }
 
 #[test]
-fn outputs_that_cannot_be_switched_off_are_told_as_that() {
+fn failure_to_switch_outputs_off_is_reported() {
     let mut scene = Scene::on_its_way();
     let aside = scene.shop.device.with_extension("aside");
     fs::rename(&scene.shop.device, aside).unwrap();
     signal(scene.executor(), "-KILL");
     let status = scene.alarm("output.not_safe");
+    assert!(status.spindle_rpm > 0, "it may still turn");
     let said = status.alarm.unwrap().message("en");
     assert!(said.contains("card.bin"), "{said}");
 }

@@ -1,6 +1,4 @@
-//! A machine with switches, a job before it, and the judge behind it: what tests of interruptions share.
-//!
-//! Comes in: what is to go wrong. Goes out: what the pins did. Does not know how a job is interrupted.
+//! Shared by the tests of interruptions: a machine with limit switches, a job, and the judge.
 
 use super::firmware::{Board, Instrument, STEPS, settings};
 use super::jobs::Job;
@@ -10,14 +8,14 @@ use serde_json::Value;
 
 /// Work zero in machine coordinates, mm.
 pub(crate) const ZERO: [f64; 3] = [-40.0, -40.0, -20.0];
-/// The same in words of the command line.
+/// The same as a command line argument.
 pub(crate) const ZERO_AT: &str = "--zero-at -40,-40,-20";
-/// Where the carriage is before it is homed.
+/// Carriage position before homing.
 pub(crate) const START: [f64; 3] = [-6.0, -5.0, -4.0];
-/// How far past its switch a carriage may be when it is found, and a step of a reset, in steps.
+/// How far past its switch the carriage may be when it is found, plus a step of a reset, in steps.
 const TOLERANCE: i64 = 7;
 
-/// The machine, its person's desk, and the job.
+/// The machine, the user's desk, and the job.
 pub(crate) struct Bench {
     pub(crate) board: Board,
     pub(crate) desk: Desk,
@@ -25,30 +23,30 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// A job on a machine that homes.
+    /// A job on a machine with homing.
     pub(crate) fn new(instrument: &Instrument, job: Job, options: &[&str]) -> Self {
         let board = Board::new(instrument, &settings(true), START, options);
         let desk = Desk::new(&job.text);
         Self { board, desk, job }
     }
 
-    /// Runs the job to its end, or until something ends it.
+    /// Runs the job until it ends or is interrupted.
     pub(crate) fn run(&self) -> (i32, Value) {
         self.desk.run(&self.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"))
     }
 
-    /// Goes on with it.
+    /// Resumes the job.
     pub(crate) fn resume(&self) -> (i32, Value) {
         self.desk.run(&self.board, "resume --same-length --confirm-tools 0.1")
     }
 
-    /// Turns the machine off: what was made of the job, and the last report.
+    /// Turns the machine off. Returns the verdict on the job, and the last report.
     pub(crate) fn judged(&mut self) -> (Verdict, Value) {
         let (_, verdict, report) = self.read();
         (verdict, report)
     }
 
-    /// The same, with everything that the pins did.
+    /// The same with the log of all pins.
     pub(crate) fn read(&mut self) -> (Log, Verdict, Value) {
         let report = self.board.end();
         let zero = self.board.steps_at(ZERO);

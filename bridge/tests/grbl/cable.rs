@@ -1,4 +1,4 @@
-//! The cable is pulled in the middle of a job, and plugged in again.
+//! Tests of a cable that is pulled during a job and plugged in again.
 
 use super::bench::{Bench, ZERO_AT};
 use super::firmware::{Board, eventually, instrument, long_instrument, settings};
@@ -8,7 +8,7 @@ use super::sender::{Desk, MOST};
 use std::time::Duration;
 
 #[test]
-fn a_pulled_cable_is_told_written_down_and_the_job_goes_on_after_homing() {
+fn job_resumes_after_an_unplugged_cable_and_homing() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
     let sender =
@@ -30,10 +30,11 @@ fn a_pulled_cable_is_told_written_down_and_the_job_goes_on_after_homing() {
 }
 
 #[test]
-fn without_switches_nothing_goes_on_before_zero_was_set_again() {
+fn unplugged_machine_without_homing_needs_zero_to_resume() {
     let Some(instrument) = long_instrument() else { return };
     let (job, here) = (jobs::board(), [-100.0, -100.0, -60.0]);
-    // Plugged in again, this board does not begin anew: it stands where it came to rest, and says nothing by itself.
+    // This controller is not reset when it is plugged in: it stays where it stopped, and sends nothing
+    // unasked.
     let mut board = Board::new(instrument, &settings(false), here, &["--no-dtr-reset"]);
     let desk = Desk::new(&job.text);
     let sender = desk.start(&board, "run job.nc --zero-here --same-length --confirm-tools 0.1");
@@ -46,7 +47,7 @@ fn without_switches_nothing_goes_on_before_zero_was_set_again() {
     let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.no_zero".into()), "{object} {}", desk.said());
     assert_eq!(board.rests(), rests, "nothing moves");
-    // The person brings the head back to the zero of the board.
+    // The user jogs back to the zero of the board.
     board.jog_to([0; 3]);
     let (exit, object) = desk.run(&board, "resume --zero-here --same-length --confirm-tools 0.1");
     assert_eq!(exit, 0, "{object} {}", desk.said());

@@ -1,5 +1,5 @@
-//! A whole board as `annulus cam` writes it: isolation, two drills, cut-out, one program a tool. Every place that its programs name is
-//! come to at the pins, in order, and the last one to the step.
+//! Tests a whole board by `annulus cam`: isolation, two drills, cut-out, one program per tool. The pins
+//! must reach every position of the programs in order, and the last one exactly.
 
 use super::firmware::{Board, STEPS, instrument, settings, steps};
 use super::judge;
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Three pads of 2 mm on a board of 12 by 6 mm, a hole in each: two of 0.8 mm, the middle one of 1 mm.
+/// Three pads of 2 mm on a board of 12 by 6 mm. Two have a hole of 0.8 mm, the middle one has 1 mm.
 const TOP: &str = "%FSLAX34Y34*%\n%MOMM*%\n%TF.FileFunction,Copper,L1,Top*%\n%ADD10R,2.0X2.0*%\nD10*\n\
     X20000Y30000D03*\nX60000Y30000D03*\nX100000Y30000D03*\nM02*\n";
 const EDGE: &str = "%FSLAX34Y34*%\n%MOMM*%\n%TF.FileFunction,Profile,NP*%\n%ADD10C,0.1*%\nD10*\n\
@@ -32,7 +32,7 @@ fn programs(home: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Every place that programs come to, mm: their X, Y and Z words, all absolute, each kept until it is said again.
+/// All positions of the programs, mm: their absolute, modal X, Y and Z words.
 fn places(texts: &[String]) -> Vec<[f64; 3]> {
     let mut at = [0.0; 3];
     let mut found = Vec::new();
@@ -49,7 +49,7 @@ fn places(texts: &[String]) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_whole_board_of_four_tools_comes_to_every_place_that_its_programs_name() {
+fn four_programs_of_a_board_reach_every_position() {
     let Some(instrument) = instrument() else { return };
     let desk = Desk::new("");
     let programs = programs(desk.path());
@@ -69,7 +69,7 @@ fn a_whole_board_of_four_tools_comes_to_every_place_that_its_programs_name() {
     assert_eq!(judge::not_come_to(&board.edges(), &wanted, 1), None, "of {} places", wanted.len());
     let log = judge::read(&board.edges(), 0);
     assert_eq!((log.end, steps(&report)), (*wanted.last().unwrap(), *wanted.last().unwrap()));
-    // Where XY stood still while the tip was in the board are the holes of the drill file, and nothing else is.
+    // Exactly the holes of the drill file are where XY stopped while the tool was in the board.
     let mut drilled: Vec<_> = log.dips.iter().filter(|dip| dip.path.is_empty()).map(|dip| dip.at).collect();
     drilled.sort_unstable();
     assert_eq!(drilled, [[500, 750], [1500, 750], [2500, 750]]);

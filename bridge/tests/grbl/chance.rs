@@ -1,5 +1,6 @@
-//! Cables pulled, boards reset, jobs stopped and processes killed at random moments of a job, and at random again while it is resumed
-//! (N16). Whatever happens: nothing is left out, nothing is elsewhere, and each interruption repeats at most what was in work.
+//! Pulls cables, resets controllers, stops jobs and kills processes at random moments of a job and of its
+//! resumption. No cut may be missing or misplaced, and each interruption repeats at most the current
+//! section.
 
 use super::bench::{Bench, ZERO_AT};
 use super::firmware::{Instrument, SPEED, instrument, long};
@@ -8,14 +9,14 @@ use super::sender::Sender;
 use annulus_core::chance::Chance;
 use std::time::{Duration, Instant};
 
-/// Interruptions on every push, and with `cargo xtask test --long`.
+/// Number of interruptions, normally and with `cargo xtask test --long`.
 const COUNT: [u64; 2] = [4, 200];
-/// Interruptions until a job is left in peace.
+/// Interruptions before a job is left in peace.
 const A_JOB: u64 = 4;
-/// About what a job takes, seconds of the board: homing, holes, three changes.
+/// Approximate duration of a job in seconds of controller time: homing, holes, three changes.
 const JOB_S: f64 = 22.0;
 
-/// Lets a job go on for a while and disturbs it; how, unless it came to its end before that.
+/// Lets a job run for a while, then disturbs it. Returns how, or `None` if it ended first.
 fn disturbed(bench: &Bench, chance: &mut Chance, mut sender: Sender) -> Option<&'static str> {
     let wait = Duration::from_secs_f64((1.0 + chance.unit() * JOB_S) / SPEED);
     let since = Instant::now();
@@ -38,20 +39,20 @@ fn disturbed(bench: &Bench, chance: &mut Chance, mut sender: Sender) -> Option<&
         bench.desk.answer(sender);
     }
     if how == "pulled" {
-        // Sooner or later somebody plugs it in: the board may be moving still.
+        // Sooner or later the user plugs it in, perhaps while the controller still moves.
         std::thread::sleep(Duration::from_secs_f64(chance.unit() * 2.0 / SPEED));
         bench.board.plug(true);
     }
     Some(how)
 }
 
-/// One job with its interruptions, judged at the end; how many there were.
+/// One job with its interruptions, judged at the end. Returns their number.
 fn job(instrument: &Instrument, seed: u64) -> u64 {
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
     let mut chance = Chance::new(seed);
     let (mut count, mut hows, mut done) = (0, Vec::new(), false);
     let next = |bench: &Bench| {
-        // A job that has done nothing yet may be begun anew; one that has is resumed.
+        // A job without progress may be restarted; one with progress is resumed.
         let journal = bench.desk.journal();
         let begun = journal["holes"].as_u64() > Some(0) || journal["toolpaths"].as_u64() > Some(0);
         let words = if begun { "resume".to_owned() } else { format!("run job.nc {ZERO_AT}") };
@@ -61,7 +62,7 @@ fn job(instrument: &Instrument, seed: u64) -> u64 {
         let sender = bench.desk.start(&bench.board, &next(&bench));
         let how = disturbed(&bench, &mut chance, sender);
         hows.extend(how);
-        // It may have ended while it was disturbed.
+        // The job may have ended during the disturbance.
         done = how.is_none() || bench.desk.journal()["ended"] == true;
         count += u64::from(how.is_some());
     }
@@ -78,7 +79,7 @@ fn job(instrument: &Instrument, seed: u64) -> u64 {
 }
 
 #[test]
-fn whatever_interrupts_it_every_hole_is_made_where_it_belongs() {
+fn random_interruptions_leave_every_hole_in_its_position() {
     let Some(instrument) = instrument() else { return };
     let wanted = COUNT[usize::from(long())];
     let (mut count, mut seed) = (0, 0);

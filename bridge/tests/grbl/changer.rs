@@ -1,5 +1,5 @@
-//! A machine that changes tools by the lines of its owner, as far as stock GRBL can: moves in machine coordinates. And a board that is not to
-//! begin anew when its port is opened.
+//! Tests of a tool-change macro, as far as stock GRBL allows: moves in machine coordinates. Also of a
+//! controller that must not be reset when its port is opened.
 
 use super::bench::{Bench, START, ZERO, ZERO_AT};
 use super::firmware::{Board, STEPS, eventually, instrument, settings, steps};
@@ -18,7 +18,7 @@ fn bench(instrument: &super::firmware::Instrument, lines: &str) -> Bench {
 }
 
 #[test]
-fn the_machine_changes_its_tools_by_moves_and_nothing_is_asked_of_a_person() {
+fn changer_macro_changes_tools_without_questions() {
     let Some(instrument) = instrument() else { return };
     let mut bench = bench(instrument, MOVES);
     let (exit, object) = bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
@@ -36,7 +36,7 @@ fn the_machine_changes_its_tools_by_moves_and_nothing_is_asked_of_a_person() {
 }
 
 #[test]
-fn lines_that_are_refused_or_move_the_zero_end_the_job_before_the_spindle_turns() {
+fn bad_changer_lines_end_the_job_before_the_spindle_starts() {
     let Some(instrument) = instrument() else { return };
     for (lines, code) in [
         ("G53 G0 Z-2\nM6", "changer.refused"),
@@ -52,7 +52,7 @@ fn lines_that_are_refused_or_move_the_zero_end_the_job_before_the_spindle_turns(
 }
 
 #[test]
-fn one_signal_ends_a_change_in_its_middle_and_the_machine_is_at_rest() {
+fn interrupt_in_a_changer_macro_stops_the_machine() {
     let Some(instrument) = instrument() else { return };
     let mut bench = bench(instrument, "G53 G0 Z-2\nG53 G1 X-199 F400\nG4 P0.1\n");
     let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
@@ -69,9 +69,9 @@ fn one_signal_ends_a_change_in_its_middle_and_the_machine_is_at_rest() {
 }
 
 #[test]
-fn a_job_whose_changer_leaves_lengths_in_offsets_is_taken_up_as_deep_as_it_was_begun() {
+fn resumed_job_drills_with_the_length_offset_of_the_changer() {
     let Some(instrument) = instrument() else { return };
-    // By its T word each tool is a tenth of a millimetre longer than the one before.
+    // Each T word makes the tool 0.1 mm longer than the one before.
     let mut job = jobs::board();
     for (number, name) in (1..).zip(["0.8 mm", "1.0 mm", "V 30"]) {
         let change = format!("(MSG, put in {name})\n");
@@ -79,7 +79,7 @@ fn a_job_whose_changer_leaves_lengths_in_offsets_is_taken_up_as_deep_as_it_was_b
     }
     let mut bench = Bench::new(instrument, job, &[]);
     fs::write(bench.desk.path().join("changer.txt"), "G53 G0 Z-2\nG43.1 Z0.{tool}\n").unwrap();
-    // Stopped with the first tool, stopped in the change to the second one, and killed with that.
+    // Stopped with the first tool, stopped during the change to the second, and killed with the second.
     let mut words = format!("run job.nc {ZERO_AT} --changer changer.txt");
     for (sections, stops) in [(4, true), (8, true), (11, false)] {
         let mut sender = bench.desk.start(&bench.board, &words);
@@ -115,7 +115,7 @@ fn a_job_whose_changer_leaves_lengths_in_offsets_is_taken_up_as_deep_as_it_was_b
 }
 
 #[test]
-fn a_board_that_is_not_to_begin_anew_is_asked_and_not_reset() {
+fn reset_on_open_never_does_not_reset_the_controller() {
     let Some(instrument) = instrument() else { return };
     let mut board = Board::new(instrument, &settings(true), START, &["--no-dtr-reset"]);
     let desk = Desk::new(&jobs::board().text);
@@ -126,7 +126,7 @@ fn a_board_that_is_not_to_begin_anew_is_asked_and_not_reset() {
         assert_eq!((exit, &object["controller"]["flavour"]), (0, &"GRBL".into()), "{object} {}", desk.said());
         assert_eq!(banners(&board), before + more, "{words}");
     }
-    // It is used as any other, and taken up so.
+    // The controller can be used as usual, and a job resumed.
     let words = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1 --reset-on-open never");
     let (exit, object) = desk.run(&board, &words);
     assert_eq!(exit, 0, "{object} {}", desk.said());
@@ -134,11 +134,11 @@ fn a_board_that_is_not_to_begin_anew_is_asked_and_not_reset() {
 }
 
 #[test]
-fn a_board_that_moves_when_its_port_is_opened_is_left_to_it() {
+fn moving_controller_is_not_disturbed_by_opening_the_port() {
     let Some(instrument) = instrument() else { return };
     let mut board = Board::new(instrument, &settings(false), START, &["--no-dtr-reset"]);
     let desk = Desk::new(&jobs::board().text);
-    // Some ten seconds of the board, which on a busy computer may be more of everybody else's.
+    // Some ten seconds of controller time; a busy computer may need more.
     let goes_to = -(60.0 * super::firmware::STEPS) as i64;
     board.jogs("X-60", 400);
     let (exit, object) = desk.run(&board, "info --reset-on-open never");

@@ -1,4 +1,4 @@
-//! The time that is told before a job, beside the time between the first edge of a pin and the last.
+//! Compares the time predicted before a job with the time between the first and the last edge of a pin.
 
 use super::firmware::{Board, instrument, long, settings};
 use super::jobs;
@@ -6,7 +6,7 @@ use super::judge;
 use super::sender::Desk;
 
 #[test]
-fn a_job_takes_the_time_that_was_told() {
+fn job_time_is_within_5_percent_of_the_estimate() {
     let Some(instrument) = instrument() else { return };
     // 2,000 lines, or 500.
     let (toolpaths, wanted) = if long() { (28, 1_950..=2_100) } else { (7, 490..=600) };

@@ -1,5 +1,6 @@
-//! Lines that are damaged on their way, to the board and from it. Nothing is left out, and whatever came out wrong was told by the end of
-//! the same run, before anything else was cut: a job that says that it is done has cut nothing but what was wanted.
+//! Tests of lines damaged on their way to or from the controller. Nothing is left out, and each wrong cut
+//! is reported by the end of its run, before the next cut. A job reported as complete has cut exactly what
+//! was planned.
 
 use super::bench::Bench;
 use super::firmware::{Board, instrument, long, long_instrument, settings};
@@ -7,17 +8,17 @@ use super::jobs;
 use super::judge::{Dip, Log, Verdict};
 use super::sender::Desk;
 
-/// Interruptions after which a job is given up.
+/// Interruptions after which a job is abandoned.
 const ROUNDS: usize = 40;
 
-/// A run of the command: at which edge of the pins it was over, all in all, and whether it ended by a stop.
+/// A run of the command: the total number of edges at its end, and whether it ended with a stop.
 #[derive(Clone, Copy, Debug)]
 struct Round {
     edges: u64,
     stopped: bool,
 }
 
-/// What came out wrong and was not told by the stop of its own run, with nothing right behind it: all of that, by the edge of each.
+/// Wrong dips that the stop of their own run did not report at once, by their edge.
 fn untold<'a>(rounds: &[Round], log: &'a Log, verdict: &Verdict) -> Vec<&'a Dip> {
     let is_wrong = |dip: &Dip| verdict.wrong.iter().any(|wrong| wrong.edge == dip.edge);
     let mut first = 0;
@@ -25,7 +26,7 @@ fn untold<'a>(rounds: &[Round], log: &'a Log, verdict: &Verdict) -> Vec<&'a Dip>
     for round in rounds {
         let dips = log.dips.iter().filter(|dip| (first + 1..=round.edges).contains(&dip.edge));
         let mut dips = dips.skip_while(|dip| !is_wrong(dip)).peekable();
-        // It was noticed at the look behind it, or before.
+        // The damage was noticed at the next sync point, or before.
         let told = round.stopped.then(|| dips.next()).flatten();
         found.extend(dips.filter(|dip| told.is_none() || !is_wrong(dip)));
         first = round.edges;
@@ -34,7 +35,7 @@ fn untold<'a>(rounds: &[Round], log: &'a Log, verdict: &Verdict) -> Vec<&'a Dip>
 }
 
 #[test]
-fn what_is_wrong_is_told_by_the_stop_of_its_own_run_alone() {
+fn only_the_last_dip_of_a_stopped_run_may_be_wrong() {
     let dip = |edge| Dip { at: [0; 2], lowest: -1, path: Vec::new(), edge };
     let log = Log { dips: [10, 20, 110, 120].map(dip).to_vec(), ..Log::default() };
     let round = |edges, stopped| Round { edges, stopped };
@@ -46,14 +47,14 @@ fn what_is_wrong_is_told_by_the_stop_of_its_own_run_alone() {
     let stops = [round(100, true), round(200, false)];
     assert!(edges(&stops, &[]).is_empty());
     assert!(edges(&stops, &[20]).is_empty());
-    // Another one is cut behind it before that; or the run that made it says that it is done.
+    // Another one was cut before the stop; or the run reported success.
     assert_eq!(edges(&stops, &[10]), [20]);
     assert_eq!(edges(&stops, &[120]), [120]);
     assert!(edges(&[round(100, true), round(200, true)], &[20, 120]).is_empty());
 }
 
 #[test]
-fn a_damaged_line_stops_the_job_and_nothing_is_left_out() {
+fn serial_noise_stops_the_job_and_leaves_no_hole_out() {
     let Some(instrument) = instrument() else { return };
     for seed in 0..if long() { 20 } else { 2 } {
         let seed = seed.to_string();
@@ -87,10 +88,10 @@ fn a_damaged_line_stops_the_job_and_nothing_is_left_out() {
 }
 
 #[test]
-fn a_line_of_noise_is_nobody_and_is_not_waited_for_without_end() {
+fn heavy_serial_noise_ends_with_no_answer() {
     let Some(instrument) = long_instrument() else { return };
     let job = jobs::board();
-    // As at a wrong speed: half of all characters are others.
+    // As at a wrong speed: half of all characters differ.
     let faults = ["--garble", "0.5", "--tx-faults", "--seed", "5"];
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &faults);
     let desk = Desk::new(&job.text);

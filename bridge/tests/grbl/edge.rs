@@ -1,4 +1,5 @@
-//! Edges of the board and its height found on the firmware itself, by the engine that bridge and page share, at the instrument's port.
+//! Tests that edges and height of the board are found on the real firmware, with the engine that bridge and
+//! page share.
 
 use super::firmware::{Board, SPEED, STEPS, instrument, settings};
 use annulus_core::control::Trust;
@@ -8,16 +9,16 @@ use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 const START: [f64; 3] = [-100.0, -100.0, -60.0];
-/// A step, and what reports round.
+/// One step, and the rounding of reports.
 const TOLERANCE_MM: f64 = 0.013;
 
-/// Who stands at the port.
+/// A client at the port.
 pub(super) struct Desk {
     port: Box<dyn serialport::SerialPort>,
     attended: Attended,
     began: Instant,
     pub(super) now: Option<ControllerGlimpse>,
-    found: Vec<String>,
+    pub(super) found: Vec<String>,
     zeros: u32,
     /// Lines that were sent.
     pub(super) sent: Vec<String>,
@@ -56,7 +57,7 @@ impl Desk {
         }
     }
 
-    /// What a button at the board does.
+    /// Sends a real-time character, like a button at the controller.
     pub(super) fn presses(&mut self, sign: u8) {
         self.port.write_all(&[sign]).unwrap();
     }
@@ -77,7 +78,7 @@ impl Desk {
         }
     }
 
-    /// Touches an edge; where the zero is then, machine coordinates.
+    /// Probes an edge. Returns the new zero in machine coordinates.
     fn edge(&mut self, axis: u8, reach_mm: f64) -> [f64; 3] {
         let zeros = self.zeros;
         self.ask(EngineAsk::Edge { axis, reach_mm, mm_per_min: 60.0, radius_mm: 0.5, back_mm: 1.0 });
@@ -90,7 +91,7 @@ impl Desk {
     }
 }
 
-/// A board whose edge rises so steeply at `at`, mm along `axis` in the frame of the carriage, that it is one: 20 mm in every mm.
+/// A board with a steep edge at `at`, mm along `axis` in carriage coordinates: 20 mm per mm.
 fn walled(axis: usize, at: f64, rises_up: bool) -> String {
     let slope = if rises_up { 20.0 } else { -20.0 };
     let mut plane = [START[2] - slope * at, 0.0, 0.0];
@@ -99,9 +100,9 @@ fn walled(axis: usize, at: f64, rises_up: bool) -> String {
 }
 
 #[test]
-fn an_edge_is_met_from_either_side_and_half_the_tool_is_taken_off() {
+fn edge_probe_sets_zero_with_the_tool_radius_on_both_sides() {
     let Some(instrument) = instrument() else { return };
-    // Where it is along which axis, from which side it is met.
+    // Axis, position, and direction of approach.
     for (axis, at, up) in [(0, -95.0, true), (1, -106.0, false)] {
         let mut board =
             Board::new(instrument, &settings(false), START, &["--probe-z", &walled(axis, at, up)]);
@@ -115,7 +116,7 @@ fn an_edge_is_met_from_either_side_and_half_the_tool_is_taken_off() {
         assert!((zero[axis] - wanted).abs() < TOLERANCE_MM, "{axis}: {} not {wanted}", zero[axis]);
         assert!((zero[1 - axis] - before[1 - axis]).abs() < 1e-9, "the other axis stays");
         assert_eq!(desk.now.as_ref().unwrap().trust, Trust::Trusted);
-        // It stands a millimetre off the edge, less what it took to come to rest behind the touch.
+        // One millimetre off the edge, less the stopping distance after the touch.
         let rests = board.rests()[axis] as f64 / STEPS;
         assert!((rests - (way - side)).abs() < 0.1, "{rests}");
         board.end();
@@ -123,7 +124,7 @@ fn an_edge_is_met_from_either_side_and_half_the_tool_is_taken_off() {
 }
 
 #[test]
-fn an_edge_that_is_not_there_leaves_the_zero_where_it_was() {
+fn missed_edge_leaves_the_zero_unchanged() {
     let Some(instrument) = instrument() else { return };
     let mut board = Board::new(instrument, &settings(false), START, &["--probe-z", &walled(0, -95.0, true)]);
     let mut desk = Desk::at(&board);
@@ -136,9 +137,9 @@ fn an_edge_that_is_not_there_leaves_the_zero_where_it_was() {
 }
 
 #[test]
-fn the_height_is_where_the_probe_met_the_plate() {
+fn probe_sets_the_height_with_the_plate_thickness() {
     let Some(instrument) = instrument() else { return };
-    // The plate lies 2 mm below the tip, and is 1.5 mm thick; braked hard and softly.
+    // The plate is 2 mm below the tool and 1.5 mm thick; with hard and soft braking.
     for acceleration in [500.0, 10.0] {
         let settings = [settings(false), vec![(122, acceleration)]].concat();
         let mut board = Board::new(instrument, &settings, START, &["--probe-z", "-62,0,0"]);

@@ -1,7 +1,7 @@
-//! The firmware: found, built, started, disturbed, asked what its pins did. Every wait has an end.
+//! The simulated controller: finds and builds the firmware, starts and disturbs it, and reads its pins.
+//! Every wait has a limit.
 //!
-//! Comes in: the folder of the instrument, settings, what is to go wrong. Goes out: a port, the report, the step log. Steps, and seconds
-//! of the board. Does not know the product.
+//! In steps and seconds of controller time.
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -13,21 +13,21 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Steps in a millimetre of every axis.
+/// Steps per mm of every axis.
 pub(crate) const STEPS: f64 = 250.0;
-/// Travel of every axis, mm; its places run from minus that to 0.
+/// Travel of every axis, mm; positions run from minus that to 0.
 pub(crate) const TRAVEL: f64 = 200.0;
-/// How many times faster than life boards run here.
+/// Time scale of the controllers.
 pub(crate) const SPEED: f64 = 2.0;
-/// After so long a board ends by itself, whatever became of its test.
+/// Seconds after which a controller ends on its own, if its test did not end it.
 const MOST: &str = "900";
 
-/// Whether the tests go to their full length.
+/// Returns `true` if long tests are enabled.
 pub(crate) fn long() -> bool {
     env::var_os("ANNULUS_LONG").is_some()
 }
 
-/// The instrument, ready to run; none where this computer does not have it.
+/// The instrument, ready to run; `None` if it is not installed.
 pub(crate) fn instrument() -> Option<&'static Instrument> {
     static BUILT: OnceLock<Result<Instrument, String>> = OnceLock::new();
     match BUILT.get_or_init(Instrument::build) {
@@ -40,8 +40,8 @@ pub(crate) fn instrument() -> Option<&'static Instrument> {
     }
 }
 
-/// The instrument where tests go to their full length: four minutes of it are enough for a push. On every push the same is shown of the
-/// engine by tests of `core` and `drill`, though not of every word of the command line.
+/// The instrument for long tests only, since the short ones already take four minutes. Tests of `core` and
+/// `drill` cover the same engine on every run, though not every word of the command line.
 pub(crate) fn long_instrument() -> Option<&'static Instrument> {
     if !long() {
         println!("skipped: a long test, which ANNULUS_LONG runs");
@@ -80,7 +80,7 @@ impl Instrument {
     }
 }
 
-/// A machine of moderate speed, whose jobs take seconds; with switches where `homes`.
+/// A machine of moderate speed, whose jobs take seconds; with limit switches if `homes`.
 pub(crate) fn settings(homes: bool) -> Vec<(u16, f64)> {
     let mut all = vec![(22, f64::from(u8::from(homes)))];
     if homes {
@@ -92,18 +92,18 @@ pub(crate) fn settings(homes: bool) -> Vec<(u16, f64)> {
     all
 }
 
-/// A board at its port.
+/// A controller at its port.
 pub(crate) struct Board {
     child: Child,
-    /// Each plugging in is said there: whoever does not listen ends it.
+    /// The simulator reports each connection there, and ends if the pipe is closed.
     _says: BufReader<ChildStdout>,
     folder: tempfile::TempDir,
     start: [f64; 3],
 }
 
 impl Board {
-    /// Powers a board up with these settings, its carriage at `start` (mm, 0 is the end with the switch), and more options of the
-    /// instrument.
+    /// Powers up a controller with these settings, its carriage at `start` (mm, 0 is the end with the
+    /// switch), and more options of the instrument.
     pub(crate) fn new(
         instrument: &Instrument,
         settings: &[(u16, f64)],
@@ -145,10 +145,9 @@ impl Board {
         }
     }
 
-    /// Moves the head by hand, as a pendant would, until its net steps are these: Z first.
+    /// Jogs to these net steps, Z first, like a pendant.
     pub(crate) fn jog_to(&self, wanted: [i64; 3]) {
-        let mut port = Line::open(self);
-        port.asks("");
+        let mut port = Line::awake(self);
         let at = steps(&self.snapshot());
         let way = |axis: usize| (wanted[axis] - at[axis]) as f64 / STEPS;
         for words in [format!("Z{}", way(2)), format!("X{}Y{}", way(0), way(1))] {
@@ -157,24 +156,37 @@ impl Board {
         eventually("the head at its place", Duration::from_secs(60), || steps(&self.snapshot()) == wanted);
     }
 
-    /// Begins a move by hand, as a pendant would, and does not wait for its end.
+    /// The number of the error for the last of these lines in check mode; `None` if all are accepted.
+    pub(crate) fn answers(&self, texts: &[&str]) -> Option<u16> {
+        let mut port = Line::awake(self);
+        port.asks("$C");
+        let mut error = None;
+        for line in texts.iter().flat_map(|text| text.lines()) {
+            assert_eq!(error, None, "{line}");
+            error = port.refuses(line);
+        }
+        port.0.write_all(&[0x18]).unwrap();
+        port.hears("help]");
+        error
+    }
+
+    /// Starts a jog, like a pendant, without waiting for its end.
     pub(crate) fn jogs(&self, words: &str, mm_per_min: u32) {
-        let mut port = Line::open(self);
-        port.asks("");
+        let mut port = Line::awake(self);
         port.asks(&format!("$J=G91G21{words}F{mm_per_min}"));
     }
 
-    /// How its port is opened.
+    /// The path of its port.
     pub(crate) fn port(&self) -> String {
         self.folder.path().join("port").display().to_string()
     }
 
-    /// Whether its cable is plugged in.
+    /// Returns `true` if its cable is plugged in.
     pub(crate) fn plugged(&self) -> bool {
         fs::exists(self.port()).unwrap()
     }
 
-    /// Pulls the cable, or plugs it in again; afterwards it is so.
+    /// Pulls the cable or plugs it in, and waits for that.
     pub(crate) fn plug(&self, wanted: bool) {
         if self.plugged() != wanted {
             self.signal(Signal::USR2);
@@ -196,7 +208,7 @@ impl Board {
         text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
-    /// What its pins have done so far.
+    /// A report of its pins.
     pub(crate) fn snapshot(&self) -> Value {
         let before = self.reports().len();
         self.signal(Signal::USR1);
@@ -204,7 +216,7 @@ impl Board {
         self.reports().pop().unwrap()
     }
 
-    /// Waits until it has stood still for a while: net steps, then.
+    /// Waits until it has stopped for a while. Returns its net steps.
     pub(crate) fn rests(&self) -> [i64; 3] {
         let mut before = Value::Null;
         eventually("rest", Duration::from_secs(60), || {
@@ -217,7 +229,7 @@ impl Board {
         steps(&before)
     }
 
-    /// Turns it off; its last report.
+    /// Turns it off. Returns its last report.
     pub(crate) fn end(&mut self) -> Value {
         self.signal(Signal::TERM);
         let child = &mut self.child;
@@ -225,12 +237,12 @@ impl Board {
         self.reports().pop().unwrap()
     }
 
-    /// Every step that it made; whole after its end.
+    /// The file of all its steps; complete after its end.
     pub(crate) fn edges(&self) -> PathBuf {
         self.folder.path().join("edges")
     }
 
-    /// Net steps since power-on at a place in machine coordinates.
+    /// Net steps since power-on at a position in machine coordinates.
     pub(crate) fn steps_at(&self, machine: [f64; 3]) -> [i64; 3] {
         core::array::from_fn(|axis| ((machine[axis] - self.start[axis]) * STEPS).round() as i64)
     }
@@ -241,7 +253,28 @@ struct Line(Box<dyn serialport::SerialPort>);
 
 impl Line {
     fn open(board: &Board) -> Self {
-        Self(serialport::new(board.port(), 115_200).timeout(Duration::from_millis(50)).open().unwrap())
+        let mut port = None;
+        // Another process that was just started may hold the port until it runs its own program.
+        eventually("the port to be free", Duration::from_secs(60), || {
+            port = serialport::new(board.port(), 115_200).timeout(Duration::from_millis(50)).open().ok();
+            port.is_some()
+        });
+        Self(port.unwrap())
+    }
+
+    /// Opens it and waits for an answer: during a reset the controller would lose what it is sent.
+    fn awake(board: &Board) -> Self {
+        let mut line = Self::open(board);
+        eventually("an answer of the board", Duration::from_secs(60), || {
+            let mut bytes = [0; 256];
+            writeln!(line.0).unwrap();
+            std::thread::sleep(Duration::from_millis(200));
+            line.0.read(&mut bytes).is_ok_and(|count| String::from_utf8_lossy(&bytes[..count]).contains("ok"))
+        });
+        // Drop the answers to the other empty lines.
+        std::thread::sleep(Duration::from_millis(200));
+        line.0.clear(serialport::ClearBuffer::Input).unwrap();
+        line
     }
 
     fn hears(&mut self, wanted: &str) {
@@ -256,6 +289,28 @@ impl Line {
         assert!(!heard.contains("error"), "{heard}");
     }
 
+    /// The number of the error for a line; `None` for `ok`.
+    fn refuses(&mut self, line: &str) -> Option<u16> {
+        writeln!(self.0, "{line}").unwrap();
+        let (mut heard, since) = (String::new(), Instant::now());
+        loop {
+            assert!(since.elapsed() < Duration::from_secs(30), "no answer to {line}: {heard}");
+            let mut bytes = [0; 256];
+            if let Ok(count) = self.0.read(&mut bytes) {
+                heard += &String::from_utf8_lossy(&bytes[..count]);
+            }
+            let whole = heard.rfind('\n').and_then(|end| heard.get(..end)).unwrap_or_default();
+            for answer in whole.lines().map(str::trim) {
+                if answer == "ok" {
+                    return None;
+                }
+                if let Some(number) = answer.strip_prefix("error:") {
+                    return Some(number.parse().unwrap());
+                }
+            }
+        }
+    }
+
     fn asks(&mut self, line: &str) {
         writeln!(self.0, "{line}").unwrap();
         self.hears("ok");
@@ -263,7 +318,7 @@ impl Line {
 }
 
 impl Drop for Board {
-    /// Of a test that failed, what its pins and its line have done is part of the answer.
+    /// If the test failed, prints the record of pins and line.
     fn drop(&mut self) {
         if std::thread::panicking() {
             let _ = kill_process(Pid::from_child(&self.child), Signal::TERM);
@@ -280,7 +335,7 @@ pub(crate) fn steps(report: &Value) -> [i64; 3] {
     core::array::from_fn(|axis| report["steps"][axis].as_i64().unwrap())
 }
 
-/// Waits until something is so; fails where it never is.
+/// Waits until `so` holds; panics after a time limit.
 pub(crate) fn eventually(what: &str, limit: Duration, mut so: impl FnMut() -> bool) {
     let since = Instant::now();
     while !so() {

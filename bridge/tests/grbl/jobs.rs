@@ -1,22 +1,20 @@
-//! Jobs of the tests, with what they are to leave in the board.
-//!
-//! Comes in: nothing, or a size. Goes out: G-code, and where holes and cuts are to be, mm in work coordinates. Does not know ports.
+//! Jobs for the tests, with the holes and cuts that they should make.
 
 use super::firmware::STEPS;
 use super::judge::Wanted;
 use annulus_core::chance::Chance;
 
-/// A program and what it is to make.
+/// A program and its expected result.
 pub(crate) struct Job {
     pub(crate) text: String,
     holes: Vec<[f64; 3]>,
     cuts: Vec<(Vec<[f64; 2]>, f64)>,
-    /// Where the tip is at its end.
+    /// Tool position at its end.
     pub(crate) end: [f64; 3],
 }
 
 impl Job {
-    /// What is wanted of the pins where the work zero is at these net steps.
+    /// The expected result if the work zero is at these net steps.
     pub(crate) fn wanted(&self, zero: [i64; 3]) -> Wanted {
         let at = |axis: usize, mm: f64| zero[axis] + (mm * STEPS).round() as i64;
         let plane = |place: &[f64; 2]| [at(0, place[0]), at(1, place[1])];
@@ -32,7 +30,7 @@ impl Job {
     }
 }
 
-/// Twelve holes with two drills, a cut with a third tool: three tool changes, the first before anything.
+/// Twelve holes with two drills, and a cut with a third tool: three tool changes, the first at the start.
 pub(crate) fn board() -> Job {
     let mut text = "G21 G17 G90 G94\nM5\nG0 Z8\nG0 X0 Y0\n(MSG, put in 0.8 mm)\nM0\nM3 S9000\n".to_owned();
     let (mut holes, depth) = (Vec::new(), -1.7);
@@ -51,7 +49,7 @@ pub(crate) fn board() -> Job {
     Job { text, holes, cuts, end: [0.0, 0.0, 8.0] }
 }
 
-/// Some 70 lines for each of the toolpaths: short lines and arcs in every direction at changing feeds, and holes.
+/// Some 70 lines per toolpath: short lines and arcs in every direction at changing feeds, and holes.
 pub(crate) fn winding(toolpaths: u8) -> Job {
     let mut chance = Chance::new(19);
     let mut text = "G21 G17 G90 G94\nG0 Z3\nG0 X0 Y0\nM3 S9000\n".to_owned();
@@ -63,7 +61,7 @@ pub(crate) fn winding(toolpaths: u8) -> Job {
                 text += &format!("G1 F{}\n", [900, 1800, 2700, 3600][chance.below(4)]);
             }
             if piece % 9 == 8 {
-                // Half a circle, and on from its other end.
+                // A half circle, and on from its other end.
                 let radius = f64::from(200 + chance.below(600) as u32) / 1e3;
                 text += &format!("G{} X{:.3} Y{y:.3} I{radius:.3} J0\n", 2 + piece % 2, x + 2.0 * radius);
                 x += 2.0 * radius;

@@ -1,37 +1,36 @@
-//! What was drilled and cut, read from the step pins: wherever Z went below the surface. A hole is where XY stood still while it was
-//! there; anything else is a cut.
+//! Finds holes and cuts from the step pins, in the intervals with Z below the surface. Without motion of XY
+//! the interval is a hole, with motion a cut.
 //!
-//! Comes in: the step log (`cycle axis position`, one line an edge) and where the surface is; what is wanted. Goes out: dips, a verdict.
-//! Steps, and seconds of the board. Knows nothing of programs.
+//! In steps and seconds of controller time.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Cycles in a second.
+/// Cycles per second.
 const HZ: f64 = 16e6;
 
-/// Z was below the surface.
+/// A stay of Z below the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dip {
     /// Where it went in, net steps.
     pub(crate) at: [i64; 2],
     /// Lowest Z, net steps.
     pub(crate) lowest: i64,
-    /// Every place in the plane that it came to while it was there; none if it stood still.
+    /// XY positions during the stay; empty if XY stood still.
     pub(crate) path: Vec<[i64; 2]>,
-    /// The edge with which it went in, counted from 1 over all axes.
+    /// Number of the edge with which it went in, from 1 over all axes.
     pub(crate) edge: u64,
 }
 
-/// What the log holds.
+/// Contents of the log.
 #[derive(Debug, Default)]
 pub(crate) struct Log {
     /// Every dip, in order.
     pub(crate) dips: Vec<Dip>,
-    /// Where it ended, net steps.
+    /// Final position, net steps.
     pub(crate) end: [i64; 3],
-    /// Seconds of its edges.
+    /// Times of its edges, s.
     pub(crate) seconds: Vec<f64>,
 }
 
@@ -61,7 +60,8 @@ pub(crate) fn read(edges: &Path, surface: i64) -> Log {
     log
 }
 
-/// The first of these places (net steps) that the tip did not come to in their order, within a tolerance in steps.
+/// The first of these positions (net steps) that the tool did not reach in order, within a tolerance in
+/// steps.
 pub(crate) fn not_come_to(edges: &Path, places: &[[i64; 3]], tolerance: i64) -> Option<usize> {
     let (mut at, mut next) = ([0_i64; 3], 0);
     let mut pass = |at: [i64; 3]| {
@@ -80,7 +80,7 @@ pub(crate) fn not_come_to(edges: &Path, places: &[[i64; 3]], tolerance: i64) -> 
     (passed < places.len()).then_some(passed)
 }
 
-/// An edge of the log: which axis, to which step, at which cycle.
+/// An edge of the log: axis, new step, cycle.
 pub(crate) fn edge(line: &str) -> Option<(usize, i64, f64)> {
     let mut words = line.split(' ');
     let cycle = words.next()?.parse().ok()?;
@@ -88,27 +88,27 @@ pub(crate) fn edge(line: &str) -> Option<(usize, i64, f64)> {
     Some((axis, words.next()?.parse().ok()?, cycle))
 }
 
-/// What is wanted: net steps.
+/// The expected result, in net steps.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wanted {
-    /// Holes: place and bottom.
+    /// Holes: position and bottom.
     pub(crate) holes: Vec<[i64; 3]>,
     /// Cuts along straight lines: their corners, and their bottom.
     pub(crate) cuts: Vec<(Vec<[i64; 2]>, i64)>,
 }
 
-/// What became of it.
+/// The result of a comparison.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Verdict {
-    /// Wanted holes, then cuts, that were never made whole.
+    /// Expected holes, then cuts, that were never completed.
     pub(crate) left_out: Vec<usize>,
-    /// Dips where nothing is wanted.
+    /// Dips where nothing is expected.
     pub(crate) wrong: Vec<Dip>,
-    /// How many times more often than once holes and cuts were begun, all together.
+    /// How often holes and cuts were repeated, in total.
     pub(crate) repeated: usize,
 }
 
-/// Compares dips with what is wanted, within a tolerance in steps.
+/// Compares dips with the expected result, within a tolerance in steps.
 pub(crate) fn compare(log: &Log, wanted: &Wanted, tolerance: i64) -> Verdict {
     let count = wanted.holes.len() + wanted.cuts.len();
     let (mut begun, mut whole) = (vec![0; count], vec![false; count]);
@@ -132,14 +132,15 @@ pub(crate) fn compare(log: &Log, wanted: &Wanted, tolerance: i64) -> Verdict {
     verdict
 }
 
-/// Whether a dip is this hole, and down to its bottom.
+/// Whether a dip is at this hole; the value is `true` if it reached the bottom.
 fn drilled(dip: &Dip, hole: &[i64; 3], tolerance: i64) -> Option<bool> {
     let here = (0..2).all(|axis| (hole[axis] - dip.at[axis]).abs() <= tolerance);
     let deep = dip.lowest - hole[2];
     (here && dip.path.is_empty() && deep >= -tolerance).then_some(deep <= tolerance)
 }
 
-/// Whether a dip lies on this cut, and from its begin to its end. One that was stopped as it went in stands still.
+/// Whether a dip is on this cut; the value is `true` if it reached from start to end. A cut that was
+/// stopped during its plunge has no motion.
 fn milled(dip: &Dip, (corners, bottom): &(Vec<[i64; 2]>, i64), tolerance: i64) -> Option<bool> {
     let near = |a: [i64; 2], b: [i64; 2]| (0..2).all(|axis| (a[axis] - b[axis]).abs() <= tolerance);
     let on = |place: &[i64; 2]| corners.windows(2).any(|ends| off(*place, ends) <= tolerance as f64 + 1.0);
@@ -154,7 +155,7 @@ fn milled(dip: &Dip, (corners, bottom): &(Vec<[i64; 2]>, i64), tolerance: i64) -
     here.then_some(next.is_none() && dip.lowest <= bottom + tolerance)
 }
 
-/// How far a place is from a straight line between two.
+/// Distance of a position from a straight line.
 fn off(place: [i64; 2], ends: &[[i64; 2]]) -> f64 {
     let part = |axis: usize| ((ends[1][axis] - ends[0][axis]) as f64, (place[axis] - ends[0][axis]) as f64);
     let ((dx, x), (dy, y)) = (part(0), part(1));
@@ -164,7 +165,7 @@ fn off(place: [i64; 2], ends: &[[i64; 2]]) -> f64 {
 }
 
 #[test]
-fn the_judge_tells_holes_cuts_and_what_nobody_wanted() {
+fn judge_separates_holes_cuts_and_unwanted_dips() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("edges");
     let (mut text, mut at) = (String::new(), [0_i64; 3]);
@@ -174,7 +175,8 @@ fn the_judge_tells_holes_cuts_and_what_nobody_wanted() {
             text += &format!("{} {} {}\n", text.len(), ["X", "Y", "Z"][axis], at[axis]);
         }
     };
-    // A hole at 0,0; half of one at 40,0 and the whole of it; a cut from 40,40 to 60,40 that is stopped and made again.
+    // A hole at 0,0; half of one at 40,0 and all of it; a cut from 40,40 to 60,40 that is stopped and
+    // repeated.
     for (axis, to) in
         [(2, -10), (2, 5), (0, 40), (2, -4), (2, 5), (2, -10), (2, 5), (1, 40), (2, -3), (0, 50)]
     {
@@ -188,7 +190,7 @@ fn the_judge_tells_holes_cuts_and_what_nobody_wanted() {
         Wanted { holes: vec![[0, 0, -10], [40, 0, -10]], cuts: vec![(vec![[40, 40], [60, 40]], -3)] };
     let verdict = compare(&read(&path, 0), &wanted, 1);
     assert_eq!(verdict, Verdict { repeated: 2, ..Verdict::default() });
-    // Wanted elsewhere: two dips nobody wants, and one hole too few; deeper: none whole.
+    // Expected elsewhere: two wrong dips, and one hole too few; deeper: none complete.
     let elsewhere = Wanted { holes: vec![[0, 0, -10], [44, 0, -10]], ..wanted.clone() };
     let verdict = compare(&read(&path, 0), &elsewhere, 1);
     assert_eq!((verdict.left_out, verdict.wrong.len()), (vec![1], 2));

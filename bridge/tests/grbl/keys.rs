@@ -1,4 +1,5 @@
-//! Keys at a terminal while a job runs: paused, gone on with, slower, faster. What stands in a pipe is no key.
+//! Tests of the keys at a terminal while a job runs: pause, resume, slower, faster. Input from a pipe is
+//! not taken for keys.
 
 use super::bench::{Bench, ZERO_AT};
 use super::firmware::{eventually, instrument};
@@ -12,11 +13,11 @@ use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
 use std::time::Duration;
 
-/// So that a terminal that is opened does not become the one of this process.
+/// Keeps the opened terminal from becoming this process's controlling terminal.
 const NOT_MINE: i32 = 0o400;
 
 #[test]
-fn keys_at_a_terminal_pause_and_slow_a_job_and_the_terminal_is_as_it_was_afterwards() {
+fn keys_pause_and_slow_a_job_and_the_terminal_is_restored() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
     let (mut hand, slave) = TTYPort::pair().unwrap();
@@ -56,7 +57,7 @@ fn keys_at_a_terminal_pause_and_slow_a_job_and_the_terminal_is_as_it_was_afterwa
 }
 
 #[test]
-fn a_tool_is_changed_at_a_terminal_by_typed_lines() {
+fn tool_change_takes_typed_lines_at_a_terminal() {
     let Some(instrument) = instrument() else { return };
     let bench = Bench::new(instrument, jobs::board(), &[]);
     let (mut hand, slave) = TTYPort::pair().unwrap();
@@ -65,7 +66,7 @@ fn a_tool_is_changed_at_a_terminal_by_typed_lines() {
     let sender =
         bench.desk.start_at(&bench.board, &format!("run job.nc {ZERO_AT} --same-length"), terminal.into());
     bench.desk.says("Type: ");
-    // What would be keys in a job are signs of a line here.
+    // Here, keys of a running job are normal characters of a line.
     hand.write_all(b"wobble -\n").unwrap();
     bench.desk.says("x, y, z with mm; zero; probe; go.");
     hand.write_all(b"gp\x7fo\n").unwrap();
@@ -76,7 +77,7 @@ fn a_tool_is_changed_at_a_terminal_by_typed_lines() {
 }
 
 #[test]
-fn what_stands_in_a_pipe_is_no_key() {
+fn input_from_a_pipe_is_not_read_as_keys() {
     let Some(instrument) = instrument() else { return };
     let bench = Bench::new(instrument, jobs::board(), &[]);
     let words = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1");

@@ -1,5 +1,5 @@
-//! Height maps on the firmware itself: a board that lies askew is touched with its probe, and a job follows it. Judged by the step pins:
-//! how deep the tip was below the surface that the instrument has, not the one that was measured.
+//! Tests of height maps on the real firmware: its probe measures a tilted board, and a job follows it.
+//! Judged by the step pins: the tool's depth below the instrument's true surface, not the measured one.
 
 use super::bench::{ZERO, ZERO_AT};
 use super::firmware::{Board, STEPS, instrument, long_instrument, settings};
@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 
-/// The surface in the frame of the carriage: a height, and how it rises along X and Y.
+/// The surface in carriage coordinates: a height, and its slopes along X and Y.
 #[derive(Clone, Copy)]
 struct Surface([f64; 3]);
 
@@ -24,14 +24,14 @@ impl Surface {
     }
 }
 
-/// Half a degree and more along X, a quarter of one along Y: 0.3 mm below the work zero there.
+/// More than a degree along X, half of that along Y: 0.3 mm below the work zero there.
 const ASKEW: Surface = Surface([-19.9, 0.02, -0.01]);
-/// Where the carriage is before it is homed.
+/// Carriage position before homing.
 const START: [f64; 3] = [-6.0, -5.0, -4.0];
-/// A step, what homing and reports round, and a touch that is found a step late.
+/// One step, the rounding of homing and reports, and a touch noticed one step late.
 const TOLERANCE_MM: f64 = 0.013;
 
-/// How deep each hole is, and the shallowest and the deepest place of all cuts, mm below the surface.
+/// Depth of each hole, and smallest and largest depth of all cuts, mm below the surface.
 struct Depths {
     holes: Vec<f64>,
     cut: [f64; 2],
@@ -80,7 +80,7 @@ fn number(object: &Value, name: &str) -> f64 {
 }
 
 #[test]
-fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() {
+fn holes_and_cuts_follow_the_height_map_of_a_tilted_board() {
     let Some(instrument) = instrument() else { return };
     let job = jobs::board();
     let mut board = Board::new(instrument, &settings(true), START, &["--probe-z", &ASKEW.option()]);
@@ -90,7 +90,7 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
     assert_eq!((none.0, &none.1["error"]["code"]), (1, &"level.none_kept".into()), "{}", none.1);
     let (exit, map) = desk.run(&board, &format!("level job.nc {ZERO_AT} --grid 5"));
     assert_eq!(exit, 0, "{map} {}", desk.said());
-    // At the work zero the board is 0.3 mm low; what is cut is 10 by 18 mm.
+    // At the work zero the board is 0.3 mm low; the job is 10 by 18 mm.
     let expected = |x: f64, y: f64| ASKEW.height(x + ZERO[0], y + ZERO[1]) - ZERO[2];
     let (columns, rows) = (number(&map, "columns") as usize, number(&map, "rows") as usize);
     assert_eq!((columns, rows, map["heights_um"].as_array().unwrap().len()), (3, 4, 12));
@@ -103,7 +103,7 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
         let found = map["heights_um"][index].as_f64().unwrap() / 1e3;
         assert!((found - wanted).abs() < 0.03, "{index}: {found} not {wanted}");
     }
-    // Another zero, and another job: nothing moves below.
+    // Another zero, and another job: nothing moves down.
     let elsewhere =
         desk.run(&board, "run job.nc --zero-at -41,-40,-20 --level kept --same-length --confirm-tools 0");
     assert_eq!(
@@ -124,10 +124,10 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
 }
 
 #[test]
-fn a_machine_without_switches_touches_and_runs_in_one_go() {
+fn level_measure_works_without_homing() {
     let Some(instrument) = long_instrument() else { return };
     let here = [-100.0, -100.0, -60.0];
-    // The tip stands on the board: what it touches is the zero.
+    // The tool touches the board: the touch is the zero.
     let surface = Surface([-60.0 + 100.0 * 0.015 + 100.0 * 0.012, 0.015, 0.012]);
     let mut board = Board::new(instrument, &settings(false), here, &["--probe-z", &surface.option()]);
     let desk = Desk::new(&jobs::board().text);
@@ -135,7 +135,7 @@ fn a_machine_without_switches_touches_and_runs_in_one_go() {
         desk.run(&board, "run job.nc --zero-here --level measure --grid 6 --same-length --confirm-tools 0.1");
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert!(desk.said().contains("Depth follows the board, by up to 0.3"), "{}", desk.said());
-    // Turned off and on, the place of its zero means nothing any more.
+    // After power-cycling, the position of its zero is lost.
     let (exit, object) =
         desk.run(&board, "run job.nc --zero-here --level kept --from-start --same-length --confirm-tools 0");
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.other_zero".into()), "{object}");
@@ -143,7 +143,7 @@ fn a_machine_without_switches_touches_and_runs_in_one_go() {
 }
 
 #[test]
-fn a_board_that_is_not_there_and_a_person_who_stops_leave_no_map() {
+fn missing_board_and_stopped_probing_leave_no_map() {
     let Some(instrument) = long_instrument() else { return };
     let mut board = Board::new(instrument, &settings(true), START, &[]);
     let desk = Desk::new(&jobs::board().text);

@@ -1,12 +1,12 @@
-//! A job that was broken off outlives other boards: one that is only touched, one that is refused; and a board that follows its height
-//! map is taken up with it.
+//! Tests that an interrupted job survives other boards, one only measured and one refused; and that a job
+//! with a height map resumes with it.
 
 use super::bench::{START, ZERO_AT};
 use super::firmware::{Board, eventually, instrument, long_instrument, settings};
 use super::sender::{Desk, MOST};
 use std::fs;
 
-/// Holes of 0.8 mm, as a file of that name.
+/// Holes of 0.8 mm, in a file of this name.
 fn write(desk: &Desk, name: &str, holes: usize) {
     let all: String =
         (0..holes).map(|hole| format!("X{}.0Y{}.0\n", 2 + hole % 3 * 4, 3 + hole / 3 * 4)).collect();
@@ -14,7 +14,7 @@ fn write(desk: &Desk, name: &str, holes: usize) {
     fs::write(desk.path().join(name), text).unwrap();
 }
 
-/// Runs these words until three holes are there, and kills the process.
+/// Runs this command until three holes are done, then kills the process.
 fn broken_off(desk: &Desk, board: &Board, words: &str) {
     let mut sender = desk.start(board, words);
     eventually("three holes", MOST, || desk.journal()["holes"].as_u64().is_some_and(|holes| holes >= 3));
@@ -23,7 +23,7 @@ fn broken_off(desk: &Desk, board: &Board, words: &str) {
 }
 
 #[test]
-fn another_board_that_is_touched_or_refused_leaves_the_one_that_was_broken_off_as_it_is() {
+fn other_board_refused_leaves_an_interrupted_job_resumable() {
     let Some(instrument) = instrument() else { return };
     let desk = Desk::new("");
     write(&desk, "board.drl", 6);
@@ -40,14 +40,14 @@ fn another_board_that_is_touched_or_refused_leaves_the_one_that_was_broken_off_a
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.forgets".into()), "{object} {}", desk.said());
     let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
-    // Done, it stands in nobody's way.
+    // A completed job does not block others.
     let (exit, object) =
         desk.run(&board, &format!("run other.drl {ZERO_AT} --same-length --confirm-tools 0.1"));
     assert_eq!((exit, &object["holes_done"]), (0, &9.into()), "{object} {}", desk.said());
 }
 
 #[test]
-fn a_board_that_follows_its_height_map_is_taken_up_with_it() {
+fn resumed_job_uses_its_height_map() {
     let Some(instrument) = long_instrument() else { return };
     let desk = Desk::new("");
     write(&desk, "board.drl", 6);
@@ -60,7 +60,7 @@ fn a_board_that_follows_its_height_map_is_taken_up_with_it() {
         &board,
         &format!("run board.drl {ZERO_AT} --level kept --same-length --confirm-tools 0.1"),
     );
-    // Another board is touched, and stopped: it has no map, and is no job.
+    // Measuring another board is stopped: that gives no map, and is no job.
     let sender = desk.start(&board, &format!("level other.drl {ZERO_AT} --grid 2"));
     desk.says("4 of ");
     sender.stop();

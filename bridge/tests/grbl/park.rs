@@ -1,4 +1,5 @@
-//! Parking on the firmware itself: up first, away only from there, and where it was said. Read from the step pins.
+//! Tests of parking on the real firmware: up first, then aside, to the set position. Read from the step
+//! pins.
 
 use super::edge::Desk;
 use super::firmware::{Board, TRAVEL, instrument, settings};
@@ -9,9 +10,9 @@ use annulus_core::controller::{EngineAsk, EnginePhase};
 const START: [f64; 3] = [-40.0, -40.0, -20.0];
 
 #[test]
-fn the_head_is_up_before_it_goes_away_and_rests_where_it_is_parked() {
+fn parking_raises_z_before_xy_and_stops_at_the_position() {
     let Some(instrument) = instrument() else { return };
-    // Homing leaves it a millimetre from its switches, at the high ends.
+    // Homing ends one millimetre from the switches, at the high ends.
     for (from_low_mm, [x, y]) in [(None, [-1.0, -1.0]), (Some([30.0, 20.0]), [30.0 - TRAVEL, 20.0 - TRAVEL])]
     {
         let mut board = Board::new(instrument, &settings(true), START, &[]);
@@ -24,7 +25,7 @@ fn the_head_is_up_before_it_goes_away_and_rests_where_it_is_parked() {
         let is_homed = |desk: &Desk| desk.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted);
         desk.until("homing", |desk| rests(desk) && is_homed(desk));
         for (axis, um) in [(0, -25_000), (2, -15_000)] {
-            desk.ask(EngineAsk::Jog { axis, um, mm_per_min: 1_000.0 });
+            desk.ask(EngineAsk::Jog { axis, um, mm_per_min: 1_000.0, anyway: false });
             desk.until("a move by hand", rests);
         }
         let before = board.rests();

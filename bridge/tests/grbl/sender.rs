@@ -1,6 +1,4 @@
-//! `annulus grbl` as a person starts it: a process of its own, with an end that is always waited for, and never for ever.
-//!
-//! Comes in: words of the command line. Goes out: exit code, the object on standard output, what it said. Does not know the firmware.
+//! Runs `annulus grbl` as a separate process, always waiting for its end, within a limit.
 
 use super::firmware::{Board, SPEED};
 use rustix::process::{Pid, Signal, kill_process};
@@ -11,16 +9,16 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The longest that any job here takes.
+/// Longest duration of any job here.
 pub(crate) const MOST: Duration = Duration::from_secs(300);
 
-/// A folder with a job, and what the product keeps.
+/// A folder with a job, and the product's files.
 pub(crate) struct Desk {
     folder: tempfile::TempDir,
 }
 
 impl Desk {
-    /// With this text as `job.nc`.
+    /// Creates it with this text as `job.nc`.
     pub(crate) fn new(text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("job.nc"), text).unwrap();
@@ -31,25 +29,25 @@ impl Desk {
         self.folder.path()
     }
 
-    /// What the product wrote down of the job.
+    /// The saved progress of the job.
     pub(crate) fn journal(&self) -> Value {
         let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
     }
 
-    /// Starts `annulus grbl` with these words, the port and the object asked for.
+    /// Starts `annulus grbl` with these arguments, the port and `--json`.
     pub(crate) fn start(&self, board: &Board, words: &str) -> Sender {
         self.start_at(board, words, Stdio::piped())
     }
 
-    /// The same, with this to be typed at.
+    /// The same with this standard input.
     pub(crate) fn start_at(&self, board: &Board, words: &str, typed: Stdio) -> Sender {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
         command.arg("grbl").args(words.split_whitespace()).arg("--port").arg(board.port()).arg("--json");
         if !words.starts_with("info") {
             command.args(["--speed", &SPEED.to_string()]);
         }
-        // What is resumed has it from when it was begun.
+        // A resumed job has it from its start.
         if !["info", "check", "resume"].iter().any(|word| words.starts_with(word)) {
             command.args(["--spin-up", "0.2"]);
         }
@@ -65,12 +63,12 @@ impl Desk {
         Sender { child }
     }
 
-    /// What was said so far.
+    /// Text output.
     pub(crate) fn said(&self) -> String {
         fs::read_to_string(self.path().join("said.txt")).unwrap_or_default()
     }
 
-    /// Waits until this is said.
+    /// Waits until this text is printed.
     pub(crate) fn says(&self, text: &str) {
         let since = Instant::now();
         while !self.said().contains(text) {
@@ -79,7 +77,7 @@ impl Desk {
         }
     }
 
-    /// Waits for the end of a process: its exit code, and its object.
+    /// Waits for the end of a process. Returns exit code and JSON object.
     pub(crate) fn answer(&self, mut sender: Sender) -> (i32, Value) {
         let child = &mut sender.child;
         let mut exit = None;
@@ -102,29 +100,27 @@ impl Desk {
     }
 }
 
-/// The process.
 pub(crate) struct Sender {
     child: Child,
 }
 
 impl Sender {
-    /// Types a line.
     pub(crate) fn types(&mut self, line: &str) {
-        writeln!(self.child.stdin.as_mut().unwrap(), "{line}").unwrap();
+        // In one piece, as a terminal sends it.
+        self.child.stdin.as_mut().unwrap().write_all(format!("{line}\n").as_bytes()).unwrap();
     }
 
-    /// Ctrl-C.
     pub(crate) fn stop(&self) {
         kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
     }
 
-    /// The process is killed.
+    /// Kills the process.
     pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    /// Whether it has ended.
+    /// Returns `true` if it has ended.
     pub(crate) fn ended(&mut self) -> bool {
         self.child.try_wait().unwrap().is_some()
     }

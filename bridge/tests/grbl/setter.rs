@@ -1,5 +1,6 @@
-//! A tool setter on the firmware itself: each tool goes to it before it cuts, and every hole is as deep as planned. The instrument's probe
-//! knows no tool lengths, its plane is the pin where the setter stands: other lengths are those of `core/tests/controller/setter.rs`.
+//! Tests of a tool setter on the real firmware: each tool is measured before it cuts, and every hole has
+//! its planned depth. The instrument's probe has no tool lengths, so its plane represents the setter:
+//! `core/tests/controller/setter.rs` tests different lengths.
 
 use super::bench::{Bench, START, ZERO_AT};
 use super::firmware::{STEPS, instrument, long_instrument};
@@ -8,13 +9,13 @@ use super::judge::{self, Verdict};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 
-/// The pin is 5.5 mm higher than what the same plane would be at the board, which nobody touches.
+/// The setter is 5.5 mm higher than this plane would be at the board, which is never probed.
 const PLANE: [&str; 2] = ["--probe-z", "-25,-0.05,0"];
 const SETTER: &str = "--setter -150,-10,-5,30,300,60";
 const X_MM: f64 = -150.0;
 const PIN_MM: f64 = -17.5;
 
-/// How often the tip came down where the setter stands, and the lowest that it was there, mm.
+/// Visits of the tool to the setter, and its lowest position there, mm.
 fn visits(bench: &Bench) -> (usize, f64) {
     let (mut at, mut is_down, mut visits, mut lowest) = (START, false, 0, 0.0_f64);
     for line in BufReader::new(File::open(bench.board.edges()).unwrap()).lines() {
@@ -22,7 +23,7 @@ fn visits(bench: &Bench) -> (usize, f64) {
         let (axis, to, _) = judge::edge(&line).unwrap_or_else(|| panic!("not an edge: {line}"));
         at[axis] = START[axis] + to as f64 / STEPS;
         let is_there = (at[0] - X_MM).abs() < 0.1;
-        // Once for each tool: between its two touches it goes up by a millimetre alone.
+        // Once per tool: between its two touches it rises by only a millimetre.
         let was_down = std::mem::replace(&mut is_down, is_there && at[2] < PIN_MM + 2.0);
         visits += usize::from(is_down && !was_down);
         lowest = if is_there { lowest.min(at[2]) } else { lowest };
@@ -31,7 +32,7 @@ fn visits(bench: &Bench) -> (usize, f64) {
 }
 
 #[test]
-fn every_tool_goes_to_the_setter_and_every_hole_is_as_deep_as_planned() {
+fn tool_setter_gives_every_tool_the_planned_depth() {
     let Some(instrument) = long_instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &PLANE);
     let words = format!("run job.nc {ZERO_AT} {SETTER} --confirm-tools 0.1");
@@ -41,14 +42,14 @@ fn every_tool_goes_to_the_setter_and_every_hole_is_as_deep_as_planned() {
     let (verdict, report) = bench.judged();
     assert_eq!((verdict, &report["spindle"]["starts"]), (Verdict::default(), &3.into()), "{report}");
     let (visits, lowest) = visits(&bench);
-    // What zero was set with, then each of three tools.
+    // The tool that zero was set with, then each of three tools.
     assert_eq!(visits, 4);
-    // What it has made ready when the contact closes it still runs: some 60 ms.
+    // When the contact closes, the controller still runs its buffered motion: some 60 ms.
     assert!((PIN_MM - 0.35..=PIN_MM + 0.02).contains(&lowest), "{lowest}");
 }
 
 #[test]
-fn a_setter_that_is_not_there_ends_the_job_before_anything_is_cut() {
+fn missing_tool_setter_ends_the_job_before_any_cut() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
     for (words, code) in [

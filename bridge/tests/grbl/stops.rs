@@ -1,5 +1,5 @@
-//! Jobs that are interrupted from this side of the cable, or by the board itself: stopped, killed, reset. Resumed, every hole is there,
-//! none is elsewhere, and at most the one in work is made twice.
+//! Tests of jobs that are stopped, killed or reset. After a resume every hole is there, none is elsewhere,
+//! and at most the current one is drilled twice.
 
 use super::bench::{Bench, ZERO_AT};
 use super::firmware::{eventually, instrument, steps};
@@ -10,7 +10,7 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug)]
 enum How {
     Stopped,
-    /// Ctrl-C twice: reset in motion, whatever becomes of the place.
+    /// Ctrl-C twice: a reset in motion, even at the cost of the position.
     AtOnce,
     Killed,
     Reset,
@@ -40,7 +40,7 @@ fn interrupted(how: How, at: u64) {
         let trust = object["position_trust"].as_str().unwrap_or_default();
         let good = match how {
             How::Stopped => (exit, trust) == (130, "trusted"),
-            // It may have come to rest before the second one.
+            // The machine may have stopped before the second one.
             How::AtOnce => exit == 130 && matches!(trust, "lost" | "trusted"),
             _ => (exit, trust) == (1, "lost"),
         };
@@ -68,27 +68,27 @@ fn interrupted(how: How, at: u64) {
 }
 
 #[test]
-fn a_stopped_job_is_at_rest_with_its_place_known_and_goes_on() {
+fn stopped_job_has_a_known_position_and_resumes() {
     interrupted(How::Stopped, 3);
 }
 
 #[test]
-fn a_job_stopped_at_once_goes_on_after_homing() {
+fn job_stopped_by_two_interrupts_resumes() {
     interrupted(How::AtOnce, 7);
 }
 
 #[test]
-fn a_killed_process_leaves_a_job_that_goes_on() {
+fn job_of_a_killed_process_resumes() {
     interrupted(How::Killed, 5);
 }
 
 #[test]
-fn a_board_that_was_reset_is_told_and_its_job_goes_on() {
+fn controller_reset_is_reported_and_the_job_resumes() {
     interrupted(How::Reset, 10);
 }
 
 #[test]
-fn one_signal_in_a_tool_change_ends_the_job_though_the_head_moves_there() {
+fn interrupt_during_a_tool_change_jog_ends_the_job() {
     let Some(instrument) = instrument() else { return };
     let bench = Bench::new(instrument, jobs::board(), &[]);
     let mut sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT}"));
@@ -105,7 +105,7 @@ fn one_signal_in_a_tool_change_ends_the_job_though_the_head_moves_there() {
 }
 
 #[test]
-fn a_job_goes_on_with_what_it_was_given() {
+fn resume_reuses_the_options_of_the_run() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
     let mut sender =
@@ -113,7 +113,7 @@ fn a_job_goes_on_with_what_it_was_given() {
     eventually("three sections", MOST, || bench.desk.journal()["done"].as_u64() >= Some(3));
     sender.kill();
     bench.board.rests();
-    // Nothing of then: nobody says that all tools are alike.
+    // The earlier options are dropped: equal tool lengths are no longer declared.
     let (exit, object) = bench.desk.run(&bench.board, "resume --anew --confirm-tools 0.1");
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.tools_unmeasured".into()), "{object}");
     let (exit, object) = bench.desk.run(&bench.board, "resume --confirm-tools 0.1");

@@ -1,4 +1,5 @@
-//! The tools of a board at a controller: counted by what is really drilled, over a kill too, and asked for where a life ends (C3).
+//! Tests of tool wear at a controller: counted by real holes, even after a kill, and a new tool is
+//! requested when a life ends.
 
 use super::bench::{START, ZERO_AT};
 use super::firmware::{Board, eventually, instrument, settings};
@@ -8,7 +9,7 @@ use serde_json::Value;
 use std::fs;
 use std::process::Command;
 
-/// Six holes of 0.8 mm, and a mill whose rack has this tool alone.
+/// Six holes of 0.8 mm, and a machine with this single tool.
 fn desk(tool: &str) -> Desk {
     let holes: String =
         (0..6).map(|hole| format!("X{}.0Y{}.0\n", 2 + hole % 3 * 4, 3 + hole / 3 * 4)).collect();
@@ -19,7 +20,7 @@ fn desk(tool: &str) -> Desk {
     desk
 }
 
-/// What `annulus tools` says of the one tool, after these words.
+/// The answer of `annulus tools` with these arguments, for the single tool.
 fn hits(desk: &Desk, words: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
     command.args(["tools"]).args(words.split_whitespace()).args(["--machine", "mill.toml", "--json"]);
@@ -32,7 +33,7 @@ fn hits(desk: &Desk, words: &str) -> Value {
 const RUN: &str = "run board.drl --machine mill.toml --same-length --confirm-tools 0.1";
 
 #[test]
-fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
+fn worn_tool_is_replaced_between_two_holes() {
     let Some(instrument) = instrument() else { return };
     let desk = desk("T3 drill 0.8 life 4");
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
@@ -59,7 +60,7 @@ fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
 }
 
 #[test]
-fn killed_and_resumed_every_hole_counts_once() {
+fn resumed_job_counts_every_hole_once_as_wear() {
     let Some(instrument) = instrument() else { return };
     let desk = desk("T3 drill 0.8");
     let board = Board::new(instrument, &settings(true), START, &[]);

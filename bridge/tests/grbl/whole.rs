@@ -1,4 +1,5 @@
-//! Whole jobs from the first line to the last: at a machine's pace, at a person's, and refused before they begin.
+//! Tests of whole jobs, from the first line to the last: at full speed, with a slow user, and refused at
+//! the start.
 
 use super::firmware::{Board, SPEED, STEPS, instrument, settings, steps};
 use super::jobs;
@@ -6,11 +7,11 @@ use super::judge;
 use super::sender::Desk;
 use std::time::Duration;
 
-/// Where the carriage stands when it is turned on, mm: the work zero of machines without switches.
+/// Carriage position at power-on, mm: the work zero of machines without switches.
 const HERE: [f64; 3] = [-100.0, -100.0, -60.0];
 
 #[test]
-fn a_job_of_three_tools_leaves_every_pin_at_the_step_where_its_program_ends() {
+fn job_of_three_tools_ends_at_the_exact_steps() {
     let Some(instrument) = instrument() else { return };
     let job = jobs::board();
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
@@ -32,7 +33,7 @@ fn a_job_of_three_tools_leaves_every_pin_at_the_step_where_its_program_ends() {
 }
 
 #[test]
-fn a_person_may_take_half_a_minute_over_a_tool() {
+fn tool_change_waits_30_s_and_requires_touch_off() {
     let Some(instrument) = instrument() else { return };
     let job = jobs::board();
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
@@ -46,20 +47,20 @@ fn a_person_may_take_half_a_minute_over_a_tool() {
         }
         let now = board.snapshot();
         assert_eq!((steps(&now), &now["spindle"]["on"]), (before, &0.into()), "{now}");
-        // What stands behind a word that was not understood is not done.
+        // Input after a misunderstood word is not carried out.
         if tool == 0 {
             sender.types("wobble\ngo");
             desk.says("x, y, z with mm; zero; probe; go.");
             assert_eq!((board.rests(), board.snapshot()["spindle"]["on"].clone()), (before, 0.into()));
         }
-        // A tool after the first does not go on before it was touched off.
+        // A later tool does not continue before it was touched off.
         if tool == 1 {
             sender.types("go");
             desk.says("was not touched off");
             assert_eq!((board.rests(), board.snapshot()["spindle"]["on"].clone()), (before, 0.into()));
             sender.types("z -8\nzero\nz 8");
         }
-        // Up by hand and down again, the height set there: all typed at once.
+        // Jog up and down again, and set the height there: all typed at once.
         if tool == 2 {
             sender.types("z 1.5\nz -1.5\nz -8\nzero\nz 8");
         }
@@ -74,10 +75,10 @@ fn a_person_may_take_half_a_minute_over_a_tool() {
 }
 
 #[test]
-fn the_probe_finds_the_board_for_every_tool_and_one_that_meets_nothing_ends_the_job() {
+fn each_tool_is_probed_and_a_missed_probe_ends_the_job() {
     let Some(instrument) = instrument() else { return };
     let job = jobs::board();
-    // The board lies where the tip stands; or nothing is there, as where the clip fell off.
+    // The board is at the tool; or nothing is there, as if the clip had come off.
     for (plane, holes) in [("-60,0,0", 12), ("-90,0,0", 0)] {
         let mut board = Board::new(instrument, &settings(false), HERE, &["--probe-z", plane]);
         let desk = Desk::new(&job.text);
@@ -96,14 +97,14 @@ fn the_probe_finds_the_board_for_every_tool_and_one_that_meets_nothing_ends_the_
             continue;
         }
         assert_eq!(exit, 0, "{object} {}", desk.said());
-        // As deep as planned below the board that was touched: what a touch is late by, and the digits of a report.
+        // At the planned depth below the probed board, within the touch's delay and the report's digits.
         let log = judge::read(&board.edges(), -(0.05 * STEPS) as i64);
         assert_eq!(judge::compare(&log, &job.wanted([0; 3]), 4), judge::Verdict::default());
     }
 }
 
 #[test]
-fn tools_that_nobody_would_touch_off_are_refused_before_a_pin_moves() {
+fn unmeasured_tools_are_refused_without_motion() {
     let Some(instrument) = instrument() else { return };
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
     let desk = Desk::new(&jobs::board().text);
@@ -113,11 +114,12 @@ fn tools_that_nobody_would_touch_off_are_refused_before_a_pin_moves() {
 }
 
 #[test]
-fn what_does_not_fit_the_settings_is_refused_before_a_pin_moves() {
+fn jobs_that_conflict_with_settings_are_refused_without_motion() {
     let Some(instrument) = instrument() else { return };
     let job = jobs::board();
     for (code, changed, words) in [
         ("grbl.no_zero", None, ""),
+        ("grbl.zero_here_homes", Some((22, 1.0)), "--zero-here"),
         ("grbl.laser_mode", Some((32, 1.0)), "--zero-here"),
         ("grbl.too_large", Some((131, 12.0)), "--zero-here"),
         ("grbl.steps_too_fast", Some((110, 9000.0)), "--zero-here"),

@@ -1,15 +1,14 @@
-//! A milling program made by hand: a pecked hole, a square with round corners, a helix bore, a ramp with a tab, and a hole
-//! that is milled straight down.
+//! A handmade milling program: a pecked hole, a rounded square, a helix bore, a ramp with a tab, and a hole
+//! milled straight down.
 
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 
-/// Toolpaths in it.
 pub(crate) const WAYS: u32 = 3;
 
-/// Holes that go straight through: where, mm.
+/// Through holes: positions, mm.
 pub(crate) const HOLES: [(f64, f64); 2] = [(5.0, 5.0), (30.0, 5.0)];
 
 const MILLED: u32 = 12_000;
@@ -44,6 +43,7 @@ fn change(bit: u32, machine: &Machine) -> Leg {
 }
 
 /// The program for `machine`.
+#[allow(clippy::too_many_lines, reason = "a table of moves")]
 pub(crate) fn milling(machine: &Machine) -> Program {
     let top = Command::Retract { to: machine.process.safe_height };
     let to = |x: f64, y: f64| Command::Rapid { to: Point::from_mm(x, y) };

@@ -1,33 +1,33 @@
-//! A machine on an I/O card whose device is an ordinary file: the executor's process, the wires, the clock's worth, and
-//! what happens when the bridge is killed (A13, N15).
+//! Tests of a machine on an I/O card with a port file: the executor's process, the wires, the clock's
+//! quality, a killed bridge.
 //!
 //! ```text
-//! bytes of the file   0 1 2 3   outputs: X, Y, Z, spindle      written by the executor
-//!                     4         inputs: end sensors            written by the mechanics below, which follows the phases
+//! bytes of the file   0 1 2 3   outputs: X, Y, Z, spindle   written by the executor
+//!                     4         inputs: limit switches      written by the mechanics below from the phases
 //! ```
 
-use super::client::{PATIENCE, Page, Running, annulus, in_peace, output};
+use super::client::{PATIENCE, Page, Running, annulus, output};
 use super::drill;
+use super::machine_time::{self, Limits};
 use super::work::{home, jog, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Value};
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, JobEnd, LengthKnown, RowVerdict, Status, Tell, program};
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Half steps: the windings of every column are its own, so that three missed ones can be told.
+/// Half steps: every column has its own windings, so that up to three missed ones can be distinguished.
 const PHASES: [u8; 8] = [0x25, 0x01, 0x49, 0x08, 0x2A, 0x02, 0x46, 0x04];
 
-/// A small slow machine: 5 steps/mm, at most 100 steps a second, 50 while homing.
+/// A small slow machine: 5 steps/mm, at most 100 steps per second, 50 while homing.
 fn machine(device: &Path) -> Machine {
     let number = Value::Number;
     let list = |numbers: &[i32]| Value::Numbers(numbers.iter().map(|n| f64::from(*n)).collect());
@@ -60,7 +60,7 @@ fn machine(device: &Path) -> Machine {
     drill::machine(changes, [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)], &of_axis)
 }
 
-/// A folder with the machine's file and its device.
+/// A folder with the machine file and its device.
 pub(crate) struct Shop {
     pub(crate) machine: Machine,
     pub(crate) device: PathBuf,
@@ -81,7 +81,7 @@ impl Shop {
     pub(crate) fn bridge(home: TempDir, late_us: &str) -> Running {
         let file = home.path().join("card.toml").display().to_string();
         let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &file]);
-        command.env("ANNULUS_LATENESS_US", late_us);
+        command.env("ANNULUS_LATENESS_US", late_us).env(machine_time::REQUEST.0, machine_time::REQUEST.1);
         Running::of(command, home)
     }
 
@@ -91,7 +91,7 @@ impl Shop {
         bytes
     }
 
-    /// Waits until no executor has the device any more.
+    /// Waits until no executor holds the device.
     pub(crate) fn until_let_go(&self) {
         let since = Instant::now();
         let device = OpenOptions::new().read(true).write(true).open(&self.device).unwrap();
@@ -102,26 +102,25 @@ impl Shop {
     }
 }
 
-/// The place of the windings of `byte` in the table; none while nothing is on.
+/// The column of the table with the windings of `byte`; `None` while nothing is on.
 fn column(byte: u8) -> Option<i64> {
     PHASES.iter().position(|phases| phases & 0x0F == byte & 0x0F).map(|at| at as i64)
 }
 
-/// Rotors that follow the phases, and end sensors that follow the rotors.
+/// Rotors that follow the phases, and limit switches that follow the rotors.
 pub(crate) struct Mechanics {
-    ends: Arc<AtomicBool>,
+    limits: Arc<Limits>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Mechanics {
     pub(crate) fn start(device: &Path) -> Self {
-        let ends = Arc::new(AtomicBool::new(false));
-        let device = OpenOptions::new().read(true).write(true).open(device).unwrap();
-        let over = Arc::clone(&ends);
+        let limits = Arc::new(Limits::none());
+        let (shared, device) = (Arc::clone(&limits), device.to_owned());
         let thread = thread::spawn(move || {
             let mut places = [15_i64, 10, -12];
             let mut columns = [None; 3];
-            while !over.load(Ordering::SeqCst) {
+            machine_time::keep(&device, &shared, |device, _| {
                 let mut bytes = [0; 3];
                 device.read_exact_at(&mut bytes, 0).unwrap();
                 for axis in 0..3 {
@@ -135,16 +134,20 @@ impl Mechanics {
                 let sensors = [places[0] <= 0, places[1] <= 0, places[2] < 0];
                 let byte = u8::from(sensors[0]) | u8::from(sensors[1]) << 2 | u8::from(sensors[2]) << 4;
                 device.write_all_at(&[byte], 4).unwrap();
-                thread::sleep(Duration::from_micros(300));
-            }
+            });
         });
-        Self { ends, thread: Some(thread) }
+        Self { limits, thread: Some(thread) }
+    }
+
+    /// Slows motion down so that the test can act in the middle of a move.
+    pub(crate) fn slow(&self) {
+        self.limits.slow(20);
     }
 }
 
 impl Drop for Mechanics {
     fn drop(&mut self) {
-        self.ends.store(true, Ordering::SeqCst);
+        self.limits.end();
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
@@ -155,51 +158,50 @@ pub(crate) fn holes(machine: &Machine, count: u32) -> Program {
     drill::holes(machine, vec![drill::spin_up(50_000)], (at, 10_000), drill::back())
 }
 
-/// Arms `program`: its key, the digest, and the codes of the rows that failed.
+/// Arms `program`. Returns its key, the digest, and the codes of failed rows.
 pub(crate) fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (String, String, Vec<String>) {
     let bytes = program::encode(program);
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
-    let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
-    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    let armed = page.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
+    let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
     let failed = checks.into_iter().filter(|row| row.verdict == RowVerdict::Fail);
     (job, stream_digest, failed.map(|row| row.finding.code).collect())
 }
 
-/// A machine on a card that is homed and drills two holes.
+/// A homed machine on a card that drills two holes.
 pub(crate) struct Scene {
     pub(crate) shop: Shop,
     pub(crate) bridge: Running,
     pub(crate) page: Page,
     pub(crate) mechanics: Mechanics,
-    /// How it stood, homed, before the job, and the windings that were on then.
+    /// Status after homing and before the job, and the windings that were on then.
     pub(crate) rested: Status,
     columns: [Option<i64>; 4],
 }
 
 impl Scene {
-    /// As soon as a status is `wanted`, given how it stood before the job.
+    /// Starts the job and stops at a status that is `wanted`, compared with the one before the job.
     fn when(wanted: impl Fn(&Status, &Status) -> bool) -> Self {
-        in_peace(|| {
-            let folder = TempDir::new().unwrap();
-            let shop = Shop::new(&folder);
-            let bridge = Shop::bridge(folder, "100");
-            let mechanics = Mechanics::start(&shop.device);
-            let mut page = bridge.page();
-            home(&mut page);
-            let rested = until_status(&mut page, |status| status.stage.is_none());
-            let columns = shop.outputs().map(column);
-            page.ask(&Ask::SetZero);
-            let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
-            assert_eq!(failed, Vec::<String>::new());
-            page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
-            until_status(&mut page, |status| wanted(&rested, status));
-            Self { shop, bridge, page, mechanics, rested, columns }
-        })
+        let folder = TempDir::new().unwrap();
+        let shop = Shop::new(&folder);
+        let bridge = Shop::bridge(folder, "100");
+        let mechanics = Mechanics::start(&shop.device);
+        let mut page = bridge.page();
+        home(&mut page);
+        let rested = until_status(&mut page, |status| status.stage.is_none());
+        let columns = shop.outputs().map(column);
+        page.ask(&Ask::SetZero);
+        let (job, stream_digest, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 2));
+        assert_eq!(failed, Vec::<String>::new());
+        page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+        until_status(&mut page, |status| wanted(&rested, status));
+        mechanics.slow();
+        Self { shop, bridge, page, mechanics, rested, columns }
     }
 
-    /// In the middle of the long way to the second hole, at full speed, the spindle on.
+    /// In the middle of the long rapid to the second hole, at full speed, the spindle on.
     pub(crate) fn on_its_way() -> Self {
         let scene = Self::when(|rested, status| {
             status.stage == Some(Stage::Travel) && status.steps[0] > rested.steps[0] + 60
@@ -208,7 +210,7 @@ impl Scene {
         scene
     }
 
-    /// With the bit in the board, or about to be.
+    /// With the tool in the board, or about to be.
     fn with_the_bit_down() -> Self {
         Self::when(|_, status| status.state == State::Running && status.work_mm[2] < 0.5)
     }
@@ -221,11 +223,7 @@ pub(crate) fn last_record(home: &Path) -> serde_json::Value {
 }
 
 #[test]
-fn a_board_is_drilled_on_a_card_and_a_page_never_changes_the_wiring() {
-    in_peace(a_board_is_drilled_on_a_card);
-}
-
-fn a_board_is_drilled_on_a_card() {
+fn card_drills_a_board_and_pages_cannot_change_the_wiring() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
     let home_path = folder.path().to_owned();
@@ -255,11 +253,11 @@ fn a_board_is_drilled_on_a_card() {
     until_status(&mut page, |status| status.spindle_rpm == 20_000 && status.stage == Some(Stage::Travel));
     assert_eq!(shop.outputs()[3], 1, "the spindle turns");
     let end = page.until_ended();
-    assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 1, .. }), "{end:?}");
+    assert!(matches!(end, Tell::Ended(JobEnd { ending: Ending::Done, holes_done: 1, .. })), "{end:?}");
     let status = until_status(&mut page, |status| status.state == State::Ready);
     assert_eq!((status.trust, shop.outputs()[3]), (Trust::Trusted, 0));
     let position = status.steps;
-    // Another setting of an axis is another drill: a fresh executor on the same device.
+    // Changing a setting of an axis gives another drill: a new executor on the same device.
     let faster = vec![("x.home_speed".to_owned(), Value::Number(12.0))];
     page.ask(&Ask::Configure { changes: faster });
     until_status(&mut page, |status| status.state == State::NotHomed);
@@ -270,7 +268,8 @@ fn a_board_is_drilled_on_a_card() {
     assert_eq!(before["position"][0], position[0], "the record knows what homing found");
 }
 
-/// Two holes on a card, a tool change before the second, and what a person does there after longer than any clock of a machine.
+/// Two holes on a card with a tool change before the second. The user acts there after longer than any
+/// timeout of a machine.
 fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
@@ -296,11 +295,27 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
         ],
     };
     program.legs.insert(2, change);
+    let touch = vec![("change.lengths".to_owned(), Value::Text("touch".to_owned()))];
+    page.ask(&Ask::Configure { changes: touch });
     let (job, stream_digest, failed) = arm(&bridge, &mut page, &program);
     assert_eq!(failed, Vec::<String>::new());
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
-    until_status(&mut page, |status| status.state == State::ToolChange);
-    assert_eq!(shop.outputs()[3], 0, "the spindle stands");
+    for holes in [0, 1] {
+        let asks = |status: &Status| status.state == State::ToolChange && status.holes_done == holes;
+        let change = until_status(&mut page, asks).change.unwrap();
+        assert_eq!((change.bit, change.length), (holes, LengthKnown::No));
+        assert!(change.is_up && change.is_at_place, "{change:?}");
+        assert_eq!(shop.outputs()[3], 0, "the spindle stands");
+        // A tool of unknown length does not cut.
+        page.ask(&Ask::ToolChanged);
+        let refused = page.until(|tell| matches!(tell, Tell::Refused { .. }));
+        let Tell::Refused { why } = refused else { panic!("{refused:?}") };
+        assert_eq!(why.code, "control.length_first");
+        page.ask(&Ask::SameLength);
+        if holes == 0 {
+            page.ask(&Ask::ToolChanged);
+        }
+    }
     let since = Instant::now();
     while since.elapsed() < Duration::from_secs(5) {
         page.ask(&Ask::Ping { stamp: 0.0 });
@@ -313,19 +328,17 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
 }
 
 #[test]
-fn a_tool_change_on_a_card_waits_for_its_person() {
-    in_peace(|| {
-        let (end, status) = at_a_tool_change(&Ask::ToolChanged);
-        assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 2, .. }), "{end:?}");
-        assert_eq!((status.alarm, status.trust), (None, Trust::Trusted));
-        let (end, status) = at_a_tool_change(&Ask::Stop);
-        assert!(matches!(end, Tell::Ended { ending: Ending::Stopped, holes_done: 1, .. }), "{end:?}");
-        assert_eq!((status.alarm, status.trust), (None, Trust::Trusted));
-    });
+fn tool_change_on_a_card_waits_for_an_answer() {
+    let (end, status) = at_a_tool_change(&Ask::ToolChanged);
+    assert!(matches!(end, Tell::Ended(JobEnd { ending: Ending::Done, holes_done: 2, .. })), "{end:?}");
+    assert_eq!((status.alarm, status.trust), (None, Trust::Trusted));
+    let (end, status) = at_a_tool_change(&Ask::Stop);
+    assert!(matches!(end, Tell::Ended(JobEnd { ending: Ending::Stopped, holes_done: 1, .. })), "{end:?}");
+    assert_eq!((status.alarm, status.trust), (None, Trust::Trusted));
 }
 
 #[test]
-fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
+fn killed_bridge_stops_the_machine_and_switches_it_off() {
     let scene = Scene::on_its_way();
     let Scene { shop, mut bridge, mechanics, rested, columns, .. } = scene;
     bridge.child.kill().unwrap();
@@ -340,7 +353,7 @@ fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
     let home = bridge.home.take().unwrap();
     let record = last_record(home.path());
     assert_eq!(record["event"], "bridge_gone");
-    // The count is exact: it and the phases agree on every axis, by whole turns of the table.
+    // The count is exact: it agrees with the phases of every axis, modulo the table length.
     for axis in 0..3 {
         let counted = record["position"][axis].as_i64().unwrap() - rested.steps[axis];
         let turned = column(outputs[axis]).unwrap() - columns[axis].unwrap();
@@ -360,14 +373,14 @@ fn a_killed_bridge_leaves_a_machine_at_rest_with_forcing_and_spindle_off() {
     assert!(ramp.windows(2).all(|two| two[1] >= two[0]), "{ramp:?}");
     assert!(ramp[11] > 2 * ramp[0] && intervals.iter().min() < Some(&110_000), "{intervals:?}");
 
-    // The next bridge has the device to itself, and knows no position.
+    // The next bridge gets the device, and has no position.
     let again = Shop::bridge(home, "100");
     let status = until_status(&mut again.page(), |_| true);
     assert_eq!((status.state, status.trust), (State::NotHomed, Trust::Lost));
 }
 
 #[test]
-fn a_bridge_killed_with_the_bit_in_the_board_leaves_it_lifted() {
+fn bridge_killed_during_a_plunge_lifts_the_tool() {
     let Scene { shop, mut bridge, mechanics: _mechanics, .. } = Scene::with_the_bit_down();
     bridge.child.kill().unwrap();
     bridge.child.wait().unwrap();
@@ -381,7 +394,7 @@ fn a_bridge_killed_with_the_bit_in_the_board_leaves_it_lifted() {
             Some(shop.machine.z.scale.steps(shop.machine.z.max - shop.machine.z.home_offset))
         )
     );
-    // Nothing but Z went up at the end, and the spindle is off.
+    // At the end only Z moved up, and the spindle is off.
     let steps = record["steps"].as_array().unwrap();
     let last: Vec<(i64, i64)> = steps
         .iter()
@@ -394,7 +407,7 @@ fn a_bridge_killed_with_the_bit_in_the_board_leaves_it_lifted() {
 }
 
 #[test]
-fn a_late_computer_refuses_what_steps_faster_and_says_both_numbers() {
+fn late_computer_refuses_faster_steps() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
     let bridge = Shop::bridge(folder, "50000");
@@ -404,21 +417,22 @@ fn a_late_computer_refuses_what_steps_faster_and_says_both_numbers() {
     assert!(page.take_control(false));
     let (_, _, failed) = arm(&bridge, &mut page, &holes(&shop.machine, 1));
     assert!(failed.contains(&"control.faster_than_clock".to_owned()), "{failed:?}");
-    // A slow move is done, a fast one is not begun.
+    // A slow move is done, a fast one is refused.
     let faster = vec![("x.home_speed".to_owned(), Value::Number(18.0))];
     page.ask(&Ask::Configure { changes: faster });
     page.until(|tell| matches!(tell, Tell::Machine { .. }));
-    page.ask(&Ask::Jog { axis: 0, distance_um: 50_000 });
+    page.ask(&Ask::Jog { axis: 0, distance_um: 50_000, anyway: false });
     let status = until_status(&mut page, |status| status.state == State::Alarm);
     assert_eq!(status.alarm.unwrap().code, "control.faster_than_clock");
     assert_eq!(shop.outputs(), [0; 4]);
 }
 
 #[test]
-fn an_executor_that_dies_is_an_alarm_and_is_started_again() {
+fn killed_executor_raises_an_alarm_and_restarts() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
     let bridge = Shop::bridge(folder, "100");
+    let _mechanics = Mechanics::start(&shop.device);
     let mut page = bridge.page();
     assert!(page.take_control(false));
     jog(&mut page, 0, 50_000, |status| status.steps[0] > 10);
@@ -439,10 +453,10 @@ fn an_executor_that_dies_is_an_alarm_and_is_started_again() {
 }
 
 #[test]
-fn a_device_that_cannot_be_used_is_a_sentence_before_anything_listens() {
+fn unusable_card_device_is_refused_before_listening() {
     let folder = TempDir::new().unwrap();
     let shop = Shop::new(&folder);
-    // Somebody's own file in its place is not opened as a card.
+    // Another file in its place is not opened as a card.
     fs::write(&shop.device, b"Dear Sir, I have the honour").unwrap();
     let named = folder.path().join("card.toml").display().to_string();
     let (code, object, _) =
@@ -463,4 +477,7 @@ fn a_device_that_cannot_be_used_is_a_sentence_before_anything_listens() {
     let board = folder.path().join("board.drl").display().to_string();
     let (code, object, _) = super::client::output(&folder, &["run", &board, "--machine", &file, "--json"]);
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_page")), "{object}");
+    let words = ["run", &board, "--machine", &file, "--port", "nowhere", "--json"];
+    let (code, object, _) = super::client::output(&folder, &words);
+    assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.port_of_output")), "{object}");
 }

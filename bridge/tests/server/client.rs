@@ -1,51 +1,18 @@
-//! A bridge of its own for every test, and the smallest client that can be rude to it.
+//! A separate bridge for every test, and a minimal client that can break the rules.
 
-use annulus_core::control::Ending;
-use annulus_core::wire::{Ask, PROOF_HEADER, PROTOCOL, SESSION_HEADER, Status, Tell, auth};
+use annulus_core::wire::{Ask, Control, PROOF_HEADER, PROTOCOL, SESSION_HEADER, Tell, auth};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::net::TcpStream;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-/// Longest wait for anything; long, because the computer that tests may be busy.
+/// Longest wait for anything; long, because test computers are busy.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
-
-/// What a machine whose time is real says when the computer was too busy for it: it stopped, as it should. The mechanics on the card are
-/// a thread of the test: looked at too late they lose steps, and an end sensor is on where none should be.
-const BUSY: [&str; 4] =
-    ["control.executor_late", "output.bridge_silent", "output.executor_silent", "control.end_sensor"];
-
-/// Does what needs a computer that has time, again where it had none: at most five times, each after a longer rest, so that whatever
-/// kept the computer busy comes to its end. What is proven is proven on the time that came to its end.
-pub(crate) fn in_peace<T>(scene: impl Fn() -> T) -> T {
-    for rest_s in [4, 12, 36, 108] {
-        let played = catch_unwind(AssertUnwindSafe(&scene));
-        let said = match &played {
-            Ok(_) => "",
-            Err(said) => said.downcast_ref::<String>().map_or("", String::as_str),
-        };
-        if said.starts_with("a busy computer: ") {
-            println!("{said}: once more");
-            std::thread::sleep(Duration::from_secs(rest_s));
-            continue;
-        }
-        return played.unwrap_or_else(|why| resume_unwind(why));
-    }
-    scene()
-}
-
-/// Fails, in a way that [`in_peace`] knows, where the computer had no time.
-pub(crate) fn had_time(status: &Status) {
-    if let Some(why) = status.alarm.as_ref().filter(|why| BUSY.contains(&why.code.as_str())) {
-        panic!("a busy computer: {}", why.code);
-    }
-}
 
 /// The command `annulus` with `home` as its only home.
 pub(crate) fn annulus(home: &TempDir, arguments: &[&str]) -> Command {
@@ -68,7 +35,7 @@ pub(crate) struct Running {
     pub(crate) home: Option<TempDir>,
     pub(crate) port: u16,
     pub(crate) token: String,
-    /// What it said for people, and its executor too: printed where the test fails.
+    /// Text output of bridge and executor; printed if the test fails.
     said: File,
 }
 
@@ -81,7 +48,7 @@ impl Running {
         Self::start_at(home, "1")
     }
 
-    /// The same, so many times faster than life.
+    /// Starts it at the time scale `speed`.
     pub(crate) fn start_at(home: TempDir, speed: &str) -> Self {
         let command = annulus(&home, &["serve", "--port", "0", "--no-open", "--speed", speed]);
         Self::of(command, home)
@@ -99,12 +66,11 @@ impl Running {
         Self { child, home: Some(home), port, token, said }
     }
 
-    /// Our own origin.
     pub(crate) fn origin(&self) -> String {
         format!("http://127.0.0.1:{}", self.port)
     }
 
-    /// A request as our own page sends it.
+    /// A request like those of our own page.
     pub(crate) fn own(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
         let origin = self.origin();
         let mut all = vec![("origin", origin.as_str())];
@@ -112,7 +78,7 @@ impl Running {
         self.raw(method, path, &all, body)
     }
 
-    /// A request with exactly these headers, besides `Host` where it is not among them.
+    /// A request with exactly these headers, and `Host` if it is not among them.
     pub(crate) fn raw(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
         let mut head =
             format!("{method} {path} HTTP/1.1\r\nconnection: close\r\ncontent-length: {}\r\n", body.len());
@@ -134,7 +100,7 @@ impl Running {
         stream
     }
 
-    /// A fresh token, as `annulus link` gives it.
+    /// A fresh token from `annulus link`.
     pub(crate) fn link(&self, scope: &str) -> String {
         let (code, object, text) = output(self.home.as_ref().unwrap(), &["link", "--json", "--scope", scope]);
         assert_eq!(code, 0, "{text}");
@@ -143,7 +109,7 @@ impl Running {
         token
     }
 
-    /// Pairs: session id and key.
+    /// Pairs. Returns session ID and key.
     pub(crate) fn pair(&self, scope: &str) -> (String, String) {
         let token = self.link(scope);
         let reply = self.own("POST", "/api/pair", &[], json!({ "token": token }).to_string().as_bytes());
@@ -153,24 +119,24 @@ impl Running {
         (text("session"), text("key"))
     }
 
-    /// A request for a job, proven with `key`.
+    /// A request for a job, authenticated with `key`.
     pub(crate) fn job(&self, (session, key): (&str, &str), method: &str, name: &str, body: &[u8]) -> Reply {
         let path = format!("/api/jobs/{name}");
         let proof = auth::request(key, method, &path);
         self.own(method, &path, &[(SESSION_HEADER, session), (PROOF_HEADER, &proof)], body)
     }
 
-    /// A socket that has not said hello.
+    /// A socket before its hello.
     pub(crate) fn stranger(&self) -> Page {
         Page { session: String::new(), key: String::new(), socket: self.upgrade(&[]).unwrap() }
     }
 
-    /// The socket up to the challenge, with `headers` put in or, where empty, left out.
+    /// A socket up to the challenge, with `headers` added; an empty value removes the header.
     pub(crate) fn upgrade(&self, headers: &[(&'static str, &str)]) -> Result<WebSocket<TcpStream>, u16> {
         self.call("", headers)
     }
 
-    /// The same, as a page calls that says of which session it is.
+    /// A socket that names its session in the URL.
     pub(crate) fn upgrade_of(&self, session: &str) -> WebSocket<TcpStream> {
         self.call(&format!("?session={session}"), &[]).unwrap()
     }
@@ -195,12 +161,12 @@ impl Running {
         }
     }
 
-    /// A page that said hello with a session of its own.
+    /// A page after its hello, with its own session.
     pub(crate) fn page(&self) -> Page {
         self.page_that_may("configure")
     }
 
-    /// The same with less.
+    /// The same with fewer rights.
     pub(crate) fn page_that_may(&self, scope: &str) -> Page {
         let (session, key) = self.pair(scope);
         let mut page = Page { session, key, socket: self.upgrade(&[]).unwrap() };
@@ -231,7 +197,7 @@ pub(crate) fn take_apart(url: &str) -> (u16, String) {
     (port.parse().unwrap(), token.to_owned())
 }
 
-/// An answer over HTTP.
+/// An HTTP response.
 #[derive(Debug)]
 pub(crate) struct Reply {
     pub(crate) status: u16,
@@ -240,7 +206,7 @@ pub(crate) struct Reply {
 }
 
 impl Reply {
-    /// Reads to the end of the connection. A connection that ended without an answer has status 0.
+    /// Reads to the end of the connection; status 0 if it ended without a response.
     pub(crate) fn read(stream: &mut TcpStream) -> Self {
         let mut bytes = Vec::new();
         let _ = stream.read_to_end(&mut bytes);
@@ -265,7 +231,7 @@ impl Reply {
         self.headers.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value)
     }
 
-    /// The code of a refusal, after checking that it is a whole one: a sentence, an advice, all headers.
+    /// The code of a refusal; checks that it is complete: message, advice, all headers.
     pub(crate) fn code(&self) -> String {
         let object = self.json();
         assert_eq!(object["ok"], false, "{object}");
@@ -302,24 +268,24 @@ impl Page {
         self.say(&serde_json::to_string(ask).unwrap());
     }
 
-    /// Any text. A socket that is closed already is found out by reading.
+    /// Sends any text. A closed socket is noticed when reading.
     pub(crate) fn say(&mut self, text: &str) {
         let _ = self.socket.send(Message::text(text));
     }
 
-    /// The next tell; none when the bridge ended the conversation.
+    /// The next report; `None` after the bridge closed the connection.
     pub(crate) fn next(&mut self) -> Option<Tell> {
         self.hear().ok()
     }
 
-    /// The next tell, or how the bridge ended the conversation.
+    /// The next report, or how the bridge closed the connection.
     fn hear(&mut self) -> Result<Tell, String> {
         loop {
             match self.socket.read() {
                 Ok(Message::Text(text)) => return Ok(serde_json::from_str(&text).unwrap()),
                 Ok(Message::Close(frame)) => return Err(format!("by {frame:?}")),
                 Ok(_) => {}
-                // A signal to this process came between.
+                // Interrupted by a signal.
                 Err(tungstenite::Error::Io(error)) if error.kind() == std::io::ErrorKind::Interrupted => {}
                 Err(tungstenite::Error::Io(error)) if error.kind() == std::io::ErrorKind::WouldBlock => {
                     panic!("nothing came in {PATIENCE:?}");
@@ -329,26 +295,18 @@ impl Page {
         }
     }
 
-    /// How a job ended; where that was an alarm, whether the computer had time.
+    /// How a job ended.
     pub(crate) fn until_ended(&mut self) -> Tell {
-        let ended = self.until(|tell| matches!(tell, Tell::Ended { .. }));
-        if matches!(ended, Tell::Ended { ending: Ending::Alarm, .. }) {
-            let alarmed = |tell: &Tell| matches!(tell, Tell::Status(status) if status.alarm.is_some());
-            if let Tell::Status(status) = self.until(alarmed) {
-                had_time(&status);
-            }
-        }
-        ended
+        self.until(|tell| matches!(tell, Tell::Ended(_)))
     }
 
-    /// The first tell that is `wanted`. Keeps control alive while it waits.
+    /// The first report that is `wanted`. Keeps control alive while waiting.
     pub(crate) fn until(&mut self, wanted: impl Fn(&Tell) -> bool) -> Tell {
         let (mut seen, mut alarm) = (Vec::new(), None);
         for _ in 0..2_000 {
             match self.hear() {
                 Ok(tell) if wanted(&tell) => return tell,
                 Ok(Tell::Status(status)) => {
-                    had_time(&status);
                     alarm = status.alarm;
                     self.ask(&Ask::Ping { stamp: 0.0 });
                 }
@@ -368,7 +326,7 @@ impl Page {
         }
     }
 
-    /// Codes of the refusals until the bridge ends the conversation.
+    /// Codes of the refusals until the bridge closes the connection.
     pub(crate) fn last_words(&mut self) -> Vec<String> {
         let tells = std::iter::from_fn(|| self.next());
         tells
@@ -376,13 +334,13 @@ impl Page {
             .collect()
     }
 
-    /// Takes control, by force or not, and waits for the answer: whether it is ours now.
+    /// Takes control, by force or not. Returns whether that succeeded.
     pub(crate) fn take_control(&mut self, force: bool) -> bool {
         self.ask(&Ask::TakeControl { force });
         let answer = self.until(|tell| {
-            matches!(tell, Tell::Control { yours: true, .. })
+            matches!(tell, Tell::Control(Control { yours: true, .. }))
                 || matches!(tell, Tell::Refused { why } if why.code == "control.taken")
         });
-        matches!(answer, Tell::Control { .. })
+        matches!(answer, Tell::Control(_))
     }
 }

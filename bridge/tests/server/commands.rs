@@ -1,4 +1,4 @@
-//! `serve`, `link`, `machines` and `doctor` as scripts see them.
+//! Tests of `serve`, `link`, `machines` and `doctor` as scripts use them.
 
 use super::client::{Running, annulus, output, take_apart};
 use annulus_core::machine::Value as Setting;
@@ -18,7 +18,7 @@ fn code(object: &Value) -> &str {
 }
 
 #[test]
-fn serve_prints_one_line_and_ends_when_told() {
+fn serve_prints_one_line_and_ends_on_signals() {
     for (signal, expected) in [(Signal::INT, 130), (Signal::TERM, 0)] {
         let home = TempDir::new().unwrap();
         let mut command = annulus(&home, &["serve", "--port", "0", "--no-open", "--json"]);
@@ -39,7 +39,7 @@ fn serve_prints_one_line_and_ends_when_told() {
 }
 
 #[test]
-fn a_port_in_use_is_said() {
+fn port_in_use_is_an_error() {
     let home = TempDir::new().unwrap();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
@@ -49,7 +49,7 @@ fn a_port_in_use_is_said() {
 }
 
 #[test]
-fn a_second_bridge_points_to_the_first() {
+fn second_bridge_is_refused_with_the_port_of_the_first() {
     let bridge = Running::start();
     let home = bridge.home.as_ref().unwrap();
     let (exit, object, text) = output(home, &["serve", "--no-open", "--json", "--port", "0"]);
@@ -69,7 +69,7 @@ fn link_lets_another_page_in() {
 }
 
 #[test]
-fn a_killed_bridge_leaves_nothing_in_the_way() {
+fn bridge_starts_after_a_killed_bridge() {
     let mut bridge = Running::start();
     bridge.child.kill().unwrap();
     bridge.child.wait().unwrap();
@@ -82,14 +82,14 @@ fn a_killed_bridge_leaves_nothing_in_the_way() {
 
 #[cfg(unix)]
 #[test]
-fn the_secret_is_for_its_user_alone() {
+fn secret_is_readable_only_by_its_user() {
     use std::os::unix::fs::PermissionsExt;
     let bridge = Running::start();
     let note = bridge.home.as_ref().unwrap().path().join("bridge.json");
     assert_eq!(std::fs::metadata(note).unwrap().permissions().mode() & 0o777, 0o600);
 }
 
-/// Folders and files at `place` and below that others may look into.
+/// Folders and files at `place` and below with rights for others.
 #[cfg(unix)]
 fn open_to_others(place: &Path) -> Vec<PathBuf> {
     use std::os::unix::fs::PermissionsExt;
@@ -102,7 +102,7 @@ fn open_to_others(place: &Path) -> Vec<PathBuf> {
 
 #[cfg(unix)]
 #[test]
-fn whatever_a_command_keeps_is_for_its_user_alone_and_needs_no_folder_before() {
+fn saved_files_are_private_and_folders_are_created() {
     let board = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples/sensor.drl");
     let board = board.to_str().unwrap();
     let place = TempDir::new().unwrap();
@@ -113,14 +113,14 @@ fn whatever_a_command_keeps_is_for_its_user_alone_and_needs_no_folder_before() {
         let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
         (object["error"]["code"].as_str().unwrap_or_default().to_owned(), output)
     };
-    // The port is missing, and not the folder for the program that goes there.
+    // The error must be the missing port, not the missing folder for the program.
     let (why, output) = ask(&["grbl", "run", board, "--port", "/dev/no-such-port", "--json"]);
     assert_ne!(why, "job.not_written", "{output:?}");
     assert!(!output.status.success());
     ask(&["doctor", "--json"]);
     ask(&["run", board, "--speed", "2000", "--json"]);
     assert_eq!(open_to_others(&home), Vec::<PathBuf>::new());
-    // Nor what the page has kept.
+    // Files saved by the page are protected too.
     let bridge = Running::start();
     let mut page = bridge.page();
     assert!(page.take_control(false));
@@ -134,7 +134,7 @@ fn whatever_a_command_keeps_is_for_its_user_alone_and_needs_no_folder_before() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_leads_elsewhere_is_not_written_through() {
+fn symlinked_folder_is_not_written_through() {
     let (place, elsewhere) = (TempDir::new().unwrap(), TempDir::new().unwrap());
     std::os::unix::fs::symlink(elsewhere.path(), place.path().join("machines")).unwrap();
     let bridge = Running::start_in(place);
@@ -146,7 +146,7 @@ fn a_folder_that_leads_elsewhere_is_not_written_through() {
 }
 
 #[test]
-fn wrong_usage_is_one_object() {
+fn wrong_usage_is_one_json_object() {
     let home = TempDir::new().unwrap();
     let rows: [&[&str]; 4] = [
         &["--json", "fly"],
@@ -169,7 +169,7 @@ fn wrong_usage_is_one_object() {
 }
 
 #[test]
-fn machines_are_listed() {
+fn machines_lists_presets_and_broken_files() {
     let home = TempDir::new().unwrap();
     let folder = home.path().join("machines");
     std::fs::create_dir_all(&folder).unwrap();
@@ -185,7 +185,7 @@ fn machines_are_listed() {
 }
 
 #[test]
-fn the_doctor_judges_a_computer_for_one_machine() {
+fn doctor_compares_latency_with_the_needs_of_a_machine() {
     let home = TempDir::new().unwrap();
     let measured = |name: &str| output(&home, &["doctor", "--machine", name, "--seconds", "1", "--json"]);
     for name in ["lab", "g540"] {
@@ -210,7 +210,7 @@ fn the_doctor_judges_a_computer_for_one_machine() {
 }
 
 #[test]
-fn the_doctor_looks_at_everything() {
+fn doctor_reports_every_check_and_moves_no_files() {
     let home = TempDir::new().unwrap();
     let (exit, object, text) = output(&home, &["doctor", "--json"]);
     assert_eq!((exit, object["ok"].as_bool()), (0, Some(true)), "{object}");

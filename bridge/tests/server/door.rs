@@ -1,11 +1,11 @@
-//! Strangers at the door: names, origins, tokens.
+//! Tests of the access checks: names, origins, tokens.
 
 use super::client::Running;
 use annulus_core::wire::{Ask, auth};
 use serde_json::json;
 
 #[test]
-fn only_our_own_names_are_answered() {
+fn only_loopback_host_names_are_answered() {
     let bridge = Running::start();
     let port = bridge.port;
     let rows = [
@@ -30,7 +30,7 @@ fn only_our_own_names_are_answered() {
 }
 
 #[test]
-fn both_loopback_addresses_listen_and_no_other() {
+fn only_loopback_addresses_listen() {
     let bridge = Running::start();
     let has_six = std::net::TcpListener::bind("[::1]:0").is_ok();
     assert_eq!(std::net::TcpStream::connect(("::1", bridge.port)).is_ok(), has_six);
@@ -48,7 +48,7 @@ fn both_loopback_addresses_listen_and_no_other() {
 }
 
 #[test]
-fn other_pages_are_turned_away() {
+fn foreign_origins_are_refused() {
     let bridge = Running::start();
     let other_port = format!("http://127.0.0.1:{}", bridge.port ^ 1);
     let secure = format!("https://127.0.0.1:{}", bridge.port);
@@ -79,7 +79,7 @@ fn other_pages_are_turned_away() {
 }
 
 #[test]
-fn a_token_lets_in_once() {
+fn token_pairs_only_once() {
     let bridge = Running::start();
     let pair =
         |token: &str| bridge.own("POST", "/api/pair", &[], json!({ "token": token }).to_string().as_bytes());
@@ -105,7 +105,7 @@ fn guessing_tokens_is_slowed_down() {
 }
 
 #[test]
-fn what_is_not_a_pairing_is_said() {
+fn malformed_pairing_requests_are_refused() {
     let bridge = Running::start();
     let rows: [(&[u8], u16, &str); 5] = [
         (b"", 400, "door.not_understood"),
@@ -131,7 +131,7 @@ fn what_is_not_a_pairing_is_said() {
 }
 
 #[test]
-fn every_answer_is_dressed() {
+fn every_response_has_the_security_headers() {
     let bridge = Running::start();
     let port = bridge.port;
     let policy = format!(
@@ -164,7 +164,7 @@ fn every_answer_is_dressed() {
 }
 
 #[test]
-fn a_socket_says_who_it_is_first() {
+fn socket_requires_a_valid_hello_first() {
     let bridge = Running::start();
     let (session, key) = bridge.pair("run");
     let connect = || bridge.stranger();
@@ -209,7 +209,7 @@ fn a_socket_says_who_it_is_first() {
 }
 
 #[test]
-fn a_session_ends_with_its_bridge() {
+fn session_ends_with_its_bridge() {
     let mut bridge = Running::start();
     let (session, key) = bridge.pair("run");
     let home = bridge.home.take().unwrap();

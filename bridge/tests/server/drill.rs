@@ -1,13 +1,11 @@
-//! A drill that tests describe in a few numbers, its file, and holes in a row for it.
-//!
-//! Comes in: settings, where holes lie. Goes out: a machine, its file as `annulus` reads it, a program. Does not know who drills.
+//! Helpers: a drill described by a few numbers, its file, and holes in a row.
 
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
 use annulus_core::units::Length;
 
-/// The virtual drill with other settings, and what every axis has besides its range.
+/// The virtual drill with other settings; each axis with its range and scale.
 pub(crate) fn machine(
     changes: Vec<(&str, Value)>,
     axes: [(&str, f64, f64); 3],
@@ -15,6 +13,8 @@ pub(crate) fn machine(
 ) -> Machine {
     let mut all: Vec<(String, Value)> =
         changes.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    // Tests start within programs, so tool lengths are equal; other tests cover lengths.
+    all.insert(0, ("change.lengths".to_owned(), Value::Text("equal".to_owned())));
     for (axis, min, max) in axes {
         let range = [("min", Value::Number(min)), ("max", Value::Number(max))];
         let rows = range.iter().chain(of_axis);
@@ -23,7 +23,7 @@ pub(crate) fn machine(
     apply(&virtual_drill(), &all).unwrap()
 }
 
-/// The machine's file, as `annulus` reads it.
+/// The machine file, as `annulus` reads it.
 pub(crate) fn file(machine: &Machine) -> String {
     let mut text = "schema = 1\n".to_owned();
     for (section, rows) in SECTIONS {
@@ -41,7 +41,7 @@ pub(crate) fn file(machine: &Machine) -> String {
     text
 }
 
-/// Holes `at` these places, drilled at so many µm a second; what comes before the first, and how it ends.
+/// Holes at `at`, drilled at this feed in µm/s; the legs before the first, and the commands of the end.
 pub(crate) fn holes(
     machine: &Machine,
     before: Vec<Leg>,
@@ -77,12 +77,12 @@ pub(crate) fn holes(
     }
 }
 
-/// The spindle turns, and has so long for it.
+/// Starts the spindle, with this spin-up time.
 pub(crate) fn spin_up(us: u32) -> Leg {
     Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us }] }
 }
 
-/// The spindle is off, and the head where it began.
+/// Spindle off, and back to the start.
 pub(crate) fn back() -> Vec<Command> {
     vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }]
 }

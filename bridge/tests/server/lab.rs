@@ -1,4 +1,4 @@
-//! The Lab's queue and outputs over a real socket (A8, C7).
+//! Tests of the Lab's queue and outputs over a real socket.
 
 use super::client::{Page, Running};
 use super::work::until_status;
@@ -15,7 +15,7 @@ fn until_queue(page: &mut Page, wanted: impl Fn(&QueueStatus) -> bool) -> QueueS
 }
 
 #[test]
-fn a_queue_is_sent_stepped_watched_and_stopped_by_anybody() {
+fn queue_is_visible_to_and_stoppable_by_every_page() {
     let bridge = Running::start_at(TempDir::new().unwrap(), "50");
     let (mut worker, mut viewer) = (bridge.page(), bridge.page());
     let text = "HOME ALL ; first\nREPEAT 900\nMOVE_BY 80 0\n* MOVE_BY -80 0\nEND\n".to_owned();

@@ -1,11 +1,11 @@
-//! Those who come to waste time: half requests, endless ones, too many.
+//! Tests of clients that waste resources: incomplete requests, endless ones, too many.
 
 use super::client::{Reply, Running};
 use std::io::Write;
 use std::net::TcpStream;
 
 #[test]
-fn half_a_request_is_not_waited_for() {
+fn incomplete_requests_time_out() {
     let bridge = Running::start();
     let mut head = bridge.connect();
     head.write_all(b"GET / HTTP/1.1\r\nhost: 127").unwrap();
@@ -21,7 +21,7 @@ fn half_a_request_is_not_waited_for() {
 }
 
 #[test]
-fn heads_are_bounded() {
+fn request_heads_are_limited() {
     let bridge = Running::start();
     let long = "x".repeat(40_000);
     assert!(matches!(bridge.raw("GET", "/", &[("x-long", &long)], b"").status, 0 | 431));
@@ -35,11 +35,11 @@ fn heads_are_bounded() {
 }
 
 #[test]
-fn connections_are_counted_and_given_back() {
+fn idle_connections_make_room_for_new_clients() {
     let bridge = Running::start();
     let mut page = bridge.page();
     let mut crowd: Vec<TcpStream> = (0..400).map(|_| bridge.connect()).collect();
-    // Whoever comes is let in; one who said nothing goes for it.
+    // A new client gets in; a silent one is dropped for it.
     assert_eq!(bridge.raw("GET", "/nothing", &[], b"").status, 404);
     assert!(page.take_control(false), "a page that is in stays in");
     assert_eq!(Reply::read(&mut crowd[0]).status, 0, "the first of the crowd was closed");

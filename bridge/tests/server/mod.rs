@@ -1,4 +1,5 @@
-//! The local server as strangers, friends and broken programs meet it: the real binary, real sockets, its own home.
+//! Tests of the local server with strangers, known pages and broken clients: the real binary, real sockets,
+//! its own home.
 
 pub(crate) mod card;
 pub(crate) mod client;
@@ -7,6 +8,7 @@ mod door;
 pub(crate) mod drill;
 mod lab;
 mod limits;
+pub(crate) mod machine_time;
 mod pages;
 mod spindle;
 mod uploads;

@@ -1,9 +1,9 @@
-//! Pages with a seat: who has control, who may stop, and frames that make no sense.
+//! Tests of connected pages: who has control, who may stop, and invalid frames.
 
 use super::client::{Page, Running};
 use annulus_core::control::State;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, FRAME_LIMIT, Tell, auth};
+use annulus_core::wire::{Ask, Control, FRAME_LIMIT, Tell, auth};
 use tungstenite::Message;
 
 fn is_in(tell: &Tell, states: &[State]) -> bool {
@@ -11,53 +11,57 @@ fn is_in(tell: &Tell, states: &[State]) -> bool {
 }
 
 #[test]
-fn a_newcomer_is_told_how_things_stand() {
+fn new_page_receives_control_and_machine() {
     let bridge = Running::start();
     let mut page = bridge.page();
-    page.until(|tell| matches!(tell, Tell::Control { yours: false, taken: false, viewers: 1 }));
+    page.until(|tell| matches!(tell, Tell::Control(Control { yours: false, taken: false, viewers: 1 })));
     page.until(|tell| matches!(tell, Tell::Machine { settings, .. } if !settings.is_empty()));
     page.ask(&Ask::Ping { stamp: 12.5 });
     page.until(|tell| *tell == Tell::Pong { stamp: 12.5 });
 }
 
 #[test]
-fn one_controller_many_viewers() {
+fn one_page_has_control_and_others_are_refused() {
     let bridge = Running::start();
     let (mut one, mut two) = (bridge.page(), bridge.page());
     assert!(one.take_control(false));
-    two.until(|tell| matches!(tell, Tell::Control { yours: false, taken: true, viewers: 2 }));
+    two.until(|tell| matches!(tell, Tell::Control(Control { yours: false, taken: true, viewers: 2 })));
     assert!(!two.take_control(false));
-    for ask in
-        [Ask::Home, Ask::SetZero, Ask::Resume, Ask::Jog { axis: 0, distance_um: 100 }, Ask::AcknowledgeAlarm]
-    {
+    for ask in [
+        Ask::Home,
+        Ask::SetZero,
+        Ask::Resume,
+        Ask::Jog { axis: 0, distance_um: 100, anyway: false },
+        Ask::AcknowledgeAlarm,
+    ] {
         two.ask(&ask);
         assert_eq!(two.refusal(), "control.needed", "{ask:?}");
     }
     assert!(two.take_control(true));
-    one.until(|tell| matches!(tell, Tell::Control { yours: false, taken: true, .. }));
+    one.until(|tell| matches!(tell, Tell::Control(Control { yours: false, taken: true, .. })));
     one.ask(&Ask::Home);
     assert_eq!(one.refusal(), "control.needed");
     two.ask(&Ask::ReleaseControl);
-    one.until(|tell| matches!(tell, Tell::Control { taken: false, .. }));
+    one.until(|tell| matches!(tell, Tell::Control(Control { taken: false, .. })));
     assert!(one.take_control(false));
 }
 
 #[test]
-fn control_goes_with_the_page_and_lapses_in_silence() {
+fn control_lapses_when_its_page_leaves_or_is_silent() {
     let bridge = Running::start();
     let mut viewer = bridge.page();
     let mut gone = bridge.page();
     assert!(gone.take_control(false));
-    viewer.until(|tell| matches!(tell, Tell::Control { taken: true, .. }));
+    viewer.until(|tell| matches!(tell, Tell::Control(Control { taken: true, .. })));
     drop(gone);
-    viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 1, .. }));
+    viewer.until(|tell| matches!(tell, Tell::Control(Control { taken: false, viewers: 1, .. })));
     let mut silent = bridge.page();
     assert!(silent.take_control(false));
-    viewer.until(|tell| matches!(tell, Tell::Control { taken: true, .. }));
-    viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 2, .. }));
+    viewer.until(|tell| matches!(tell, Tell::Control(Control { taken: true, .. })));
+    viewer.until(|tell| matches!(tell, Tell::Control(Control { taken: false, viewers: 2, .. })));
 }
 
-/// Page `one` has the machine homed, and page `two` stops it.
+/// Page `one` homes the machine, and page `two` stops it.
 fn stops_what_moves(one: &mut Page, two: &mut Page) {
     assert!(one.take_control(false));
     one.ask(&Ask::Home);
@@ -67,14 +71,14 @@ fn stops_what_moves(one: &mut Page, two: &mut Page) {
 }
 
 #[test]
-fn anybody_stops_the_machine() {
+fn page_without_control_stops_the_machine() {
     let bridge = Running::start();
     let (mut one, mut two) = (bridge.page(), bridge.page());
     stops_what_moves(&mut one, &mut two);
 }
 
 #[test]
-fn an_address_says_what_its_page_may() {
+fn link_scope_limits_requests_but_never_stop() {
     let bridge = Running::start();
     let job = || "0".repeat(64);
     let rows = [
@@ -94,7 +98,7 @@ fn an_address_says_what_its_page_may() {
 }
 
 #[test]
-fn no_page_chooses_the_hardware() {
+fn pages_cannot_change_the_output_hardware() {
     let bridge = Running::start();
     let mut page = bridge.page();
     assert!(page.take_control(false));
@@ -107,7 +111,7 @@ fn no_page_chooses_the_hardware() {
 }
 
 #[test]
-fn frames_that_make_no_sense_move_nothing() {
+fn malformed_frames_are_refused_without_motion() {
     let bridge = Running::start();
     let mut page = bridge.page();
     assert!(page.take_control(false));
@@ -126,7 +130,7 @@ fn frames_that_make_no_sense_move_nothing() {
 }
 
 #[test]
-fn frames_that_are_too_large_or_too_many_end_the_conversation() {
+fn oversized_or_too_frequent_frames_close_the_socket() {
     let bridge = Running::start();
     let long = |length: usize| format!("{{\"t\":\"ping\",\"stamp\":1{}}}", " ".repeat(length));
     let mut page = bridge.page();
@@ -150,7 +154,7 @@ fn frames_that_are_too_large_or_too_many_end_the_conversation() {
 }
 
 #[test]
-fn a_page_that_does_not_read_holds_up_nobody() {
+fn page_that_does_not_read_delays_no_other_page() {
     let bridge = Running::start();
     let deaf = bridge.page();
     let mut other = bridge.page();
@@ -163,7 +167,7 @@ fn a_page_that_does_not_read_holds_up_nobody() {
 }
 
 #[test]
-fn seats_are_counted() {
+fn page_65_is_refused_until_a_seat_is_free() {
     let bridge = Running::start();
     let pages: Vec<Page> = (0..64).map(|_| bridge.page_that_may("view")).collect();
     let (session, key) = bridge.pair("view");
@@ -172,7 +176,7 @@ fn seats_are_counted() {
     late.hello(&session, &auth::hello(&key, &nonce));
     assert_eq!(late.last_words(), ["door.full"], "everybody has one seat, and there are no more");
     drop(pages);
-    // A seat is free again as soon as the bridge has seen that a page left.
+    // A seat is free as soon as the bridge notices that a page left.
     let again = (0..100).find_map(|_| {
         std::thread::sleep(std::time::Duration::from_millis(100));
         let mut page =

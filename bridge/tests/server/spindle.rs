@@ -1,8 +1,8 @@
-//! A spindle behind a frequency converter (C6): a converter of our own at a pseudo-terminal, what goes wrong with it while the bit
-//! is in the board, and what the drill does then.
+//! Tests of a spindle on a simulated frequency converter: its faults while the tool is in the board, and
+//! the drill's reaction.
 //!
 //! ```text
-//! annulus serve ── bytes ──▶ pty ──▶ this converter: frames of Modbus or of Huanyang, a motor that takes its time, faults
+//! annulus serve ── bytes ──▶ pty ──▶ this converter: frames of Modbus or Huanyang, a motor with inertia, faults
 //! ```
 
 use super::client::{PATIENCE, Page, Running, annulus};
@@ -12,7 +12,7 @@ use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::machine::{Machine, Value};
 use annulus_core::pins::SpindleState;
-use annulus_core::wire::{Ask, RowVerdict, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, JobEnd, RowVerdict, Tell, program};
 use serialport::{SerialPort, TTYPort};
 use std::cell::Cell;
 use std::io::{Read, Write};
@@ -22,22 +22,21 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
     None,
     Silence,
-    /// It talks without end, and says nothing.
+    /// Endless noise without an answer.
     Noise,
     WrongSum,
     Exception,
     /// The motor turns at half its speed.
     Slow,
-    /// It switches itself off, for this reason.
+    /// The converter trips, with this code.
     Trip(u16),
 }
 
-/// How long the motor takes to its speed.
+/// The motor's time to reach its speed.
 const SPIN_UP: Duration = Duration::from_millis(900);
 
 /// A converter and its motor.
@@ -50,7 +49,7 @@ struct Motor {
 }
 
 impl Motor {
-    /// What it turns at, hundredths of a Hz.
+    /// Actual frequency, hundredths of a Hz.
     fn actual(&self) -> u16 {
         let Some(since) = self.runs_since.filter(|_| !matches!(self.fault, Fault::Trip(_))) else { return 0 };
         let share = (since.elapsed().as_secs_f64() / SPIN_UP.as_secs_f64()).min(1.0);
@@ -67,7 +66,7 @@ impl Motor {
         }
     }
 
-    /// Length of the request that begins so.
+    /// Length of the request that starts like this.
     fn length(&self, request: &[u8]) -> usize {
         match request.get(1) {
             Some(3) if self.is_huanyang => 6,
@@ -76,7 +75,7 @@ impl Motor {
         }
     }
 
-    /// What a request does, and its answer without the sum.
+    /// Carries out a request. Returns its answer without the checksum.
     fn answer(&mut self, request: &[u8]) -> Vec<u8> {
         let [high, low] = self.actual().to_be_bytes();
         if self.is_huanyang {
@@ -110,7 +109,7 @@ impl Motor {
     }
 }
 
-/// The sum of Modbus, bit by bit.
+/// The Modbus checksum, bit by bit.
 fn sum(bytes: &[u8]) -> [u8; 2] {
     let mut crc = 0xFFFF_u16;
     for byte in bytes {
@@ -128,7 +127,7 @@ struct Converter {
     motor: Arc<Mutex<Motor>>,
     ends: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
-    /// The port is there as long as its other end is open.
+    /// Held open, because the port exists only as long as its other end.
     _theirs: TTYPort,
 }
 
@@ -178,7 +177,7 @@ impl Drop for Converter {
     }
 }
 
-/// The answer to a request that was heard whole.
+/// The answer to a complete request.
 fn turn(heard: &mut Vec<u8>, motor: &mut Motor) -> Option<Vec<u8>> {
     let length = motor.length(heard);
     if heard.len() < length {
@@ -202,7 +201,7 @@ fn turn(heard: &mut Vec<u8>, motor: &mut Motor) -> Option<Vec<u8>> {
     Some(answer)
 }
 
-/// A drill that stays in the board for four seconds, its spindle behind `port`.
+/// A drill that stays in the board for four seconds, with its spindle at `port`.
 fn machine(profile: &str, port: &str) -> Machine {
     let (number, text) = (Value::Number, |text: &str| Value::Text(text.to_owned()));
     let changes = vec![
@@ -220,7 +219,7 @@ fn machine(profile: &str, port: &str) -> Machine {
     )
 }
 
-/// A bridge with that drill, homed, its zero set.
+/// A bridge with that drill, homed, with a work zero.
 fn bridge(machine: &Machine) -> (Running, Page) {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("mill.toml");
@@ -234,7 +233,7 @@ fn bridge(machine: &Machine) -> (Running, Page) {
     (running, page)
 }
 
-/// Waits until it is so.
+/// Waits until `so` holds; panics after a time limit.
 fn eventually(what: &str, so: impl Fn() -> bool) {
     let since = Instant::now();
     while !so() {
@@ -243,7 +242,7 @@ fn eventually(what: &str, so: impl Fn() -> bool) {
     }
 }
 
-/// How often a hole is begun: a computer that is late stops it, as it should, and a person begins again.
+/// Attempts per hole: a late computer stops it, correctly, and the user starts again.
 const ATTEMPTS: usize = 6;
 
 /// Starts one slow hole once the converter answers.
@@ -254,13 +253,13 @@ fn start(bridge: &Running, page: &mut Page, machine: &Machine) {
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     for left in (0..ATTEMPTS).rev() {
-        // What was told of an attempt before is not taken for this one's.
+        // Reports of an earlier attempt must not count for this one.
         let mark = left as f64 + 0.5;
         page.ask(&Ask::Ping { stamp: mark });
         page.until(|tell| matches!(tell, Tell::Pong { stamp, .. } if *stamp == mark));
         page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
-        let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
-        let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+        let armed = page.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
+        let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
         if checks.iter().all(|row| row.verdict != RowVerdict::Fail) {
             return page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
         }
@@ -269,7 +268,8 @@ fn start(bridge: &Running, page: &mut Page, machine: &Machine) {
     }
 }
 
-/// Waits until the bit is in the board, and tells whether it is; before that the spindle was at its speed.
+/// Waits until the tool is in the board. Returns `false` on an alarm. Checks that the spindle was at speed
+/// first.
 fn until_in_the_board(page: &mut Page) -> bool {
     let reached = Cell::new(false);
     let status = until_status(page, |status| {
@@ -281,12 +281,12 @@ fn until_in_the_board(page: &mut Page) -> bool {
     status.state != State::Alarm
 }
 
-/// Whether a computer that is late has this alarm: no answer in time, or that to the question before.
+/// Returns `true` for alarms that a late computer causes: no answer in time, or a late one.
 fn is_late(code: &Option<String>) -> bool {
     matches!(code.as_deref(), Some("spindle.silent" | "spindle.garbled"))
 }
 
-/// Takes the alarm's code and acknowledges it, the fault gone.
+/// Removes the fault and acknowledges the alarm. Returns its code.
 fn acknowledged(page: &mut Page, converter: &Converter) -> Option<String> {
     let alarmed = until_status(page, |status| status.state == State::Alarm);
     assert_eq!(alarmed.trust, Trust::Trusted, "every step is counted");
@@ -298,7 +298,7 @@ fn acknowledged(page: &mut Page, converter: &Converter) -> Option<String> {
     alarmed.alarm.map(|why| why.code)
 }
 
-/// One hole in which `fault` comes: the code of the alarm, and how long it took until the bit rose.
+/// One hole during which `fault` occurs. Returns the code of the alarm.
 fn provoked(bridge: &Running, page: &mut Page, converter: &Converter, fault: Fault) -> Option<String> {
     start(bridge, page, &machine("delta", &converter.port));
     if !until_in_the_board(page) {
@@ -322,7 +322,7 @@ fn provoked(bridge: &Running, page: &mut Page, converter: &Converter, fault: Fau
 }
 
 #[test]
-fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
+fn lost_spindle_lifts_the_tool_and_raises_its_alarm() {
     let converter = Converter::start(false);
     let (bridge, mut page) = bridge(&machine("delta", &converter.port));
     let rows = [
@@ -339,7 +339,7 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
             .take_while(|found| found.as_deref() != Some(code))
             .collect();
         assert!(codes.len() < ATTEMPTS, "{fault:?}: {codes:?}");
-        // What came before is a computer that was late, and nothing else: no answer in time, or that to the question before.
+        // Earlier alarms may only come from a late computer: no answer in time, or a late one.
         let is_late =
             |code: &Option<String>| matches!(code.as_deref(), Some("spindle.silent" | "spindle.garbled"));
         assert!(codes.iter().all(is_late), "{fault:?}: {codes:?}");
@@ -347,14 +347,14 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
 }
 
 #[test]
-fn a_hole_is_drilled_with_frames_of_huanyangs_own() {
+fn hole_is_drilled_with_huanyang_frames() {
     let converter = Converter::start(true);
     let machine = machine("huanyang", &converter.port);
     let (bridge, mut page) = bridge(&machine);
     for left in (0..ATTEMPTS).rev() {
         start(&bridge, &mut page, &machine);
-        let end = page.until(|tell| matches!(tell, Tell::Ended { .. }));
-        if matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 1, .. }) {
+        let end = page.until(|tell| matches!(tell, Tell::Ended(_)));
+        if matches!(end, Tell::Ended(JobEnd { ending: Ending::Done, holes_done: 1, .. })) {
             break;
         }
         let code = acknowledged(&mut page, &converter);
@@ -365,7 +365,7 @@ fn a_hole_is_drilled_with_frames_of_huanyangs_own() {
 }
 
 #[test]
-fn a_converter_that_cannot_be_is_said_before_anything_moves() {
+fn invalid_converter_settings_are_refused_at_start() {
     let folder = TempDir::new().unwrap();
     let serve = |machine: &Machine, more: &[&str]| {
         let path = folder.path().join("mill.toml");

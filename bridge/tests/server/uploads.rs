@@ -1,4 +1,4 @@
-//! Programs in and out.
+//! Tests of programs in and out.
 
 use super::client::{Reply, Running};
 use annulus_core::geometry::Point;
@@ -39,7 +39,7 @@ impl Paired {
 }
 
 #[test]
-fn a_page_that_may_only_watch_brings_nothing() {
+fn page_with_jog_scope_cannot_upload() {
     let bridge = Running::start();
     let (session, key) = bridge.pair("jog");
     let page = Paired { bridge, session, key };
@@ -50,7 +50,7 @@ fn a_page_that_may_only_watch_brings_nothing() {
 }
 
 #[test]
-fn what_goes_in_comes_out() {
+fn uploaded_program_is_downloaded_unchanged() {
     let page = Paired::new();
     let bytes = example();
     let key = program::key(&bytes);
@@ -63,7 +63,7 @@ fn what_goes_in_comes_out() {
 }
 
 #[test]
-fn what_is_not_a_program_is_not_kept() {
+fn invalid_uploads_are_refused_and_not_stored() {
     let page = Paired::new();
     let bytes = example();
     let key = program::key(&bytes);
@@ -83,7 +83,7 @@ fn what_is_not_a_program_is_not_kept() {
 }
 
 #[test]
-fn only_paired_pages_bring_or_fetch_programs() {
+fn uploads_and_downloads_need_session_and_proof() {
     let page = Paired::new();
     let bytes = example();
     let path = format!("/api/jobs/{}", program::key(&bytes));
@@ -110,7 +110,7 @@ fn only_paired_pages_bring_or_fetch_programs() {
 }
 
 #[test]
-fn programs_that_are_too_large_are_not_read_to_the_end() {
+fn oversized_programs_are_refused() {
     let page = Paired::new();
     let path = format!("/api/jobs/{}", "0".repeat(64));
     let proof = auth::request(&page.key, "PUT", &path);

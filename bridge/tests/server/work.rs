@@ -1,12 +1,12 @@
-//! Work that goes on, and moves that do not, when the page that began them is gone (N15).
+//! Tests that jobs continue and jogs end when the page that started them disappears.
 
-use super::client::{Page, Running, had_time};
+use super::client::{Page, Running};
 use super::drill;
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, Control, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
 use tempfile::TempDir;
 
 /// Holes in rows of a hundred, 2 mm apart.
@@ -28,14 +28,13 @@ pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) ->
     }
 }
 
-/// Moves by hand, with the hand on it, until a status is `wanted`.
+/// Jogs with continuous permission until a status is `wanted`.
 pub(crate) fn jog(page: &mut Page, axis: u8, distance_um: i32, wanted: impl Fn(&Status) -> bool) -> Status {
-    page.ask(&Ask::Jog { axis, distance_um });
+    page.ask(&Ask::Jog { axis, distance_um, anyway: true });
     loop {
         page.ask(&Ask::JogOn);
         match page.until(|tell| matches!(tell, Tell::Status(_))) {
             Tell::Status(status) if wanted(&status) => return *status,
-            Tell::Status(status) => had_time(&status),
             _ => {}
         }
     }
@@ -48,7 +47,7 @@ pub(crate) fn home(page: &mut Page) {
 }
 
 #[test]
-fn a_closed_tab_leaves_the_job_running_and_stoppable() {
+fn closed_tab_leaves_the_job_running_and_stoppable() {
     let bridge = Running::start_at(TempDir::new().unwrap(), "5");
     let (mut worker, mut viewer) = (bridge.page(), bridge.page());
     home(&mut worker);
@@ -57,37 +56,39 @@ fn a_closed_tab_leaves_the_job_running_and_stoppable() {
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&worker.session, &worker.key), "PUT", &job, &bytes).status, 200);
     worker.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
-    let armed = worker.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
-    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    let armed = worker.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
+    let Tell::Armed(ArmedJob { stream_digest, checks, .. }) = armed else { panic!("{armed:?}") };
     assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
     worker.ask(&Ask::Start { job: job.clone(), stream_digest, from_leg: 0 });
     until_status(&mut worker, |status| status.state == State::ToolChange);
     worker.ask(&Ask::ToolChanged);
     until_status(&mut worker, |status| status.holes_done >= 2);
     drop(worker);
-    viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 1, .. }));
+    viewer.until(|tell| matches!(tell, Tell::Control(Control { taken: false, viewers: 1, .. })));
     let seen = until_status(&mut viewer, |status| status.holes_done >= 6);
     assert_eq!(seen.state, State::Running);
     viewer.ask(&Ask::Stop);
-    let end = viewer.until(|tell| matches!(tell, Tell::Ended { .. }));
+    let end = viewer.until(|tell| matches!(tell, Tell::Ended(_)));
     assert!(
-        matches!(&end, Tell::Ended { job: ended, ending: Ending::Stopped, .. } if *ended == job),
+        matches!(&end, Tell::Ended(JobEnd { job: ended, ending: Ending::Stopped, .. }) if *ended == job),
         "{end:?}"
     );
     until_status(&mut viewer, |status| status.state != State::Running && status.state != State::Stopping);
 
     let mut newcomer = bridge.page();
-    newcomer.until(|tell| matches!(tell, Tell::Interrupted { job: offered, .. } if *offered == job));
+    newcomer.until(
+        |tell| matches!(tell, Tell::Interrupted(InterruptedJob { job: offered, .. }) if *offered == job),
+    );
     let reply = bridge.job((&newcomer.session, &newcomer.key), "GET", &job, b"");
     assert_eq!((reply.status, reply.body), (200, bytes));
 }
 
 #[test]
-fn a_jog_ends_when_its_page_is_gone() {
+fn jog_ends_when_its_page_closes() {
     let bridge = Running::start();
     let (mut worker, mut viewer) = (bridge.page(), bridge.page());
     home(&mut worker);
-    worker.ask(&Ask::Jog { axis: 0, distance_um: 290_000 });
+    worker.ask(&Ask::Jog { axis: 0, distance_um: 290_000, anyway: false });
     until_status(&mut worker, |status| status.state == State::Jogging);
     drop(worker);
     let rest = until_status(&mut viewer, |status| matches!(status.state, State::Ready | State::NotHomed));
@@ -95,11 +96,11 @@ fn a_jog_ends_when_its_page_is_gone() {
 }
 
 #[test]
-fn what_waited_when_somebody_stopped_is_not_done() {
+fn stop_cancels_a_jog_sent_before_it() {
     let bridge = Running::start();
     let mut page = bridge.page();
     home(&mut page);
-    page.ask(&Ask::Jog { axis: 0, distance_um: 100_000 });
+    page.ask(&Ask::Jog { axis: 0, distance_um: 100_000, anyway: false });
     page.ask(&Ask::Stop);
     let rest = until_status(&mut page, |status| matches!(status.state, State::Ready | State::NotHomed));
     assert!(rest.machine_mm[0] < 95.0, "{rest:?}");

@@ -1,8 +1,7 @@
-//! A job through the bytes of a card on a machine that fetches its tools itself: every step of a change is switched and looked at by
-//! wires, and a tool whose life ends between two holes is asked for there (C3, C5).
+//! Tests of a job on a machine with a magazine, through the bytes of a card. Every step of a change is
+//! switched and checked by wires, and a worn tool is replaced between two holes.
 
 use super::{Bench, CLAMP, SPINDLE, text};
-use crate::server::client::in_peace;
 use crate::server::drill;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
@@ -15,7 +14,7 @@ use annulus_core::wire::{Ask, Tell, ToolsReport};
 use std::thread;
 use std::time::Duration;
 
-/// Diameters of the tools in places 1 and 2.
+/// Diameters of the tools in slots 1 and 2.
 const DIAMETERS_UM: [i64; 2] = [600, 800];
 
 fn bit(um: i64) -> Bit {
@@ -42,14 +41,14 @@ pub(super) fn of_two_tools(machine: &Machine) -> Program {
     program
 }
 
-/// A machine with a magazine, its first tool good for two holes.
+/// A machine with a magazine; its first tool lasts two holes.
 pub(super) fn with_magazine() -> [(&'static str, Value); 2] {
     let rack = ["T1 drill 0.6 life 2", "T2 drill 0.8"].map(str::to_owned).to_vec();
     [("rack.change", text("magazine")), ("rack.tools", Value::Texts(rack))]
 }
 
 impl Bench {
-    /// Its tools lie in places 1 and 2, and a person says so.
+    /// States that the tools are in slots 1 and 2.
     pub(super) fn fill(&mut self) {
         let places: Vec<_> =
             (1..).zip(DIAMETERS_UM).map(|(number, um)| Some(StockedTool { number, bit: bit(um) })).collect();
@@ -58,7 +57,7 @@ impl Bench {
         self.page.ask(&Ask::Stock { places, spindle: Held::Nothing });
     }
 
-    /// Waits until what is told of the tools is so.
+    /// Waits until the tools report satisfies `so`.
     fn tools_are(&mut self, so: impl Fn(&ToolsReport) -> bool) {
         let told = self.heard.iter().rev();
         let mut told =
@@ -69,42 +68,40 @@ impl Bench {
     }
 }
 
-/// What tool `number` has done, in holes.
+/// Holes of tool `number`.
 fn hits(report: &ToolsReport, number: u32) -> u64 {
     report.wear.iter().find(|wear| wear.number == number).map_or(0, |wear| wear.hits)
 }
 
 #[test]
-fn a_job_is_drilled_from_the_magazine_of_a_card_and_a_worn_tool_asked_for_between_two_holes() {
-    in_peace(|| {
-        let mut bench = Bench::new(&with_magazine(), Faults::default());
-        bench.ready([2_000, 2_000]);
-        bench.fill();
-        let program = of_two_tools(&bench.machine);
-        bench.start(&program);
-        // Nobody is asked for what the machine fetches itself; a person is where the life of it is over.
-        let status = bench.until(|status| status.state == State::ToolChange && status.holes_done == 2);
-        bench
-            .tools_are(|report| (report.wanted, report.in_spindle, hits(report, 1)) == (Some(1), Some(1), 2));
-        assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
-        let rests = bench.seen().drill.real();
-        for _ in 0..10 {
-            thread::sleep(Duration::from_millis(300));
-            bench.page.ask(&Ask::Ping { stamp: 0.0 });
-        }
-        assert_eq!(bench.seen().drill.real(), rests, "nothing moves until it is answered");
-        assert_eq!(bench.seen().bytes[3] & (SPINDLE | CLAMP), 0, "the spindle stands, the clamp holds");
-        bench.page.ask(&Ask::ToolChanged);
-        bench.tools_are(|report| hits(report, 1) == 0);
-        assert_eq!(bench.ended(), (Ending::Done, 4));
-        assert_eq!(bench.rests(), None);
-        assert_eq!(bench.status.as_ref().unwrap().trust, Trust::Trusted);
-        bench.tools_are(|report| (hits(report, 1), hits(report, 2)) == (1, 1));
-        let seen = bench.seen();
-        let tools: Vec<_> = seen.holes().iter().map(|hole| hole.bit_mm.unwrap()).collect();
-        assert_eq!((tools, seen.drill.broken()), (vec![0.6, 0.6, 0.6, 0.8], None));
-        let lie: Vec<_> = seen.drill.lie().iter().map(|tool| tool.as_ref().map(|tool| tool.number)).collect();
-        assert_eq!((lie, seen.drill.held().map(|tool| tool.number)), (vec![Some(1), None, None], Some(2)));
-        assert_eq!(seen.bytes[3] & (SPINDLE | CLAMP), 0);
-    });
+fn card_magazine_changes_tools_and_requests_a_worn_one() {
+    let mut bench = Bench::new(&with_magazine(), Faults::default());
+    bench.ready([2_000, 2_000]);
+    bench.fill();
+    let program = of_two_tools(&bench.machine);
+    bench.start(&program);
+    // The user is not asked for tools that the machine fetches, but must replace a worn one.
+    let status = bench.until(|status| status.state == State::ToolChange && status.holes_done == 2);
+    bench.tools_are(|report| (report.wanted, report.in_spindle, hits(report, 1)) == (Some(1), Some(1), 2));
+    assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
+    let rests = bench.seen().drill.real();
+    bench.let_run();
+    for _ in 0..10 {
+        thread::sleep(Duration::from_millis(300));
+        bench.page.ask(&Ask::Ping { stamp: 0.0 });
+    }
+    assert_eq!(bench.seen().drill.real(), rests, "nothing moves until it is answered");
+    assert_eq!(bench.seen().bytes[3] & (SPINDLE | CLAMP), 0, "the spindle stands, the clamp holds");
+    bench.page.ask(&Ask::ToolChanged);
+    bench.tools_are(|report| hits(report, 1) == 0);
+    assert_eq!(bench.ended(), (Ending::Done, 4));
+    assert_eq!(bench.rests(), None);
+    assert_eq!(bench.status.as_ref().unwrap().trust, Trust::Trusted);
+    bench.tools_are(|report| (hits(report, 1), hits(report, 2)) == (1, 1));
+    let seen = bench.seen();
+    let tools: Vec<_> = seen.holes().iter().map(|hole| hole.bit_mm.unwrap()).collect();
+    assert_eq!((tools, seen.drill.broken()), (vec![0.6, 0.6, 0.6, 0.8], None));
+    let lie: Vec<_> = seen.drill.lie().iter().map(|tool| tool.as_ref().map(|tool| tool.number)).collect();
+    assert_eq!((lie, seen.drill.held().map(|tool| tool.number)), (vec![Some(1), None, None], Some(2)));
+    assert_eq!(seen.bytes[3] & (SPINDLE | CLAMP), 0);
 }

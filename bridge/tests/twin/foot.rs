@@ -1,8 +1,7 @@
-//! The presser foot of a card: up after STOP, after an alarm and after the bridge was killed in the middle of a stroke, and never up
-//! while the bit is in the board (C7).
+//! Tests of the presser foot on a card. STOP, an alarm and a killed bridge within a drill cycle lift the
+//! foot, but never while the tool is in the board.
 
 use super::{Bench, SURFACE_MM, number, text};
-use crate::server::client::in_peace;
 use crate::server::drill;
 use annulus_core::control::State;
 use annulus_core::geometry::Point;
@@ -13,12 +12,12 @@ use annulus_core::wire::Ask;
 use std::thread;
 use std::time::Duration;
 
-/// Slow strokes, so that one is met in its middle.
+/// Slow drill cycles, to stop within one.
 fn with_foot() -> [(&'static str, Value); 3] {
     [("foot.on", text("yes")), ("foot.time", number(80.0)), ("stroke.feed", number(1.0))]
 }
 
-/// In the middle of the second stroke, the bit half a millimetre in the board.
+/// In the middle of the second drill cycle, the tool half a millimetre in the board.
 fn in_the_board() -> Bench {
     let mut bench = Bench::new(&with_foot(), Faults::default());
     bench.ready([1_000, 1_000]);
@@ -30,9 +29,9 @@ fn in_the_board() -> Bench {
     bench
 }
 
-/// The foot is up, and was never while the tip was below the surface.
+/// Checks that the foot is up, and was never up while the tool was below the surface.
 fn judge(bench: &Bench, what: &str) {
-    // The wires are looked at a moment later.
+    // The wires are read a moment later.
     thread::sleep(Duration::from_millis(20));
     let seen = bench.seen();
     let surface = (SURFACE_MM * 10.0).round() as i64;
@@ -46,26 +45,22 @@ fn judge(bench: &Bench, what: &str) {
 }
 
 #[test]
-fn the_foot_is_up_after_a_stop_an_alarm_and_a_killed_bridge_and_never_in_mid_cut() {
-    in_peace(|| {
-        let mut bench = in_the_board();
-        bench.page.ask(&Ask::Stop);
-        bench.until(|status| status.state == State::Stopping);
-        assert_eq!(bench.rests(), None);
-        judge(&bench, "STOP");
-    });
-    in_peace(|| {
-        let mut bench = in_the_board().expecting(Some("control.cover_open"));
-        bench.seen().forced = Input::CoverOpen.bit();
-        assert_eq!(bench.until(|status| status.alarm.is_some()).state, State::Alarm);
-        assert_eq!(bench.rests().as_deref(), Some("control.cover_open"));
-        judge(&bench, "an alarm");
-    });
-    in_peace(|| {
-        let mut bench = in_the_board();
-        bench.bridge.child.kill().unwrap();
-        bench.bridge.child.wait().unwrap();
-        bench.until_let_go();
-        judge(&bench, "a killed bridge");
-    });
+fn foot_rises_only_out_of_the_board_after_stop_alarm_and_kill() {
+    let mut bench = in_the_board();
+    bench.page.ask(&Ask::Stop);
+    bench.until(|status| status.state == State::Stopping);
+    assert_eq!(bench.rests(), None);
+    judge(&bench, "STOP");
+
+    let mut bench = in_the_board();
+    bench.seen().forced = Input::CoverOpen.bit();
+    assert_eq!(bench.until(|status| status.alarm.is_some()).state, State::Alarm);
+    assert_eq!(bench.rests().as_deref(), Some("control.cover_open"));
+    judge(&bench, "an alarm");
+
+    let mut bench = in_the_board();
+    bench.bridge.child.kill().unwrap();
+    bench.bridge.child.wait().unwrap();
+    bench.until_let_go();
+    judge(&bench, "a killed bridge");
 }

@@ -1,5 +1,5 @@
-//! A machine on an I/O card whose device is a rehearsal file, with the virtual drill at the wires: what the executor's process writes
-//! turns its rotors and switches its cylinders, what its sensors say is what the process reads (A13, N16, N20).
+//! A machine on an I/O card with a port file, and the virtual drill at its wires. The executor's output
+//! turns its rotors and switches its cylinders; its sensors are the executor's input.
 //!
 //! ```text
 //! bytes of the file   0 1 2    phases: steps ─┐                        ┌─ 4   end sensors, contact
@@ -12,8 +12,9 @@ mod faults;
 mod foot;
 
 use crate::server::card::arm;
-use crate::server::client::{PATIENCE, Page, Running, annulus, had_time, output};
+use crate::server::client::{PATIENCE, Page, Running, annulus, output};
 use crate::server::drill;
+use crate::server::machine_time::{self, Limits};
 use annulus_core::control::{Ending, State};
 use annulus_core::job::{Input, Program};
 use annulus_core::machine::phases::preset;
@@ -22,11 +23,10 @@ use annulus_core::magazine::ToolStock;
 use annulus_core::pins::Pins;
 use annulus_core::steps::TICK_HZ;
 use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
-use annulus_core::wire::{Ask, Status, Tell};
-use std::fs::{self, File, OpenOptions};
+use annulus_core::wire::{Ask, JobEnd, Status, Tell};
+use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -38,11 +38,13 @@ const SURFACE_MM: f64 = -8.0;
 const SPINDLE: u8 = 1;
 const FOOT: u8 = 2;
 const CLAMP: u8 = 4;
-/// So fast the spindle turns, where a wire says that it does.
+/// Spindle speed while its wire is on.
 const RPM: u32 = 20_000;
-/// Steps that came between two looks at the file are so far apart, in ticks.
+/// How far the machine may run ahead of the test.
+const AHEAD: Duration = Duration::from_millis(300);
+/// Assumed distance of steps found in one reading of the file, in ticks.
 const APART_TICKS: u64 = TICK_HZ / 10_000;
-/// No motor of the twin is too weak for steps that were looked at late.
+/// Strong motors, because steps are noticed late.
 const STRONG_MM_PER_S2: f64 = 1e9;
 const STRONG_HZ: u32 = 1_000_000;
 
@@ -58,7 +60,7 @@ fn list(numbers: &[i32]) -> Value {
     Value::Numbers(numbers.iter().map(|number| f64::from(*number)).collect())
 }
 
-/// A small slow machine: 14 × 14 × 12 mm, 10 steps/mm, at most 100 steps a second; every sensor that there is.
+/// A small slow machine: 14 × 14 × 12 mm, 10 steps/mm, at most 100 steps per second; with all sensors.
 fn machine(device: &Path, more: &[(&'static str, Value)]) -> Machine {
     let changes = vec![
         ("machine.output", text("card")),
@@ -73,6 +75,7 @@ fn machine(device: &Path, more: &[(&'static str, Value)]) -> Machine {
         ("overlap.on", text("no")),
         ("stroke.surface", number(SURFACE_MM)),
         ("stroke.feed", number(10.0)),
+        ("stroke.contact_tolerance", number(0.0)),
         ("stroke.settle", number(5.0)),
         ("spindle.spin_up", number(50.0)),
         ("motion.down_speed", number(10.0)),
@@ -102,16 +105,16 @@ fn machine(device: &Path, more: &[(&'static str, Value)]) -> Machine {
     apply(&base, &more).unwrap()
 }
 
-/// What is at the wires, and what was seen of it.
+/// The drill at the wires, and a record of them.
 pub(crate) struct Seen {
     pub(crate) drill: VirtualDrill,
-    /// Holes that were made, by the board itself.
+    /// Holes, recorded by the simulated board.
     pub(crate) holes: Arc<Mutex<Vec<VirtualHole>>>,
-    /// Every time the output of the foot was switched: whether it is down, and the height of the tip.
+    /// Every switch of the foot: whether it is down, and the height of the tool.
     pub(crate) foot: Vec<(bool, i64)>,
-    /// Inputs that are on besides, one bit each.
+    /// Additional inputs that are on, one bit each.
     pub(crate) forced: u32,
-    /// Output bytes as they were last.
+    /// The last output bytes.
     bytes: [u8; 4],
     columns: [Option<i64>; 3],
     tick: u64,
@@ -132,13 +135,13 @@ impl Seen {
             foot: Vec::new(),
             forced: 0,
             bytes: [0; 4],
-            // Where the last column of the table holds a rotor.
+            // The rotor position for the last column of the table.
             columns: [Some(7); 3],
             tick: 0,
         }
     }
 
-    /// The outputs are `bytes` at `tick`: what the inputs say then.
+    /// Applies the outputs `bytes` at `tick`. Returns the inputs.
     fn look(&mut self, machine: &Machine, bytes: [u8; 4], tick: u64) -> [u8; 2] {
         self.tick = self.tick.max(tick);
         let changed = self.bytes[3] ^ bytes[3];
@@ -179,7 +182,7 @@ impl Seen {
         self.drill.step(self.tick, 1 << axis, u8::from(forward) << axis);
     }
 
-    /// Its tools lie as somebody laid them.
+    /// Places the tools as stated.
     fn lay(&mut self, stock: &ToolStock) {
         self.drill.stock(self.tick, stock);
     }
@@ -189,7 +192,7 @@ impl Seen {
     }
 }
 
-/// The place of the windings of `byte` in the table of `axis`; none while nothing is on.
+/// The column of the table of `axis` with the windings of `byte`; `None` while nothing is on.
 fn column(machine: &Machine, axis: usize, byte: u8) -> Option<i64> {
     let columns = &machine.axis(axis).phases.columns;
     columns.iter().position(|phases| phases & 0x0F == byte & 0x0F).map(|at| at as i64)
@@ -198,58 +201,53 @@ fn column(machine: &Machine, axis: usize, byte: u8) -> Option<i64> {
 /// The virtual drill at the wires.
 struct Twin {
     seen: Arc<Mutex<Seen>>,
-    ends: Arc<AtomicBool>,
+    limits: Arc<Limits>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Twin {
     fn start(machine: &Machine, device: &Path, faults: Faults) -> Self {
         let seen = Arc::new(Mutex::new(Seen::of(machine, faults)));
-        let ends = Arc::new(AtomicBool::new(false));
-        let device = OpenOptions::new().read(true).write(true).open(device).unwrap();
-        let (own, over, machine) = (Arc::clone(&seen), Arc::clone(&ends), machine.clone());
-        let began = Instant::now();
+        let limits = Arc::new(Limits::none());
+        let (own, shared, machine) = (Arc::clone(&seen), Arc::clone(&limits), machine.clone());
+        let device = device.to_owned();
         let thread = thread::spawn(move || {
             let mut before = None;
-            while !over.load(Ordering::SeqCst) {
+            machine_time::keep(&device, &shared, |device, tick| {
                 let mut bytes = [0; 4];
                 device.read_exact_at(&mut bytes, 0).unwrap();
-                let tick = began.elapsed().as_micros() as u64 * (TICK_HZ / 1_000_000);
                 let read = own.lock().unwrap().look(&machine, bytes, tick);
                 if before != Some(read) {
                     device.write_all_at(&read, 4).unwrap();
                     before = Some(read);
                 }
-                thread::sleep(Duration::from_micros(200));
-            }
+            });
         });
-        Self { seen, ends, thread: Some(thread) }
+        Self { seen, limits, thread: Some(thread) }
     }
 }
 
 impl Drop for Twin {
     fn drop(&mut self) {
-        self.ends.store(true, Ordering::SeqCst);
+        self.limits.end();
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
-/// A machine on a card, its twin, its bridge, and the page at it.
+/// A machine on a card, its twin, its bridge, and a page.
 pub(crate) struct Bench {
     pub(crate) machine: Machine,
     pub(crate) page: Page,
     pub(crate) bridge: Running,
-    /// What came that was neither status nor echo.
+    /// Received reports other than status and echo.
     pub(crate) heard: Vec<Tell>,
     pub(crate) status: Option<Status>,
-    /// The alarm that is to come; any other one may be that of a computer without time.
-    expected: Option<&'static str>,
     device: PathBuf,
     twin: Twin,
 }
 
 impl Bench {
-    /// On `more` settings, with a twin that has these faults.
+    /// A machine with `more` settings, and a twin with these faults.
     pub(crate) fn new(more: &[(&'static str, Value)], faults: Faults) -> Self {
         let home = TempDir::new().unwrap();
         let device = home.path().join("card.bin");
@@ -261,34 +259,30 @@ impl Bench {
         let twin = Twin::start(&machine, &device, faults);
         let mut command =
             annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &named.display().to_string()]);
-        command.env("ANNULUS_LATENESS_US", "100");
+        command.env("ANNULUS_LATENESS_US", "100").env(machine_time::REQUEST.0, machine_time::REQUEST.1);
         let bridge = Running::of(command, home);
         let mut page = bridge.page();
         assert!(page.take_control(false));
-        let (heard, status, expected) = (Vec::new(), None, None);
-        Self { machine, page, bridge, heard, status, expected, device, twin }
-    }
-
-    /// The same with an alarm that is to come.
-    pub(crate) fn expecting(mut self, code: Option<&'static str>) -> Self {
-        self.expected = code;
-        self
+        Self { machine, page, bridge, heard: Vec::new(), status: None, device, twin }
     }
 
     pub(crate) fn seen(&self) -> MutexGuard<'_, Seen> {
         self.twin.seen.lock().unwrap()
     }
 
-    /// Hears until a tell is `wanted`, and says meanwhile that somebody is there.
+    /// Lets the machine run without limit.
+    fn let_run(&self) {
+        self.twin.limits.free();
+    }
+
+    /// Receives reports until one is `wanted`, and keeps control alive. The machine never runs far ahead.
     fn hear(&mut self, wanted: impl Fn(&Tell) -> bool) -> Tell {
         let since = Instant::now();
         loop {
+            self.twin.limits.allow(AHEAD);
             assert!(since.elapsed() < 2 * PATIENCE, "waited in vain: {:?} {:?}", self.status, self.heard);
             let tell = self.page.next().expect("the bridge is there");
             if let Tell::Status(status) = &tell {
-                if status.alarm.as_ref().map(|why| why.code.as_str()) != self.expected {
-                    had_time(status);
-                }
                 self.status = Some(status.as_ref().clone());
                 self.page.ask(&Ask::Ping { stamp: 0.0 });
             }
@@ -306,7 +300,7 @@ impl Bench {
         self.status.clone().unwrap()
     }
 
-    /// Until nothing is done any more: the code of the alarm, if there is one.
+    /// Waits until nothing moves. Returns the code of the alarm, if any.
     pub(crate) fn rests(&mut self) -> Option<String> {
         let is_over = |state: State| matches!(state, State::Ready | State::Alarm | State::NotHomed);
         self.until(|status| is_over(status.state) && status.stage.is_none());
@@ -317,7 +311,7 @@ impl Bench {
         self.status.as_ref().and_then(|status| status.alarm.as_ref()).map(|why| why.code.clone())
     }
 
-    /// Homes: the code of the alarm, if there is one.
+    /// Homes. Returns the code of the alarm, if any.
     pub(crate) fn home(&mut self) -> Option<String> {
         self.page.ask(&Ask::Home);
         self.begins();
@@ -325,12 +319,12 @@ impl Bench {
         self.rested()
     }
 
-    /// Until something moves: what is told of the rest before may come late.
+    /// Waits until something moves: an old status may arrive late.
     pub(crate) fn begins(&mut self) {
         self.until(|status| status.stage.is_some());
     }
 
-    /// Homed, with the work zero so far from where it rests then.
+    /// Homes, and sets the work zero at this distance from the position after homing.
     pub(crate) fn ready(&mut self, zero_um: [i32; 2]) {
         assert_eq!(self.home(), None);
         self.by_hand(0, zero_um[0]);
@@ -338,12 +332,12 @@ impl Bench {
         self.page.ask(&Ask::SetZero);
     }
 
-    /// Moves by hand, as somebody who goes on wanting it.
+    /// Jogs with continuous permission.
     pub(crate) fn by_hand(&mut self, axis: u8, distance_um: i32) {
         if distance_um == 0 {
             return;
         }
-        self.page.ask(&Ask::Jog { axis, distance_um });
+        self.page.ask(&Ask::Jog { axis, distance_um, anyway: false });
         self.until(|status| status.state == State::Jogging);
         while self.status.as_ref().is_some_and(|status| status.state == State::Jogging) {
             self.page.ask(&Ask::JogOn);
@@ -352,23 +346,23 @@ impl Bench {
         self.rests();
     }
 
-    /// Arms and starts.
     pub(crate) fn start(&mut self, program: &Program) {
         let (job, stream_digest, failed) = arm(&self.bridge, &mut self.page, program);
         assert_eq!(failed, Vec::<String>::new());
         self.page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     }
 
-    /// How the job ended, and how many holes it says that it made.
+    /// How the job ended, and its reported number of holes.
     pub(crate) fn ended(&mut self) -> (Ending, u32) {
-        match self.hear(|tell| matches!(tell, Tell::Ended { .. })) {
-            Tell::Ended { ending, holes_done, .. } => (ending, holes_done),
+        match self.hear(|tell| matches!(tell, Tell::Ended(_))) {
+            Tell::Ended(JobEnd { ending, holes_done, .. }) => (ending, holes_done),
             other => panic!("{other:?}"),
         }
     }
 
-    /// Waits until no executor has the device any more.
+    /// Waits until no executor holds the device.
     pub(crate) fn until_let_go(&self) {
+        self.let_run();
         let since = Instant::now();
         let device = File::options().read(true).write(true).open(&self.device).unwrap();
         while device.try_lock().is_err() {

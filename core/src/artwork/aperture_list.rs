@@ -1,11 +1,9 @@
-//! Aperture lists beside old Gerber (RS-274-D), which carries neither apertures nor number format.
-//!
-//! Comes in: the text of a list, and what a person says about units and digits. Goes out: the head that RS-274X would have
-//! had, on one line, so that places keep their lines. Reads CAM350's GAP files, and rows of the form `D10 ROUND 0.5`.
+//! Aperture lists for old Gerber (RS-274-D), which has neither apertures nor a number format. Reads CAM350's
+//! GAP files, and rows like `D10 ROUND 0.5`.
 //!
 //! ```text
-//!  D10 ROUND       4.00 0.102  0.00 0.000 …        D-code, form, width in mil and mm, height in mil and mm
-//!  D71 SQUARE 0.610                                D-code, form, width, height where it has one
+//!  D10 ROUND       4.00 0.102  0.00 0.000 …        D-code, shape, width in mil and mm, height in mil and mm
+//!  D71 SQUARE 0.610                                D-code, shape, width, optional height
 //! ```
 
 use super::number::decimal;
@@ -13,10 +11,10 @@ use super::text::{holds, lines};
 use super::{Overrides, Units, Zeros};
 use std::fmt::Write;
 
-/// Rows read of one list.
+/// Maximum number of rows per list.
 const MOST_ROWS: usize = 10_000;
 
-/// The head for a layer without one: its format, if a person says units and digits, and the apertures of the lists.
+/// A Gerber head made from aperture lists. Needs units and digits from the user.
 pub(super) fn head(lists: &[&[u8]], person: &Overrides) -> Option<String> {
     let (units, digits) = (person.units?, person.digits?);
     let zeros = if person.zeros == Some(Zeros::Trailing) { 'T' } else { 'L' };
@@ -70,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_list_and_a_person_make_a_head() {
+    fn aperture_list_and_chosen_format_give_gerber_header() {
         let digits = Some(Digits { integer: 2, decimal: 3 });
         let inch = Overrides { units: Some(Units::Inch), digits, zeros: None };
         let gap =

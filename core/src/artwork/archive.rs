@@ -1,11 +1,8 @@
-//! Zips taken apart in memory, within hard limits, and made.
-//!
-//! Comes in: the bytes of a zip. Goes out: its members, each with its bytes or the reason why it is left out. Comes in:
-//! names and bytes. Goes out: a zip, without times, so that equal members give equal bytes. Writes nothing anywhere, follows
-//! no path, opens no zip in a zip in a zip.
+//! Reads and writes zips in memory, within hard limits. Writes no files, follows no paths, and opens archives
+//! only two levels deep.
 //!
 //! ```text
-//! local header ─ data ─ … ─ central directory ─ end record (found from the back, tells where the directory is)
+//! local header ─ data ─ … ─ central directory ─ end record (found from the back; points to the directory)
 //! ```
 
 use crate::diagnostic::Diagnostic;
@@ -13,38 +10,36 @@ use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::collections::BTreeMap;
 
-/// Members of one archive, those of a nested one with them.
+/// Maximum number of members of an archive, including those of nested archives.
 const MOST_MEMBERS: usize = 1_000;
-/// Bytes of one member.
+/// Maximum size of a member, bytes.
 const MOST_BYTES: usize = 64 << 20;
-/// Bytes of all members.
+/// Maximum size of all members, bytes.
 const MOST_BYTES_TOGETHER: usize = 128 << 20;
-/// How many times larger a member may be than what it was packed into; drill files reach 30.
+/// Maximum compression ratio of a member; drill files reach 30.
 const HIGHEST_RATIO: usize = 200;
-/// A member this small may have any ratio.
+/// Up to this size, a member may have any ratio.
 const SMALL: usize = 1 << 20;
 
-/// How hard members are packed, 0 to 10.
+/// Compression level, 0 to 10.
 const LEVEL: u8 = 6;
 
-/// What became of a member.
+/// The content of a member.
 #[derive(Clone, Debug)]
 pub(super) enum Taken {
-    /// Its bytes.
     Bytes(Vec<u8>),
     /// Why it is left out.
     Refused(Diagnostic),
 }
 
-/// One member.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
-    /// Path inside the archive, made fit to show.
+    /// Path inside the archive, made printable.
     pub(super) name: String,
     pub(super) taken: Taken,
 }
 
-/// How much may still be unpacked.
+/// The remaining allowance for unpacking.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
     members: usize,
@@ -57,7 +52,7 @@ impl Budget {
     }
 }
 
-/// A row of the central directory.
+/// An entry of the central directory.
 struct Row<'a> {
     name: &'a [u8],
     method: u16,
@@ -68,7 +63,7 @@ struct Row<'a> {
     local: usize,
 }
 
-/// Takes a zip apart. The error is the diagnostic why none of it can be read.
+/// Unpacks a zip. Fails with the reason why nothing can be read.
 pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Diagnostic> {
     let refused = |code| Diagnostic::error(code);
     let end = end_record(zip).ok_or(refused("archive.damaged"))?;
@@ -84,7 +79,7 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Dia
             return Err(refused("archive.damaged"));
         };
         at = next;
-        // Some programs of one system write its own separator.
+        // Some Windows programs write backslashes; a Windows path with a drive letter stays unchanged.
         let given = shown(row.name);
         let name = if given.as_bytes().get(1) == Some(&b':') { given } else { given.replace('\\', "/") };
         if ignored(&name) {
@@ -102,7 +97,7 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Dia
     Ok(members)
 }
 
-/// The members of a zip by name; one that cannot be had is the reason why there are none.
+/// The members of a zip by name. Fails if a single one can't be read.
 pub fn members(zip: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Diagnostic> {
     let taken = unpack(zip, &mut Budget::new())?.into_iter().map(|member| match member.taken {
         Taken::Bytes(bytes) => Ok((member.name, bytes)),
@@ -111,7 +106,7 @@ pub fn members(zip: &[u8]) -> Result<Vec<(String, Vec<u8>)>, Diagnostic> {
     taken.collect()
 }
 
-/// Whether `bytes` are a zip with a member called `name`; none of it is unpacked.
+/// True if `bytes` are a zip with a member called `name`. Unpacks nothing.
 pub fn lists(bytes: &[u8], name: &str) -> bool {
     let Some(end) = end_record(bytes).filter(|_| bytes.starts_with(b"PK")) else { return false };
     let mut at = number::<4>(bytes, end + 16).unwrap_or_default() as usize;
@@ -123,7 +118,7 @@ pub fn lists(bytes: &[u8], name: &str) -> bool {
     rows.take(MOST_MEMBERS).any(|row| row.name == name.as_bytes())
 }
 
-/// A zip of `members`, in this order. What could not be taken apart again is refused.
+/// Packs `members` in this order. Fails if `unpack` would reject the result.
 pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     let together: usize = members.iter().map(|(_, bytes)| bytes.len()).sum();
     if together > MOST_BYTES_TOGETHER {
@@ -139,13 +134,13 @@ pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     let (mut zip, mut directory) = (Vec::new(), Vec::new());
     for (name, bytes) in members {
         let squeezed = compress_to_vec(bytes, LEVEL);
-        // Packed too well, a member would be taken for a trap.
+        // `unpack` would reject a member that compresses too well, so store it uncompressed.
         let trap = bytes.len() > SMALL && bytes.len() / squeezed.len().max(1) > HIGHEST_RATIO / 2;
         let plain = trap || squeezed.len() >= bytes.len();
         let (method, data) = if plain { (0, bytes) } else { (8, &squeezed) };
         let at = zip.len();
         let mut head = Vec::new();
-        // Version 2.0, names in UTF-8, no time: the first day that a zip knows.
+        // Version 2.0, UTF-8 names, and the earliest date that zip can store.
         for two in [20, 0x0800, method, 0, 0x0021_u16] {
             head.extend(two.to_le_bytes());
         }
@@ -173,12 +168,12 @@ pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     self::members(&zip).map(|_| zip)
 }
 
-/// Folders, and what a certain system leaves behind.
+/// Folders, and files that macOS adds.
 fn ignored(name: &str) -> bool {
     name.ends_with('/') || name.starts_with("__MACOSX/") || name.ends_with(".DS_Store")
 }
 
-/// A name as text: control characters become `?`.
+/// A printable name: control characters become `?`.
 fn shown(name: &[u8]) -> String {
     String::from_utf8_lossy(name)
         .chars()
@@ -214,7 +209,7 @@ fn take(zip: &[u8], row: &Row<'_>, name: &str, budget: &mut Budget) -> Result<Ve
     Ok(bytes)
 }
 
-/// The end record stands within the last 64 KiB, before a comment.
+/// The end record is in the last 64 KiB, before an optional comment.
 fn end_record(zip: &[u8]) -> Option<usize> {
     let last = zip.len().checked_sub(22)?;
     (last.saturating_sub(0xFFFF)..=last).rev().find(|&at| zip.get(at..at + 4) == Some(b"PK\x05\x06"))
@@ -249,7 +244,7 @@ fn number<const BYTES: usize>(zip: &[u8], at: usize) -> Option<u32> {
     Some(bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte)))
 }
 
-/// The checksum of zips (polynomial 0xEDB88320), four bits at a time.
+/// CRC-32 of zip (polynomial 0xEDB88320), four bits at a time.
 fn crc32(bytes: &[u8]) -> u32 {
     const TABLE: [u32; 16] = {
         let mut table = [0; 16];
@@ -275,12 +270,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn checksum_of_the_nine_digits() {
+    fn crc32_matches_its_check_value() {
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
     }
 
     #[test]
-    fn what_is_packed_is_taken_apart_again() {
+    fn packed_files_unpack_unchanged() {
         let noise: Vec<u8> = (0..9_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
         let rows = [("a.txt", b"hello hello hello hello".to_vec()), ("b/c.gbr", noise), ("empty", vec![])];
         let rows = rows.map(|(name, bytes)| (name.to_owned(), bytes)).to_vec();
@@ -298,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_zip_is_said_to_be_damaged() {
+    fn broken_zips_are_damaged() {
         for bytes in [&b"PK\x03\x04"[..], b"", &[b'P'; 100]] {
             assert_eq!(unpack(bytes, &mut Budget::new()).unwrap_err().code, "archive.damaged");
         }

@@ -1,14 +1,13 @@
-//! Which files of a set belong to one board, found before any drill file is read: what lies there of another board is no
-//! evidence, and several boards are no job.
+//! Groups the files of a set by board, before any drill file is read. Layers of another board are no evidence
+//! for a drill file, and a job needs exactly one board.
 //!
 //! ```text
 //!   left-F_Cu.gbr   left.drl   left-Edge_Cuts.gbr     stem "left"      ┐ both have a top copper: two boards
 //!   right-F_Cu.gbr  right.drl                         stem "right"     ┘
-//!   top.gbr  drill.drl                                no stem: what their folder holds, or the only board there is
+//!   top.gbr  drill.drl                                no stem: grouped by folder, or with the only board
 //! ```
 //!
-//! Comes in: names, what each file is, the project it says it is of. Goes out: the name of its board for each; no name where a
-//! file is of none. Knows of coordinates only the box of each layer; does not look into drill files.
+//! Of coordinates, uses only the bounding box of each layer.
 
 use super::companion::{base, folder};
 use super::registration::same_place;
@@ -17,31 +16,32 @@ use super::{Role, Side};
 use crate::geometry::Bounds;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Words that many boards have in front of their names.
+/// Words that the names of many boards start with.
 const COMMON: [&str; 8] = ["project", "job", "test", "main", "my", "new", "gyw", "panel"];
 
-/// A file before it is grouped.
+/// A file to be grouped.
 #[derive(Clone, Debug)]
 pub(super) struct Item<'a> {
     pub(super) name: &'a str,
-    /// What it is for; none: nothing of a board.
+    /// None if it isn't part of a board.
     pub(super) role: Option<(Role, Option<Side>)>,
-    /// What it says of its project, if anything.
+    /// The project id inside the file.
     pub(super) project: Option<String>,
     pub(super) fingerprint: u64,
-    /// The box of what a layer draws.
+    /// Bounding box of a layer.
     pub(super) bounds: Option<Bounds>,
 }
 
-/// Files of one board.
 #[derive(Clone, Debug, Default)]
 struct Group {
     members: Vec<usize>,
     stem: Vec<String>,
+    /// The shortest stem of its drill files and layers.
+    label: Vec<String>,
     folder: String,
     projects: BTreeSet<String>,
     fingerprints: BTreeSet<u64>,
-    /// Copper by side, and the outline (none).
+    /// The sides that have copper; none means an outline.
     layers: BTreeSet<Option<u8>>,
     drills: bool,
     bounds: Option<Bounds>,
@@ -62,8 +62,10 @@ impl Group {
             Some((Role::Outline, _)) => Some(None),
             _ => None,
         };
+        let is_board = matches!(item.role, Some((Role::Drill | Role::Copper | Role::Outline, _)));
         Self {
             members: vec![index],
+            label: if is_board { stem.clone() } else { Vec::new() },
             stem,
             folder: folder(item.name).to_owned(),
             projects: item.project.iter().cloned().collect(),
@@ -79,6 +81,9 @@ impl Group {
         if self.stem.is_empty() || !other.stem.is_empty() && other.stem.len() < self.stem.len() {
             self.stem = other.stem;
         }
+        if self.label.is_empty() || !other.label.is_empty() && other.label.len() < self.label.len() {
+            self.label = other.label;
+        }
         self.projects.extend(other.projects);
         self.fingerprints.extend(other.fingerprints);
         self.layers.extend(other.layers);
@@ -93,24 +98,26 @@ impl Group {
         !self.stem.is_empty()
     }
 
-    /// Whether one name begins with the other, or one of both says nothing.
+    /// True if one name starts with the other, or if either has no stem.
     fn is_related(&self, other: &Self) -> bool {
         self.stem.iter().zip(&other.stem).all(|(a, b)| a == b)
     }
 
-    /// Whether both names begin with the same word.
+    /// True if both names start with the same specific word.
     fn begins_as(&self, other: &Self) -> bool {
         let first = self.stem.first().filter(|word| !COMMON.contains(&word.as_str()));
         first.is_some() && first == other.stem.first()
     }
 
-    /// Whether both may be of one board by their boxes and drill files: one holds the other, and only one has holes.
+    /// True if bounding boxes and drill files allow one board: one box contains the other, and at most one
+    /// group has drill files.
     fn agrees(&self, other: &Self) -> bool {
         let boxes = self.bounds.zip(other.bounds);
         boxes.is_none_or(|(a, b)| same_place(a, b) || same_place(b, a)) && !(self.drills && other.drills)
     }
 
-    /// Whether both have a layer for one place.
+    /// True if both have a layer for the same side. (9 is the mark of inner layers, of which a board has
+    /// several.)
     fn is_rival(&self, other: &Self) -> bool {
         self.layers.iter().any(|layer| *layer != Some(9) && other.layers.contains(layer))
     }
@@ -124,12 +131,12 @@ impl Group {
     }
 }
 
-/// The board of each item, by name.
+/// The board name of each item; empty for files of no board.
 pub(super) fn boards(items: &[Item<'_>]) -> Vec<String> {
     let root = common_root(items.iter().filter(|item| item.role.is_some()).map(|item| folder(item.name)));
     let mut groups: Vec<Group> = Vec::new();
     let relevant = items.iter().enumerate().filter(|(_, item)| item.role.is_some());
-    // Files of one folder with the same stem first.
+    // Group files of one folder and stem first.
     let mut by_stem: BTreeMap<(String, Vec<String>), usize> = BTreeMap::new();
     for (index, item) in relevant {
         let group = Group::of(index, item, &root);
@@ -150,7 +157,7 @@ pub(super) fn boards(items: &[Item<'_>]) -> Vec<String> {
     join(&mut groups, |a, b| mend(a, b) && a.is_related(b) && !two(a, b));
     join(&mut groups, |a, b| mend(a, b) && a.begins_as(b) && a.agrees(b) && !a.is_rival(b));
     within_folders(&mut groups);
-    // Over folders: the same name, unless both are whole boards.
+    // Across folders: same name, unless both have layers and drill files.
     join(&mut groups, |a, b| {
         a.folder != b.folder && a.is_related(b) && !(a.is_whole() && b.is_whole()) && !a.projects_differ(b)
     });
@@ -158,11 +165,10 @@ pub(super) fn boards(items: &[Item<'_>]) -> Vec<String> {
     named(items.len(), &groups)
 }
 
-/// Bytes in which a file says what it belongs to.
+/// The project id must be within the first bytes.
 const HEAD: usize = 8 * 1024;
 
-/// What a file says of its project (`TF.ProjectId`) or of files that share its zero point (`TF.SameCoordinates`), where that
-/// is a name of its own.
+/// The project id (`TF.ProjectId`), or the id of files with a common origin (`TF.SameCoordinates`).
 pub(super) fn project(bytes: &[u8]) -> Option<String> {
     let head = bytes.get(..HEAD).unwrap_or(bytes);
     ["TF.ProjectId,", "TF.SameCoordinates,"].iter().find_map(|word| {
@@ -170,12 +176,12 @@ pub(super) fn project(bytes: &[u8]) -> Option<String> {
         let rest = head.get(at + word.len()..)?;
         let end = rest.iter().position(|byte| b"*%\r\n".contains(byte))?;
         let id = String::from_utf8_lossy(rest.get(..end)?).into_owned();
-        // Every program of a kind writes `Original` or a place; only an identity tells boards apart.
+        // Many CADs write `Original` or a position here; only a long id identifies a board.
         (id.len() >= 20).then_some(id)
     })
 }
 
-/// Joins groups while `one` says that two of them are one board.
+/// Joins groups until no two satisfy `one`.
 fn join(groups: &mut Vec<Group>, one: impl Fn(&Group, &Group) -> bool) {
     let mut at = 0;
     while at < groups.len() {
@@ -195,8 +201,8 @@ fn join(groups: &mut Vec<Group>, one: impl Fn(&Group, &Group) -> bool) {
     }
 }
 
-/// Within a folder: layers that are no rivals are of one board; drill files go to the only board with layers that has no name
-/// or no drill file of its own.
+/// Joins layers of one folder that don't compete for a side. Drill files join the only group with layers, if
+/// that has no name or no drill file.
 fn within_folders(groups: &mut Vec<Group>) {
     let layered = |group: &Group| !group.layers.is_empty();
     let here = |a: &Group, b: &Group| a.folder == b.folder && !a.projects_differ(b);
@@ -208,6 +214,25 @@ fn within_folders(groups: &mut Vec<Group>) {
         let of_folder = |group: &&Group| group.folder == folder;
         let here_layered: Vec<Group> =
             groups.iter().filter(of_folder).filter(|g| layered(g)).cloned().collect();
+        let place = |a: &Group, b: &Group| {
+            a.bounds.zip(b.bounds).is_some_and(|(a, b)| same_place(a, b) || same_place(b, a))
+        };
+        let bare: Vec<&Group> = groups.iter().filter(of_folder).filter(|g| !layered(g) && g.drills).collect();
+        let first = here_layered.first();
+        let one_place = here_layered.iter().all(|group| {
+            !group.drills && first.is_some_and(|first| place(first, group) && !first.projects_differ(group))
+        });
+        let strange = bare.len() == 1
+            && bare.iter().all(|drill| {
+                drill.is_named()
+                    && !here_layered.iter().any(|group| group.is_named() && group.is_related(drill))
+            });
+        // Layers in one position and a drill file with another name: only the names differ, so they are one
+        // board.
+        if here_layered.len() > 1 && one_place && strange {
+            join(groups, |a, b| a.folder == folder && here(a, b));
+            continue;
+        }
         let [only] = here_layered.as_slice() else {
             join(groups, |a, b| {
                 a.folder == folder
@@ -232,7 +257,7 @@ fn within_folders(groups: &mut Vec<Group>) {
     }
 }
 
-/// Layers in one folder and drill programs in another, and nothing else: one board.
+/// Exactly one group of layers and one of drill files: one board in two folders.
 fn halves(groups: &mut Vec<Group>) {
     let layered = groups.iter().filter(|group| !group.layers.is_empty() && !group.drills).count();
     let drilled = groups.iter().filter(|group| group.layers.is_empty() && group.drills).count();
@@ -243,12 +268,12 @@ fn halves(groups: &mut Vec<Group>) {
     }
 }
 
-/// Names for the groups that make a board, each another one.
+/// A unique name for each group with layers or drill files.
 fn named(count: usize, groups: &[Group]) -> Vec<String> {
     let mut out = vec![String::new(); count];
     let mut taken = BTreeSet::new();
     for group in groups.iter().filter(|group| group.drills || !group.layers.is_empty()) {
-        let own = if group.is_named() { group.stem.join("-") } else { "board".to_owned() };
+        let own = if group.label.is_empty() { "board".to_owned() } else { group.label.join("-") };
         let mut name = own.clone();
         let mut number = 2;
         while !taken.insert(name.clone()) {
@@ -264,7 +289,7 @@ fn named(count: usize, groups: &[Group]) -> Vec<String> {
     out
 }
 
-/// The folders that all names begin with.
+/// The folders that all names start with.
 fn common_root<'a>(mut folders: impl Iterator<Item = &'a str>) -> String {
     let Some(first) = folders.next() else { return String::new() };
     let mut root = first.to_owned();
@@ -281,7 +306,7 @@ fn common_root<'a>(mut folders: impl Iterator<Item = &'a str>) -> String {
 mod tests {
     use super::*;
 
-    /// Boards of names, each with what it is: `t` top copper, `b` bottom, `o` outline, `d` drill, `s` silk.
+    /// Groups names, each with its type: `t` top copper, `b` bottom, `o` outline, `d` drill, `s` silkscreen.
     fn grouped(files: &[(&str, char)]) -> Vec<String> {
         let items: Vec<Item<'_>> = (0..)
             .zip(files)
@@ -303,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_one_board_are_one_board() {
+    fn files_of_one_board_are_grouped() {
         let rows: [&[(&str, char)]; 13] = [
             &[
                 ("clock-F_Cu.gbr", 't'),
@@ -339,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn boards_that_lie_together_stay_apart() {
+    fn boards_in_one_folder_stay_separate() {
         type Named<'a> = &'a [(&'a str, char)];
         let rows: [(Named<'_>, &[&str]); 6] = [
             (

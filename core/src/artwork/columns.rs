@@ -1,7 +1,5 @@
-//! The columns of a plain list: how its lines come apart, and which column holds what.
-//!
-//! Comes in: text. Goes out: rows of numbers in the order X, Y, diameter. Columns are known by their heading or else by their
-//! shape: a column that counts lines, a column of few small sizes in front. Does not know units.
+//! The columns of a hole list: how lines are split, and which column is which. Columns are identified by
+//! their heading, or by their values: a counter, or a few small sizes in the first column.
 //!
 //! ```text
 //! No;X;Y;D                 "5,080","0,000","0,8"             0.8   -5.08  0.00
@@ -12,49 +10,47 @@ use super::excellon::units_by_sizes;
 use super::number::{Decimal, decimal};
 use super::text::{holds, lines, starts};
 
-/// Lines looked at.
 const LOOKED_AT: usize = 400;
-/// Cells of one line.
+/// Maximum number of cells per line.
 const MOST_CELLS: usize = 24;
 
-/// What a line of a list is.
+/// The kind of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Row {
     Blank,
     /// Names of columns, units, a title.
     Heading,
-    /// `DRILL 0.0320 COUNT 36`: the diameter of what follows.
+    /// `DRILL 0.0320 COUNT 36`: the diameter of the following holes.
     Group(Decimal, Option<u32>),
-    /// X, Y and perhaps a diameter.
+    /// X, Y, optional diameter.
     Hole(Decimal, Decimal, Option<Decimal>),
-    /// Something else.
     Other,
 }
 
-/// Where X, Y and the diameter stand.
+/// Columns of X, Y and the diameter.
 type Order = (usize, usize, Option<usize>);
 
 /// How the lines of a list are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Columns {
-    /// Decimal commas.
+    /// Numbers have decimal commas.
     comma: bool,
-    /// Where X, Y and the diameter stand; none: in the order of the cells.
+    /// None: X, Y, diameter in the order of the cells.
     order: Option<Order>,
-    /// A line names them: what stands before the first hole is a title.
+    /// A line names the columns; lines before the first hole are titles.
     pub(super) headed: bool,
-    /// The diameter may stand first or last, and nothing says where.
+    /// The diameter can be the first or the last column.
     pub(super) unsure: bool,
 }
 
-/// A cell of a line: text, and its number if it is one.
+/// The text of a cell, and its number if it is one.
 struct Cell {
     text: Vec<u8>,
     number: Option<Decimal>,
 }
 
 impl Columns {
-    /// Looks at the lines of a text.
+    /// Detects the columns of a text.
     pub(super) fn of(text: &[u8]) -> Self {
         let comma = decimal_comma(text);
         let headed = lines(text).take(LOOKED_AT).find_map(|line| heading_order(&cells(line.text, comma)));
@@ -64,7 +60,7 @@ impl Columns {
         Self { comma, order, headed: headed.is_some(), unsure: unsure && headed.is_none() }
     }
 
-    /// What a line is.
+    /// Classifies a line.
     pub(super) fn row(&self, line: &[u8]) -> Row {
         let line = line.trim_ascii();
         if line.is_empty() {
@@ -97,47 +93,88 @@ impl Columns {
     }
 }
 
-/// Whether a line names its columns.
+/// True if a line names the columns.
 pub(super) fn names_columns(line: &[u8]) -> bool {
     heading_order(&cells(line, false)).is_some()
 }
 
-/// Whether a text lists where components are placed: its columns name parts, sides and turns.
+/// Headings of a component placement list.
+const PLACEMENT: [&str; 19] = [
+    "net",
+    "testpoint",
+    "designator",
+    "refdes",
+    "ref",
+    "reference",
+    "footprint",
+    "package",
+    "rotation",
+    "rot",
+    "val",
+    "value",
+    "side",
+    "layer",
+    "midx",
+    "midy",
+    "posx",
+    "posy",
+    "device",
+];
+/// Headings of a parts list, which has no positions.
+const PARTS_LIST: [&str; 21] = [
+    "designator",
+    "designators",
+    "refdes",
+    "ref",
+    "refs",
+    "reference",
+    "references",
+    "value",
+    "val",
+    "qty",
+    "quantity",
+    "count",
+    "footprint",
+    "package",
+    "mpn",
+    "partnumber",
+    "manufacturer",
+    "description",
+    "comment",
+    "lcsc",
+    "part",
+];
+/// Headings that mean a placement list only if there are positions but no sizes.
+const WEAK: [&str; 12] = [
+    "net",
+    "testpoint",
+    "id",
+    "name",
+    "part",
+    "partid",
+    "component",
+    "angle",
+    "winkel",
+    "bauteil",
+    "mirror",
+    "symbol",
+];
+
+/// True for a component placement list or a parts list, by its headings.
 pub(super) fn is_placement(text: &[u8]) -> bool {
-    const WORDS: [&str; 17] = [
-        "designator",
-        "refdes",
-        "ref",
-        "reference",
-        "footprint",
-        "package",
-        "rotation",
-        "rot",
-        "val",
-        "value",
-        "side",
-        "layer",
-        "midx",
-        "midy",
-        "posx",
-        "posy",
-        "device",
-    ];
-    /// Words that say so only beside places without sizes.
-    const WEAK: [&str; 10] =
-        ["id", "name", "part", "partid", "component", "angle", "winkel", "bauteil", "mirror", "symbol"];
     lines(text).take(40).any(|line| {
         let cells = cells(line.text, false);
         let names: Vec<String> = cells.iter().map(|cell| letters(&cell.text)).collect();
         let known =
             |words: &[&str]| words.iter().filter(|word| names.iter().any(|name| name == *word)).count();
         let places = heading_order(&cells).is_some_and(|(_, _, size)| size.is_none());
-        let parts = known(&WORDS);
-        parts >= 3 || places && parts + known(&WEAK) >= 2
+        let parts = known(&PLACEMENT);
+        let is_bom = heading_order(&cells).is_none() && known(&PARTS_LIST) >= 2;
+        is_bom || parts >= 3 || places && parts + known(&WEAK) >= 2
     })
 }
 
-/// The letters of a text in lower case.
+/// The letters of a text, in lower case.
 fn letters(text: &[u8]) -> String {
     text.iter()
         .filter(|byte| byte.is_ascii_alphabetic())
@@ -145,8 +182,8 @@ fn letters(text: &[u8]) -> String {
         .collect()
 }
 
-/// Rows whose numbers have commas and no points, with semicolons, tabs or blanks between them, use decimal commas. Titles and
-/// headings have no say: only lines with two numbers or more.
+/// True if the numbers have commas but no points, and semicolons, tabs or spaces between them. Only lines
+/// with at least two numbers count, so titles and headings have no influence.
 fn decimal_comma(text: &[u8]) -> bool {
     let (mut commas, mut points) = (false, false);
     for line in lines(text).take(LOOKED_AT).map(|line| line.text.trim_ascii()) {
@@ -163,7 +200,7 @@ fn decimal_comma(text: &[u8]) -> bool {
     commas && !points
 }
 
-/// Whether a cell is one number with a comma or a point at most, perhaps in quotes.
+/// True if the cell is one number with at most one comma or point, optionally quoted.
 fn is_numeral(cell: &[u8]) -> bool {
     let cell = cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\"")).unwrap_or(cell);
     let digits = cell.strip_prefix(b"-").or_else(|| cell.strip_prefix(b"+")).unwrap_or(cell);
@@ -173,11 +210,11 @@ fn is_numeral(cell: &[u8]) -> bool {
     ends && marks <= 1 && digits.iter().all(|byte| byte.is_ascii_digit() || b",.".contains(byte))
 }
 
-/// The cells of a line, quotes taken off.
+/// Splits a line into cells and removes quotes.
 fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
     let mut texts: Vec<(Vec<u8>, bool)> = Vec::new();
     let (mut quoted, mut open) = (false, false);
-    // Blanks part cells only where nothing else does, commas only where there are no semicolons and tabs.
+    // Spaces separate cells only if nothing else does; commas only without semicolons and tabs.
     let strong = line.trim_ascii().iter().any(|byte| b";\t".contains(byte));
     let commas = !comma && !strong;
     let marked = strong || commas && line.contains(&b',');
@@ -194,7 +231,7 @@ fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
                 open = true;
             }
         } else if parts {
-            // Marks side by side leave a cell empty; blanks do not.
+            // Adjacent separators enclose an empty cell, adjacent spaces don't.
             if !open && (byte == b'\t' || !byte.is_ascii_whitespace()) {
                 texts.push((Vec::new(), false));
             }
@@ -223,7 +260,7 @@ fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
     texts.into_iter().take(MOST_CELLS).map(cell).collect()
 }
 
-/// Where X, Y and the diameter stand in a line that names its columns.
+/// The columns from a heading.
 fn heading_order(cells: &[Cell]) -> Option<Order> {
     if cells.iter().any(|cell| cell.number.is_some()) {
         return None;
@@ -258,7 +295,7 @@ fn heading_order(cells: &[Cell]) -> Option<Order> {
     Some((x, y, size))
 }
 
-/// Where X, Y and the diameter stand in lines of three or four numbers without names, and whether that is unsure.
+/// The columns of unnamed lines with three or four numbers, and whether the result is uncertain.
 fn order_by_shape(text: &[u8], comma: bool) -> Option<(Order, bool)> {
     let rows: Vec<Vec<Decimal>> = lines(text)
         .take(LOOKED_AT)
@@ -272,7 +309,7 @@ fn order_by_shape(text: &[u8], comma: bool) -> Option<(Order, bool)> {
     if rows.len() < 3 && width < 4 {
         return None;
     }
-    // Of four columns the first may count with gaps: holes have no fourth number.
+    // With four columns, the first can be a counter with gaps, because a hole has only three numbers.
     let counts = rows.windows(2).all(|pair| match pair {
         [a, b] => {
             let whole =
@@ -297,7 +334,7 @@ fn order_by_shape(text: &[u8], comma: bool) -> Option<(Order, bool)> {
     };
     let first = sizes(from) && repeats(from);
     match width - from {
-        // Places may count by themselves: then sizes stand last.
+        // Positions can look like a counter by chance: then the size is last.
         2 if counts && sizes(2) && repeats(2) => Some(((0, 1, Some(2)), true)),
         2 if counts => Some(((1, 2, None), true)),
         3 if first && !sizes(from + 2) => Some(((from + 1, from + 2, Some(from)), true)),
@@ -315,7 +352,7 @@ fn is_heading(line: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    /// The rows of a list as `x,y,d` in its own units.
+    /// The rows of a list as `x,y,d`, in the list's units.
     fn shown(text: &str) -> String {
         let columns = Columns::of(text.as_bytes());
         let ten = |decimals: u8| (0..decimals).fold(1.0, |ten, _| ten * 10.0);
@@ -331,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_known_by_heading_or_shape() {
+    fn columns_are_recognised_by_heading_or_shape() {
         let want = "-5.08,0,0.8 2.54,1.27,0.8 7.62,3.5,0.8";
         for text in [
             "-5.08 0 0.8\n2.54 1.27 0.8\n7.62 3.5 0.8\n",
@@ -353,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_of_components_are_known() {
+    fn component_lists_are_recognised() {
         for (text, want) in [
             ("Ref,Val,Package,PosX,PosY,Rot,Side\nR1,10k,0805,1.0,2.0,90,top\n", true),
             ("\"Designator\",\"Footprint\",\"Mid X\",\"Mid Y\",\"Layer\",\"Rotation\"\n", true),

@@ -1,7 +1,4 @@
-//! Reports and tables that CAD programs write beside drill files: units, digits, tool sizes, hole counts.
-//!
-//! Comes in: the text of a report, names of files. Goes out: a [`Companion`] and which drill files it speaks of. Does not
-//! know how the drill file itself is written.
+//! Reports and tool tables that CADs write next to drill files: units, digits, tool sizes, hole counts.
 //!
 //! ```text
 //! T1 0.300000mm  362x            1     23.33 Mil     248            0.0150  T01
@@ -17,10 +14,10 @@ use super::{Digits, Units, Zeros};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Rows taken from one report.
+/// Maximum number of rows per report.
 const MOST_ROWS: usize = 1_000;
 
-/// Words that tell a report.
+/// Texts that identify a report.
 const MARKS: [&str; 12] = [
     "EXCELLON DRILL FILE GENERATION",
     "NCDrill File Report",
@@ -36,7 +33,7 @@ const MARKS: [&str; 12] = [
     "DRILL LIST  *****",
 ];
 
-/// A tool in a report.
+/// A tool of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Row {
     pub(super) diameter: Option<Length>,
@@ -44,18 +41,22 @@ pub(super) struct Row {
     pub(super) holes: Option<u32>,
 }
 
-/// What a report says.
+/// The content of a report.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Companion {
     pub(super) stated: Stated,
-    pub(super) tools: BTreeMap<u32, Row>,
-    /// Speaks of routing, or of drilling; none: of both.
+    /// Rows by tool number, with the index of their heading. A tool can have several rows, one per part of
+    /// the report.
+    tools: BTreeMap<u32, Vec<(usize, Row)>>,
+    /// Headings that name a file; a report on several files has one for each.
+    headings: Vec<String>,
+    /// True: about routing; false: about drilling; none: about both.
     routing: Option<bool>,
-    /// Speaks of the whole folder.
+    /// About all drill files of the folder.
     of_folder: bool,
 }
 
-/// Whether a text is a report.
+/// True for a report.
 pub(super) fn is_report(text: &[u8]) -> bool {
     let said = |line: &[u8]| !line.starts_with(b";") && MARKS.iter().any(|mark| holds(line, mark));
     if lines(text).any(|line| said(line.text.trim_ascii())) {
@@ -73,7 +74,6 @@ pub(super) fn is_report(text: &[u8]) -> bool {
     rows > 0 && rows >= others
 }
 
-/// Reads a report.
 pub(super) fn read(text: &[u8]) -> Companion {
     let mut found = Companion {
         routing: if holds(text, "NC ROUTE") { Some(true) } else { holds(text, "NC DRILL").then_some(false) },
@@ -82,20 +82,24 @@ pub(super) fn read(text: &[u8]) -> Companion {
             || holds(text, "NC DRILL Log"),
         ..Companion::default()
     };
-    // These speak of apertures and of the photoplotter, whose numbers are other ones than those of the drill file.
+    // These reports describe apertures and the photoplotter, whose number format differs from the drill
+    // file's.
     let plotter = holds(text, "GAPFile") || holds(text, "Photoplotter Info File");
     if plotter && !holds(text, "Drill Station Info File") {
         return found;
     }
-    let mut rows: Vec<(u32, Size, Row)> = Vec::new();
+    let mut rows: Vec<(u32, Size, (usize, Row))> = Vec::new();
     let (mut integer, mut dec) = (None, None);
-    // A report may describe the photoplotter first; its format is another one.
+    // A report may describe the photoplotter first, with another number format: skip that part.
     let from = if holds(text, "NC Drill Setup") { "NC Drill Setup" } else { "" };
     for line in lines(text).skip_while(|line| !holds(line.text, from)) {
         let line = line.text.trim_ascii();
-        if let Some(found) = row(line).filter(|_| rows.len() < MOST_ROWS) {
-            rows.push(found);
+        if let Some((code, size, row)) = row(line).filter(|_| rows.len() < MOST_ROWS) {
+            rows.push((code, size, (found.headings.len(), row)));
             continue;
+        }
+        if names_file(line) && found.headings.len() < MOST_ROWS {
+            found.headings.push(String::from_utf8_lossy(line).to_ascii_lowercase());
         }
         if holds(line, "format") || holds(line, "units") || starts(line, "unit") {
             found.format_line(line);
@@ -124,14 +128,43 @@ pub(super) fn read(text: &[u8]) -> Companion {
     if let (Some(integer), Some(decimal)) = (digit(integer), digit(dec)) {
         found.stated.digits = Some(Digits { integer, decimal });
     }
-    for (code, size, row) in rows {
+    for (code, size, (heading, row)) in rows {
         let diameter = size.length(found.stated.units).filter(|&length| length > Length::ZERO);
-        found.tools.insert(code, Row { diameter, ..row });
+        found.tools.entry(code).or_default().push((heading, Row { diameter, ..row }));
     }
     found
 }
 
+/// True if a line names the file that the following rows are about.
+fn names_file(line: &[u8]) -> bool {
+    let ends = [".drl", ".txt", ".xln", ".drd", ".nc", ".exc", ".tap"];
+    holds(line, "file") && ends.iter().any(|end| holds(line, end))
+}
+
 impl Companion {
+    pub(super) fn is_without_tools(&self) -> bool {
+        self.tools.is_empty()
+    }
+
+    /// Numbers of the tools in the report.
+    pub(super) fn tool_codes(&self) -> impl Iterator<Item = u32> {
+        self.tools.keys().copied()
+    }
+
+    /// The rows of a tool for the drill file `drill`: those below a heading with the file's name if there are
+    /// any, else all.
+    pub(super) fn tool(&self, code: u32, drill: &str) -> Vec<Row> {
+        let rows = self.tools.get(&code).map_or(&[][..], Vec::as_slice);
+        let name = base(drill).to_ascii_lowercase();
+        let own = |heading: usize| {
+            let heading = heading.checked_sub(1).and_then(|at| self.headings.get(at));
+            heading.is_some_and(|heading| heading.contains(&name))
+        };
+        let named: Vec<Row> = rows.iter().filter(|(heading, _)| own(*heading)).map(|(_, row)| *row).collect();
+        let is_named = self.headings.iter().any(|heading| heading.contains(&name));
+        if is_named { named } else { rows.iter().map(|(_, row)| *row).collect() }
+    }
+
     fn format_line(&mut self, line: &[u8]) {
         for hint in format_words(line) {
             match hint {
@@ -146,8 +179,8 @@ impl Companion {
         }
     }
 
-    /// Whether this report, called `own`, speaks of the drill file called `drill`. One that is of a whole folder does only where
-    /// that holds `one_board`: whose report it is nobody knows otherwise.
+    /// True if this report (file `own`) is about the drill file `drill`. A report on a whole folder counts
+    /// only if the folder has `one_board`; otherwise it isn't clear which board it is about.
     pub(super) fn speaks_of(
         &self,
         own: &str,
@@ -167,7 +200,7 @@ impl Companion {
     }
 }
 
-/// Digits of a step such as `1/10000 Inch`, or of a picture such as `3V3`.
+/// Digits from a resolution like `1/10000 Inch`, or from a picture like `3V3`.
 fn steps(line: &[u8]) -> Option<Digits> {
     let parts = || line.split(|&byte| b" \t,:=".contains(&byte));
     let picture = parts().find_map(|part| match *part {
@@ -182,29 +215,29 @@ fn steps(line: &[u8]) -> Option<Digits> {
     picture.or(zeros.map(|zeros| Digits { integer, decimal: zeros.len() as u8 }))
 }
 
-/// The folder part of a name, with the archive it is in.
+/// The folder of a path, including the archive that it is in.
 pub(super) fn folder(name: &str) -> &str {
     name.rfind(['/', '\\']).map_or("", |at| &name[..at])
 }
 
-/// The last part of a name.
+/// The file name of a path.
 pub(super) fn base(name: &str) -> &str {
     name.rfind(['/', '\\']).map_or(name, |at| &name[at + 1..])
 }
 
-/// The last part of a name without its ending.
+/// The file name without its extension.
 pub(super) fn stem(name: &str) -> &str {
     let base = base(name);
     base.rfind('.').map_or(base, |at| &base[..at])
 }
 
-/// The name up to its first point, if that is more than a word.
+/// The file name up to its first point, if the name has several words.
 fn front_stem(name: &str) -> &str {
     let base = base(name);
     base.find('.').map_or(base, |at| &base[..at])
 }
 
-/// A size, perhaps without units.
+/// A size; its unit can be missing.
 #[derive(Clone, Copy, Debug)]
 struct Size {
     number: Decimal,
@@ -217,13 +250,24 @@ impl Size {
     }
 }
 
-/// A tool row, in any of the three shapes.
+/// Parses a tool row in any of the three layouts.
 fn row(line: &[u8]) -> Option<(u32, Size, Row)> {
-    let words: Vec<&[u8]> = line
-        .split(u8::is_ascii_whitespace)
-        .filter(|word| !word.is_empty() && !word.starts_with(b"("))
-        .take(16)
-        .collect();
+    let mut depth = false;
+    let mut counted = None;
+    let mut words: Vec<&[u8]> = Vec::new();
+    let all: Vec<&[u8]> =
+        line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).take(24).collect();
+    for (at, word) in all.iter().enumerate() {
+        // `(34 holes) (with 2 slots)`: the 34 include the slots.
+        let holes = all.get(at + 1).is_some_and(|next| starts(next, "hole"));
+        counted = counted.or(word.strip_prefix(b"(").filter(|_| holes).and_then(whole));
+        depth |= word.starts_with(b"(");
+        if !depth {
+            words.push(word);
+        }
+        depth &= !word.ends_with(b")");
+    }
+    words.truncate(16);
     let (code, size, rest) = match words.as_slice() {
         [first, second, rest @ ..] if tool_code(first).is_some() => {
             let (size, used) = size(second, rest.first().copied(), false)?;
@@ -235,7 +279,8 @@ fn row(line: &[u8]) -> Option<(u32, Size, Row)> {
         [first, second, unit, rest @ ..] => (whole(first)?, size(second, Some(*unit), true)?.0, rest),
         _ => return None,
     };
-    let holes = rest.iter().find_map(|word| whole(word.strip_suffix(b"x").unwrap_or(word)));
+    let holes =
+        counted.or_else(|| rest.iter().find_map(|word| whole(word.strip_suffix(b"x").unwrap_or(word))));
     let plated = rest.iter().find_map(|word| plating(word));
     Some((code, size, Row { diameter: None, plated, holes }))
 }
@@ -249,7 +294,7 @@ fn whole(word: &[u8]) -> Option<u32> {
     (used == word.len() && !number.point).then(|| u32::try_from(number.mantissa).ok()).flatten()
 }
 
-/// `0.3mm`, `12mil`, `23.33 Mil` or `0.0320`; with how many of the following words it took.
+/// `0.3mm`, `12mil`, `23.33 Mil` or `0.0320`. Also returns how many of the following words it used.
 fn size(word: &[u8], next: Option<&[u8]>, unit_needed: bool) -> Option<(Size, usize)> {
     let (number, used) = decimal(word)?;
     let unit = word.get(used..)?;
@@ -268,7 +313,7 @@ fn size(word: &[u8], next: Option<&[u8]>, unit_needed: bool) -> Option<(Size, us
     })
 }
 
-/// A unit by name, and how many places further the point stands in inches.
+/// A unit by name, and the decimal places to shift to get inches (3 for mil).
 fn named_unit(word: &[u8]) -> Option<(Units, u8)> {
     match word.to_ascii_lowercase().as_slice() {
         b"mm" => Some((Units::Mm, 0)),
@@ -283,7 +328,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_of_every_shape() {
+    fn report_rows_of_every_shape_are_read() {
         for (line, units, want) in [
             ("T1 0.300000mm  362x [-52.07 | 18.4]", None, (1, 300_000, Some(362), None)),
             (
@@ -293,6 +338,8 @@ mod tests {
             ),
             ("1     23.33 Mil     248", None, (1, 592_582, Some(248), None)),
             ("0.0150  T01", Some(Units::Inch), (1, 381_000, None, None)),
+            ("T1  0.80mm  0.0315\"  (34 holes)  (with 2 slots)", None, (1, 800_000, Some(34), None)),
+            ("T2  1.00mm  0.0394\"  (1 hole)", None, (2, 1_000_000, Some(1), None)),
             ("T01\t0.508mm (0-15) Non-Plated", None, (1, 508_000, None, Some(false))),
             ("T02 0.0400", Some(Units::Inch), (2, 1_016_000, None, None)),
         ] {
@@ -306,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn allegro_parameters() {
+    fn allegro_parameters_give_units_digits_and_zeros() {
         let found = read(b"INTEGER-PLACES  3\r\nDECIMAL-PLACES 5\r\nOUTPUT-UNITS ENGLISH\r\nSUPPRESS-LEAD-ZEROES NO\r\nSUPPRESS-TRAIL-ZEROES  NO\r\n");
         let digits = super::super::Digits { integer: 3, decimal: 5 };
         assert_eq!(

@@ -1,41 +1,40 @@
-//! Settles how a drill program is read, by words where there are any and by evidence where not.
-//!
-//! Comes in: the text of a program and what lies beside it. Goes out: the file, read, with the ground of its reading, and a
-//! diagnostic for every doubt. Does not read the words itself.
+//! Decides how to read the numbers of a drill program: from its own statements if it has any, else by
+//! evidence. A reading is one interpretation: units, digits and omitted zeros.
 //!
 //! ```text
-//! survey ─ sense ─▶ what words settle
+//! survey ─ sense ─▶ what statements settle
 //! every reading ─▶ its holes (a sample) ─▶ share on copper ─▶ best allowed, best other
 //! ```
 
-use super::companion::{Companion, base};
+use super::companion::{Companion, Row, base};
 use super::drill::DrillFile;
 use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
+use super::file::{FileRead, drill_program, plated_by_name};
 use super::measure::{impossible, odd, oddity};
 use super::number::Reading;
 use super::rank::{Grounds, Ranked, agrees, rank, readings, sample};
-use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
 use super::registration::{FITS_SHARE, same_place, same_size};
 use super::second_look::{Look, look};
+use super::witness::Neighbours;
 use super::{Evidence, Overrides, Source, Zeros, tool_units};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::units::Length;
 
-/// Holes of the next best reading that are shown at most.
+/// Maximum number of holes shown for the next best reading.
 const MOST_SHOWN: usize = 2_000;
-/// Readings closer than this cannot be told apart by copper.
+/// Copper can't distinguish readings whose shares are closer than this.
 const CLOSE_SHARE: f64 = 0.10;
-/// A reading that is this much better than what words say makes words doubtful.
+/// A reading better by this much puts the statements into doubt.
 const MUCH_BETTER_SHARE: f64 = 0.30;
-/// Copper under so many of the holes outweighs a report.
+/// Copper under this share of the holes outweighs a report.
 const NEARLY_ALL_SHARE: f64 = 0.95;
-/// So many words of a report that are otherwise in the file are no slip.
+/// From this number of differences on, a report can't just have a typing error.
 const FEWEST_DIFFER: usize = 2;
-/// So many holes that lie beside all copper are no chance.
+/// From this number of holes on, missing all copper can't be chance.
 const MANY: usize = 8;
 
-/// Reads a drill program. The error is the diagnostic why nothing of it is kept.
+/// Reads a drill program. Fails with the reason why nothing is usable.
 pub(super) fn program(
     name: &str,
     text: &[u8],
@@ -89,8 +88,8 @@ pub(super) fn program(
     Ok(file)
 }
 
-/// Reads as `task` says; or, where that can hardly be a board, under a reading that is one and differs only in what nothing
-/// speaks for.
+/// Reads by `task`. If the result can hardly be a board, tries readings that differ only in parts without any
+/// evidence, and takes the first that gives a board.
 fn measured(
     mut task: Task<'_>,
     sensed: &Sensed,
@@ -122,17 +121,17 @@ fn measured(
     Ok((task.reading, drill, diagnostics))
 }
 
-/// What companions of this file say about numbers and tools.
+/// Number format and tools from companion files.
 #[derive(Default)]
 struct Beside<'a> {
     stated: excellon::Stated,
     table: ToolTable,
     companions: Vec<&'a Companion>,
-    /// Said of reports that are of another board: nothing is taken from them.
+    /// Warnings about reports of another board, which are ignored.
     foreign: Vec<Diagnostic>,
 }
 
-/// Asks the companions that speak of this file, but for those that contradict it.
+/// Collects the companions of this file, except those that contradict it.
 fn companions<'a>(
     name: &str,
     text: &[u8],
@@ -155,7 +154,14 @@ fn companions<'a>(
         stated.units = stated.units.or(companion.stated.units);
         stated.digits = stated.digits.or(companion.stated.digits);
         stated.zeros = stated.zeros.or(companion.stated.zeros);
-        for (&code, row) in &companion.tools {
+        for code in companion.tool_codes() {
+            // Rows that differ come from several files, and it isn't clear which is right: use none.
+            let rows = companion.tool(code, name);
+            let Some(row) =
+                rows.first().filter(|row| rows.iter().all(|other| other.diameter == row.diameter))
+            else {
+                continue;
+            };
             let entry = table.entry(code).or_insert((row.diameter, row.plated));
             entry.0 = entry.0.or(row.diameter);
         }
@@ -164,8 +170,9 @@ fn companions<'a>(
     beside
 }
 
-/// How much of what a report says of tools is otherwise in the file, and how much is as there, where the report is of another board:
-/// most of it is otherwise. Sizes count that the file itself gives, numbers of holes, and tools that the report does not know.
+/// The number of differences and matches between report and file, if the report is for another board: mostly
+/// differences. Compares tool sizes stated in the file and hole counts; a tool missing in the report is a
+/// difference.
 fn contradicts(
     name: &str,
     text: &[u8],
@@ -173,7 +180,7 @@ fn contradicts(
     companion: &Companion,
     person: &Overrides,
 ) -> Option<(usize, usize)> {
-    if companion.tools.is_empty() {
+    if companion.is_without_tools() {
         return None;
     }
     let reading = excellon::sense(survey, &companion.stated, person).reading;
@@ -185,26 +192,24 @@ fn contradicts(
         if holes == 0 {
             continue;
         }
-        let same = match companion.tools.get(&tool.code) {
-            None => vec![false],
-            Some(row) => {
-                let size = tool.diameter.zip(row.diameter).map(|(own, other)| is_one_size(own, other));
-                let count = row.holes.map(|promised| promised == holes);
-                size.into_iter().chain(count).collect()
-            }
-        };
+        let rows = companion.tool(tool.code, name);
+        let any = |fits: &dyn Fn(&Row) -> Option<bool>| rows.iter().filter_map(fits).reduce(|a, b| a | b);
+        let size = any(&|row| Some(is_one_size(tool.diameter?, row.diameter?)));
+        let count = any(&|row| Some(row.holes? == holes));
+        let same: Vec<bool> =
+            if rows.is_empty() { vec![false] } else { size.into_iter().chain(count).collect() };
         agrees += same.iter().filter(|same| **same).count();
         differs += same.iter().filter(|same| !**same).count();
     }
     (differs >= FEWEST_DIFFER && differs > agrees).then_some((differs, agrees))
 }
 
-/// Whether two sizes of a tool are one but for digits.
+/// True if two sizes differ only by rounding, up to 0.01 mm.
 fn is_one_size(own: Length, other: Length) -> bool {
     (own - other).abs().nm() <= 10_000
 }
 
-/// Whether the file says, by an attribute, by its sections or by its name, that none of its holes is plated.
+/// True if the file declares all its holes unplated: by attributes, by sections or by name.
 fn unplated(grounds: &Grounds<'_>) -> bool {
     let &Grounds { name, text, survey, table, sensed, .. } = grounds;
     if let Some(plated) = survey.file_plated {
@@ -219,20 +224,20 @@ fn unplated(grounds: &Grounds<'_>) -> bool {
     plated_by_name(name) == Some(false)
 }
 
-/// What is decided, and how sure.
+/// The decision and its certainty.
 struct Choice {
     reading: Reading,
     evidence: Evidence,
-    /// The copper speaks for it, and for no other reading as well.
+    /// The copper supports this reading, and no other one equally.
     confirmed: bool,
-    /// What there is to say of it: severity, code, and the other reading that it is about.
+    /// Severity, code, and the other reading that the message is about.
     said: Vec<(Severity, &'static str, Option<Reading>)>,
-    /// What a second look at its holes says.
+    /// Results of the second look at its holes.
     seen: Vec<Diagnostic>,
 }
 
-/// Chooses: what words settle stays; of the rest the copper decides where it votes, else the outline, else custom. What is
-/// chosen against custom is doubted.
+/// Chooses a reading. Keeps what statements settle; for the rest, the copper decides if it supports a
+/// reading, else the outline, else the default. Anything else than the default gets a warning.
 fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let sensed = grounds.sensed;
     let mut choice = Choice {
@@ -243,7 +248,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
         seen: Vec::new(),
     };
     let Some(ranking) = ranking else { return choice };
-    // Readings with the same holes stand once, under whichever came first: the sensed one does.
+    // `rank` lists only the first of several readings with the same holes, and the sensed one is first.
     let Some(own) = ranking.iter().find(|ranked| ranked.reading == sensed.reading) else { return choice };
     let voting: Vec<&Ranked> = ranking.iter().filter(|ranked| grounds.copper_votes(ranked)).collect();
     let unsettled = !Sensed::stated(sensed.weakest());
@@ -253,7 +258,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let over_report = over_report(own, &voting);
     let chosen = over_report.or(best).unwrap_or(own);
     let speaks = own_votes || chosen.reading != own.reading;
-    // What is as good need not be as large: foreign copper on a grid fits many scales.
+    // An equally good reading counts in any size, because foreign copper on a grid fits many scales.
     let as_good = ranking.iter().find(|ranked| {
         ranked.allowed
             && ranked.possible
@@ -301,15 +306,15 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     choice
 }
 
-/// A reading that only a report forbids, under which nearly all holes lie on the copper where under the report's they do not:
-/// the report is of another board.
+/// A reading that only a report contradicts, with nearly all holes on copper, when the report's reading isn't
+/// supported: then the report is for another board.
 fn over_report<'a>(own: &Ranked, voting: &[&'a Ranked]) -> Option<&'a Ranked> {
     let best = voting.first().copied()?;
     let allowed = voting.iter().any(|ranked| ranked.allowed || ranked.reading == own.reading);
     (!allowed && best.own_words && best.fit.share >= NEARLY_ALL_SHARE).then_some(best)
 }
 
-/// Looks again at the holes that were chosen, if they can be those of the copper.
+/// Checks shift and mirroring of the chosen holes, if they can belong to the copper.
 fn look_again(grounds: &Grounds<'_>, chosen: &Ranked, choice: &mut Choice) {
     let Some(copper) = grounds.copper.filter(|_| !grounds.unplated) else { return };
     if !chosen.as_large {
@@ -324,7 +329,7 @@ fn look_again(grounds: &Grounds<'_>, chosen: &Ranked, choice: &mut Choice) {
     choice.evidence.shift_mm = (fit.shift_mm != (0.0, 0.0)).then_some(fit.shift_mm);
 }
 
-/// A reading that lies within the outline, where that of words and custom is too large for it, or too small.
+/// A reading that fits the outline, if the sensed one is too large or too small for it.
 fn by_outline<'a>(grounds: &Grounds<'_>, own: &Ranked, ranking: &'a [Ranked]) -> Option<&'a Ranked> {
     let outline = grounds.outline_of(own).filter(|outline| !same_size(own.bounds, *outline))?;
     let within = |ranked: &&Ranked| ranked.possible && same_place(ranked.bounds, outline);
@@ -332,13 +337,13 @@ fn by_outline<'a>(grounds: &Grounds<'_>, own: &Ranked, ranking: &'a [Ranked]) ->
     allowed.or_else(|| ranking.iter().find(within))
 }
 
-/// The holes of a reading, evenly fewer where they are many.
+/// A uniform sample of a reading's holes.
 fn some_holes(ranked: &Ranked) -> Vec<Point> {
     let every = ranked.holes.len().div_ceil(MOST_SHOWN).max(1);
     ranked.holes.iter().step_by(every).copied().collect()
 }
 
-/// A reading for people: `inch 2.4 leading`.
+/// A displayed reading: `inch 2.4 leading`.
 fn shown(reading: &Reading) -> String {
     let Reading { units, digits, zeros } = reading;
     match zeros {
@@ -347,7 +352,7 @@ fn shown(reading: &Reading) -> String {
     }
 }
 
-/// What remains doubtful about the numbers.
+/// Remaining doubts about the numbers.
 fn warnings(
     name: &str,
     sensed: &Sensed,
@@ -376,7 +381,7 @@ fn warnings(
     let by_report = sensed.digits == Source::Companion && choice.reading == sensed.reading;
     let decimal = choice.reading.zeros == Zeros::Decimal;
     if by_report && !decimal && !choice.confirmed && choice.reading != custom {
-        // Numbers that all have as many digits as the report says confirm it.
+        // If all numbers have exactly the digits of the report, that confirms it.
         if !survey.shape.is_full(choice.reading.digits) {
             say(Severity::Warning, "drill.report_against_custom", Some(&custom));
         }
@@ -401,22 +406,25 @@ fn warnings(
     out
 }
 
-/// Where a report counts or measures otherwise than the file.
+/// Differences between report and file in hole counts and tool sizes.
 fn disagreements(name: &str, drill: &DrillFile, companion: &Companion) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
-        let Some(row) = companion.tools.get(&tool.code) else { continue };
+        let rows = companion.tool(tool.code, name);
         let holes = counts.hits + counts.slots + counts.routed_paths;
         let said = |code: &str, found: String, promised: String| {
             let diagnostic =
                 Diagnostic::warning(code).at(name, tool.line, 1).with("tool", format!("T{}", tool.code));
             diagnostic.with("found", found).with("promised", promised)
         };
-        if let Some(promised) = row.holes.filter(|&promised| promised != holes && holes > 0) {
-            out.push(said("drill.report_counts_differ", holes.to_string(), promised.to_string()));
+        // A report on several files has several rows per tool: one of them must match.
+        let promised: Vec<u32> = rows.iter().filter_map(|row| row.holes).collect();
+        if let Some(first) = promised.first().filter(|_| holes > 0 && !promised.contains(&holes)) {
+            out.push(said("drill.report_counts_differ", holes.to_string(), first.to_string()));
         }
-        if let (Some(own), Some(other)) = (tool.diameter, row.diameter)
-            && !is_one_size(own, other)
+        let sizes: Vec<Length> = rows.iter().filter_map(|row| row.diameter).collect();
+        if let (Some(own), Some(&other)) = (tool.diameter, sizes.first())
+            && !sizes.iter().any(|&size| is_one_size(own, size))
         {
             let mm = |length: Length| format!("{:.3}", length.mm());
             out.push(said("drill.report_sizes_differ", mm(own), mm(other)));

@@ -1,18 +1,15 @@
-//! What a file is, from its content; its name is the last resort.
-//!
-//! Comes in: bytes. Goes out: a [`What`]. Does not read the content through.
+//! Detects the kind of a file by its content, and only as a last resort by its name.
 
 use super::companion;
 use super::drill_list;
+use super::machine_program;
 use super::number::decimal;
 use super::text::{front, holds, lines, starts};
 
-/// Bytes looked at.
 const LOOKED_AT: usize = 64 * 1024;
-/// Lines looked at.
 const LINES_LOOKED_AT: usize = 400;
 
-/// What the bytes of a file are.
+/// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum What {
     Drill,
@@ -20,16 +17,18 @@ pub(super) enum What {
     Gerber,
     Report,
     Archive,
-    /// Another archive, by the name of its format: it is not opened.
+    /// An archive other than zip, with the name of its format. Not opened.
     Packed(&'static str),
-    /// Where components are placed.
+    /// A component placement list or a parts list.
     Placement,
-    /// Recognised as unreadable; the code of the diagnostic that says why.
+    /// A machine program, such as G-code.
+    Machine,
+    /// Not readable; contains the code of the reason.
     Refused(&'static str),
     Unknown,
 }
 
-/// Looks at the raw bytes, then at the text they decode to.
+/// Looks at the raw bytes, then at the decoded text.
 pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return What::Refused("refused.empty");
@@ -50,6 +49,9 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     if head.trim_ascii_start().starts_with(b"<") {
         return What::Refused("refused.web_page");
     }
+    if machine_program::is_one(head) {
+        return What::Machine;
+    }
     let count = Counts::of(head);
     if let Some(gerber) = gerber(head, &count) {
         gerber
@@ -68,7 +70,7 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     }
 }
 
-/// The format of an archive that is no zip, by its first bytes.
+/// The format of an archive other than zip, by its first bytes.
 fn packed(bytes: &[u8]) -> Option<&'static str> {
     const MARKS: [(&[u8], &str); 6] = [
         (b"\x28\xB5\x2F\xFD", "Zstandard (.zst)"),
@@ -84,8 +86,8 @@ fn packed(bytes: &[u8]) -> Option<&'static str> {
     mark.or_else(|| (bytes.get(257..262) == Some(b"ustar")).then_some("tar (.tar)"))
 }
 
-/// How many lines of a text that is not read as holes look like places, and the first of them. Rows of nothing but numbers
-/// count where `rows` says so: reports have such too.
+/// Counts the lines that look like positions, in a text that isn't read as holes; also returns the first one.
+/// Rows of bare numbers count only if `rows`, because reports have them too.
 pub(super) fn coordinates(text: &[u8], rows: bool) -> Option<(usize, u32)> {
     let found = lines(text).filter(|line| {
         let text = block_number(line.text.trim_ascii());
@@ -93,13 +95,13 @@ pub(super) fn coordinates(text: &[u8], rows: bool) -> Option<(usize, u32)> {
     });
     let mut first = None;
     let count = found.inspect(|line| first = first.or(Some(*line))).count();
-    // One row of numbers may be a date.
+    // A single row of numbers can be a date.
     let first = first.filter(|line| count > 1 || goes(line.text.trim_ascii()))?;
     Some((count, first.number))
 }
 
-/// Whether a line is of words, each a letter with a number, and one of them a place: `X012700Y-8890`, `T01X 1.0 Y 2.0`,
-/// `G81X1.0F100 ; hole`.
+/// True if a line has only words of a letter and a number, one of them a coordinate: `X012700Y-8890`, `T01X
+/// 1.0 Y 2.0`, `G81X1.0F100 ; hole`.
 fn goes(text: &[u8]) -> bool {
     let end = text.iter().position(|byte| b";(".contains(byte)).unwrap_or(text.len());
     let mut rest = text.get(..end).unwrap_or_default().trim_ascii();
@@ -113,7 +115,8 @@ fn goes(text: &[u8]) -> bool {
     places
 }
 
-/// Whether a line is a row of two numbers or more and nothing else: `1.0 2.0`, `-5,08;0,00;3,2`, `5.08mm,0mm`, `1.5e1 0`.
+/// True if a line has at least two numbers and nothing else: `1.0 2.0`, `-5,08;0,00;3,2`, `5.08mm,0mm`,
+/// `1.5e1 0`.
 fn is_row(text: &[u8]) -> bool {
     let number = |cell: &[u8]| {
         let end = cell.iter().rposition(|byte| byte.is_ascii_digit() || *byte == b'.').map_or(0, |at| at + 1);
@@ -128,7 +131,7 @@ fn is_row(text: &[u8]) -> bool {
     cells().count() >= 2 && cells().all(number)
 }
 
-/// EIA tape code punches an odd number of holes in every row and ends its blocks with 0x80.
+/// EIA tape code has an odd number of holes in every row, and 0x80 ends a block.
 fn is_eia_tape(head: &[u8]) -> bool {
     let odd = head.iter().filter(|byte| byte.count_ones() % 2 == 1).count();
     head.len() >= 16 && odd * 100 >= head.len() * 95 && head.contains(&0x80)
@@ -139,13 +142,13 @@ fn is_binary(head: &[u8]) -> bool {
     head.iter().filter(odd).count() * 5 > head.len()
 }
 
-/// Lines by what they look like.
+/// Counts of lines by their look.
 #[derive(Default)]
 struct Counts {
     all: usize,
     drill: usize,
     starred: usize,
-    /// One of all lines looked at starts a program or goes to a place.
+    /// At least one line starts a program or moves to a position.
     program: bool,
 }
 
@@ -194,20 +197,29 @@ fn looks_like_drill(text: &[u8]) -> bool {
     }
 }
 
-/// Gerber has its own marks. Starred lines without them are RS-274-D: apertures and format live elsewhere.
+/// Gerber by its marks. Lines ending in `*` without these marks are RS-274-D, without apertures and number
+/// format.
 fn gerber(head: &[u8], count: &Counts) -> Option<What> {
     let marks = ["%FS", "%MO", "%ADD", "%AM", "%LP", "%TF."];
-    if marks.iter().any(|mark| holds(head, mark)) && head.contains(&b'*') {
-        return Some(
-            if holds(head, "%FS") || holds(head, "*FS") || holds(head, "FSLA") || holds(head, "FSTA") {
-                What::Gerber
-            } else {
-                What::Refused("refused.gerber_without_format")
-            },
-        );
+    let is_marked = marks.iter().any(|mark| holds(head, mark)) && head.contains(&b'*');
+    if is_marked && ["%FS", "*FS", "FSLA", "FSTA"].iter().any(|format| holds(head, format)) {
+        return Some(What::Gerber);
     }
-    if count.starred * 2 >= count.all.max(1) {
+    // Aperture lists and job files have stars too, but draw nothing.
+    if !draws(head) {
+        return (is_marked || count.starred * 2 >= count.all.max(1)).then_some(What::Unknown);
+    }
+    if is_marked || count.starred * 2 >= count.all.max(1) {
         return Some(What::Refused("refused.gerber_without_format"));
     }
     None
+}
+
+/// True if blocks ending in `*` move to a position, `X100Y200D03*`, or draw, `D02*`.
+fn draws(head: &[u8]) -> bool {
+    head.split(|byte| b"*\r\n%".contains(byte)).any(|block| {
+        let block = block.trim_ascii();
+        let is_place = matches!(block, [b'X' | b'Y' | b'x' | b'y', next, ..] if next.is_ascii_digit() || b"+-.".contains(next));
+        is_place || matches!(block, [b'G', b'0'..=b'9', ..]) && holds(block, "D0")
+    })
 }

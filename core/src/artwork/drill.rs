@@ -1,15 +1,12 @@
 //! A drill file as written: tools, hits, slots and routes in file order, in exact lengths.
-//!
-//! Comes in: what a reader found. Goes out: the data and its measures in mm. Does not know how it was written, and
-//! not what the holes are for.
 
 use crate::geometry::{Bounds, PathSegment, Point};
 use crate::units::Length;
+use serde::{Deserialize, Serialize};
 
-/// A drill file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DrillFile {
-    /// Tools in the order they were defined or first used.
+    /// In the order of definition or first use.
     pub tools: Vec<ToolEntry>,
     /// Single holes in file order, repeats expanded.
     pub hits: Vec<Hit>,
@@ -22,20 +19,18 @@ pub struct DrillFile {
 /// A tool of the file's table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ToolEntry {
-    /// Its number in the file.
+    /// Tool number in the file.
     pub code: u32,
-    /// Diameter; none where the file does not say.
+    /// None if the file doesn't give it.
     pub diameter: Option<Length>,
-    /// Plated, not plated, or not said.
+    /// None if unknown.
     pub plated: Option<bool>,
-    /// Line of its definition or first use, from 1; 0 if another file defines it.
+    /// Line of its definition or first use, from 1; 0 if it comes from another file.
     pub line: u32,
 }
 
-/// One hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hit {
-    /// Its centre.
     pub at: Point,
     /// Line in the file, from 1.
     pub line: u32,
@@ -43,27 +38,25 @@ pub struct Hit {
     pub tool: u16,
 }
 
-/// A straight slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotEntry {
-    /// Centre of one end.
+    /// Center of one end.
     pub from: Point,
-    /// Centre of the other end.
+    /// Center of the other end.
     pub to: Point,
     /// Line in the file, from 1.
     pub line: u32,
     /// Index into [`DrillFile::tools`].
     pub tool: u16,
-    /// How many hits stand before it in the file.
+    /// Number of hits before it in the file.
     pub after_hits: u32,
 }
 
 /// A path routed with the tool down.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Route {
-    /// Where the tool went down.
+    /// Where the tool plunges.
     pub from: Point,
-    /// The moves.
     pub segments: Vec<PathSegment>,
     /// Line in the file, from 1.
     pub line: u32,
@@ -71,21 +64,18 @@ pub struct Route {
     pub tool: u16,
 }
 
-/// How much work there is for one tool, or for all.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Amount of work for one tool, or for all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
-    /// Single holes.
     pub hits: u32,
     /// Straight slots (G85).
     pub slots: u32,
-    /// Routed paths.
     pub routed_paths: u32,
-    /// Moves in them.
     pub routed_segments: u32,
 }
 
 impl DrillFile {
-    /// The work of each tool, in the order of [`DrillFile::tools`].
+    /// The work per tool, in the order of [`DrillFile::tools`].
     pub fn counts(&self) -> Vec<Counts> {
         let mut counts = vec![Counts::default(); self.tools.len()];
         let mut on = |tool: u16, add: fn(&mut Counts, u32), by: u32| {
@@ -102,7 +92,7 @@ impl DrillFile {
         counts
     }
 
-    /// The work of all tools together.
+    /// The work of all tools.
     pub fn totals(&self) -> Counts {
         Counts {
             hits: self.hits.len() as u32,
@@ -112,7 +102,7 @@ impl DrillFile {
         }
     }
 
-    /// Every centre with its tool: holes, slot ends, route vertices.
+    /// Every center with its tool: hits, then slot ends, then route vertices.
     pub fn centres(&self) -> impl Iterator<Item = (Point, u16)> + '_ {
         let hits = self.hits.iter().map(|hit| (hit.at, hit.tool));
         let slots = self.slots.iter().flat_map(|slot| [(slot.from, slot.tool), (slot.to, slot.tool)]);
@@ -123,12 +113,12 @@ impl DrillFile {
         hits.chain(slots).chain(routes)
     }
 
-    /// The box around all centres.
+    /// Bounding box of all centers.
     pub fn centre_bounds(&self) -> Option<Bounds> {
         Bounds::around(self.centres().map(|(point, _)| point))
     }
 
-    /// The box around all holes at their full size; tools without a diameter count as points.
+    /// Bounding box of all holes with their diameter; tools without a diameter count as points.
     pub fn outer_bounds(&self) -> Option<Bounds> {
         self.centres().fold(None, |bounds: Option<Bounds>, (point, tool)| {
             let tool = self.tools.get(usize::from(tool));
@@ -138,8 +128,8 @@ impl DrillFile {
         })
     }
 
-    /// Length in mm of the moves from the end of one hole or slot to the start of the next, in file order, without
-    /// the first approach; routes are not counted.
+    /// Length in mm of the moves from the end of one hole or slot to the start of the next, in file order.
+    /// Without the first approach, and without routes.
     pub fn rapid_length_mm(&self) -> f64 {
         let mut total = 0.0;
         let mut last: Option<Point> = None;

@@ -1,6 +1,4 @@
-//! Plain lists of holes: columns of coordinates with a diameter beside them or in a heading above.
-//!
-//! Comes in: text. Goes out: a [`DrillFile`] with tools made from the diameters, and diagnostics. Does not know Excellon.
+//! Plain lists of holes: columns of coordinates, with the diameter in a column or in a heading above.
 //!
 //! ```text
 //! X;Y;D               UNITS INCH          (see [`super::columns`])
@@ -22,10 +20,10 @@ use std::collections::BTreeMap;
 
 pub(super) use super::columns::is_placement;
 
-/// Different diameters taken from one list.
+/// Maximum number of different diameters per list.
 const MOST_TOOLS: usize = 1_000;
 
-/// Whether a text is a list: nothing but headings, groups and rows of holes.
+/// True if a text has only headings, groups and rows of holes.
 pub(super) fn is_list(text: &[u8]) -> bool {
     let columns = Columns::of(text);
     let mut all: Vec<Row> = lines(text).take(200).map(|line| columns.row(line.text)).collect();
@@ -36,7 +34,6 @@ pub(super) fn is_list(text: &[u8]) -> bool {
     holes > 0 && count(|row| matches!(row, Row::Other)) * 10 < holes
 }
 
-/// A list read.
 pub(super) struct List {
     pub(super) drill: DrillFile,
     pub(super) units: Units,
@@ -44,7 +41,7 @@ pub(super) struct List {
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
-/// Reads a list. The error is the diagnostic why nothing of it is kept.
+/// Reads a list. Fails with the reason why nothing is usable.
 pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, Diagnostic> {
     let columns = Columns::of(text);
     let named = named_units(text, &columns);
@@ -89,17 +86,17 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     Ok(List { drill: reader.out, units, units_by, diagnostics: findings.finish() })
 }
 
-/// What a list says of its units.
+/// The units that a list names.
 enum Named {
     Nothing,
-    /// Units; whether their thousandths are meant; and where it says so.
+    /// The units, whether the numbers are thousandths of them, and the evidence.
     One(Units, bool, Source),
-    /// Several units: the list contradicts itself.
+    /// The list contradicts itself.
     Several,
 }
 
-/// Units that a list names: in its cells, in the names of its columns and in lines that begin with them; else in other lines; else
-/// in comments. What speaks first counts.
+/// The units named in cells, headings and lines that start with a unit; else in other lines; else in
+/// comments. The first of these with a unit decides.
 fn named_units(text: &[u8], columns: &Columns) -> Named {
     let mut said = [[false; 3]; 3];
     for line in lines(text).take(2_000).map(|line| line.text.trim_ascii()) {
@@ -147,12 +144,11 @@ fn sizes(text: &[u8], columns: &Columns) -> Vec<Decimal> {
 struct Reader<'a> {
     name: &'a str,
     units: Units,
-    /// Numbers are thousandths.
     mils: bool,
     findings: Findings,
     out: DrillFile,
     tools: BTreeMap<Option<i64>, u16>,
-    /// Tool of the heading in force, its line, the count it promised and the hits before it.
+    /// Tool of the current group heading, its line, the stated count, and the number of hits before it.
     group: Option<(u16, u32, Option<u32>, usize)>,
 }
 
@@ -202,7 +198,7 @@ impl Reader<'_> {
         Diagnostic::error(code).at(self.name, line, 1)
     }
 
-    /// The tool of this diameter; numbers are given in the order of first use.
+    /// The tool of this diameter; new tools are numbered in the order of first use.
     fn tool(&mut self, size: Option<Decimal>, line: Line<'_>) -> Result<u16, Diagnostic> {
         let diameter = size.and_then(|size| self.length(size)).filter(|length| length.nm() > 0);
         let key = diameter.map(|length| length.nm());

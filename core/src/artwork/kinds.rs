@@ -1,125 +1,109 @@
-//! The words for what a file is and how its numbers are written.
-//!
-//! Comes in, goes out: plain enumerations with their names for scripts. Knows nothing else.
+//! Enums for the kind and role of a file and for its number format.
 
 use crate::geometry::Point;
+use serde::{Deserialize, Serialize};
 
-/// What a file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FileKind {
     /// A drill or rout program, or a plain list of holes.
     Drill,
-    /// A Gerber layer.
     Gerber,
-    /// A report or table that goes with other files.
+    /// A report or table for other files.
     Report,
     /// A zip; its members follow it.
     Archive,
-    /// Recognised, and not fit to be read. Nothing of it was kept.
+    /// Recognised but not usable; nothing of it is kept.
     Refused,
-    /// Not recognised.
     Unknown,
 }
 
-/// What a file is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Holes.
     Drill,
-    /// Copper.
     Copper,
-    /// Solder mask.
     Mask,
-    /// Legend.
     Silk,
-    /// Solder paste.
     Paste,
-    /// Outline of the board.
     Outline,
-    /// Anything else.
     Other,
 }
 
-/// Side of the board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
-    /// Component side.
     Top,
-    /// Solder side.
     Bottom,
-    /// Between them.
     Inner,
 }
 
-/// Units of coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Units {
-    /// Millimetres.
     Mm,
-    /// Inches.
     Inch,
 }
 
-/// Digits before and after the point that is not written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Digits before and after the implied decimal point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Digits {
-    /// Before the point.
     pub integer: u8,
-    /// Behind the point.
     pub decimal: u8,
 }
 
-/// Zeros left out of coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Zeros omitted in coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Zeros {
-    /// Those in front (`TZ`: trailing zeros are kept).
+    /// Leading ones (keyword `TZ`: trailing zeros are written).
     Leading,
-    /// Those behind (`LZ`: leading zeros are kept).
+    /// Trailing ones (keyword `LZ`: leading zeros are written).
     Trailing,
-    /// None: every number has all digits.
+    /// Every number has all digits.
     None,
-    /// Not applicable: points are written.
+    /// Not applicable: numbers have decimal points.
     Decimal,
 }
 
-/// What a reading of the numbers rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// The evidence for a reading, strongest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// The person said so.
+    /// Stated by the user.
     Person,
-    /// Statements of the file.
+    /// Stated in the file.
     Header,
-    /// Comments of the file.
+    /// In a comment of the file.
     Comment,
-    /// A report or table beside it.
+    /// In a report or table next to the file.
     Companion,
-    /// The holes lie on the pads of a copper layer.
+    /// The holes are on the pads of a copper layer.
     Copper,
-    /// The shape of the numbers.
+    /// Inferred from the look of the numbers.
     Shape,
-    /// Nothing but custom.
     Default,
 }
 
 /// Why the numbers are read as they are.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
-    /// The weakest ground that had to be used.
+    /// The weakest source that was needed.
     pub source: Source,
-    /// Share of holes that lie on copper pads or tracks under this reading.
+    /// Share of holes on copper with this reading, 0 to 1.
     pub score: Option<f64>,
-    /// The same for the best reading that gives another board.
+    /// Share for the best reading that gives a different board.
     pub runner_up: Option<f64>,
-    /// That other reading, for people: `inch 2.4 leading`.
+    /// That reading, for display: `inch 2.4 leading`.
     pub runner_up_reading: Option<String>,
-    /// Where its holes would lie, some of them where there are many.
+    /// Its holes, at most 2,000 of them.
     pub runner_up_holes: Vec<Point>,
-    /// Shift in mm between holes and copper under which the score holds.
+    /// Shift from holes to copper at which `score` holds, mm.
     pub shift_mm: Option<(f64, f64)>,
 }
 
 impl Evidence {
-    /// Nothing but a ground.
+    /// Evidence with only a source.
     pub fn plain(source: Source) -> Self {
         Self {
             source,
@@ -132,26 +116,21 @@ impl Evidence {
     }
 }
 
-/// What a person says about the numbers of a file.
+/// The number format as stated by the user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overrides {
-    /// Units.
     pub units: Option<Units>,
-    /// Digits.
     pub digits: Option<Digits>,
-    /// Zeros left out.
     pub zeros: Option<Zeros>,
 }
 
 macro_rules! names {
     ($type:ident: $($variant:ident $name:literal),+) => {
         impl $type {
-            /// Its name for scripts.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name),+ }
             }
 
-            /// The one of this name.
             pub fn named(name: &str) -> Option<Self> {
                 match name { $($name => Some(Self::$variant),)+ _ => None }
             }

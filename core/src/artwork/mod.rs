@@ -1,15 +1,12 @@
-//! Files as written: what each file of a set is, and what it says.
-//!
-//! Comes in: names and bytes of a set of files, because neighbours carry evidence. Goes out: an [`Artwork`]: every
-//! file with its kind, the reason for it, its content as data, and diagnostics. Reading never fails on content. Does not
-//! know what the holes are for.
+//! Board files as written: the kind of each file of a set, and its content. Never fails on content: problems
+//! become diagnostics.
 //!
 //! ```text
 //! bytes ─ text ─ detect ─▶ excellon ─ survey ─ sense ─ reader ─▶ DrillFile
 //!   │                 ├──▶ drill_list ────────────────────────▶ DrillFile
 //!   │                 ├──▶ companion   (tool tables, formats)      ▲
-//!   │                 └──▶ gerber      (objects; areas on demand) ─ registration: which reading fits the copper?
-//!   └─ archive: members, each as if it were a file
+//!   │                 └──▶ gerber      (objects; areas on demand) ─ registration: fit to the copper
+//!   └─ archive: members, each read like a file
 //! ```
 
 mod aperture_list;
@@ -17,37 +14,51 @@ mod archive;
 mod boards;
 mod columns;
 mod companion;
+mod content;
 mod decide;
 mod detect;
 mod drill;
 mod drill_list;
 mod excellon;
+mod file;
 mod findings;
+mod gather;
 mod gerber;
 mod kinds;
+mod layer_shape;
+mod layer_words;
+mod machine_program;
 mod measure;
 mod names;
 mod neighbours;
 mod number;
+mod orphans;
 mod rank;
 mod read;
 mod registration;
 mod role;
+mod rows;
 mod second_look;
 mod set;
 mod text;
+mod through;
 mod tool_units;
 mod witness;
+mod word_list;
 mod words;
 
 pub use archive::{lists, members, packed};
 pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
+pub use file::{Artwork, FileRead};
 pub use findings::MOST_KEPT;
+pub use gather::PROJECT_HEAD;
 pub use gerber::{
     Aperture, Form, Gerber, GerberObjects, NamedPad, Nets, Object, ObjectShape, Opening, PaintedMeasures,
-    Tag, TooMuch, Track, Transform, named_pads, nets, painted, painted_measures,
+    Tag, TooMuch, Track, Transform, named_pads, nets, painted, painted_for_picture, painted_measures,
 };
 pub use kinds::{Digits, Evidence, FileKind, Overrides, Role, Side, Source, Units, Zeros};
-pub use read::{Artwork, FileRead, read_drill, read_set, read_set_telling};
+pub use machine_program::OURS;
+pub use names::is_end_of_path;
+pub use read::{read_drill, read_set, read_set_telling};
 pub use words::board_name;

@@ -1,19 +1,20 @@
-//! How the CADs name their layers.
-//!
-//! Comes in: the name of a file. Goes out: the layers it may be, each with the CAD that names it so. The same ending means
-//! different things to different CADs, so the set decides which of them wrote it. Does not open files.
+//! Layer names by CAD. The same extension means different things to different CADs, so the whole set decides
+//! which CAD wrote it.
 
 use super::{Role, Side};
 use Role::{Copper, Drill, Mask, Other, Outline, Paste, Silk};
 
+/// Whether `path` is `end`, or ends with a separator and `end`. No path ends with nothing.
+pub fn is_end_of_path(path: &str, end: &str) -> bool {
+    let front = path.strip_suffix(end).filter(|_| !end.is_empty());
+    front.is_some_and(|front| front.is_empty() || front.ends_with(['/', '\\']))
+}
+
 /// One CAD's name for a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Meaning {
-    /// The CAD.
     pub(super) cad: &'static str,
-    /// What the layer is for.
     pub(super) role: Role,
-    /// Which side it shows.
     pub(super) side: Option<Side>,
 }
 
@@ -21,10 +22,10 @@ const TOP: Option<Side> = Some(Side::Top);
 const BOTTOM: Option<Side> = Some(Side::Bottom);
 const INNER: Option<Side> = Some(Side::Inner);
 
-/// A CAD and its names. In patterns `*` is anything and `#` one digit or more; all is lower case.
+/// A CAD and its name patterns: `*` is anything, `#` is one or more digits; all in lower case.
 type Table = (&'static str, &'static [(&'static str, Role, Option<Side>)]);
 
-/// The CADs. What none of them knows is left to the words in the name.
+/// Names that no table has are parsed for words later.
 const TABLES: [Table; 20] = [
     (
         "KiCad",
@@ -56,6 +57,7 @@ const TABLES: [Table; 20] = [
             ("*.gtl", Copper, TOP),
             ("*.gbl", Copper, BOTTOM),
             ("*.g#", Copper, INNER),
+            ("*.g#l", Copper, INNER),
             ("*.gp#", Copper, INNER),
             ("*.gts", Mask, TOP),
             ("*.gbs", Mask, BOTTOM),
@@ -142,9 +144,8 @@ const TABLES: [Table; 20] = [
     (
         "DipTrace",
         &[
-            ("*top.gbr", Copper, TOP),
-            ("*bottom.gbr", Copper, BOTTOM),
-            ("*layer#.gbr", Copper, INNER),
+            ("top.gbr", Copper, TOP),
+            ("bottom.gbr", Copper, BOTTOM),
             ("*topmask.gbr", Mask, TOP),
             ("*bottommask.gbr", Mask, BOTTOM),
             ("*topsilk.gbr", Silk, TOP),
@@ -159,12 +160,9 @@ const TABLES: [Table; 20] = [
     (
         "Allegro",
         &[
-            ("*top.art", Copper, TOP),
-            ("*bottom.art", Copper, BOTTOM),
-            ("*bot.art", Copper, BOTTOM),
-            ("*lyr#.art", Copper, INNER),
-            ("*layer#.art", Copper, INNER),
-            ("*l#.art", Copper, INNER),
+            ("top.art", Copper, TOP),
+            ("bottom.art", Copper, BOTTOM),
+            ("bot.art", Copper, BOTTOM),
             ("*gnd*.art", Copper, INNER),
             ("*mask*top*.art", Mask, TOP),
             ("*mask*bot*.art", Mask, BOTTOM),
@@ -193,6 +191,8 @@ const TABLES: [Table; 20] = [
             ("*bottompastemasklayer.*", Paste, BOTTOM),
             ("*boardoutline*.*", Outline, None),
             ("*documentlayer.*", Other, None),
+            ("*customlayer*.*", Other, None),
+            ("*.gcl", Other, None),
             ("*drilldrawinglayer.*", Drill, None),
         ],
     ),
@@ -217,8 +217,6 @@ const TABLES: [Table; 20] = [
         &[
             ("top.pho", Copper, TOP),
             ("bottom.pho", Copper, BOTTOM),
-            ("art01.pho", Copper, TOP),
-            ("art#.pho", Copper, INNER),
             ("sm*21.pho", Mask, TOP),
             ("sm*28.pho", Mask, BOTTOM),
             ("ss*26.pho", Silk, TOP),
@@ -357,7 +355,7 @@ const TABLES: [Table; 20] = [
     ("Gerber drill", &[("*.xln", Drill, None), ("*.drl", Drill, None), ("*.dri", Drill, None)]),
 ];
 
-/// Everything a name may mean.
+/// All possible meanings of a name.
 pub(super) fn meanings(base: &str) -> Vec<Meaning> {
     let base = base.to_ascii_lowercase();
     let mut found = Vec::new();
@@ -368,7 +366,7 @@ pub(super) fn meanings(base: &str) -> Vec<Meaning> {
     found
 }
 
-/// Endings of files that lie beside a board and are never its layers, whatever they are called.
+/// Extensions of files next to a board that are never layers.
 const FOREIGN: [&str; 31] = [
     "png",
     "jpg",
@@ -402,12 +400,15 @@ const FOREIGN: [&str; 31] = [
     "kicad_pcb",
     "url",
 ];
-/// Endings of drill files.
+/// Names of documentation files.
+const NOTES: [&str; 10] =
+    ["readme", "read-me", "read_me", "license", "licence", "notes", "changelog", "bom", "todo", "info"];
+/// Extensions of drill files.
 const DRILL_ENDINGS: [&str; 11] =
     ["drl", "xln", "exc", "txt", "tap", "nc", "cnc", "drd", "ncd", "rou", "drill"];
 
-/// Why a file that was refused with `code` does not matter to the board: it cannot be read, and its name is not that of a
-/// layer or a drill file either. None where it does matter.
+/// Why a file rejected with `code` doesn't matter: it isn't readable, and its name isn't that of a layer or a
+/// drill file. None if it matters.
 pub(super) fn foreign(base: &str, code: &str) -> Option<&'static str> {
     let reason = match code {
         "refused.binary" => "kind.not_text",
@@ -415,23 +416,31 @@ pub(super) fn foreign(base: &str, code: &str) -> Option<&'static str> {
         "refused.web_page" => "kind.markup",
         _ => return None,
     };
-    let ending = base.rsplit_once('.').map_or(String::new(), |(_, ending)| ending.to_ascii_lowercase());
+    let lower = base.to_ascii_lowercase();
+    let (stem, ending) = lower.rsplit_once('.').unwrap_or((lower.as_str(), ""));
     let gerber = ending.starts_with('g') && ending.len() <= 4;
-    let known = gerber || DRILL_ENDINGS.contains(&ending.as_str()) || !meanings(base).is_empty();
-    (FOREIGN.contains(&ending.as_str()) || !known).then_some(reason)
+    let is_note = NOTES.iter().any(|word| stem.contains(word));
+    let known = gerber || !is_note && DRILL_ENDINGS.contains(&ending) || !meanings(base).is_empty();
+    (FOREIGN.contains(&ending) || !known).then_some(reason)
 }
 
-/// Endings that only layers have.
+/// Extensions that only layers have.
 const LAYER_ENDINGS: [&str; 15] =
     ["gbr", "ger", "gbx", "gtl", "gbl", "gts", "gbs", "gto", "gbo", "gtp", "gbp", "gko", "gml", "gm1", "pho"];
 
-/// Whether a file is called as only layers are: a text of this name that holds no layer is missed.
+/// True if the extension is one that only layers have: a text of this name without a layer is an error.
 pub(super) fn is_called_like_layer(base: &str) -> bool {
     let ending = base.rsplit_once('.').map_or("", |(_, ending)| ending);
     LAYER_ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending))
 }
 
-/// Whether a name fits a pattern: `*` is anything, `?` one letter, `#` digits.
+/// True if the extension is one that only drill files have.
+pub(super) fn is_called_like_drill(base: &str) -> bool {
+    let ending = base.rsplit_once('.').map_or("", |(_, ending)| ending);
+    ["drl", "xln", "exc"].iter().any(|known| known.eq_ignore_ascii_case(ending))
+}
+
+/// Matches a pattern: `*` is anything, `?` one letter, `#` digits.
 fn fits(pattern: &[u8], name: &[u8]) -> bool {
     match pattern {
         [] => name.is_empty(),
@@ -450,7 +459,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_is_called_like_a_layer_is_missed_when_it_cannot_be_read() {
+    fn unreadable_files_matter_only_if_named_like_a_layer() {
         for (name, code, want) in [
             ("photo.png", "refused.binary", Some("kind.not_text")),
             ("board-F_Cu.png", "refused.binary", Some("kind.not_text")),
@@ -463,6 +472,7 @@ mod tests {
             ("board.TXT", "refused.empty", None),
             ("board.GTL", "refused.web_page", None),
             ("board.cmp", "refused.empty", None),
+            ("README.TXT", "refused.web_page", Some("kind.markup")),
             ("zero", "refused.eia_tape", None),
         ] {
             assert_eq!(foreign(name, code), want, "{name}");
@@ -470,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_that_is_called_like_a_layer_and_is_none_is_an_error_of_the_set() {
+    fn text_named_like_a_layer_is_an_error() {
         use crate::artwork::{FileKind, Overrides, read_set};
         let drill = "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n";
         for (name, kind, code) in [
@@ -490,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn patterns_fit_whole_names() {
+    fn patterns_match_whole_names() {
         for (pattern, name, want) in [
             ("*.g#", "board.g12", true),
             ("*.g#", "board.gtl", false),

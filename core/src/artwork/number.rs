@@ -1,10 +1,7 @@
-//! Coordinate numbers as written, and what they measure.
-//!
-//! Comes in: bytes such as `-00508` or `12.70`. Goes out: an exact decimal, then whole nanometres once units,
-//! digits and suppressed zeros are known. Knows no file format.
+//! Coordinate numbers as written, and their lengths.
 //!
 //! ```text
-//! as written      3.3, leading zeros left out     3.3, trailing zeros left out
+//! as written      3.3, leading zeros omitted       3.3, trailing zeros omitted
 //! 5080            5080 · 10⁻³ =    5.080          508.0   (the first digit is the hundreds)
 //! 00508             508 · 10⁻³ =    0.508           5.080
 //! ```
@@ -12,31 +9,31 @@
 use super::{Digits, Units, Zeros};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 
-/// More digits than this are refused: they would not fit 64 bits.
+/// More digits don't fit 64 bits and are rejected.
 pub(super) const MOST_DIGITS: u8 = 18;
 
 /// A decimal number exactly as written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Decimal {
-    /// All digits as one whole number, with the sign.
+    /// All digits as an integer, with sign.
     pub(crate) mantissa: i64,
-    /// How many digits were written.
+    /// Number of digits.
     pub(crate) digits: u8,
-    /// How many of them stand behind the point.
+    /// Number of digits after the point.
     pub(crate) decimals: u8,
-    /// Whether a point was written.
+    /// True if there is a point.
     pub(crate) point: bool,
 }
 
 impl Decimal {
-    /// The length this many millimetres or inches are; none beyond what a board can be.
+    /// The number as a length; none if it is beyond [`Length::LIMIT`].
     pub(crate) fn length(self, units: Units) -> Option<Length> {
         exact(self.mantissa, i32::from(self.decimals), units)
     }
 }
 
-/// Reads a number at the front of `bytes`: an optional sign, digits, at most one point. Gives the number and how
-/// many bytes it took; none if there is no digit or there are too many.
+/// Parses a number at the start of `bytes`: optional sign, digits, at most one point. Returns it with its
+/// length in bytes; none without digits or with too many.
 #[inline]
 pub(crate) fn decimal(bytes: &[u8]) -> Option<(Decimal, usize)> {
     let mut index = 0;
@@ -66,7 +63,7 @@ pub(crate) fn decimal(bytes: &[u8]) -> Option<(Decimal, usize)> {
     (digits > 0).then_some((Decimal { mantissa, digits, decimals, point }, index))
 }
 
-/// `mantissa · 10^-decimals` of `units`, to the nearest nanometre, halves away from zero.
+/// `mantissa · 10^-decimals` of `units`, rounded to the nearest nanometre, halves away from zero.
 pub(super) fn exact(mantissa: i64, decimals: i32, units: Units) -> Option<Length> {
     let unit = i128::from(nm_per(units));
     let scaled = i128::from(mantissa) * unit;
@@ -91,22 +88,22 @@ const fn nm_per(units: Units) -> i64 {
     }
 }
 
-/// How the coordinates of a file are to be understood.
+/// One interpretation of a file's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reading {
     /// Units of the first coordinate.
     pub(crate) units: Units,
-    /// Digits before and after the point that is not written.
+    /// Digits before and after the implied point.
     pub(crate) digits: Digits,
-    /// Zeros that were left out. `Decimal`: numbers without a point are whole units.
+    /// Omitted zeros. `Decimal`: numbers without a point are whole units.
     pub(crate) zeros: Zeros,
 }
 
-/// A [`Reading`] made quick: nanometres per last digit, looked up by the number of decimals.
+/// A [`Reading`] with a table of nanometres per last digit, for speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     reading: Reading,
-    /// Whole nanometres per 10^-index units; 0 where that is not whole.
+    /// Nanometres per 10^-index units; 0 if that isn't an integer.
     nm: [i64; 8],
 }
 
@@ -121,7 +118,7 @@ impl Scale {
         Self { reading, nm }
     }
 
-    /// The length of a coordinate; none beyond what a board can be.
+    /// The length of a coordinate; none if it is beyond [`Length::LIMIT`].
     #[inline]
     pub(super) fn length(&self, number: Decimal) -> Option<Length> {
         let decimals = if number.point {
@@ -156,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_left_out_are_put_back_on_the_right_side() {
+    fn omitted_zeros_are_restored_on_the_right_side() {
         for (text, units, digits, zeros, want) in [
             ("5080", Units::Mm, (3, 3), Zeros::Leading, 5.08),
             ("00508", Units::Mm, (3, 3), Zeros::Trailing, 5.08),
@@ -176,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_board_can_have_is_refused() {
+    fn impossible_numbers_are_rejected() {
         assert_eq!(decimal(b"9999999999999999999999"), None);
         assert_eq!(decimal(b"-"), None);
         assert_eq!(decimal(b"--5"), None);

@@ -1,8 +1,5 @@
-//! Every plausible reading of a drill program, tried: where its holes lie, whether they can be drilled, and what copper and
-//! outline of the same board say of them.
-//!
-//! Comes in: a program, what words settle of its numbers, what lies beside it. Goes out: the readings, the best first. Chooses
-//! none.
+//! Tries every plausible reading of a drill program: where its holes are, whether they are possible, and how
+//! they fit copper and outline of the board. The choice is in [`super::decide`].
 
 use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use super::measure::{impossible_bit, oddity};
@@ -12,22 +9,22 @@ use super::text::front;
 use super::{Digits, Source, Units, Zeros};
 use crate::geometry::{Bounds, Point};
 
-/// Bytes of a program that are read under every reading.
+/// Maximum number of bytes read for each reading.
 const SAMPLED_BYTES: usize = 192 * 1024;
-/// So many holes may speak of a scale.
+/// From this number of holes on, their extent can prove a scale.
 const FEWEST: usize = 8;
 
-/// What the choice of a reading goes by.
+/// The input of the choice.
 pub(super) struct Grounds<'a> {
     pub(super) name: &'a str,
     pub(super) text: &'a [u8],
     pub(super) survey: &'a Survey,
     pub(super) table: &'a ToolTable,
     pub(super) sensed: &'a Sensed,
-    /// The file says that none of its holes is plated: they need not lie on copper.
+    /// The file declares all its holes unplated, so they needn't be on copper.
     pub(super) unplated: bool,
     pub(super) copper: Option<&'a Copper>,
-    /// The box of the outline of the same board.
+    /// Bounding box of the board's outline.
     pub(super) outline: Option<Bounds>,
 }
 
@@ -36,28 +33,28 @@ pub(super) struct Ranked {
     pub(super) reading: Reading,
     pub(super) fit: Fit,
     pub(super) holes: Vec<Point>,
-    /// Which tools drill those that are single holes.
+    /// The tools of single holes; none for slot ends and route vertices.
     pub(super) tools: Vec<Option<u16>>,
-    /// Whether it agrees with every part that words settle.
+    /// Agrees with everything that statements settle.
     pub(super) allowed: bool,
-    /// Whether it agrees with every part that a person or the file itself settles.
+    /// Agrees with everything that the user or the file itself settles.
     pub(super) own_words: bool,
-    /// Whether holes and bits are such as can be.
+    /// Sizes of board, holes and tools are possible.
     pub(super) possible: bool,
-    /// The box of its holes.
+    /// Bounding box of its holes.
     pub(super) bounds: Bounds,
-    /// Whether the box is as large as that of the copper, or there is no copper.
+    /// The bounding box is as large as that of the copper, or there is no copper.
     pub(super) as_large: bool,
 }
 
 impl Grounds<'_> {
-    /// Whether the copper speaks for this reading: it is a board, as large as the copper and in its place, and enough of its
-    /// holes lie on pads.
+    /// True if the copper supports this reading: it is a possible board, of the copper's size and position,
+    /// with enough holes on pads.
     pub(super) fn copper_votes(&self, ranked: &Ranked) -> bool {
         let Some((copper, board)) = self.copper.and_then(|copper| Some((copper, copper.bounds()?))) else {
             return false;
         };
-        // Copper that cannot be within the outline is of another board.
+        // Copper that can't be inside the outline belongs to another board.
         if self.outline.is_some_and(|outline| !same_size(board, outline)) {
             return false;
         }
@@ -67,20 +64,21 @@ impl Grounds<'_> {
         !self.unplated && ranked.possible && agrees && copper.votes(&ranked.holes, ranked.fit)
     }
 
-    /// Whether the outline has a word to say of readings: there are holes enough.
+    /// The outline, if there are enough holes to compare with it.
     pub(super) fn outline_of(&self, ranked: &Ranked) -> Option<Bounds> {
         self.outline.filter(|_| ranked.holes.len() >= FEWEST)
     }
 }
 
-/// Whole lines from the front of a program.
+/// Complete lines from the start of a program.
 pub(super) fn sample(text: &[u8]) -> Option<&[u8]> {
     let text = front(text, SAMPLED_BYTES);
     let end = text.iter().rposition(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
     text.get(..end)
 }
 
-/// All readings, those that fit best first; readings that give the same holes stand once. None if there are no holes.
+/// All readings, best fit first; of readings with the same holes only the first. None if there are too few
+/// holes.
 pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
     let &Grounds { name, survey, table, sensed, unplated, copper, .. } = grounds;
     let text = sample(grounds.text)?;
@@ -89,7 +87,7 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
         let Ok((drill, diagnostics)) = excellon::read(&Task { name, text, reading, survey, table }) else {
             continue;
         };
-        // Single holes come first.
+        // `centres` lists single holes first.
         let single = drill.hits.len();
         let centres: Vec<(Point, Option<u16>)> = (0..)
             .zip(drill.centres())
@@ -110,7 +108,7 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
         let own_words = agrees(&reading, sensed, |source| source < Source::Companion);
         all.push(Ranked { reading, fit, holes, tools, allowed, own_words, possible, bounds, as_large });
     }
-    // Holes that need no copper fit somewhere by chance.
+    // Unplated holes need no copper, so any shift would fit only by chance.
     if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS_SHARE) {
         for ranked in all.iter_mut().filter(|ranked| ranked.possible && ranked.as_large) {
             let shifted = copper.map_or(Fit::default(), |copper| copper.fit_shifted(&ranked.holes));
@@ -119,12 +117,12 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
             }
         }
     }
-    // The order of `readings` is custom; a stable sort keeps it among equals.
+    // `readings` returns the usual ones first, and a stable sort keeps that order among equals.
     all.sort_by(|a, b| b.fit.share.total_cmp(&a.fit.share));
     (!all.is_empty()).then_some(all)
 }
 
-/// Whether the reading is the sensed one in every part that is settled by its ground.
+/// True if the reading equals the sensed one in every part whose source is `settled`.
 pub(super) fn agrees(reading: &Reading, sensed: &Sensed, settled: impl Fn(Source) -> bool) -> bool {
     let (own, decimal) = (&sensed.reading, sensed.reading.zeros == Zeros::Decimal);
     let units = !settled(sensed.units) || reading.units == own.units;
@@ -135,8 +133,8 @@ pub(super) fn agrees(reading: &Reading, sensed: &Sensed, settled: impl Fn(Source
 
 /// Every plausible reading, the sensed one first.
 pub(super) fn readings(sensed: &Sensed) -> Vec<Reading> {
-    const MM: [(u8, u8); 5] = [(3, 3), (4, 2), (3, 2), (4, 4), (4, 3)];
-    const INCH: [(u8, u8); 5] = [(2, 4), (2, 3), (3, 5), (2, 5), (3, 3)];
+    const MM: [(u8, u8); 7] = [(3, 3), (4, 2), (3, 2), (4, 4), (4, 3), (5, 5), (3, 5)];
+    const INCH: [(u8, u8); 7] = [(2, 4), (2, 3), (3, 5), (2, 5), (3, 3), (5, 5), (2, 6)];
     let mut all = vec![sensed.reading];
     let zeros = match sensed.reading.zeros {
         Zeros::Decimal => vec![Zeros::Decimal],

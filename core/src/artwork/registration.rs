@@ -1,8 +1,5 @@
-//! Which reading of a drill file puts its holes on the pads of the copper beside it?
-//!
-//! Comes in: hole centres under one reading, the copper of the same folder. Goes out: the share of holes that lie on it,
-//! and the shift under which they do. Compares; knows no threshold of truth, because pads drawn as strokes and unplated
-//! holes keep even the right reading below 100 %.
+//! Compares the holes of a drill file with copper: which reading and shift put them on pads? Sets no
+//! threshold for a correct reading: pads drawn as strokes and unplated holes keep even that below 1.
 //!
 //! ```text
 //! holes  ●    ●  ●         ●   ●● shifted by the vector that most pairs (hole, pad) agree on
@@ -12,44 +9,45 @@
 use super::gerber::{Gerber, Track};
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
-use rstar::primitives::{GeomWithData, Line};
+use rstar::primitives::{GeomWithData, Line, Rectangle};
 use rstar::{AABB, RTree};
 use std::collections::BTreeSet;
 
-/// A hole this close to a pad's centre, or to a track's edge, lies on it.
+/// A hole this close to a pad's center, or to a track's edge, is on it.
 const TOLERANCE_MM: f64 = 0.05;
-/// Holes looked at.
 pub(super) const SAMPLE: usize = 600;
-/// Holes and pads that vote for a shift.
+/// Maximum number of holes and pads that vote for a shift.
 const VOTING_HOLES: usize = 24;
 const VOTING_PADS: usize = 3_000;
-/// Cells in which votes are counted.
+/// Size of the cells in which votes are counted.
 const VOTE_CELL_MM: f64 = 0.1;
-/// Unshifted readings that fit this well need no shift.
+/// A reading that fits this well needs no shift.
 pub(super) const FITS_SHARE: f64 = 0.5;
-/// Where holes are put to see how many lie on copper by chance, in mm: no multiple of any grid.
+/// Offsets in mm to estimate how many holes are on copper by chance: no multiples of any grid.
 const BESIDE_MM: [(f64, f64); 6] =
     [(0.71, 0.43), (-0.59, 0.97), (1.13, -0.67), (-0.83, -1.09), (1.87, 0.79), (-1.61, 1.73)];
-/// A vote needs so many different pads and tracks under the holes.
+/// Evidence needs at least this many different pads and tracks under the holes.
 const VOTERS: usize = 8;
-/// And so large a share of the holes, chance taken off.
+/// Evidence also needs this share of the holes, minus the share by chance.
 const SPEAKS_SHARE: f64 = 0.5;
-/// Holes may lie beyond the copper and the outline by so much, in mm and as a share of the board.
+/// Holes may be outside copper and outline by this many mm plus this share of the board.
 const BEYOND_MM: f64 = 3.0;
 const BEYOND_SHARE: f64 = 0.15;
-/// Holes that span less than this share of a board say nothing of its scale.
+/// Holes that span less than this share of a board don't prove its scale.
 const SPANS_SHARE: f64 = 0.25;
 
-/// The copper of a folder, ready to be asked.
+/// The copper of a folder, indexed for queries.
 pub(super) struct Copper {
     layers: Vec<Layer>,
 }
 
 /// The pads and tracks of one layer.
 pub(super) struct Layer {
-    /// The name of its file.
+    /// File name.
     pub(super) name: String,
     pads: RTree<[f64; 2]>,
+    /// Bounding boxes of the pads.
+    boxes: RTree<Rectangle<[f64; 2]>>,
     tracks: RTree<GeomWithData<Line<[f64; 2]>, f64>>,
     widest_mm: f64,
     bounds: Bounds,
@@ -60,7 +58,7 @@ pub(super) struct Layer {
 pub(super) struct Fit {
     /// Share of holes on copper, 0 to 1.
     pub(super) share: f64,
-    /// Added to holes, in mm.
+    /// Shift of the holes, mm.
     pub(super) shift_mm: (f64, f64),
 }
 
@@ -76,8 +74,11 @@ impl Layer {
             widest_mm = widest_mm.max(half_width.mm());
             tracks.push(GeomWithData::new(Line::new(mm(from), mm(to)), half_width.mm()));
         }
+        let boxes = layer.pad_boxes().into_iter();
+        let boxes = boxes.map(|Bounds { min, max }| Rectangle::from_corners(mm(min), mm(max))).collect();
         Some(Self {
             name: name.to_owned(),
+            boxes: RTree::bulk_load(boxes),
             pads: RTree::bulk_load(pads),
             tracks: RTree::bulk_load(tracks),
             widest_mm,
@@ -86,7 +87,18 @@ impl Layer {
     }
 
     fn on_copper(&self, at: [f64; 2]) -> bool {
-        self.pad_at(at).is_some() || self.track_at(at).is_some()
+        self.pad_at(at).is_some() || self.track_at(at).is_some() || self.is_on_edge(at)
+    }
+
+    /// True if a hole is on the edge of a pad, as castellated holes are.
+    fn is_on_edge(&self, [x, y]: [f64; 2]) -> bool {
+        let around =
+            AABB::from_corners([x - TOLERANCE_MM, y - TOLERANCE_MM], [x + TOLERANCE_MM, y + TOLERANCE_MM]);
+        self.boxes.locate_in_envelope_intersecting(&around).any(|pad| {
+            let ([left, low], [right, high]) = (pad.lower(), pad.upper());
+            let inside = (x - left).min(right - x).min(y - low).min(high - y);
+            inside.abs() <= TOLERANCE_MM
+        })
     }
 
     fn pad_at(&self, at: [f64; 2]) -> Option<[f64; 2]> {
@@ -106,29 +118,29 @@ impl Layer {
 }
 
 impl Copper {
-    /// The pads and tracks of some layers, each with its name; none if there are no pads and no tracks.
+    /// Indexes layers by name; none if there are no pads and no tracks.
     pub(super) fn new<'a>(layers: impl Iterator<Item = (&'a str, &'a Gerber)>) -> Option<Self> {
         let layers: Vec<Layer> = layers.filter_map(|(name, layer)| Layer::new(name, layer)).collect();
         (!layers.is_empty()).then_some(Self { layers })
     }
 
-    /// How well holes fit where they are.
+    /// The fit without a shift.
     pub(super) fn fit(&self, holes: &[Point]) -> Fit {
         Fit { share: share(&self.layers, holes, (0.0, 0.0)), shift_mm: (0.0, 0.0) }
     }
 
-    /// How well holes fit under the one shift that serves them best.
+    /// The fit with the best shift.
     pub(super) fn fit_shifted(&self, holes: &[Point]) -> Fit {
         fit_shifted(&self.layers, holes)
     }
 
-    /// Whether a hole moved by `shift` in mm lies on copper.
+    /// True if a hole shifted by `shift` in mm is on copper.
     pub(super) fn has(&self, hole: Point, shift: (f64, f64)) -> bool {
         on_copper(&self.layers, hole, shift)
     }
 
-    /// Whether holes that fit as `fit` says speak for their reading: enough of them, on different pads, more than chance
-    /// puts there.
+    /// True if holes with this `fit` are evidence for their reading: enough of them, on different pads, more
+    /// than by chance.
     pub(super) fn votes(&self, holes: &[Point], fit: Fit) -> bool {
         let place = |hole: &Point| [hole.x.mm() + fit.shift_mm.0, hole.y.mm() + fit.shift_mm.1];
         let key = |[x, y]: [f64; 2]| ((x * 1e4) as i64, (y * 1e4) as i64);
@@ -147,19 +159,27 @@ impl Copper {
         under.len() >= VOTERS && more.max(on_pads as f64 / all) >= SPEAKS_SHARE
     }
 
-    /// The box of its pads and tracks.
+    /// Bounding box of pads and tracks.
     pub(super) fn bounds(&self) -> Option<Bounds> {
         let boxes = self.layers.iter().map(|layer| layer.bounds);
         boxes.reduce(|a, b| a.with(b.min).with(b.max))
     }
 
-    /// The layers, each as copper of its own; none where there is only one.
+    pub(super) fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    pub(super) fn has_pads(&self) -> bool {
+        self.layers.iter().any(|layer| layer.pads.size() > 0)
+    }
+
+    /// Each layer on its own; empty if there is only one.
     pub(super) fn apart(&self) -> &[Layer] {
         if self.layers.len() > 1 { &self.layers } else { &[] }
     }
 }
 
-/// Whether holes in the box `holes` may be those of a board in the box `board`, wherever that lies.
+/// True if holes with bounding box `holes` can belong to a board with bounding box `board`, in any position.
 pub(super) fn same_size(holes: Bounds, board: Bounds) -> bool {
     let size = |bounds: Bounds| ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
     let ((w, h), (width, height)) = (size(holes), size(board));
@@ -167,7 +187,7 @@ pub(super) fn same_size(holes: Bounds, board: Bounds) -> bool {
     fits(w, width) && fits(h, height) && w.max(h) >= SPANS_SHARE * width.max(height)
 }
 
-/// The same, where it lies.
+/// Like [`same_size`], in the same position.
 pub(super) fn same_place(holes: Bounds, board: Bounds) -> bool {
     let size = (board.max.x - board.min.x).mm().max((board.max.y - board.min.y).mm());
     let around = board.grown(Length::from_mm(size * BEYOND_SHARE + BEYOND_MM));
@@ -179,13 +199,20 @@ fn on_copper(layers: &[Layer], hole: Point, shift: (f64, f64)) -> bool {
     layers.iter().any(|layer| layer.on_copper(at))
 }
 
-/// The share of holes on one of `layers`, once they are moved by `shift` in mm.
+/// The share of holes on one of `layers`, when shifted by `shift` in mm.
 pub(super) fn share(layers: &[Layer], holes: &[Point], shift: (f64, f64)) -> f64 {
     let on = |hole: &&Point| on_copper(layers, **hole, shift);
     holes.iter().filter(on).count() as f64 / holes.len().max(1) as f64
 }
 
-/// How well holes fit `layers` under the one shift that serves them best.
+/// The share of holes, shifted by `shift` in mm, that are centered on a pad of `layers`.
+pub(super) fn pad_share(layers: &[Layer], holes: &[Point], shift: (f64, f64)) -> f64 {
+    let place = |hole: &Point| [hole.x.mm() + shift.0, hole.y.mm() + shift.1];
+    let on = |hole: &&Point| layers.iter().any(|layer| layer.pad_at(place(hole)).is_some());
+    holes.iter().filter(on).count() as f64 / holes.len().max(1) as f64
+}
+
+/// The fit with the best shift.
 pub(super) fn fit_shifted(layers: &[Layer], holes: &[Point]) -> Fit {
     let Some(shift_mm) = vote(layers, holes) else { return Fit::default() };
     Fit { share: share(layers, holes, shift_mm), shift_mm }
@@ -202,7 +229,7 @@ fn vote(layers: &[Layer], holes: &[Point]) -> Option<(f64, f64)> {
         places.extend(pads.iter().map(|[x, y]| (x - hole.x.mm(), y - hole.y.mm())));
     }
     let cell = |value: f64| libm::floor(value / VOTE_CELL_MM) as i64;
-    // A true shift may fall on the border of two cells: count each vote in the cells around it too.
+    // A true shift can be on the border of two cells, so each vote also counts in the neighbouring cells.
     for &(dx, dy) in &places {
         let half = VOTE_CELL_MM / 2.0;
         votes.extend(
@@ -224,7 +251,7 @@ fn vote(layers: &[Layer], holes: &[Point]) -> Option<(f64, f64)> {
     Some((*xs.get(xs.len() / 2)?, *ys.get(ys.len() / 2)?))
 }
 
-/// About `most` of `all`, evenly spread.
+/// About `most` of `all`, evenly spaced.
 pub(super) fn every<T>(all: impl Iterator<Item = T>, count: usize, most: usize) -> impl Iterator<Item = T> {
     all.step_by(count.div_ceil(most).max(1))
 }
@@ -238,13 +265,13 @@ fn mm(point: Point) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// A layer of some words, drawn with a circle of 1 mm.
+    /// A layer drawn by `words` with a circle of 1 mm.
     fn read(words: &str) -> Gerber {
         let text = format!("%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*{words}M02*");
         super::super::gerber::read("t", text.as_bytes(), &super::super::Overrides::default()).0
     }
 
-    /// Pads on a crooked grid, so that no shift but one fits.
+    /// Pads at irregular positions, so that only one shift fits.
     fn layer() -> (Gerber, Vec<Point>) {
         let points: Vec<Point> = (0..60)
             .map(|i| Point::from_mm(f64::from(i * 7 % 31) * 1.27, f64::from(i * i % 53) * 0.83))
@@ -254,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_common_shift_is_found() {
+    fn common_shift_is_found() {
         let (gerber, points) = layer();
         let copper = Copper::new([("t", &gerber)].into_iter()).unwrap();
         assert_eq!(copper.fit(&points).share, 1.0);
@@ -267,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_within_a_track_is_on_copper() {
+    fn hole_within_a_track_is_on_copper() {
         let gerber = read("X0Y0D02*X10000000D01*");
         let copper = Copper::new([("t", &gerber)].into_iter()).unwrap();
         let fit = copper.fit(&[Point::from_mm(5.0, 0.4), Point::from_mm(5.0, 0.7)]);

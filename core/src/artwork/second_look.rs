@@ -1,49 +1,57 @@
-//! A second look at holes of which not all lie on the copper: are they shifted, or is one of both mirrored?
+//! Diagnoses holes that are not all on copper: are they shifted, or is one of both mirrored? Only reports;
+//! changes no coordinates.
 //!
 //! ```text
-//!   holes  ● ●   ●      on pads by chance    ─▶ moved by one vector clearly more of them are: shifted
+//!   holes  ● ●   ●      few on pads    ─▶ clearly more on pads when shifted by one vector: shifted
 //!   pads  ◎ ◎   ◎
 //!
-//!   holes  ●   ● ●                           ─▶ turned over clearly more of them are: one of both is mirrored
+//!   holes  ●   ● ●                     ─▶ clearly more on pads when flipped: one of both is mirrored
 //!   pads   ◎ ◎   ◎
 //! ```
-//!
-//! Comes in: holes under the reading that was chosen, with the tools that drill them, and the copper. Goes out: how they fit,
-//! and what to say, in shares from 0 to 1. Moves nothing and turns nothing over.
 
-use super::registration::{Copper, FITS_SHARE, Fit, Layer, fit_shifted, share};
-use crate::diagnostic::Diagnostic;
+use super::registration::{Copper, FITS_SHARE, Fit, Layer, fit_shifted, pad_share, share};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use std::collections::BTreeMap;
 
-/// Holes of which fewer lie on copper are looked at again.
+/// At or above this share on copper, holes need no second look.
 const SURE_SHARE: f64 = 0.95;
-/// A shift that puts so many more of the holes on copper is meant.
+/// A shift is accepted if it puts this share more of the holes on copper.
 const CLEARLY_SHARE: f64 = 0.15;
-/// And any that puts so many there, where fewer were.
+/// A shift to this share is always accepted.
 const NEARLY_ALL_SHARE: f64 = 0.98;
-/// Turned over so many of the holes lie on copper, or it is chance.
+/// Minimum share on copper when flipped; less can be chance.
 const MIRRORED_SHARE: f64 = 0.9;
-/// And so many more than as they are.
+/// Flipping must also improve the share by this much.
 const MUCH_SHARE: f64 = 0.3;
-/// Holes of tools for pads of which fewer lie on copper are doubted: vias may lie in areas, which are not looked at.
+/// Below this share on copper, the holes of pad tools get a warning. Lower than 1, because vias can be in
+/// areas, which are not checked.
 const WELL_SHARE: f64 = 0.9;
-/// Fewer holes prove nothing.
+/// Fewer holes prove nothing, unless all of them agree.
 const FEWEST: usize = 10;
+/// Fewer holes never prove anything.
+const LEAST: usize = 4;
+/// With few holes: if more than this share are on pads, they fit as they are.
+const HALF_SHARE: f64 = 0.5;
+/// With few holes: if at most this share are on copper, they don't fit.
+const HARDLY_SHARE: f64 = 0.25;
+/// From this number of holes on, up to [`NEARLY_SHARE`] may be on pads by symmetry, and the copper still
+/// counts as mirrored.
+const SOME: usize = 6;
+const NEARLY_SHARE: f64 = 0.8;
 
-/// What was seen.
 pub(super) struct Look {
-    /// How the holes fit.
     pub(super) fit: Fit,
-    /// What to say of it, without a place.
+    /// Diagnostics, still without position.
     pub(super) warnings: Vec<Diagnostic>,
 }
 
-/// Looks again at `holes` that fit `copper` as `fit` says. `tools` are those of single holes: ends of slots and corners of
-/// routes need not lie on copper.
+/// Examines `holes` with this `fit` on `copper`. `tools` are those of single holes, because slot ends and
+/// route vertices needn't be on copper.
 pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> Look {
     let mut look = Look { fit, warnings: Vec::new() };
     if holes.len() < FEWEST {
+        look.warnings = look_at_few(copper, holes, fit);
         return look;
     }
     let still = fit.shift_mm == (0.0, 0.0);
@@ -68,7 +76,50 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
     look
 }
 
-/// Says of one layer of several that only turned over the holes fit it that fit the others.
+/// Examines 4 to 9 holes. Reports mirrored copper only if all of them are on its pads when flipped, and
+/// missing copper only if hardly any is on copper.
+fn look_at_few(copper: &Copper, holes: &[Point], fit: Fit) -> Vec<Diagnostic> {
+    if holes.len() < LEAST {
+        return Vec::new();
+    }
+    let by = fit.shift_mm;
+    let own = pad_share(copper.layers(), holes, by);
+    if let Some(word) = few_mirrored(copper.layers(), holes, own) {
+        return vec![told("drill.mirrored", own, 1.0).with("axis", word)];
+    }
+    let whole = own >= MIRRORED_SHARE;
+    let alone = |layer: &Layer| {
+        let layers = std::slice::from_ref(layer);
+        let own = pad_share(layers, holes, by);
+        let word = few_mirrored(layers, holes, own).filter(|_| whole)?;
+        Some(told("drill.layer_mirrored", own, 1.0).with("axis", word).with("layer", &layer.name))
+    };
+    let mut said: Vec<Diagnostic> = copper.apart().iter().filter_map(alone).collect();
+    let shifted = copper.fit_shifted(holes).share;
+    if fit.share <= HARDLY_SHARE && shifted <= HALF_SHARE && copper.has_pads() {
+        said.push(told("drill.beside_copper", fit.share, fit.share));
+    }
+    said
+}
+
+/// The axis in which all of a few holes are on pads when flipped; none if they fit as they are or shifted.
+fn few_mirrored(layers: &[Layer], holes: &[Point], own: f64) -> Option<&'static str> {
+    let on_pads = |holes: &[Point]| pad_share(layers, holes, fit_shifted(layers, holes).shift_mm);
+    let most = if holes.len() < SOME { HALF_SHARE } else { NEARLY_SHARE };
+    if own > most || on_pads(holes) > most {
+        return None;
+    }
+    flipped(holes).into_iter().find_map(|(word, flipped)| (on_pads(&flipped) >= 1.0).then_some(word))
+}
+
+/// The holes flipped in X and in Y.
+fn flipped(holes: &[Point]) -> [(&'static str, Vec<Point>); 2] {
+    let in_x = |at: &Point| Point::new(-at.x, at.y);
+    let in_y = |at: &Point| Point::new(at.x, -at.y);
+    [("X", holes.iter().map(in_x).collect()), ("Y", holes.iter().map(in_y).collect())]
+}
+
+/// Reports a layer that the holes fit only when flipped, if they fit the other layers as they are.
 fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Diagnostic> {
     let layers = std::slice::from_ref(layer);
     let own = share(layers, holes, fit.shift_mm);
@@ -79,20 +130,16 @@ fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Diagnostic> {
     Some(told("drill.layer_mirrored", own, share).with("axis", word).with("layer", &layer.name))
 }
 
-/// The way in which the holes turned over fit much better than `own`, and how well.
+/// The axis in which the flipped holes fit much better than `own`, and the share.
 fn mirrored(fit: impl Fn(&[Point]) -> Fit, holes: &[Point], own: f64) -> Option<(&'static str, f64)> {
-    let in_x = |at: &Point| Point::new(-at.x, at.y);
-    let in_y = |at: &Point| Point::new(at.x, -at.y);
-    let ways: [(_, Vec<Point>); 2] =
-        [("X", holes.iter().map(in_x).collect()), ("Y", holes.iter().map(in_y).collect())];
-    ways.into_iter().find_map(|(word, turned)| {
-        let share = fit(&turned).share;
+    flipped(holes).into_iter().find_map(|(word, flipped)| {
+        let share = fit(&flipped).share;
         (share >= (own + MUCH_SHARE).clamp(MIRRORED_SHARE, NEARLY_ALL_SHARE)).then_some((word, share))
     })
 }
 
-/// The share on copper of the holes whose tools put most of theirs there, for tools for mounting holes hit none; where no
-/// tool does, that of all. All where there are too few.
+/// The share on copper, counting only tools with most of their holes on copper, because no mounting hole is.
+/// Without such a tool, counts all; 1 if there are too few holes.
 fn common(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> f64 {
     let mut of_tool: BTreeMap<u16, (usize, usize)> = BTreeMap::new();
     for (hole, tool) in holes.iter().zip(tools).filter_map(|(hole, tool)| Some((hole, (*tool)?))) {
@@ -108,7 +155,8 @@ fn common(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> 
 
 fn told(code: &str, own: f64, other: f64) -> Diagnostic {
     let percent = |share: f64| format!("{:.0}", share * 100.0);
-    Diagnostic::warning(code).with("own", percent(own)).with("other", percent(other))
+    let severity = if code == "drill.beside_copper" { Severity::Warning } else { Severity::Error };
+    Diagnostic::new(severity, code).with("own", percent(own)).with("other", percent(other))
 }
 
 #[cfg(test)]
@@ -118,14 +166,14 @@ mod tests {
 
     type Places = Vec<(f64, f64)>;
 
-    /// A layer with a pad at every place.
+    /// A layer with a pad at every position.
     fn layer(function: &str, places: &[(f64, f64)]) -> Vec<u8> {
         let flash = |(x, y): &(f64, f64)| format!("X{:.0}Y{:.0}D03*", x * 1e6, y * 1e6);
         let flashes: String = places.iter().map(flash).collect();
         format!("%FSLAX46Y46*%%MOMM*%%TF.FileFunction,{function}*%%ADD10C,1*%D10*{flashes}M02*").into_bytes()
     }
 
-    /// A program of holes by two tools, the second for mounting.
+    /// A program with holes of two tools; the second is for mounting holes.
     fn program(places: &[(f64, f64)], mounting: &[(f64, f64)]) -> Vec<u8> {
         let hits =
             |all: &[(f64, f64)]| -> String { all.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect() };
@@ -142,11 +190,11 @@ mod tests {
     }
 
     fn warnings(file: &FileRead) -> Vec<&str> {
-        let warnings = file.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Warning);
+        let warnings = file.diagnostics.iter().filter(|diagnostic| diagnostic.severity >= Severity::Warning);
         warnings.map(|diagnostic| diagnostic.code.as_str()).collect()
     }
 
-    /// Rows of pins, and some pads in no row.
+    /// Rows of pins, and some pads outside any row.
     fn pins() -> Places {
         let rows =
             (0..4).flat_map(|row| (0..12).map(move |pin| (f64::from(pin) * 2.54, f64::from(row) * 7.62)));
@@ -156,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_is_found_though_most_holes_are_on_copper_by_chance() {
+    fn shift_is_found_if_most_holes_hit_copper_by_chance() {
         let (pads, beside) = (pins(), [(-3.0, -3.0), (31.0, -3.0), (31.0, 26.0)]);
         for (x, y) in [(0.0, 0.0), (2.54, 0.0), (-2.54, 0.0), (0.0, 7.62), (5.08, 0.0), (2.0, 0.3)] {
             for mounting in [&beside[..], &[]] {
@@ -173,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_mirrored_is_said_and_which_layer() {
+    fn mirrored_holes_or_layers_are_reported() {
         let pads = pins();
         let turned = |all: &Places, x: f64, y: f64| -> Places {
             all.iter().map(|at| (x + at.0 * x.signum(), y + at.1 * y.signum())).collect()
@@ -197,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_of_another_state_of_the_board_are_doubted_and_mounting_holes_are_not() {
+    fn copper_mismatch_is_reported_but_ignores_mounting_holes() {
         let pads = pins();
         let beside = [(-3.0, -3.0), (31.0, -3.0), (31.0, 26.0), (-3.0, 26.0), (14.2, 26.0)];
         let right = read(&[("Copper,L1,Top", &pads)], &pads, &beside);

@@ -1,13 +1,10 @@
-//! Tools and places of one drill program that are in different units: which of them is meant?
+//! Drill programs whose tools and coordinates are in different units.
 //!
 //! ```text
 //!   METRIC      T1C0.015   0.015 mm: no drill is as thin
 //!   M72         X001600    0.16 inch
-//!               in inch too, all tools are drills: 0.015 inch is 0.381 mm
+//!               read in inch, all tools are drills: 0.015 inch is 0.381 mm
 //! ```
-//!
-//! Comes in: a drill file, read, the units of its places, the sizes as written. Goes out: the tools mended where that makes
-//! all of them drills, and what to say. Looks at no place.
 
 use super::Units;
 use super::drill::DrillFile;
@@ -15,15 +12,15 @@ use super::number::Decimal;
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
-/// Between these, in mm, drills are.
+/// Range of drill diameters, mm.
 const THINNEST_MM: f64 = 0.1;
 const THICKEST_MM: f64 = 7.0;
 
-/// Tells of tools read in other units than `units`, those of the places, that can be no drills in these; where all of them
-/// are drills in `units`, takes them so.
+/// Warns about tools in other units than the coordinates' `units` that are impossible as drills. If all of
+/// them are drills in `units`, converts them.
 pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> Option<Diagnostic> {
     let other = if units == Units::Mm { Units::Inch } else { Units::Mm };
-    // The same size in the units of the places, of a tool that was read in the other ones.
+    // The tool's size as written, read in the units of the coordinates.
     let meant = |diameter: Length| {
         let size = sizes.iter().find(|size| size.length(other) == Some(diameter))?;
         size.length(units)
@@ -58,8 +55,8 @@ mod tests {
     use crate::diagnostic::Severity;
 
     #[test]
-    fn tools_in_other_units_than_the_places_are_told_and_mended_where_that_makes_them_drills() {
-        // Head, the sizes of two tools, what is said, and the first size in mm.
+    fn tool_units_other_than_those_of_positions_are_reported() {
+        // Head, sizes of two tools, the diagnostic, and the first size in mm.
         let rows = [
             ("METRIC", ["0.015", "0.142"], Some("drill.tools_in_units_of_places"), 0.381),
             ("METRIC", ["0.4", "0.9"], None, 0.4),

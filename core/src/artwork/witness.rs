@@ -1,34 +1,41 @@
-//! Which layers are asked about a drill file: copper and outline of its board.
-//!
-//! Comes in: layers with their boards. Goes out: the copper, ready to be asked, and the box of the outline, for each drill file.
-//! Asks nothing.
+//! Selects the layers that serve as evidence for a drill file: copper and outline of its board.
 //!
 //! ```text
-//!   left.drl ◀── left-F_Cu.gbr, left-Edge_Cuts.gbr       its board, its folder first
+//!   left.drl ◀── left-F_Cu.gbr, left-Edge_Cuts.gbr       its board, from its own folder first
 //!            ╳   right-F_Cu.gbr                          another board is no evidence
 //! ```
 
-use super::companion::folder;
-use super::read::Neighbours;
+use super::companion::{Companion, folder};
 use super::registration::Copper;
 use super::{FileRead, Role};
 use crate::geometry::Bounds;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Copper and outline.
 #[derive(Default)]
 struct Witness {
     copper: Option<Copper>,
     outline: Option<Bounds>,
 }
 
-/// The witnesses of a set: by board and folder, and by board alone.
+/// The evidence next to a drill file.
+#[derive(Default)]
+pub(super) struct Neighbours<'a> {
+    /// Reports: name, bytes, content.
+    pub(super) companions: Vec<(&'a str, &'a [u8], &'a Companion)>,
+    pub(super) copper: Option<&'a Copper>,
+    /// Bounding box of the outline of the same board.
+    pub(super) outline: Option<Bounds>,
+    /// All drill files and layers of its folder belong to one board.
+    pub(super) one_board: bool,
+}
+
+/// The evidence of a set: by board and folder, and by board.
 pub(super) struct Witnesses {
     near: BTreeMap<(String, String), Witness>,
     anywhere: BTreeMap<String, Witness>,
 }
 
-/// Collects copper and outlines of the boards that are `asking`: those with drill programs.
+/// Collects copper and outlines of the boards in `asking`, those with drill programs.
 pub(super) fn witnesses(
     layers: &[Option<FileRead>],
     boards: &[String],
@@ -42,9 +49,8 @@ pub(super) fn witnesses(
             anywhere.entry(board.clone()).or_default().push(layer);
         }
     }
-    // Asked only by drill files of a board that lies in several folders.
-    let spread = |board: &str| near.keys().filter(|(of, _)| of == board).count();
-    anywhere.retain(|board, _| !board.is_empty() && spread(board) > 0);
+    // The fallback for a drill file whose folder has no layers of its board.
+    anywhere.remove("");
     Witnesses {
         near: near.into_iter().map(|(key, layers)| (key, witness(&layers))).collect(),
         anywhere: anywhere.into_iter().map(|(key, layers)| (key, witness(&layers))).collect(),
@@ -64,7 +70,7 @@ fn witness(layers: &[&FileRead]) -> Witness {
 }
 
 impl Witnesses {
-    /// What is asked about the drill file `name` of a board, reports apart.
+    /// The evidence for the drill file `name` of a board, without reports.
     pub(super) fn of(&self, name: &str, board: Option<&String>) -> Neighbours<'_> {
         let Some(board) = board.filter(|board| !board.is_empty()) else { return Neighbours::default() };
         let near = self.near.get(&(board.clone(), folder(name).to_owned()));

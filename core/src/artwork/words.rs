@@ -1,13 +1,19 @@
-//! Names of files without the words that only say which layer it is: what is left is the name of the board.
+//! Board names from file names, by removing the words that only name the layer.
 //!
 //! ```text
 //!   LimeSDR-QPCIe_1v2-RoundHoles.TXT ─▶ lime sdr qpcie 1v2         ThruHolePlated.ncd ─▶ nothing
 //! ```
-//!
-//! Comes in: a name. Goes out: words in lower case. Knows no tables of CADs.
 
-/// Words of layers, drill files and side files; the longer first where one begins with another.
-const WORDS: [&str; 112] = [
+use super::layer_words::is_known;
+use super::text::composed;
+
+/// Words of layers, drill files and other files; the longer first if one starts with another.
+const WORDS: [&str; 117] = [
+    "drillmap",
+    "document",
+    "isolation",
+    "gcode",
+    "assy",
     "bottommost",
     "soldermask",
     "silkscreen",
@@ -121,36 +127,48 @@ const WORDS: [&str; 112] = [
     "all",
     "ncd",
 ];
-/// Short words: only when they stand alone.
-const SHORT: [&str; 28] = [
-    "cu", "np", "nc", "in", "l", "rev", "version", "tl", "bl", "ts", "bs", "tm", "bm", "tp", "bp", "ko",
-    "fr", "sig", "pwr", "gnd", "smt", "smd", "eco", "usr", "user", "dwgs", "margin", "orig",
+/// Short words, which count only on their own.
+const SHORT: [&str; 32] = [
+    "map", "iso", "cnc", "doc", "cu", "np", "nc", "in", "l", "rev", "version", "tl", "bl", "ts", "bs", "tm",
+    "bm", "tp", "bp", "ko", "fr", "sig", "pwr", "gnd", "smt", "smd", "eco", "usr", "user", "dwgs", "margin",
+    "orig",
 ];
 
-/// Layers whose side is one letter in front: `F_Cu`.
+/// Minimum length of words for layers and sides in other languages; shorter ones can mean anything.
+const LONG: usize = 4;
+
+/// Layers with a one-letter side in front: `F_Cu`.
 const SIDED: [&str; 7] = ["cu", "mask", "silk", "paste", "fab", "courty", "adhes"];
-/// Words for a board: a number behind them tells boards apart.
+/// Words for a board; a number after them distinguishes boards.
 const BOARDS: [&str; 3] = ["board", "pcb", "circuit"];
 
-/// The words of a name that may be the board's.
+/// The words of a name that can be the board's name.
 pub(super) fn stem_words(base: &str) -> Vec<String> {
     let stem = base.rfind('.').filter(|&at| at > 0).and_then(|at| base.get(..at)).unwrap_or(base);
-    let kept = words(stem).into_iter().filter(|word| !word.is_side).flat_map(|word| pieces(word.text));
-    kept.filter(|word| !is_layer(word)).map(|word| short(&word)).collect()
+    let stem = composed(stem);
+    let kept = words(&stem).into_iter().filter(|word| !word.is_side).flat_map(|word| pieces(word.text));
+    let kept: Vec<String> = kept.filter(|word| !is_layer(word)).map(|word| short(&word)).collect();
+    if is_span(&kept) { Vec::new() } else { kept }
+}
+
+/// True if only the layer range of the holes remains: `drill_1_16`.
+fn is_span(words: &[String]) -> bool {
+    let is_layer = |word: &String| word.len() <= 2 && word.bytes().all(|byte| byte.is_ascii_digit());
+    words.len() == 2 && words.iter().all(is_layer)
 }
 
 /// A word of a name.
 struct Word<'n> {
     text: &'n str,
-    /// Where it ends in the name.
+    /// End position in the name.
     end: usize,
-    /// It is the one letter of a side before its layer: the `F` of `F_Cu`.
+    /// The one-letter side before its layer: the `F` of `F_Cu`.
     is_side: bool,
-    /// It only says which layer a file is.
+    /// Only names the layer.
     is_layer: bool,
 }
 
-/// The words of a name without its ending.
+/// The words of a name without its extension.
 fn words(stem: &str) -> Vec<Word<'_>> {
     let texts: Vec<&str> =
         stem.split(|letter: char| !letter.is_alphanumeric()).filter(|text| !text.is_empty()).collect();
@@ -165,7 +183,7 @@ fn words(stem: &str) -> Vec<Word<'_>> {
     words
 }
 
-/// `RoundHoles` is two words; a word that is all of layer words stays whole.
+/// `RoundHoles` is two words; a word made only of layer words is dropped.
 fn pieces(part: &str) -> Vec<String> {
     if is_layer(&part.to_lowercase()) {
         return Vec::new();
@@ -183,12 +201,13 @@ fn pieces(part: &str) -> Vec<String> {
     words
 }
 
-/// A name for people, of the board that the files at `paths` are of: what their names have in common, without words at its end that
-/// only say which layer a file is; where that is nothing, so much of the first. Where all names only say that, the folder or archive
-/// that the first was brought in.
+/// The displayed name of the board with the files at `paths`: the common start of their names, without
+/// trailing layer words. If they share nothing, the name of the first file; if all names are layer words, the
+/// folder or archive of the first.
 ///
 /// ```text
-///   clockblock.drl  clockblock-NPTH.drl  clockblock-F_Cu.gbr ─▶ clockblock       clockblock-NPTH.drl alone ─▶ clockblock
+///   clockblock.drl  clockblock-NPTH.drl  clockblock-F_Cu.gbr ─▶ clockblock
+///   clockblock-NPTH.drl alone ─▶ clockblock
 /// ```
 pub fn board_name(paths: &[&str]) -> String {
     let named =
@@ -204,7 +223,7 @@ pub fn board_name(paths: &[&str]) -> String {
     };
     let common = words.iter().take_while(is_in_all).count();
     let whole = words.get(..common).and_then(|common| first.get(..common.last()?.end));
-    // A file that is called so, and no more, says that all of it is the name.
+    // If a file has exactly this name, all of it is the board's name.
     let whole = whole.filter(|whole| others.iter().chain([first]).any(|stem| stem.len() == whole.len()));
     let whole = whole.filter(|_| !others.is_empty());
     let shorter = [common, words.len()].into_iter().find_map(|count| {
@@ -214,31 +233,32 @@ pub fn board_name(paths: &[&str]) -> String {
     whole.or(shorter).unwrap_or(first).to_owned()
 }
 
-/// What the file at `path`, whose name only says which layer it is, was brought in; its own name where that is nothing else.
+/// The folder or archive of a file whose name is only layer words; without one, the file's own name.
 fn folder_name(path: &str) -> String {
     let named = |part: &&str| !stem_words(part).is_empty();
     let part = parts(path).find(named).or_else(|| parts(path).next()).unwrap_or(path);
     stem(part.strip_suffix('!').unwrap_or(part)).to_owned()
 }
 
-/// The names in a path that a person brought, the file's own first.
+/// The parts of a path as given by the user, the file name first.
 fn parts(path: &str) -> impl Iterator<Item = &str> {
     brought(path).rsplit(['/', '\\']).filter(|part| !part.is_empty())
 }
 
-/// A file's name without its ending.
+/// A file name without its extension.
 fn stem(base: &str) -> &str {
     base.rsplit_once('.').map_or(base, |(stem, _)| stem)
 }
 
-/// Whether `name` begins with the words `begin`, in capitals or not.
+/// True if `name` starts with the words `begin`, ignoring case.
 fn begins_with(name: &str, begin: &str) -> bool {
     let ends = |rest: &str| !rest.starts_with(char::is_alphanumeric);
     name.get(..begin.len()).is_some_and(|same| same.to_lowercase() == begin.to_lowercase())
         && name.get(begin.len()..).is_some_and(ends)
 }
 
-/// The end of `path` that a person brought: a path from elsewhere (`/home/…`, `../…`, `C:\…`) leads through folders to a file or archive.
+/// The part of `path` that the user gave. For a path from elsewhere (`/home/…`, `../…`, `C:\…`) that is only
+/// its file or archive.
 fn brought(path: &str) -> &str {
     if !path.starts_with(['/', '\\', '.']) && !path.contains(':') {
         return path;
@@ -247,13 +267,14 @@ fn brought(path: &str) -> &str {
     path.get(..file).and_then(|way| way.rfind(['/', '\\'])).and_then(|at| path.get(at + 1..)).unwrap_or(path)
 }
 
-/// Whether a word is made of layer words and numbers behind them.
+/// True if a word consists of layer words and trailing numbers.
 fn is_layer(word: &str) -> bool {
     let without = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
     if BOARDS.contains(&without) {
         return without == word;
     }
-    SHORT.contains(&without) || !without.is_empty() && is_made_of_words(word)
+    SHORT.contains(&without)
+        || !without.is_empty() && (is_made_of_words(word) || without.len() >= LONG && is_known(without))
 }
 
 fn is_made_of_words(word: &str) -> bool {
@@ -265,7 +286,7 @@ fn is_made_of_words(word: &str) -> bool {
         })
 }
 
-/// A word without the layer it ends with: `myboardtop`.
+/// A word without a layer word at its end: `myboardtop`.
 fn short(word: &str) -> String {
     let ends = WORDS
         .iter()
@@ -280,7 +301,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_is_the_name_of_the_board() {
+    fn stem_words_exclude_layer_words() {
         for (name, want) in [
             ("clockblock-F_Cu.gbr", "clockblock"),
             ("clockblock-NPTH.drl", "clockblock"),
@@ -297,6 +318,14 @@ mod tests {
             ("board2.drl", "board2"),
             ("board_b.drl", "b"),
             ("b-F_Cu.gbr", "b"),
+            ("board-PTH-drl_map.gbr", ""),
+            ("Gerber_DocumentLayer.GDL", ""),
+            ("drill_1_16.xln", ""),
+            ("amp_drill_1_16.xln", "amp 1 16"),
+            ("iso_cnc.nc", ""),
+            ("platine_bohrungen.drl", "platine"),
+            ("amp_Kupfer_unten.gbr", "amp"),
+            ("底层.gbr", ""),
             (".drl", ""),
         ] {
             assert_eq!(stem_words(name).join(" "), want, "{name}");
@@ -304,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_is_called_what_the_names_of_its_files_have_in_common() {
+    fn board_name_is_the_common_part_of_file_names() {
         let rows: [(&[&str], &str); 24] = [
             (
                 &["clockblock-NPTH.drl", "clockblock.drl", "clockblock-F_Cu.gbr", "clockblock-Edge_Cuts.gbr"],
@@ -347,11 +376,11 @@ mod tests {
             (&["SE_SG_IF_V2.TXT", "SE_SG_IF_V2.DRL", "se_sg_if_v2.gtl"], "SE_SG_IF_V2"),
             (&["thruhole.tap", "rs232_cm.top"], "rs232_cm"),
             (&["design_export.drl", "design_export.gtl"], "design_export"),
-            // A drill file and a layer of one name: all of it is the board's.
+            // If a drill file and a layer have the same name, all of it is the board's name.
             (&["motor-power.drl", "motor-power.gtl"], "motor-power"),
             (&["webcam.drl"], "webcam"),
             (&["clock-F_Cu.gbr", "clock-F_Mask.gbr"], "clock"),
-            // Nothing in common: the drill file.
+            // Nothing in common: the name of the drill file.
             (&["amp-drill.drl", "ampere-F_Cu.gbr"], "amp"),
             (&[], ""),
         ];
@@ -361,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_called_after_its_layer_gives_its_folders_name() {
+    fn file_named_after_its_layer_takes_the_folder_name() {
         for (path, want) in [
             ("Excellon_PTH_Through.drl", "Excellon_PTH_Through"),
             ("Robot Arm/Excellon_PTH_Through.drl", "Robot Arm"),

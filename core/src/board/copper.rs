@@ -1,7 +1,6 @@
-//! The copper of a board's sides, painted, with the nets of its islands.
+//! Paints the copper of a board's sides, with the nets of its islands.
 //!
-//! Comes in: an [`Artwork`] and the board so far, for its outline. Goes out: one [`Copper`] a side, and diagnostics. Painting
-//! takes its time: only who needs areas calls this.
+//! Painting is slow: call this only if areas are needed.
 //!
 //! ```text
 //!  positive: ▰ is copper        negative (%IPNEG): the outline less what is drawn is copper
@@ -12,12 +11,25 @@ use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, named_pads, nets, pa
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{CombineRule, Point, Region, combine};
 
-/// What is said of a second layer for one side: of one that is the same, and of another one, which a person has to see.
+/// Report for a second layer of one side: an identical one is a note, a different one an error.
 const TWO: [(Severity, &str); 2] =
     [(Severity::Note, "board.same_copper"), (Severity::Error, "board.two_coppers")];
 
-/// Paints the copper layers of the set into the board: of each side the one among `used`, else the first beside the
-/// board's drill file, else the first. `progress` is told how many sides are painted.
+/// Diagnostic of a guessed layer, if the user chose another one for the side.
+const GUESSED: (Severity, &str) = (Severity::Note, "set.better_layer");
+
+/// Diagnostics of possible copper layers that are not used.
+const LEFT: [&str; 5] = [
+    "set.better_layer",
+    "set.copper_left_out",
+    "set.drawn_as_opening",
+    "set.side_guessed",
+    "set.side_unknown",
+];
+
+/// Paints the copper layers of the set into the board. Takes for each side, in this order: the layer that the
+/// user chose, one among `used`, the first in the drill file's folder, the first. Calls `progress` with the
+/// number of painted sides.
 pub(super) fn add(
     board: &mut Board,
     (artwork, used): (&Artwork, &[usize]),
@@ -29,7 +41,11 @@ pub(super) fn add(
         progress(done, sides.len() as u64);
         let mut layers = layers(artwork, used, (Role::Copper, side), board.sources.first()).into_iter();
         let Some((file, layer)) = layers.next() else { continue };
-        let rivals = rivals::layers(file, layers.map(|(file, _)| file), TWO);
+        let is_guess = |other: &FileRead| file.is_said() && !other.is_said();
+        let (guessed, others): (Vec<&FileRead>, Vec<&FileRead>) =
+            layers.map(|(file, _)| file).partition(|other| is_guess(other));
+        let mut rivals = rivals::layers(file, others.into_iter(), TWO);
+        rivals.extend(rivals::layers(file, guessed.into_iter(), [TWO[0], GUESSED]));
         diagnostics.extend(rivals.into_iter().map(|diagnostic| diagnostic.with("side", side.name())));
         let drawn = match painted(layer) {
             Ok(drawn) => drawn,
@@ -57,21 +73,29 @@ pub(super) fn add(
         board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, named, source });
     }
     diagnostics.extend(inner(artwork, !board.copper.is_empty()));
-    let better = artwork.files.iter().flat_map(|file| &file.diagnostics);
-    diagnostics.extend(better.filter(|diagnostic| diagnostic.code == "set.better_layer").cloned());
+    let here = artwork.files.iter().filter(|file| file.reason.code != "kind.other_board");
+    let here = here.filter(|file| !board.sources.contains(&file.name));
+    let is_answered = |file: &FileRead| {
+        let mut said = artwork.files.iter().filter(|other| other.is_said() && other.role == Role::Copper);
+        file.side.is_some() && said.any(|other| other.side == file.side)
+    };
+    let here = here.filter(|file| !is_answered(file));
+    let left = here.flat_map(|file| &file.diagnostics);
+    diagnostics.extend(left.filter(|diagnostic| LEFT.contains(&diagnostic.code.as_str())).cloned());
 }
 
-/// Tells that inner copper is no side that can be milled; beside a side's copper that is what one expects.
+/// Reports that inner copper cannot be milled: a note next to outer copper; an error alone, because then no
+/// copper is left.
 fn inner(artwork: &Artwork, has_side: bool) -> Option<Diagnostic> {
     let inner = |file: &&FileRead| file.role == Role::Copper && file.side == Some(Side::Inner);
     let mut layers = artwork.files.iter().filter(inner);
     let first = layers.next()?;
-    let severity = if has_side { Severity::Note } else { Severity::Warning };
+    let severity = if has_side { Severity::Note } else { Severity::Error };
     let told = Diagnostic::new(severity, "board.inner_copper").at(&first.name, 0, 0);
     Some(told.with("count", 1 + layers.count()))
 }
 
-/// The layers of this role on a side, the one that is taken first.
+/// The layers of this role on a side, the preferred one first.
 pub(super) fn layers<'a>(
     artwork: &'a Artwork,
     used: &[usize],
@@ -87,11 +111,11 @@ pub(super) fn layers<'a>(
         Some((index, file, file.gerber.as_ref().filter(|_| fits)?))
     });
     let mut layers: Vec<(usize, &FileRead, &Gerber)> = layers.collect();
-    layers.sort_by_key(|&(index, file, _)| (!used.contains(&index), !beside(file), index));
+    layers.sort_by_key(|&(index, file, _)| (!file.is_said(), !used.contains(&index), !beside(file), index));
     layers.into_iter().map(|(_, file, gerber)| (file, gerber)).collect()
 }
 
-/// The outline less what is drawn.
+/// The outline minus the drawn areas.
 fn inverted(board: &Board, file: &FileRead, drawn: &Region, diagnostics: &mut Vec<Diagnostic>) -> Region {
     if board.outline.is_empty() {
         diagnostics.push(Diagnostic::error("board.negative_without_outline").at(&file.name, 0, 0));

@@ -1,45 +1,53 @@
-//! The board that chosen drill files and drill layers describe.
-//!
-//! Comes in: an [`Artwork`] and which of its files to use. Goes out: a [`Board`] and the diagnostics of those files. Knows
-//! no words of any format; arcs become chords here.
+//! Makes the board that the chosen drill files and drill layers describe.
 
+use super::boards::{Content, LeftOut, alone, boards};
 use super::outline::{contours, nest, shut};
-use super::{Board, Hole, Slot, copper, legend, mend, rivals};
-use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry, board_name};
+use super::trace::trace;
+use super::{Board, Hole, Slot, copper, drill_layers, legend, mend, rivals};
+use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, Route, ToolEntry, board_name};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, Region, area_mm2, chords, path_bounds};
 use crate::units::Length;
 
-/// How far a chord may be from its arc, in mm.
+/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.005;
-/// Copper may reach this far beyond the outline before the two are said to lie apart.
+/// Copper may reach this far beyond the outline before the two count as apart.
 const OVERHANG: Length = Length::from_um(2_000);
 
-/// Outlines whose edges are this near to each other are one.
+/// A slot with ends no farther apart is a round hole at its middle: every edge is within half of it.
+const ROUND: Length = Length::from_um(60);
+
+/// Outlines with edges this near to each other are equal.
 const SAME_EDGE: Length = Length::from_um(50);
 
-/// What a board shall have besides its holes and its outline.
+/// Share of the outline's box. If copper and holes fill no more, the outline may be the frame of a drawing
+/// sheet.
+const OVERSIZE_SHARE: f64 = 0.25;
+/// Most frames around boards that are reported, each by itself.
+const MOST_FRAMES: usize = 10;
+
+/// Parts of a board in addition to holes and outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BoardWanted {
-    /// The copper of both sides, painted: this takes time; and their legends.
+    /// Painted copper and the silkscreen of both sides. Painting is slow.
     pub copper: bool,
-    /// Layers that do not share the copper's zero point moved to where they fit it. Nobody moves them unasked: a person is
-    /// told of the shift and chooses.
+    /// Move layers with another zero point to where they fit the copper. Never without a request: the user is
+    /// informed of the shift and decides.
     pub aligned: bool,
 }
 
-/// Makes the board of the files at `used`, without copper and with everything where its file puts it.
+/// Makes the board of the files at `used`, without copper and without shifts.
 pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Diagnostic>) {
     from_artwork_with(artwork, used, BoardWanted::default())
 }
 
-/// Makes the board of the files at `used`. What has neither holes nor copper among them adds nothing. The
-/// diagnostics are those of the files used, and those of the board itself.
+/// Makes the board of the files at `used`. Files without holes and copper add nothing. The diagnostics are
+/// those of the files used, and those of the board itself.
 pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted) -> (Board, Vec<Diagnostic>) {
     from_artwork_telling(artwork, used, wanted, &mut |_, _| {})
 }
 
-/// The same; `progress` is told how many sides of the copper are painted, and how many there are.
+/// As [`from_artwork_with`]; calls `progress` with the painted sides and their number.
 pub fn from_artwork_telling(
     artwork: &Artwork,
     used: &[usize],
@@ -49,13 +57,13 @@ pub fn from_artwork_telling(
     let mut board = Board::default();
     let mut diagnostics = Vec::new();
     for file in used.iter().filter_map(|&index| artwork.files.get(index)) {
-        // A drill layer that a person takes for something else makes no holes.
+        // The user may have given a drill layer another role: then its holes don't count.
         let Some(drill) = file.drill.as_ref().filter(|_| file.role == Role::Drill) else { continue };
         let source = board.sources.len() as u32;
         board.sources.push(file.name.clone());
         diagnostics.extend(file.diagnostics.iter().cloned());
         let (holes, slots) = (board.holes.len(), board.slots.len());
-        add(&mut board, file, drill, source);
+        diagnostics.extend(add(&mut board, file, drill, source));
         let apart = shift(file);
         if let Some(by) = apart.filter(|_| !wanted.aligned) {
             diagnostics.push(Diagnostic {
@@ -70,7 +78,9 @@ pub fn from_artwork_telling(
             diagnostics.push(told("board.moved", &file.name, by));
         }
     }
+    diagnostics.extend(rivals::listed_twice(&mut board, artwork, used));
     diagnostics.extend(rivals::drills(artwork, used));
+    diagnostics.extend(drill_layers::unused(&board, artwork, used));
     match rivals::boards(artwork, used) {
         Some(several) => diagnostics.push(several),
         None => diagnostics.extend(rivals::apart(artwork, used)),
@@ -88,8 +98,8 @@ pub fn from_artwork_telling(
     (board, diagnostics)
 }
 
-/// What the board is called whose drill files are `drills`: after them and what else lies there of the same board. Where there are
-/// none, after its copper; where there is none either, after its outline.
+/// Name of the board: common part of its drill files and of the files next to them; else of the copper; else
+/// of the outline.
 fn name(artwork: &Artwork, used: &[usize], drills: &[String]) -> String {
     let used = || used.iter().filter_map(|&index| artwork.files.get(index));
     let drill = used().find(|file| drills.first() == Some(&file.name));
@@ -105,7 +115,7 @@ fn name(artwork: &Artwork, used: &[usize], drills: &[String]) -> String {
     board_name(&names)
 }
 
-/// What has to be added to the holes of a file so that they lie on the copper beside it; none where they do.
+/// Shift that puts the holes of a file onto the copper; `None` if they fit.
 fn shift(file: &FileRead) -> Option<Point> {
     let (x, y) = file.evidence.as_ref()?.shift_mm?;
     Some(Point::from_mm(x, y))
@@ -120,7 +130,9 @@ fn told(code: &str, name: &str, by: Point) -> Diagnostic {
     Diagnostic::note(code).at(name, 0, 0).with("x", mm(by.x)).with("y", mm(by.y))
 }
 
-fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
+/// Adds the holes and slots of a file; reports slots that are round holes.
+fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) -> Option<Diagnostic> {
+    let holes = board.holes.len();
     let nameless = ToolEntry { code: 0, diameter: None, plated: None, line: 0 };
     let tool = |index: u16| drill.tools.get(usize::from(index)).unwrap_or(&nameless);
     board.holes.reserve(drill.hits.len());
@@ -136,31 +148,56 @@ fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
             line: hit.line,
         });
     }
-    let slot = |index: u16, path: Vec<Point>, line: u32| {
+    let mut paths: Vec<(u16, Vec<Point>, u32)> =
+        drill.slots.iter().map(|row| (row.tool, vec![row.from, row.to], row.line)).collect();
+    paths.extend(drill.routes.iter().map(|route| (route.tool, route_points(route), route.line)));
+    let first = board.holes.len();
+    let slots = paths.len();
+    for (index, path, line) in paths {
         let tool = tool(index);
         let plated = tool.plated.or(file.plated);
-        Slot { path, width: tool.diameter, plated, source, tool_code: tool.code, line }
-    };
-    board.slots.extend(drill.slots.iter().map(|row| slot(row.tool, vec![row.from, row.to], row.line)));
-    for route in &drill.routes {
-        let mut path = vec![route.from];
-        for segment in &route.segments {
-            let from = path.last().copied().unwrap_or(route.from);
-            match *segment {
-                PathSegment::Line { to } => path.push(to),
-                PathSegment::Arc { to, centre, clockwise } => {
-                    path.extend(chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM));
-                }
-            }
+        let (diameter, tool_code) = (tool.diameter, tool.code);
+        match round(&path) {
+            Some(at) => board.holes.push(Hole { at, diameter, plated, source, tool_code, line }),
+            None => board.slots.push(Slot { path, width: diameter, plated, source, tool_code, line }),
         }
-        board.slots.push(slot(route.tool, path, route.line));
     }
+    let count = board.holes.len() - first;
+    if let Some(rows) = board.holes.get_mut(holes..).filter(|_| count > 0) {
+        rows.sort_by_key(|hole| hole.line);
+    }
+    (count > 0).then(|| {
+        let note = Diagnostic::note("board.slots_round").at(&file.name, 0, 0);
+        note.with("count", count).with("slots", slots)
+    })
 }
 
-/// The first outline layer whose lines close gives the outline. Lines of it that lead nowhere are reported, and so is
-/// copper beyond it: then outline and copper do not share their zero point. Where the holes do not either, and the same
-/// shift puts the outline around the copper, it can be moved with them. Where lines lead nowhere and something lies beyond
-/// what does close, the board is another one than that: an error.
+/// The middle of a slot so short that it is a round hole.
+fn round(path: &[Point]) -> Option<Point> {
+    let Bounds { min, max } = Bounds::around(path.iter().copied())?;
+    let half = |low: Length, high: Length| Length::from_nm((low.nm() + high.nm()).div_euclid(2));
+    (min.distance_mm(max) <= ROUND.mm()).then(|| Point::new(half(min.x, max.x), half(min.y, max.y)))
+}
+
+/// The points of a route, arcs cut into chords.
+fn route_points(route: &Route) -> Vec<Point> {
+    let mut path = vec![route.from];
+    for segment in &route.segments {
+        let from = path.last().copied().unwrap_or(route.from);
+        match *segment {
+            PathSegment::Line { to } => path.push(to),
+            PathSegment::Arc { to, centre, clockwise } => {
+                path.extend(chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM));
+            }
+        }
+    }
+    path
+}
+
+/// Takes the outline from the first outline layer with closed lines. Reports its open lines, and copper
+/// beyond it: then outline and copper have different zero points. If the same shift also fits the holes, the
+/// outline can be moved with them. Open lines together with features beyond the closed part mean that the
+/// board is not complete: an error. No closed loop is an error too.
 fn outline(
     board: &mut Board,
     artwork: &Artwork,
@@ -168,20 +205,25 @@ fn outline(
     wanted: BoardWanted,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
+    let mut open_ones = Vec::new();
     for file in layers(artwork, Role::Outline) {
         let Some(gerber) = &file.gerber else { continue };
         let (region, open, mended) = drawn(gerber, board, artwork);
-        diagnostics.extend(mended.map(|diagnostic| diagnostic.at(&file.name, 0, 0)));
+        diagnostics.extend(mended.into_iter().map(|diagnostic| diagnostic.at(&file.name, 0, 0)));
         board.outline = region;
         let about = |severity, code| Diagnostic::new(severity, code).at(&file.name, 0, 0);
         let lines: usize = open.iter().map(|path| path.segments.len()).sum();
         let Some(bounds) = board.outline.bounds() else {
             if lines > 0 {
-                diagnostics.push(about(Severity::Warning, "board.outline_open").with("count", lines));
+                open_ones.push(about(Severity::Error, "board.outline_open").with("count", lines));
             }
             continue;
         };
+        // An open outline stops nothing once another layer gives the board.
+        let as_warning = |open: Diagnostic| Diagnostic { severity: Severity::Warning, ..open };
+        diagnostics.extend(open_ones.drain(..).map(as_warning));
         diagnostics.extend(other_outlines(file, artwork));
+        diagnostics.extend(oversize(board, artwork).map(|large| large.at(&file.name, 0, 0)));
         let copper = layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()?.centre_bounds());
         let copper = copper.reduce(|a, b| a.with(b.min).with(b.max));
         let around = |by: Point| {
@@ -208,10 +250,11 @@ fn outline(
         }
         return;
     }
+    diagnostics.extend(open_ones);
 }
 
-/// Tells that the outline `name` does not lie around the copper; and where its middle would have to lie so that it does,
-/// which moves it if that is wanted.
+/// Reports that the outline `name` is not around the copper, with the shift that would fix it. Shifts it if
+/// wanted.
 fn elsewhere(
     board: &mut Board,
     artwork: &Artwork,
@@ -238,12 +281,12 @@ fn elsewhere(
     diagnostics.extend(proposed.map(|found| proposal(Severity::Note, "board.outline_could_move", found)));
 }
 
-/// What puts the middle of the outline's box on that of copper and holes, if all of these then lie inside of it; and how much
-/// room is left beside them either way.
+/// The shift that centres the outline's box on the box of copper and holes, if all of these are then inside.
+/// Also the remaining room on each side.
 ///
 /// ```text
 ///   ┌──────────────┐
-///   │◀▶ ▪   ▪ ▪  ◀▶│   ◀▶ the room: the true place may be anywhere in it
+///   │◀▶ ▪   ▪ ▪  ◀▶│   ◀▶ the room: the true position may be anywhere in it
 ///   └──────────────┘
 /// ```
 fn centred(board: &Board, artwork: &Artwork) -> Option<(Point, Point)> {
@@ -262,11 +305,11 @@ fn centred(board: &Board, artwork: &Artwork) -> Option<(Point, Point)> {
     fits.then_some((by, room))
 }
 
-/// What is said of outlines beside the one that is taken: of one that runs the same way, and of another one.
+/// Report for another outline: an equal one is a note, a different one a warning.
 const TWO: [(Severity, &str); 2] =
     [(Severity::Note, "board.same_outline"), (Severity::Warning, "board.two_outlines")];
 
-/// Tells of closed outlines beside `taken`.
+/// Reports closed outlines other than `taken`.
 fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Diagnostic> {
     let shape = |file: &FileRead| {
         let gerber = file.gerber.as_ref()?;
@@ -287,44 +330,107 @@ fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Diagnostic> {
     others.flatten().collect()
 }
 
-/// The files of a role.
+/// The files of a role. Files that the user chose come first.
 fn layers(artwork: &Artwork, role: Role) -> impl Iterator<Item = &FileRead> {
-    artwork.files.iter().filter(move |file| file.role == role)
+    let of_role = move |is_said: bool| {
+        artwork.files.iter().filter(move |file| file.role == role && file.is_said() == is_said)
+    };
+    of_role(true).chain(of_role(false))
 }
 
-/// What the lines of an outline layer enclose, gaps mended where that is plain; the lines that stay open; and what to say
-/// of the gaps.
-fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path>, Option<Diagnostic>) {
-    let (mut closed, open) = contours(&gerber.strokes());
-    closed.extend(gerber.contours().into_iter().map(shut));
-    if open.is_empty() {
-        return (nest(closed), open, None);
-    }
-    let (near, mut rest) = mend::joined(open);
-    let mut gaps: Vec<(Length, Point)> = near.iter().map(|(path, gap)| (*gap, path.end())).collect();
-    closed.extend(near.into_iter().map(|(path, _)| path));
-    let mut region = nest(closed.clone());
+/// The area inside the lines of an outline layer, its open lines, and diagnostics.
+fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path>, Vec<Diagnostic>) {
+    let content = content(board, artwork);
+    let strokes: Vec<_> = gerber.strokes().into_iter().zip(gerber.stroke_widths()).collect();
+    let mut traced = trace(&strokes, gerber.contours(), &|stroke| content.crosses(stroke));
     let mut all = centres(artwork);
     all.extend(middles(board));
-    if !rest.is_empty() && !all.is_empty() && !mend::holds(&region, &all, Length::ZERO) {
-        let whole = mend::whole(&rest, &|region| mend::holds(region, &all, Length::ZERO));
-        if let Some(path) = whole.map(|index| rest.swap_remove(index)) {
-            gaps.push((mend::gap(path.start, path.end()), path.end()));
-            closed.push(mend::straight(&path));
-            region = nest(closed);
+    let mut sorted = boards(traced.pieces.clone(), &content);
+    if !traced.open.is_empty() && !all.is_empty() && !mend::holds(&sorted.region, &all, Length::ZERO) {
+        let whole = mend::whole(&traced.open, &|region| mend::holds(region, &all, Length::ZERO));
+        if let Some(path) = whole.map(|index| traced.open.swap_remove(index)) {
+            traced.gaps.push((mend::gap(path.start, path.end()), path.end()));
+            traced.pieces.extend(alone(mend::straight(&path)));
+            sorted = boards(traced.pieces, &content);
         }
     }
-    let count = gaps.len();
-    let mended = gaps.into_iter().max().map(|(gap, at)| {
-        let mm = |length: Length| format!("{:.3}", length.mm());
-        let diagnostic = Diagnostic::warning("board.outline_mended").with("count", count);
-        diagnostic.with("gap", mm(gap)).with("x", mm(at.x)).with("y", mm(at.y))
-    });
-    (region, rest, mended)
+    let mut told: Vec<Diagnostic> = mended(&traced.gaps, &traced.trimmed);
+    told.extend(left_out(&sorted.left_out));
+    if sorted.crossed > 0 {
+        told.push(Diagnostic::warning("board.outline_rest").with("count", sorted.crossed));
+    }
+    (sorted.region, traced.open, told)
 }
 
-/// Whether copper or holes lie beyond the outline, once that is shifted `by` if it is to be; where there are neither,
-/// whether its open lines reach beyond it.
+/// Content that the outline can hold.
+fn content(board: &Board, artwork: &Artwork) -> Content {
+    let mut content = Content::default();
+    for gerber in layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()) {
+        content.pads.extend(gerber.pads());
+        let contours = gerber.contours();
+        content.pads.extend(contours.iter().flat_map(|path| &path.segments).map(|segment| segment.to()));
+        content.tracks.extend(gerber.strokes());
+    }
+    let holes = board.holes.iter().map(|hole| (hole.at, hole.diameter));
+    let slots = board.slots.iter().flat_map(|slot| slot.path.iter().map(|&at| (at, slot.width)));
+    content.holes.extend(holes.chain(slots).map(|(at, size)| (at, size.unwrap_or_default())));
+    content
+}
+
+/// Reports gaps that were closed and ends that were trimmed.
+fn mended(gaps: &[(Length, Point)], trimmed: &[(Length, Point)]) -> Vec<Diagnostic> {
+    let mm = |length: Length| format!("{:.3}", length.mm());
+    let largest = |diagnostic: Diagnostic, rows: &[(Length, Point)]| {
+        let (size, at) = rows.iter().max().copied()?;
+        let diagnostic = diagnostic.with("count", rows.len()).with("x", mm(at.x)).with("y", mm(at.y));
+        Some((diagnostic, mm(size)))
+    };
+    let gaps = largest(Diagnostic::warning("board.outline_mended"), gaps);
+    let trimmed = largest(Diagnostic::note("board.outline_trimmed"), trimmed);
+    let gaps = gaps.map(|(diagnostic, size)| diagnostic.with("gap", size));
+    let trimmed = trimmed.map(|(diagnostic, size)| diagnostic.with("length", size));
+    gaps.into_iter().chain(trimmed).collect()
+}
+
+/// Reports closed loops that are no boards; those beside a board may be a part of it. Each frame around a board is reported by itself.
+fn left_out(loops: &[LeftOut]) -> Vec<Diagnostic> {
+    let sized = |diagnostic: Diagnostic, Bounds { min, max }: Bounds| {
+        let mm = |length: Length| format!("{:.2}", length.mm());
+        let diagnostic = diagnostic.with("x", mm(min.x)).with("y", mm(min.y));
+        diagnostic.with("width", mm(max.x - min.x)).with("height", mm(max.y - min.y))
+    };
+    let long =
+        |row: &&LeftOut| (row.bounds.max.x - row.bounds.min.x).max(row.bounds.max.y - row.bounds.min.y);
+    let together = |diagnostic: Diagnostic, is_of: &dyn Fn(&&LeftOut) -> bool| {
+        let largest = loops.iter().filter(is_of).max_by_key(long)?;
+        Some(sized(diagnostic.with("count", loops.iter().filter(is_of).count()), largest.bounds))
+    };
+    let is_frame = |row: &&LeftOut| !row.adjoins && row.holes > 0;
+    let apart =
+        together(Diagnostic::note("board.outline_frames"), &|row: &&LeftOut| !row.adjoins && row.holes == 0);
+    let beside = together(Diagnostic::warning("board.outline_part_empty"), &|row: &&LeftOut| row.adjoins);
+    let frames = loops.iter().filter(is_frame).take(MOST_FRAMES).map(|row| {
+        sized(Diagnostic::warning("board.outline_frame_around").with("holes", row.holes), row.bounds)
+    });
+    apart.into_iter().chain(beside).chain(frames).collect()
+}
+
+/// Reports an outline that is much larger than all copper and holes in it: it may be the frame of a drawing
+/// sheet.
+fn oversize(board: &Board, artwork: &Artwork) -> Option<Diagnostic> {
+    let all = centres(artwork).into_iter().chain(middles(board));
+    let (inner, outer) = (Bounds::around(all)?, board.outline.bounds()?);
+    let size = |bounds: Bounds| ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
+    let ((width, height), (wide, high)) = (size(inner), size(outer));
+    let is_sheet = width * height > 0.0 && width * height <= OVERSIZE_SHARE * wide * high;
+    let warning = Diagnostic::warning("board.outline_oversize");
+    let mm = |length: f64| format!("{length:.1}");
+    let warning = warning.with("width", mm(wide)).with("height", mm(high));
+    is_sheet.then(|| warning.with("copper_width", mm(width)).with("copper_height", mm(height)))
+}
+
+/// True if copper or holes are beyond the outline, shifted by `by`. Without copper and holes, true if its
+/// open lines reach beyond it.
 fn is_broken(board: &Board, artwork: &Artwork, by: Option<Point>, open: &[Path]) -> bool {
     let outline =
         by.map_or_else(|| board.outline.clone(), |by| Placement::shifted(by).region(&board.outline));
@@ -338,7 +444,7 @@ fn is_broken(board: &Board, artwork: &Artwork, by: Option<Point>, open: &[Path])
     !mend::holds(&outline, &all, OVERHANG)
 }
 
-/// Where the copper is drawn: middles of pads, ends of strokes, corners of areas.
+/// Centres of pads, ends of strokes, corners of areas.
 fn centres(artwork: &Artwork) -> Vec<Point> {
     let mut all = Vec::new();
     for gerber in layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()) {
@@ -352,7 +458,7 @@ fn centres(artwork: &Artwork) -> Vec<Point> {
     all
 }
 
-/// Where the holes are, and the slots.
+/// Positions of holes and slots.
 fn middles(board: &Board) -> impl Iterator<Item = Point> {
     board
         .holes
@@ -362,7 +468,7 @@ fn middles(board: &Board) -> impl Iterator<Item = Point> {
 }
 
 impl Board {
-    /// The box around all holes and slots at their full size; those without a size count as points.
+    /// Bounds of all holes and slots at their full size; those without a size count as points.
     pub fn outer_bounds(&self) -> Option<Bounds> {
         let holes = self.holes.iter().map(|hole| (hole.at, hole.diameter));
         let slots = self.slots.iter().flat_map(|slot| slot.path.iter().map(|&point| (point, slot.width)));

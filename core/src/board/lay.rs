@@ -1,13 +1,11 @@
-//! A board as it lies on the machine: copies beside each other, holes for pins, and turned over. Each is a board made
-//! from a board; what plans and proves afterwards need not know.
+//! The board as placed on the machine: panels, pin holes, flipped. Each function makes a board from a board,
+//! so planning and proof need no special cases.
 //!
 //! ```text
-//!   panel        ┌──┐┌──┐      pins    ┌────┐         turned      ┌────┐ X (or Y) mirrored about the
+//!   panel        ┌──┐┌──┐      pins    ┌────┐         flipped     ┌────┐ X (or Y) mirrored about the
 //!                │ F││ F│            o │ F  │ o                   │  ꟻ │ middle of the outline's box,
 //!                └──┘└──┘              └────┘                     └────┘ so the box stays where it is
 //! ```
-//!
-//! Comes in: a [`Board`]. Goes out: a [`Board`] in the coordinates of the files. Does not know machines.
 
 use super::{Board, Copper, Hole, Legend, Slot};
 use crate::artwork::NamedPad;
@@ -15,7 +13,7 @@ use crate::geometry::{Bounds, Island, Placement, Point, QUARTER_MDEG, Region};
 use crate::units::Length;
 
 impl Board {
-    /// The box of the outline; without an outline that of holes, slots and copper; none for an empty board.
+    /// Bounds of the outline; without an outline of holes, slots and copper; `None` for an empty board.
     pub fn extent(&self) -> Option<Bounds> {
         let all = || {
             let copper = self.copper.iter().filter_map(|copper| copper.region.bounds());
@@ -25,7 +23,6 @@ impl Board {
         self.outline.bounds().or_else(all)
     }
 
-    /// The board placed somewhere else.
     #[must_use]
     pub fn placed(&self, placement: &Placement) -> Self {
         let hole = |hole: &Hole| Hole { at: placement.point(hole.at), ..hole.clone() };
@@ -44,8 +41,8 @@ impl Board {
         }
     }
 
-    /// Copies beside each other: the first stays where it is, the others stand to the right and behind, with `gap`
-    /// between the boxes of neighbours. Nets of copies are nets of their own.
+    /// A panel: the first copy keeps its position, the others follow in +X and +Y, with `gap` between the
+    /// bounds of neighbours. Each copy has its own nets.
     #[must_use]
     pub fn panelled(&self, columns: u32, rows: u32, gap: Length) -> Self {
         let Some(bounds) = self.extent().filter(|_| columns > 1 || rows > 1) else { return self.clone() };
@@ -77,9 +74,9 @@ impl Board {
         panel
     }
 
-    /// The same with `pairs` of holes of `diameter` for pins on both sides of the axis that the board is turned about,
-    /// `margin` beyond the outline: beside it where X is mirrored (`mirror_x`), else in front of and behind it. They are
-    /// spread unevenly, so that a board put on the wrong way round does not fit. They are the last of its holes.
+    /// Adds `pairs` of pin holes of `diameter` on both sides of the flip axis, `margin` beyond the outline.
+    /// They are left and right if X is mirrored (`mirror_x`), else in front and at the back. Their spacing is
+    /// uneven, so that a board flipped the wrong way doesn't fit. They are the last holes.
     #[must_use]
     pub fn pinned(&self, pairs: u32, diameter: Length, margin: Length, mirror_x: bool) -> Self {
         let mut board = self.clone();
@@ -111,16 +108,16 @@ impl Board {
         board
     }
 
-    /// The board turned over: X mirrored, or Y, about the middle of its box. The names of the sides stay.
+    /// Flips the board: X or Y mirrored about the centre of its bounds. The names of the sides stay.
     #[must_use]
     pub fn turned(&self, mirror_x: bool) -> Self {
         self.turning(mirror_x).map_or_else(|| self.clone(), |placement| self.placed(&placement))
     }
 
-    /// What turning over does to a place; none for an empty board.
+    /// The placement of a flip; `None` for an empty board.
     pub fn turning(&self, mirror_x: bool) -> Option<Placement> {
         let bounds = self.extent()?;
-        // A mirrored X turned by half a turn is a mirrored Y.
+        // Mirroring X and rotating by 180° mirrors Y.
         let turn = if mirror_x { 0 } else { 2 * QUARTER_MDEG };
         let plain = Placement { mirror: true, rotation_mdeg: turn, shift: Point::default() };
         let corner = plain.point(if mirror_x {
@@ -138,7 +135,7 @@ fn placed_legend(legend: &Legend, placement: &Placement) -> Legend {
     Legend { strokes, ..legend.clone() }
 }
 
-/// Copper placed; the order of its islands may change, and their nets and pads go with them.
+/// Places copper; the order of its islands may change, with their nets and pads.
 fn placed_copper(copper: &Copper, placement: &Placement) -> Copper {
     let mut islands: Vec<_> = copper
         .region
@@ -193,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn turned_twice_is_as_before() {
+    fn board_flipped_twice_is_unchanged() {
         for mirror_x in [true, false] {
             let turned = board().turned(mirror_x);
             assert_eq!(turned.extent(), board().extent());
@@ -210,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn pins_lie_on_each_other_when_turned() {
+    fn alignment_pins_coincide_after_the_flip() {
         for mirror_x in [true, false] {
             let pinned = board().pinned(2, Length::from_mm(3.0), Length::from_mm(4.0), mirror_x);
             let pins = |board: &Board| {
@@ -225,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_keep_their_distance_and_their_nets() {
+    fn panel_copies_keep_spacing_and_separate_nets() {
         let panel = board().panelled(3, 2, Length::from_mm(2.0));
         assert_eq!((panel.holes.len(), panel.outline.islands.len()), (6, 6));
         assert_eq!(panel.holes[5].at, at(2.0 + 2.0 * 12.0, 3.0 + 8.0));

@@ -1,19 +1,20 @@
-//! The legend of a board's sides: the middle lines of what its layers draw, for engraving (N7).
+//! Silkscreen of a board's sides as centre lines, for engraving.
 //!
 //! ```text
-//!  stroke ══  ─▶ its middle line; strokes that go on where the one before ended are one line
+//!  stroke ══  ─▶ its centre line; a stroke that starts at the end of the previous one continues its line
 //!  contour ▰  ─▶ its edge
 //!  flash ●    ─▶ no line: counted
 //! ```
 //!
-//! Comes in: an [`Artwork`]. Goes out: one [`Legend`] a side. What a layer takes away again is not drawn. Does not paint.
+//! Strokes that erase are ignored.
 
 use super::copper::layers;
 use super::{Board, Face, Legend};
 use crate::artwork::{Artwork, Form, Gerber, Object, ObjectShape, Role, Side};
 use crate::geometry::{Path, PathSegment, Point};
 
-/// Takes the legend of each side: the layer among `used`, else the first beside the board's drill file, else the first.
+/// Takes the silkscreen of each side: the layer among `used`, else the first next to the board's drill file,
+/// else the first.
 pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize]) {
     let drill = board.sources.first().cloned();
     for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
@@ -32,7 +33,7 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize]) {
     }
 }
 
-/// The layer without what takes away.
+/// The layer without erasing objects.
 fn dark(layer: &Gerber) -> Gerber {
     let mut layer = Gerber { objects: adding(&layer.objects), ..layer.clone() };
     for aperture in &mut layer.apertures {
@@ -55,7 +56,7 @@ fn adding(objects: &[Object]) -> Vec<Object> {
     .collect()
 }
 
-/// Strokes in the order of the file as lines; those without length, which are dots, are left out.
+/// Strokes in file order, joined to lines; dots of zero length are dropped.
 fn chained(strokes: Vec<(Point, PathSegment)>) -> Vec<Path> {
     let mut lines: Vec<Path> = Vec::new();
     for (from, segment) in strokes {

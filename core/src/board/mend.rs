@@ -1,54 +1,23 @@
-//! Gaps of an outline, closed straight where it is plain what they enclose.
+//! Closes an outline with one missing piece by a straight line, if the enclosed area is certain.
 //!
 //! ```text
-//!   ╭──────────── ─╮       ends within 0.1 mm: one corner, whatever is inside
-//!   │   ▪     ▪    │
-//!   │     ▪        │       one piece is missing, a third of the rest at most, and all copper and all holes
-//!   └──────────┄┄┄╯       lie inside of the straight line: closed, and told
+//!   ╭──────────────╮
+//!   │   ▪     ▪    │       one piece is missing, at most a third of the rest, and all copper and all holes
+//!   └──────────┄┄┄╯        are inside the straight line
 //! ```
 //!
-//! Comes in: open lines. Goes out: closed ones, and those that stay open. Does not know layers; what has to lie inside it is
-//! told.
+//! The caller states what must be inside.
 
 use super::outline::{filled, nest};
 use crate::geometry::{Index, Path, PathSegment, Point, Region};
 use crate::units::Length;
 
-/// Ends this near to each other are meant to meet.
-const NEAR: Length = Length::from_um(100);
-/// A line that closes so is at least this many times as long as the gap.
-const LEAST_LENGTH_FACTOR: f64 = 10.0;
-/// The rest of an outline is at least this many times as long as the piece that is missing.
+/// The rest of the outline is at least this many times as long as the missing piece.
 const LEAST_REST_FACTOR: f64 = 3.0;
-/// Of more lines than this none is mended: it is a drawing.
+/// With more lines than this nothing is closed: the layer is a drawing.
 const MOST_LINES: usize = 200;
 
-/// Joins lines whose ends are near. Those that close by it, each with its widest gap; and the rest.
-pub(super) fn joined(mut open: Vec<Path>) -> (Vec<(Path, Length)>, Vec<Path>) {
-    let (mut closed, mut rest) = (Vec::new(), Vec::new());
-    if open.len() > MOST_LINES {
-        return (closed, open);
-    }
-    while let Some(mut path) = open.pop() {
-        let mut widest = Length::ZERO;
-        for _ in 0..2 {
-            while let Some(next) = next(&path, &mut open) {
-                widest = widest.max(gap(path.end(), next.start));
-                append(&mut path, next);
-            }
-            path = path.reversed();
-        }
-        let ends = gap(path.start, path.end());
-        if ends <= NEAR && path.length_mm() >= NEAR.mm() * LEAST_LENGTH_FACTOR {
-            closed.push((straight(&path), widest.max(ends)));
-        } else {
-            rest.push(path);
-        }
-    }
-    (closed, rest)
-}
-
-/// The line of `rest` that a straight piece makes an outline which `holds` all there is.
+/// Index of the line in `rest` that a straight piece turns into an outline that `holds` everything.
 pub(super) fn whole(rest: &[Path], holds: &dyn Fn(&Region) -> bool) -> Option<usize> {
     let short = |path: &Path| gap(path.start, path.end()).mm() * LEAST_REST_FACTOR <= path.length_mm();
     let outline = |path: &Path| Some(nest(vec![straight(path)])).filter(|region| !region.is_empty());
@@ -66,7 +35,7 @@ pub(super) fn straight(path: &Path) -> Path {
     closed
 }
 
-/// Whether all `points` lie within the outer edges of `region`, or no farther than `slack` from them.
+/// True if all `points` are within the outer edges of `region`, or no farther than `slack` from them.
 pub(super) fn holds(region: &Region, points: &[Point], slack: Length) -> bool {
     let index = body(region);
     let within = |at: &Point| {
@@ -75,33 +44,14 @@ pub(super) fn holds(region: &Region, points: &[Point], slack: Length) -> bool {
     points.iter().all(within)
 }
 
-/// What the outer edges of `region` enclose, made ready for many points.
+/// An index of the area inside the outer edges of `region`, for many queries.
 pub(super) fn body(region: &Region) -> Index {
     Index::of(&filled(region))
 }
 
-/// How far apart two ends are.
+/// Distance of two ends.
 pub(super) fn gap(from: Point, to: Point) -> Length {
     Length::from_mm(from.distance_mm(to))
-}
-
-/// Takes the line of `open` that goes on at the end of `path`, turned where need be; none where `path` is closed.
-fn next(path: &Path, open: &mut Vec<Path>) -> Option<Path> {
-    let end = path.end();
-    if gap(path.start, end) <= NEAR && path.length_mm() >= NEAR.mm() * LEAST_LENGTH_FACTOR {
-        return None;
-    }
-    let meets = |line: &Path| gap(end, line.start) <= NEAR || gap(end, line.end()) <= NEAR;
-    let found = open.iter().position(meets)?;
-    let line = open.remove(found);
-    Some(if gap(end, line.start) <= NEAR { line } else { line.reversed() })
-}
-
-fn append(path: &mut Path, line: Path) {
-    if path.end() != line.start {
-        path.segments.push(PathSegment::Line { to: line.start });
-    }
-    path.segments.extend(line.segments);
 }
 
 #[cfg(test)]
@@ -114,24 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_whose_ends_nearly_meet_are_one_outline() {
-        // The gap in mm, and whether it closes.
-        for (wide, closes) in [(0.02, true), (0.09, true), (0.11, false), (2.0, false)] {
-            let open = vec![
-                line(&[(0.0, 0.0), (30.0, 0.0), (30.0, 20.0)]),
-                line(&[(0.0, wide), (0.0, 20.0), (30.0 - 0.05, 20.0)]),
-            ];
-            let (closed, rest) = joined(open);
-            assert_eq!((closed.len(), rest.len()), if closes { (1, 0) } else { (0, 1) }, "{wide}");
-            for (path, gap) in closed {
-                assert!(path.is_closed() && (gap.mm() - wide.max(0.05)).abs() < 1e-6, "{gap:?}");
-                assert!((nest(vec![path]).bounds().unwrap().max.y.mm() - 20.0).abs() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn a_missing_piece_is_drawn_straight_only_around_all_there_is() {
+    fn missing_edge_closes_only_around_all_features() {
         let corner = line(&[(0.0, 2.0), (0.0, 20.0), (30.0, 20.0), (30.0, 0.0), (2.0, 0.0)]);
         let side = line(&[(0.0, 0.0), (0.0, 20.0), (30.0, 20.0), (30.0, 0.0)]);
         let angle = line(&[(0.0, 0.0), (0.0, 20.0), (30.0, 20.0)]);

@@ -1,18 +1,25 @@
-//! The board as meant: holes and slots with their sizes, from whatever files described them.
-//!
-//! Comes in: drill files as written. Goes out: a [`Board`]. Does not know the words of any file format.
+//! The board as intended: holes and slots with sizes, independent of the file formats.
 
+mod boards;
 pub mod changes;
 mod copper;
+#[cfg(test)]
+mod corner_tests;
 pub mod drawing;
+mod drill_layers;
+mod faces;
+#[cfg(test)]
+mod frame_tests;
 mod from_artwork;
 mod lay;
 mod legend;
 mod mend;
 mod outline;
 mod rivals;
+mod split;
 #[cfg(test)]
 mod tests;
+mod trace;
 
 pub use from_artwork::{BoardWanted, from_artwork, from_artwork_telling, from_artwork_with};
 
@@ -21,16 +28,14 @@ use crate::geometry::{Bounds, Path, Point, Region};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// A round hole.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hole {
-    /// Its centre.
     pub at: Point,
-    /// Finished diameter asked for; none where the file does not say (then a person must).
+    /// Finished diameter; `None` if the file doesn't state it, then the user must.
     pub diameter: Option<Length>,
-    /// Plated through, not plated, or not said.
+    /// `None` if the file doesn't state it.
     pub plated: Option<bool>,
-    /// Which of the board's sources it came from.
+    /// Index into the board's sources.
     pub source: u32,
     /// Tool number in that source.
     pub tool_code: u32,
@@ -38,16 +43,16 @@ pub struct Hole {
     pub line: u32,
 }
 
-/// An elongated hole: a bit swept along a path of points (arcs already cut into chords of ≤ 5 µm error).
+/// A slot: a tool swept along a path of points (arcs already cut into chords with an error of at most 5 µm).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Slot {
     /// Centre line, at least two points.
     pub path: Vec<Point>,
-    /// Width asked for; none where the file does not say.
+    /// `None` if the file doesn't state it.
     pub width: Option<Length>,
-    /// Plated, not plated, or not said.
+    /// `None` if the file doesn't state it.
     pub plated: Option<bool>,
-    /// Which of the board's sources it came from.
+    /// Index into the board's sources.
     pub source: u32,
     /// Tool number in that source.
     pub tool_code: u32,
@@ -55,34 +60,32 @@ pub struct Slot {
     pub line: u32,
 }
 
-/// How thick the copper of a usual board is: 1 oz on a square foot.
+/// Copper thickness of a standard board: 1 oz on a square foot.
 pub const COPPER_THICKNESS: Length = Length::from_um(35);
 
-/// How much deeper than the copper is thick a cut goes that must go through it for certain.
+/// Extra depth beyond the copper thickness for a cut that must certainly go through it.
 pub const DEPTH_MARGIN: Length = Length::from_um(15);
 
-/// How far below the board a tip may go before that is told: as thick as a usual bed is. A hole for a pin (`is_pin`) goes into the
-/// bed on purpose; deeper than this nobody's bed is meant to be drilled for one.
+/// Depth below the board that needs no warning: the thickness of a usual spoilboard. A pin hole (`is_pin`)
+/// enters the bed on purpose, up to this depth.
 pub const fn bed(is_pin: bool) -> Length {
     Length::from_um(if is_pin { 10_000 } else { 3_000 })
 }
 
-/// Copper thinner than this may tear off.
+/// Copper narrower than this may tear off.
 pub const THINNEST: Length = Length::from_um(50);
 
-/// Which side of a board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Face {
     /// The component side, as the files show it.
     #[default]
     Top,
-    /// The solder side.
     Bottom,
 }
 
 impl Face {
-    /// Its word in names of files and in reports.
+    /// Name in file names and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Top => "top",
@@ -91,42 +94,41 @@ impl Face {
     }
 }
 
-/// The copper of one side, as it shall be.
+/// The intended copper of one side.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Copper {
-    /// Which side it is on.
     pub face: Face,
-    /// What is copper, in islands. Copper that is not wanted at all is not in it.
+    /// The copper islands, without copper that is to be removed.
     pub region: Region,
-    /// The net of every island, as X2 attributes say; none where they do not, then every island is a net of its own.
+    /// The net of each island from X2 attributes; `None` if there is none, then the island is its own net.
     pub nets: Vec<Option<String>>,
-    /// A pad or part on every island, as X2 attributes say, to call islands by that have no net; empty where they never do.
+    /// A pad or part on each island from X2 attributes, as a name for islands without a net. Empty if there
+    /// are no attributes.
     #[serde(default)]
     pub pads: Vec<Option<String>>,
-    /// The pads that X2 attributes name, where they lie.
+    /// The pads that X2 attributes name, with their positions.
     #[serde(default)]
     pub named: Vec<NamedPad>,
-    /// Which of the board's sources it came from.
+    /// Index into the board's sources.
     pub source: u32,
 }
 
-/// The lines that a legend is drawn with.
+/// Silkscreen of one side as lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Legend {
-    /// Which side it is on.
     pub face: Face,
-    /// Middle lines of its strokes, and the edges of its areas.
+    /// Centre lines of strokes, and edges of areas.
     pub strokes: Vec<Path>,
-    /// How much of it is stamped and has no middle line.
+    /// Number of flashes, which have no centre line.
     pub flashes: u32,
-    /// Which of the board's sources it came from.
+    /// Index into the board's sources.
     pub source: u32,
 }
 
-/// A board to be drilled. Coordinates are the files' own.
+/// A board to be made. Coordinates are the files' own.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Board {
-    /// Name for people, from the files.
+    /// Name shown to the user, taken from the file names.
     pub name: String,
     /// Names of the files it was made from.
     pub sources: Vec<String>,
@@ -134,23 +136,22 @@ pub struct Board {
     pub holes: Vec<Hole>,
     /// Slots in file order.
     pub slots: Vec<Slot>,
-    /// The material of the board, if a file gave its outline: outer edges and inner cut-outs, arcs kept. Empty where no
-    /// file did; whoever needs one then takes [`Board::bounds`] and a margin of its own.
+    /// Material of the board: outer edges and inner cut-outs, arcs preserved. Empty if no file has an
+    /// outline; use [`Board::bounds`] with a margin then.
     pub outline: Region,
-    /// Copper by side: at most one entry for each.
+    /// At most one entry for each side.
     pub copper: Vec<Copper>,
-    /// Legends by side.
     pub legend: Vec<Legend>,
 }
 
 impl Board {
-    /// What the outer edges of the outline enclose, inner cut-outs filled; empty where there is no outline.
+    /// The area inside the outer edges of the outline, cut-outs filled; empty without an outline.
     pub fn body(&self) -> Region {
         outline::filled(&self.outline)
     }
 
-    /// The board without the areas of its copper: of every side what bears names, where it lies. For those who have the areas
-    /// otherwise, or need none.
+    /// The board without its copper areas; the named pads of each side stay. For callers that have the areas
+    /// elsewhere, or need none.
     #[must_use]
     pub fn without_areas(&self) -> Self {
         let named = |copper: &Copper| {
@@ -168,7 +169,7 @@ impl Board {
         }
     }
 
-    /// The box around all centres and slot points.
+    /// Bounds of all hole centres and slot points.
     pub fn bounds(&self) -> Option<Bounds> {
         let holes = self.holes.iter().map(|hole| hole.at);
         Bounds::around(holes.chain(self.slots.iter().flat_map(|slot| slot.path.iter().copied())))

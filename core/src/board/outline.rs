@@ -1,12 +1,9 @@
-//! The outline of a board from the lines that draw it: closed edges, nested, arcs kept.
-//!
-//! Comes in: strokes (a start and a segment) and whole contours. Goes out: a [`Region`] of the board's material, and the
-//! lines that led nowhere. Does not know files, and does not guess: lines that do not close are given back as they are.
+//! The outline of a board from the lines that draw it: closed edges, nested, arcs preserved.
 //!
 //! ```text
 //!   ───▶ ─╮         ┌────────────╮      ends within 10 µm are one corner
-//!         │   ⇒     │   ╭─╮      │      a contour within a contour is cut out of it,
-//!   ◀─────╯         │   ╰─╯      │      one within that is board again
+//!         │   ⇒     │   ╭─╮      │      a contour inside a contour is cut out of it,
+//!   ◀─────╯         │   ╰─╯      │      one inside that is board again
 //!                   └────────────╯
 //! ```
 
@@ -14,23 +11,21 @@ use crate::geometry::{Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Ends this close belong together.
-const JOIN: Length = Length::from_um(10);
-/// Outlines of more strokes than this are left alone.
-const MOST_STROKES: usize = 20_000;
+/// Ends this close are one corner.
+pub(super) const JOIN: Length = Length::from_um(10);
+/// Outlines with more strokes are not traced.
+pub(super) const MOST_STROKES: usize = 20_000;
 /// More contours than this are not nested.
 const MOST_CONTOURS: usize = 2_000;
-/// How far a chord may be from its arc where contours are compared, in mm.
-const CHORD_ERROR_MM: f64 = 0.005;
+/// Tolerance of chords when contours are compared, in mm.
+pub(super) const CHORD_ERROR_MM: f64 = 0.005;
 
-/// One stroke: where it starts and how it goes on.
+/// Start point and segment.
 pub(super) type Stroke = (Point, PathSegment);
 
-/// The closed contours that strokes make, and the lines of those that belong to none.
+/// The closed contours that strokes make, and the remaining lines.
 pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, Vec<Path>) {
-    let mut rows: Vec<Stroke> = strokes.iter().copied().filter(goes_somewhere).collect();
-    rows.sort_unstable_by_key(same);
-    rows.dedup_by_key(|row| same(row));
+    let rows = once(strokes);
     if rows.len() > MOST_STROKES {
         let alone = |(start, segment)| Path { start, segments: vec![segment] };
         return (Vec::new(), rows.into_iter().map(alone).collect());
@@ -56,7 +51,15 @@ pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, Vec<Path>) {
     (closed, open)
 }
 
-/// Contours as the edges of an area: even-odd by nesting. Contours are taken not to cross.
+/// The strokes in order, without duplicates and without zero length.
+pub(super) fn once(strokes: &[Stroke]) -> Vec<Stroke> {
+    let mut rows: Vec<Stroke> = strokes.iter().copied().filter(goes_somewhere).collect();
+    rows.sort_unstable_by_key(same);
+    rows.dedup_by_key(|row| same(row));
+    rows
+}
+
+/// Makes a region of contours: even-odd by nesting. The contours must not cross.
 pub(super) fn nest(contours: Vec<Path>) -> Region {
     let mut rings: Vec<(f64, Vec<Point>, Path)> = contours
         .into_iter()
@@ -69,7 +72,7 @@ pub(super) fn nest(contours: Vec<Path>) -> Region {
         .collect();
     rings.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
     let mut islands: Vec<Island> = Vec::new();
-    // The depth of every ring, and the island its material belongs to.
+    // The depth of each ring, and the island of its material.
     let mut placed: Vec<(usize, usize)> = Vec::new();
     for (index, (area, points, path)) in rings.iter().enumerate() {
         let around = |&outer: &usize| {
@@ -99,7 +102,7 @@ pub(super) fn filled(region: &Region) -> Region {
     Region { islands: region.islands.iter().map(whole).collect() }
 }
 
-/// Goes on from one stroke to the next until it is back, or until nothing goes on.
+/// Follows strokes until the path closes, or until no stroke continues it.
 fn walk(start: usize, rows: &[Stroke], ends: &BTreeMap<(i64, i64), Vec<usize>>, free: &mut [bool]) -> Path {
     let mut path = Path::default();
     let mut next = Some((start, false));
@@ -129,7 +132,7 @@ fn walk(start: usize, rows: &[Stroke], ends: &BTreeMap<(i64, i64), Vec<usize>>, 
     path
 }
 
-/// A contour whose ends nearly meet, ending exactly where it starts.
+/// Closes a contour exactly if its ends nearly meet.
 pub(super) fn shut(mut path: Path) -> Path {
     let start = path.start;
     if path.end() != start {
@@ -151,8 +154,8 @@ fn turned(from: Point, segment: PathSegment) -> Stroke {
     (segment.to(), back)
 }
 
-/// Strokes drawn twice, whichever way, share this.
-fn same(&(from, segment): &Stroke) -> (Point, Point, Option<Point>, bool) {
+/// Key that is equal for strokes drawn twice, in either direction.
+pub(super) fn same(&(from, segment): &Stroke) -> (Point, Point, Option<Point>, bool) {
     let to = segment.to();
     let (low, high) = (from.min(to), from.max(to));
     match segment {
@@ -165,7 +168,8 @@ fn goes_somewhere(&(from, segment): &Stroke) -> bool {
     matches!(segment, PathSegment::Arc { .. }) || !near(from, segment.to())
 }
 
-fn near(a: Point, b: Point) -> bool {
+/// True if two ends are one corner.
+pub(super) fn near(a: Point, b: Point) -> bool {
     (a.x - b.x).abs() <= JOIN && (a.y - b.y).abs() <= JOIN
 }
 
@@ -178,14 +182,14 @@ fn around(point: Point) -> impl Iterator<Item = (i64, i64)> {
     (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)))
 }
 
-/// Twice the area within a ring of points, above 0 where it runs counter-clockwise.
+/// Twice the area inside a ring of points, positive if counter-clockwise.
 fn twice_area(ring: &[Point]) -> f64 {
     let next = ring.iter().cycle().skip(1);
     ring.iter().zip(next).map(|(a, b)| a.x.mm() * b.y.mm() - b.x.mm() * a.y.mm()).sum()
 }
 
-/// Whether a point lies within a ring.
-fn holds(ring: &[Point], point: Point) -> bool {
+/// True if a point is inside a ring.
+pub(super) fn holds(ring: &[Point], point: Point) -> bool {
     let next = ring.iter().cycle().skip(1);
     let crossings = ring.iter().zip(next).filter(|(a, b)| {
         (a.y > point.y) != (b.y > point.y) && {
@@ -214,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn strokes_in_any_order_close() {
+    fn outline_strokes_close_in_any_order() {
         let mut strokes = square(0.0, 10.0);
         strokes.push(strokes[1]);
         let (closed, open) = contours(&strokes);
@@ -226,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contour_within_a_contour_is_a_hole_and_one_within_that_is_board() {
+    fn nested_contours_alternate_between_hole_and_board() {
         let circle = PathSegment::Arc {
             to: Point::from_mm(6.0, 5.0),
             centre: Point::from_mm(5.0, 5.0),

@@ -1,31 +1,35 @@
-//! Files of a set that describe the same thing of one board, and what to say of those.
+//! Files of a set that describe one thing of a board twice, and the reports about them.
 //!
 //! ```text
-//!   board-F_Cu.gbr       taken        ┐ the same drawing: a note
-//!   old/board-F_Cu.gbr   left out     ┘ another one:      an error, because a person has to choose
+//!   board-F_Cu.gbr       used         ┐ the same drawing: a note
+//!   old/board-F_Cu.gbr   not used     ┘ a different one:  an error, because the user has to choose
 //!
-//!   board.drl ─┐ both are drilled; where they have a name or most places in common and
-//!   old/b.drl ─┘ are not equal, one of them is probably not of this board: a warning
+//!   board.drl ─┐ both are drilled. Most positions in common, but not equal: an error,
+//!   old/b.drl ─┘ because the user has to choose. Only the name in common: a warning
 //! ```
 //!
-//! Comes in: an [`Artwork`], which of its files are used, which layer was taken. Goes out: diagnostics. Takes nothing itself.
+//! This file only reports; the choice is made elsewhere.
 
-use crate::artwork::{Aperture, Artwork, FileRead, Gerber, Object, Role};
+use super::Board;
+use crate::artwork::{Aperture, Artwork, DrillFile, FileRead, Gerber, Object, Role};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
+use std::collections::BTreeMap;
 
-/// So many places that two drill files have in common make them two states of one.
+/// Two drill files with at least this many common positions may be two versions of one file.
 const MANY: usize = 3;
+/// So far apart two files in different units may put one hole: half of 0.001 inch, rounded.
+const ROUNDED: Length = Length::from_um(15);
 /// So many holes of a file say where its board is; fewer may be those of a fixture or of the corners.
 const FEWEST: usize = 8;
-/// Holes may lie this far beyond copper or outline.
+/// Holes may be this far beyond copper or outline.
 const OVERHANG: Length = Length::from_um(2_000);
 /// More drill files than this are not compared with each other.
 const MOST_COMPARED: usize = 40;
 
-/// Tells of the `others` beside the layer `taken`, which was taken for the same thing as they are: of those that draw the
-/// same with the code `equal`, of the others with `differs`.
+/// Reports the `others` with the same role as the layer `taken`: those that draw the same with the code
+/// `equal`, the rest with `differs`.
 pub(super) fn layers<'a>(
     taken: &FileRead,
     others: impl Iterator<Item = &'a FileRead>,
@@ -43,7 +47,7 @@ pub(super) fn layers<'a>(
     others.map(diagnostic).collect()
 }
 
-/// Whether two layers draw the same, whatever else they say.
+/// True if two layers draw the same, ignoring everything else.
 fn draw_the_same(a: &Gerber, b: &Gerber) -> bool {
     let form = |aperture: &Aperture| (aperture.form.clone(), aperture.opening);
     let drawn = |object: &Object| (object.shape.clone(), object.clear, object.aperture, object.transform);
@@ -54,26 +58,33 @@ fn draw_the_same(a: &Gerber, b: &Gerber) -> bool {
         && a.objects.iter().map(drawn).eq(b.objects.iter().map(drawn))
 }
 
-/// Tells of drill files among `used` that are two states of one: the holes of both are made. And of drill files that are
-/// another one once more.
+/// Reports drill files among `used` that look like two versions of one: the holes of both are drilled. Also
+/// reports unused drill files that equal a used one.
 pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     let made = used.iter().filter_map(|&index| artwork.files.get(index));
     let made: Vec<&FileRead> = made.filter(|file| file.role == Role::Drill).take(MOST_COMPARED).collect();
     let alone = made.len() < 2;
-    let files: Vec<(&FileRead, Vec<Point>)> = made
+    let files: Vec<(&FileRead, Vec<Point>, Holes)> = made
         .into_iter()
         .filter_map(|file| Some((file, if alone { Vec::new() } else { places(file)? })))
+        .map(|(file, places)| (file, Holes::of(places.iter().map(|at| (*at, None))), places))
+        .map(|(file, holes, places)| (file, places, holes))
         .collect();
     let mut diagnostics = Vec::new();
-    for (at, (file, places)) in files.iter().enumerate() {
-        for (other, others) in files.iter().take(at) {
-            let common = places.iter().filter(|place| others.binary_search(place).is_ok()).count();
+    for (at, (file, places, _)) in files.iter().enumerate() {
+        for (other, others, holes) in files.iter().take(at) {
+            let common = places.iter().filter(|place| holes.has(**place, None)).count();
             let most = common >= MANY && 2 * common > places.len().min(others.len());
-            let namesakes = base(&file.name).eq_ignore_ascii_case(base(&other.name));
+            let namesakes = are_versions(base(&file.name), base(&other.name));
+            if most && !namesakes && (holds(file, other) || holds(other, file)) {
+                continue;
+            }
             if file.fingerprint != other.fingerprint && (most || namesakes) {
-                let warning = Diagnostic::warning("board.two_drills").at(&file.name, 0, 0);
-                let warning = warning.with("file", &file.name).with("other", &other.name);
-                diagnostics.push(warning.with("common", common).with("holes", places.len()));
+                let is_one = most || common >= MANY;
+                let severity = if is_one { Severity::Error } else { Severity::Warning };
+                let versions = Diagnostic::new(severity, "board.two_drills").at(&file.name, 0, 0);
+                let versions = versions.with("file", &file.name).with("other", &other.name);
+                diagnostics.push(versions.with("common", common).with("holes", places.len()));
             }
         }
     }
@@ -81,7 +92,7 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
         !used.contains(index) && file.role == Role::Drill && file.is_program_with_holes()
     });
     for (_, file) in programs {
-        if let Some((twin, _)) = files.iter().find(|(twin, _)| twin.fingerprint == file.fingerprint) {
+        if let Some((twin, ..)) = files.iter().find(|(twin, ..)| twin.fingerprint == file.fingerprint) {
             let note = Diagnostic::note("board.same_drill").at(&file.name, 0, 0);
             diagnostics.push(note.with("file", &file.name).with("taken", &twin.name));
         }
@@ -89,7 +100,99 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Tells that what would be made is of several boards: the drill files among `used`, and copper.
+/// True if two file names look like two versions. They may differ in words such as `old` and `bak`, a version
+/// number, a date, or the extension.
+fn are_versions(one: &str, other: &str) -> bool {
+    let words = |name: &str| {
+        let name = name.to_ascii_lowercase();
+        let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
+        let words: Vec<String> = words.map(str::to_owned).collect();
+        let copy = name.contains('(');
+        let is_own = |word: &String| !(is_version_word(word) || copy && word.parse::<u8>().is_ok());
+        words.into_iter().filter(is_own).collect::<Vec<_>>()
+    };
+    let stem = |name: &str| name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_ascii_lowercase();
+    words(one) == words(other) || stem(one) == stem(other)
+}
+
+fn is_version_word(word: &str) -> bool {
+    const WORDS: [&str; 16] = [
+        "old", "new", "bak", "backup", "copy", "orig", "original", "final", "prev", "previous", "alt", "neu",
+        "kopie", "stary", "nowy", "kopia",
+    ];
+    let digits = word.trim_start_matches("rev").trim_start_matches(['v', 'r']);
+    let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    WORDS.contains(&word) || is_number && (digits.len() < word.len() || digits.len() >= 6)
+}
+
+/// The holes of a drill file with their sizes.
+fn sized(file: &FileRead) -> impl Iterator<Item = (Point, Option<Length>)> {
+    file.drill.iter().flat_map(|drill| {
+        let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter);
+        drill.hits.iter().map(move |hit| (hit.at, size(hit.tool)))
+    })
+}
+
+/// Holes by their places. Files in different units round places and sizes apart.
+struct Holes(BTreeMap<(i64, i64), Vec<Option<Length>>>);
+
+impl Holes {
+    fn of(holes: impl Iterator<Item = (Point, Option<Length>)>) -> Self {
+        let mut cells: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        holes.for_each(|(at, size)| cells.entry(cell(at)).or_default().push(size));
+        Self(cells)
+    }
+
+    /// Whether a hole of this size is at a place.
+    fn has(&self, at: Point, size: Option<Length>) -> bool {
+        let (x, y) = cell(at);
+        let is_size = |found: &Option<Length>| match (*found, size) {
+            (Some(found), Some(size)) => (found - size).abs() <= ROUNDED,
+            (found, size) => found == size,
+        };
+        let mut cells = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (x + dx, y + dy)));
+        cells.any(|cell| self.0.get(&cell).is_some_and(|sizes| sizes.iter().any(is_size)))
+    }
+}
+
+fn cell(at: Point) -> (i64, i64) {
+    (at.x.nm().div_euclid(ROUNDED.nm()), at.y.nm().div_euclid(ROUNDED.nm()))
+}
+
+/// True if `whole`, of the same board, includes all holes of `part` with their sizes. An example is a list of
+/// vias next to one of all holes.
+fn holds(whole: &FileRead, part: &FileRead) -> bool {
+    let is_round = |drill: &DrillFile| drill.slots.is_empty() && drill.routes.is_empty();
+    let count = part.drill.as_ref().filter(|drill| is_round(drill)).map_or(0, |drill| drill.hits.len());
+    if whole.board != part.board || whole.drill.is_none() || count < MANY {
+        return false;
+    }
+    let all = Holes::of(sized(whole));
+    sized(part).all(|(at, size)| all.has(at, size))
+}
+
+/// Removes holes that two drill files list with one size, if all holes of one file are in the other.
+pub(super) fn listed_twice(board: &mut Board, artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
+    let files: Vec<&FileRead> = used.iter().filter_map(|&index| artwork.files.get(index)).collect();
+    let made = |name: &String| files.iter().find(|file| file.name == *name).copied();
+    let mut notes = Vec::new();
+    let mut dropped: Vec<u32> = Vec::new();
+    for (part, name) in (0_u32..).zip(&board.sources).take(MOST_COMPARED) {
+        let wholes = (0_u32..).zip(&board.sources).take(MOST_COMPARED);
+        let mut wholes = wholes.filter(|(whole, _)| *whole != part && !dropped.contains(whole));
+        let Some(file) = made(name) else { continue };
+        let whole = wholes.find(|(_, whole)| made(whole).is_some_and(|whole| holds(whole, file)));
+        let Some((_, whole)) = whole else { continue };
+        let count = file.drill.as_ref().map_or(0, |drill| drill.hits.len());
+        let note = Diagnostic::note("board.holes_in_both").at(name, 0, 0).with("count", count);
+        notes.push(note.with("file", base(name)).with("taken", base(whole)));
+        dropped.push(part);
+    }
+    board.holes.retain(|hole| !dropped.contains(&hole.source));
+    notes
+}
+
+/// Reports that the used drill files and the copper belong to several boards.
 pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Diagnostic> {
     let made = |index: usize, file: &FileRead| match file.role {
         Role::Drill => used.contains(&index) && file.drill.is_some(),
@@ -103,9 +206,9 @@ pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Diagnostic> {
     (names.len() > 1).then(|| told.with("names", names.join(", ")))
 }
 
-/// Tells of files that cannot be of one board by their places: two layers of copper that lie apart, and drill files with more than
-/// half of their holes beyond all copper, or where there is none beyond the outline. Drill files that a shift puts on the copper are
-/// told elsewhere; unplated holes need no copper.
+/// Reports files whose positions can't belong to one board. These are copper layers that are apart, and drill
+/// files with more than half of their holes beyond all copper. Without copper the outline is used. Shifted
+/// drill files are reported elsewhere; unplated holes need no copper.
 pub(super) fn apart(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     let boxes = |role: Role| {
         let layers = artwork.files.iter().filter(move |file| file.role == role);
@@ -136,7 +239,7 @@ pub(super) fn apart(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     told.collect()
 }
 
-/// Where a file drills, in order, each place once.
+/// Drilled positions of a file, sorted, without duplicates.
 fn places(file: &FileRead) -> Option<Vec<Point>> {
     let mut places: Vec<Point> = file.drill.as_ref()?.centres().map(|(at, _)| at).collect();
     places.sort_unstable();
@@ -144,7 +247,7 @@ fn places(file: &FileRead) -> Option<Vec<Point>> {
     Some(places)
 }
 
-/// Whether two boxes are the same within `slack` at every side.
+/// True if two boxes are equal within `slack` on every side.
 pub(super) fn same_box(a: Bounds, b: Bounds, slack: crate::units::Length) -> bool {
     let near = |a: Point, b: Point| (a.x - b.x).abs() <= slack && (a.y - b.y).abs() <= slack;
     near(a.min, b.min) && near(a.max, b.max)

@@ -1,6 +1,6 @@
-//! What the benchmark measures of planning: tours through TSPLIB instances, and large boards made by chance.
+//! Benchmarks of planning: tours through TSPLIB instances, and large random boards.
 //!
-//! Comes in: the text of an instance, a size. Goes out: a gap over the optimum, a board. Asks no clock: who calls it does.
+//! The caller measures the time.
 
 use super::tour::{self, Effort};
 use super::{default_iterations, order};
@@ -19,8 +19,8 @@ pub fn tsplib_coordinates(text: &str) -> Vec<(f64, f64)> {
     numbers.collect()
 }
 
-/// How much longer than `optimum` the closed tour through the instance is, as a fraction, every rapid rounded to a whole
-/// unit as TSPLIB does. None for an instance without coordinates.
+/// Excess length of the closed tour over `optimum`, as a fraction. Every rapid is rounded to a whole unit, as
+/// in TSPLIB. `None` for an instance without coordinates.
 pub fn tsplib_gap(text: &str, optimum: f64, seed: u64) -> Option<f64> {
     let coordinates = tsplib_coordinates(text);
     let mut places: Vec<Point> =

@@ -1,7 +1,4 @@
-//! What a person must know who runs a planned job: side by side, tool by tool.
-//!
-//! Comes in: [`Work`], and for each side [`Planned`] and its program. Goes out: a [`Briefing`]. Does not know times: whoever
-//! reckoned them puts them in.
+//! Summary of a planned job for the operator: side by side, tool by tool.
 
 use super::Corner;
 use super::toolpaths::{BitTask, Planned};
@@ -12,7 +9,7 @@ use crate::job::{AlignmentPins, Briefing, Program, SideBriefing, ToolBriefing, t
 use crate::machine::Machine;
 use crate::units::Length;
 
-/// What stays around the cut and the pins: the frame that the tabs hold to.
+/// Material around the cut and the pins: the frame that holds the tabs.
 const RIM: Length = Length::from_um(5_000);
 
 /// The briefing of a job without its sides.
@@ -38,7 +35,7 @@ pub fn briefing(job: &str, work: &Work, machine: &Machine) -> Briefing {
     }
 }
 
-/// Adds the side that is `planned`, with its `program` and the seconds of its bits.
+/// Adds the side that is `planned`, with its `program` and the duration of each tool in seconds.
 pub fn add_side(
     briefing: &mut Briefing,
     face: Face,
@@ -51,7 +48,7 @@ pub fn add_side(
         let Some(operation) = work.operations.get(part.operation as usize) else { continue };
         let word = operation.action.word();
         for task in &part.tasks {
-            // As lowering does: a bit that is in stays in.
+            // As in `lower`: a tool in the spindle is not requested again.
             if tools.last().is_none_or(|last| last.tool != task.bit) {
                 let time_s = times_s.get(tools.len()).copied();
                 tools.push(ToolBriefing { tool: task.bit.clone(), operations: Vec::new(), time_s });
@@ -77,7 +74,7 @@ pub fn add_side(
     briefing.sides.push(SideBriefing { side: face.name().to_owned(), blank, tools });
 }
 
-/// What material one side needs: all that is cut and the board, and [`RIM`] around that where something is cut out or pins are
+/// Material that one side needs: all cuts and the board, plus [`RIM`] if something is cut out or pins are
 /// drilled.
 fn needed(work: &Work, planned: &Planned, program: &Program) -> Option<Bounds> {
     let moved = |at: Point| Point::new(at.x - planned.origin.x, at.y - planned.origin.y);
@@ -94,8 +91,8 @@ fn needed(work: &Work, planned: &Planned, program: &Program) -> Option<Bounds> {
     Some(if wants_rim { all.grown(RIM) } else { all })
 }
 
-/// The sides of a board are one piece of material: each needs what the others need as well, turned over with the board. What this
-/// side needs then; the sides that the briefing has get it too.
+/// The sides of a board share one blank: each needs the area that the others need as well, flipped with the
+/// board. Returns the area of this side, and enlarges the sides already in the briefing.
 fn one_piece(briefing: &mut Briefing, own: Option<Bounds>, work: &Work, planned: &Planned) -> Option<Bounds> {
     let turning = planned.board.turning(work.setup.flip == Flip::LeftRight);
     let turned = |bounds: Bounds| {
@@ -112,7 +109,7 @@ fn one_piece(briefing: &mut Briefing, own: Option<Bounds>, work: &Work, planned:
     all
 }
 
-/// The box around two.
+/// The bounds of both.
 fn both(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.with(b.min).with(b.max)),

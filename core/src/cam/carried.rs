@@ -1,24 +1,21 @@
-//! A job carried over to the same board in new files: what it says of places goes where the board went (N24).
+//! Transfers a job to a new export of its board: its positions move with the board.
 //!
 //! ```text
-//!   place in the job ─ as the board lay ▶ in the old files ─ shift ▶ in the new files ─ as it lies ▶ place in the job
+//!   old job ─ old placement ▶ in the old files ─ shift ▶ in the new files ─ new placement ▶ new job
 //! ```
-//!
-//! Comes in: a job, the board before and now, how far it was moved. Goes out: the job with its cures, tabs and zones where they were
-//! on the board. Does not know what else changed: a cure whose gap is there no more is told when the job is planned.
 
 use super::work::{Flip, OperationKind, Work};
 use crate::board::{Board, Face};
 use crate::geometry::{Bounds, Placement, Point};
 
-/// `work`, made for `before`, for the same board in new files, where it lies `shift` further.
+/// `work`, made for `before`, for the board's new files, which are shifted by `shift`.
 pub fn carried(work: &Work, before: &Board, now: &Board, shift: Point) -> Work {
     let mut carried = work.clone();
     let shifted = Placement::shifted(shift);
     for zone in &mut carried.setup.exclusions {
         *zone = Bounds { min: shifted.point(zone.min), max: shifted.point(zone.max) };
     }
-    // Turning over is its own way back.
+    // A flip is its own inverse.
     let (old, new) = (turning(work, before), turning(work, now));
     let bottom = |at: Point| {
         let in_files = old.as_ref().map_or(at, |turning| turning.point(at));
@@ -43,7 +40,7 @@ pub fn carried(work: &Work, before: &Board, now: &Board, shift: Point) -> Work {
     carried
 }
 
-/// How the board is turned over for its bottom side, with all copies and pins that the job asks for.
+/// How the board is flipped for its bottom side, with all copies and pins of the job.
 fn turning(work: &Work, board: &Board) -> Option<Placement> {
     let setup = &work.setup;
     let (panel, pins, mirror_x) = (&setup.panel, &setup.alignment, setup.flip == Flip::LeftRight);
@@ -56,7 +53,6 @@ mod tests {
     use super::*;
     use crate::cam::work::{LocalIsolation, Operation, Remedy};
     use crate::geometry::{rectangle, union};
-    use crate::machine::virtual_drill;
 
     fn board(min: (f64, f64), max: (f64, f64)) -> Board {
         let outline = Bounds { min: Point::from_mm(min.0, min.1), max: Point::from_mm(max.0, max.1) };
@@ -64,7 +60,7 @@ mod tests {
     }
 
     fn work(face: Face) -> Work {
-        let usual = |word| Operation::usual(word, face, &virtual_drill()).unwrap();
+        let usual = |word| Operation::usual(word, face).unwrap();
         let (mut isolate, mut cut) = (usual("isolate"), usual("cut_out"));
         if let OperationKind::Isolate(one) = &mut isolate.action {
             let (from, to) = (Point::from_mm(3.0, 4.0), Point::from_mm(3.2, 4.0));
@@ -78,7 +74,7 @@ mod tests {
         work
     }
 
-    /// Where its cure begins and its tab is, and the corner of its zone.
+    /// Start of the local isolation, position of the tab, corner of the excluded zone.
     fn places(work: &Work) -> [Point; 3] {
         let OperationKind::Isolate(isolate) = &work.operations[0].action else { panic!() };
         let OperationKind::CutOut(cut) = &work.operations[1].action else { panic!() };
@@ -86,13 +82,13 @@ mod tests {
     }
 
     #[test]
-    fn places_of_a_job_stay_where_they_were_on_the_board() {
+    fn job_positions_stay_fixed_on_the_board() {
         let before = board((0.0, 0.0), (40.0, 20.0));
         let by = Point::from_mm(100.0, -50.0);
         let elsewhere = before.placed(&Placement::shifted(by));
         let wider = board((0.0, 0.0), (46.0, 20.0));
         let at = |x, y| Point::from_mm(x, y);
-        // A board that is seen from below lies mirrored about its middle: where that moves, all on it does.
+        // A board seen from below is mirrored about its centre: if the centre moves, everything on it moves.
         let rows = [
             (Face::Top, &elsewhere, by, [at(103.0, -46.0), at(100.0, -43.0), at(101.0, -49.0)]),
             (Face::Top, &wider, at(0.0, 0.0), [at(3.0, 4.0), at(0.0, 7.0), at(1.0, 1.0)]),

@@ -1,15 +1,14 @@
-//! What a planned job says of its holes: which tool makes which sizes, and how far and how long the drills travel.
+//! Statistics of a planned job's holes: tools and their sizes, distance and time of the drills' travel.
 //!
 //! ```text
-//!   zero ●┄┄┄▶ o┄▶ o┄▶ o┄┄┄▶ ● zero      travel of one drill: from the work zero, where it was put in, over its holes, back
-//!                                        to the work zero, where the next one is put in: the rapids of its legs
+//!   zero ●┄┄┄▶ o┄▶ o┄▶ o┄┄┄▶ ● zero      travel of one drill: the rapids of its legs, from the work zero
+//!                                        over its holes back to the work zero, for the next tool change
 //! ```
 //!
-//! Before: the holes of every drill as in the file. After: as planned. Toolpaths between slots and holes that are milled have no
-//! order in the file and are not in it.
+//! Before: the holes of every drill in file order. After: as planned. Toolpaths for milled slots and holes
+//! have no order in the file and are not included.
 //!
-//! Comes in: [`Planned`], the time of a rapid as a function. Goes out: [`Figures`]. Lengths in mm, times in s. Does not know
-//! programs.
+//! Lengths in mm, times in s.
 
 use super::toolpaths::{BitTask, HoleOrSlot, Planned};
 use crate::geometry::Point;
@@ -17,47 +16,45 @@ use crate::job::Bit;
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What there is to say of the holes and slots of one planned side.
+/// Statistics of the holes and slots of one planned side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {
     /// Sizes by tool, in order of use.
     pub rows: Vec<SizeRow>,
-    /// Travel of the drills with the holes as in the file, mm: for each from the work zero over its holes back to the work
+    /// Travel of the drills in file order, mm: for each from the work zero over its holes back to the work
     /// zero.
     pub travel_before_mm: f64,
-    /// The same as planned.
+    /// Travel as planned, mm.
     pub travel_after_mm: f64,
-    /// Time of this travel with the holes as in the file, s.
+    /// Time of the travel in file order, s.
     pub hop_time_before_s: f64,
-    /// The same as planned.
+    /// Time as planned, s.
     pub hop_time_after_s: f64,
-    /// Iterations of the search that were made.
+    /// Iterations of the search.
     pub iterations: u64,
 }
 
-/// One size of the files, and the tool that makes it.
+/// One hole size of the files, and its tool.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SizeRow {
     /// Number of the tool in order of use, from 1, as in the program.
     pub n: usize,
-    /// The size in the files.
+    /// Size in the files.
     pub size: Length,
-    /// The tool.
     pub bit: Bit,
-    /// How many holes of this size it makes.
+    /// Number of holes of this size.
     pub holes: usize,
-    /// How many slots.
     pub slots: usize,
-    /// How many toolpaths it mills for them; 0 where it drills.
+    /// Number of toolpaths; 0 if it drills.
     pub toolpaths: usize,
 }
 
-/// The figures of `planned`. `rapid_time` tells the seconds from one place to another.
+/// The statistics of `planned`. `rapid_time` returns the seconds from one position to another.
 pub fn figures(planned: &Planned, rapid_time: &dyn Fn(Point, Point) -> f64) -> Figures {
     let mut figures =
         Figures { iterations: planned.parts.iter().map(|part| part.iterations).sum(), ..Figures::default() };
     let tasks: Vec<&BitTask> = planned.parts.iter().flat_map(|part| &part.tasks).collect();
-    // As in the program: a tool that is in stays in.
+    // As in the program: a tool in the spindle is not requested again.
     for (n, tasks) in (1..).zip(tasks.chunk_by(|a, b| a.bit == b.bit)) {
         figures.rows.extend(rows(n, tasks, planned));
         let after: Vec<(u32, Point)> = tasks
@@ -78,7 +75,7 @@ pub fn figures(planned: &Planned, rapid_time: &dyn Fn(Point, Point) -> f64) -> F
     figures
 }
 
-/// What it costs from `zero` over all `holes` and back.
+/// Cost from `zero` over all `holes` and back.
 fn round(zero: Point, holes: &[(u32, Point)], cost: &dyn Fn(Point, Point) -> f64) -> f64 {
     let stops = holes.iter().map(|(_, at)| *at).chain([zero]);
     stops.fold((zero, 0.0), |(here, sum), to| (to, sum + cost(here, to))).1

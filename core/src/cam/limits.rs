@@ -1,39 +1,37 @@
-//! Feeds and speeds bounded by what the machine does.
+//! Limits feeds and speeds to the machine.
 //!
 //! ```text
-//!   along the board   no faster than the slower of X and Y        isolate.feed = 400 on a small router: 16.7 mm/s, and a note
-//!   down              no faster than Z, nor than Z on its way down
+//!   XY                no faster than the slower of X and Y        isolate.feed = 400: 16.7 mm/s, and a note
+//!   down              no faster than Z, and than Z's limit downwards
 //!   spindle           no faster than spindle.max_speed
-//!   a drill           goes down and turns as the rack says of it, where it does
+//!   a drill           uses feed and speed of its entry in the tools, if given
 //! ```
-//!
-//! Comes in: an operation, a machine, a bit. Goes out: the operation as it can be, and what was bounded. Does not know controllers.
 
+use super::usual::Speeds;
 use super::work::{Operation, OperationKind};
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
 use crate::machine::Machine;
 
-/// The greatest feed along the board, mm/s.
+/// Highest feed in XY, mm/s.
 fn plane(machine: &Machine) -> f64 {
     machine.x.max_speed_mm_per_s.min(machine.y.max_speed_mm_per_s)
 }
 
-/// The greatest feed down, mm/s.
+/// Highest feed down, mm/s.
 fn down(machine: &Machine) -> f64 {
     machine.z.max_speed_mm_per_s.min(machine.down.max_speed_mm_per_s)
 }
 
-/// The greatest speed of the spindle, rpm; what the machine has as its usual speed it can turn. None where nobody said.
+/// Highest speed of the spindle, rpm; `None` if the machine doesn't state it.
 fn spindle(machine: &Machine) -> Option<u32> {
-    let process = &machine.process;
-    (process.max_rpm > 0).then(|| process.max_rpm.max(process.spindle_rpm))
+    Some(machine.process.max_rpm).filter(|most| *most > 0)
 }
 
-/// The operation as `bit` does it: a drill of which the rack says how it goes down, or turns, does so, whatever the operation says
-/// for all of them; all within what the machine can do.
-pub(super) fn with_bit(operation: &Operation, bit: &Bit, machine: &Machine) -> Operation {
-    let mut own = operation.clone();
+/// The speeds of the operation with `bit`. Feed and speed given for a drill in the tools take precedence over
+/// the operation's. All are limited to the machine.
+pub(super) fn with_bit(operation: &Operation, bit: &Bit, machine: &Machine) -> Speeds {
+    let mut own = operation.speeds(machine);
     let drill = machine.rack.iter().find(|tool| bit.cutter == Cutter::Drill && tool.is(bit));
     if let Some(tool) = drill {
         if tool.down_mm_per_s > 0.0 {
@@ -43,32 +41,33 @@ pub(super) fn with_bit(operation: &Operation, bit: &Bit, machine: &Machine) -> O
             own.spindle_rpm = tool.spindle_rpm;
         }
     }
-    within(&own, machine)
+    within(own, machine)
 }
 
-/// The operation with feeds and speed that the machine can do.
-fn within(operation: &Operation, machine: &Machine) -> Operation {
-    Operation {
-        feed_mm_per_s: operation.feed_mm_per_s.min(plane(machine)),
-        plunge_mm_per_s: operation.plunge_mm_per_s.min(down(machine)),
-        spindle_rpm: spindle(machine).map_or(operation.spindle_rpm, |most| operation.spindle_rpm.min(most)),
-        ..operation.clone()
+/// Limits speeds to the machine.
+fn within(speeds: Speeds, machine: &Machine) -> Speeds {
+    Speeds {
+        feed_mm_per_s: speeds.feed_mm_per_s.min(plane(machine)),
+        plunge_mm_per_s: speeds.plunge_mm_per_s.min(down(machine)),
+        spindle_rpm: spindle(machine).map_or(speeds.spindle_rpm, |most| speeds.spindle_rpm.min(most)),
     }
 }
 
-/// A note for every value of the operation that is bounded.
+/// A note for every speed that the user set and that is limited. Default speeds are already those of the
+/// machine.
 pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Diagnostic> {
     let note = |code: &str, wanted: String, most: String| {
         Diagnostic::note(code).with("wanted", wanted).with("most", most)
     };
-    let feed = |code: &str, wanted: f64, most: f64| {
-        (wanted > most).then(|| note(code, format!("{wanted:.1}"), format!("{most:.1}")))
+    let feed = |code: &str, wanted: Option<f64>, most: f64| {
+        let wanted = wanted.filter(|wanted| *wanted > most)?;
+        Some(note(code, format!("{wanted:.1}"), format!("{most:.1}")))
     };
     let mills = !matches!(operation.action, OperationKind::Drill(_));
     let along = feed("cam.feed_bounded", operation.feed_mm_per_s, plane(machine)).filter(|_| mills);
     let down = feed("cam.plunge_bounded", operation.plunge_mm_per_s, down(machine));
-    let turning = spindle(machine).filter(|most| operation.spindle_rpm > *most);
+    let turning = spindle(machine).zip(operation.spindle_rpm).filter(|(most, wanted)| wanted > most);
     let turning =
-        turning.map(|most| note("cam.speed_bounded", operation.spindle_rpm.to_string(), most.to_string()));
+        turning.map(|(most, wanted)| note("cam.speed_bounded", wanted.to_string(), most.to_string()));
     [along, down, turning].into_iter().flatten().collect()
 }

@@ -1,15 +1,12 @@
-//! Planning: which bit goes where, in which order, and the program of it.
+//! Planning: tools, their paths and order, and the resulting program.
 //!
 //! ```text
 //!  Board ─┐
 //!  Work ──┴─ toolpaths (operation by operation; holes in order by a tour) ─▶ Planned ─ lower ─▶ Program
-//!                                                                          └─ figures ─▶ what its drilling saves
+//!                                                                          └─ figures ─▶ savings in drilling
 //! ```
 //!
-//! There is one planner. A job that only drills is a [`work::Work`] like any other: [`work::Work::drilling`].
-//!
-//! Comes in: a board, a work, a machine, what a person wants, and the time of a rapid as a function. Goes out:
-//! [`Planned`](toolpaths::Planned) and its [`Program`](crate::job::Program). Does not know motion: how long a rapid takes it is told.
+//! There is one planner. A drilling job is also a [`work::Work`]: [`work::Work::drilling`].
 
 pub mod bench;
 pub mod briefing;
@@ -21,6 +18,7 @@ pub mod parameters;
 mod places;
 mod promised;
 pub mod rack;
+pub mod suits;
 pub mod toolpaths;
 mod tour;
 pub mod usual;
@@ -34,48 +32,46 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use work::{OperationKind, Work};
 
-/// Order of the holes of one bit.
+/// Order of the holes of one tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HoleOrder {
-    /// Shortest closed tour in straight distance, cut open where it serves the approach.
+    /// Shortest closed tour in straight distance, opened at the best place for the approach.
     #[default]
     Shortest,
-    /// Least machine time from where the head is.
+    /// Least machine time from the current position.
     Fastest,
     /// As in the file.
     File,
 }
 
-/// Order of the bits.
+/// Order of the tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BitOrder {
-    /// Small before large.
     #[default]
     Ascending,
-    /// The bit that is in the spindle first, then ascending.
+    /// The tool in the spindle first, then ascending.
     LoadedFirst,
 }
 
-/// The seed of the searches unless a person gives another: the same in page and command line, so that both write the same.
+/// Default seed of the searches: equal on page and command line, so that both produce equal programs.
 pub const SEED: u64 = 1;
 
-/// What a person wants of a plan.
+/// The user's options for a plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanOptions {
-    /// Order of the bits.
     pub group: BitOrder,
-    /// The bit in the spindle, for [`BitOrder::LoadedFirst`].
+    /// The tool in the spindle, for [`BitOrder::LoadedFirst`].
     pub loaded: Option<Length>,
-    /// The spindles that are to drill, one bit each (bit 0 is Z1); none for all that the machine has.
+    /// Spindles that drill, as bits (bit 0 is Z1); `None`: all.
     pub spindles: Option<u8>,
     /// Seed of the search.
     pub seed: u64,
-    /// Bound of the search, shared by the bits of an operation; none for [`default_iterations`].
+    /// Limit of the search, shared by the tools of an operation; `None`: [`default_iterations`].
     pub iterations: Option<u64>,
-    /// Codes of errors that a person has seen: what they name is left out.
+    /// Codes of accepted errors: the affected features are left out.
     pub accept: Vec<String>,
-    /// Codes of the errors that the files of the board have; the program names those of them that were accepted.
+    /// Codes of the errors in the board's files; the program lists those that were accepted.
     pub lost: Vec<String>,
 }
 
@@ -93,23 +89,22 @@ impl Default for PlanOptions {
     }
 }
 
-/// How far planning is, in whatever parts it is divided.
+/// Progress of planning, in arbitrary parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlanningProgress {
-    /// Parts done; never fewer than before.
+    /// Parts done; never decreases.
     pub done: u64,
-    /// Parts there are.
     pub total: u64,
 }
 
-/// Iterations when nobody says how many: about a second for a thousand holes on one core, and so many fewer for very many
-/// holes, where each costs more, that a hundred thousand take a few seconds.
+/// Default number of iterations: about a second for a thousand holes on one core. Each costs more with very
+/// many holes, so their number decreases: a hundred thousand holes take a few seconds.
 pub fn default_iterations(holes: usize) -> u64 {
     let holes = holes as u64;
     (30 * holes).min(40_000).min(2_000_000_000 / holes.max(1))
 }
 
-/// The spindles that are to drill: all that are enabled, or those wanted, if they are.
+/// The spindles that drill: all enabled ones, or those wanted, if they are enabled.
 fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>> {
     let there = machine.installed() & machine.enabled;
     match wanted {
@@ -119,8 +114,8 @@ fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>
     }
 }
 
-/// The place among `sizes`, those of the bits in their order, of the bit that is to go first because it is loaded. An error,
-/// with a diagnostic if one was wanted, where they stay as they are.
+/// Index in `sizes`, the tools in order, of the loaded tool, to be used first. The error, with a diagnostic
+/// if needed, means that the order stays.
 fn loaded_first(
     sizes: &[Length],
     options: &PlanOptions,
@@ -138,16 +133,15 @@ fn loaded_first(
         .ok_or_else(|| Some(Diagnostic::note("plan.loaded_not_used").with("size", rack::size_text(loaded))))
 }
 
-/// What the work zero is the lower left corner of, unless a job says otherwise.
+/// Reference of the work zero: a lower left corner, unless the job sets another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Corner {
-    /// Of the outline.
     Board,
-    /// Of copper and holes together, as far as they reach: the board has no outline. It is turned over about the middle of the
-    /// same box, so that both sides have one zero.
+    /// Of copper and holes together, at full size: the board has no outline. A flip uses the centre of this
+    /// box, so both sides have one zero.
     Copper,
-    /// Of the middles of holes, or else of slots: there is nothing but a drill file, or the job makes nothing but holes and slots.
-    /// Whether copper was read does not matter then.
+    /// Of hole centres, or else of slots: there is only a drill file, or the job makes only holes and slots.
+    /// Then copper doesn't matter.
     Holes,
 }
 
@@ -173,14 +167,15 @@ impl Corner {
     }
 }
 
-/// Whether a job makes more than holes and slots, on any side: then its zero may depend on copper.
+/// True if a job makes more than holes and slots, on any side: then its zero may depend on copper.
 fn makes_more(work: &Work) -> bool {
     let makes_holes =
         |action: &OperationKind| matches!(action, OperationKind::Drill(_) | OperationKind::MillHoles(_));
     work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action))
 }
 
-/// The lower left corner of the board that was `laid` out with pins, see [`Corner`]; of `copies` without their pins.
+/// The lower left corner of the board that was `laid` out with pins, see [`Corner`]; of `copies` without
+/// their pins.
 fn origin(copies: &Board, laid: &Board, work: &Work) -> Point {
     let holes = || Bounds::around(laid.holes.iter().map(|hole| hole.at)).or_else(|| laid.bounds());
     let corner = match Corner::of(laid, work) {

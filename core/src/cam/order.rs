@@ -1,26 +1,24 @@
-//! The order of one bit's holes: as in the file, the shortest closed tour, or the least machine time.
+//! Order of one tool's holes: as in the file, the shortest closed tour, or the least machine time.
 //!
 //! ```text
-//!  shortest   a closed tour, opened at the rapid that makes the way in cheapest
+//!  shortest   a closed tour, opened at the rapid that makes the approach cheapest
 //!
-//!       zero ┄┄┄▶ o───o            holes at the same place are one stop;
+//!       zero ┄┄┄▶ o───o            holes at one position are one stop,
 //!                 ┊   │            they are drilled one after the other
 //!                 o───o
 //!
-//!  fastest    a path from where the head is, ending anywhere, measured in seconds
+//!  fastest    a path from the current position, ending anywhere, measured in seconds
 //! ```
-//!
-//! Comes in: holes with their places. Goes out: the same holes in order. Does not know bits.
 
 use super::{HoleOrder, tour};
 use crate::geometry::Point;
 use std::cell::Cell;
 use tour::Effort;
 
-/// How many rapids are remembered.
+/// Size of the cache of rapids.
 const REMEMBERED: usize = 1 << 16;
 
-/// What it costs from one place through others.
+/// Cost from one position through others.
 fn way(from: Point, stops: impl IntoIterator<Item = Point>, cost: impl Fn(Point, Point) -> f64) -> f64 {
     let walk = |(here, sum): (Point, f64), to: Point| (to, sum + cost(here, to));
     stops.into_iter().fold((from, 0.0), walk).1
@@ -34,8 +32,8 @@ pub(super) fn straight_mm(a: Point, b: Point) -> f64 {
     (dx * dx + dy * dy).sqrt()
 }
 
-/// Puts `holes` (numbers with their places, in file order) in order, starting from `from`. None when `tick` said
-/// false. Never longer, in the metric of `order` and with the way back to `from`, than as in the file.
+/// Orders `holes` (numbers with their positions, in file order), starting at `from`. `None` if `tick`
+/// returned false. Never longer than the file order, in the metric of `order` with the return to `from`.
 pub(super) fn arrange(
     holes: &[(u32, Point)],
     from: Point,
@@ -59,7 +57,7 @@ pub(super) fn arrange(
     Some(tour.iter().flat_map(|&stop| stops[stop as usize].iter().copied()).collect())
 }
 
-/// The shortest ring found, or the file's if that is shorter, cut open.
+/// The shortest ring found, or the file's if that is shorter, opened.
 fn shortest(
     places: &[Point],
     stops: &[Vec<u32>],
@@ -74,7 +72,7 @@ fn shortest(
     Some(opened(places, ring, from))
 }
 
-/// The quickest path found from `from`, ending anywhere.
+/// The fastest path found from `from`, ending anywhere.
 fn fastest(
     places: &[Point],
     from: Point,
@@ -89,7 +87,7 @@ fn fastest(
     Some(path.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect())
 }
 
-/// `rapid` with the rapids asked for lately at hand: the search asks for the same few again and again, and times are dear.
+/// `rapid` with a cache: the search repeats a few queries, and times are expensive.
 fn remembered(rapid: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
     let slots = vec![Cell::new((u32::MAX, u32::MAX, 0.0)); REMEMBERED];
     move |a, b| {
@@ -106,7 +104,7 @@ fn remembered(rapid: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
     }
 }
 
-/// [`straight_mm`] between places by index, with the coordinates in mm at hand.
+/// [`straight_mm`] between positions by index, with precomputed coordinates in mm.
 pub(super) fn straight_rapid(places: &[Point]) -> impl Fn(u32, u32) -> f64 + use<> {
     let mm: Vec<(f64, f64)> = places.iter().map(|at| (at.x.mm(), at.y.mm())).collect();
     move |a, b| {
@@ -116,7 +114,7 @@ pub(super) fn straight_rapid(places: &[Point]) -> impl Fn(u32, u32) -> f64 + use
     }
 }
 
-/// Places that are all different, ascending, and the holes at each.
+/// Distinct positions, ascending, and the holes at each.
 fn stops(holes: &[(u32, Point)]) -> (Vec<Point>, Vec<Vec<u32>>) {
     let mut sorted = holes.to_vec();
     sorted.sort_unstable_by_key(|&(hole, at)| (at, hole));
@@ -144,7 +142,7 @@ fn ring_length(places: &[Point], ring: &[u32]) -> f64 {
     ring.last().map_or(0.0, |_| way(at(ring.len() - 1), (0..ring.len()).map(at), straight_mm))
 }
 
-/// The ring cut open, and turned, so that the way in and the way round are shortest together.
+/// The ring opened, and perhaps reversed, so that approach and path together are shortest.
 fn opened(places: &[Point], mut ring: Vec<u32>, from: Point) -> Vec<u32> {
     let n = ring.len();
     let at = |index: usize| places[ring[index % n] as usize];

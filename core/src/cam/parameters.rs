@@ -1,15 +1,14 @@
-//! The one table of a job's parameters: key, unit, range, how to get and set. Job file, command line and page read it;
-//! the sentence for each key is `work.<key with dots as underscores>` in the locale tables.
+//! Table of a job's parameters: key, unit, range, get and set. Used by job files, the command line and the
+//! page.
+//!
+//! The message of each key is `work.<key with dots as underscores>` in the locale tables.
 //!
 //! ```text
 //!   SETUP       rows of the setup                      [setup]       in a job file
-//!   BIT         rows of a bit                          [[bit]]
-//!   OPERATION   rows of an operation; a row that does  [[operation]]
-//!               not belong to its kind has no value
+//!   BIT         rows of a tool                         [[bit]]
+//!   OPERATION   rows of an operation; rows of other    [[operation]]
+//!               kinds have no value
 //! ```
-//!
-//! Comes in: keys and values. Goes out: a changed setup, bit or operation, or a diagnostic naming the row. Does not know any
-//! file format.
 
 use super::HoleOrder;
 use super::work::{
@@ -20,43 +19,86 @@ use crate::board::Face;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
-use crate::machine::{Value, ValueKind};
+use crate::machine::{Machine, Value, ValueKind};
 use crate::units::Length;
 
-/// One row of the table, of something of type `T`.
+/// One row of the table, a parameter of `T`.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter<T: 'static> {
-    /// Group and name, for example `isolate.passes`; names are different within a `T`.
+    /// Group and name, for example `isolate.passes`; names are unique within a `T`.
     pub key: &'static str,
     /// Unit of the numbers, empty for words.
     pub unit: &'static str,
-    /// What is allowed.
     pub kind: ValueKind,
-    /// Its value; none where the row does not belong to this one.
+    /// Its value; `None` if the row is not for this object, or if the machine gives the value.
     get: fn(&T) -> Option<Value>,
     set: fn(&mut T, &Value),
+    /// For a row with a default from the machine.
+    of_machine: Option<OfMachine<T>>,
 }
 
+/// A default from the machine.
+#[derive(Clone, Copy, Debug)]
+struct OfMachine<T: 'static> {
+    /// True if the row is for this object.
+    has: fn(&T) -> bool,
+    /// The machine's value.
+    usual: fn(&T, &Machine) -> Value,
+    /// Resets to the machine's value.
+    clear: fn(&mut T),
+}
+
+/// The word in files for a value from the machine.
+pub const OF_MACHINE: &str = "machine";
+
 impl<T> Parameter<T> {
-    /// Its value in `of`; none where the row does not belong to it.
+    /// The value set in `of`; `None` if the row is not for it, or if the machine gives the value.
     pub fn value(&self, of: &T) -> Option<Value> {
         (self.get)(of)
     }
 
-    /// Its name: what stands behind the dot.
+    /// The value in `of` on `machine`; `None` if the row is not for it.
+    pub fn value_on(&self, of: &T, machine: &Machine) -> Option<Value> {
+        let given =
+            || self.of_machine.as_ref().filter(|own| (own.has)(of)).map(|own| (own.usual)(of, machine));
+        self.value(of).or_else(given)
+    }
+
+    /// True if the row is for `of`.
+    pub fn belongs_to(&self, of: &T) -> bool {
+        self.value(of).is_some() || self.is_of_machine(of)
+    }
+
+    /// True if the machine gives the value, because none is set.
+    pub fn is_of_machine(&self, of: &T) -> bool {
+        self.value(of).is_none() && self.of_machine.as_ref().is_some_and(|own| (own.has)(of))
+    }
+
+    /// True if the machine gives a default.
+    pub fn follows_machine(&self) -> bool {
+        self.of_machine.is_some()
+    }
+
+    /// The name after the dot.
     pub fn name(&self) -> &'static str {
         self.key.split_once('.').map_or(self.key, |(_, name)| name)
     }
 
-    /// Key of its sentence in the locale tables.
+    /// Key of its message in the locale tables.
     pub fn sentence_key(&self) -> String {
         format!("work.{}", self.key.replace('.', "_"))
     }
 
-    /// Sets it in `of`, or says why not; then nothing is changed.
+    /// Sets the value in `of`. On error nothing changes. The word [`OF_MACHINE`] resets it.
     pub fn set(&self, of: &mut T, value: &Value) -> Result<(), Diagnostic> {
-        if self.value(of).is_none() {
+        if !self.belongs_to(of) {
             return Err(Diagnostic::error("work.not_of_this_kind").with("key", self.key));
+        }
+        if let (Some(own), Value::Text(word)) = (&self.of_machine, value)
+            && word == OF_MACHINE
+        {
+            (own.clear)(of);
+            return Ok(());
         }
         let group = match (self.key, value) {
             ("setup.exclusions", Value::Numbers(_)) => 4,
@@ -84,9 +126,9 @@ pub fn find<T>(table: &'static [Parameter<T>], name: &str) -> Option<&'static Pa
     table.iter().find(|row| row.key == name || row.name() == name)
 }
 
-/// Sets `key` in `work`: `setup.…` in its setup, `operation.…` in every operation, and the rows of a kind in every
-/// operation of that kind; `isolate.depth` is `operation.depth` in every operation that isolates. Numbers and words come
-/// as text. Fails when the row is not known or nothing has it.
+/// Sets `key` in `work`: `setup.…` in its setup, `operation.…` in every operation, and rows of a kind in
+/// every operation of that kind. `isolate.depth` is `operation.depth` in every isolation. Numbers and words
+/// are text. Fails if the row is unknown or no operation has it.
 pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> {
     let unknown = || {
         let known = SETUP.iter().map(|row| row.key).chain(OPERATION.iter().map(|row| row.key));
@@ -103,7 +145,7 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> 
     let mut found = false;
     let meant = |operation: &&mut Operation| {
         let of_kind = kind.is_none_or(|(kind, _)| operation.action.word() == kind);
-        row.value(operation).is_some() && (of_kind || row.key == key)
+        row.belongs_to(operation) && (of_kind || row.key == key)
     };
     for operation in work.operations.iter_mut().filter(meant) {
         row.set(operation, &valued(row.kind, text))?;
@@ -112,11 +154,11 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> 
     if found { Ok(()) } else { Err(Diagnostic::error("work.nothing_has").with("key", key)) }
 }
 
-/// Text as the kind of value that is wanted; text where it is no number.
+/// Converts text to the kind of value; remains text if it is no number.
 fn valued(kind: ValueKind, text: &str) -> Value {
     let plain = || Value::Text(text.to_owned());
     let list = text.trim();
-    // In a job file a list stands in brackets.
+    // In a job file a list is in brackets.
     let list = list.strip_prefix('[').and_then(|list| list.strip_suffix(']')).unwrap_or(list);
     let numbers = || list.split([',', ' ']).filter(|word| !word.is_empty()).map(|word| word.parse().ok());
     match kind {
@@ -154,13 +196,13 @@ fn drill_points(value: &Value) -> Vec<(Length, f64)> {
     numbers.as_chunks::<2>().0.iter().map(|[drill, degrees]| (Length::from_mm(*drill), *degrees)).collect()
 }
 
-/// Names, one behind the other with semicolons between; where there is none, with commas.
+/// Names separated by semicolons; without any semicolon, by commas.
 fn names(value: &Value) -> Vec<String> {
     let between = if text(value).contains(';') { ';' } else { ',' };
     text(value).split(between).map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
-/// What [`names`] reads again: the name of a V-bit has a comma in it.
+/// The inverse of [`names`]: the name of a V-bit contains a comma.
 fn named(names: &[String]) -> Value {
     let comma = names.iter().any(|name| name.contains(','));
     let text = names.join(if comma { "; " } else { ", " });
@@ -169,7 +211,24 @@ fn named(names: &[String]) -> Value {
 
 macro_rules! row {
     ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
-        Parameter { key: $key, unit: $unit, kind: $kind, get: $get, set: $set }
+        Parameter { key: $key, unit: $unit, kind: $kind, get: $get, set: $set, of_machine: None }
+    };
+}
+/// A row of every operation with a default from the machine.
+macro_rules! speed {
+    ($key:literal, $unit:literal, $kind:expr, $field:ident as $number:ty) => {
+        Parameter {
+            key: $key,
+            unit: $unit,
+            kind: $kind,
+            get: |o: &Operation| o.$field.map(|value| Value::Number(f64::from(value))),
+            set: |o: &mut Operation, v: &Value| o.$field = Some(number(v) as $number),
+            of_machine: Some(OfMachine {
+                has: |_| true,
+                usual: |o, machine| Value::Number(f64::from(o.speeds(machine).$field)),
+                clear: |o| o.$field = None,
+            }),
+        }
     };
 }
 /// A row of the field that `$part` reaches, read by `$read` and written by `$write`.
@@ -355,7 +414,7 @@ fn set_form(bit: &mut Bit, value: &Value) {
     };
 }
 
-/// The rows of a bit.
+/// The rows of a tool.
 pub const BIT: &[Parameter<Bit>] = &[
     row!(
         "bit.name",
@@ -398,6 +457,30 @@ macro_rules! common {
     };
 }
 
+/// Largest difference between a hole and its drill; default from the machine.
+const TOLERANCE: Parameter<Operation> = Parameter {
+    key: "drill.tolerance",
+    unit: "mm",
+    kind: ValueKind::Number(0.0, 1.0),
+    get: |o| drill(o)?.tolerance.map(|tolerance| Value::Number(tolerance.mm())),
+    set: |o, value| set_tolerance(o, Some(Length::from_mm(number(value)))),
+    of_machine: Some(OfMachine {
+        has: |o| drill(o).is_some(),
+        usual: |_, machine| Value::Number(machine.rack_tolerance.mm()),
+        clear: |o| set_tolerance(o, None),
+    }),
+};
+
+fn drill(operation: &Operation) -> Option<&Drill> {
+    if let OperationKind::Drill(drill) = &operation.action { Some(drill) } else { None }
+}
+
+fn set_tolerance(operation: &mut Operation, tolerance: Option<Length>) {
+    if let OperationKind::Drill(drill) = &mut operation.action {
+        drill.tolerance = tolerance;
+    }
+}
+
 /// The rows of an operation.
 pub const OPERATION: &[Parameter<Operation>] = &[
     common!(
@@ -414,27 +497,9 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     common!("operation.bit", "", ValueKind::Text(60), |o: &Operation| Value::Text(o.bit.clone()), |o, v| o
         .bit =
         text(v).to_owned()),
-    common!(
-        "operation.feed",
-        "mm/s",
-        ValueKind::Number(0.01, 500.0),
-        |o: &Operation| Value::Number(o.feed_mm_per_s),
-        |o, v| o.feed_mm_per_s = number(v)
-    ),
-    common!(
-        "operation.plunge",
-        "mm/s",
-        ValueKind::Number(0.01, 500.0),
-        |o: &Operation| Value::Number(o.plunge_mm_per_s),
-        |o, v| o.plunge_mm_per_s = number(v)
-    ),
-    common!(
-        "operation.speed",
-        "rpm",
-        ValueKind::Whole(1.0, 300_000.0),
-        |o: &Operation| Value::Number(f64::from(o.spindle_rpm)),
-        |o, v| o.spindle_rpm = number(v) as u32
-    ),
+    speed!("operation.feed", "mm/s", ValueKind::Number(0.01, 500.0), feed_mm_per_s as f64),
+    speed!("operation.plunge", "mm/s", ValueKind::Number(0.01, 500.0), plunge_mm_per_s as f64),
+    speed!("operation.speed", "rpm", ValueKind::Whole(1.0, 300_000.0), spindle_rpm as u32),
     common!(
         "operation.depth",
         "mm",
@@ -467,7 +532,7 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     words!("drill.holes", Drill::holes, "board" => Holes::Board, "alignment" => Holes::Alignment),
     words!("drill.order", Drill::order,
         "shortest" => HoleOrder::Shortest, "fastest" => HoleOrder::Fastest, "file" => HoleOrder::File),
-    mm!("drill.tolerance", 0.0, 1.0, Drill::tolerance),
+    TOLERANCE,
     mm!("drill.peck", 0.0, 30.0, Drill::peck),
     plain!("drill.point", "°", 60.0, 180.0, Drill::point_deg),
     part!(
@@ -523,36 +588,39 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_a_sentence_and_a_value_that_may_be_set() {
+    fn every_parameter_has_a_text_and_a_settable_value() {
         described(SETUP);
         described(BIT);
         described(OPERATION);
         let machine = virtual_drill();
         let mut seen = 0;
         for word in OperationKind::WORDS {
-            let usual = Operation::usual(word, Face::Top, &machine).unwrap();
+            let usual = Operation::usual(word, Face::Top).unwrap();
             assert_eq!(usual.action.word(), word);
             for row in OPERATION {
-                let Some(value) = row.value(&usual) else {
+                let Some(value) = row.value_on(&usual, &machine) else {
                     let refusal = row.set(&mut usual.clone(), &Value::Number(1.0)).unwrap_err();
                     assert_eq!(refusal.code, "work.not_of_this_kind");
                     continue;
                 };
                 let mut same = usual.clone();
                 row.set(&mut same, &value).unwrap();
+                assert_eq!(row.value(&same), Some(value), "{}", row.key);
+                if row.follows_machine() {
+                    row.set(&mut same, &Value::Text(OF_MACHINE.to_owned())).unwrap();
+                }
                 assert_eq!(same, usual, "{}", row.key);
                 seen += 1;
             }
         }
         assert!(seen > OPERATION.len());
-        assert!(Operation::usual("fold", Face::Top, &machine).is_none());
+        assert!(Operation::usual("fold", Face::Top).is_none());
     }
 
     #[test]
-    fn a_key_of_every_operation_can_be_set_in_those_of_one_kind() {
-        let machine = virtual_drill();
+    fn operation_keys_apply_to_one_kind() {
         let operations: Vec<Operation> =
-            ["isolate", "drill"].map(|word| Operation::usual(word, Face::Top, &machine).unwrap()).into();
+            ["isolate", "drill"].map(|word| Operation::usual(word, Face::Top).unwrap()).into();
         let mut work = Work { operations, ..Work::default() };
         let before = work.operations[1].depth;
         assign(&mut work, "isolate.depth", "0.123").unwrap();
@@ -582,12 +650,11 @@ mod tests {
     }
 
     #[test]
-    fn names_are_different_within_each_kind() {
-        let machine = virtual_drill();
+    fn names_are_unique_within_each_kind() {
         for word in OperationKind::WORDS {
-            let usual = Operation::usual(word, Face::Top, &machine).unwrap();
+            let usual = Operation::usual(word, Face::Top).unwrap();
             let mut names: Vec<_> =
-                OPERATION.iter().filter(|row| row.value(&usual).is_some()).map(Parameter::name).collect();
+                OPERATION.iter().filter(|row| row.belongs_to(&usual)).map(Parameter::name).collect();
             let all = names.len();
             names.sort_unstable();
             names.dedup();
@@ -596,8 +663,8 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
-        let mut operation = Operation::usual("isolate", Face::Top, &virtual_drill()).unwrap();
+    fn invalid_values_are_refused() {
+        let mut operation = Operation::usual("isolate", Face::Top).unwrap();
         let before = operation.clone();
         let rows = [
             ("isolate.passes", Value::Number(1.5), "machine.setting_range"),

@@ -1,28 +1,25 @@
-//! Places that a drill was at: where a file, two files or two operations name a hole twice, one stroke makes it.
+//! Records drilled positions: a hole listed twice, in files or operations, is drilled once.
 //!
 //! ```text
 //!   file  ─ 0.8 at 15, 5 ─┐
-//!                         ├─▶ one stroke     as deep as before, the same bit, within 1 µm: nothing is left to drill
+//!                         ├─▶ one drill cycle     equally deep, same tool, within 1 µm
 //!   file  ─ 0.8 at 15, 5 ─┘
 //! ```
-//!
-//! Comes in: strokes one after the other: bit, place, depth. Goes out: whether each is one too many, and what to say about
-//! them. Does not know why there are two.
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Places this near to each other, along X and along Y, are one.
+/// Positions within this along X and along Y are equal.
 const SAME: Length = Length::from_um(1);
 
-/// Where which bit was how deep, and what came again.
+/// Depth by tool and position.
 #[derive(Default)]
 pub(super) struct Places(BTreeMap<(Length, i64, i64), (Point, Length)>);
 
 impl Places {
-    /// Whether the bit of `size` was at `at` before, and at least as deep; else it has been now.
+    /// True if a tool of `size` was already at `at`, at least as deep; else records it.
     pub(super) fn again(&mut self, size: Length, at: Point, depth: Length) -> bool {
         let cell = |length: Length| length.nm().div_euclid(SAME.nm());
         let (x, y) = (cell(at.x), cell(at.y));
@@ -37,17 +34,17 @@ impl Places {
     }
 }
 
-/// How many holes were there twice, and where the first of them is.
+/// Number of repeated holes, and the position of the first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Twice(Option<(usize, Point)>);
 
 impl Twice {
-    /// One more, at `at`.
+    /// Counts one more, at `at`.
     pub(super) fn add(&mut self, at: Point) {
         self.0.get_or_insert((0, at)).0 += 1;
     }
 
-    /// A note called `code` with `count`, `x` and `y` in mm, if there were any.
+    /// A note `code` with `count`, `x` and `y` in mm, if there were any.
     pub(super) fn note(self, code: &str) -> Option<Diagnostic> {
         let (count, at) = self.0?;
         let mm = |length: Length| format!("{:.3}", length.mm());
@@ -61,10 +58,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_is_the_same_within_a_micrometre_for_the_same_bit_and_depth() {
+    fn equal_holes_within_1_um_are_recognised() {
         let nm = Length::from_nm;
         let (bit, wide) = (Length::from_um(800), Length::from_um(1_000));
-        // Bit, x and y in nm, depth in µm, and whether it was there before.
+        // Tool, x and y in nm, depth in µm, and whether it was already there.
         let rows = [
             (bit, 15_000_000, -5_000_000, 1_600, false),
             (bit, 15_000_000, -5_000_000, 1_600, true),

@@ -1,16 +1,14 @@
-//! What a job promises of the copper of a side, and of holes, slots and the edge of the board: what the proof of its programs is
-//! measured against.
-//!
-//! Comes in: a [`Work`], sides. Goes out: [`Promised`], [`Asked`]. Does not know how anything is proved.
+//! Requirements that a job sets for its proof: copper of a side, and holes, slots and edges of the board.
 
 use super::work::{CutOut, CutSide, Holes, Lines, Operation, OperationKind, Remedy, Work};
 use crate::board::{COPPER_THICKNESS, Face};
 use crate::geometry::Point;
 use crate::job::{Asked, AskedEdge, Cleared, Cutter, Promised};
+use crate::machine::Machine;
 use crate::units::Length;
 
 impl Work {
-    /// What the operations on `face` promise.
+    /// Requirements of the operations on `face`.
     pub fn promised(&self, face: Face) -> Promised {
         Promised {
             owned: self.bits.clone(),
@@ -20,8 +18,9 @@ impl Work {
         }
     }
 
-    /// What the operations on `faces` ask of a board of this thickness, beyond its copper.
-    pub fn asked(&self, faces: &[Face], thickness: Length) -> Asked {
+    /// Requirements of the operations on `faces` other than copper, for a board of this thickness on
+    /// `machine`.
+    pub fn asked(&self, faces: &[Face], thickness: Length, machine: &Machine) -> Asked {
         let reach = |operation: &Operation| match operation.depth {
             depth if depth > Length::ZERO => depth.min(thickness),
             _ => thickness,
@@ -37,7 +36,7 @@ impl Work {
             match &operation.action {
                 OperationKind::Drill(drill) if drill.holes == Holes::Board => {
                     asked.holes = Some(true);
-                    asked.tolerance = asked.tolerance.max(drill.tolerance);
+                    asked.tolerance = asked.tolerance.max(drill.tolerance_on(machine));
                     drilled = drilled.max(Some(reach(operation)));
                 }
                 OperationKind::Drill(_) => asked.pins = true,
@@ -79,7 +78,7 @@ impl Work {
         }
     }
 
-    /// The operations on `face` that are done.
+    /// The active operations on `face`.
     fn on(&self, face: Face) -> impl Iterator<Item = &Operation> {
         self.operations.iter().filter(move |operation| operation.on && operation.face == face)
     }
@@ -92,7 +91,7 @@ impl Work {
         cures.filter(|cure| cure.with == Remedy::Centred).map(|cure| (cure.from, cure.to)).collect()
     }
 
-    /// Nothing where zones keep bits out. Bits that there are not are left out.
+    /// Empty if zones block tools. Unknown tools are skipped.
     fn cleared(&self, face: Face) -> Vec<Cleared> {
         let here = self.on(face).filter(|_| self.setup.exclusions.is_empty());
         let cleared = here.filter_map(|operation| {
@@ -109,7 +108,7 @@ impl Work {
     }
 }
 
-/// Whether this is to separate nets.
+/// True if the operation must separate nets.
 fn separates(action: &OperationKind) -> bool {
     match action {
         OperationKind::Isolate(_) | OperationKind::Clear(_) => true,

@@ -1,13 +1,10 @@
-//! Which bit drills which hole (S5, N9): each size goes to the nearest bit one owns, if it is within tolerance.
+//! Assigns holes to drills: each size gets the nearest available drill within the tolerance.
 //!
 //! ```text
 //!   file sizes   0.79  0.80  0.82        1.00        4.00
-//!                  \    |    /            |            ✗  no bit within tolerance: an error
-//!   rack          [   0.80   ]         [ 1.00 ]
+//!                  \    |    /            |            ✗  no drill within tolerance: an error
+//!   tools         [   0.80   ]         [ 1.00 ]
 //! ```
-//!
-//! Comes in: a size and a rack. Goes out: its bit, how deep that goes, and the errors where there is none. Does not know
-//! the order of drilling.
 
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
@@ -16,22 +13,22 @@ use crate::machine::Process;
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// A size in millimetres as people write it: without trailing zeros.
+/// A size in millimetres without trailing zeros.
 pub fn size_text(size: Length) -> String {
     format!("{}", size.mm())
 }
 
-/// The drill of this size; it is called what it is.
+/// The drill of this size; its name is its title.
 pub fn drill(diameter: Length) -> Bit {
     let unnamed = Bit { diameter, name: String::new(), cutter: Cutter::Drill, handling: Default::default() };
     Bit { name: unnamed.title(locale::FALLBACK), ..unnamed }
 }
 
-/// How deep the drill of `diameter` goes below the surface so that its whole width comes `below` under the board:
+/// Depth of the drill of `diameter` below the surface, at which its full width is `below` under the board:
 ///
 /// ```text
 ///     surface ──┐     ┌──
-///               │     │        the board + `below`, and by the height of the point more:
+///               │     │        the board + `below`, plus the height of the point:
 ///     bottom  ──┤     ├──      diameter / 2 / tan(point / 2)
 ///               ╲     ╱
 ///                ╲___╱
@@ -40,24 +37,24 @@ pub(super) fn through(process: &Process, below: Length, diameter: Length, point_
     process.board_thickness + below + point_height(diameter, point_deg)
 }
 
-/// How high the point of a drill is: so much deeper it goes before its whole width is through. `point_deg` is the whole
-/// angle in degrees; 180 is flat.
+/// Height of a drill's point: the additional depth until its full width is through. `point_deg` is the
+/// included angle in degrees; 180 is flat.
 fn point_height(diameter: Length, point_deg: f64) -> Length {
     let half = (point_deg / 2.0).clamp(1.0, 90.0) * PI / 180.0;
     if point_deg >= 180.0 { Length::ZERO } else { Length::from_mm(diameter.mm() / 2.0 / libm::tan(half)) }
 }
 
-/// The bit of `rack` nearest to `size` within `tolerance` (the bound included); of two equally near the larger, because
-/// a wire still fits.
+/// The drill of `rack` nearest to `size` within `tolerance` (inclusive); of two equally near the larger,
+/// because a wire still fits.
 pub fn nearest(rack: &[Length], size: Length, tolerance: Length) -> Option<Length> {
     let within = rack.iter().copied().filter(|&bit| (bit - size).abs() <= tolerance);
     within.min_by_key(|&bit| ((bit - size).abs(), -bit))
 }
 
-/// Sizes that are told one by one.
+/// Sizes that are listed individually.
 const MOST_SIZES: usize = 40;
 
-/// Holes of sizes `without` a bit of the rack within its tolerance, holes without a size, and slots, as errors.
+/// Errors for hole sizes `without` a drill within the tolerance, for holes without a size, and for slots.
 pub(super) fn errors(
     without: &[(Length, usize)],
     unsized_holes: usize,
@@ -96,9 +93,9 @@ mod tests {
     }
 
     #[test]
-    fn each_size_finds_its_bit() {
+    fn nearest_drill_within_tolerance_is_chosen() {
         let rack = [800, 900, 1000, 3200].map(um);
-        // size, tolerance, expected bit; all in µm
+        // size, tolerance, expected drill; all in µm
         let rows = [
             (800, 0, Some(800)),
             (801, 0, None),
@@ -119,9 +116,9 @@ mod tests {
     }
 
     #[test]
-    fn a_drill_goes_deeper_by_the_height_of_its_point() {
+    fn drill_depth_includes_the_point() {
         let process = virtual_drill().process;
-        // Diameter and what is below the board in µm, angle, and the height of the point in µm.
+        // Diameter and depth below the board in µm, angle, and the height of the point in µm.
         let rows = [
             (1_000, 500, 90.0, 500),
             (3_200, 500, 130.0, 746),

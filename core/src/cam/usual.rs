@@ -1,7 +1,4 @@
-//! What a job, an operation, a bit has as long as nobody chose otherwise (N11).
-//!
-//! Comes in: a board and a machine, or the word of a kind. Goes out: [`Work`] and its parts. Does not know how toolpaths are
-//! made.
+//! Default values of jobs, operations and tools.
 
 use super::HoleOrder;
 use super::work::{
@@ -14,8 +11,8 @@ use crate::machine::Machine;
 use crate::units::Length;
 
 impl OperationKind {
-    /// The kind called `word` with its usual values on `machine`.
-    pub fn usual(word: &str, machine: &Machine) -> Option<Self> {
+    /// The kind called `word` with default values.
+    pub fn usual(word: &str) -> Option<Self> {
         Some(match word {
             "isolate" => Self::Isolate(Isolate::default()),
             "clear" => Self::Clear(Clear::default()),
@@ -23,7 +20,7 @@ impl OperationKind {
             "drill" => Self::Drill(Drill {
                 holes: Holes::Board,
                 order: HoleOrder::Shortest,
-                tolerance: machine.rack_tolerance,
+                tolerance: None,
                 peck: Length::ZERO,
                 point_deg: POINT_DEG,
                 points: Vec::new(),
@@ -40,17 +37,19 @@ impl OperationKind {
     }
 }
 
-/// Angle of a drill's point in degrees, unless somebody says otherwise.
+/// Default point angle of a drill, in degrees.
 pub const POINT_DEG: f64 = 130.0;
 
-/// The V-bit that a new job has. The bits of new jobs are called by their titles, as everywhere.
+/// Default plunge feed of mills and V-bits, mm/s, unless the machine's drilling feed is lower.
+const MILL_DOWN_MM_PER_S: f64 = 1.5;
+
+/// The V-bit of a new job. Names of tools are their titles.
 const VEE: &str = "V-bit 30°, tip 0.1";
-/// The mill that a new job bores and cuts out with.
+/// The mill of a new job for bores and cut-outs.
 const MILL: &str = "end mill 1.5";
-/// Its smaller mill.
 const SMALL_MILL: &str = "end mill 0.8";
 
-/// The bits that a new job has.
+/// The tools of a new job.
 pub fn usual_bits() -> Vec<Bit> {
     let bit = |name: &str, um, cutter| Bit {
         diameter: Length::from_um(um),
@@ -66,36 +65,62 @@ pub fn usual_bits() -> Vec<Bit> {
 }
 
 impl Operation {
-    /// An operation of the kind called `word` on `face` with its usual values; none for an unknown kind.
-    pub fn usual(word: &str, face: Face, machine: &Machine) -> Option<Self> {
-        let action = OperationKind::usual(word, machine)?;
-        let (bit, depth, depth_per_pass, feed, plunge) = match &action {
-            OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => {
-                (VEE, 80, 0, 6.0, 1.5)
-            }
-            OperationKind::Drill(_) => {
-                ("", 0, 0, machine.process.feed_mm_per_s, machine.process.feed_mm_per_s)
-            }
-            OperationKind::MillHoles(_) | OperationKind::CutOut(_) => (MILL, 0, 600, 5.0, 1.5),
+    /// An operation of the kind called `word` on `face` with default values; `None` for an unknown kind. Its
+    /// speeds are those of the machine that it is planned for.
+    pub fn usual(word: &str, face: Face) -> Option<Self> {
+        let action = OperationKind::usual(word)?;
+        let (bit, depth, depth_per_pass) = match &action {
+            OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => (VEE, 80, 0),
+            OperationKind::Drill(_) => ("", 0, 0),
+            OperationKind::MillHoles(_) | OperationKind::CutOut(_) => (MILL, 0, 600),
         };
         Some(Self {
             name: String::new(),
             on: true,
             face,
             bit: bit.to_owned(),
-            feed_mm_per_s: feed,
-            plunge_mm_per_s: plunge,
-            spindle_rpm: machine.process.spindle_rpm,
+            feed_mm_per_s: None,
+            plunge_mm_per_s: None,
+            spindle_rpm: None,
             depth: Length::from_um(depth),
             depth_per_pass: Length::from_um(depth_per_pass),
             action,
         })
     }
+
+    /// Its speeds on `machine`: those that the user set, else defaults. Not limited.
+    pub fn speeds(&self, machine: &Machine) -> Speeds {
+        let process = &machine.process;
+        let mill_down = MILL_DOWN_MM_PER_S.min(process.feed_mm_per_s);
+        let (feed, plunge) = match &self.action {
+            OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => {
+                (6.0, mill_down)
+            }
+            OperationKind::Drill(_) => (process.feed_mm_per_s, process.feed_mm_per_s),
+            OperationKind::MillHoles(_) | OperationKind::CutOut(_) => (5.0, mill_down),
+        };
+        Speeds {
+            feed_mm_per_s: self.feed_mm_per_s.unwrap_or(feed),
+            plunge_mm_per_s: self.plunge_mm_per_s.unwrap_or(plunge),
+            spindle_rpm: self.spindle_rpm.unwrap_or(process.usual_rpm()),
+        }
+    }
+}
+
+/// Speeds of an operation on a machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speeds {
+    /// Feed in XY, mm/s.
+    pub feed_mm_per_s: f64,
+    /// Plunge feed, mm/s.
+    pub plunge_mm_per_s: f64,
+    /// Spindle speed, rpm.
+    pub spindle_rpm: u32,
 }
 
 impl Work {
-    /// The job that `board` opens with on `machine`: grooves round the copper of each side that has any, holes, slots and
-    /// the outline. A board with copper on both sides is turned over about two pins, its bottom first.
+    /// The default job of `board` on `machine`: isolates the copper of each side, makes holes and slots, cuts
+    /// out. A board with copper on both sides is flipped about two pins, its bottom first.
     pub fn default_for(board: &Board, machine: &Machine) -> Self {
         let has = |face| board.copper.iter().any(|copper| copper.face == face && !copper.region.is_empty());
         let (top, bottom) = (has(Face::Top), has(Face::Bottom));
@@ -112,7 +137,7 @@ impl Work {
         wanted.extend(makes_holes(board, machine).map(|word| (word, last)));
         wanted.extend((!board.outline.is_empty()).then_some(("cut_out", last)));
         let mut operations: Vec<Operation> =
-            wanted.iter().filter_map(|(word, face)| Operation::usual(word, *face, machine)).collect();
+            wanted.iter().filter_map(|(word, face)| Operation::usual(word, *face)).collect();
         if let Some(Operation { action: OperationKind::Drill(drill), .. }) =
             operations.first_mut().filter(|_| setup.alignment.pairs > 0)
         {
@@ -121,10 +146,10 @@ impl Work {
         Self { setup, bits: usual_bits(), operations }
     }
 
-    /// The job that makes the holes and slots of `board` on `machine` and nothing else, seen from above as in the files: round
-    /// holes are drilled in this order, slots and holes that no drill of the rack fits are milled.
+    /// A job that only makes the holes and slots of `board` on `machine`, seen from above as in the files.
+    /// Round holes are drilled in this order; slots and holes without a suitable drill are milled.
     pub fn drilling(board: &Board, machine: &Machine, order: HoleOrder) -> Self {
-        let usual = |word| Operation::usual(word, Face::Top, machine);
+        let usual = |word| Operation::usual(word, Face::Top);
         let mut operations: Vec<Operation> = makes_holes(board, machine).filter_map(usual).collect();
         for operation in &mut operations {
             if let OperationKind::Drill(drill) = &mut operation.action {
@@ -141,7 +166,7 @@ fn makes_holes(board: &Board, machine: &Machine) -> impl Iterator<Item = &'stati
     let drilled = |size: Option<Length>| {
         size.is_none_or(|size| super::rack::nearest(&drills, size, machine.rack_tolerance).is_some())
     };
-    // A hole without a size is no milling matter.
+    // A hole without a size can't be milled.
     let mills = !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter));
     [("drill", !board.holes.is_empty()), ("mill_holes", mills)]
         .into_iter()

@@ -1,246 +1,230 @@
-//! What a person chose for a job: the work. Plain data that page, job file and command line share.
+//! The job as the user set it up. Plain data for page, job file and command line.
 //!
 //! ```text
-//!  Work ─┬─ setup        which side is up, how the board is turned over, panel, alignment holes, zones to keep out of
-//!        ├─ bits         the bits of the job by name (drills come from the machine's rack)
-//!        └─ operations   isolate · clear · engrave · drill · bore · cut out, in the order in which they are done
+//!  Work ─┬─ setup        side that is up, flip, panel, alignment holes, zones
+//!        ├─ bits         the tools of the job by name (drills come from the machine's tools)
+//!        └─ operations   isolate · clear · engrave · drill · bore · cut out, in order of execution
 //! ```
 //!
-//! Comes in: a person's choice; what is usual stands in `usual`. Goes out: [`Work`].
-//! Lengths in whole nanometres, speeds in mm/s; depths are positive downwards from the surface. Does not know how toolpaths
-//! are made.
+//! Lengths in whole nanometres, speeds in mm/s; depths are positive downwards from the surface.
 
 use super::HoleOrder;
 use crate::board::{Board, Face};
 use crate::geometry::{Bounds, Point};
 use crate::job::Bit;
 use crate::locale;
+use crate::machine::Machine;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A job as chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Work {
-    /// How the board lies.
     pub setup: Setup,
-    /// The bits of the job; names are unique.
+    /// Names are unique.
     pub bits: Vec<Bit>,
-    /// What is done, in order.
+    /// In order of execution.
     pub operations: Vec<Operation>,
 }
 
-/// How the board lies on the machine.
+/// Placement of the board on the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
     /// The side that is up; only operations of this side are planned.
     pub face: Face,
-    /// How the board is turned over for its bottom side.
+    /// Flip for the bottom side.
     pub flip: Flip,
-    /// Copies side by side.
     pub panel: Panel,
-    /// Holes for pins that hold the board when it is turned over.
+    /// Pin holes that align the board after a flip.
     pub alignment: Alignment,
-    /// Which corner becomes the work zero.
     pub zero: Zero,
-    /// How far toolpaths may go beyond the board's outline.
+    /// How far toolpaths may leave the board's outline.
     pub margin: Length,
-    /// Where no bit may go, in the coordinates of the files.
+    /// Zones that tools must not enter, in the coordinates of the files.
     pub exclusions: Vec<Bounds>,
 }
 
-/// How a board is turned over.
+/// How a board is flipped.
 ///
 /// ```text
-///   left_right   ┌──┊──┐  the axis stands upright:      top_bottom  ┌─────┐  the axis lies:
+///   left_right   ┌──┊──┐  vertical axis:               top_bottom  ┌─────┐  horizontal axis:
 ///                │ F┊  │  X is mirrored                             ┄┄┄┄┄┄┄  Y is mirrored
 ///                └──┊──┘                                            └─────┘
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Flip {
-    /// About an upright axis: X is mirrored.
+    /// About a vertical axis: X is mirrored.
     #[default]
     LeftRight,
-    /// About a lying axis: Y is mirrored.
+    /// About a horizontal axis: Y is mirrored.
     TopBottom,
 }
 
-/// The place that becomes the work zero.
+/// The position that becomes the work zero.
 ///
 /// ```text
 ///      o┌─────┐
-///       │  B  │o pins      board: B's lower left corner    blank: that of all there is, pins too
-///       └─────┘            file: where the files have their zero
+///       │  B  │o pins      board: lower left corner of B      blank: of everything, including pins
+///       └─────┘            file: zero of the files
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Zero {
-    /// The lower left corner of the outline's box.
+    /// The lower left corner of the outline's bounds.
     #[default]
     Board,
-    /// The lower left corner of all there is: outline, copper, holes, pins.
+    /// The lower left corner of everything: outline, copper, holes, pins.
     Blank,
-    /// The zero of the files, mirrored with the board where its bottom is up.
+    /// The zero of the files, mirrored with the board if its bottom is up.
     File,
 }
 
-/// Copies of the board side by side.
+/// Copies of the board in a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Panel {
-    /// How many beside each other, 1 … 50.
+    /// Copies along X, 1 … 50.
     pub columns: u32,
-    /// How many behind each other, 1 … 50.
+    /// Copies along Y, 1 … 50.
     pub rows: u32,
     /// Between the outlines of neighbours.
     pub gap: Length,
 }
 
-/// Holes for pins, symmetric about the axis that the board is turned about.
+/// Pin holes, symmetric about the flip axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Alignment {
-    /// Pairs of holes; 0 is none.
+    /// 0 for none.
     pub pairs: u32,
-    /// Diameter of the pins.
     pub diameter: Length,
-    /// From the outline to the middle of a hole.
+    /// From the outline to the centre of a hole.
     pub margin: Length,
-    /// How deep they go below the board into the bed.
+    /// Depth below the board, into the bed.
     pub depth: Length,
 }
 
 impl Setup {
-    /// The holes for pins among those of a board as it lies with them: the last ones.
+    /// The pin holes among the holes of a placed board: the last ones.
     pub fn pins(&self, laid: &Board) -> Range<u32> {
         let all = laid.holes.len() as u32;
         all.saturating_sub(2 * self.alignment.pairs)..all
     }
 }
 
-/// One thing that is done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Operation {
-    /// Name for people.
     pub name: String,
-    /// Whether it is done.
+    /// False for an operation that is switched off.
     pub on: bool,
-    /// On which side.
     pub face: Face,
-    /// Name of its bit among [`Work::bits`]; drilling takes its bits from the rack.
+    /// Name of its tool in [`Work::bits`]; drilling uses the machine's drills.
     pub bit: String,
-    /// Feed in the plane, mm/s.
-    pub feed_mm_per_s: f64,
-    /// Feed straight down, mm/s.
-    pub plunge_mm_per_s: f64,
-    /// Spindle speed, rpm.
-    pub spindle_rpm: u32,
-    /// Depth below the surface; 0 for through the board and the machine's breakthrough.
+    /// Feed in XY, mm/s; `None`: the machine's default ([`Operation::speeds`]).
+    pub feed_mm_per_s: Option<f64>,
+    /// Plunge feed, mm/s; `None`: the machine's default.
+    pub plunge_mm_per_s: Option<f64>,
+    /// Spindle speed, rpm; `None`: the machine's.
+    pub spindle_rpm: Option<u32>,
+    /// Depth below the surface; 0: through the board plus the machine's breakthrough.
     pub depth: Length,
-    /// Greatest depth of one pass; 0 for all at once.
+    /// Greatest depth of one pass; 0: a single pass.
     pub depth_per_pass: Length,
-    /// What is done.
     pub action: OperationKind,
 }
 
-/// The kinds of operations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OperationKind {
-    /// Cut grooves round the copper.
+    /// Cut grooves around the copper.
     Isolate(Isolate),
-    /// Take all copper away that does not belong to the picture.
+    /// Remove all copper outside the design.
     Clear(Clear),
-    /// Follow lines with the middle of the bit.
+    /// Follow lines with the tool centre.
     Engrave(Engrave),
-    /// Drill round holes.
     Drill(Drill),
-    /// Mill slots, and holes for which there is no drill.
+    /// Mill slots, and holes without a suitable drill.
     MillHoles(MillHoles),
-    /// Cut the board out.
+    /// Cut out the board.
     CutOut(CutOut),
 }
 
-/// Sense of cutting, for a spindle that turns clockwise seen from above.
+/// Cutting direction, for a spindle that turns clockwise seen from above.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CutDirection {
-    /// What stays is on the right of the bit's way.
+    /// The remaining material is on the right of the tool's path.
     #[default]
     Climb,
-    /// What stays is on the left of the bit's way.
+    /// The remaining material is on the left of the tool's path.
     Conventional,
 }
 
-/// Isolation passes round the copper.
+/// Isolation passes around the copper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Isolate {
-    /// How many grooves beside each other, 1 … 20.
+    /// Number of grooves side by side, 1 … 20.
     pub passes: u32,
-    /// How much of its width a groove shares with its neighbour, in per cent, below 100.
+    /// Overlap of neighbouring grooves, in per cent of their width, below 100.
     pub overlap_percent: f64,
-    /// Sense of cutting of the groove beside the copper.
+    /// Cutting direction of the groove next to the copper.
     pub direction: CutDirection,
-    /// How far a closed groove goes on beyond its start.
+    /// How far a closed groove continues beyond its start.
     pub loop_overlap: Length,
     /// One groove in the middle between neighbours: all other copper stays.
     pub voronoi: bool,
-    /// Strips of copper too thin to hold, which grooves leave between them, are milled away.
+    /// Mill away strips of copper between grooves that are too thin to hold.
     pub slivers: bool,
-    /// Names of smaller bits, for the gaps that the bits before them did not reach.
+    /// Names of smaller tools, for gaps that the previous tools could not enter.
     pub further: Vec<String>,
-    /// Places that a person wants done otherwise.
+    /// Local changes that the user chose.
     pub cures: Vec<LocalIsolation>,
 }
 
-/// One place where isolation is done otherwise.
+/// A local change of isolation at one gap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocalIsolation {
-    /// The gap on one of its sides, in the coordinates of the board as it lies for this operation.
+    /// One side of the gap, in the coordinates of the board as placed for this operation.
     pub from: Point,
-    /// The gap on its other side.
+    /// The other side of the gap.
     pub to: Point,
-    /// What is done.
     pub with: Remedy,
 }
 
-/// What is done with a gap that is too narrow for the bit.
+/// Remedy for a gap too narrow for the tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Remedy {
-    /// Another bit cuts it, by name; a V-bit as deep as fits the gap.
+    /// Another tool, by name; a V-bit as deep as fits the gap.
     Bit(String),
-    /// The same V-bit cuts it at this depth.
+    /// The V-bit at this depth.
     Depth(Length),
-    /// The thinnest bit of the operation cuts its middle, a V-bit no deeper than must be, and takes from the copper on both
-    /// sides what it is too wide.
+    /// The narrowest tool of the operation in the middle of the gap, a V-bit no deeper than necessary. Its
+    /// excess width is lost from the copper on both sides.
     Centred,
 }
 
-/// All copper away that does not belong to the picture.
+/// Remove all copper outside the design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clear {
-    /// How far neighbouring toolpaths are apart, in per cent of the width of the cut, above 0, at most 100.
+    /// Distance of neighbouring toolpaths, in per cent of the cut's width, above 0, at most 100.
     pub stepover_percent: f64,
-    /// What is kept around the copper beyond the bit itself.
+    /// Extra distance from the copper.
     pub margin: Length,
-    /// Sense of cutting.
     pub direction: CutDirection,
-    /// Names of smaller bits, for what the bits before them did not reach.
+    /// Names of smaller tools, for areas that the previous tools did not reach.
     pub further: Vec<String>,
 }
 
-/// Lines that the middle of the bit follows.
+/// Lines that the tool centre follows.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Engrave {
-    /// Which lines.
     pub of: Lines,
 }
 
-/// Lines of a board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Lines {
-    /// The middle lines of the strokes of the legend.
+    /// The centre lines of the silkscreen.
     #[default]
     Legend,
     /// The board's outline.
@@ -249,82 +233,74 @@ pub enum Lines {
     Copper,
 }
 
-/// Round holes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drill {
-    /// Which holes.
     pub holes: Holes,
-    /// Their order.
     pub order: HoleOrder,
-    /// How far a hole's size may be from the bit used for it.
-    pub tolerance: Length,
-    /// Depth after which the bit comes up to clear itself; 0 for never.
+    /// Largest difference between a hole and its drill; `None`: the machine's `rack.tolerance`.
+    pub tolerance: Option<Length>,
+    /// Depth of a peck, after which the drill retracts to clear chips; 0 for none.
     pub peck: Length,
-    /// Angle of the drills' points in degrees: through a board they go deeper by the height of the point; 180 is flat.
+    /// Point angle of the drills in degrees: through a board they go deeper by the height of the point; 180
+    /// is flat.
     pub point_deg: f64,
-    /// The same for single drills of the rack, by their diameter.
+    /// Point angle of individual drills, by diameter.
     pub points: Vec<(Length, f64)>,
 }
 
-/// Sets of holes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Holes {
     /// The holes of the board.
     #[default]
     Board,
-    /// The holes for pins, symmetric about the axis of turning over.
+    /// The pin holes, symmetric about the flip axis.
     Alignment,
 }
 
-/// Slots, and holes for which there is no drill.
+/// Slots, and holes without a suitable drill.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MillHoles {
-    /// Slots too.
     pub slots: bool,
-    /// Round holes that no drill of the rack fits.
+    /// Round holes without a suitable drill.
     pub holes: bool,
-    /// Sense of cutting.
     pub direction: CutDirection,
-    /// Names of smaller bits, for what the bit does not fit into.
+    /// Names of smaller tools, for features too narrow for the tool.
     pub further: Vec<String>,
 }
 
-/// The board is cut out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CutOut {
-    /// On which side of the outline the bit runs.
+    /// Side of the outline for the tool's path.
     pub side: CutSide,
-    /// Sense of cutting.
     pub direction: CutDirection,
-    /// How many tabs hold the board, spread evenly along the outline; 0 for none.
+    /// Number of tabs, spread evenly along the outline; 0 for none.
     pub tabs: u32,
-    /// Width of a tab.
     pub tab_width: Length,
     /// Height of a tab above the bottom of the board; with mouse-bites a tab is as high as the board.
     pub tab_height: Length,
-    /// Middles of tabs by hand, each put on the nearest place of the outline; where there are any, none is spread.
+    /// Middles of user-placed tabs, each at the nearest point of the outline; if there are any, none are
+    /// spread.
     pub tab_at: Vec<Point>,
     /// Rows of holes across the tabs, so that they break.
     pub bites: bool,
-    /// Diameter of a mouse-bite hole.
     pub bite_hole: Length,
-    /// From hole to hole.
+    /// Distance of mouse-bite holes.
     pub bite_pitch: Length,
-    /// Angle in degrees at which the bit goes down along its way; 0 for straight down.
+    /// Ramp angle in degrees along the path; 0 for straight down.
     pub ramp_deg: f64,
-    /// Names of smaller bits, for inner contours and inlets that the bits before them did not get into.
+    /// Names of smaller tools, for inner contours and inlets that the previous tools could not enter.
     pub further: Vec<String>,
 }
 
-/// On which side of the outline the bit runs.
+/// Side of the outline for the tool's path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CutSide {
     /// The board keeps its size.
     #[default]
     Outside,
-    /// The bit runs on the line.
+    /// The tool centre is on the line.
     On,
 }
 
@@ -359,7 +335,8 @@ impl Default for Isolate {
 }
 
 impl Isolate {
-    /// Has the gap between `from` and `to` done with this remedy, whatever was chosen for it before. Whether that is new.
+    /// Sets the remedy for the gap between `from` and `to`, replacing an earlier one. True if that is a
+    /// change.
     pub fn cure(&mut self, from: Point, to: Point, with: Remedy) -> bool {
         let cure = LocalIsolation { from, to, with };
         let new = !self.cures.contains(&cure);
@@ -401,8 +378,15 @@ impl Default for CutOut {
     }
 }
 
+impl Drill {
+    /// Largest difference between a hole and its drill, on `machine`.
+    pub fn tolerance_on(&self, machine: &Machine) -> Length {
+        self.tolerance.unwrap_or(machine.rack_tolerance)
+    }
+}
+
 impl OperationKind {
-    /// Its word in files.
+    /// Name in files.
     pub const fn word(&self) -> &'static str {
         match self {
             Self::Isolate(_) => "isolate",
@@ -414,22 +398,21 @@ impl OperationKind {
         }
     }
 
-    /// The key of what people call it, in the locale tables.
+    /// Message key of its name, in the locale tables.
     pub fn title_key(&self) -> String {
         format!("page.cam.word.{}", self.word())
     }
 
-    /// The words of all kinds, in the order in which a job does them.
+    /// The names of all kinds, in the usual order of a job.
     pub const WORDS: [&'static str; 6] = ["isolate", "clear", "engrave", "drill", "mill_holes", "cut_out"];
 }
 
 impl Work {
-    /// The bit called `name`.
     pub fn bit(&self, name: &str) -> Option<&Bit> {
         self.bits.iter().find(|bit| bit.name == name)
     }
 
-    /// The sides that have something to do, in the order of their first operations.
+    /// The sides with active operations, in the order of their first operations.
     pub fn faces(&self) -> Vec<Face> {
         let mut faces = Vec::new();
         for operation in self.operations.iter().filter(|operation| operation.on) {
@@ -440,7 +423,7 @@ impl Work {
         faces
     }
 
-    /// The angle of the drills' points, where an operation drills.
+    /// Point angle of the drills, if an operation drills.
     pub fn point_deg(&self) -> Option<f64> {
         self.operations.iter().filter(|one| one.on).find_map(|one| match &one.action {
             OperationKind::Drill(drill) => Some(drill.point_deg),
@@ -450,12 +433,13 @@ impl Work {
 }
 
 impl Operation {
-    /// What sentences call it: its name, else the word for what it does.
+    /// Its name in messages: its own, else that of its kind.
     pub fn title(&self) -> String {
         if self.name.is_empty() { locale::word(&self.action.title_key()) } else { self.name.clone() }
     }
 
-    /// The names of all bits that it uses: its own first, then further ones, then those of cures. None for drilling.
+    /// The names of all its tools: its main tool, smaller tools, then those of local changes. Empty for
+    /// drilling.
     pub fn bit_names(&self) -> Vec<&str> {
         let own = self.bit.as_str();
         let further = match &self.action {

@@ -1,7 +1,5 @@
-//! The rules between axes, spindle, gates and legs.
-//!
-//! Comes in: segments, the heights of the spindles in them, and where they stand in time. Goes out: rules broken. Looks at
-//! single pulses only where plane and spindles step at the same time.
+//! Rules between axes, spindle, gates and legs.
+//! Single pulses are examined only if XY and spindles step at one time.
 
 use crate::diagnostic::Diagnostic;
 use crate::job::{Gate, Input, Mark, Otherwise, Stage, Switching};
@@ -10,38 +8,38 @@ use crate::steps::replay;
 use crate::steps::stream::{Run, Segment, rounded};
 use crate::units::{Length, TICK_HZ};
 
-/// The tip must be this far over the surface before X or Y may step, or at the safe height where that is lower. Where plane
-/// and spindles move together, the machine says how far.
+/// Least height of the tip over the surface for X or Y steps, unless the safe height is lower. If XY and
+/// spindles move together, the machine's setting applies.
 const CLEARANCE: Length = Length::from_um(200);
 
-/// How high the spindles are in a segment, steps over the surface.
+/// Spindle heights in a segment, in steps over the surface.
 pub(super) struct Heights<'a> {
-    /// Before it, one for each spindle.
+    /// Before the segment, one per spindle.
     pub(super) starts: &'a [i64],
-    /// The lowest of all of them in it.
+    /// Lowest height of any spindle in the segment.
     pub(super) low_z: i64,
 }
 
-/// What the rules have to remember from segment to segment.
+/// State between segments.
 #[derive(Debug)]
 pub(super) struct Interlocks {
     /// Steps from the surface to the clearance.
     clearance: i64,
     spin_up_ticks: u64,
     spindle_rpm: u32,
-    /// When the spindle was last told another speed.
+    /// Tick of the latest change of the spindle speed.
     spindle_since: u64,
-    /// The stroke before may have ended on the contact sensor: the tip stands on the board.
+    /// The previous plunge may have ended on the contact sensor, with the tip on the board.
     touching: bool,
-    /// How long the presser foot takes; none where there is none.
+    /// Travel time of the presser foot; none without a foot.
     foot_ticks: Option<u64>,
     foot_down: bool,
-    /// When it is where it was sent to.
+    /// Tick at which the foot arrives.
     foot_there: u64,
 }
 
 impl Interlocks {
-    /// For `machine`, spindle off.
+    /// Starts with the spindle off.
     pub(super) fn new(machine: &Machine) -> Self {
         let overlap = machine.overlap;
         let wanted = if overlap.on { Length::from_mm(overlap.clear_mm) } else { CLEARANCE };
@@ -59,12 +57,12 @@ impl Interlocks {
         }
     }
 
-    /// Whether the spindle was left running.
+    /// True if the spindle was left on.
     pub(super) fn spindle_runs(&self) -> bool {
         self.spindle_rpm > 0
     }
 
-    /// One segment that begins at tick `now`, and the one after it.
+    /// Checks one segment that starts at tick `now`, and its transition to the next one.
     pub(super) fn segment(
         &mut self,
         segment: &Segment,
@@ -106,7 +104,8 @@ impl Interlocks {
         let pressed = self.foot_down && is_there;
         refuse(self.foot_ticks.is_some() && drills && !pressed, "check.foot_up");
         refuse(in_plane && (self.foot_down || !is_there), "check.foot_down");
-        // A bit that stands still may touch the board, and rise from it again: where it touches nothing, that is an alarm.
+        // A bit may touch the board without turning, and rise again, because the contact sensor ends that
+        // move or raises an alarm.
         let touch = |gate: Gate| gate.input == Input::Contact && gate.otherwise == Otherwise::Alarm;
         let touches = segment.gate.is_some_and(touch);
         let rises = std::mem::replace(&mut self.touching, touches) && begins_upwards(segment);
@@ -123,15 +122,16 @@ impl Interlocks {
     }
 }
 
-/// Whether a segment moves spindles, and all of them first upwards.
+/// True if the segment moves spindles, and all of them upwards first.
 fn begins_upwards(segment: &Segment) -> bool {
     let sets = segment.runs.chunk_by(|a, b| a.axes == b.axes).filter_map(|runs| runs.first());
     let mut spindles = sets.filter(|first| first.axes & !0b11 != 0).peekable();
     spindles.peek().is_some() && spindles.all(|first| first.forward)
 }
 
-/// Whether the plane steps while any spindle is below the clearance. Mostly the ticks at which spindles pass it tell: the plane
-/// begins after they rose and ends before they go down. Where they do not, it is looked at pulse by pulse.
+/// True if XY steps while any spindle is below the clearance. The ticks at which spindles cross the clearance
+/// usually decide: XY starts after they rose and ends before they go down. If not, the check replays every
+/// pulse.
 fn drags(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
     let Some((first, last)) = plane_ticks(segment) else { return false };
     let meets = |low: Low| low.from <= last && low.until.is_none_or(|until| until > first);
@@ -140,13 +140,13 @@ fn drags(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
     all.any(meets) && drags_by_pulses(segment, starts, clearance)
 }
 
-/// A time in which a spindle is below the clearance: ticks from the start of the segment, the last not included.
+/// Time during which a spindle is below the clearance: ticks from the start of the segment, half-open.
 struct Low {
     from: i128,
     until: Option<i128>,
 }
 
-/// The ticks of the first and the last step of X and Y.
+/// Ticks of the first and the last step of X and Y.
 fn plane_ticks(segment: &Segment) -> Option<(i128, i128)> {
     let sets = segment.runs.chunk_by(|a, b| a.axes == b.axes).filter(|runs| runs[0].axes & 0b11 != 0);
     let ends =
@@ -154,7 +154,7 @@ fn plane_ticks(segment: &Segment) -> Option<(i128, i128)> {
     ends.reduce(|all, set| (all.0.min(set.0), all.1.max(set.1)))
 }
 
-/// When `axis`, which stands at `start`, is below the clearance.
+/// Times at which `axis`, starting at `start`, is below the clearance.
 fn lows(segment: &Segment, axis: usize, start: i64, clearance: i64) -> Vec<Low> {
     let mut lows = Vec::new();
     let (mut height, mut tick) = (start, 0);
@@ -178,7 +178,7 @@ fn lows(segment: &Segment, axis: usize, start: i64, clearance: i64) -> Vec<Low> 
     lows
 }
 
-/// The same, pulse by pulse.
+/// Like [`drags`], by replaying every pulse.
 fn drags_by_pulses(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
     let mut heights = starts.to_vec();
     replay(segment).any(|pulse| {
@@ -198,7 +198,7 @@ mod tests {
     use crate::machine::Steps;
 
     #[test]
-    fn a_bit_that_stands_still_goes_down_only_where_touching_nothing_is_an_alarm() {
+    fn stopped_spindle_plunges_only_if_no_contact_is_an_alarm() {
         let found = |otherwise| {
             let mut rules = Interlocks::new(&crate::machine::hobby_3018());
             let down = Run { axes: 4, forward: false, interval: 10_000, fraction: 0, count: 9, change: 0 };
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_ticks_tell_is_what_the_pulses_tell() {
+    fn drags_by_ticks_equal_drags_by_pulses() {
         let seed = 20_261_123_u64;
         println!("seed {seed}");
         let mut chance = Chance::new(seed);

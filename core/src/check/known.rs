@@ -1,30 +1,28 @@
-//! Sweeps of an axis that were walked and found lawful: the same one need not be walked again.
+//! Cache of verified sweeps of an axis, so that equal sweeps are not checked again.
 //!
 //! ```text
-//! rest ─▶ first step │ run run run … │ rest            the same tick for tick, whenever it begins: found
+//! rest ─▶ first step │ run run run … │ rest            equal tick for tick, at any start time: a cache hit
 //! ```
-//!
-//! Comes in: runs between two rests. Goes out: whether the very same were there before, and where they lead. Knows no law.
 
 use crate::steps::stream::Run;
 
-/// So many sweeps of an axis are kept, those that came again last.
+/// Cached sweeps per axis, least recently used out first.
 const MOST: usize = 8;
 
-/// Longer sweeps are not kept, runs.
+/// Longest cached sweep, in runs.
 const LONGEST: usize = 10_000;
 
-/// All that decides what is found in a sweep.
+/// Everything that the verdict on a sweep depends on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep<'a> {
     pub(super) runs: &'a [Run],
-    /// Whether the axis rests before the first step, long enough that nothing before it counts.
+    /// The axis rested before the first step long enough that earlier motion doesn't matter.
     pub(super) rested: bool,
-    /// Ticks from the last step to the end of the segment; none where the axis rests long.
+    /// Ticks from the last step to the end of the segment; none if the axis rests long.
     pub(super) tail: Option<i128>,
 }
 
-/// Where a sweep leads, steps from where it began.
+/// Extent of a sweep, in steps from its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Reach {
     pub(super) low: i64,
@@ -42,7 +40,7 @@ struct Kept {
     way: Reach,
 }
 
-/// Sweeps that were found lawful, the latest first.
+/// Verified sweeps, the latest first.
 #[derive(Debug)]
 pub(super) struct Known {
     kept: Vec<Kept>,
@@ -56,14 +54,14 @@ impl Default for Known {
 }
 
 impl Known {
-    /// Where the sweep leads, where the same one was found lawful.
+    /// Extent of the sweep, if an equal one was verified.
     pub(super) fn find(&mut self, sweep: &Sweep<'_>) -> Option<Reach> {
         let place = self.kept.iter().position(|kept| kept.is(sweep))?;
         self.kept[..=place].rotate_right(1);
         self.kept.first().map(|kept| kept.way)
     }
 
-    /// Keeps a sweep that was found lawful.
+    /// Caches a verified sweep.
     pub(super) fn learn(&mut self, sweep: &Sweep<'_>) {
         let Some(last) = sweep.runs.last().filter(|_| sweep.runs.len() <= LONGEST) else { return };
         let mut way = Reach { low: 0, high: 0, end: 0, forward: last.forward };
@@ -76,7 +74,7 @@ impl Known {
         self.kept.truncate(self.most);
     }
 
-    /// Nothing is known, and nothing learnt.
+    /// A cache that stays empty.
     #[cfg(test)]
     pub(super) fn nothing() -> Self {
         Self { kept: Vec::new(), most: 0 }
@@ -91,7 +89,7 @@ impl Kept {
         else {
             return false;
         };
-        // After a rest a run of one step only says when.
+        // After a rest, a run of one step only sets the start time, so its interval may differ.
         let whenever = sweep.rested && first.count == 1;
         let begins =
             if whenever { Run { interval: own.interval, fraction: own.fraction, ..*first } } else { *first };

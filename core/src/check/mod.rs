@@ -1,21 +1,26 @@
-//! The independent checker of a step stream (N14): it knows the stream and the machine, no program and no planner.
+//! The independent checker of step streams. Input is only the stream and the machine, not the program or the
+//! planner's data.
 //!
 //! | rule | refused with |
 //! |---|---|
-//! | only axes that exist step, runs are not empty, totals stay within bounds | `check.axis_missing`, `check.empty_run`, `check.too_large` |
-//! | every segment ends where it says, in the time it says | `check.count`, `check.late_step` |
+//! | only existing axes step | `check.axis_missing` |
+//! | no run is empty | `check.empty_run` |
+//! | totals stay within bounds | `check.too_large` |
+//! | every segment ends at its stated position, in its stated time | `check.count`, `check.late_step` |
 //! | no axis leaves its range | `check.range` |
-//! | no pulse closer to the last than the drive allows, directions set up in time | `check.interval`, `check.direction_setup` |
-//! | mean speed over 8 steps, and its change over 5 ms, within the axis's limits; in milled paths the jump of a corner besides | `check.speed`, `check.acceleration` |
-//! | no XY step while any bit is below the clearance over the board, but for milling | `check.xy_in_board` |
-//! | no spindle is told a speed that no machine has | `check.spindle_speed` |
-//! | no bit below the surface before the spindle runs, and has had its time to spin up | `check.spindle_off`, `check.spin_up` |
-//! | a gate only where a single axis moves | `check.gate_not_alone` |
-//! | bits are changed with the spindle off and up | `check.await_bit` |
-//! | every leg ends above the board, or the next one goes on by lifting it; the stream ends with the spindle off | `check.leg_ends_low`, `check.spindle_left_on` |
+//! | pulses keep the drive's least interval | `check.interval` |
+//! | directions are set up in time | `check.direction_setup` |
+//! | mean speed over 8 steps within the axis's limit | `check.speed` |
+//! | change of mean speed over 5 ms within the axis's limit, more in corners | `check.acceleration` |
+//! | no XY step while any bit is below the clearance over the board, except milling | `check.xy_in_board` |
+//! | spindle speeds are plausible | `check.spindle_speed` |
+//! | no bit below the surface until the spindle has spun up | `check.spindle_off`, `check.spin_up` |
+//! | gates only on moves of a single axis | `check.gate_not_alone` |
+//! | tool changes only with the spindle off and up | `check.await_bit` |
+//! | every leg ends above the board, or the next one starts with a lift | `check.leg_ends_low` |
+//! | the stream ends with the spindle off | `check.spindle_left_on` |
 //!
-//! Comes in: a stream, a machine, where its work zero is. Goes out: a [`CheckReport`], or every reason why not. A
-//! stream passes only if nothing at all was found.
+//! Any violation refuses the stream.
 
 mod interlocks;
 mod known;
@@ -31,35 +36,32 @@ use interlocks::{Heights, Interlocks};
 use pulses::Walker;
 use std::borrow::Borrow;
 
-/// The longest stream: ten days, in ticks.
+/// Longest stream: ten days, in ticks.
 const MOST_TICKS: u64 = 10 * 24 * 3600 * crate::units::TICK_HZ;
 
-/// The most steps of all axes together.
+/// Most steps of all axes together.
 const MOST_STEPS: u64 = 20_000_000_000;
 
-/// After so many diagnostics the rest of the stream is not looked at.
+/// The check stops after this many problems.
 const MOST_DIAGNOSTICS: usize = 20;
 
-/// What a stream that passed does.
+/// Summary of a stream that passed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CheckReport {
-    /// How long it takes.
     pub total_ticks: u64,
-    /// Steps of every axis, both ways together.
+    /// Steps of each axis, in both directions.
     pub steps: [u64; AXES],
-    /// Lowest position of every axis, steps from the work zero.
+    /// Lowest position of each axis, steps from the work zero.
     pub lowest: Steps,
-    /// Highest position of every axis.
+    /// Highest position of each axis, steps from the work zero.
     pub highest: Steps,
-    /// Holes drilled.
     pub holes: u32,
-    /// Segments.
     pub segments: usize,
-    /// Runs.
     pub runs: usize,
 }
 
-/// The work zero (machine coordinates, in steps) that leaves a board the most room: the low corner, on the surface.
+/// The work zero with the most room for a board: the low corner, on the surface. Machine coordinates, in
+/// steps.
 pub fn corner_zero(machine: &Machine) -> Steps {
     let mut zero = machine.on_surface();
     zero[0] = machine.x.scale.steps(machine.x.min);
@@ -67,8 +69,8 @@ pub fn corner_zero(machine: &Machine) -> Steps {
     zero
 }
 
-/// The same for a program that goes as low as `low` in work coordinates: so far from the corner that all of it is in the
-/// range, as a cut round a board goes outside of the board's own corner.
+/// Like [`corner_zero`], for a program with the lowest work coordinates `low`. Moves the zero into the range,
+/// because a cut-out extends beyond the board's corner.
 pub fn roomy_zero(machine: &Machine, low: Point) -> Steps {
     let mut zero = corner_zero(machine);
     zero[0] -= machine.x.scale.steps(low.x.min(Length::ZERO));
@@ -76,7 +78,7 @@ pub fn roomy_zero(machine: &Machine, low: Point) -> Steps {
     zero
 }
 
-/// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, every tip on the board's surface.
+/// Checks `stream`. `zero_steps` is the work zero in machine coordinates, with every tip on the surface.
 pub fn verify(
     stream: &StepStream,
     machine: &Machine,
@@ -85,7 +87,7 @@ pub fn verify(
     verify_each(&stream.start, || stream.segments.iter(), machine, zero_steps)
 }
 
-/// The same of a stream that is not there as a whole: from `start`, the `segments`, which are asked for twice.
+/// Like [`verify`], for a stream that is never in memory as a whole. Calls `segments` twice.
 pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
     start: &Steps,
     segments: impl Fn() -> I,
@@ -133,7 +135,7 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
     Ok(report)
 }
 
-/// Counts everything without looking at any single step, so that what is too large is refused at once.
+/// Sums up the stream without visiting single steps, so that oversized streams are refused at once.
 fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport, Vec<Diagnostic>> {
     let mut report = CheckReport::default();
     let mut last_hole = None;
@@ -161,7 +163,7 @@ fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport
     Ok(report)
 }
 
-/// The pulses of one segment, axis by axis; at most one finding for each axis.
+/// Checks the pulses of one segment, axis by axis; at most one problem per axis.
 fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usize) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let axes = segment.runs.iter().fold(0, |axes, run| axes | run.axes);
@@ -182,8 +184,8 @@ fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usiz
     found
 }
 
-/// The runs of `axis`; none where it does not belong to one set of axes all through the segment, because then the times of its
-/// runs would mean nothing.
+/// The runs of `axis`. None if it changes between sets of axes within the segment, because then the times of
+/// its runs are undefined.
 fn runs_of(segment: &Segment, axis: usize) -> Option<&[Run]> {
     let has = |run: &Run| run.axes >> axis & 1 == 1;
     let Some(first) = segment.runs.iter().position(has) else { return Some(&[]) };

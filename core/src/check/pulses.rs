@@ -1,18 +1,16 @@
-//! The rules for one axis: counts, range, intervals, direction, speed, acceleration.
+//! Rules for one axis: counts, range, intervals, direction, speed, acceleration.
 //!
 //! ```text
-//! place ^        ┌──  k+1     the motor passes k + ½ in the moment of the step,
-//!       |     ┌──┘    k       so mean speeds are taken between steps, from half-way
-//!       |  ───┘               place to half-way place
-//!       +--------------> t
+//! position ^        ┌──  k+1     the motor passes k + ½ at the moment of the step,
+//!          |     ┌──┘    k       so mean speeds are measured between steps, from
+//!          |  ───┘               half step to half step
+//!          +--------------> t
 //! ```
 //!
-//! Steps may be 1 µs off their time, either way: that much is forgiven at both ends of every stretch, and no more.
+//! Steps may be 1 µs early or late; exactly that is tolerated at both ends of each stretch.
 //!
-//! A run that comes after a rest begins a sweep. What is found in a sweep depends on its own runs alone, so one that was found
-//! lawful is not walked again: every hole of a bit is made with the same two strokes.
-//!
-//! Comes in: runs of one axis, segment after segment. Goes out: the first rule broken. Knows no other axis.
+//! A run after a rest starts a sweep. The verdict on a sweep depends only on its own runs, so verified sweeps
+//! are cached: every hole of a bit repeats two strokes.
 
 use super::known::{Known, Sweep};
 use crate::diagnostic::Diagnostic;
@@ -21,38 +19,38 @@ use crate::machine::{DriveKind, Machine};
 use crate::steps::stream::{PARTS, Run, rounded};
 use crate::units::TICK_HZ;
 
-/// Forgiven over a stretch between two steps: 1 µs at either end, and a tick of rounding.
+/// Tolerance of a stretch between two steps: 1 µs at both ends, and a tick of rounding.
 const SLACK_TICKS: f64 = 21.0;
 
-/// A move keeps still for so long before its end. A path may end where its last step comes: that one may be earlier by as much.
+/// Moves are still for this long before their end. A path may end at its last step, and that step may be
+/// early by this much.
 const STILL_TICKS: f64 = 20.0;
 
-/// Steps over which the mean speed is taken.
+/// Number of steps for a mean speed.
 const SPEED_STEPS: usize = 8;
 
-/// Ticks of the latest steps that are kept: more than that, and a power of two.
+/// Latest ticks stored: a power of two above [`SPEED_STEPS`].
 const RING: usize = 16;
 
-/// Most ticks over which a mean speed is taken to compare it with the one before: 5 ms. It is also taken over as many as
-/// tell most: what is forgiven counts less the longer they are, the acceleration allowed counts more.
+/// Longest stretch for a mean speed that is compared with the previous one: 5 ms. Shorter, more sensitive
+/// stretches are compared as well: with length, the effect of the tolerance shrinks and the allowed change of
+/// speed grows.
 const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
 
-/// Room for the arithmetic itself, as a share of a limit.
+/// Tolerance for rounding in this check, as a share of a limit.
 const ROUNDING_SHARE: f64 = 1e-3;
 
-/// An acceleration that no machine has, mm/s².
+/// An acceleration above any machine's, mm/s².
 const MOST_MM_PER_S2: f64 = 1e9;
 
-/// One axis on its way through the stream.
+/// State of one axis along the stream.
 #[derive(Debug)]
 pub(super) struct Walker {
-    /// Where it stands.
     pub(super) at: i64,
-    /// Lowest place in the whole stream.
+    /// Lowest position in the whole stream.
     pub(super) lowest: i64,
-    /// Highest place.
     pub(super) highest: i64,
-    /// Lowest place in the last segment.
+    /// Lowest position in the last segment.
     pub(super) low_in_segment: i64,
     min: i64,
     max: i64,
@@ -60,41 +58,44 @@ pub(super) struct Walker {
     last: Option<(u64, bool)>,
     least_interval: u64,
     direction_setup: u64,
-    /// Ticks of a step at the greatest speed, and the fewest that so many steps may take.
+    /// Ticks per step at the highest speed, and the fewest ticks for [`SPEED_STEPS`] steps.
     least_period: f64,
     least_span: u64,
     /// Greatest acceleration in steps per tick².
     acceleration: f64,
-    /// Jump of speed allowed in a corner of a milled path, and in the segment at hand; steps per tick. The planner lets an
-    /// axis jump by √(8·A·d), d being how far the machine may give way.
+    /// Allowed jump of speed in corners of milled paths, and in the current segment; steps per tick. The
+    /// planner allows √(8·A·d), with the deviation d of the machine's settings.
     corner: f64,
     jump: f64,
-    /// Whether the segment at hand mills. Its paths begin and end anywhere, half a step beside the motor at most.
+    /// The current segment mills. Milled paths start and end at any position, up to half a step off the
+    /// motor's.
     milled: bool,
-    /// An axis that makes no step for so many ticks is at rest as far as steps can tell: it can stop, and get to speed again,
-    /// within one.
+    /// After this many ticks without a step the axis counts as at rest: it could stop and accelerate again
+    /// within that time.
     rest: u64,
-    /// Sweeps that were found lawful.
+    /// Cache of verified sweeps.
     known: Known,
 }
 
 impl Walker {
-    /// Axis `axis` of `machine`, standing at `start`.
+    /// Axis `axis` of `machine`, at `start`.
     pub(super) fn new(machine: &Machine, axis: usize, zero: i64, start: i64) -> Self {
         let settings = machine.axis(axis);
         let steps_per_mm = settings.scale.steps_per_mm();
         let hz = TICK_HZ as f64;
-        // Only X and Y take play up.
+        // Only X and Y compensate backlash.
         let play = if axis < 2 { settings.scale.steps(settings.backlash) } else { 0 };
         let down = &machine.down;
         let (mut speed, mut acceleration) =
             (settings.max_speed_mm_per_s, settings.max_acceleration_mm_per_s2);
+        // One limit for both directions of Z: the higher one.
         if axis >= 2 {
             speed = speed.max(down.max_speed_mm_per_s);
             acceleration = acceleration.max(down.max_acceleration_mm_per_s2);
         }
         if machine.drive == DriveKind::Table {
-            // A table jumps from rate to rate: what the motor takes is what limits it, and the drive's rate is checked.
+            // A table jumps between rates, so acceleration has no limit here. The pulse rate is still
+            // checked.
             acceleration = f64::INFINITY;
         }
         let least_span = least_span(hz / (speed * steps_per_mm));
@@ -104,7 +105,7 @@ impl Walker {
             lowest: start,
             highest: start,
             low_in_segment: start,
-            // The motor of an axis with play stands lower by it where the axis comes from above.
+            // With backlash, the motor is lower by the backlash after a downward move.
             min: settings.scale.steps(settings.min).saturating_sub(zero).saturating_sub(play),
             max: settings.scale.steps(settings.max).saturating_sub(zero),
             last: None,
@@ -123,7 +124,7 @@ impl Walker {
         }
     }
 
-    /// Goes through the runs of a segment that begins at tick `now`. Whatever is found, it stands at `end` afterwards.
+    /// Checks the runs of a segment that starts at tick `now`. Always leaves the axis at `end`.
     pub(super) fn segment(
         &mut self,
         runs: &[Run],
@@ -140,6 +141,7 @@ impl Walker {
             Err(refuse("check.count").with("found", self.at).with("expected", end))
         });
         if self.at != end {
+            // Continue from the planned end, so that one error doesn't repeat in all later segments.
             self.at = end;
             self.low_in_segment = self.low_in_segment.min(end);
         }
@@ -159,13 +161,13 @@ impl Walker {
         Ok(())
     }
 
-    /// Whether the axis rests before the first step of `run`.
+    /// True if the axis rests before the first step of `run`.
     fn rests(&self, run: &Run) -> bool {
         !self.milled && rounded(run.parts_before(0)) >= i128::from(self.rest)
     }
 
-    /// One sweep after tick `begin`, from rest or from where its segment begins, up to a rest or to where its segment ends; the
-    /// tick of its last step.
+    /// Checks one sweep after tick `begin`, from a rest or the start of its segment to a rest or the end of
+    /// its segment. Returns the tick of its last step.
     fn sweep(
         &mut self,
         runs: &[Run],
@@ -177,17 +179,18 @@ impl Walker {
         let ticks: i128 = runs.iter().map(Run::ticks).sum();
         let end = begin + ticks;
         if let Some(late) = segment_ends.map(|ends| end - ends).filter(|late| *late > 0) {
-            // What breaks another law says so first.
+            // If another rule is violated, report that first: it is the cause.
             self.walk(runs, begin, &mut Pace::new(begin as u64, rested, self.milled))?;
             return Err(refuse("check.late_step").with("late_us", late / 10));
         }
         let tail =
             segment_ends.map(|ends| ends - end).filter(|tail| self.milled || *tail < i128::from(self.rest));
         let sweep = Sweep { runs, rested, tail };
-        // A path of milling does not come again.
+        // Milled paths don't repeat.
         let known = if self.milled { None } else { self.known.find(&sweep) };
         if let Some(way) = known {
             let (low, high) = (self.at.saturating_add(way.low), self.at.saturating_add(way.high));
+            // Outside the range, walk the sweep to find the exact violation.
             if low >= self.min && high <= self.max {
                 self.first_step(first, begin + rounded(first.parts_before(0)))?;
                 self.passes(low, high);
@@ -208,7 +211,7 @@ impl Walker {
         Ok(end)
     }
 
-    /// The runs of a sweep after tick `begin`, step by step.
+    /// Checks the runs of a sweep after tick `begin`, step by step.
     fn walk(&mut self, runs: &[Run], begin: i128, pace: &mut Pace) -> Result<(), Diagnostic> {
         runs.iter().try_fold(begin, |tick, run| self.run(run, tick, pace)).map(drop)
     }
@@ -219,12 +222,12 @@ impl Walker {
         self.low_in_segment = self.low_in_segment.min(low);
     }
 
-    /// One run; the tick of its last step.
+    /// Checks one run; returns the tick of its last step.
     fn run(&mut self, run: &Run, begin: i128, pace: &mut Pace) -> Result<i128, Diagnostic> {
         if run.count == 0 {
             return Err(refuse("check.empty_run"));
         }
-        // Whole ticks of two steps are as far apart as their times at least, less the parts of a tick.
+        // In whole ticks, two steps are apart by at least their interval, less the fraction of a tick.
         let shortest = run.parts_before(run.count - 1).min(run.parts_before(1));
         if run.count > 1 && shortest < i128::from(self.least_interval) * i128::from(PARTS) {
             return Err(self.too_close(shortest as f64 / PARTS as f64));
@@ -263,7 +266,7 @@ impl Walker {
         Ok(tick)
     }
 
-    /// Whether the axis can be at `place`.
+    /// Checks that the axis may be at `place`.
     pub(super) fn within_range(&self, place: i64) -> Result<(), Diagnostic> {
         if (self.min..=self.max).contains(&place) {
             return Ok(());
@@ -271,7 +274,7 @@ impl Walker {
         Err(refuse("check.range").with("place", place).with("low", self.min).with("high", self.max))
     }
 
-    /// The first step of a run against the last step before it, wherever that was.
+    /// Checks the first step of a run against the last step before it.
     fn first_step(&self, run: &Run, tick: i128) -> Result<(), Diagnostic> {
         let (since, turned) = match self.last {
             Some((last, forward)) => (tick - i128::from(last), forward != run.forward),
@@ -296,7 +299,7 @@ impl Walker {
     }
 }
 
-/// A run whose numbers fit into 64 bits all along, as those of every sensible run do.
+/// A run with numbers that fit into 64 bits throughout, as all sensible runs do.
 struct Narrow {
     begin: i64,
     interval: i64,
@@ -314,7 +317,7 @@ impl Narrow {
     }
 }
 
-/// The fewest whole ticks in which an axis may make [`SPEED_STEPS`] steps, whose shortest lasts `period` ticks.
+/// Fewest whole ticks for [`SPEED_STEPS`] steps, if the shortest lasts `period` ticks.
 fn least_span(period: f64) -> u64 {
     libm::ceil(SPEED_STEPS as f64 * period * (1.0 - ROUNDING_SHARE) - SLACK_TICKS) as u64
 }
@@ -323,36 +326,37 @@ fn refuse(code: &str) -> Diagnostic {
     Diagnostic::error(code)
 }
 
-/// The pace of one axis within one sweep, which begins and ends at rest.
+/// Speeds of one axis within one sweep, which starts and ends at rest.
 struct Pace {
     /// Ticks of the latest steps in one direction, as a ring.
     ticks: [u64; RING],
     count: usize,
     forward: bool,
-    /// Place of the motor, counted from where the sweep began, and twice where it was in the moment of the last step.
+    /// Motor position from the start of the sweep, and twice the position at the moment of the last step.
     place: i64,
     twice: i64,
-    /// Stretches of 5 ms, and those that tell most: those of milled paths from the first step to the last only.
+    /// Stretches of 5 ms, and the most sensitive stretches. In milled paths, only between the first and the
+    /// last step.
     long: Stretch,
     short: Stretch,
     milled: bool,
-    /// Whether it rested before its first step, and whether it has made that.
+    /// The axis rested before its first step; the first step was made.
     rested: bool,
     stepped: bool,
 }
 
-/// Stretches of the way over which mean speeds are taken, one after the other.
+/// Consecutive stretches for mean speeds.
 #[derive(Clone, Copy)]
 struct Stretch {
-    /// The one before: its length in ticks, its mean speed in steps per tick; whether there was one.
+    /// The previous stretch: length in ticks, mean speed in steps per tick, and whether it exists.
     length: f64,
     speed: f64,
     known: bool,
-    /// Where this one began: tick and twice the place.
+    /// Start of the current stretch: tick, and twice the position.
     since: u64,
     from_twice: i64,
-    /// How many ticks long a stretch should be at the speed of the one before, so that what is forgiven, speed·slack/length
-    /// at both ends, and what the acceleration allows, acceleration·length, are the least together.
+    /// Best length of a stretch in ticks, at the speed of the previous one. Minimises the sum of the
+    /// tolerance, speed·slack/length at both ends, and the allowed change, acceleration·length.
     telling: u64,
 }
 
@@ -375,6 +379,7 @@ impl Pace {
     fn step(&mut self, tick: u64, forward: bool, axis: &Walker) -> Result<(), Diagnostic> {
         let before = self.place;
         self.place += if forward { 1 } else { -1 };
+        // Mean speeds are measured in one direction only.
         if forward != self.forward {
             (self.forward, self.count) = (forward, 0);
         }
@@ -407,7 +412,7 @@ impl Pace {
         Ok(())
     }
 
-    /// The end of the segment, at rest.
+    /// Checks the end of the segment, at rest.
     fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
         if self.milled {
             return self.long.rest(tick, 2 * self.place, axis, SLACK_TICKS + STILL_TICKS);
@@ -416,7 +421,7 @@ impl Pace {
         self.short.rest(tick, 2 * self.place, axis, SLACK_TICKS)
     }
 
-    /// A rest after the last step, which came at `tick`.
+    /// Checks a rest after the last step, at `tick`.
     fn long_rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
         for stretch in [&mut self.long, &mut self.short] {
             if tick > stretch.since {
@@ -433,7 +438,7 @@ impl Stretch {
         Self { length: 0.0, speed: 0.0, known: true, since: now, from_twice: 0, telling: 0 }
     }
 
-    /// Ends one at `tick`, from which on the axis rests; so many ticks are forgiven.
+    /// Ends a stretch at `tick`, at the start of a rest, with a tolerance of `slack` ticks.
     fn rest(&mut self, tick: u64, twice: i64, axis: &Walker, slack: f64) -> Result<(), Diagnostic> {
         self.ends(tick, twice, axis, slack)?;
         self.ends(tick, twice, axis, slack)
@@ -443,8 +448,9 @@ impl Stretch {
         self.ends(tick, twice, axis, SLACK_TICKS)
     }
 
-    /// Ends a stretch at `tick`, at half the place `twice`, and compares its mean speed with that of the one before.
-    /// Mean speeds of neighbouring stretches differ by no more than the acceleration times half their joint length.
+    /// Ends a stretch at `tick`, at half the position `twice`, and compares its mean speed with the previous
+    /// stretch. Mean speeds of adjacent stretches differ by at most the acceleration times half their joint
+    /// length.
     fn ends(&mut self, tick: u64, twice: i64, axis: &Walker, slack: f64) -> Result<(), Diagnostic> {
         let length = (tick - self.since) as f64;
         let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
@@ -473,8 +479,8 @@ mod tests {
     use crate::motion::bench::holes_at;
     use crate::steps::{StepStream, stream_of};
 
-    /// What is found, segment by segment and axis by axis, and where the axes end: with all that was walked known; every
-    /// sweep walked anew; and as if no rest parted sweeps.
+    /// Problems by segment and axis, and the final positions: with the cache, without it, and without
+    /// splitting at rests.
     fn found(stream: &StepStream, machine: &Machine) -> [(Vec<Result<(), Diagnostic>>, Steps); 3] {
         let zero = corner_zero(machine);
         [0, 1, 2].map(|how| {
@@ -497,9 +503,10 @@ mod tests {
         })
     }
 
-    /// Rows of holes of every preset, and the same with a run made faster, slower or bent, or with another rest before it.
+    /// Rows of holes of every preset, and variants with a run made faster, slower or bent, or with another
+    /// rest before it.
     #[test]
-    fn what_is_not_walked_again_would_have_been_found_lawful_again() {
+    fn skipping_checked_segments_changes_no_result() {
         let seed = 20_261_123_u64;
         println!("seed {seed}");
         let mut chance = Chance::new(seed);

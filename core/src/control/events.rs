@@ -1,166 +1,172 @@
-//! What the session is asked and told, and what is to be done then.
+//! Inputs and outputs of the session.
 //!
 //! ```text
-//!   a person asks, the executor reports ─▶ Event ─▶ session ─▶ Action ─▶ executor, journal, whoever asked
+//!   user requests, executor reports ─▶ Event ─▶ session ─▶ Action ─▶ executor, journal, reply to the user
 //! ```
-//!
-//! Comes in, goes out: plain data; places in machine steps, lengths in µm. Does not know what is allowed when.
 
 use super::{Alarm, Ending, Trust};
 use crate::diagnostic::Diagnostic;
 
-/// Something asked, or something that happened.
+/// A request or a report.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// Home.
     Home,
-    /// The place in the plane, machine steps, becomes work zero.
+    /// Make this XY position the work zero.
     SetZero {
         /// X and Y, machine steps.
         place_steps: [i64; 2],
     },
-    /// The work zero before it.
+    /// Restore the previous work zero.
     UndoZero,
-    /// One axis by so many µm.
+    /// Jog one axis.
     Jog {
-        /// Which axis, 0 to 2.
+        /// Axis, 0 to 2.
         axis: u8,
-        /// How far.
         distance_um: i32,
     },
-    /// To where the head is parked.
+    /// Move to the park position.
     Park,
     /// A job was checked and may start.
     Armed {
-        /// Its key.
         job: String,
         /// Digest of its stream.
         digest: String,
     },
-    /// What was armed no longer holds; whether the position is lost with it.
+    /// The armed job is no longer valid.
     Disarmed {
-        /// Whether it must be homed again.
+        /// True if the position is lost, too.
         position_lost: bool,
     },
-    /// Start a job.
     Start {
-        /// Its key.
         job: String,
         /// Digest of its stream.
         digest: String,
-        /// The leg to begin with.
+        /// First leg to run.
         from_leg: u32,
     },
-    /// Begin a queue of work commands, or go on with it: a row, or up to a breakpoint.
+    /// Start or continue a queue of work commands: one row, or up to a breakpoint.
     Queue,
-    /// Finish the leg, then hold.
+    /// Probe the board with the new tool, during a tool change.
+    Touch,
+    /// Hold: along a toolpath at once, else at the end of the leg.
     Pause,
-    /// Go on.
+    /// Lift the tip off the toolpath on which it is paused.
+    Lift,
+    /// Report: at rest on the toolpath, with the task not complete.
+    Held,
     Resume,
-    /// Finish the hole or toolpath, then end.
+    /// Finish the hole or toolpath, then end the job.
     StopAfterHole,
-    /// Come to rest now.
-    Stop,
-    /// The bit is in.
+    /// Stop now.
+    Stop {
+        /// Time of the press of STOP, ms on a monotonic clock.
+        now_ms: u64,
+    },
+    /// The requested bit is in the spindle.
     ToolChanged,
-    /// The alarm was read.
+    /// The user has read the alarm.
     Acknowledge,
     /// Report: all axes are homed.
     Homed,
-    /// Report: the move by hand is done, or the head is parked, or stands where the job starts.
+    /// Report: a jog, a park or the move to the start of the job is complete.
     Arrived,
-    /// Report: a leg is done.
+    /// Report: a leg is complete.
     LegDone {
-        /// It drilled a hole or milled a toolpath.
+        /// The leg drilled a hole or milled a toolpath.
         cut: bool,
-        /// It was the last one of the job.
+        /// The leg was the last one of the job.
         last: bool,
     },
-    /// Report: the leg waits for a bit.
+    /// Report: the leg waits for a bit from the user.
     BitWanted,
-    /// Report: the leg waits for a bit that the machine fetches itself.
+    /// Report: the leg waits for a bit from the magazine.
     ChangeWanted,
-    /// Report: the machine has fetched it.
+    /// Report: the machine has changed the bit.
     Changed,
     /// Report: the queue rests between two rows.
     QueueHeld,
-    /// Report: the last row of the queue is done.
+    /// Report: the last row of the queue is complete.
     QueueDone,
-    /// A queue began to home an axis, or has homed all of them: whether every axis is homed.
+    /// A queue started to home an axis, or finished homing.
     Counted {
-        /// Whether every axis is homed.
+        /// True if every axis is homed.
         all_homed: bool,
     },
     /// Report: at rest because of Stop.
     Rested,
     /// Report: the tip is up and the spindle off.
     Safe,
-    /// Report, at rest: something went wrong, and what is left of the trust.
+    /// Report, at rest: a failure.
     Failed {
-        /// What went wrong.
         alarm: Alarm,
-        /// What is left of the trust in the position.
+        /// Remaining trust in the position.
         left: Trust,
     },
-    /// The journal cannot keep up: nothing new may be begun.
+    /// The journal can't keep up, so nothing new may start.
     CannotRecord(Alarm),
-    /// A job is over, at rest, and its board is not as programmed; what is left of the trust.
+    /// A job ended, at rest, and its board differs from the program.
     BoardDiffers {
-        /// In which way.
         alarm: Alarm,
-        /// What is left of the trust in the position.
+        /// Remaining trust in the position.
         left: Trust,
     },
 }
 
-/// Something to be done.
+/// An action for the host.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Home all axes. Moves.
     Home,
-    /// Move one axis by so many µm. Moves.
+    /// Jog one axis. Moves.
     Jog {
-        /// Which axis, 0 to 2.
+        /// Axis, 0 to 2.
         axis: u8,
-        /// How far.
         distance_um: i32,
     },
-    /// Tips up, spindle off, and to where the head is parked. Moves.
+    /// Tips up, spindle off, then to the park position. Moves.
     Park,
-    /// Begin the job: go to where this leg starts, spindle on. Moves.
+    /// Start the job: spindle on, move to the start of this leg. Moves.
     Approach {
-        /// The leg to begin with.
+        /// First leg to run.
         leg: u32,
     },
-    /// The next rows of the queue. Moves.
+    /// Run the next rows of the queue. Moves.
     Queue,
+    /// Use the result of a probe during a tool change, and lift the tip. Moves.
+    Touched,
     /// Run the next leg. Moves.
     NextLeg,
     /// Fetch the bit that the leg waits for. Moves.
     ChangeTool,
-    /// Run what is left of the leg after its bit. Moves.
+    /// Run the rest of the leg after its tool change. Moves.
     RestOfLeg,
-    /// Spindle on again, as before the pause, then the next leg. Moves.
+    /// Spindle on as before the pause, then the next leg. Moves.
     SpindleOn,
-    /// Tip up where the position is known well enough, spindle off. Moves.
+    /// Spindle off, and tip up if the position is reliable enough. Moves.
     MakeSafe {
-        /// Whether Z may be lifted.
+        /// True if Z may be lifted.
         lift: bool,
     },
-    /// Spindle off, nothing moves.
+    /// Spindle off without a move.
     SpindleOff,
-    /// Whatever moves comes to rest.
+    /// Bring all motion to rest.
     Brake,
-    /// The work zero changed.
+    /// Bring motion along a toolpath to rest, and wait there.
+    Hold,
+    /// Continue held motion on a toolpath, or cancel a pending hold.
+    Go,
+    /// Lift the tip off the toolpath on which it is paused, spindle off.
+    LiftOffPath,
+    /// Save the work zero, which changed.
     KeepZero,
     /// The job is over.
     End(Ending),
-    /// The ask is refused; nothing changed.
+    /// The request is refused; nothing changed.
     Refuse(Diagnostic),
 }
 
 impl Action {
-    /// Whether the executor gets something to do.
+    /// True if the executor gets work.
     pub fn moves(&self) -> bool {
         matches!(
             self,
@@ -169,6 +175,7 @@ impl Action {
                 | Self::Park
                 | Self::Approach { .. }
                 | Self::Queue
+                | Self::Touched
                 | Self::NextLeg
                 | Self::ChangeTool
                 | Self::RestOfLeg

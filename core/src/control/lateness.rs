@@ -1,15 +1,12 @@
-//! How late a computer is with its pulses, and how fast it may step because of that (A13).
+//! Lateness of a computer with its pulses, and the fastest safe step rate that follows from it.
 //!
 //! ```text
-//! asked   |         |         |         |          a beat every 0.5 ms
-//! came     |        |          |      → |    |     late by 1, 0, 1, 5 … µs: the histogram
+//! planned |         |         |         |          a beat every 0.5 ms
+//! actual   |        |          |      → |    |     late by 1, 0, 1, 5 … µs: the histogram
 //!
-//! fastest rate that is safe      1 / (4 · p99.99 lateness): a late step then stays within a quarter of its tick
-//! a motor's start–stop rate      below it the motor follows any interval, so that lateness does no harm
+//! fastest safe rate              1 / (4 · p99.99 lateness): late by at most a quarter interval
+//! start–stop rate of a motor     below it lateness is harmless
 //! ```
-//!
-//! Comes in: lateness in µs, segments. Goes out: the histogram, the safe rate, and whether a stream is slower. Does not
-//! know any clock.
 
 use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, DriveKind, Machine, axis_name};
@@ -17,29 +14,27 @@ use crate::steps::{PARTS, Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 use std::borrow::Borrow;
 
-/// Upper edges of the histogram's bars, µs. What is later is in the last bar, which ends at the worst.
+/// Upper edges of the histogram's bars, µs. The last bar holds all later beats.
 pub const EDGES_US: [u32; 16] =
     [1, 2, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000, 100_000];
 
-/// How late a clock was, over many beats.
+/// Lateness of a clock over many beats.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lateness {
-    /// Beats measured.
     pub beats: u32,
-    /// How many of them were at most as late as each of [`EDGES_US`] and later than the one before; one more for the rest.
+    /// Number of beats in each bar, by [`EDGES_US`], plus one bar for the rest.
     pub bars: Vec<u32>,
-    /// Half of the beats were at most so late, µs.
+    /// Median, µs.
     pub p50_us: f64,
-    /// 99 % of them.
+    /// 99th percentile, µs.
     pub p99_us: f64,
-    /// 99.99 % of them; with fewer than ten thousand beats, all.
+    /// 99.99th percentile, µs; the worst value with fewer than ten thousand beats.
     pub p9999_us: f64,
-    /// All of them.
     pub worst_us: f64,
 }
 
 impl Lateness {
-    /// The histogram of `late_us`, which it sorts. Beats that are no numbers count as never come.
+    /// The histogram of `late_us`. Sorts the slice. NaN counts as infinitely late.
     pub fn of(late_us: &mut [f64]) -> Self {
         for late in late_us.iter_mut() {
             *late = if late.is_nan() { f64::INFINITY } else { late.max(0.0) };
@@ -66,21 +61,20 @@ impl Lateness {
     }
 }
 
-/// What an executor found out about its computer when it started.
+/// Measurements of an executor about its computer, at its start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// How late it was.
     pub lateness: Lateness,
-    /// The highest safe step rate that follows, steps per second.
+    /// Highest safe step rate, steps per second.
     pub safe_hz: f64,
-    /// Why it does not run in the system's real-time class; none where it does.
+    /// Why the process lacks the real-time scheduling class; none if it has it.
     pub no_realtime: Option<String>,
-    /// Why its memory is not locked; none where it is.
+    /// Why the memory isn't locked; none if it is.
     pub not_locked: Option<String>,
 }
 
 impl Timing {
-    /// The same in sentences: what was found, and what the system did not grant.
+    /// The result as messages, with the rights that the system refused.
     pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let late = &self.lateness;
         let found = Diagnostic::note("output.timing")
@@ -97,17 +91,19 @@ impl Timing {
     }
 }
 
-/// The highest safe step rate: its tick is at least four times as long as 99.99 % of the beats were late. A motor's
-/// start–stop rate is safe on any computer: below it no interval is too uneven. Steps per second; never above one a tick.
+/// Highest safe step rate, in steps per second. Its interval is at least four times the p99.99 lateness. A
+/// motor's start–stop rate is always safe, because below it no interval is too uneven. At most one step per
+/// tick.
 pub fn safe_rate(lateness: &Lateness, start_stop_hz: f64) -> f64 {
     let quarter_s = lateness.p9999_us.max(0.0) * 1e-6;
     let fastest = if quarter_s > 0.0 { 1.0 / (4.0 * quarter_s) } else { TICK_HZ as f64 };
-    // No beat, no knowledge.
+    // Without a measurement, only the start–stop rate is safe.
     let fastest = if lateness.beats == 0 { 0.0 } else { fastest };
     fastest.max(start_stop_hz).min(TICK_HZ as f64)
 }
 
-/// How often `machine` must be served in time, a second: its interrupts where its axes go by a table, else its fastest steps.
+/// Rate at which `machine` needs punctual service, per second: its interrupts with a table drive, else its
+/// fastest steps.
 pub fn needed_rate(machine: &Machine) -> f64 {
     if machine.drive == DriveKind::Table {
         return f64::from(machine.interrupt_hz);
@@ -118,14 +114,14 @@ pub fn needed_rate(machine: &Machine) -> f64 {
     own.into_iter().fold(down, f64::max).min(f64::from(machine.max_step_hz))
 }
 
-/// The shortest interval between two steps of one axis in `segments`, less than a tick too short where it is no whole one: its
-/// rate in steps per second, and the axis. None where no axis makes two steps.
+/// Rate of the shortest interval between two steps of one axis in `segments`, in steps per second, and that
+/// axis. The interval is rounded down to ticks. None if no axis makes two steps.
 pub fn fastest_rate(segments: impl IntoIterator<Item: Borrow<Segment>>) -> Option<(f64, usize)> {
     let mut shortest: Option<(i128, usize)> = None;
     for segment in segments {
         let mut seen = [false; AXES];
         for run in &segment.borrow().runs {
-            // Axes that step together have the same intervals.
+            // Axes that step together have equal intervals.
             let Some(axis) = (0..AXES).find(|axis| run.axes >> axis & 1 == 1) else { continue };
             let seen = &mut seen[axis];
             let last = run.parts_before(run.count.saturating_sub(1));
@@ -145,12 +141,12 @@ pub fn fastest_rate(segments: impl IntoIterator<Item: Borrow<Segment>>) -> Optio
     shortest.map(|(ticks, axis)| (TICK_HZ as f64 / ticks as f64, axis))
 }
 
-/// Why `segments` must not be played on a computer whose highest safe rate is `safe_hz`, if they must not.
+/// Refuses `segments` that are too fast for a computer with the highest safe rate `safe_hz`.
 pub fn too_fast(segments: impl IntoIterator<Item: Borrow<Segment>>, safe_hz: f64) -> Option<Diagnostic> {
     beyond(fastest_rate(segments), safe_hz)
 }
 
-/// The same of what [`fastest_rate`] found.
+/// Like [`too_fast`], for a result of [`fastest_rate`].
 pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Diagnostic> {
     let (hz, axis) = fastest.filter(|(hz, _)| *hz > safe_hz)?;
     let why = Diagnostic::error("control.faster_than_clock").with("axis", axis_name(axis));
@@ -166,7 +162,7 @@ mod tests {
     use crate::steps::{Run, replay};
 
     #[test]
-    fn the_histogram_holds_every_beat_and_its_quantiles_are_beats() {
+    fn histogram_counts_every_beat_and_quantiles_are_beats() {
         let mut chance = Chance::new(11);
         for count in [1, 2, 3, 100, 9_999, 10_000, 10_001, 40_000] {
             let mut late: Vec<f64> = (0..count).map(|_| chance.below(1 << 20) as f64 / 7.0).collect();
@@ -185,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn the_safe_rate_keeps_lateness_within_a_quarter_tick_or_under_the_start_stop_rate() {
+    fn safe_rate_limits_lateness_to_a_quarter_tick() {
         let late = |us: f64| Lateness::of(&mut vec![us; 20_000]);
         let rows = [
             (50.0, 0.0, 5_000.0),
@@ -208,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_needs_its_interrupts_or_its_fastest_steps() {
+    fn needed_rate_is_interrupts_or_fastest_steps() {
         let needs = |name: &str| needed_rate(&preset(name).unwrap());
         // 500 interrupts; 20 mm/s at 160, 80 and 400 steps/mm.
         let found = [needs("lab"), needs("breakout"), needs("tb6560"), needs("g540")];
@@ -224,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fastest_rate_is_that_of_the_pulses() {
+    fn fastest_rate_equals_that_of_the_pulses() {
         let mut chance = Chance::new(5);
         let mut draw = |below: u64| chance.bits() % below;
         for _ in 0..500 {
@@ -258,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_above_the_safe_rate_is_refused_with_both_numbers() {
+    fn stream_above_the_safe_rate_is_refused_with_both_rates() {
         let run = Run::even(2, true, 20_000, 9);
         let segments = [segment(vec![run])];
         assert_eq!(too_fast(&segments, 500.0), None);

@@ -1,68 +1,64 @@
-//! Who may move the machine: one controller, many viewers.
+//! Control of the machine: one page at a time; all others watch.
 //!
 //! ```text
 //!          take                        heard, heard, heard …        3 s of silence, release or leave
-//! nobody ───────▶ viewer 1 in control ──────────────────────▶ … ──────────────────────────────────▶ nobody
+//! no page ──────▶ viewer 1 in control ──────────────────────▶ … ─────────────────────────────────▶ no page
 //!                     │ take by viewer 2, forced
 //!                     └──────────────────────────▶ viewer 2 in control
 //! ```
 //!
-//! Comes in: what viewers do, with the time in ms of any clock that only goes forward. Goes out: who has control and
-//! what changed. A job that runs goes on whoever has control; this floor does not know jobs, sockets or clocks.
+//! A running job continues regardless of control.
 
 use crate::diagnostic::Diagnostic;
 
 /// Silence after which control lapses, in ms.
 pub const LAPSE_MS: u64 = 3_000;
 
-/// Number of a page among the viewers, never given twice.
+/// Number of a page; never reused.
 pub type Viewer = u32;
 
-/// Who has control and when that page was last heard.
+/// The page in control, and the time of its last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lease {
     holder: Option<(Viewer, u64)>,
 }
 
-/// What happens to a lease.
+/// An event that affects a lease.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeaseEvent {
     /// Any frame from this page.
     Heard(Viewer),
-    /// This page asks for control, from whoever has it if `force`.
+    /// This page requests control; with `force`, even if another page has it.
     Take {
-        /// Who asks.
         viewer: Viewer,
-        /// Take it even though another page has it.
+        /// Take control even if another page has it.
         force: bool,
     },
-    /// This page gives control back; from a page without control, nothing.
+    /// This page releases control. No-op for a page without control.
     Release(Viewer),
-    /// This page is gone.
+    /// This page disconnected.
     Left(Viewer),
-    /// Time passed.
     Tick,
 }
 
-/// What came of an event.
+/// Result of an event.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeaseOutcome {
-    /// Everybody should be told who has control now.
+    /// Notify all pages that control changed.
     pub changed: bool,
-    /// The page that lost control without asking for it: silent, gone, or overruled. What it moved by hand must stop.
+    /// Page that lost control involuntarily: silent, gone, or overruled. Its jog must stop.
     pub lost: Option<Viewer>,
-    /// Why control was not given.
+    /// Why control was refused.
     pub refused: Option<Diagnostic>,
 }
 
 impl Lease {
-    /// Who has control.
     pub fn holder(&self) -> Option<Viewer> {
         self.holder.map(|(viewer, _)| viewer)
     }
 
-    /// The lease after `event` at `now_ms`. Silence is judged first: whoever was silent too long has lost control
-    /// before anything else happens.
+    /// Applies `event` at `now_ms`. Silence is handled first: a page that was silent too long has lost
+    /// control before `event` applies.
     pub fn step(&mut self, event: LeaseEvent, now_ms: u64) -> LeaseOutcome {
         let before = self.holder();
         let mut lost = None;
@@ -109,7 +105,7 @@ mod tests {
         Take { viewer, force: true }
     }
 
-    /// Rows of (time, event, who has control afterwards, who lost it, whether it was refused).
+    /// (time, event, page in control afterwards, page that lost it, whether it was refused)
     type Row = (u64, LeaseEvent, Option<Viewer>, Option<Viewer>, bool);
 
     fn check(rows: &[Row]) {
@@ -125,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn one_controller_until_silence() {
+    fn silence_ends_control() {
         check(&[
             (0, Heard(1), None, None, false),
             (0, take(1), Some(1), None, false),
@@ -142,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn force_release_and_leaving() {
+    fn control_ends_by_force_release_or_disconnect() {
         check(&[
             (0, take(1), Some(1), None, false),
             (1, force(2), Some(2), Some(1), false),
@@ -157,12 +153,12 @@ mod tests {
     }
 
     #[test]
-    fn a_late_frame_does_not_bring_control_back() {
+    fn late_frame_does_not_restore_control() {
         check(&[(0, take(1), Some(1), None, false), (3_000, Heard(1), None, Some(1), false)]);
     }
 
     #[test]
-    fn a_clock_that_goes_back_takes_control_from_nobody() {
+    fn clock_set_back_ends_no_control() {
         check(&[(9_000, take(1), Some(1), None, false), (10, Tick, Some(1), None, false)]);
     }
 }

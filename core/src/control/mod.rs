@@ -1,75 +1,70 @@
-//! The drill's mind: session, guard, trust in the position. Pure state machines, (state, event) → (state, actions).
-//!
-//! Comes in: what people ask and what the executor reports. Goes out: what to do, and what to show. Knows no socket, no
-//! thread, no disk.
+//! Session, control, lateness and trust in the position, as pure state machines: (state, event) → (state,
+//! actions).
 
+mod board_height;
 mod events;
 pub mod lateness;
 pub mod lease;
 mod session;
 
+pub use board_height::BoardHeight;
 pub use events::{Action, Event};
 pub use lateness::{Lateness, Timing};
-pub use session::{Session, step};
+pub use session::{Session, is_same_press, step};
 
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-/// What the machine is doing, in the words of the banner.
+/// State of the machine, as the banner shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
-    /// Position unknown: initialise first.
+    /// Position unknown: home first.
     NotHomed,
-    /// Moving to the end sensors.
+    /// Moving to the limit switches.
     Homing,
     /// At rest, position known.
     Ready,
-    /// A short move by hand.
+    /// A short jog.
     Jogging,
-    /// Drilling a job.
     Running,
-    /// Finishing the stroke before a pause.
+    /// Braking, or finishing a hole, before a pause.
     Pausing,
-    /// Held between two holes; spindle off.
+    /// Paused; spindle off between holes.
     Paused,
-    /// Waiting for a person to change the bit.
+    /// Waiting for the user to change the bit.
     ToolChange,
-    /// A controller of the GRBL family reads a job in its check mode; nothing moves.
+    /// A GRBL-family controller runs a job in its check mode; nothing moves.
     Checking,
-    /// Coming to rest.
     Stopping,
-    /// Something went wrong; it waits to be acknowledged.
+    /// An error that waits for acknowledgement.
     Alarm,
-    /// Going to where the head is parked.
+    /// Moving to the park position.
     Parking,
 }
 
-/// How well the position is known. Only homing makes it trusted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// Reliability of the position. Only homing makes it trusted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trust {
-    /// Known: homed and nothing happened since.
+    /// Homed, with no doubtful event since.
     Trusted,
     /// Probably right, but something happened: home before a job.
     Suspect,
-    /// Not known.
+    #[default]
     Lost,
 }
 
-/// Why a job came to its end.
+/// Reason for the end of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// All holes drilled.
     Done,
-    /// Stopped after a hole, as asked.
+    /// Stopped after a hole, on request.
     StoppedAfterHole,
-    /// STOP was pressed.
     Stopped,
-    /// An alarm.
     Alarm,
 }
 
-/// An alarm: what happened, as a diagnostic with a code of the locale tables.
+/// An alarm, as a diagnostic with a code of the locale tables.
 pub type Alarm = Diagnostic;

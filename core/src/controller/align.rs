@@ -1,7 +1,4 @@
-//! A routine on a board that lies elsewhere: every place of it goes along with the board.
-//!
-//! Comes in: a routine, an alignment. Goes out: another routine, with another key: it is taken up with the same alignment alone. Does not
-//! know how the board was found.
+//! A routine for a rotated or shifted board: every position moves with the board.
 
 use super::routine::{Course, Routine, RoutineAction, RoutineMove, TipPlace};
 use crate::align::BoardFit;
@@ -9,7 +6,7 @@ use crate::geometry::Point;
 use crate::units::Length;
 use sha2::{Digest, Sha256};
 
-/// The routine where the board is.
+/// Moves a routine to where the board is.
 #[must_use]
 pub fn aligned_routine(routine: &Routine, fit: &BoardFit) -> Routine {
     let plane = |[x, y]: [Length; 2]| {

@@ -1,14 +1,11 @@
-//! What may be asked of a controller, what happens to it, and what the engine then wants done.
-//!
-//! Comes in: nothing. Goes out: the words that engine, bridge and page share. Does not know what becomes of them.
+//! Commands to a controller, the events that it sends, and the actions that the engine requests.
 
 use super::changer::Changer;
-use super::check::CheckNews;
 use super::heard::CompiledOptions;
-use super::overrides::OverrideOf;
 use super::routine::Routine;
 use super::setter::ToolSetter;
 use super::settings::Values;
+use super::written::WrittenLine;
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
 use crate::level::{ProbeGrid, Survey};
@@ -16,379 +13,308 @@ use crate::units::Length;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Real-time characters.
-pub mod signs {
-    /// Report.
+/// Real-time commands: single bytes that bypass the receive buffer.
+pub mod realtime {
     pub const ASK: u8 = b'?';
-    /// Feed hold.
     pub const HOLD: u8 = b'!';
-    /// Go on.
     pub const RESUME: u8 = b'~';
-    /// Begin anew.
     pub const RESET: u8 = 0x18;
-    /// Safety door.
-    pub const DOOR: u8 = 0x84;
-    /// Ends a jog.
     pub const JOG_CANCEL: u8 = 0x85;
 }
 
-/// Speeds of the line that are tried where nobody says which, in their order: most boards have the first.
+/// Baud rates to try if none is set, in this order: most controllers use the first.
 pub const BITS_PER_S: [u32; 10] =
     [115_200, 57_600, 9_600, 250_000, 230_400, 38_400, 19_200, 460_800, 921_600, 1_000_000];
 
-/// What the controller is doing, as far as the engine brought it there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Activity of the controller, as far as the engine started it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EnginePhase {
-    /// No link.
+    #[default]
     Closed,
-    /// Finding out who is there.
+    /// Identifying the controller.
     Greeting,
-    /// At rest.
     Ready,
     /// Locked after an alarm, or never homed.
     Locked,
-    /// Looking for the end switches.
+    /// Looking for the limit switches.
     Homing,
-    /// A move by hand.
     Jogging,
     /// Looking for the board with the probe.
     Probing,
-    /// Touching the board place by place.
+    /// Probing the board point by point.
     Surveying,
     /// The controller reads a job in check mode; nothing moves.
     Checking,
-    /// A job.
     Running,
-    /// Coming to rest in a job.
+    /// Stopping within a job; still moving.
     Holding,
-    /// At rest in a job.
+    /// Stopped within a job.
     Held,
-    /// A person changes the tool.
+    /// The user changes the tool.
     ToolChange,
-    /// The tool that is in is measured on the tool setter, in the middle of its change.
+    /// Measuring the tool on the tool setter, in the middle of a tool change.
     Measuring,
     /// The machine changes the tool itself.
     Changing,
-    /// Coming to rest to end a job.
+    /// Stopping to end a job; still moving.
     Stopping,
 }
 
-/// Something happened, or is asked.
 #[derive(Clone, Debug)]
 pub enum EngineEvent {
-    /// The port is open.
     Opened,
-    /// The port is open, and nothing that is written before the board said who it is may reset it.
+    /// The port is open. Until the controller is identified, write nothing that may reset it.
     OpenedSparing,
     /// The port is gone.
     Closed,
-    /// Bytes came.
     Bytes(Vec<u8>),
-    /// Nothing but time; wanted at least every 20 ms.
+    /// Time passed; needed at least every 20 ms.
     Tick,
-    /// The same, and time was not told for a while: how long what is in work takes says nothing.
+    /// As `Tick`, but the host was stalled: durations measured across this gap mean nothing.
     Late,
-    /// A person asks.
     Ask(EngineAsk),
 }
 
-/// What a person may ask.
+/// Commands of the user.
 #[derive(Clone, Debug)]
 pub enum EngineAsk {
-    /// Home.
     Home,
     /// Unlock without homing: the position stays unknown.
     Unlock,
-    /// Move one axis, in µm, at so many mm/min.
+    /// Jog one axis by `um` µm.
     Jog {
         /// 0 to 2.
         axis: u8,
-        /// How far.
         um: i32,
-        /// How fast.
         mm_per_min: f64,
+        /// Jog X and Y even if the tip may be in the board.
+        anyway: bool,
     },
-    /// Z all the way up, then X and Y to where it is parked.
+    /// Raise Z fully, then move X and Y to the park position.
     Park {
-        /// So far from the lowest ends of X and Y, mm; none for where homing leaves it.
+        /// Distance from the low ends of X and Y, mm; `None`: where homing leaves them.
         from_low_mm: Option<[f64; 2]>,
     },
-    /// End the move by hand.
+    /// End the jog.
     JogCancel,
-    /// The place of these axes becomes work zero; of Z, this height.
+    /// Make the current position of these axes the work zero; for Z, at height `height_mm`.
     SetZero {
-        /// X, Y, Z.
         axes: [bool; 3],
-        /// The height of the tip over the board, mm.
+        /// Height of the tip over the board, mm.
         height_mm: f64,
     },
-    /// This place in machine coordinates becomes work zero, mm.
+    /// Make this position the work zero, in machine coordinates, mm.
     ZeroAt {
-        /// X, Y and Z; none of an axis whose zero stays.
+        /// X, Y and Z; `None` leaves the zero of that axis.
         place_mm: [Option<f64>; 3],
     },
-    /// Go down until the probe meets the board, at most so far; its plate is so thick.
+    /// Probe downwards until the probe meets the board or its plate.
     Probe {
-        /// How far down at most, mm.
+        /// Largest travel down, mm.
         depth_mm: f64,
-        /// How fast, mm/min.
+        /// Probing feed, mm/min.
         mm_per_min: f64,
         /// Thickness of the plate, mm.
         plate_mm: f64,
-        /// How far up afterwards, mm.
+        /// Lift afterwards, mm.
         up_mm: f64,
     },
-    /// Go along an axis until the probe meets the board's edge, at most so far: the edge becomes work zero of the axis.
+    /// Probe along an axis until the probe meets the board's edge; the edge becomes the work zero of that
+    /// axis.
     Edge {
         /// 0 X, 1 Y.
         axis: u8,
-        /// How far at most, mm, signed.
+        /// Largest travel, mm, signed.
         reach_mm: f64,
-        /// How fast, mm/min.
+        /// Probing feed, mm/min.
         mm_per_min: f64,
-        /// Half the diameter of the tool, mm.
+        /// Half the tool diameter, mm.
         radius_mm: f64,
-        /// How far off the edge afterwards, mm.
+        /// Retreat from the edge afterwards, mm.
         back_mm: f64,
     },
-    /// Touch the board at every place of a grid; what comes of it is told.
+    /// Probe the board at every point of a grid; results come as [`SurveyNews`].
     Survey(SurveyStart),
     /// Run a job from a section on.
     Start(EngineStart),
-    /// Come to rest, to go on later.
+    /// Feed hold; the job can be resumed.
     Hold,
-    /// Go on.
     Resume,
-    /// Before this section of the job in work is begun, or before the next that cuts, a person puts in a new tool.
+    /// Stop for a new tool before this section of the running job, or before the next section that cuts.
     ToolBefore {
         /// Index into the routine's sections.
         section: usize,
     },
-    /// The tool is in: go on, if the height of the board is known for it.
+    /// The tool is in: continue, if the height of the board is known for this tool.
     ToolReady,
-    /// The bit that is in is another one than it was, by a person's word: it has to be touched off.
+    /// The user reports another tool in the spindle: its length must be measured or touched off.
     NewBit,
-    /// Come to rest and end the job. Nothing moves afterwards.
+    /// Stop and end the job. Nothing moves afterwards.
     Stop,
-    /// End the job once the section in work is done: over the next one, the tip up.
+    /// End the job after the current section, over the next one, with the tip up.
     StopAfter,
-    /// So many percent of what the program says.
+    /// Set an override, in percent of the programmed value.
     Override {
-        /// Of what.
         of: OverrideOf,
-        /// Percent.
         percent: u8,
     },
-    /// Read this job in check mode: every line of it, without a move.
+    /// Read this job in check mode: every line, without a move.
     Check {
-        /// The job.
         routine: Arc<Routine>,
+        /// Lines as in the files; if empty, lines as the job sends them.
+        written: Arc<[WrittenLine]>,
     },
-    /// A setting.
     Set {
-        /// Its number.
         number: u16,
-        /// Its value, in its own unit.
+        /// In the unit of that setting.
         value: f64,
     },
 }
 
-/// A board to be touched, for a height map.
+/// In the order of reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OverrideOf {
+    /// Feed, 10 to 200 %.
+    Feed,
+    /// Rapids: 25, 50 or 100 %.
+    Rapid,
+    /// Spindle, 10 to 200 %.
+    Spindle,
+}
+
+/// Parameters of probing a board for a height map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyStart {
-    /// Where, work coordinates.
     pub grid: ProbeGrid,
-    /// How far over the highest place touched the tip goes from place to place, mm.
+    /// Height over the highest probed point at which the tip travels, mm.
     pub clear_mm: f64,
-    /// How far below the last place the next one may lie, mm.
+    /// Most that the next point may be below the last one, mm.
     pub depth_mm: f64,
-    /// How fast down, mm/min.
+    /// Probing feed, mm/min.
     pub mm_per_min: f64,
-    /// How fast from place to place, mm/min.
+    /// Feed between points, mm/min.
     pub over_mm_per_min: f64,
 }
 
 impl SurveyStart {
-    /// As fast as it is usual.
+    /// With the default feeds.
     pub fn usual(grid: ProbeGrid, clear_mm: f64, depth_mm: f64) -> Self {
         Self { grid, clear_mm, depth_mm, mm_per_min: 60.0, over_mm_per_min: 800.0 }
     }
 }
 
-/// A job to be run.
 #[derive(Clone, Debug)]
 pub struct EngineStart {
-    /// The job.
     pub routine: Arc<Routine>,
     /// The first section to run.
     pub from: usize,
-    /// Where the work zero was when the job was interrupted, machine coordinates; of no meaning where nothing homes.
+    /// Work zero when the job was interrupted, machine coordinates, mm. Meaningless if the machine doesn't
+    /// home.
     pub zero_mm: Option<[f64; 3]>,
-    /// All bits stand out equally far, by a person's word: none is touched off after it was put in.
+    /// The user states that all tools protrude equally, so no tool is touched off after a change.
     pub same_length: bool,
-    /// Where each tool is measured before it cuts; none where each is touched off against the board.
+    /// Measures each tool before it cuts; `None`: each tool is touched off on the board.
     pub setter: Option<ToolSetter>,
-    /// How the machine changes tools itself; none where a person does.
+    /// Changes tools automatically; `None`: the user changes them.
     pub changer: Option<Changer>,
-    /// Seconds that the spindle takes to come up to speed.
+    /// Spindle run-up time, s.
     pub spin_up_s: f64,
-    /// Findings that were seen, by code.
+    /// Codes of problems that the user accepted.
     pub accepted: Vec<String>,
 }
 
-/// A step of an override.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Override {
-    /// Feed as programmed.
-    FeedFull,
-    /// Feed 10 % up.
-    FeedUp,
-    /// Feed 10 % down.
-    FeedDown,
-    /// Feed 1 % up.
-    FeedUpOne,
-    /// Feed 1 % down.
-    FeedDownOne,
-    /// Rapids at full speed.
-    RapidFull,
-    /// Rapids at half.
-    RapidHalf,
-    /// Rapids at a quarter.
-    RapidQuarter,
-    /// Spindle as programmed.
-    SpindleFull,
-    /// Spindle 10 % up.
-    SpindleUp,
-    /// Spindle 10 % down.
-    SpindleDown,
-    /// Spindle 1 % up.
-    SpindleUpOne,
-    /// Spindle 1 % down.
-    SpindleDownOne,
-}
-
-impl Override {
-    /// The one that brings rapids there.
-    pub(super) fn rapid(percent: u16) -> Self {
-        match percent {
-            25 => Self::RapidQuarter,
-            50 => Self::RapidHalf,
-            _ => Self::RapidFull,
-        }
-    }
-
-    /// How many percent it makes of so many; none where nobody knows.
-    pub(super) fn leads_to(self, percent: Option<u16>) -> Option<u16> {
-        let by = |step: i16| Some(percent?.saturating_add_signed(step).clamp(10, 200));
-        match self {
-            Self::FeedFull | Self::RapidFull | Self::SpindleFull => Some(100),
-            Self::RapidHalf => Some(50),
-            Self::RapidQuarter => Some(25),
-            Self::FeedUp | Self::SpindleUp => by(10),
-            Self::FeedDown | Self::SpindleDown => by(-10),
-            Self::FeedUpOne | Self::SpindleUpOne => by(1),
-            Self::FeedDownOne | Self::SpindleDownOne => by(-1),
-        }
-    }
-
-    /// Its real-time character.
-    pub(super) fn sign(self) -> u8 {
-        match self {
-            Self::FeedFull => 0x90,
-            Self::FeedUp => 0x91,
-            Self::FeedDown => 0x92,
-            Self::FeedUpOne => 0x93,
-            Self::FeedDownOne => 0x94,
-            Self::RapidFull => 0x95,
-            Self::RapidHalf => 0x96,
-            Self::RapidQuarter => 0x97,
-            Self::SpindleFull => 0x99,
-            Self::SpindleUp => 0x9A,
-            Self::SpindleDown => 0x9B,
-            Self::SpindleUpOne => 0x9C,
-            Self::SpindleDownOne => 0x9D,
-        }
-    }
-}
-
-/// What is to be done, or told.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EngineAction {
-    /// Write these bytes.
     Write(Vec<u8>),
-    /// The port is to be closed: nobody answers.
+    /// Close the port: nothing responds.
     Close,
-    /// Everything is known of who is there.
+    /// The controller is fully identified.
     Greeted,
-    /// The work zero is where it was asked for: it was written and read again.
+    /// The work zero was written and read back correctly.
     ZeroSet,
-    /// So many sections of the job are certainly done.
+    /// This many sections of the job are certainly done.
     Progress {
-        /// How many.
         sections: usize,
     },
-    /// A person is to put this tool in: index into the routine's tools.
+    /// The user must insert this tool.
     ToolWanted {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// The machine has put this tool in itself.
+    /// The machine has inserted this tool itself.
     ToolFetched {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// What came of a board that is touched.
     Survey(SurveyNews),
-    /// What comes of a job that is read in check mode.
     Check(CheckNews),
-    /// The job is over.
     Ended(Ending),
-    /// Something to be said; an error stands until the next ask.
+    /// A message for the user; an error stays until the next command.
     Found(Diagnostic),
 }
 
-/// What comes of a board that is touched.
+/// Progress of probing a board.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SurveyNews {
-    /// A place was touched.
+    /// A point was probed.
     Touched {
         /// Its number in the grid.
         index: usize,
-        /// Its height over the work zero.
+        /// Height over the work zero.
         height: Length,
-        /// Touches that are done.
+        /// Probings done.
         done: usize,
-        /// And how many there will be, as far as is known.
+        /// Probings expected, as known now.
         of: usize,
     },
-    /// It is over; nothing comes of a survey that was stopped or that failed.
+    /// Probing ended.
     Over {
-        /// With all its heights.
+        /// `None` if probing was stopped or failed.
         survey: Option<Box<Survey>>,
     },
 }
 
-/// Who is there.
+/// Progress and result of reading a job in check mode.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CheckNews {
+    Read {
+        /// Lines answered.
+        done: u32,
+        /// All lines.
+        of: u32,
+    },
+    Refused {
+        /// The error, with the program line.
+        why: Diagnostic,
+    },
+    /// The controller has left check mode or is gone.
+    Over {
+        /// Lines answered.
+        done: u32,
+        /// All lines.
+        of: u32,
+        /// Lines refused; not all of them were reported.
+        refused: u32,
+        /// Reason, if it ended early.
+        why: Option<Diagnostic>,
+    },
+}
+
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Info {
-    /// How it greeted.
     pub banner: String,
-    /// Its version.
     pub version: String,
-    /// Rows of `$I` that only some have.
+    /// Rows of `$I` that only some firmwares have.
     pub about: BTreeMap<String, String>,
-    /// Compiled options.
     pub options: CompiledOptions,
-    /// Settings.
     pub values: Values,
-    /// Stored places.
     pub offsets: BTreeMap<String, Vec<f64>>,
-    /// The lowest and the highest place of X, Y and Z, where it says so itself, mm.
+    /// Lowest and highest position of X, Y and Z, mm, if the firmware reports them itself.
     pub said_ends_mm: [Option<[f64; 2]>; 3],
 }
 
 impl Info {
-    /// What kind of firmware it is: `GRBL`, `grblHAL` or `FluidNC`.
+    /// The firmware: `GRBL`, `grblHAL` or `FluidNC`.
     pub fn flavour(&self) -> &'static str {
         let says = |text: &str| {
             let all = [&self.banner, &self.version].into_iter().chain(self.about.values());

@@ -1,63 +1,66 @@
-//! What the receive buffer of the controller holds, counted by the characters that were sent and the lines that were answered.
+//! Model of the controller's receive buffer: characters sent, minus lines answered.
 //!
-//! Comes in: lines sent, answers heard. Goes out: whether another line has room. Real-time characters are picked out of the stream
-//! before the buffer and are not counted. Does not know what lines mean.
+//! Real-time characters bypass the buffer and are not counted.
 
 use std::collections::VecDeque;
 
-/// What a GRBL board holds where it does not say.
+/// Buffer size of GRBL controllers that don't report it.
 pub const USUAL_RX_BYTES: usize = 128;
 
-/// A line that was sent and not answered yet.
+/// A line that was sent and not yet answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sent<T> {
-    /// Its bytes, its end included.
+    /// Including the line ending.
     pub bytes: usize,
-    /// Nothing may be sent beside it: it writes the EEPROM, or changes who listens.
+    /// Nothing else may be in flight: the line writes the EEPROM, or changes which lines the controller
+    /// accepts.
     pub alone: bool,
-    /// What it is for.
     pub meaning: T,
 }
 
-/// The receive buffer as it must be at most: a line stays in it until it is answered.
+/// Upper bound of what the receive buffer holds: a line counts until it is answered.
 #[derive(Clone, Debug)]
 pub struct Buffer<T> {
     size: usize,
     sent: VecDeque<Sent<T>>,
 }
 
+impl<T> Default for Buffer<T> {
+    fn default() -> Self {
+        Self::new(USUAL_RX_BYTES)
+    }
+}
+
 impl<T> Buffer<T> {
-    /// An empty one of so many bytes.
     pub fn new(size: usize) -> Self {
         Self { size: size.max(16), sent: VecDeque::new() }
     }
 
-    /// The controller told how large it is.
+    /// The controller reported its buffer size.
     pub fn resize(&mut self, size: usize) {
         self.size = size.max(16);
     }
 
-    /// Bytes that it holds.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// Bytes in it that were not answered for.
+    /// Bytes of unanswered lines.
     pub fn used(&self) -> usize {
         self.sent.iter().map(|sent| sent.bytes).sum()
     }
 
-    /// Lines in it that were not answered.
+    /// Number of unanswered lines.
     pub fn len(&self) -> usize {
         self.sent.len()
     }
 
-    /// Whether every line was answered.
+    /// True if every line was answered.
     pub fn is_empty(&self) -> bool {
         self.sent.is_empty()
     }
 
-    /// Whether a line of so many bytes, its end included, has room now.
+    /// True if a line of `bytes`, line ending included, can be sent now.
     pub fn takes(&self, bytes: usize, alone: bool) -> bool {
         if self.sent.is_empty() {
             return bytes <= self.size;
@@ -70,28 +73,28 @@ impl<T> Buffer<T> {
         self.sent.push_back(Sent { bytes, alone, meaning });
     }
 
-    /// The oldest line was answered; none where nothing was asked.
+    /// The oldest line was answered; `None` if no line was open.
     pub fn answered(&mut self) -> Option<T> {
         self.sent.pop_front().map(|sent| sent.meaning)
     }
 
-    /// What waits for an answer, oldest first.
+    /// Unanswered lines, oldest first.
     pub fn waiting(&self) -> impl Iterator<Item = &T> {
         self.sent.iter().map(|sent| &sent.meaning)
     }
 
-    /// The controller began anew: what was in it is gone.
+    /// The controller restarted: its buffer is empty.
     pub fn clear(&mut self) {
         self.sent.clear();
     }
 }
 
-/// Whether a line writes the EEPROM, while which the controller loses what is sent to it: `$0=`, `$N0=`, `$RST=`, `$I=`, G10,
-/// G28.1, G30.1; and the choice of another zero, which reads it.
+/// True if a line must be in flight alone. While the controller writes its EEPROM, it loses characters:
+/// `$0=`, `$N0=`, `$RST=`, `$I=`, G10, G28.1, G30.1. Choosing another zero (G54 to G59) reads the EEPROM.
 pub fn stands_alone(line: &str) -> bool {
     let line: String = line.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_uppercase();
     if line.starts_with('$') {
-        // `$J=` and `$G` only read; homing and unlocking change who listens.
+        // `$J=` and `$G` only read; homing and unlocking change which lines the controller accepts.
         return !(line.starts_with("$J=") || line == "$G" || line == "$I" || line == "$#" || line == "$$");
     }
     let mut rest = line.as_str();
@@ -111,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_that_write_stand_alone() {
+    fn lines_that_write_are_sent_alone() {
         for (line, alone) in [
             ("$100=250", true),
             ("$H", true),
@@ -135,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn no_line_is_sent_that_has_no_room() {
+    fn line_is_sent_only_if_the_buffer_has_room() {
         let mut chance = crate::chance::Chance::new(7);
         let mut buffer = Buffer::new(128);
         let mut real: VecDeque<usize> = VecDeque::new();
@@ -146,7 +149,7 @@ mod tests {
                 real.push_back(bytes);
             } else {
                 assert!(real.iter().sum::<usize>() + bytes > 128, "there was room");
-                // The controller has read any part of the oldest; it answers when it has all.
+                // The controller may have read any part of the oldest line; it answers after the whole line.
                 real.pop_front();
                 assert!(buffer.answered().is_some());
             }
@@ -155,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_alone_waits_for_all_and_all_wait_for_it() {
+    fn line_sent_alone_waits_and_blocks_others() {
         let mut buffer = Buffer::new(128);
         buffer.put(10, false, ());
         assert!(buffer.takes(10, false) && !buffer.takes(10, true));

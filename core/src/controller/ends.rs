@@ -1,50 +1,47 @@
-//! Where the axes of a homed machine end, in machine coordinates: not what somebody believes of the firmware, but what agrees with the
-//! place where homing left the axis. An axis that stands at none of those did not look for its switch.
+//! Ends of the axes of a homed machine, in machine coordinates. The firmware's convention is derived from
+//! where homing left the axis. An axis that is at none of the possible positions did not look for its limit
+//! switch.
 //!
 //! ```text
 //!                        homed at its high end ($23: 0)             homed at its low end ($23: 1)
-//!  most                  −travel ──────────── −off│ 0              −travel │−travel + off ──────────── 0
-//!  counted from the end         the same                            0 │off ─────────────────────── travel
-//!  zero where it is left  −travel ──────────── 0 │                       │ 0 ──────────────────── travel     ("Z" in `$I`)
-//!                                                 │ switch; off: the pull-off `$27`
+//!  most                   −travel ──────────── −off│ 0              −travel │−travel + off ──────────── 0
+//!  counted from the end          same                               0 │off ─────────────────────── travel
+//!  zero where it is left  −travel ──────────── 0 │                        │ 0 ──────────────────── travel
+//!                                                │ switch; off: the pull-off `$27`; last row: "Z" in `$I`
 //! ```
 //!
-//! FluidNC has its zero anywhere: it says the ends of its axes itself, as it starts.
-//!
-//! Comes in: settings, the first report after homing. Goes out: ends, or nothing. mm. Does not know what moves.
+//! FluidNC may have its zero anywhere: it reports the ends of its axes at startup.
 
 use super::asks::Info;
-use super::engine::Controller;
 use super::settings;
-use crate::control::Trust;
 
-/// `$23`: a bit for each axis that homes to its low end.
+/// `$23`: one bit for each axis that homes to its low end.
 const HOMES_LOW: u16 = 23;
-/// `$27`: how far from its switch homing leaves an axis.
+/// `$27`: distance from the limit switch after homing.
 const PULL_OFF: u16 = 27;
-/// The same of most, for those that do not say: nothing goes nearer to a switch.
+/// Pull-off of firmwares that don't report it: keep this far from a limit switch.
 const USUAL_PULL_OFF_MM: f64 = 1.0;
-/// So near to where homing leaves an axis it is there.
+/// Tolerance for "where homing leaves the axis".
 const NEAR_MM: f64 = 0.05;
-/// The same where nobody knows how far from the switch that is.
+/// Tolerance if the pull-off is unknown.
 const USUALLY_NEAR_MM: f64 = 10.0;
 
-/// The ends of an axis that was homed.
+/// Ends of a homed axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AxisEnds {
-    /// The lowest and the highest place.
+    /// Lowest and highest position.
     pub(super) ends_mm: [f64; 2],
-    /// Those between which no switch speaks.
+    /// Range in which no limit switch triggers.
     pub(super) room_mm: [f64; 2],
 }
 
 impl Info {
-    /// Whether an axis homes to its low end.
+    /// True if the axis homes to its low end.
     pub(super) fn homes_low(&self, axis: usize) -> bool {
         self.values.get(&HOMES_LOW).is_some_and(|mask| *mask as u32 >> axis & 1 == 1)
     }
 
-    /// Takes what FluidNC says of an axis as it starts: `INFO: Axis X (-200.000,0.000)`.
+    /// Reads FluidNC's axis range at startup: `INFO: Axis X (-200.000,0.000)`.
     pub(super) fn hear_ends(&mut self, text: &str) {
         let Some((_, said)) = text.split_once("Axis ") else { return };
         let axis = said.chars().next().and_then(|letter| "XYZ".find(letter));
@@ -61,7 +58,7 @@ impl Info {
         }
     }
 
-    /// The ends of an axis as its settings have them, before homing has shown whether that is so; none where they do not say.
+    /// Ends of an axis according to its settings, not confirmed by homing; `None` if the settings don't say.
     pub fn likely_ends_mm(&self, axis: usize) -> Option<[f64; 2]> {
         if self.flavour() == "FluidNC" && self.said_ends_mm[axis].is_some() {
             return self.said_ends_mm[axis];
@@ -71,13 +68,13 @@ impl Info {
         Some(if counts_up { [0.0, travel] } else { [-travel, 0.0] })
     }
 
-    /// Whether its zero is where homing leaves it.
+    /// True if zero is where homing leaves the axis.
     fn zero_is_left(&self) -> bool {
         self.options.letters.contains('Z')
     }
 
-    /// What homing that left an axis at `place_mm` says of its ends: none where it cannot have looked for its switch. Of one whose travel
-    /// nobody knows, nothing is known after it either.
+    /// Ends of an axis that homing left at `place_mm`. `None`: the axis can't have looked for its limit
+    /// switch. `Some(None)`: the travel is unknown.
     pub(super) fn ends_by(&self, axis: usize, place_mm: f64) -> Option<Option<AxisEnds>> {
         let pull_off = self.values.get(&PULL_OFF).copied();
         if self.flavour() == "FluidNC" {
@@ -92,7 +89,7 @@ impl Info {
         let near = if pull_off.is_some() { NEAR_MM } else { USUALLY_NEAR_MM };
         let off = pull_off.unwrap_or(USUAL_PULL_OFF_MM).clamp(0.0, travel / 2.0);
         let low = self.homes_low(axis);
-        // Where it is left, what its ends are then, and whether the one that it homed to is off its switch already.
+        // Position after homing, the ends that follow, and whether the homed end already excludes the switch.
         let rows = match (self.zero_is_left(), low) {
             (true, true) => vec![(0.0, [0.0, travel], true)],
             (true, false) => vec![(0.0, [-travel, 0.0], true)],
@@ -111,29 +108,11 @@ impl AxisEnds {
     }
 }
 
-impl Controller {
-    /// The lowest and the highest place of an axis in machine coordinates between which no switch speaks, mm; none where that is not
-    /// known: nothing was homed.
-    pub fn room_mm(&self, axis: usize) -> Option<[f64; 2]> {
-        self.ends_of(axis).map(|ends| ends.room_mm)
-    }
-
-    /// The same, switches and all.
-    pub fn ends_mm(&self, axis: usize) -> Option<[f64; 2]> {
-        self.ends_of(axis).map(|ends| ends.ends_mm)
-    }
-
-    fn ends_of(&self, axis: usize) -> Option<AxisEnds> {
-        let homed = self.homes() && self.trust == Trust::Trusted;
-        *self.ends.get(axis).filter(|_| homed)?
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Settings with a travel of 200 mm that are left 2 mm from their switches, X homed low.
+    /// Travel 200 mm, pull-off 2 mm, X homes low.
     fn info(letters: &str) -> Info {
         let mut info = Info::default();
         info.values.extend([(HOMES_LOW, 1.0), (PULL_OFF, 2.0), (130, 200.0), (131, 200.0), (132, 200.0)]);
@@ -142,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_agree_with_where_homing_left_the_axis() {
+    fn axis_ends_follow_the_position_after_homing() {
         let is = |ends: [f64; 2], room: [f64; 2]| Some(Some(AxisEnds { ends_mm: ends, room_mm: room }));
         for (letters, axis, place_mm, expected) in [
             ("V", 2, -2.0, is([-200.0, 0.0], [-198.0, -2.0])),
@@ -151,7 +130,7 @@ mod tests {
             ("V", 2, 198.0, is([0.0, 200.0], [2.0, 198.0])),
             ("VZ", 0, 0.0, is([0.0, 200.0], [0.0, 198.0])),
             ("VZ", 2, 0.0, is([-200.0, 0.0], [-198.0, 0.0])),
-            // Where it stood when it was switched on; the other end; between.
+            // Position at power-on; the other end; between.
             ("V", 2, 0.0, None),
             ("V", 2, -198.0, None),
             ("V", 0, -2.0, None),
@@ -169,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn fluidnc_says_its_ends_itself_and_what_is_damaged_is_none() {
+    fn fluidnc_reports_axis_ends_and_damaged_reports_are_ignored() {
         let mut info = info("");
         info.banner = "Grbl 3.7 [FluidNC v3.7.8 '$' for help]".to_owned();
         assert_eq!(info.ends_by(0, 12.0), Some(None), "nothing is known, nothing is claimed");

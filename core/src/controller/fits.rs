@@ -1,38 +1,36 @@
-//! Whether a job fits a controller, before anything moves: its settings against the places, feeds and speeds of the job.
+//! Whether a job fits a controller, before anything moves: compares settings with the job's positions, feeds
+//! and speeds.
 //!
-//! Comes in: settings, the job, where the work zero is. Goes out: diagnostics; with an error among them nothing is started. Lengths in
-//! mm. Does not know what moves.
+//! Lengths in mm.
 
 use super::routine::{Bow, Course, Routine, RoutineAction, RoutineMove, Spindle, TipPlace};
 use super::settings::{self, Values};
 use crate::diagnostic::Diagnostic;
 
-/// Steps in a second that an 8-bit controller can make.
+/// Step rate of an 8-bit controller.
 pub const MOST_STEPS_PER_S: f64 = 30_000.0;
-/// How far past the end of its travel a place may be said: a step, and rounding.
+/// Tolerance at the end of travel: one step, and rounding.
 const SLACK_MM: f64 = 0.02;
-/// How much above the fastest of an axis its part of a feed may be before it is worth a word.
+/// Tolerance over an axis' largest feed before a warning.
 const FEED_SLACK_FACTOR: f64 = 1.01;
-/// Cuts that come to no more than this part of their feed are not those that were planned.
+/// Warn if cuts reach no more than this share of their feed.
 const LEAST_FEED_SHARE: f64 = 0.5;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
-/// What the job is compared with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineRange<'m> {
-    /// Its settings.
     pub values: &'m Values,
     /// Work zero in machine coordinates.
     pub zero_mm: [f64; 3],
-    /// Machine coordinates mean places: it was homed.
+    /// The machine was homed, so machine coordinates are valid.
     pub homed: bool,
-    /// The lowest and the highest place of X, Y and Z, machine coordinates, where homing has told them.
+    /// Lowest and highest position of X, Y and Z, machine coordinates, as found by homing.
     pub ends_mm: [Option<[f64; 2]>; 3],
-    /// An 8-bit board, whose rate of steps is limited.
+    /// An 8-bit controller with a limited step rate.
     pub small: bool,
 }
 
-/// What does not fit, worst first.
+/// Problems, worst first.
 pub fn compare(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     if settings::on(machine.values, 32) {
@@ -91,7 +89,7 @@ fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     found
 }
 
-/// Each axis that cuts ask for more than it can: the controller slows the whole move down to it.
+/// Axes that are slower than the cuts require: the controller slows the whole move down.
 fn feeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let Some(rates) = settings::axes(machine.values, 110) else { return Vec::new() };
     let asked = fastest_asked(routine);
@@ -105,7 +103,7 @@ fn feeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// The fastest that cuts want each axis to go, mm/min.
+/// Highest feed that cuts require of each axis, mm/min.
 fn fastest_asked(routine: &Routine) -> [f64; 3] {
     let mut asked = [0.0_f64; 3];
     let mut at: Option<TipPlace> = None;
@@ -126,8 +124,8 @@ fn fastest_asked(routine: &Routine) -> [f64; 3] {
     asked
 }
 
-/// Axes that cannot be moved at all, and those which are so slow to get to their speed that no cut of theirs has the half of its feed: a
-/// bit that rubs where it should cut gets hot, and breaks.
+/// Axes that can't move, and axes that accelerate so slowly that no cut reaches half its feed. A tool that
+/// rubs instead of cutting gets hot and breaks.
 fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let is_stuck = |axis: &u16| machine.values.get(&(120 + axis)).is_some_and(|mm_per_s2| *mm_per_s2 <= 0.0);
     let stuck = (0_u16..3).filter(is_stuck).map(|axis| {
@@ -148,8 +146,9 @@ fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnosti
     found
 }
 
-/// Of all cuts straight down, or of all in the plane, the one that gets nearest to its feed: that, and the speed which is reached from
-/// rest to rest; mm/min. What is cut without a stop between is one, its corners left out of account.
+/// Among vertical cuts or cuts in XY, the cut that gets nearest to its feed. Returns the feed and the speed
+/// reached from standstill to standstill, mm/min. Cuts without a stop between them count as one; corners are
+/// ignored.
 fn quickest_cut(routine: &Routine, mm_per_s2: f64, down: bool) -> Option<(f64, f64)> {
     let mut best: Option<(f64, f64)> = None;
     for section in &routine.sections {
@@ -173,7 +172,7 @@ fn quickest_cut(routine: &Routine, mm_per_s2: f64, down: bool) -> Option<(f64, f
     best
 }
 
-/// The part of a feed that each axis has at most, 0 to 1. Somewhere on an arc it is all of it along X, or along Y.
+/// Largest share of the feed on each axis, 0 to 1. An arc somewhere moves entirely along X or Y.
 fn shares(from: TipPlace, step: &RoutineMove) -> [f64; 3] {
     let way: [f64; 3] = core::array::from_fn(|axis| libm::fabs((step.to[axis] - from[axis]).mm()));
     let (plane, is_arc) = match step.course {
@@ -211,7 +210,7 @@ mod tests {
     use super::super::gcode::read;
     use super::*;
 
-    /// What a comparison says of a job on a machine with these settings, by its numbers.
+    /// Arguments of the diagnostics of a comparison.
     fn said(
         compares: fn(&Routine, &MachineRange<'_>) -> Vec<Diagnostic>,
         text: &str,
@@ -234,18 +233,18 @@ mod tests {
     }
 
     #[test]
-    fn each_axis_is_asked_for_its_own_part_of_a_feed() {
+    fn feed_check_uses_each_axis_share() {
         let fastest = [(110, 1_000.0), (111, 2_000.0), (112, 300.0)];
         for (text, expected) in [
             ("G0 X1 Y1\nG1 Z-1 F300", vec![]),
-            // A plunge that only X and Y could do.
+            // A plunge feed that only X and Y can reach.
             ("G0 X1 Y1\nG1 Z-1 F600", vec!["Z 600 112 300"]),
             ("G0 X1 Y1\nG1 Z-1 F300\nG1 Y9 F1900", vec![]),
             ("G0 X1 Y1\nG1 Z-1 F300\nG1 X9 F1900", vec!["X 1900 110 1000"]),
-            // At 45 degrees X has its part of it alone.
+            // At 45 degrees X has only its share of the feed.
             ("G0 X1 Y1\nG1 Z-1 F300\nG1 X9 Y9 F1400", vec![]),
             ("G0 X1 Y1\nG1 Z-1 F300\nG2 X9 Y1 I4 J0 F1400", vec!["X 1400 110 1000"]),
-            // A helix that is steep.
+            // A steep helix.
             ("G0 X1 Y1\nG1 Z-0.1 F300\nG1 X2 Z-1.1 F600", vec!["Z 424.26 112 300"]),
         ] {
             assert_eq!(said(feeds, text, &fastest), expected, "{text}");
@@ -253,12 +252,13 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_that_never_gets_to_its_feed_is_told_and_one_that_cannot_move_stops_it() {
+    fn unreachable_feed_is_a_warning_and_zero_acceleration_an_error() {
         let drilled = "G0 X1 Y1\nG1 Z-1.7 F600";
         let milled = "G0 X1 Y1\nG1 Z-0.1 F60\nG1 X5 F300\nG1 X9 Y9";
         for (text, [x, y, z], expected) in [
             (drilled, [100.0, 100.0, 100.0], vec![]),
-            // From rest to rest over 3.7 mm, down from 2 mm over the board: 10 mm/s at most by 27 mm/s2.
+            // Standstill to standstill over 3.7 mm, down from 2 mm over the board: at most 10 mm/s with 27
+            // mm/s².
             (drilled, [100.0, 100.0, 6.5], vec!["Z 122 6.5 600 294"]),
             (drilled, [100.0, 100.0, 7.0], vec![]),
             (milled, [100.0, 0.4, 100.0], vec!["Y 121 0.4 300 137"]),

@@ -1,30 +1,35 @@
-//! Programs for controllers of the GRBL family, ours and other people's, read into sections.
+//! Reads programs for the GRBL family, ours and foreign, into sections.
 //!
-//! What is followed: G0 G1 G2 G3 (centre by I and J, or R), G4, G17, G20 G21, G40 G49 G54 G61 G64 G80 G90 G91 G91.1 G94, M0 M1 M2 M6
-//! M30, M3 M4 M5, M7 M8 M9, F S T N. Anything else that would change where the tool goes is refused with its line: a word that the
-//! engine does not follow is a move that it cannot watch.
-//!
-//! Comes in: text. Goes out: a [`Routine`]. Does not know the machine.
+//! Supported: G0 G1 G2 G3 (centre by I and J, or R), G4, G17, G20 G21, G40 G49 G54 G61 G80 G90 G91 G91.1 G94,
+//! M0 M1 M2 M6 M30, M3 M4 M5, M7 M8 M9, F S T N, and of these only what GRBL accepts in one line. Everything
+//! else is refused with its line: the engine can't watch a move that it doesn't follow.
 
+use super::gcode_words::Words;
 use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace};
+use super::written::{WrittenLine, written};
 use crate::diagnostic::Diagnostic;
+use crate::gcode::{Interpreter, Judge, grbl};
 use crate::units::Length;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
-/// Most lines of a program.
 const MOST_LINES: usize = 2_000_000;
-/// Furthest place, in mm.
+/// Largest coordinate, mm.
 const FURTHEST_MM: f64 = 5_000.0;
-/// Words, in tenths, that change no place.
-const PASSED: &[u32] = &[170, 210, 400, 490, 540, 610, 640, 800, 911, 940];
+/// Most rapids in the board that are reported.
+const MOST_WARNINGS: usize = 20;
+/// Words by which a program asks for a tool.
+const TOOL_WORDS: &[&str] =
+    &["tool", "bit", "drill", "mill", "endmill", "cutter", "insert", "change", "load", "mm", "inch"];
+/// G words, in hundredths, that change no place.
+const PASSED: &[u32] = &[1700, 4000, 4900, 5400, 6100, 9110, 9400];
 
-/// What holds from line to line.
+/// Modal state of the program.
 struct Reader<'t> {
     file: &'t str,
     line: u32,
     routine: Routine,
-    /// Where the tip is, each axis once it was said.
+    /// Tip position, each axis once it was given.
     at: [Option<Length>; 3],
     course: Option<Going>,
     /// Nanometres in one unit.
@@ -34,13 +39,16 @@ struct Reader<'t> {
     speed: f64,
     sense: i8,
     coolant: [bool; 2],
-    /// The last words to the person.
+    /// The last comment, to be shown at a tool change.
     said: String,
     tool: Option<u32>,
     open: Open,
-    /// Holes and toolpaths so far.
+    /// Number of holes and toolpaths read.
     counts: (u32, u32),
     ended: bool,
+    judge: Judge,
+    /// The lines as in the file.
+    written: Vec<WrittenLine>,
 }
 
 /// The section that is being read.
@@ -49,9 +57,9 @@ struct Open {
     line: u32,
     actions: Vec<RoutineAction>,
     cuts: bool,
-    /// It leaves its place in the plane while it cuts.
+    /// The tool moves in XY while it cuts.
     wanders: bool,
-    /// How many actions come before the entry, once it is passed.
+    /// Number of actions before the entry, once it is passed.
     approach: Option<usize>,
     entry: Option<TipPlace>,
     spindle: Spindle,
@@ -65,24 +73,20 @@ enum Going {
     Arc { ccw: bool },
 }
 
-/// The words of one line.
-#[derive(Default)]
-struct Words {
-    g: Vec<u32>,
-    m: Vec<u32>,
-    letters: [Option<f64>; 26],
-}
-
-impl Words {
-    fn letter(&self, name: u8) -> Option<f64> {
-        self.letters[usize::from(name - b'A')]
-    }
-}
-
-/// Reads programs that are run one after the other, each with its name; between two files a person changes the tool.
+/// Reads programs that run one after the other, each with its name; between two files the user changes the
+/// tool.
 pub fn read(name: &str, files: &[(String, String)]) -> Result<Routine, Diagnostic> {
+    read_written(name, files).map(|(routine, _)| routine)
+}
+
+/// As [`read`], with the lines as in the files.
+pub fn read_written(
+    name: &str,
+    files: &[(String, String)],
+) -> Result<(Routine, Vec<WrittenLine>), Diagnostic> {
     let mut digest = Sha256::new();
     let mut routine = Routine { name: name.to_owned(), ..Routine::default() };
+    let mut written = Vec::new();
     for (index, (file, text)) in files.iter().enumerate() {
         digest.update(text.as_bytes());
         digest.update([0]);
@@ -96,12 +100,21 @@ pub fn read(name: &str, files: &[(String, String)]) -> Result<Routine, Diagnosti
             routine.sections.push(change);
         }
         routine.programs.push((routine.sections.len(), file.clone()));
-        routine = one(file, text, routine)?;
+        let lines;
+        (routine, lines) = one(file, text, routine)?;
+        written.extend(lines);
     }
     for byte in digest.finalize() {
         let _ = write!(routine.key, "{byte:02x}");
     }
-    Ok(routine)
+    Ok((routine, written))
+}
+
+/// Whether what a program says at a pause is about a tool.
+fn names_tool(said: &str) -> bool {
+    let said = said.to_ascii_lowercase();
+    let mut words = said.split(|c: char| !c.is_ascii_alphanumeric());
+    said.contains("put in") || words.any(|word| TOOL_WORDS.contains(&word))
 }
 
 fn empty(kind: SectionKind) -> Section {
@@ -117,7 +130,8 @@ fn empty(kind: SectionKind) -> Section {
     }
 }
 
-fn one(file: &str, text: &str, routine: Routine) -> Result<Routine, Diagnostic> {
+fn one(file: &str, text: &str, routine: Routine) -> Result<(Routine, Vec<WrittenLine>), Diagnostic> {
+    let section = routine.sections.len();
     let counts = routine.cuts();
     let mut reader = Reader {
         file,
@@ -136,18 +150,35 @@ fn one(file: &str, text: &str, routine: Routine) -> Result<Routine, Diagnostic> 
         open: Open::default(),
         counts,
         ended: false,
+        judge: Judge::of_sender(Interpreter::Grbl),
+        written: Vec::new(),
     };
     if text.lines().count() > MOST_LINES {
         return Err(reader.refuse("grbl.too_long"));
     }
-    for (number, line) in (1..).zip(text.lines()) {
+    for (number, line) in (1..).zip(grbl::lines(text)) {
         reader.line = number;
-        let bare = reader.bare(line)?;
-        if reader.ended || bare.is_empty() || bare.starts_with('%') {
+        let bare = reader.bare(line);
+        if bare.is_empty() {
             continue;
         }
-        let words = reader.words(&bare)?;
+        if bare.starts_with('%') {
+            let note = Diagnostic::note("grbl.percent_left_out").at(file, number, 1);
+            reader.routine.warnings.push(note);
+            continue;
+        }
+        if reader.ended {
+            let why = Diagnostic::warning("readback.after_end").with("found", line.trim());
+            reader.routine.warnings.push(why.at(file, number, 1));
+            break;
+        }
+        let words = Words::of(&bare).map_err(|word| reader.refuse("grbl.unknown_word").with("word", word))?;
+        let judged = reader.judge.line(&words.all, bare.len());
+        let judged = judged.and_then(|()| grbl::cut_short(Interpreter::Grbl, &bare).map_or(Ok(()), Err));
+        judged.map_err(|why| why.diagnostic(Interpreter::Grbl).at(file, number, 1))?;
         reader.follow(&words)?;
+        let (text, is_changed) = written(&bare, &words, reader.circle_end(&words));
+        reader.written.push(WrittenLine { section, line: number, text, is_changed });
     }
     reader.finish()
 }
@@ -158,81 +189,35 @@ impl Reader<'_> {
     }
 
     /// A line without its comments; what comments say is kept for the person.
-    fn bare(&mut self, line: &str) -> Result<String, Diagnostic> {
-        let mut bare = String::new();
-        let mut comment: Option<String> = None;
-        for letter in line.chars() {
-            match (&mut comment, letter) {
-                (Some(_), ')') => self.keep(comment.take().unwrap_or_default()),
-                (Some(text), _) => text.push(letter),
-                (None, '(') => comment = Some(String::new()),
-                (None, ';') => break,
-                (None, _) if letter.is_whitespace() || letter == '/' => {}
-                (None, _) => bare.push(letter.to_ascii_uppercase()),
-            }
-        }
-        if comment.is_some() {
-            return Err(self.refuse("grbl.open_comment"));
-        }
-        Ok(bare)
+    fn bare(&mut self, line: &str) -> String {
+        let bare = grbl::bare(line);
+        bare.brackets.iter().for_each(|comment| self.keep(comment));
+        bare.text
     }
 
-    fn keep(&mut self, comment: String) {
+    fn keep(&mut self, comment: &str) {
         let text = comment.trim();
         let text = text.strip_prefix("MSG,").or_else(|| text.strip_prefix("MSG")).unwrap_or(text).trim();
         self.said = text.chars().take(120).collect();
     }
 
-    fn words(&self, bare: &str) -> Result<Words, Diagnostic> {
-        let unknown = |text: &str| {
-            self.refuse("grbl.unknown_word").with("word", text.chars().take(20).collect::<String>())
-        };
-        let mut words = Words::default();
-        let mut rest = bare;
-        while let Some(letter) = rest.chars().next() {
-            if !letter.is_ascii_uppercase() {
-                return Err(unknown(rest));
-            }
-            let end = rest[1..].find(|c: char| c.is_ascii_uppercase()).map_or(rest.len(), |at| at + 1);
-            let number: f64 =
-                rest[1..end].parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| unknown(rest))?;
-            match letter {
-                'G' => words.g.push(libm::round(number * 10.0).clamp(0.0, 1e6) as u32),
-                'M' => words.m.push(libm::round(number).clamp(0.0, 1e6) as u32),
-                _ => {
-                    let place = usize::from(letter as u8 - b'A');
-                    if words.letters[place].replace(number).is_some() {
-                        return Err(unknown(rest));
-                    }
-                }
-            }
-            rest = &rest[end..];
-        }
-        Ok(words)
-    }
-
     fn follow(&mut self, words: &Words) -> Result<(), Diagnostic> {
-        let known = b"FIJKNPRSTXYZGM";
-        for (place, value) in (b'A'..).zip(words.letters) {
-            if value.is_some() && !known.contains(&place) {
-                return Err(self.refuse("grbl.unknown_word").with("word", char::from(place)));
-            }
-        }
         let mut waits = false;
         for &code in &words.g {
             match code {
                 0 => self.course = Some(Going::Rapid),
-                10 => self.course = Some(Going::Line),
-                20 => self.course = Some(Going::Arc { ccw: false }),
-                30 => self.course = Some(Going::Arc { ccw: true }),
-                40 => waits = true,
-                200 => self.unit_nm = 25.4e6,
-                210 => self.unit_nm = 1e6,
-                900 => self.relative = false,
-                910 => self.relative = true,
+                100 => self.course = Some(Going::Line),
+                200 => self.course = Some(Going::Arc { ccw: false }),
+                300 => self.course = Some(Going::Arc { ccw: true }),
+                400 => waits = true,
+                2000 => self.unit_nm = 25.4e6,
+                2100 => self.unit_nm = 1e6,
+                8000 => self.course = None,
+                9000 => self.relative = false,
+                9100 => self.relative = true,
                 _ if PASSED.contains(&code) => {}
                 _ => {
-                    let word = format!("G{}", f64::from(code) / 10.0);
+                    let word = format!("G{}", f64::from(code) / 100.0);
                     return Err(self.refuse("grbl.unknown_word").with("word", word));
                 }
             }
@@ -251,12 +236,9 @@ impl Reader<'_> {
             let seconds = words.letter(b'P').filter(|p| (0.0..=3600.0).contains(p));
             let seconds = seconds.ok_or_else(|| self.refuse("grbl.no_wait"))?;
             self.open.actions.push(RoutineAction::Wait { seconds, line: self.line });
-            return Ok(());
         }
-        if [b'X', b'Y', b'Z'].into_iter().any(|axis| words.letter(axis).is_some()) {
-            self.go(words)?;
-        } else if words.letter(b'I').is_some() || words.letter(b'J').is_some() {
-            // A full circle may be told by its centre alone.
+        // A full circle may give only its centre.
+        if words.any(b"XYZIJ") {
             self.go(words)?;
         }
         self.pauses(words)
@@ -295,7 +277,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where a pause or the end is asked for.
+    /// Handles pauses and the program end.
     fn pauses(&mut self, words: &Words) -> Result<(), Diagnostic> {
         if words.m.iter().any(|code| [0, 1, 6].contains(code)) {
             if self.open.cuts {
@@ -307,7 +289,10 @@ impl Reader<'_> {
                 (said, _) => said.to_owned(),
             };
             let tool = self.routine.tools.len() as u32;
-            self.routine.tools.push(name);
+            let has_new = self.tool != self.routine.numbers.last().copied().flatten();
+            let is_change = words.m.contains(&6) || has_new || names_tool(&self.said);
+            self.routine.stops.extend((!is_change).then_some(tool));
+            self.routine.tools.push(if is_change { name } else { self.said.clone() });
             self.routine.numbers.push(self.tool);
             self.shut(SectionKind::Change(tool));
             self.said.clear();
@@ -316,6 +301,28 @@ impl Reader<'_> {
             self.ended = true;
         }
         Ok(())
+    }
+
+    /// End of a full circle without X and Y, in program units: GRBL requires one of them.
+    fn circle_end(&self, words: &Words) -> Option<[f64; 2]> {
+        let turns = matches!(self.course, Some(Going::Arc { .. })) && words.any(b"IJ");
+        if !turns || words.any(b"XY") {
+            return None;
+        }
+        let here = |axis: usize| self.at[axis].map_or(0.0, |place| place.nm() as f64 / self.unit_nm);
+        Some(if self.relative { [0.0; 2] } else { [here(0), here(1)] })
+    }
+
+    /// Reports a rapid through or into the board, as `prove` does.
+    fn rapid_in_board(&mut self, from: TipPlace, to: TipPlace) {
+        let in_board = from[2] < Length::ZERO || to[2] < Length::ZERO;
+        let in_plane = from[0] != to[0] || from[1] != to[1];
+        if in_board && (in_plane || to[2] < from[2]) && self.routine.warnings.len() < MOST_WARNINGS {
+            let [x, y, z] = to.map(Length::mm);
+            let why =
+                Diagnostic::warning("readback.fast_in_board").with("found", format!("X {x} Y {y} Z {z}"));
+            self.routine.warnings.push(why.at(self.file, self.line, 0));
+        }
     }
 
     fn length(&self, value: f64) -> Result<Length, Diagnostic> {
@@ -344,7 +351,8 @@ impl Reader<'_> {
         }
         let whole = |at: [Option<Length>; 3]| Some([at[0]?, at[1]?, at[2]?]);
         let (Some(from), Some(to)) = (whole(before), whole(self.at)) else {
-            // Until every axis was said, the machine only gets ready; the entry of the first section brings it there.
+            // Until every axis was given, moves only prepare the machine. The entry of the first section
+            // gives the start position.
             return if going == Going::Rapid { Ok(()) } else { Err(self.refuse("grbl.unknown_place")) };
         };
         let course = match going {
@@ -352,7 +360,9 @@ impl Reader<'_> {
             Going::Line => Course::Line,
             Going::Arc { ccw } => Course::Arc { centre: self.centre(words, from, to, ccw)?, ccw },
         };
-        if course != Course::Rapid && self.feed <= 0.0 {
+        if course == Course::Rapid {
+            self.rapid_in_board(from, to);
+        } else if self.feed <= 0.0 {
             return Err(self.refuse("grbl.no_feed"));
         }
         self.add(from, RoutineMove { course, to, feed_mm_per_min: self.feed, line: self.line });
@@ -371,7 +381,8 @@ impl Reader<'_> {
             let radius = radius * self.unit_nm / 1e6;
             let chord = libm::hypot(x, y);
             let rest = 4.0 * radius * radius - chord * chord;
-            if chord == 0.0 || rest < -1e-6 {
+            let ends = [from, to].map(|place| [place[0].mm(), place[1].mm()]);
+            if chord == 0.0 || !grbl::has_circle(ends[0], ends[1], radius) {
                 return Err(self.refuse("grbl.no_arc"));
             }
             let side = if (radius > 0.0) == ccw { 1.0 } else { -1.0 };
@@ -380,15 +391,14 @@ impl Reader<'_> {
             return Ok(middle.map(Length::from_mm));
         }
         let (i, j) = (words.letter(b'I'), words.letter(b'J'));
-        if (i.is_none() && j.is_none()) || words.letter(b'K').is_some() {
+        if i.is_none() && j.is_none() {
             return Err(self.refuse("grbl.no_arc"));
         }
         let offset = |value: Option<f64>| self.length(value.unwrap_or(0.0));
         let centre = [from[0] + offset(i)?, from[1] + offset(j)?];
         let radius = |place: TipPlace| libm::hypot((place[0] - centre[0]).mm(), (place[1] - centre[1]).mm());
         let (begin, end) = (radius(from), radius(to));
-        // The controller refuses an arc whose ends differ by more.
-        if begin <= 0.0 || libm::fabs(begin - end) > (0.001 * begin).max(0.005) {
+        if begin <= 0.0 || !Interpreter::Grbl.takes_radii(begin, end) {
             return Err(self.refuse("grbl.no_arc"));
         }
         Ok(centre)
@@ -419,7 +429,7 @@ impl Reader<'_> {
                 };
             }
         } else if in_plane && !open.cuts {
-            // It went on before it cut anything: the entry is there.
+            // The tool moved on before it cut: the entry is at the new position.
             (open.entry, open.approach) = (None, None);
         }
         open.wanders |= cuts && (in_plane || matches!(step.course, Course::Arc { .. }));
@@ -427,7 +437,7 @@ impl Reader<'_> {
         open.actions.push(RoutineAction::Go(step));
     }
 
-    /// Ends the section that is open, a cutting one.
+    /// Ends the open section, which cuts.
     fn close(&mut self) {
         let kind = if self.open.wanders {
             self.counts.1 += 1;
@@ -450,7 +460,7 @@ impl Reader<'_> {
         self.routine.sections.push(Section { kind, line, entry, spindle, coolant, approach, actions });
     }
 
-    fn finish(mut self) -> Result<Routine, Diagnostic> {
+    fn finish(mut self) -> Result<(Routine, Vec<WrittenLine>), Diagnostic> {
         if self.open.cuts {
             self.close();
         }
@@ -461,12 +471,13 @@ impl Reader<'_> {
         if self.routine.safe <= Length::ZERO {
             return Err(self.refuse("grbl.no_safe_height"));
         }
-        Ok(self.routine)
+        Ok((self.routine, self.written))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::routine::Pause;
     use super::*;
 
     const BOARD: &str = "\
@@ -512,7 +523,7 @@ M2
     }
 
     #[test]
-    fn a_program_of_ours_comes_apart_into_holes_toolpaths_and_changes() {
+    fn own_program_splits_into_holes_toolpaths_and_changes() {
         let routine = routine(BOARD).unwrap();
         let kinds: Vec<_> = routine.sections.iter().map(|section| section.kind).collect();
         use SectionKind::{Change, Finish, Hole, Toolpath};
@@ -527,7 +538,7 @@ M2
         assert_eq!(spindles[2], Spindle::On(10_000.0));
         assert_eq!((spindles[0], spindles[6]), (Spindle::Off, Spindle::Off));
         assert_eq!(routine.sections.iter().map(|section| section.line).collect::<Vec<_>>()[2], 14);
-        // Everything that goes down is behind the entry.
+        // Every downward move is after the entry.
         for section in routine.sections.iter().filter(|section| section.cuts()) {
             let low = |action: &RoutineAction| matches!(action, RoutineAction::Go(step) if step.to[2] < section.entry[2]);
             assert!(!section.actions[..section.approach].iter().any(low));
@@ -559,20 +570,29 @@ M2
     }
 
     #[test]
-    fn what_is_not_followed_is_refused_with_its_line() {
+    fn unsupported_lines_are_refused_with_their_number() {
         let head = "G21 G90\nG0 Z5\nG0 X0 Y0\n";
         for (line, code) in [
-            ("G81 X1 Y1 Z-1 R2 F100", "grbl.unknown_word"),
-            ("G1 X5", "grbl.no_feed"),
-            ("G2 X5 Y5 F100", "grbl.no_arc"),
+            ("G81 X1 Y1 Z-1 R2 F100", "gcode.unknown_word"),
+            ("G64", "gcode.unknown_word"),
+            ("G92 X1", "grbl.unknown_word"),
+            ("G1 X5", "gcode.no_feed"),
+            ("G2 X5 Y5 F100", "gcode.no_centre"),
+            ("G2 X5 Y5 I1 K1 F100", "grbl.no_arc"),
             ("G2 X5 Y5 I1 F100", "grbl.no_arc"),
             ("G0 X6000", "grbl.too_far"),
-            ("G0 X1 X2", "grbl.unknown_word"),
+            ("G0 X1 X2", "gcode.repeated_word"),
+            ("G0 X1 Y1 I3 J4", "gcode.unused_word"),
+            ("M3.4", "gcode.not_whole"),
+            ("G1.5 X1 F9", "gcode.not_whole"),
+            ("M3 M5", "gcode.same_group"),
+            ("G0 G1 X1 F9", "gcode.axes_twice"),
+            ("G80 X1", "gcode.axes_without_motion"),
             ("G0 X", "grbl.unknown_word"),
-            ("G0 A1", "grbl.unknown_word"),
-            ("M98", "grbl.unknown_word"),
-            ("(open", "grbl.open_comment"),
-            ("G4", "grbl.no_wait"),
+            ("G0 A1", "gcode.unknown_word"),
+            ("M98", "gcode.unknown_word"),
+            ("G4", "gcode.missing_word"),
+            ("G4 P9999", "grbl.no_wait"),
             ("G55", "grbl.unknown_word"),
             ("G1 Xé F1", "grbl.unknown_word"),
         ] {
@@ -582,6 +602,76 @@ M2
         }
         assert_eq!(routine(head).unwrap_err().code, "grbl.nothing_to_do");
         assert_eq!(routine("").unwrap_err().code, "grbl.nothing_to_do");
+    }
+
+    #[test]
+    fn plain_stop_asks_for_no_tool() {
+        let tool = |number, said| Pause::Tool { number, said };
+        let stop = |said| Pause::Stop { said };
+        for (lines, wanted) in [
+            ("M0", stop("")),
+            ("(MSG, blow the chips away)\nM0", stop("blow the chips away")),
+            ("(MSG, tool 1)\nM0", tool(1, "tool 1")),
+            ("(put in V 30)\nM0", tool(1, "put in V 30")),
+            ("T5\nM0", tool(5, "")),
+            ("M6 T5", tool(5, "")),
+            ("M6", tool(1, "")),
+            ("(drill 0.8)\nM6 T2", tool(2, "drill 0.8")),
+        ] {
+            let text = format!("G0 X0 Y0 Z2\n{lines}\nM3 S9000\nG1 Z-1 F9\nG0 Z2\n");
+            assert_eq!(routine(&text).unwrap().pause(0), wanted, "{lines}");
+        }
+        let text = "G0 X0 Y0 Z2\nM6 T2\nG1 Z-1 F9\nG0 Z2\nM0\nG1 Z-1\nG0 Z2\n";
+        assert_eq!(routine(text).unwrap().pause(1), stop(""));
+    }
+
+    #[test]
+    fn dwell_does_not_hide_the_move_on_its_line() {
+        let routine = routine("G0 Z2\nG0 X0 Y0\nG1 Z-1 F9\nG4 P1 X3\nG0 Z2\n").unwrap();
+        assert_eq!(routine.reach().unwrap()[1][0], Length::from_mm(3.0));
+    }
+
+    #[test]
+    fn rapids_in_the_board_are_reported_with_their_lines() {
+        let head = "G0 Z2\nG0 X0 Y0\nG1 Z-1 F9\n";
+        for (text, wanted) in [
+            ("G0 X1\nG0 Z2\n", vec![4]),
+            ("G0 Z-2\nG0 Z2\n", vec![4]),
+            ("G0 Z2 X1\n", vec![4]),
+            ("G0 Z2\nG0 X1\nG0 Z-1\nY2\nG1 Z2\n", vec![6, 7]),
+            ("G0 Z2\nG0 X1\n", vec![]),
+        ] {
+            let routine = routine(&format!("{head}{text}")).unwrap();
+            let lines: Vec<u32> = routine
+                .warnings
+                .iter()
+                .filter_map(|why| why.place.as_ref())
+                .map(|place| place.line)
+                .collect();
+            assert_eq!(lines, wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn lines_are_copied_except_tool_changes_and_arc_ends() {
+        let text =
+            "N1 G90 g0 z2 (up)\n\n%\nG0 X1 Y2\nT1 M6\nG1 Z-1 F9\nG2 I4.5\nG2 Z-2 I4.5\nG0 Z2\nM2\nG0 X9\n";
+        let (_, lines) = read_written("b", &[("b.nc".to_owned(), text.to_owned())]).unwrap();
+        let texts: Vec<_> =
+            lines.iter().map(|line| (line.line, line.text.as_str(), line.is_changed)).collect();
+        assert_eq!(
+            texts,
+            [
+                (1, "N1G90G0Z2", false),
+                (4, "G0X1Y2", false),
+                (5, "T1M0", true),
+                (6, "G1Z-1F9", false),
+                (7, "G2I4.5X1Y2", true),
+                (8, "G2Z-2I4.5X1Y2", true),
+                (9, "G0Z2", false),
+                (10, "M2", false),
+            ]
+        );
     }
 
     #[test]

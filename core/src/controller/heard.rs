@@ -1,183 +1,161 @@
-//! What a controller of the GRBL family says: one line in, one meaning out.
+//! Parser for GRBL output: one line in, one meaning out.
 //!
-//! Comes in: a line without its end. Goes out: a [`HeardLine`]; what is not understood stays as [`HeardLine::Other`], whole. Places in the
-//! unit that the controller reports in (`$13`), which this file does not know.
+//! Positions stay in the controller's report unit (`$13`); the engine converts them.
 
 use std::collections::BTreeMap;
 
-/// Longest line that is kept; what is longer is noise.
+/// Longest line that is stored; longer ones are noise.
 pub const LONGEST_LINE: usize = 512;
-/// Axes that are followed.
+/// Number of axes that we track.
 pub const AXES: usize = 3;
 
-/// One line, understood.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HeardLine {
-    /// It began anew: `Grbl 1.1h ['$' for help]`.
+    /// The controller restarted: `Grbl 1.1h ['$' for help]`.
     Banner(String),
-    /// The oldest line was taken.
+    /// The oldest line was accepted.
     Ok,
     /// The oldest line was refused.
     Error {
-        /// The number of the error.
         number: u16,
     },
-    /// It locked itself.
     Alarm {
-        /// The number of the alarm.
         number: u16,
     },
-    /// Where it is and what it does.
+    /// Status report.
     Status(Box<ControllerStatus>),
-    /// A setting and its value.
     Setting {
-        /// Its number.
         number: u16,
-        /// Its value, in its own unit.
+        /// In the unit of that setting.
         value: f64,
     },
-    /// Version and the name that a person gave it: `[VER:1.1h.20190830:]`.
+    /// Version and user-given name: `[VER:1.1h.20190830:]`.
     Version {
-        /// The version.
         version: String,
-        /// What a person calls it.
         name: String,
     },
-    /// Compiled options: letters, blocks of the planner, bytes of the receive buffer.
+    /// Compiled options: letters, planner blocks, receive buffer bytes.
     Options(CompiledOptions),
-    /// Another row of `$I`: name and value, such as `FIRMWARE` and `grblHAL`.
+    /// Another row of `$I`, such as `FIRMWARE` and `grblHAL`.
     About {
-        /// What the row is of.
         name: String,
-        /// What it says.
         value: String,
     },
-    /// A stored place: `G54` to `G59`, `G28`, `G30`, `G92`, `TLO`.
+    /// A stored offset: `G54` to `G59`, `G28`, `G30`, `G92`, `TLO`.
     Offset {
-        /// Which.
         name: String,
-        /// Where, an axis each.
+        /// One value for each axis.
         places: Vec<f64>,
     },
-    /// Where the probe met something; false where it met nothing.
+    /// Result of a probing.
     Probe {
-        /// Where, in machine coordinates.
+        /// In machine coordinates.
         place_mm: [f64; AXES],
-        /// Whether it met something.
+        /// False if the probe met nothing.
         met: bool,
     },
-    /// The words in force: `G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0`.
+    /// Modal words: `G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0`.
     Modes(Modes),
     /// A message for people.
     Message(String),
-    /// A start-up line and what became of it.
+    /// A startup line and its result.
     Startup(String),
-    /// Something else.
     Other(String),
 }
 
-/// Compiled options.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CompiledOptions {
-    /// A letter for each option.
+    /// One letter for each option.
     pub letters: String,
-    /// Blocks that the planner holds.
+    /// Planner blocks.
     pub blocks: u16,
-    /// Bytes that the receive buffer holds.
+    /// Bytes of the receive buffer.
     pub rx_bytes: u16,
 }
 
-/// The words in force.
+/// Modal words.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Modes {
     /// G and M words, in tenths: G91.1 is 911.
     pub codes: Vec<(char, u16)>,
-    /// Feed.
     pub feed_mm_per_min: f64,
-    /// Spindle speed.
     pub speed_rpm: f64,
-    /// The number of the tool.
     pub tool: Option<u32>,
 }
 
 impl Modes {
-    /// Whether a word is in force; its code in tenths.
+    /// True if a word is active; its code in tenths.
     pub fn says(&self, letter: char, tenths: u16) -> bool {
         self.codes.contains(&(letter, tenths))
     }
+
+    /// The first of these words that is not active.
+    pub(super) fn first_missing(&self, wanted: &[(char, u16)]) -> Option<String> {
+        let (letter, tenths) = wanted.iter().find(|(letter, tenths)| !self.says(*letter, *tenths))?;
+        Some(format!("{letter}{}", f64::from(*tenths) / 10.0))
+    }
 }
 
-/// What the machine does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ReportedState {
-    /// Nothing; its planner is empty.
+    /// Nothing is in the planner.
     Idle,
-    /// It moves.
     Run,
-    /// Feed hold; whether it has come to rest.
+    /// Feed hold; `rests`: motion has stopped.
     Hold {
-        /// At rest.
         rests: bool,
     },
-    /// It moves by hand.
     Jog,
-    /// It is locked.
     Alarm,
-    /// Safety door; whether it has come to rest.
+    /// Safety door; `rests`: motion has stopped.
     Door {
-        /// At rest.
         rests: bool,
     },
     /// Check mode: nothing moves.
     Check,
-    /// It looks for its end switches.
+    /// Homing.
     Home,
-    /// It sleeps.
     Sleep,
-    /// It waits for a tool (grblHAL).
+    /// Waiting for a tool (grblHAL).
     Tool,
 }
 
 impl ReportedState {
-    /// Nothing is in work: what was sent has been read.
+    /// True if nothing is in work and all lines were read.
     pub fn is_at_rest(self) -> bool {
         matches!(self, Self::Idle | Self::Alarm | Self::Check)
     }
 
-    /// Something holds it, and it has come to rest.
+    /// True if the machine is held and has stopped.
     pub fn is_held_at_rest(self) -> bool {
         matches!(self, Self::Hold { rests: true } | Self::Door { rests: true } | Self::Tool)
     }
 }
 
-/// A status report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerStatus {
-    /// What it does.
     pub doing: ReportedState,
-    /// Machine position, where told.
+    /// Machine position, if reported.
     pub machine_mm: Option<[f64; AXES]>,
-    /// Work position, where told.
+    /// Work position, if reported.
     pub work_mm: Option<[f64; AXES]>,
-    /// Work zero in machine coordinates, where told.
+    /// Work zero in machine coordinates, if reported.
     pub offset_mm: Option<[f64; AXES]>,
-    /// Free blocks of the planner and free bytes of the receive buffer, where told.
+    /// Free planner blocks and free bytes of the receive buffer, if reported.
     pub room: Option<(u16, u16)>,
-    /// Number of the line in work, where told.
+    /// Line number in work, if reported.
     pub line: Option<u32>,
-    /// Feed of the moment.
+    /// Current feed.
     pub feed_mm_per_min: Option<f64>,
-    /// Spindle speed.
     pub speed_rpm: Option<f64>,
-    /// Inputs that are on, by their letters.
+    /// Active inputs, by letter.
     pub pins: String,
-    /// Overrides of feed, rapids and spindle, percent; told now and then.
+    /// Overrides of feed, rapids and spindle, percent; in some reports only.
     pub overrides: Option<[u16; 3]>,
-    /// Spindle and coolant that are on, by their letters; told with the overrides.
+    /// Spindle and coolant that are on, by letter; reported with the overrides.
     pub accessories: Option<String>,
 }
 
-/// What a line means.
 pub fn hear(line: &str) -> HeardLine {
     let line = line.trim();
     let other = || HeardLine::Other(line.chars().take(LONGEST_LINE).collect());
@@ -197,7 +175,7 @@ pub fn hear(line: &str) -> HeardLine {
         return bracket(inside).unwrap_or_else(other);
     }
     if let Some((number, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
-        // Older ones add the name in brackets.
+        // Older versions add the name in brackets.
         let value = value.split(" (").next().unwrap_or_default().trim();
         if let (Ok(number), Ok(value)) = (number.parse(), value.parse::<f64>())
             && value.is_finite()
@@ -215,7 +193,7 @@ pub fn hear(line: &str) -> HeardLine {
     other()
 }
 
-/// Every member of the family greets with its name and how to get help.
+/// Every member of the family sends its name and how to get help.
 fn is_banner(line: &str) -> bool {
     line.starts_with("Grbl ") && line.contains('[') || line.starts_with("GrblHAL ") && line.contains('[')
 }
@@ -293,7 +271,7 @@ fn status(inside: &str) -> Option<ControllerStatus> {
     let whole = |name: &str| named.get(name).and_then(|text| numbers(text));
     let speeds = whole("FS").or_else(|| whole("F")).unwrap_or_default();
     let limited = |n: f64| n.clamp(0.0, 65_535.0) as u16;
-    // A report whose place cannot be read is no report.
+    // Without a readable position the report is useless.
     let (machine, work) = (turned(place("MPos"))?, turned(place("WPos"))?);
     (machine.is_some() || work.is_some()).then_some(())?;
     Some(ControllerStatus {
@@ -312,7 +290,7 @@ fn status(inside: &str) -> Option<ControllerStatus> {
     })
 }
 
-/// A field that is there but cannot be read makes the whole unreadable.
+/// A field that is present but unreadable invalidates the whole report.
 fn turned<T>(found: Option<Option<T>>) -> Option<Option<T>> {
     match found {
         Some(None) => None,
@@ -321,14 +299,14 @@ fn turned<T>(found: Option<Option<T>>) -> Option<Option<T>> {
     }
 }
 
-/// Bytes put together to lines.
+/// Assembles bytes into lines.
 #[derive(Clone, Debug, Default)]
 pub struct Ear {
     rest: Vec<u8>,
 }
 
 impl Ear {
-    /// The lines that are whole after `bytes`. A line that is far too long is cut: it is noise.
+    /// The lines completed by `bytes`. Overlong lines are cut: they are noise.
     pub fn take(&mut self, bytes: &[u8]) -> Vec<String> {
         let mut lines = Vec::new();
         for &byte in bytes {
@@ -344,7 +322,7 @@ impl Ear {
         lines
     }
 
-    /// Forgets half a line.
+    /// Drops an incomplete line.
     pub fn clear(&mut self) {
         self.rest.clear();
     }

@@ -1,7 +1,6 @@
-//! A routine whose depth follows the board's surface, whoever wrote its program: ours, or another's G-code.
+//! Makes the depth of a routine follow the board's surface, for our programs and foreign G-code.
 //!
-//! Comes in: a routine, a height map. Goes out: the same sections with their moves in pieces, and the largest correction. What was
-//! levelled says so and is not levelled twice. Lengths in whole nanometres. Does not know who touched the board.
+//! A levelled routine is marked and is not levelled twice. Lengths in whole nanometres.
 
 use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, TipPlace};
 use crate::diagnostic::Diagnostic;
@@ -9,7 +8,7 @@ use crate::geometry::{Bounds, Point};
 use crate::level::{Correction, FollowedCourse, Follower, HeightMap, job_key};
 use crate::units::Length;
 
-/// The routine as it follows the surface of `map`, off it by at most `tolerance`, and by how much it was corrected.
+/// The routine follows the surface of `map` within `tolerance`; also returns the corrections made.
 pub fn level_routine(
     routine: &Routine,
     map: &HeightMap,
@@ -68,7 +67,7 @@ fn pieces(
     Ok(ends.into_iter().map(|(to, height)| [to.x, to.y, height]).collect())
 }
 
-/// What a height map of a routine is for: [`job_key`] of its name and of where it cuts.
+/// Key of a height map: [`job_key`] of the routine's name and of where it cuts.
 pub fn level_key(routine: &Routine) -> String {
     let plane = |[x, y, _]: TipPlace| Point::new(x, y);
     let (mut holes, mut toolpaths) = (Vec::new(), Vec::new());
@@ -89,7 +88,7 @@ pub fn level_key(routine: &Routine) -> String {
     job_key(&routine.name, Point::default(), holes, toolpaths)
 }
 
-/// The box around all places where a routine goes below the work zero; none where it never does.
+/// Bounds of all positions below the work zero; `None` if there are none.
 pub fn cut_bounds(routine: &Routine) -> Option<Bounds> {
     let mut bounds: Option<Bounds> = None;
     let mut add = |[x, y, _]: TipPlace| {

@@ -1,43 +1,38 @@
-//! Sections in the words that go over the wire.
+//! Turns sections into lines for the controller.
 //!
 //! ```text
-//!  entry   G90 G0 Z safe ─ look ─ G90 G0 X Y   absolute: from wherever a person left the head
-//!  work    G91 G1 Z-2.2 F100 · G91 G0 Z3.7     relative: a character that was changed on the way leaves an offset behind that the
-//!                                              next report shows; said absolutely, the next line would hide it
+//!  entry   G90 G0 Z safe ─ check ─ G90 G0 X Y  absolute: from any position the user left the head at
+//!  work    G91 G1 Z-2.2 F100 · G91 G0 Z3.7     relative: a corrupted character leaves an offset that the
+//!                                              next report shows; the next absolute move would hide it
 //! ```
 //!
-//! The controller adds relative moves in single precision. The same sum is made here, and every word is the difference to it, so that
-//! the sum never strays further than half of the last digit.
-//!
-//! Comes in: sections. Goes out: lines with the path that each must follow. mm in flight. Does not know buffers.
+//! The controller adds relative moves in single precision. This file computes the same sum and writes each
+//! move as the difference to it. So the sum is never off by more than half the last digit.
 
 use super::routine::{Bow, Course, RoutineAction, RoutineMove, Section, Spindle, TipPlace};
 use crate::units::Length;
 use std::fmt::Write;
 
-/// Longest line that is sent, its end apart: every member of the family takes so much.
+/// Longest line sent, without its line ending: every member of the family accepts this length.
 #[cfg(test)]
 pub(super) const LONGEST_LINE: usize = 70;
-/// What stands higher by less than this stands as high, mm: the last digit of a report, and that of the zero.
+/// Height tolerance, mm: the last digit of a report, and that of the zero.
 const SAME_HEIGHT_MM: f64 = 0.002;
-/// Digits behind the point.
+/// Digits after the decimal point.
 const DECIMALS: usize = 4;
 
-/// The path of one line, mm in work coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinePath {
-    /// Where it begins.
     pub from_mm: [f64; 3],
-    /// Where it ends.
     pub to_mm: [f64; 3],
-    /// The arc in the plane, if it is one.
+    /// The arc in XY, if the path is one.
     pub bow: Option<Bow>,
-    /// Feed in mm/min; none for rapids.
+    /// `None` for rapids.
     pub feed_mm_per_min: Option<f64>,
 }
 
 impl LinePath {
-    /// How far `place_mm` is from it.
+    /// Distance of `place_mm` from the path.
     pub fn distance(&self, place_mm: [f64; 3]) -> f64 {
         let Some(bow) = self.bow else { return to_line(self.from_mm, self.to_mm, place_mm) };
         let (x, y) = (place_mm[0] - bow.centre_mm[0], place_mm[1] - bow.centre_mm[1]);
@@ -65,58 +60,55 @@ fn to_line(from: [f64; 3], to: [f64; 3], place: [f64; 3]) -> f64 {
     distance(core::array::from_fn(|axis| from[axis] + way[axis] * t), place)
 }
 
-/// A line for the wire, without its end.
+/// A line for the controller, without its line ending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WireLine {
-    /// Its text.
     pub text: String,
-    /// The path that it makes, if it moves.
+    /// The path, if the line moves.
     pub piece: Option<LinePath>,
-    /// Line of the file that it comes from; 0 for those that the engine adds.
+    /// Line of the file; 0 for lines that the engine adds.
     pub source: u32,
 }
 
-/// What the controller is known to hold: where the sum of its relative moves stands, and the words in force.
+/// Modal state of the controller after the lines sent: the sum of its relative moves and the words in force.
 #[derive(Clone, Debug, Default)]
 pub struct WordsInForce {
     sum: [f32; 3],
-    /// Feed in force.
     pub feed_mm_per_min: Option<f64>,
-    /// Spindle in force.
     pub spindle: Spindle,
     /// Mist and flood in force.
     pub coolant: [bool; 2],
 }
 
 impl WordsInForce {
-    /// Where the controller counts itself, mm.
+    /// The position that the controller has computed, mm.
     pub fn at(&self) -> [f64; 3] {
         self.sum.map(f64::from)
     }
 
-    /// It stands here: as an absolute move of this text brought it there.
+    /// An absolute move with this text set the axis.
     pub fn stands(&mut self, axis: usize, text: &str) {
         self.sum[axis] = single(text);
     }
 
-    /// One that stands at this place, with nothing said yet.
+    /// State at this position, before any line.
     pub fn standing(place_mm: [f64; 3]) -> Self {
         Self { sum: place_mm.map(|value| single(&number(value))), ..Self::default() }
     }
 
-    /// The words that everything else goes by.
+    /// The modal words that every job relies on.
     pub fn words(&mut self) -> Vec<WireLine> {
         (self.spindle, self.coolant) = (Spindle::Off, [false; 2]);
         ["G21G17G90G94", "G54", "M5M9"].into_iter().map(|text| line(text.to_owned(), None, 0)).collect()
     }
 
-    /// Rises to `safe`, or to the entry of `section` where that is higher, absolutely. From above that it goes nowhere: a tip that somebody
-    /// raised comes down over its place, not where it stands ([`Self::over`]).
+    /// Rises to `safe`, or to the entry of `section` if that is higher; an absolute move. A tip above that
+    /// height stays there: it descends only after it has reached the entry ([`Self::over`]).
     pub fn rise(&mut self, section: &Section, safe: Length) -> Vec<WireLine> {
         if self.is_above(section, safe) { Vec::new() } else { vec![self.goes_to_height(section, safe)] }
     }
 
-    /// Whether it stands higher than it would rise.
+    /// True if the tip is higher than it would rise.
     fn is_above(&self, section: &Section, safe: Length) -> bool {
         self.at()[2] > safe.max(section.entry[2]).mm() + SAME_HEIGHT_MM
     }
@@ -128,8 +120,9 @@ impl WordsInForce {
         line(format!("G90G0Z{high}"), Some(rapid(before, self.at())), 0)
     }
 
-    /// Goes over the entry of `section`, absolutely, and down to `safe` there where it stood above and cuts next: where tools are changed
-    /// the length of the bit may not be known. Then spindle and coolant as it wants them, with so many seconds to come up to speed.
+    /// Moves over the entry of `section`, then down to `safe` if the tip was higher and the section cuts. At
+    /// a tool change the length of the tool may be unknown, so it stays up. Then sets spindle and coolant,
+    /// and waits `spin_up_s` for the spindle.
     pub fn over(&mut self, section: &Section, safe: Length, spin_up_s: f64) -> Vec<WireLine> {
         let before = self.at();
         let (x, y) = (number(section.entry[0].mm()), number(section.entry[1].mm()));
@@ -150,7 +143,6 @@ impl WordsInForce {
         lines
     }
 
-    /// The spindle, switched.
     pub fn turn(&mut self, to: Spindle) -> WireLine {
         self.spindle = to;
         let text = match to {
@@ -168,7 +160,6 @@ impl WordsInForce {
         words.into_iter().filter(|(on, _)| *on).map(|(_, word)| line(word.to_owned(), None, 0)).collect()
     }
 
-    /// An action.
     pub fn act(&mut self, action: &RoutineAction) -> Vec<WireLine> {
         match action {
             RoutineAction::Go(step) => self.go(step).into_iter().collect(),
@@ -236,12 +227,11 @@ fn rapid(from: [f64; 3], to: [f64; 3]) -> LinePath {
     LinePath { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: None }
 }
 
-/// A line without a source.
 pub(super) fn line(text: String, piece: Option<LinePath>, source: u32) -> WireLine {
     WireLine { text, piece, source }
 }
 
-/// A number as short as it can be said with four digits behind the point.
+/// The shortest form with at most four decimals.
 pub(super) fn number(value: f64) -> String {
     let mut text = format!("{value:.DECIMALS$}");
     if text.contains('.') {
@@ -250,7 +240,7 @@ pub(super) fn number(value: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text }
 }
 
-/// A number as an 8-bit controller reads it: digits as a whole number, then tenths in single precision.
+/// A number as an 8-bit controller parses it: digits as an integer, then tenths in single precision.
 fn single(text: &str) -> f32 {
     let (negative, digits) = text.strip_prefix('-').map_or((false, text), |rest| (true, rest));
     let whole: u32 = digits
@@ -276,7 +266,7 @@ mod tests {
     use crate::chance::Chance;
 
     #[test]
-    fn relative_words_never_stray() {
+    fn relative_words_never_drift() {
         let mut chance = Chance::new(11);
         let mut pen = WordsInForce::default();
         let mut sum = [0.0_f32; 3];
@@ -294,13 +284,13 @@ mod tests {
             for (at, to) in pen.at().into_iter().zip(to) {
                 assert!((at - to.mm()).abs() < 0.000_08, "{at} {to:?}");
             }
-            // A controller that reads numbers exactly strays by no more than its precision.
+            // A controller that parses exactly differs by no more than its precision.
             assert!((0..3).all(|axis| (f64::from(sum[axis]) - pen.at()[axis]).abs() < 0.02));
         }
     }
 
     #[test]
-    fn a_place_on_the_arc_is_near_and_one_across_is_not() {
+    fn distance_to_an_arc_counts_only_its_own_side() {
         let place = |x: f64, y: f64, z: f64| [x, y, z].map(Length::from_mm);
         let centre = [Length::ZERO; 2];
         let mut pen = WordsInForce::default();
@@ -322,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn from_above_nothing_goes_down_before_its_place_is_reached() {
+    fn descent_starts_only_above_the_target() {
         let entry = [3.0, 4.0, 2.0].map(Length::from_mm);
         let section = Section {
             kind: SectionKind::Hole(1),

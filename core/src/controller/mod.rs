@@ -1,59 +1,71 @@
-//! Controllers that plan their own motion, by serial line: GRBL 1.1, grblHAL, FluidNC (N19). One engine for the bridge and for the page.
+//! Controllers that plan their own motion, on a serial line: GRBL 1.1, grblHAL, FluidNC. One engine for the
+//! bridge and the page.
 //!
 //! ```text
-//!  text ─ gcode ─▶ Routine ─ lines ─▶ words on the wire ─┐
-//!                      └──── timing, fits                ├─ engine · run · hand ─▶ bytes, tells
-//!                     bytes ─ heard ─────────────────────┘
+//!  text ─ gcode ─▶ Routine ─ lines ─▶ lines to send ─┐
+//!                      └──── timing, fits            ├─ engine · activity · known ─▶ bytes, actions
+//!                     bytes ─ heard ─────────────────┘
 //! ```
-//!
-//! Comes in: programs as text, bytes of the line, time. Goes out: bytes for the line, diagnostics. Does not know ports, pages or clocks.
 
-mod alarm;
+mod activity;
 mod align;
 mod asks;
 pub mod buffer;
 mod changer;
-mod check;
+mod changing;
+mod checking;
+mod commands;
+mod context;
+mod depth;
 mod ends;
 mod engine;
+mod estimate;
 pub mod fits;
 mod gcode;
-mod hand;
+mod gcode_words;
 pub mod heard;
-mod height;
-mod home;
-mod jog;
+mod homing;
+mod identify;
+mod job;
+mod jogging;
+mod known;
 mod level;
+mod line;
 mod lines;
-mod look;
-mod meet;
+mod locked;
+mod measuring;
 mod overrides;
 mod park;
-mod place;
+mod pieces;
+mod preflight;
+mod probing;
+mod room;
 mod routine;
-mod run;
+mod running;
 mod setter;
 pub mod settings;
-mod stands;
-mod survey;
+mod stopping;
+mod surveying;
 pub mod timing;
+mod tool_change;
+mod written;
+mod zero;
 
+pub use crate::control::BoardHeight;
 pub use align::aligned_routine;
 pub use asks::{
-    BITS_PER_S, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, SurveyNews,
-    SurveyStart, signs,
+    BITS_PER_S, CheckNews, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, OverrideOf,
+    SurveyNews, SurveyStart, realtime,
 };
 pub use changer::{CHANGER_KEY, Changer, TOOL_MARK, ToolMacro};
-pub use check::CheckNews;
 pub use engine::{Controller, step};
-pub use gcode::read;
-pub use height::BoardHeight;
+pub use estimate::{estimate_s, estimates_s};
+pub use gcode::{read, read_written};
+pub use identify::{RESET_KEY, ResetOnOpen};
 pub use level::{cut_bounds, level_key, level_routine};
 pub use lines::{LinePath, WireLine, WordsInForce};
-pub use meet::{RESET_KEY, ResetOnOpen};
-pub use overrides::OverrideOf;
 pub use routine::{
-    Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace,
+    Bow, Course, Pause, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace,
 };
-pub use run::{estimate_s, estimates_s};
 pub use setter::{LENGTH_KEY, SETTER_KEY, SetterStep, ToolLengths, ToolSetter};
+pub use written::WrittenLine;

@@ -1,98 +1,86 @@
-//! Parking: up first, and away in the plane only once it is reported up there. Both are moves by hand, which STOP ends. At rest the
-//! spindle is off already: nothing is said of it that could become its start on the way.
+//! Parking: first up; sideways only after a report shows the top. Both are jogs, which STOP ends. The spindle
+//! is already off, so no spindle word is sent that a damaged character could turn into a start.
 //!
 //! ```text
-//! Z up ─▶ rest, reported at the top ─▶ X and Y ─▶ rest, reported there
+//! Z up ─▶ stopped, reported at the top ─▶ X and Y ─▶ stopped, reported there
 //! ```
-//!
-//! Comes in: an ask, reports of rest. Goes out: `$J` lines in machine coordinates. mm and mm/min. Does not know who wants it.
 
-use super::asks::EnginePhase;
-use super::engine::{Controller, Meaning};
+use super::context::Context;
+use super::line::Meaning;
 use super::lines::number;
 use super::settings;
-use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
 
-/// So near to where it was to come to rest it is there.
+/// Tolerance for a reached position, mm.
 const NEAR_MM: f64 = 0.05;
-/// How fast it goes where nobody knows how fast it may.
+/// Feed if the axis limit is unknown, mm/min.
 const USUAL_MM_PER_MIN: f64 = 500.0;
 
-/// A way to where it is parked.
+/// A move to the park position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ParkRun {
-    /// Where it is parked, machine coordinates: X, Y, and Z all the way up.
+pub(super) struct Park {
+    /// Park position, machine coordinates: X, Y, and Z fully up.
     place_mm: [f64; 3],
-    /// It is up, and goes away in the plane.
+    /// The tip is up and moves in XY.
     is_up: bool,
 }
 
-impl Controller {
-    /// Whether it is on its way to where it is parked.
-    pub fn parks(&self) -> bool {
-        self.park.is_some()
-    }
-
-    /// Goes there: to so far from the lowest ends of X and Y, or to where homing leaves it.
-    pub(super) fn begin_park(&mut self, from_low_mm: Option<[f64; 2]>) {
-        let rooms: [_; 3] = core::array::from_fn(|axis| self.room_mm(axis));
+impl Park {
+    /// Parks at this distance from the low ends of X and Y, or where homing leaves them.
+    pub(super) fn start(cx: &mut Context, from_low_mm: Option<[f64; 2]>) -> Result<Self, Diagnostic> {
+        let known = &cx.known;
+        let rooms: [_; 3] = core::array::from_fn(|axis| known.room_mm(axis));
         let [Some(x), Some(y), Some(z)] = rooms else {
-            let code = if self.homes() && self.trust == Trust::Trusted {
+            let code = if known.is_homed() {
                 "grbl.no_travel"
-            } else if self.homes() {
+            } else if known.homes() {
                 "grbl.not_homed"
             } else {
                 "grbl.cannot_home"
             };
-            return self.found(Diagnostic::error(code));
+            return Err(Diagnostic::error(code));
         };
-        let here = self.status.as_ref().and_then(|status| status.machine_mm);
-        let Some(here) = here else { return self.found(Diagnostic::error("grbl.no_report")) };
+        let here = known.machine_mm().ok_or_else(|| Diagnostic::error("grbl.no_report"))?;
         let along = |axis: usize, [low, high]: [f64; 2]| match from_low_mm {
             Some(from_low) => {
-                let lowest = self.ends_mm(axis).map_or(low, |ends| ends[0]);
+                let lowest = known.ends_mm(axis).map_or(low, |ends| ends[0]);
                 (lowest + from_low[axis]).clamp(low, high)
             }
-            None if self.info.homes_low(axis) => low,
+            None if known.info.homes_low(axis) => low,
             None => high,
         };
-        // Never down: not from where homing left it either.
-        let run = ParkRun { place_mm: [along(0, x), along(1, y), z[1].max(here[2])], is_up: false };
-        self.jog_to(&format!("Z{}", number(run.place_mm[2])), &[2]);
-        self.set(EnginePhase::Jogging);
-        self.park = Some(run);
+        // Never move down, not even from where homing left Z.
+        let park = Self { place_mm: [along(0, x), along(1, y), z[1].max(here[2])], is_up: false };
+        jog_to(cx, &format!("Z{}", number(park.place_mm[2])), &[2]);
+        Ok(park)
     }
 
-    /// To these words in machine coordinates, as fast as the slowest of `axes` goes.
-    fn jog_to(&mut self, words: &str, axes: &[usize]) {
-        let rates = settings::axes(&self.info.values, 110);
-        let fastest = rates.map_or(USUAL_MM_PER_MIN, |rates| {
-            axes.iter().map(|axis| rates[*axis]).fold(f64::INFINITY, f64::min)
-        });
-        self.send(&format!("$J=G53G90G21{words}F{}", number(fastest)), Meaning::Jog);
-    }
-
-    /// It rests on its way. Gives whether it goes on: where it is not up, X and Y stay where they are.
-    pub(super) fn park_goes_on(&mut self) -> bool {
-        let Some(run) = self.park.take() else { return false };
-        if self.jog_is_to_end() {
-            return false;
+    /// The machine stopped on the way: the rest of the way, if any. If the tip is not up, X and Y stay.
+    pub(super) fn next(self, cx: &mut Context, is_to_end: bool) -> Option<Self> {
+        if is_to_end {
+            return None;
         }
-        let place_mm = self.status.as_ref().and_then(|status| status.machine_mm);
+        let place_mm = cx.known.machine_mm();
         let is_near = |axis: usize| {
-            place_mm.is_some_and(|place| libm::fabs(place[axis] - run.place_mm[axis]) <= NEAR_MM)
+            place_mm.is_some_and(|place| libm::fabs(place[axis] - self.place_mm[axis]) <= NEAR_MM)
         };
-        let is_there = is_near(2) && (!run.is_up || is_near(0) && is_near(1));
+        let is_there = is_near(2) && (!self.is_up || is_near(0) && is_near(1));
         if !is_there {
-            self.found(Diagnostic::error("grbl.not_parked"));
+            cx.error("grbl.not_parked");
         }
-        if !is_there || run.is_up {
-            return false;
+        if !is_there || self.is_up {
+            return None;
         }
-        let [x, y, _] = run.place_mm;
-        self.jog_to(&format!("X{}Y{}", number(x), number(y)), &[0, 1]);
-        self.park = Some(ParkRun { is_up: true, ..run });
-        true
+        let [x, y, _] = self.place_mm;
+        jog_to(cx, &format!("X{}Y{}", number(x), number(y)), &[0, 1]);
+        Some(Self { is_up: true, ..self })
     }
+}
+
+/// Moves to machine coordinates at the feed of the slowest of `axes`.
+fn jog_to(cx: &mut Context, words: &str, axes: &[usize]) {
+    let rates = settings::axes(&cx.known.info.values, 110);
+    let fastest = rates
+        .map_or(USUAL_MM_PER_MIN, |rates| axes.iter().map(|axis| rates[*axis]).fold(f64::INFINITY, f64::min));
+    cx.send(&format!("$J=G53G90G21{words}F{}", number(fastest)), Meaning::Jog);
 }

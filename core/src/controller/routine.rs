@@ -1,82 +1,65 @@
-//! A program as the engine runs it: sections, each begun over its place with the tip clear of the board, so that a job can be taken up
-//! at any of them.
+//! A program as the engine runs it: sections that start over their position with the tip clear of the board.
+//! A job can be resumed at any section.
 //!
 //! ```text
-//!  section  ── approach ──┬── look: is it where it should be? ──┬── work ──▶ next section
-//!   hole 17   rapid X Y   │                                     │  down, feed, up
-//!   change    M5 up, park │                                     │  (a person)
+//!  section  ── approach ──┬── check: is the tip where it should be? ──┬── work ──▶ next section
+//!   hole 17   rapid X Y   │                                           │  down, feed, up
+//!   change    M5 up, park │                                           │  (the user)
 //! ```
 //!
-//! Comes in: moves as `gcode` reads them. Goes out: a [`Routine`], in work coordinates. Lengths in whole nanometres, feeds in mm/min.
-//! Does not know what a line on the wire looks like.
+//! Lengths in whole nanometres, feeds in mm/min.
 
+use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// A place of the tip: X, Y, Z in work coordinates.
+/// Tip position: X, Y, Z in work coordinates.
 pub type TipPlace = [Length; 3];
 
-/// How a move goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Course {
     /// As fast as the axes can.
     Rapid,
-    /// Straight, at feed.
     Line,
-    /// Along an arc about this centre in the plane; a full circle where it ends where it begins.
+    /// An arc about this centre in XY; a full circle if start and end are equal.
     Arc {
-        /// Its centre.
         centre: [Length; 2],
-        /// Counter-clockwise.
         ccw: bool,
     },
 }
 
-/// One move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutineMove {
-    /// How.
     pub course: Course,
-    /// Where it ends.
     pub to: TipPlace,
-    /// Feed, mm/min; of no meaning for rapids.
+    /// Meaningless for rapids.
     pub feed_mm_per_min: f64,
-    /// Line of the file that it comes from, from 1.
+    /// Line of the file, from 1.
     pub line: u32,
 }
 
-/// The spindle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Spindle {
-    /// Off.
     #[default]
     Off,
-    /// Clockwise, at this speed.
+    /// Clockwise, at this speed in rpm.
     On(f64),
-    /// Counter-clockwise.
     Back(f64),
 }
 
-/// One thing to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RoutineAction {
-    /// Move.
     Go(RoutineMove),
-    /// Switch the spindle.
     Spindle {
-        /// To this.
         to: Spindle,
-        /// Line of the file that it comes from, from 1; 0 where the engine does it.
+        /// Line of the file, from 1; 0 if the engine adds it.
         line: u32,
     },
-    /// Wait, in seconds.
     Wait {
-        /// How long.
         seconds: f64,
         /// Line of the file.
         line: u32,
     },
-    /// Switch mist and flood.
     Coolant {
         /// M7.
         mist: bool,
@@ -84,6 +67,22 @@ pub enum RoutineAction {
         flood: bool,
         /// Line of the file.
         line: u32,
+    },
+}
+
+/// What a job waits for a person for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pause<'r> {
+    /// A tool: the number of its T word, or its place in the job from 1, and what the program says of it.
+    Tool {
+        number: u32,
+        /// What the program says.
+        said: &'r str,
+    },
+    /// The program only stops.
+    Stop {
+        /// What the program says.
+        said: &'r str,
     },
 }
 
@@ -95,38 +94,35 @@ pub enum SectionKind {
     Hole(u32),
     /// A toolpath, counted from 1.
     Toolpath(u32),
-    /// A person puts in this tool: index into [`Routine::tools`].
+    /// The user inserts this tool: index into [`Routine::tools`].
     Change(u32),
-    /// What is left after the last cut.
+    /// Everything after the last cut.
     Finish,
 }
 
-/// A piece of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// What it is for.
     pub kind: SectionKind,
-    /// Line of the file where it begins, from 1.
+    /// First line in the file, from 1.
     pub line: u32,
-    /// Where the tip is looked at before it goes down.
+    /// Position that is checked before the tip descends.
     pub entry: TipPlace,
-    /// Spindle and feed in force at the entry.
+    /// Spindle state at the entry.
     pub spindle: Spindle,
-    /// Coolant in force there: mist, flood.
+    /// Coolant at the entry: mist, flood.
     pub coolant: [bool; 2],
-    /// How many of the actions come before the entry.
+    /// Number of actions before the entry.
     pub approach: usize,
-    /// What to do.
     pub actions: Vec<RoutineAction>,
 }
 
 impl Section {
-    /// Whether it leaves something in the board.
+    /// True for sections that cut the board.
     pub fn cuts(&self) -> bool {
         matches!(self.kind, SectionKind::Hole(_) | SectionKind::Toolpath(_))
     }
 
-    /// Where the tip is after it.
+    /// Tip position after the section.
     pub fn end(&self) -> TipPlace {
         let last = self.actions.get(self.approach..).unwrap_or_default().iter().rev();
         let mut moves =
@@ -135,33 +131,47 @@ impl Section {
     }
 }
 
-/// A whole job.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Routine {
-    /// Name for people.
     pub name: String,
-    /// SHA-256 of what it was read from, as hexadecimal digits.
+    /// SHA-256 of the source files, in hexadecimal.
     pub key: String,
-    /// What each tool is called.
+    /// Name of each tool.
     pub tools: Vec<String>,
-    /// The number of each, where a T word says one.
+    /// Number of each tool, if a T word gives one.
     pub numbers: Vec<Option<u32>>,
+    /// Those that are no tools: the program only stops there, as a plain M0 does.
+    pub stops: Vec<u32>,
     /// What to do, in order.
     pub sections: Vec<Section>,
-    /// Height at which the tip may go anywhere.
+    /// Height at which the tip may travel anywhere.
     pub safe: Length,
-    /// Its depth follows the surface of this map already ([`crate::level::HeightMap::key`]).
+    /// Key of the height map that the depth already follows ([`crate::level::HeightMap::key`]).
     pub levelled: Option<String>,
-    /// The programs that it was read from, in order: with which section each begins, and what it is called.
+    /// Source programs in order: first section and name.
     pub programs: Vec<(usize, String)>,
+    /// Warnings before a run, for instance rapids in the board.
+    pub warnings: Vec<Diagnostic>,
 }
 
 impl Routine {
-    /// Of which program a section is: of several, its own name; of one, that of the job.
+    /// The program of a section; for a single program the name of the job.
     pub fn program_of(&self, section: usize) -> &str {
         let several = self.programs.iter().filter(|_| self.programs.len() > 1);
         let last = several.take_while(|(first, _)| *first <= section).last();
         last.map_or(&self.name, |(_, name)| name)
+    }
+
+    /// What a person is asked for at a pause: index into its tools.
+    pub fn pause(&self, tool: u32) -> Pause<'_> {
+        let at = tool as usize;
+        let said = self.tools.get(at).map_or("", String::as_str);
+        if self.stops.contains(&tool) {
+            return Pause::Stop { said };
+        }
+        let number = self.numbers.get(at).copied().flatten();
+        let is_number = number.is_some_and(|number| said == format!("T{number}"));
+        Pause::Tool { number: number.unwrap_or(tool + 1), said: if is_number { "" } else { said } }
     }
 
     /// Holes and toolpaths in it.
@@ -169,7 +179,7 @@ impl Routine {
         self.counted(self.sections.len())
     }
 
-    /// Holes and toolpaths in the first `sections`.
+    /// Number of holes and toolpaths in the first `sections`.
     pub fn counted(&self, sections: usize) -> (u32, u32) {
         let mut counts = (0, 0);
         for section in self.sections.iter().take(sections) {
@@ -182,20 +192,20 @@ impl Routine {
         counts
     }
 
-    /// Whether a tool is asked for anywhere in it.
+    /// True if the routine has a tool change.
     pub fn changes_tools(&self) -> bool {
         self.sections.iter().any(|section| matches!(section.kind, SectionKind::Change(_)))
     }
 
-    /// The tool that section `at` works with: the last change before it.
+    /// Tool of section `at`: from the last change before it.
     pub fn tool_at(&self, at: usize) -> Option<u32> {
         self.sections.iter().take(at).rev().find_map(|section| match section.kind {
-            SectionKind::Change(tool) => Some(tool),
+            SectionKind::Change(tool) if !self.stops.contains(&tool) => Some(tool),
             _ => None,
         })
     }
 
-    /// The lowest and the highest place of the tip, with the places of arcs that reach furthest; none where nothing moves.
+    /// Lowest and highest tip position, including the extremes of arcs; `None` if nothing moves.
     pub fn reach(&self) -> Option<[TipPlace; 2]> {
         let mut all: Option<[TipPlace; 2]> = None;
         let mut add = |place: TipPlace| {
@@ -223,7 +233,7 @@ impl Routine {
     }
 }
 
-/// The places of an arc that are furthest to either side.
+/// Extreme points of an arc in X and Y.
 pub(super) fn furthest(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Vec<TipPlace> {
     let arc = Bow::of(from, to, centre, ccw);
     let mut found = Vec::new();
@@ -241,28 +251,26 @@ pub(super) fn furthest(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: b
     found
 }
 
-/// An arc in numbers: mm and radians.
+/// An arc, in mm and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bow {
-    /// Centre in the plane.
     pub centre_mm: [f64; 2],
-    /// Radius.
     pub radius_mm: f64,
-    /// Angle where it begins.
+    /// Angle of the start.
     pub begin_rad: f64,
-    /// How far it turns, positive counter-clockwise; a full turn where it ends where it begins.
+    /// Angle of the arc, positive counter-clockwise; a full turn if start and end are equal.
     pub sweep_rad: f64,
 }
 
 impl Bow {
-    /// The arc from one place to another.
+    /// The arc between two positions.
     pub fn of(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Self {
         let centre = centre.map(Length::mm);
         let angle = |place: TipPlace| libm::atan2(place[1].mm() - centre[1], place[0].mm() - centre[0]);
         let (begin, end) = (angle(from), angle(to));
         let full = 2.0 * core::f64::consts::PI;
         let mut sweep = end - begin;
-        // The controller takes less than this for none at all.
+        // The controller treats a smaller angle as zero, so the arc becomes a full turn.
         const SAME_RAD: f64 = 5e-7;
         if ccw && sweep <= SAME_RAD {
             sweep += full;
@@ -273,7 +281,7 @@ impl Bow {
         Self { centre_mm: centre, radius_mm: radius, begin_rad: begin, sweep_rad: sweep }
     }
 
-    /// How far it turns, in its own sense and at least 0, until it is at `angle_rad`.
+    /// Angle from the start to `angle_rad` in the arc's direction, at least 0.
     pub fn turn_to(&self, angle_rad: f64) -> f64 {
         let full = 2.0 * core::f64::consts::PI;
         let turn =
@@ -281,7 +289,7 @@ impl Bow {
         turn - full * libm::floor(turn / full)
     }
 
-    /// Where it is after that `share` of it, 0 to 1.
+    /// Point at `share` of the arc, 0 to 1.
     pub fn at(&self, share: f64) -> [f64; 2] {
         let angle = self.begin_rad + self.sweep_rad * share;
         [
@@ -290,7 +298,7 @@ impl Bow {
         ]
     }
 
-    /// Its length in the plane.
+    /// Length in XY.
     pub fn length(&self) -> f64 {
         self.radius_mm * libm::fabs(self.sweep_rad)
     }

@@ -1,20 +1,15 @@
-//! The numbered settings of a controller: what each is called, in which unit, and which of them a job depends on.
-//!
-//! Comes in: numbers and values as `$$` lists them. Goes out: names (keys of the locale tables), units, warnings. Does not know a
-//! controller's own settings beyond those that the family shares.
+//! The numbered settings of a controller: name, unit, and those that a job depends on.
 
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
-/// Values by their numbers.
+/// Values by number.
 pub type Values = BTreeMap<u16, f64>;
 
-/// One setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingRow {
-    /// Its number.
     pub number: u16,
-    /// Its unit: `mm`, `mm/min`, `mm/s²`, `steps/mm`, `µs`, `ms`, `rpm`, `on/off`, `bits`, or nothing.
+    /// `mm`, `mm/min`, `mm/s²`, `steps/mm`, `µs`, `ms`, `rpm`, `on/off`, `bits`, or empty.
     pub unit: &'static str,
 }
 
@@ -29,7 +24,7 @@ const fn row(number: u16, unit: &'static str) -> SettingRow {
     SettingRow { number, unit }
 }
 
-/// Settings that the whole family knows, in order.
+/// Settings common to the whole family, in order.
 pub const SETTINGS: &[SettingRow] = &[
     row(0, "µs"),
     row(1, "ms"),
@@ -67,67 +62,70 @@ pub const SETTINGS: &[SettingRow] = &[
     row(132, "mm"),
 ];
 
-/// The row of a number, if the family shares it.
+/// The row of a setting number, if all of the family have this setting.
 pub fn of(number: u16) -> Option<SettingRow> {
     SETTINGS.iter().copied().find(|row| row.number == number)
 }
 
-/// Three values from `first` on, where all are known and above 0.
+/// Three values from `first` on, if all are known and above 0.
 pub fn axes(values: &Values, first: u16) -> Option<[f64; 3]> {
     let value = |axis: u16| values.get(&(first + axis)).copied().filter(|value| *value > 0.0);
     Some([value(0)?, value(1)?, value(2)?])
 }
 
-/// Whether a switch is on.
+/// True if the value is not 0.
 pub fn on(values: &Values, number: u16) -> bool {
     values.get(&number).is_some_and(|value| *value != 0.0)
 }
 
-/// Errors that the family shares, by number.
+/// Error numbers that the family shares.
 pub const ERRORS: &[u16] = &[
     1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30,
     31, 32, 33, 34, 35, 36, 37, 38,
 ];
-/// Alarms that the family shares, by number.
+/// Alarm numbers that the family shares.
 pub const ALARMS: &[u16] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 
-/// The code of an error's sentences.
+/// Message code of an error.
 pub fn error_code(number: u16) -> String {
     if ERRORS.contains(&number) { format!("grbl.error_{number}") } else { "grbl.error_other".to_owned() }
 }
 
-/// The code of an alarm's sentences.
+/// A line was refused with this error.
+pub(super) fn refused(number: u16, line: &str) -> Diagnostic {
+    Diagnostic::error(&error_code(number)).with("number", number).with("line", line)
+}
+
+/// Message code of an alarm.
 pub fn alarm_code(number: u16) -> String {
     if ALARMS.contains(&number) { format!("grbl.alarm_{number}") } else { "grbl.alarm_other".to_owned() }
 }
 
-/// `$1`: so many ms after a move the motors are let go of; and the value with which they never are.
+/// `$1`: milliseconds after a move until the motors are switched off; 255 keeps them on.
 const LETS_GO: u16 = 1;
 const NEVER_MS: f64 = 255.0;
 
-/// That the motors do not hold while a tool is changed, if so.
+/// Warning that the motors don't hold during a tool change.
 pub fn motors_let_go(values: &Values) -> Option<Diagnostic> {
     let ms = *values.get(&LETS_GO)?;
     let lets_go = libm::fabs(ms - NEVER_MS) >= 0.5;
     lets_go.then(|| Diagnostic::warning("grbl.motors_let_go").with("ms", libm::round(ms)))
 }
 
-/// `$13`: reports are in inches.
+/// `$13`: reports in inches.
 const INCHES: u16 = 13;
-/// Millimetres in an inch.
 pub const MM_PER_INCH: f64 = 25.4;
 
-/// Whether a controller reports in inches.
 pub fn in_inches(values: &Values) -> bool {
     on(values, INCHES)
 }
 
-/// The last digit of a place as it is reported, mm.
+/// Last digit of a reported position, mm.
 pub fn place_digit_mm(values: &Values) -> f64 {
     if in_inches(values) { 1e-4 * MM_PER_INCH } else { 1e-3 }
 }
 
-/// The last digit of a feed as it is reported, mm/min.
+/// Last digit of a reported feed, mm/min.
 pub fn feed_digit_mm_per_min(values: &Values) -> f64 {
     if in_inches(values) { 0.1 * MM_PER_INCH } else { 1.0 }
 }
@@ -143,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_that_writes_a_setting_says_which() {
+    fn written_setting_is_recognised() {
         for (line, expected) in [
             ("$13=1", Some((13, 1.0))),
             ("$110=1200.5", Some((110, 1200.5))),

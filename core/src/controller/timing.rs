@@ -1,39 +1,37 @@
-//! How long a job takes on a controller that plans its own motion: its planner once more, with trapezoids, junction deviation and a
-//! look-ahead of so many blocks.
+//! Duration of a job on a controller that plans its own motion. Models GRBL's planner: trapezoids, junction
+//! deviation, and a look-ahead of `blocks`.
 //!
 //! ```text
-//!  speed ▲    ┌────────┐            limit of a block: feed, or what its slowest axis allows
-//!        │   ╱          ╲──┐        junction: as fast as its angle allows; at the last block that is known, rest
+//!  speed ▲    ┌────────┐            limit of a block: its feed, or the limit of its slowest axis
+//!        │   ╱          ╲──┐        junction: limited by its angle; zero at the end of the last known block
 //!        └──╱──────────────╲─▶
 //! ```
-//!
-//! Comes in: paths, settings. Goes out: seconds. mm and s. Does not know lines.
 
 use super::lines::LinePath;
 use super::settings::{self, Values};
 
-/// Blocks that an 8-bit controller looks ahead.
+/// Look-ahead of an 8-bit controller, in blocks.
 pub const USUAL_BLOCKS: usize = 15;
-/// Feeds below this are raised to it, mm/s.
+/// Lower feeds are raised to this, mm/s.
 const SLOWEST_MM_PER_S: f64 = 1.0 / 60.0;
 
-/// What the planner goes by.
+/// Limits that the planner uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannerLimits {
-    /// Fastest of each axis, mm/s.
+    /// Speed limit of each axis, mm/s.
     pub fastest_mm_per_s: [f64; 3],
     /// Acceleration of each axis, mm/s².
     pub acceleration_mm_per_s2: [f64; 3],
     /// Junction deviation, mm.
     pub junction_mm: f64,
-    /// How far lines that stand for an arc may be from it, mm.
+    /// Tolerance of the chords of an arc, mm.
     pub arc_mm: f64,
-    /// Blocks that it looks ahead.
+    /// Look-ahead in blocks.
     pub blocks: usize,
 }
 
 impl PlannerLimits {
-    /// As the settings say; none where they do not say enough.
+    /// From the settings; `None` if they are incomplete.
     pub fn of(values: &Values, blocks: usize) -> Option<Self> {
         Some(Self {
             fastest_mm_per_s: settings::axes(values, 110)?.map(|rate| rate / 60.0),
@@ -44,48 +42,47 @@ impl PlannerLimits {
         })
     }
 
-    /// The greatest length of a vector along `unit` whose parts stay within `most`.
+    /// Longest vector along `unit` with components within `most`.
     fn along(most: &[f64; 3], unit: &[f64; 3]) -> f64 {
         let parts = (0..3).filter(|axis| unit[*axis] != 0.0);
         parts.map(|axis| most[axis] / libm::fabs(unit[axis])).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// A straight block.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     length: f64,
     /// Nominal speed, mm/s.
     nominal: f64,
     acceleration: f64,
-    /// Fastest entry that the angle before it allows, squared.
+    /// Junction speed at its start, squared.
     junction: f64,
 }
 
-/// A planner that is fed with paths and tells how long they take.
+/// Planner model that measures the duration of paths.
 #[derive(Clone, Debug)]
 pub struct Clockwork {
     limits: PlannerLimits,
-    /// Blocks not begun, oldest first.
+    /// Blocks not started, oldest first.
     queue: std::collections::VecDeque<Block>,
     before: Option<([f64; 3], f64)>,
-    /// Speed at which the oldest block is entered, squared.
+    /// Entry speed of the oldest block, squared.
     entry: f64,
     spent_s: f64,
 }
 
 impl Clockwork {
-    /// A planner at rest.
+    /// A planner at standstill.
     pub fn new(limits: PlannerLimits) -> Self {
         Self { limits, queue: std::collections::VecDeque::new(), before: None, entry: 0.0, spent_s: 0.0 }
     }
 
-    /// Seconds so far, without what is not begun.
+    /// Duration without the blocks that have not started, s.
     pub fn spent_s(&self) -> f64 {
         self.spent_s
     }
 
-    /// Everything that is queued is run to its end; then it waits.
+    /// Runs all queued blocks to standstill, then waits.
     pub fn rest(&mut self, wait_s: f64) {
         while !self.queue.is_empty() {
             self.run_oldest();
@@ -94,7 +91,7 @@ impl Clockwork {
         self.spent_s += wait_s;
     }
 
-    /// A path is queued.
+    /// Queues a path.
     pub fn go(&mut self, piece: &LinePath) {
         let Some(bow) = piece.bow else {
             return self.line(piece.from_mm, piece.to_mm, piece.feed_mm_per_min);
@@ -138,7 +135,7 @@ impl Clockwork {
         }
     }
 
-    /// Fastest way round a corner, squared.
+    /// Highest speed through a corner, squared.
     fn corner(&self, before: &[f64; 3], unit: &[f64; 3]) -> f64 {
         let cos = -(0..3).map(|axis| before[axis] * unit[axis]).sum::<f64>();
         if cos > 0.999_999 {
@@ -155,7 +152,7 @@ impl Clockwork {
         along * self.limits.junction_mm * sin / (1.0 - sin)
     }
 
-    /// Runs the oldest block as it is planned now: at the end of all that is known there is rest.
+    /// Runs the oldest block as planned now: speed zero at the end of all known blocks.
     fn run_oldest(&mut self) {
         let mut exit = 0.0;
         for block in self.queue.iter().skip(1).rev() {
@@ -192,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn single_moves_take_what_the_book_says() {
-        // Length, feed in mm/min, seconds: v/a + s/v, or 2·√(s/a) where it never gets there.
+    fn single_moves_take_their_theoretical_time() {
+        // Length, feed in mm/min, seconds: v/a + s/v, or 2·√(s/a) if the feed is not reached.
         for (length, feed, seconds) in
             [(100.0, 1200.0, 5.2), (1.0, 6000.0, 0.2), (0.04, 6000.0, 0.04), (10.0, 600.0, 1.1)]
         {
@@ -205,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_cut_into_many_is_slower_only_by_its_look_ahead() {
+    fn split_line_is_slower_only_by_the_look_ahead() {
         let run = |parts: u32, blocks: usize| {
             let mut clock = Clockwork::new(PlannerLimits { blocks, ..limits() });
             for part in 0..parts {
@@ -216,13 +213,14 @@ mod tests {
             clock.spent_s()
         };
         assert!((run(1, 15) - 5.2).abs() < 1e-9 && (run(100, 15) - 5.2).abs() < 1e-9);
-        // 15 blocks of 0.05 mm are 0.75 mm, in which it must be able to stop: √(2·100·0.75) = 12.2 mm/s.
+        // 15 blocks of 0.05 mm are 0.75 mm, in which the machine must be able to stop: √(2·100·0.75) = 12.2
+        // mm/s.
         assert!(run(2_000, 15) > 100.0 / 12.3 && run(2_000, 15) < 100.0 / 11.0, "{}", run(2_000, 15));
         assert!(run(2_000, 1_000) < 5.3);
     }
 
     #[test]
-    fn a_sharp_corner_stops_and_a_flat_one_does_not() {
+    fn sharp_corner_stops_and_flat_one_does_not() {
         let run = |to: [f64; 3]| {
             let mut clock = Clockwork::new(limits());
             clock.go(&straight([0.0; 3], [10.0, 0.0, 0.0], Some(600.0)));

@@ -1,48 +1,47 @@
-//! What it will cost to lay outlines over each other, found out before it is done: edges, and how often they meet.
+//! Estimates the cost of overlaying outlines before doing it: number of edges, and how often they meet.
 //!
 //! ```text
-//!   ┌──┬──┬──┐    edges are sorted into cells, and in every cell each is held against the others:
-//!   │ ╲│╱ │  │    3,000 long edges at random meet some million times, and then become as many pieces
+//!   ┌──┬──┬──┐    edges are sorted into cells, and each is compared with the others of its cells:
+//!   │ ╲│╱ │  │    3,000 long random edges meet about a million times, and become as many pieces
 //!   ├──╳──┼──┤
-//!   │ ╱│╲ │──│    an edge costs 1, a meeting 2, 24 pairs that were looked at 1; for every doubling of exposures ⅛ more
+//!   │ ╱│╲ │──│    an edge costs 1, a meeting 2, 24 compared pairs 1; each doubling of exposures adds 1/8
 //!   └──┴──┴──┘
 //! ```
 //!
-//! Comes in: a pile, and the [`Fuel`] that there is. Goes out: less fuel, or the outline at which it ran out. Counted, not timed: the same everywhere. Does not lay anything over anything, and does not know whose fuel it is.
+//! The cost is counted, not timed, so it is the same on every machine.
 
 use super::Path;
 use super::clusters::{NOTHING, with};
 use super::grid::Grid;
 use super::overlay::{Edge, Overlay, Pile};
 
-/// Edges for every cell, about.
+/// Mean number of edges in a cell, about.
 const EDGES_PER_CELL: f64 = 2.0;
-/// Rows or columns that an edge passes through, on average, about.
+/// Mean number of rows or columns that an edge crosses, about.
 const CELLS_PER_EDGE: f64 = 3.0;
-/// Cells are no smaller, in nm.
+/// Smallest cell, in nm.
 const SMALLEST_CELL_NM: f64 = 2_000.0;
-/// So near to a cell, in nm, an edge counts as in it.
+/// An edge this near to a cell, in nm, counts as in it.
 const NEAR_NM: i64 = 1;
-/// Pairs looked at that cost as much as a pass over an edge.
+/// Compared pairs that cost as much as one pass over an edge.
 const PAIRS: u64 = 24;
-/// What an edge costs more for every doubling of the exposures, in parts of a pass.
+/// The cost of a doubling of exposures is 1 over this.
 const EIGHTHS: u32 = 8;
-/// A cell with more edges is swept from left to right.
+/// A cell with more edges is swept, left to right or upwards.
 const FEW: usize = 12;
 
-/// Work that may still be done, in passes over an edge.
+/// Remaining work, in passes over an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fuel {
     left: u64,
 }
 
 impl Fuel {
-    /// So much.
     pub const fn new(steps: u64) -> Self {
         Self { left: steps }
     }
 
-    /// Takes some away; false, and all gone, where there is not enough.
+    /// Takes an amount; if there is not enough, takes everything and returns false.
     pub const fn spend(&mut self, steps: u64) -> bool {
         match self.left.checked_sub(steps) {
             Some(left) => {
@@ -56,16 +55,15 @@ impl Fuel {
         }
     }
 
-    /// What is left.
     pub const fn left(&self) -> u64 {
         self.left
     }
 }
 
-/// Takes from `fuel` what it costs to lay a pile over itself so many times, less for every time after the first. Where there is
-/// not enough, the number of an outline at which it ran out.
+/// Charges the cost of overlaying a pile with itself `doublings` times; repetitions cost less. The error is
+/// an outline at which the fuel ran out.
 pub(super) fn afford(pile: &Pile, doublings: u32, fuel: &mut Fuel) -> Result<(), usize> {
-    // In eighths of what a pass over an edge costs.
+    // In eighths of a pass over an edge.
     let more = u64::from(EIGHTHS + doublings);
     let cost = more * pile.edges.len() as u64 / u64::from(EIGHTHS);
     let outline = |edge: usize| pile.ends.partition_point(|&end| end <= edge);
@@ -76,8 +74,8 @@ pub(super) fn afford(pile: &Pile, doublings: u32, fuel: &mut Fuel) -> Result<(),
     meetings(&pile.edges, each, fuel).map(|_| ()).map_err(outline)
 }
 
-/// Whether a path neither meets itself nor comes by one place twice, so that it goes round its area once; none where
-/// finding out and laying it down, and what comes of it once more, costs more than there is fuel.
+/// True if a path does not touch itself, so that it surrounds its area once. `None` if the fuel isn't enough
+/// to find out and to overlay the result.
 pub(super) fn is_simple(path: &Path, fuel: &mut Fuel) -> Option<bool> {
     let mut overlay = Overlay::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
     overlay.path(path);
@@ -94,10 +92,10 @@ pub(super) fn is_simple(path: &Path, fuel: &mut Fuel) -> Option<bool> {
     Some(places.windows(2).all(|pair| pair.first() != pair.last()))
 }
 
-/// Edges by the cells that they pass through.
+/// Edges by the cells that they cross.
 struct Cells {
     grid: Grid,
-    /// Where the edges of every cell start in `edges`.
+    /// Start of each cell's edges in `edges`.
     starts: Vec<u32>,
     edges: Vec<u32>,
 }
@@ -131,7 +129,7 @@ impl Cells {
             sum += *slot;
             *slot = sum;
         }
-        // Filled from behind, so that what was the end of a cell's edges becomes their start.
+        // Fill backwards: each end index becomes a start index.
         let mut listed = vec![0_u32; sum as usize];
         for (number, edge) in edges.iter().enumerate().rev() {
             grid.pass(edge, |row, from, to| {
@@ -147,14 +145,15 @@ impl Cells {
         Self { grid, starts, edges: listed }
     }
 
-    /// The cell of a place.
+    /// The cell of a position.
     fn at(&self, (x, y): (f64, f64)) -> usize {
         let place = self.grid.row(y as i64) * self.grid.columns + self.grid.column(x as i64);
         usize::try_from(place).unwrap_or(usize::MAX)
     }
 }
 
-/// How often edges meet elsewhere than end to end; each time costs `each`. Otherwise an edge at which the fuel ran out.
+/// Number of meetings of edges other than end to end; each costs `each`. The error is an edge at which the
+/// fuel ran out.
 fn meetings(edges: &[Edge], each: u64, fuel: &mut Fuel) -> Result<u64, usize> {
     if edges.is_empty() {
         return Ok(0);
@@ -167,14 +166,19 @@ fn meetings(edges: &[Edge], each: u64, fuel: &mut Fuel) -> Result<u64, usize> {
         let listed = cells.edges.get(start as usize..end as usize).unwrap_or_default();
         inside.clear();
         inside.extend(listed.iter().filter_map(|&number| Some((number, edges.get(number as usize)?))));
-        if inside.len() > FEW {
-            inside.sort_unstable_by_key(|(number, edge)| (edge.a.x.min(edge.b.x), *number));
-        }
         let swept = inside.len() > FEW;
+        let across = is_flat(&inside);
+        let span = |edge: &Edge| {
+            let (a, b) = if across { (edge.a.y, edge.b.y) } else { (edge.a.x, edge.b.x) };
+            (a.min(b), a.max(b))
+        };
+        if swept {
+            inside.sort_unstable_by_key(|(number, edge)| (span(edge).0, *number));
+        }
         for (index, &(number, one)) in inside.iter().enumerate() {
-            let right = one.a.x.max(one.b.x);
+            let end = span(one).1;
             for (_, other) in inside.iter().skip(index + 1) {
-                if swept && other.a.x.min(other.b.x) > right {
+                if swept && span(other).0 > end {
                     break;
                 }
                 looked += 1;
@@ -196,11 +200,18 @@ fn meetings(edges: &[Edge], each: u64, fuel: &mut Fuel) -> Result<u64, usize> {
     Ok(found)
 }
 
+/// True if edges are flat rather than steep. An upward sweep then compares fewer of them.
+fn is_flat(edges: &[(u32, &Edge)]) -> bool {
+    let sum = |gap: &dyn Fn(&Edge) -> f64| edges.iter().map(|(_, edge)| gap(edge)).sum::<f64>();
+    sum(&|edge| gap(edge.a.y, edge.b.y)) < sum(&|edge| gap(edge.a.x, edge.b.x))
+}
+
 fn gap(one: i32, other: i32) -> f64 {
     (f64::from(one) - f64::from(other)).abs()
 }
 
-/// Where two edges meet, if not end to end. Edges that lie on each other meet where one of them ends; equal ones are one.
+/// Meeting point of two edges, if not end to end. Overlapping edges meet at an end of one of them; equal
+/// edges count as one.
 fn meeting(one: &Edge, other: &Edge) -> Option<(f64, f64)> {
     let [p, q, r, s] = [one.a, one.b, other.a, other.b];
     let apart = |p: i32, q: i32, r: i32, s: i32| p.max(q) < r.min(s) || r.max(s) < p.min(q);
@@ -229,7 +240,7 @@ fn meeting(one: &Edge, other: &Edge) -> Option<(f64, f64)> {
     }
 }
 
-/// An end of one of two edges on one line that lies within the other.
+/// Of two edges on one line, an end of one inside the other.
 fn lying(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> Option<(f64, f64)> {
     let dot =
         |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.0 - a.0) + (b.1 - a.1) * (c.1 - a.1);
@@ -263,20 +274,20 @@ mod tests {
     }
 
     #[test]
-    fn meetings_are_counted_once() {
+    fn crossings_are_counted_once() {
         let square = |x: f64, y: f64| polygon(&[(x, y), (x + 4.0, y), (x + 4.0, y + 4.0), (x, y + 4.0)]);
         for (outlines, wanted) in [
             (vec![square(0.0, 0.0)], 0),
             (vec![square(0.0, 0.0), square(0.0, 0.0)], 0),
             (vec![square(0.0, 0.0), square(9.0, 0.0)], 0),
             (vec![square(0.0, 0.0), square(2.0, 2.0)], 2),
-            // One side lies on the other, and two sides end on it.
+            // One side overlaps another, and two sides end on it.
             (vec![square(0.0, 0.0), polygon(&[(1.0, 4.0), (3.0, 4.0), (2.0, 6.0)])], 3),
             (vec![polygon(&[(0.0, 0.0), (4.0, 4.0), (4.0, 0.0), (0.0, 4.0)])], 1),
         ] {
             assert_eq!(found(&outlines), wanted, "{outlines:?}");
         }
-        // Rings of a hundred circles: every two meet twice.
+        // A hundred circles, each pair meets twice.
         let ring = (0..100)
             .map(|index| circle(Point::from_mm(0.01 * f64::from(index), 0.0), Length::from_um(2_000)));
         let count = found(&ring.collect::<Vec<_>>());
@@ -284,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn fuel_runs_out_at_an_outline() {
+    fn exhausted_budget_names_its_outline() {
         let bar = |y: f64| polygon(&[(0.0, y), (100.0, y + 1.0), (0.0, y + 0.1)]);
         let row: Vec<Path> = (0..50).map(|index| bar(2.0 * f64::from(index))).collect();
         let mut fuel = Fuel::new(100_000);

@@ -1,6 +1,4 @@
-//! Arcs cut into chords, at the last moment and with a stated error.
-//!
-//! Comes in: ends, middle, sense of turning, the error allowed in mm. Goes out: points. Knows no boards.
+//! Cuts arcs into chords with a stated error.
 //!
 //! ```text
 //!   radius r, chord over the angle a: error = r·(1 − cos(a/2)), so a = 2·acos(1 − error/r)
@@ -9,10 +7,10 @@
 use super::Point;
 use std::f64::consts::{PI, TAU};
 
-/// More chords than this are not made; the error then grows.
+/// Limit of chords; beyond it the error grows.
 const MOST_CHORDS: usize = 4_096;
 
-/// The angle in radians, above 0 and at most a full turn, by which an arc turns. Equal ends are a full circle.
+/// Angle of an arc in radians, above 0, at most a full turn. Equal ends are a full circle.
 pub fn turn(from: Point, to: Point, centre: Point, clockwise: bool) -> f64 {
     let angle = |point: Point| libm::atan2((point.y - centre.y).mm(), (point.x - centre.x).mm());
     let turned = if clockwise { angle(from) - angle(to) } else { angle(to) - angle(from) };
@@ -20,8 +18,8 @@ pub fn turn(from: Point, to: Point, centre: Point, clockwise: bool) -> f64 {
     if from == to { TAU } else { wrapped }
 }
 
-/// The points of an arc behind its start, ending exactly at `to`. Ends of slightly different radius are joined by a
-/// radius that changes evenly.
+/// The points of an arc after its start, ending exactly at `to`. If the radii of the ends differ, the radius
+/// changes evenly.
 pub fn arc(from: Point, to: Point, centre: Point, clockwise: bool, error_mm: f64) -> Vec<Point> {
     let (first, last) = (from.distance_mm(centre), to.distance_mm(centre));
     let turn = turn(from, to, centre, clockwise);
@@ -44,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chords_keep_to_the_arc() {
+    fn chords_stay_within_tolerance_of_the_arc() {
         let (from, to, centre) =
             (Point::from_mm(25.0, 20.0), Point::from_mm(30.0, 25.0), Point::from_mm(25.0, 25.0));
         assert!((turn(from, to, centre, true) - 1.5 * PI).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! Which of many boxes hang together by overlapping, so that each group can be worked on apart.
+//! Groups boxes that overlap, so that each group can be processed separately.
 //!
 //! ```text
 //!    ┌──┐      ┌───┐            two groups: the first two boxes meet, the third meets none
@@ -7,24 +7,23 @@
 //!      └──┘
 //! ```
 //!
-//! Comes in: boxes of whole nanometres. Goes out: groups of their indices, ordered by the first in each. Exact. Where
-//! finding out would take more than a fixed number of comparisons for each box, all are one group. Knows no outlines.
+//! If this takes more than a fixed number of comparisons for each box, all boxes become one group.
 
 /// Left, low, right, high.
 pub(super) type Extent = [i32; 4];
 
-/// Comparisons spent on each box, on average, before the search is given up.
+/// Mean number of comparisons for each box before the search is given up.
 const MOST_COMPARISONS: usize = 600;
 
 /// The extent of nothing.
 pub(super) const NOTHING: Extent = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
 
-/// The extent with a point more in it.
+/// The extent enlarged to include a point.
 pub(super) fn with([left, low, right, high]: Extent, x: i32, y: i32) -> Extent {
     [left.min(x), low.min(y), right.max(x), high.max(y)]
 }
 
-/// The first of the set that `of` belongs to.
+/// The representative of `of`'s set.
 pub(super) fn root(parents: &mut [usize], of: usize) -> usize {
     let mut at = of;
     while let Some(&parent) = parents.get(at)
@@ -39,7 +38,7 @@ pub(super) fn root(parents: &mut [usize], of: usize) -> usize {
     at
 }
 
-/// Makes one set of the sets of two members.
+/// Unites the sets of two members.
 pub(super) fn unite(parents: &mut [usize], one: usize, two: usize) {
     let (a, b) = (root(parents, one), root(parents, two));
     if let Some(slot) = parents.get_mut(a.max(b)) {
@@ -56,7 +55,7 @@ pub(super) fn groups(parents: &mut [usize]) -> Vec<Vec<usize>> {
     by_root.map(|group| group.iter().map(|&(_, index)| index).collect()).collect()
 }
 
-/// The groups of boxes that meet.
+/// The groups of overlapping boxes.
 pub(super) fn clusters(extents: &[Extent]) -> Vec<Vec<usize>> {
     let mut parents: Vec<usize> = (0..extents.len()).collect();
     let mut order: Vec<(Extent, usize)> =
@@ -89,12 +88,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn boxes_that_meet_hang_together() {
+    fn meeting_boxes_form_one_cluster() {
         let extents =
             [[0, 0, 2, 2], [9, 9, 9, 9], [2, 2, 4, 4], [5, 0, 6, 9], NOTHING, [4, 3, 4, 9], [6, 9, 9, 9]];
         assert_eq!(clusters(&extents), vec![vec![0, 2, 5], vec![1, 3, 6], vec![4]]);
         assert_eq!(with(with(NOTHING, 3, 4), 1, 9), [1, 4, 3, 9]);
-        // Many bars beside each other in Y and all together in X: given up, one group.
+        // Many disjoint bars with one X range: given up, one group.
         let bars: Vec<Extent> = (0..2_000).map(|row| [0, 2 * row, 10, 2 * row]).collect();
         assert_eq!(clusters(&bars).len(), 1);
         assert_eq!(clusters(&bars[..1_000]).len(), 1_000);

@@ -1,68 +1,64 @@
-//! Areas united, cut and painted.
+//! Boolean operations and painting.
 //!
 //! ```text
-//!   union        everything any of the paths encloses
-//!   even_odd     what an odd number of them encloses
+//!   union        everything inside any of the paths
+//!   even_odd     areas inside an odd number of paths
 //!   combine      two regions by a rule
-//!   paint        dark and clear exposures, one over the other, as a photoplotter lays them down:
+//!   paint        dark and clear exposures, one over the other, like a photoplotter:
 //!
-//!     exposures    d d c d c c d d         neighbours of one colour are one exposure; halves are painted apart and laid
-//!              └─┬─┘ └┬┘└─┬─┘          over each other, so thousands of changes cost a few passes over everything
+//!     exposures    d d c d c c d d         neighbours of one colour are one exposure; halves are painted
+//!              └─┬─┘ └┬┘└─┬─┘          separately, so thousands of changes cost a few passes
 //!                └──┬─┘   │
 //!                   └──┬──┘
 //! ```
 //!
-//! Comes in: closed paths (open ones are closed by a straight line). Goes out: regions in canonical order, see `rebuild`.
-//! Tolerance: lines within 3 nm, arcs on their circles; where two outlines cross at a flat angle on an arc the place
-//! of the crossing is that of chords 0.4 µm off, mended to the true one where there is one. Pieces shorter than 0.1 µm
-//! are drawn together, islands and holes thinner than 20 nm dropped. Knows no boards.
+//! Tolerance: lines within 3 nm, arcs on their circles. If two outlines cross at a flat angle on an arc, the
+//! crossing is found on chords with 0.4 µm error. If a true crossing exists, the corner is moved there.
+//! Pieces shorter than 0.1 µm are merged; islands and holes thinner than 20 nm are dropped.
 
 use super::afford::{Fuel, afford, is_simple};
 use super::compose::{Role, laid};
 use super::measure::path_area_mm2;
-use super::overlay::{Circle, Fill, Overlay, Pile, Shape, trace, trace_two};
+use super::overlay::{Circle, Fill, Overlay, Pile, Shape, edges_of, trace, trace_two};
 use super::rebuild;
 use super::simplify::simplify;
+use super::unite::united;
 use super::{Path, PathSegment, Region};
 use i_overlay::core::overlay_rule::OverlayRule;
 
-/// Pieces of united outlines shorter than this, in nm, are drawn together.
+/// Pieces of united outlines shorter than this, in nm, are merged.
 pub(super) const FRAGMENT_NM: f64 = 100.0;
 
-/// How two regions are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CombineRule {
-    /// In either.
     Union,
     /// In the first and not in the second.
     Difference,
-    /// In both.
     Intersection,
-    /// In one of them alone.
+    /// In exactly one of them.
     Xor,
 }
 
-/// What a path that crosses itself encloses.
+/// Inside of a path that crosses itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Enclosing {
-    /// What it goes round at all.
+    /// Winding number not zero.
     Once,
-    /// What it goes round an odd number of times.
+    /// Odd winding number.
     Odd,
 }
 
-/// One exposure of paint: outlines with their inside on the left, as [`settled`], [`super::circle`],
-/// [`super::rectangle`], [`super::stroke()`] and the paths of a [`Region`] are. A clockwise outline is a hole in its
-/// own exposure and hides nothing beneath.
+/// One exposure of paint: outlines with their inside on the left. Sources: [`settled`], [`super::circle`],
+/// [`super::rectangle`], [`super::stroke()`] and the paths of a [`Region`]. A clockwise outline is a hole in
+/// its own exposure and erases nothing beneath.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Exposure {
-    /// Whether it takes away what is beneath it.
+    /// True if it erases the exposures before it.
     pub clear: bool,
-    /// Its outlines.
     pub outlines: Vec<Path>,
 }
 
-/// Whether a closed path turns left all the way and once round: then it crosses itself nowhere.
+/// True if a closed path turns left everywhere and exactly once in total: then it does not cross itself.
 fn is_convex(path: &Path) -> bool {
     if path.segments.iter().any(|segment| matches!(segment, PathSegment::Arc { clockwise: true, .. })) {
         return false;
@@ -79,13 +75,13 @@ fn is_convex(path: &Path) -> bool {
         let turn = a.0 * b.1 - a.1 * b.0;
         turn > 0.0 || turn == 0.0 && a.0 * b.0 + a.1 * b.1 > 0.0
     });
-    // Once round: the direction passes that of +x a single time.
+    // One turn in total: the direction passes +x exactly once.
     let upper = |side: &(f64, f64)| side.1 > 0.0 || side.1 == 0.0 && side.0 > 0.0;
     left && sides.iter().zip(ahead).filter(|(a, b)| !upper(a) && upper(b)).count() == 1
 }
 
-/// The outlines of what one path encloses (winding not zero), with their inside on the left: the path itself or
-/// the path reversed where it is convex, and resolved into outer outlines and holes where it may cross itself.
+/// The outlines of the area inside a path (winding not zero), with their inside on the left. A convex path
+/// stays, reversed if needed; others are resolved into outer outlines and holes.
 pub fn settled(path: &Path) -> Vec<Path> {
     if path.is_closed() && is_convex(path) {
         return vec![path.clone()];
@@ -99,8 +95,8 @@ pub fn settled(path: &Path) -> Vec<Path> {
     rebuild::traced(&mut overlay, Fill::NonZero, FRAGMENT_NM).paths().cloned().collect()
 }
 
-/// The outlines of what one path encloses, by `rule`, with their inside on the left; none where that costs more than there is
-/// fuel. A path that goes round once is its own outline.
+/// The outlines of the area inside a path, by `rule`, with their inside on the left; `None` if the fuel isn't
+/// enough. A simple path is its own outline.
 pub fn enclosed(path: &Path, rule: Enclosing, fuel: &mut Fuel) -> Option<Vec<Path>> {
     let back = path.reversed();
     let convex = [path, &back].into_iter().find(|path| path.is_closed() && is_convex(path));
@@ -117,7 +113,7 @@ pub fn enclosed(path: &Path, rule: Enclosing, fuel: &mut Fuel) -> Option<Vec<Pat
     })
 }
 
-/// Everything that any of the paths encloses, whichever way each of them turns.
+/// Everything inside any of the paths, in either direction.
 pub fn union(paths: &[Path]) -> Region {
     let mut overlay = Overlay::default();
     for path in paths.iter().flat_map(settled) {
@@ -126,7 +122,7 @@ pub fn union(paths: &[Path]) -> Region {
     rebuild::traced(&mut overlay, Fill::NonZero, FRAGMENT_NM)
 }
 
-/// What an odd number of the paths encloses: contours in contours are holes, whichever way they turn.
+/// Everything inside an odd number of paths: contours in contours are holes, in either direction.
 pub fn even_odd(paths: &[Path]) -> Region {
     let mut overlay = Overlay::default();
     for path in paths {
@@ -135,7 +131,7 @@ pub fn even_odd(paths: &[Path]) -> Region {
     rebuild::traced(&mut overlay, Fill::EvenOdd, FRAGMENT_NM)
 }
 
-/// What is inside of `outlines`, whose inside is on their left and which may overlap.
+/// The union of `outlines` with their inside on the left; they may overlap.
 pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Region {
     let mut overlay = Overlay::default();
     for outline in outlines {
@@ -144,7 +140,6 @@ pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Regi
     rebuild::traced(&mut overlay, Fill::NonZero, FRAGMENT_NM)
 }
 
-/// Two regions combined by `rule`.
 pub fn combine(first: &Region, second: &Region, rule: CombineRule) -> Region {
     let mut overlay = Overlay::default();
     first.paths().for_each(|path| overlay.path(path));
@@ -160,7 +155,7 @@ pub fn combine(first: &Region, second: &Region, rule: CombineRule) -> Region {
     rebuild::region(&trace_two(&subject, &clip, rule), &overlay.circles, FRAGMENT_NM)
 }
 
-/// What a row of exposures does to whatever lies beneath: takes `clear` away, then adds `dark`. The shapes of either do not
+/// Combined effect of consecutive exposures: erases `clear`, then adds `dark`. The shapes of each do not
 /// overlap.
 #[derive(Default)]
 struct Layer {
@@ -168,7 +163,7 @@ struct Layer {
     dark: Vec<Shape>,
 }
 
-/// Two layers as one, the second over the first.
+/// Combines two layers, the second over the first.
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     let clear = match keep_clear {
         false => Vec::new(),
@@ -184,8 +179,8 @@ impl Layer {
     }
 }
 
-/// The layer that a row of exposures makes. Parted where either side has half of the edges, so that nothing is laid down more
-/// often than there are doublings in their number.
+/// The layer of consecutive exposures. Splits them at half of the edges, so that nothing is processed more
+/// often than the logarithm of their number.
 fn layer(exposures: &mut [Layer], keep_clear: bool) -> Layer {
     match exposures {
         [] => Layer::default(),
@@ -205,16 +200,18 @@ fn layer(exposures: &mut [Layer], keep_clear: bool) -> Layer {
     }
 }
 
-/// What is dark after all exposures, laid down one over the other on a clear ground.
+/// The dark area after all exposures in order, on a clear ground.
 pub fn paint(exposures: &[Exposure]) -> Region {
     let mut overlay = Overlay::default();
     exposures.iter().flat_map(|exposure| &exposure.outlines).for_each(|outline| overlay.path(outline));
     painted(exposures, &overlay.take(), &overlay.circles)
 }
 
-/// The same, if there is fuel for it; else the number of an outline at which it ran out, counted through all exposures.
-pub fn paint_within(exposures: &[Exposure], fuel: &mut Fuel) -> Result<Region, usize> {
-    let mut overlay = Overlay::with_room(usize::try_from(fuel.left()).unwrap_or(usize::MAX));
+/// As [`paint`], within the fuel. The error is the number of the outline, counted over all exposures, at
+/// which the fuel ran out. `is_picture` allows coarser arcs: 5 µm error at crossings, instead of 0.8.
+pub fn paint_within(exposures: &[Exposure], is_picture: bool, fuel: &mut Fuel) -> Result<Region, usize> {
+    let room = usize::try_from(fuel.left()).unwrap_or(usize::MAX);
+    let mut overlay = if is_picture { Overlay::for_picture(room) } else { Overlay::with_room(room) };
     for (number, outline) in exposures.iter().flat_map(|exposure| &exposure.outlines).enumerate() {
         overlay.path(outline);
         if overlay.is_full() {
@@ -222,28 +219,69 @@ pub fn paint_within(exposures: &[Exposure], fuel: &mut Fuel) -> Result<Region, u
         }
     }
     let [pile] = simplify([&overlay.take()]);
-    afford(&pile, exposures.len().next_power_of_two().trailing_zeros(), fuel)?;
-    Ok(painted(exposures, &pile, &overlay.circles))
+    let mut layers = layers(exposures, &pile, &mut |part| united(part, fuel))?;
+    if layers.len() > 1 {
+        let (found, firsts) = edges_of_layers(&layers, exposures);
+        let doublings = exposures.len().next_power_of_two().trailing_zeros();
+        afford(&found, doublings, fuel).map_err(|at| firsts.get(at).copied().unwrap_or_default())?;
+    }
+    let dark = layer(&mut layers, false).dark;
+    Ok(rebuild::region(&dark, &overlay.circles, FRAGMENT_NM))
 }
 
-/// What is dark after all exposures, whose outlines are the pile's, in order.
+/// The edges of all layers as one pile, and for each of its outlines the number of the first outline of its
+/// exposures.
+fn edges_of_layers(layers: &[Layer], exposures: &[Exposure]) -> (Pile, Vec<usize>) {
+    let same = exposures.chunk_by(|one, two| one.clear == two.clear);
+    let sizes = same.map(|same| same.iter().map(|exposure| exposure.outlines.len()).sum::<usize>());
+    let sizes: Vec<usize> = sizes.collect();
+    // A clear exposure before any dark one makes no layer.
+    let skipped = sizes.len().saturating_sub(layers.len());
+    let (mut pile, mut firsts) = (Pile::default(), Vec::new());
+    let mut first = sizes.iter().take(skipped).sum();
+    for (of_layer, size) in layers.iter().zip(sizes.iter().skip(skipped)) {
+        for contour in of_layer.clear.iter().chain(&of_layer.dark) {
+            pile.edges.extend(edges_of(contour));
+            pile.ends.push(pile.edges.len());
+            firsts.push(first);
+        }
+        first += size;
+    }
+    (pile, firsts)
+}
+
+/// The dark area after all exposures; their outlines are those of the pile, in order.
 fn painted(exposures: &[Exposure], pile: &Pile, circles: &[Circle]) -> Region {
+    let mut layers = layers(exposures, pile, &mut |part| Ok(trace(part, Fill::NonZero))).unwrap_or_default();
+    rebuild::region(&layer(&mut layers, false).dark, circles, FRAGMENT_NM)
+}
+
+/// The layers of the exposures, each united by `unite`. The error is the number of the outline, counted over
+/// all exposures, at which `unite` failed.
+fn layers(
+    exposures: &[Exposure],
+    pile: &Pile,
+    unite: &mut dyn FnMut(&Pile) -> Result<Vec<Shape>, usize>,
+) -> Result<Vec<Layer>, usize> {
     let mut outlines = pile.outlines();
     let mut layers: Vec<Layer> = Vec::new();
+    let mut before = 0;
     for same in exposures.chunk_by(|one, two| one.clear == two.clear) {
+        let count: usize = same.iter().map(|exposure| exposure.outlines.len()).sum();
         let mut part = Pile::default();
-        for outline in outlines.by_ref().take(same.iter().map(|exposure| exposure.outlines.len()).sum()) {
+        for outline in outlines.by_ref().take(count) {
             part.edges.extend_from_slice(outline);
             part.ends.push(part.edges.len());
         }
-        match same.first() {
-            Some(Exposure { clear: true, .. }) if layers.is_empty() => {}
-            Some(Exposure { clear: true, .. }) => {
-                layers.push(Layer { clear: trace(&part, Fill::NonZero), dark: Vec::new() });
-            }
-            _ => layers.push(Layer { clear: Vec::new(), dark: trace(&part, Fill::NonZero) }),
+        let is_clear = same.first().is_some_and(|exposure| exposure.clear);
+        if !is_clear || !layers.is_empty() {
+            let shapes = unite(&part).map_err(|outline| before + outline)?;
+            layers.push(match is_clear {
+                true => Layer { clear: shapes, dark: Vec::new() },
+                false => Layer { clear: Vec::new(), dark: shapes },
+            });
         }
+        before += count;
     }
-    let dark = layer(&mut layers, false).dark;
-    rebuild::region(&dark, circles, FRAGMENT_NM)
+    Ok(layers)
 }

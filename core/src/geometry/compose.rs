@@ -1,58 +1,56 @@
-//! Shapes of three parts laid over each other: a ground, what takes it away, and what covers both.
+//! Combines three kinds of shapes: a ground, areas to subtract, and covers to add on top.
 //!
 //! ```text
 //!   ▒▒▒▒┌─────┐▒▒▒▒▒▒▒▒▒      ▒ ground    ┌┐ away    ▓ cover
 //!   ▒▒▒▒│ ▓▓▓ │▒▒▒▒▓▓▒▒▒
-//!   ▒▒▒▒└─────┘▒▒▒▒▓▓▒▒▒      The left ▓ meets no edge of the others and lies in the clear: it stays as it is.
-//!   ▒▒▒▒▒▓▓▓▓▓▓▓▒▒▒▒▒▒▒▒      The right one lies on ground: it adds nothing. Only the lowest one has to be laid down
-//!        ▓▓▓▓▓▓▓              together with the ground.
+//!   ▒▒▒▒└─────┘▒▒▒▒▓▓▒▒▒      The left ▓ meets no edge and is in the clear: unchanged in the result.
+//!   ▒▒▒▒▒▓▓▓▓▓▓▓▒▒▒▒▒▒▒▒      The right one is on ground: adds nothing. Only the lowest one must be overlaid
+//!        ▓▓▓▓▓▓▓              with the ground.
 //! ```
 //!
-//! Comes in: shapes of a part each; those of one part do not overlap. Goes out: the shapes of what is dark in the end.
-//! Whether a cover is free of the edges of the others is told by square cells, which may say no too often. Knows no
-//! exposures and no paths.
+//! A grid of cells decides whether a cover is free of edges of the others. A wrong "no" is possible and
+//! harmless.
 
 use super::clusters::{Extent, NOTHING, clusters, with};
 use super::grid::Grid;
 use super::overlay::{Edge, Shape, edges_of, extent_of, overlaid, turned};
 
-/// Cells for every edge of ground and away, about; up to four times as many.
+/// Cells for each edge of ground and subtracted areas, about; up to four times as many.
 const CELLS_PER_EDGE: f64 = 32.0;
-/// Cells at most, about; up to four times as many.
+/// Limit of cells, about; up to four times as many.
 const MOST_CELLS: f64 = 2e6;
-/// Rows of cells that an edge passes through, on average, at most; up to twice as many.
+/// Limit of the mean number of cell rows that an edge crosses; up to twice as many.
 const ROWS_PER_EDGE: f64 = 4.0;
 /// Edges this near to each other, in nm, count as meeting.
 const NEAR_NM: i64 = 1_000;
 
-/// What shapes do where they are laid over each other.
+/// Role of a shape in the combination.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Lies at the bottom.
+    /// At the bottom.
     Ground,
-    /// Takes the ground away.
+    /// Subtracted from the ground.
     Away,
-    /// Lies over both.
     Over,
 }
 
-/// What becomes of a cover.
+/// Treatment of a cover.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fate {
-    /// It has to be laid over the others.
+    /// Must be overlaid with the others.
     Meets,
-    /// It is in the result as it is.
+    /// In the result unchanged.
     Stays,
-    /// It lies on ground and changes nothing.
+    /// Entirely on ground: changes nothing.
     Goes,
 }
 
-/// Cells, and through which of them edges of ground and away pass.
+/// A grid, with the cells that edges of the ground and of subtracted areas cross.
 struct Cells {
     grid: Grid,
-    /// For every row, and every column and the one behind the last, how many cells before it edges pass through.
+    /// For each row, prefix sums over the columns of cells with edges.
     taken: Vec<i32>,
-    /// The edges in every row; those of away turned.
+    /// The edges in each row; those of subtracted areas reversed.
     edges: Vec<Vec<Edge>>,
 }
 
@@ -61,7 +59,7 @@ fn index(number: i64) -> usize {
 }
 
 impl Cells {
-    /// Cells over some edges.
+    /// A grid over `edges`.
     fn of(edges: &[Edge]) -> Self {
         let extent = edges.iter().fold(NOTHING, |extent, edge| with(extent, edge.a.x, edge.a.y));
         let [left, low, right, high] = extent.map(i64::from);
@@ -82,7 +80,7 @@ impl Cells {
     }
 
     fn mark(&mut self, edges: &[Edge]) {
-        // How many edges more, or fewer, pass through a cell than through the one before.
+        // Difference of the edge count from the previous cell.
         let mut taken = std::mem::take(&mut self.taken);
         let mut lists = std::mem::take(&mut self.edges);
         for edge in edges {
@@ -112,12 +110,12 @@ impl Cells {
         index(row * (self.grid.columns + 1) + column)
     }
 
-    /// Whether edges pass through cells of a row between two columns.
+    /// True if edges cross cells of a row between two columns.
     fn any(&self, row: i64, from: i64, to: i64) -> bool {
         from <= to && self.taken.get(self.place(row, from)) != self.taken.get(self.place(row, to + 1))
     }
 
-    /// Whether no edge comes near a shape, nor lies between two places of it in one row.
+    /// True if no edge is near a shape, or between two of its positions in a row.
     fn is_free(&self, shape: &Shape, extent: Extent) -> bool {
         let ((from, to), (first, last)) = self.grid.about(extent);
         if !(first..=last).any(|row| self.any(row, from, to)) {
@@ -134,7 +132,7 @@ impl Cells {
         !spans.iter().zip(first..).any(|(&(from, to), row)| self.any(row, from, to))
     }
 
-    /// Whether a place lies on ground that is not taken away.
+    /// True if a position is on ground that is not subtracted.
     fn is_ground(&self, (x, y): (i64, i64)) -> bool {
         let crossing = |edge: &Edge| {
             let [ax, ay, bx, by] = [edge.a.x, edge.a.y, edge.b.x, edge.b.y].map(i64::from);
@@ -155,8 +153,8 @@ impl Cells {
     }
 }
 
-/// Shapes laid over each other. A group of shapes that hang together by their boxes is worked on apart, and stays as it is
-/// where all are of one part.
+/// Combines shapes. Groups with overlapping boxes are processed separately; groups of a single role stay
+/// unchanged.
 pub(super) fn laid<const N: usize>(parts: [(Role, Vec<Shape>); N]) -> Vec<Shape> {
     let all: Vec<(Role, Shape)> = parts
         .into_iter()

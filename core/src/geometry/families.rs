@@ -1,12 +1,11 @@
-//! Which islands of a region are so near to each other that what is done about one of them meets what is done about another.
+//! Groups islands that are so near to each other that work on one affects the other.
 //!
 //! ```text
-//!    ▓▓▓ ▓▓▓         ▓▓▓        two families: the first two islands are nearer than the reach, the third is not.
-//!    ▓▓▓ ▓▓▓         ▓▓▓        What grows by half of the reach grows together in a family only
+//!    ▓▓▓ ▓▓▓         ▓▓▓        two families: only the first two islands are within the reach.
+//!    ▓▓▓ ▓▓▓         ▓▓▓        Growing by half the reach merges islands of one family only
 //! ```
 //!
-//! Comes in: a region and a reach. Goes out: groups of numbers of its islands. A pair of islands farther apart than the reach may be put
-//! together, a nearer one is never parted. Knows no boards.
+//! Islands farther apart than the reach may share a family; nearer ones always do.
 
 use super::clusters::{groups, root, unite};
 use super::measure::segment_bounds;
@@ -22,7 +21,8 @@ struct Side {
     piece: (Point, PathSegment),
 }
 
-/// The islands of `region` by families, each in the order of the region: members of different ones are farther apart than `reach`.
+/// The islands of `region` by families, each in the order of the region: members of different families are
+/// farther apart than `reach`.
 pub fn families(region: &Region, reach: Length) -> Vec<Vec<Island>> {
     let mut sides: Vec<Side> = Vec::new();
     for (island, shape) in region.islands.iter().enumerate() {
@@ -31,7 +31,7 @@ pub fn families(region: &Region, reach: Length) -> Vec<Vec<Island>> {
     }
     sides.sort_unstable_by_key(|side| side.around.min.x);
     let mut parents: Vec<usize> = (0..region.islands.len()).collect();
-    // The sides to the left that reach so far.
+    // Sides to the left that extend to this one.
     let mut open: Vec<&Side> = Vec::new();
     for side in &sides {
         let room = side.around.grown(reach);
@@ -61,12 +61,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn islands_within_reach_are_one_family() {
+    fn islands_within_reach_form_one_family() {
         let at = Point::from_mm;
         let boxed = |x: f64, y: f64| rectangle(Bounds::of(at(x, y)).with(at(x + 1.0, y + 1.0)));
         let frame: [Path; 3] = [(-5.0, 30.0), (-4.0, 28.0), (7.0, 1.0)]
             .map(|(from, size)| rectangle(Bounds::of(at(from, from)).with(at(from + size, from + size))));
-        // Two boxes 0.2 mm apart, a disc that meets neither; then all of it in the hole of a frame, to which nothing is near.
+        // Two boxes 0.2 mm apart, a disc that meets neither; then all of it in the hole of a distant frame.
         let parts = [boxed(0.0, 0.0), boxed(1.2, 0.0), circle(at(4.0, 0.5), Length::from_mm(1.0))];
         let framed = even_odd(&[frame.as_slice(), parts.as_slice()].concat());
         let rows = [

@@ -1,48 +1,45 @@
-//! Narrow places: where copper comes nearer to other copper, or to itself around a clear channel, than a width.
+//! Narrow gaps: copper nearer than a width to other copper, or to itself across a clear channel.
 //!
 //! ```text
-//!    ┌───────┐   ┌──────      ━━━━━━━┓          one entry for each connected narrow place, with the two points
-//!    │   a  p●───●q  b        ━━━p●━━┛          that are nearest to each other in it
+//!    ┌───────┐   ┌──────      ━━━━━━━┓          one entry for each connected gap, with its two
+//!    │   a  p●───●q  b        ━━━p●━━┛          points
 //!    └───────┘   └──────      ━━━q●━━┓
 //!                             ━━━━━━━┛
 //! ```
 //!
-//! Pairs of edges nearer than the width, whose nearest points see each other across the clear, are gathered into
-//! places: pairs are neighbours where their edges are. A pair of one island counts only where the two points are a
-//! true narrow: going on along either edge does not bring them nearer, as it would in an inner corner.
+//! Pairs of edges nearer than the width are gathered into gaps, if their nearest points see each other across
+//! the clear. Pairs are neighbours if their edges are. A pair of one island counts only at a true minimum. In
+//! an inner corner, for example, moving along an edge decreases the distance.
 //!
-//! Comes in: a region and a width. Goes out: the list, ordered by place. Widths are exact to the nanometre; places of one pair of islands
-//! that are nearer to each other than the width are one. Knows no nets.
+//! Widths are exact to the nanometre. Gaps of one pair of islands nearer to each other than the width are
+//! merged.
 
 use super::clusters::{groups, unite};
-use super::index::{Entry, Index, entries, point};
-use super::measure::segment_bounds;
+use super::index::{Entry, Index, point};
 use super::nearest::{Piece, nearest_pair};
 use super::overlay::{Spot, apart};
 use super::{Bounds, Point, Region};
 use crate::units::Length;
 
-/// Of each place so many pairs are tried, the narrowest first, until one is found with nothing between.
+/// Pairs tried for each gap, the narrowest first, until one has nothing in between.
 const MOST_TRIES: usize = 8;
-/// Slopes smaller than this count as level.
+/// Smaller slopes count as level.
 const LEVEL_SLOPE: f64 = 1e-3;
 
-/// A narrow place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gap {
-    /// Index of the island on one side.
+    /// Island on one side.
     pub a: usize,
-    /// Index of the island on the other side, not below `a`; `a` itself where an island comes near itself.
+    /// Island on the other side, not below `a`; equal to `a` for a gap within one island.
     pub b: usize,
-    /// The place on `a`.
+    /// Point on `a`.
     pub from: Point,
-    /// The place on `b`.
+    /// Point on `b`.
     pub to: Point,
-    /// Their distance.
     pub width: Length,
 }
 
-/// Two edges that come near each other.
+/// Two near edges.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     edges: [usize; 2],
@@ -51,13 +48,12 @@ struct Pair {
 }
 
 /// Edges with their neighbours along the outline.
-struct Outlines {
-    entries: Vec<Entry>,
+struct Outlines<'a> {
+    entries: &'a [Entry],
     around: Vec<[usize; 2]>,
 }
 
-fn outlines(region: &Region) -> Outlines {
-    let entries = entries(region);
+fn outlines<'a>(region: &Region, entries: &'a [Entry]) -> Outlines<'a> {
     let mut around = Vec::with_capacity(entries.len());
     let mut first = 0;
     for path in region.paths() {
@@ -76,7 +72,7 @@ fn cross(a: Spot, b: Spot) -> f64 {
     a.0 * b.1 - a.1 * b.0
 }
 
-impl Outlines {
+impl Outlines<'_> {
     fn piece(&self, number: usize) -> Option<&Piece> {
         self.entries.get(number).map(|entry| &entry.piece)
     }
@@ -85,7 +81,7 @@ impl Outlines {
         self.around.get(number).copied().unwrap_or([number; 2])
     }
 
-    /// The headings into and out of a place on an edge. They differ at a corner.
+    /// Directions into and out of a point on an edge. They differ at a corner.
     fn headings(&self, number: usize, place: Spot) -> Option<[Spot; 2]> {
         let piece = self.piece(number)?;
         let [before, after] = self.neighbours(number);
@@ -98,8 +94,8 @@ impl Outlines {
         }
     }
 
-    /// Whether the way `to` leads from a place on an edge into the clear, and, where `narrowest` is asked for,
-    /// whether neither direction along the outline leads nearer.
+    /// True if the direction `to` leads from a point on an edge into the clear. With `narrowest`, also no
+    /// movement along the outline may decrease the distance.
     fn sees(&self, number: usize, place: Spot, to: Spot, narrowest: bool) -> bool {
         let Some([in_by, out_by]) = self.headings(number, place) else { return false };
         let (right_in, right_out) = (cross(in_by, to) < 0.0, cross(out_by, to) < 0.0);
@@ -118,8 +114,8 @@ impl Outlines {
         let way = ((q.0 - p.0) / distance, (q.1 - p.1) / distance);
         let same = one.edge.island == two.edge.island;
         let back = (-way.0, -way.1);
-        (self.sees(one.number, p, way, same) && self.sees(two.number, q, back, same)).then_some(Pair {
-            edges: [one.number, two.number],
+        (self.sees(one.number(), p, way, same) && self.sees(two.number(), q, back, same)).then_some(Pair {
+            edges: [one.number(), two.number()],
             places: [p, q],
             width: distance,
         })
@@ -131,11 +127,11 @@ impl Outlines {
 }
 
 /// All pairs of edges nearer than `width`, in the order of their edges.
-fn pairs(outlines: &Outlines, index: &Index, width: Length) -> Vec<Pair> {
+fn pairs(outlines: &Outlines<'_>, index: &Index, width: Length) -> Vec<Pair> {
     let mut pairs = Vec::new();
-    for entry in &outlines.entries {
-        let room = segment_bounds(entry.from, entry.segment).grown(width);
-        let others = index.entries_in(room).filter(|other| other.number > entry.number);
+    for entry in outlines.entries {
+        let room = entry.bounds().grown(width);
+        let others = index.entries_in(room).filter(|other| other.number() > entry.number());
         pairs.extend(others.filter_map(|other| outlines.pair(entry, other, width.nm() as f64)));
     }
     pairs.sort_by_key(|pair| pair.edges);
@@ -143,7 +139,7 @@ fn pairs(outlines: &Outlines, index: &Index, width: Length) -> Vec<Pair> {
 }
 
 /// Pairs gathered into places: each a list of indices, the narrowest first.
-fn places(outlines: &Outlines, pairs: &[Pair]) -> Vec<Vec<usize>> {
+fn places(outlines: &Outlines<'_>, pairs: &[Pair]) -> Vec<Vec<usize>> {
     let mut parents: Vec<usize> = (0..pairs.len()).collect();
     for (index, pair) in pairs.iter().enumerate() {
         let [one, two] = pair.edges;
@@ -164,20 +160,20 @@ fn places(outlines: &Outlines, pairs: &[Pair]) -> Vec<Vec<usize>> {
     places
 }
 
-/// Whether an edge other than the two lies across the way from one place to the other.
+/// True if a third edge crosses the line between the two points.
 fn is_blocked(index: &Index, pair: &Pair) -> bool {
     let [p, q] = pair.places;
     let inner = |share: f64| (p.0 + (q.0 - p.0) * share, p.1 + (q.1 - p.1) * share);
     let (from, to) = (inner(0.02), inner(0.98));
     let way = Piece { from, to, bow: None };
     let room = Bounds::of(point(from)).with(point(to));
-    index.entries_in(room).filter(|entry| !pair.edges.contains(&entry.number)).any(|entry| {
+    index.entries_in(room).filter(|entry| !pair.edges.contains(&entry.number())).any(|entry| {
         let (a, b) = nearest_pair(&way, &entry.piece);
         apart(a, b) < 1.0 || crosses(&way, &entry.piece)
     })
 }
 
-/// Whether a straight way crosses a piece: its ends lie on different sides, and so do those of the piece.
+/// True if a straight line crosses a piece.
 fn crosses(way: &Piece, piece: &Piece) -> bool {
     let heading = |from: Spot, to: Spot| (to.0 - from.0, to.1 - from.1);
     let along = heading(way.from, way.to);
@@ -200,7 +196,7 @@ fn crosses(way: &Piece, piece: &Piece) -> bool {
     }
 }
 
-/// Joins gaps of one pair of islands that lie nearer to each other than `width`; the narrower stays.
+/// Merges gaps of one pair of islands nearer to each other than `width`; the narrowest stays.
 fn joined(mut gaps: Vec<Gap>, width: Length) -> Vec<Gap> {
     gaps.sort_by_key(|gap| (gap.a, gap.b, gap.width, gap.from, gap.to));
     let mut kept: Vec<Gap> = Vec::new();
@@ -221,13 +217,13 @@ fn joined(mut gaps: Vec<Gap>, width: Length) -> Vec<Gap> {
     kept
 }
 
-/// The places of a region that are narrower than `narrower_than`.
+/// The gaps of a region narrower than `narrower_than`.
 pub fn gaps(region: &Region, narrower_than: Length) -> Vec<Gap> {
     if narrower_than.nm() <= 0 {
         return Vec::new();
     }
-    let outlines = outlines(region);
-    let index = Index::from_entries(outlines.entries.clone());
+    let index = Index::of(region);
+    let outlines = outlines(region, index.entries());
     let pairs = pairs(&outlines, &index, narrower_than);
     let narrowest = |place: Vec<usize>| {
         let tries = place.into_iter().take(MOST_TRIES).filter_map(|number| pairs.get(number));

@@ -1,20 +1,18 @@
-//! Square cells over a part of the plane, and which of them an edge passes through.
+//! A grid of square cells, and the cells that an edge crosses.
 //!
 //! ```text
 //!        ┌───┬───┬───┐
-//!   row 1│   │  ╱│╲  │     an edge is told row by row: the first and the last column in which it is, or which
-//!        ├───┼─╱─┼───┤     it comes near to
+//!   row 1│   │  ╱│╲  │     row by row: the first and the last column that an edge crosses
+//!        ├───┼─╱─┼───┤     or nearly crosses
 //!   row 0│ ╱─┼╱  │   │
 //!        └───┴───┴───┘
 //! ```
 //!
-//! Comes in: a box and edges in whole nanometres. Goes out: rows and columns. What lies beside the box counts to the cells at its
-//! edge. Exact. Does not know what its users keep of a cell.
+//! Positions outside the grid belong to the cells at its border.
 
 use super::clusters::Extent;
 use super::overlay::Edge;
 
-/// Cells by row and column.
 pub(super) struct Grid {
     left: i64,
     low: i64,
@@ -22,12 +20,12 @@ pub(super) struct Grid {
     power: u32,
     pub(super) columns: i64,
     pub(super) rows: i64,
-    /// So near to a cell, in nm, an edge counts as in it.
+    /// An edge this near to a cell, in nm, counts as in it.
     near: i64,
 }
 
 impl Grid {
-    /// Cells over `extent`, whose side is at most `side_nm` and more than half of it.
+    /// A grid over `extent`, with cells of at most `side_nm` and more than half of it.
     pub(super) fn over(extent: Extent, side_nm: f64, near: i64) -> Self {
         let [left, low, right, high] = extent.map(i64::from);
         let power = (side_nm.max(1.0) as u64).ilog2();
@@ -43,14 +41,15 @@ impl Grid {
         ((x - self.left) >> self.power).clamp(0, self.columns - 1)
     }
 
-    /// The first and the last column and the first and the last row near to a box.
+    /// First and last column, first and last row near a box.
     pub(super) fn about(&self, extent: Extent) -> ((i64, i64), (i64, i64)) {
         let [left, low, right, high] = extent.map(i64::from);
         let columns = (self.column(left - self.near), self.column(right + self.near));
         (columns, (self.row(low - self.near), self.row(high + self.near)))
     }
 
-    /// Calls `visit` with every row that an edge passes through or comes near to, and with the first and the last column there.
+    /// Calls `visit` for every row that an edge crosses or nearly crosses, with the first and the last column
+    /// there.
     pub(super) fn pass(&self, edge: &Edge, mut visit: impl FnMut(i64, i64, i64)) {
         let (a, b) = if edge.a.y <= edge.b.y { (edge.a, edge.b) } else { (edge.b, edge.a) };
         let [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(i64::from);

@@ -1,24 +1,23 @@
-//! Regions grown and shrunk by a distance, with round corners.
+//! Grows and shrinks regions by a distance, with round corners.
 //!
 //! ```text
-//!   every piece sweeps a strip to its right, every outer corner a slice of a circle:
+//!   every piece sweeps a strip to its right, every outer corner a sector of a circle:
 //!
 //!      ╭┄┄┬┄┄┄┄┄┄┄┄┄┬┄┄╮          strip of a line, of an arc turning left (radius + by),
-//!      ┊  │  strip  │  ┊          of an arc turning right (radius − by; the whole slice where by is more)
+//!      ┊  │  strip  │  ┊          of an arc turning right (radius − by; the whole sector if by is larger)
 //!      ├┄┄┏━━━━━━━━━┓┄┄┤
-//!      ┊  ┃  area   ┃  ┊          all of them wind once to the left, so the area wanted is where the sum of
-//!         ┗━━━━━                  windings is above zero, however they overlap
+//!      ┊  ┃  area   ┃  ┊          all of them wind once to the left, so the result is the area with a sum of
+//!         ┗━━━━━                  windings above zero, regardless of overlaps
 //! ```
 //!
-//! Shrinking is the same with everything turned round: what was inside counts one, every strip inwards takes one away.
-//! Where two pieces meet in an inner corner and both are long enough, the strips are trimmed to where their far sides
-//! cross, since there they overlap twice; an arc only where it stays on its circle. Joined straight instead, the far sides
-//! would go back and leave a cleft that a tool stops in.
+//! To shrink, all signs are reversed: the inside counts one, every strip inwards subtracts one. At an inner
+//! corner between long pieces the strips are trimmed where their far sides cross, because they overlap twice
+//! there. An arc is trimmed only if its end stays on its circle. Joining the far sides straight would make a
+//! cleft that stops a tool.
 //!
-//! Comes in: a region and a distance. Goes out: a region. Tolerance: every edge is within 1 µm of the true offset (arcs about
-//! the true centre with the true radius, to the nanometre; corners within 0.8 µm); pieces shorter than 1 µm are
-//! drawn together. Before shrinking, clefts narrower than 40 nm are closed, since the rounding of earlier unions leaves
-//! such and they would grow into gouges. Knows no tools.
+//! Tolerance: every edge is within 1 µm of the true offset. Arcs have the true centre and radius, to the
+//! nanometre; corners are within 0.8 µm. Pieces shorter than 1 µm are merged. Before shrinking, clefts
+//! narrower than 40 nm are closed: rounding in earlier unions makes them, and they would grow into gouges.
 
 use super::combine::FRAGMENT_NM;
 use super::overlay::{Circle, Fill, Overlay, Spot, apart, spot};
@@ -29,15 +28,15 @@ use std::f64::consts::PI;
 
 /// Clefts of twice this width, in nm, are closed before shrinking.
 const CLOSING_NM: f64 = 20.0;
-/// Pieces of a grown outline shorter than this, in nm, are drawn together.
+/// Pieces of a grown outline shorter than this, in nm, are merged.
 const GROWN_CRUMB_NM: f64 = 1_000.0;
-/// Strips whose far corners are this near, in nm, are joined straight.
+/// Strips with far corners this near, in nm, are joined straight.
 const TOUCH_NM: f64 = 60.0;
-/// A strip is trimmed where its far side then ends no farther than this, in nm, off its circle.
+/// A strip is trimmed if its far side then ends at most this far, in nm, off its circle.
 const TRIMMED_OFF_NM: f64 = 20.0;
 /// Up to this distance, in nm, outer corners are pointed instead of round.
 const POINTED_NM: f64 = 100.0;
-/// Turning by more than this, in rad, is turning back.
+/// A larger turn, in rad, is a reversal.
 const TURNING_BACK_RAD: f64 = PI - 1e-3;
 
 /// One piece of an outline and the far side of its strip.
@@ -49,9 +48,9 @@ struct Strip {
     far: [Spot; 2],
     /// Unit vectors to the right at both ends.
     right: [Spot; 2],
-    /// How long the strip is where it is shortest.
+    /// Smallest length of the strip.
     length: f64,
-    /// What the far side is a part of, and whether it turns clockwise; none for a line.
+    /// The circle of the far side and its direction (clockwise); `None` for a line.
     arc: Option<(Circle, bool)>,
 }
 
@@ -109,17 +108,17 @@ fn strips(path: &Path, by: f64) -> Vec<Strip> {
     path.pieces().chain([(path.end(), closing)]).filter_map(strip).collect()
 }
 
-/// What lies between the far sides of two strips in a row.
+/// Connection of the far sides of two consecutive strips.
 enum Corner {
-    /// Nothing: they end in one point.
+    /// None needed: they end in one point.
     Straight,
-    /// An inner corner where both are cut off at a point.
+    /// An inner corner, both sides cut off at a point.
     Trimmed(Spot),
     /// An inner corner: back to the corner of the outline and out again.
     Inner(Spot),
     /// An outer corner: an arc about the corner of the outline.
     Round(Circle),
-    /// An outer corner of a very small distance.
+    /// An outer corner at a very small distance.
     Pointed(Spot),
 }
 
@@ -151,7 +150,7 @@ fn corner(first: &Strip, second: &Strip, by: f64) -> Corner {
     if trimmed { Corner::Trimmed(tip) } else { Corner::Inner(at) }
 }
 
-/// Lays down the outline moved to the right by `by` nm, above zero.
+/// Adds the outline moved to the right by `by` nm, above zero.
 fn lay(path: &Path, by: f64, overlay: &mut Overlay) {
     let mut strips = strips(path, by);
     let count = strips.len();
@@ -206,7 +205,7 @@ fn shrunk(region: &Region, by: f64) -> Region {
     rebuild::traced(&mut overlay, Fill::Positive, GROWN_CRUMB_NM)
 }
 
-/// All that is at most `by` away from `region`; for a negative `by` all of it that is farther than that from its
+/// Everything within `by` of `region`; for a negative `by` everything inside farther than that from its
 /// edges.
 pub fn grow(region: &Region, by: Length) -> Region {
     let distance = by.abs().min(REACH).nm() as f64;
@@ -223,9 +222,10 @@ mod tests {
     use super::*;
     use crate::chance::Chance;
 
-    /// Shrinking by what a region was grown by leaves arcs of hardly any radius, whose ends may round differently.
+    /// Shrinking by the distance that a region was grown by leaves arcs of nearly zero radius; their ends may
+    /// round differently.
     #[test]
-    fn every_outline_laid_down_is_closed() {
+    fn every_grown_outline_is_closed() {
         let mut chance = Chance::new(5);
         let mut mm = move || (chance.bits() >> 40) as f64 * 1e-7;
         let mut corner = || Point::from_mm(mm() * 6.0, mm() * 6.0);
@@ -247,9 +247,10 @@ mod tests {
         }
     }
 
-    /// A line, the cap of a stroke that stands out of it by a fifth of a micrometre, a line: the far sides of the strips cross.
+    /// A line, the cap of a stroke that protrudes from it by 0.2 µm, a line: the far sides of the strips
+    /// cross.
     #[test]
-    fn no_edge_of_a_grown_outline_turns_back_beside_a_flat_cap() {
+    fn grown_outline_has_no_spike_at_a_flat_cap() {
         let at = |x: i64, y: i64| Point::new(Length::from_nm(x), Length::from_nm(y));
         let line = |x: i64, y: i64| PathSegment::Line { to: at(x, y) };
         let cap = PathSegment::Arc { to: at(18_096, 29_787), centre: at(-72_880, -14_500), clockwise: false };

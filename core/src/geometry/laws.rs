@@ -1,7 +1,7 @@
-//! Laws that hold for any board: areas add up, points lie where they lay, offsets keep their distance, and no result
-//! depends on where the board lies, which way its outlines turn or where they start.
+//! Laws for any board: areas add up, points keep their side, offsets keep their distance. No result depends
+//! on the board's position, or on direction and start of its outlines.
 //!
-//! Comes in: seeds, printed when a law is broken. The boards are made to be hard: on a grid, doubled, touching, coincident.
+//! The test boards are difficult: on a grid, doubled, touching, coincident.
 
 use super::*;
 use crate::chance::Chance;
@@ -10,12 +10,12 @@ use crate::chance::Chance;
 const SEEDS: std::ops::Range<u64> = 1..60;
 const UM: f64 = 1e-3;
 
-/// A coordinate within 8 mm, on a grid of so many mm.
+/// A coordinate within 8 mm, on a grid in mm.
 fn on_grid(chance: &mut Chance, grid: f64) -> f64 {
     libm::round(chance.unit() * 8.0 / grid) * grid
 }
 
-/// The grid of a board in mm: coarse so that much coincides, or as fine as nanometres.
+/// The grid of a board in mm: coarse so that much coincides, or nanometres.
 fn grid(seed: u64) -> f64 {
     [0.25, 0.5, 0.1, 1e-6].get(seed as usize % 4).copied().unwrap_or(0.25)
 }
@@ -55,7 +55,7 @@ fn close(got: f64, wanted: f64, allowed: f64, seed: u64) {
     assert!((got - wanted).abs() <= allowed, "seed {seed}: {got} instead of {wanted}");
 }
 
-/// Area that a length of edge may be off by rounding, and where curves graze, in mm².
+/// Tolerance of an area for rounding and for grazing curves, in mm².
 fn slack(region: &Region) -> f64 {
     3e-6 * region.paths().map(Path::length_mm).sum::<f64>() + 1e-4
 }
@@ -81,7 +81,7 @@ fn areas_add_up() {
 }
 
 #[test]
-fn points_lie_where_they_lay() {
+fn union_contains_exactly_the_points_of_its_shapes() {
     for seed in SEEDS {
         let paths = board(seed, 25);
         let region = union(&paths);
@@ -99,7 +99,7 @@ fn points_lie_where_they_lay() {
     }
 }
 
-/// How far a point is from a region, less than zero inside of it, in mm.
+/// Distance of a point from a region, negative inside, in mm.
 fn depth(region: &Region, index: &Index, point: Point) -> f64 {
     let edge = index.nearest(point, Length::from_mm(50.0)).map_or(50.0, |near| near.distance.mm());
     if contains(region, point) { -edge } else { edge }
@@ -126,12 +126,15 @@ fn offsets_keep_their_distance() {
                 assert!((depth - by).abs() <= UM, "seed {seed}: {point:?} is {depth} off, not {by}");
             }
         }
-        assert!(grown.paths().all(|path| path.is_closed() && path == &path.from_its_left()), "seed {seed}");
+        assert!(
+            grown.paths().all(|path| path.is_closed() && path == &path.clone().from_its_left()),
+            "seed {seed}"
+        );
     }
 }
 
 #[test]
-fn nothing_depends_on_where_or_which_way() {
+fn results_ignore_position_and_direction() {
     for seed in SEEDS {
         let paths = board(seed, 25);
         let region = union(&paths);
@@ -162,7 +165,7 @@ fn nothing_depends_on_where_or_which_way() {
     }
 }
 
-/// Lines and arcs that nearly go on in each other's direction, with centres a little off, as planners and robots write them.
+/// Nearly tangent lines and arcs with slightly wrong centres, as planners and robots write them.
 fn chain(chance: &mut Chance, half_mm: f64) -> Vec<Path> {
     let (mut x, mut y) = (chance.between(-5.0, 5.0), chance.between(-5.0, 5.0));
     let (mut heading, mut pieces) = (chance.between(0.0, std::f64::consts::TAU), Vec::new());
@@ -196,7 +199,7 @@ fn chain(chance: &mut Chance, half_mm: f64) -> Vec<Path> {
 }
 
 #[test]
-fn what_a_tool_sweeps_along_curves_that_graze_is_the_same_together_and_one_by_one() {
+fn sweep_at_once_equals_sweep_by_pieces() {
     for seed in 0..400 {
         let mut chance = Chance::new(seed);
         let width = Length::from_mm(chance.between(0.08, 0.3));

@@ -1,4 +1,4 @@
-//! What can be asked of a path or a region: its area, the box around it, whether a point lies in it.
+//! Area, bounds and point tests of paths and regions.
 //!
 //! ```text
 //!   area = Σ of the polygon of corners ± the segments between arcs and their chords
@@ -7,15 +7,14 @@
 //!        ●────┼──────┼───▶   odd: inside
 //! ```
 //!
-//! Comes in: paths and regions. Goes out: mm², boxes in whole nanometres, yes or no. Exact up to the rounding of f64: arcs are not
-//! cut into chords. A point on the edge may count either way. Knows no boards.
+//! Exact up to f64 rounding: arcs are not cut into chords. A point on the edge may count either way.
 
 use super::overlay::{Spot, apart, spot};
 use super::{Bounds, Island, Path, PathSegment, Point, Region, chords};
 use crate::units::Length;
 use std::f64::consts::TAU;
 
-/// The area that a closed path encloses, in mm²: positive where it is on the left.
+/// Area inside a closed path, in mm²: positive if the inside is on the left.
 pub fn path_area_mm2(path: &Path) -> f64 {
     let origin = path.start;
     let of_piece = |(from, segment): (Point, PathSegment)| {
@@ -36,18 +35,17 @@ pub fn path_area_mm2(path: &Path) -> f64 {
     path.pieces().map(of_piece).sum()
 }
 
-/// The area of an island without its holes, in mm².
+/// Area of an island without its holes, in mm².
 pub fn island_area_mm2(island: &Island) -> f64 {
     island.paths().map(path_area_mm2).sum()
 }
 
-/// The area of a region in mm².
 pub fn area_mm2(region: &Region) -> f64 {
-    // The sum of nothing is −0.
+    // An empty sum is −0.
     region.islands.iter().map(island_area_mm2).sum::<f64>() + 0.0
 }
 
-/// The box around one piece of a path, arcs bulging included, to the nanometre.
+/// Bounds of one piece, including the bulge of an arc, to the nanometre.
 pub fn segment_bounds(from: Point, segment: PathSegment) -> Bounds {
     let to = segment.to();
     let ends = Bounds::of(from).with(to);
@@ -71,7 +69,7 @@ pub fn segment_bounds(from: Point, segment: PathSegment) -> Bounds {
     tops.into_iter().filter(|(angle, _)| passes(*angle)).fold(ends, |bounds, (_, top)| bounds.with(top))
 }
 
-/// The box around a path, arcs bulging included, to the nanometre.
+/// Bounds of a path, including the bulges of arcs, to the nanometre.
 pub fn path_bounds(path: &Path) -> Bounds {
     path.pieces().fold(Bounds::of(path.start), |bounds, (from, segment)| match segment {
         PathSegment::Line { to } => bounds.with(to),
@@ -82,12 +80,20 @@ pub fn path_bounds(path: &Path) -> Bounds {
     })
 }
 
-/// How often the ray from `point` to the right crosses a piece, counted upwards less downwards.
+impl Region {
+    /// Bounds, including the bulges of arcs, to a nanometre; `None` if empty.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let boxes = self.islands.iter().map(|island| path_bounds(&island.outer));
+        boxes.reduce(|all, next| all.with(next.min).with(next.max))
+    }
+}
+
+/// Crossings of the ray from `point` to the right with a piece: upward minus downward.
 pub(super) fn crossings(point: Point, from: Point, segment: PathSegment) -> i32 {
     let (p, a, b) = (spot(point), spot(from), spot(segment.to()));
     let PathSegment::Arc { centre, clockwise, .. } = segment else { return line_crossing(p, a, b) };
     let c = spot(centre);
-    // A part of the arc that only rises or only falls, on the right half of the circle or on the left one.
+    // A monotonic part of an arc, on the right or on the left half of the circle.
     let part = |low: Spot, high: Spot, right: bool| {
         let rises = low.1 <= p.1 && p.1 < high.1;
         let falls = high.1 <= p.1 && p.1 < low.1;
@@ -104,7 +110,7 @@ pub(super) fn crossings(point: Point, from: Point, segment: PathSegment) -> i32 
     arc_parts(a, b, c, turn, clockwise).map(|(low, high, right)| part(low, high, right)).sum()
 }
 
-/// An arc cut at the top and the bottom of its circle: where each part starts and ends and on which half it is.
+/// Splits an arc at the top and the bottom of its circle: start, end and half of each part.
 fn arc_parts(
     a: Spot,
     b: Spot,
@@ -115,7 +121,7 @@ fn arc_parts(
     let radius = (apart(c, a) + apart(c, b)) / 2.0;
     let start = libm::atan2(a.1 - c.1, a.0 - c.0);
     let sign = if clockwise { -1.0 } else { 1.0 };
-    // Angles from the start to the first cut, and to those after it.
+    // Angles from the start to the first cut, and to the following ones.
     let cut = TAU / 4.0;
     let ahead = sign * (cut - start);
     let first = ahead - TAU / 2.0 * libm::floor(ahead / (TAU / 2.0));
@@ -127,7 +133,7 @@ fn arc_parts(
     for (index, _) in cuts.iter().enumerate() {
         let top = first_is_top == (index % 2 == 0);
         let next = (c.0, if top { c.1 + radius } else { c.1 - radius });
-        // Towards the top counter-clockwise is the right half; clockwise the left one.
+        // Counter-clockwise towards the top is the right half; clockwise the left one.
         parts.push((at, next, top != clockwise));
         at = next;
     }
@@ -147,18 +153,18 @@ fn line_crossing(p: Spot, a: Spot, b: Spot) -> i32 {
     }
 }
 
-/// How often a closed path goes round a point, counter-clockwise.
+/// Winding number of a closed path around a point, counter-clockwise.
 pub fn winding(path: &Path, point: Point) -> i32 {
     path.pieces().map(|(from, segment)| crossings(point, from, segment)).sum()
 }
 
-/// Whether a point lies in an island and in none of its holes.
+/// True if a point is in an island and in none of its holes.
 pub fn island_contains(island: &Island, point: Point) -> bool {
     path_bounds(&island.outer).contains(point)
         && island.paths().map(|path| winding(path, point)).sum::<i32>() != 0
 }
 
-/// Whether a point lies in a region. For many points ask an index.
+/// True if a point is in a region. For many points use an index.
 pub fn contains(region: &Region, point: Point) -> bool {
     region.islands.iter().any(|island| island_contains(island, point))
 }

@@ -1,8 +1,7 @@
-//! Points, boxes, paths and regions in whole nanometres. Alone in naming geometry crates.
-//!
-//! Comes in: [`Length`]. Goes out: points, boxes, paths and regions of lines and arcs. Knows no boards.
+//! Points, boxes, paths and regions in whole nanometres. Only this module uses geometry crates.
 
 mod afford;
+mod bands;
 pub mod chords;
 mod clusters;
 mod combine;
@@ -17,13 +16,17 @@ mod nearest;
 mod overlay;
 mod placement;
 mod rebuild;
+mod ribbon;
+mod segments;
 mod shape;
 mod simplify;
 mod strips;
 mod stroke;
+mod unite;
 mod voronoi;
 
 pub use afford::Fuel;
+pub use bands::{Outlines, left_of};
 pub use combine::{
     CombineRule, Enclosing, Exposure, combine, enclosed, even_odd, paint, paint_within, settled, union,
 };
@@ -35,6 +38,8 @@ pub use measure::{
     area_mm2, contains, island_area_mm2, island_contains, path_area_mm2, path_bounds, segment_bounds, winding,
 };
 pub use placement::{Placement, QUARTER_MDEG};
+pub use ribbon::ribbon;
+pub use segments::Segments;
 pub use shape::{Island, Path, PathSegment, Region};
 pub use strips::{Strip, strips};
 pub use stroke::{circle, rectangle, stroke, sweep};
@@ -43,26 +48,23 @@ pub use voronoi::voronoi;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// How far from the zero point outlines can be united and cut: 1.07 m either way. What lies beyond is moved to it,
-/// so a reader refuses it with a diagnostic of its own.
+/// Range of coordinates for boolean operations: 1.07 m from the origin in each direction. Points beyond are
+/// clamped, so readers must refuse them with their own diagnostic.
 pub const REACH: Length = Length::from_nm((1 << 30) - 1);
 
-/// A place in the plane of the board: X to the right, Y away from the person.
+/// A point in the plane of the board: X to the right, Y away from the user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Point {
-    /// To the right.
     pub x: Length,
-    /// Away from the person.
+    /// Away from the user.
     pub y: Length,
 }
 
 impl Point {
-    /// From two coordinates.
     pub const fn new(x: Length, y: Length) -> Self {
         Self { x, y }
     }
 
-    /// From millimetres.
     pub fn from_mm(x: f64, y: f64) -> Self {
         Self::new(Length::from_mm(x), Length::from_mm(y))
     }
@@ -78,26 +80,23 @@ impl Point {
 /// An axis-parallel box. Both corners belong to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
-    /// Lower left corner.
     pub min: Point,
-    /// Upper right corner.
     pub max: Point,
 }
 
 impl Bounds {
-    /// The box around one point.
     pub const fn of(point: Point) -> Self {
         Self { min: point, max: point }
     }
 
-    /// The smallest box around all `points`; none for no points.
+    /// The smallest box around all `points`; `None` for no points.
     pub fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         points
             .into_iter()
             .fold(None, |bounds, point| Some(bounds.map_or(Self::of(point), |b: Self| b.with(point))))
     }
 
-    /// Grown to hold `point` too.
+    /// Enlarged to include `point`.
     #[must_use]
     pub fn with(self, point: Point) -> Self {
         Self {
@@ -106,7 +105,7 @@ impl Bounds {
         }
     }
 
-    /// Grown by `margin` on every side.
+    /// Enlarged by `margin` on every side.
     #[must_use]
     pub fn grown(self, margin: Length) -> Self {
         Self {
@@ -115,13 +114,13 @@ impl Bounds {
         }
     }
 
-    /// Whether all of it can be united and cut, see [`REACH`].
+    /// True if boolean operations can handle all of it, see [`REACH`].
     pub fn is_in_reach(self) -> bool {
         let reach = Self::of(Point::default()).grown(REACH);
         reach.contains(self.min) && reach.contains(self.max)
     }
 
-    /// Whether the two have a point in common.
+    /// True if the boxes share a point.
     pub fn meets(self, other: Self) -> bool {
         self.min.x <= other.max.x
             && other.min.x <= self.max.x
@@ -129,7 +128,6 @@ impl Bounds {
             && other.min.y <= self.max.y
     }
 
-    /// Whether `point` lies in it.
     pub fn contains(self, point: Point) -> bool {
         self.min.x <= point.x && point.x <= self.max.x && self.min.y <= point.y && point.y <= self.max.y
     }

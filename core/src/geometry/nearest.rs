@@ -1,13 +1,12 @@
 //! Nearest points of lines and arcs.
 //!
 //! ```text
-//!     ╭──╮ q          p and q: an end and the foot of it on the other piece, or
+//!     ╭──╮ q          p and q: an end and its foot on the other piece, or
 //!     ╰──╯ ┊ p        two feet on the line of the centres
 //!   ━━━━━━━━━━━━
 //! ```
 //!
-//! Comes in: pieces of paths. Goes out: places in nm. Exact up to the rounding of f64, for pieces that do not cross.
-//! Knows no regions.
+//! Exact up to f64 rounding, for pieces that do not cross.
 
 use super::overlay::{Spot, apart, spot};
 use super::{PathSegment, Point, chords};
@@ -23,7 +22,7 @@ pub(super) struct Bow {
     pub(super) turn_rad: f64,
 }
 
-/// A piece of a path with its ends in nm.
+/// A piece of a path, in nm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) from: Spot,
@@ -52,7 +51,7 @@ impl Piece {
         self.heading_at(at)
     }
 
-    /// Unit vector along it at a place on it.
+    /// Unit vector along it at a point on it.
     pub(super) fn heading_at(&self, at: Spot) -> Spot {
         let way = match self.bow {
             None => (self.to.0 - self.from.0, self.to.1 - self.from.1),
@@ -65,7 +64,7 @@ impl Piece {
         (way.0 / length, way.1 / length)
     }
 
-    /// The place at a share of its length.
+    /// The point at a share of its length.
     pub(super) fn at(&self, share: f64) -> Spot {
         let Some(bow) = self.bow else {
             let mix = |a: f64, b: f64| a + (b - a) * share;
@@ -76,7 +75,7 @@ impl Piece {
         (bow.centre.0 + bow.radius_nm * libm::cos(angle), bow.centre.1 + bow.radius_nm * libm::sin(angle))
     }
 
-    /// The place on it nearest to `place`.
+    /// The point on it nearest to `place`.
     pub(super) fn nearest(&self, place: Spot) -> Spot {
         let nearer_end =
             || if apart(place, self.from) <= apart(place, self.to) { self.from } else { self.to };
@@ -94,7 +93,7 @@ impl Piece {
 }
 
 impl Bow {
-    /// Whether the ray from the centre through `place` meets the arc.
+    /// True if the ray from the centre through `place` meets the arc.
     fn covers(&self, place: Spot) -> bool {
         let angle = libm::atan2(place.1 - self.centre.1, place.0 - self.centre.0) - self.start_rad;
         angle - TAU * libm::floor(angle / TAU) <= self.turn_rad
@@ -111,12 +110,12 @@ impl Bow {
     }
 }
 
-/// The other end of a ray mirrored at a centre.
+/// `place` mirrored at a centre.
 fn opposite(centre: Spot, place: Spot) -> Spot {
     (2.0 * centre.0 - place.0, 2.0 * centre.1 - place.1)
 }
 
-/// Nearest places of a line and an arc between their ends, if they have such.
+/// Nearest points of a line and an arc inside both, if they exist.
 fn line_and_bow(line: &Piece, bow: &Bow, found: &mut Vec<(Spot, Spot)>) {
     let foot = line.nearest(bow.centre);
     if foot != line.from && foot != line.to {
@@ -135,7 +134,7 @@ fn bow_and_bow(one: &Bow, two: &Bow, found: &mut Vec<(Spot, Spot)>) {
     }
 }
 
-/// Of two lines beside each other, the middle of the stretch where they are.
+/// For parallel lines, the middle of the section where they face each other.
 fn beside_each_other(found: &mut Vec<(Spot, Spot)>) {
     found.sort_by(|a, b| apart(a.0, a.1).total_cmp(&apart(b.0, b.1)));
     if let [one, two, ..] = *found.as_slice()
@@ -147,7 +146,7 @@ fn beside_each_other(found: &mut Vec<(Spot, Spot)>) {
     }
 }
 
-/// The nearest places of two pieces that do not cross, the first on the first piece.
+/// The nearest points of two pieces that do not cross, the first on the first piece.
 pub(super) fn nearest_pair(one: &Piece, two: &Piece) -> (Spot, Spot) {
     let mut found = Vec::with_capacity(8);
     found.push((one.from, two.nearest(one.from)));

@@ -1,16 +1,15 @@
-//! Where outlines are laid over each other: straight edges on whole nanometres, each knowing the circle
-//! that it is a chord of. The only file that speaks to the overlay engine.
+//! Overlays outlines: straight edges on whole nanometres, each with the circle that it is a chord of. Only
+//! this file uses the overlay crate.
 //!
 //! ```text
 //!   Path ──▶ edges ──────────▶ overlay ──────▶ contours of edges ──▶ Path (see `rebuild`)
 //!            a─b, circle 7                     a─b, circle 7
 //!
-//!   chords of one circle end at the same angles wherever an arc starts, so that equal arcs cut into equal chords
+//!   all arcs of one circle use the same chord angles, so that equal arcs become equal chords
 //! ```
 //!
-//! Comes in: paths. Goes out: contours, outer ones counter-clockwise, holes clockwise, whose edges know their circles.
-//! Tolerance: a chord is at most [`CHORD_ERROR_NM`] off its arc; a crossing is at most 2 nm off the crossing of
-//! the chords. Coordinates beyond [`super::REACH`] are moved to it, so nothing overflows. Knows no boards and no tools.
+//! Tolerance: a chord is within [`CHORD_ERROR_NM`] of its arc; a crossing is within 2 nm of the crossing of
+//! the chords. Coordinates beyond [`super::REACH`] are clamped, so nothing overflows.
 
 use super::clusters::{self, Extent};
 use super::{Path, PathSegment, Point, REACH, chords};
@@ -25,35 +24,42 @@ use i_overlay::vector::edge::DataVectorEdge;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// How far a chord may be off its arc, in nm. Arcs come back exact; only where two outlines cross does it show.
+/// Tolerance of chords, in nm. Arcs are restored exactly, so the error shows only where two outlines cross.
 pub(super) const CHORD_ERROR_NM: f64 = 800.0;
-/// Chords of a whole circle at most, in eighths of it.
+/// Tolerance of chords in a picture, in nm: a tenth of the thinnest line.
+const COARSE_ERROR_NM: f64 = 5_000.0;
+/// Limit of chords of a circle, in eighths of the circle.
 const MOST_EIGHTHS: usize = 512;
-/// Groups of outlines are gathered until they have so many edges: far below the number from which the overlay sets up its
-/// structures for large boards, since in a small pile it compares every edge with many others; above what setting up
-/// costs.
+/// Edges in a batch of outlines. The overlay crate compares nearly all pairs in a small pile, but builds
+/// expensive structures for a large one. This number is above the setup cost and far below the threshold for
+/// large structures.
 const BATCH_EDGES: usize = 600;
-/// Ends whose distances from the centre differ by more, in nm, do not lie on one arc.
+/// Ends with a larger difference of radius, in nm, are not on one arc.
 const UNEVEN_NM: f64 = 1_000.0;
 
-/// A place in nm, in whole numbers unless it is being computed.
+/// A position in nm; whole numbers except during computations.
 pub(super) type Spot = (f64, f64);
 
-/// A circle that edges are chords of: centre and radius in nm.
+/// The circle of chords: centre and radius in nm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Circle {
     pub(super) centre: Spot,
     pub(super) radius_nm: f64,
 }
 
-/// The number of an edge's circle, from 1; 0 where the edge is straight.
+/// Number of an edge's circle, from 1; 0 for a straight edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Tag(u32);
 
 impl Tag {
     pub(super) const STRAIGHT: Self = Self(0);
 
-    /// Its place in [`Overlay::circles`].
+    /// The tag for an index into [`Overlay::circles`].
+    pub(super) fn of(place: usize) -> Self {
+        Self(u32::try_from(place + 1).unwrap_or(0))
+    }
+
+    /// Index into [`Overlay::circles`].
     pub(super) const fn circle(self) -> Option<usize> {
         if self.0 == 0 { None } else { Some(self.0 as usize - 1) }
     }
@@ -62,25 +68,35 @@ impl Tag {
 impl OverlayEdgeData for Tag {
     type Store = ();
 
-    /// Straight wins, then the older circle: what is chosen does not depend on the order of the two.
+    /// Straight wins, then the older circle: independent of the order of the two.
     fn merge(both: EdgeDataMerge<ShapeCountBoolean, Self>, (): &mut ()) -> Self {
         Self(both.lhs_data.0.min(both.rhs_data.0))
     }
 }
 
-/// An edge as it is laid down.
+/// An input edge.
 pub(super) type Edge = InputEdge<i32, Tag>;
-/// An edge of a result.
+/// An output edge.
 pub(super) type Found = DataVectorEdge<i32, Tag>;
+/// X and Y in whole nanometres.
+pub(super) type Place = (i32, i32);
+
+pub(super) fn edge(a: Place, b: Place, data: Tag) -> Edge {
+    InputEdge { a: IntPoint::new(a.0, a.1), b: IntPoint::new(b.0, b.1), data }
+}
+
+pub(super) fn found(a: Place, b: Place, data: Tag) -> Found {
+    DataVectorEdge { a: IntPoint::new(a.0, a.1), b: IntPoint::new(b.0, b.1), fill: 0, data }
+}
+
 /// An outer contour and its holes.
 pub(super) type Shape = Vec<Vec<Found>>;
 
-/// Which winding is inside.
+/// Winding numbers that count as inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fill {
     /// Anything but 0.
     NonZero,
-    /// Odd.
     EvenOdd,
     /// Above 0.
     Positive,
@@ -96,23 +112,25 @@ impl From<Fill> for FillRule {
     }
 }
 
-/// Outlines laid down.
 #[derive(Clone, Default)]
 pub(super) struct Pile {
     pub(super) edges: Vec<Edge>,
-    /// How many edges there are after each outline.
+    /// Number of edges up to the end of each outline.
     pub(super) ends: Vec<usize>,
 }
 
-/// Outlines being laid down, and the circles that their edges belong to.
+/// Outlines being collected, and the circles of their edges.
 #[derive(Default)]
 pub(super) struct Overlay {
     pub(super) circles: Vec<Circle>,
     pile: Pile,
     wheels: BTreeMap<usize, Vec<Spot>>,
-    /// Edges that may be laid down at most, and whether there were more.
+    /// Limit of edges.
     room: Option<usize>,
+    /// There were more edges than the limit.
     full: bool,
+    /// Use few chords for arcs: the result is only a picture.
+    is_picture: bool,
 }
 
 impl Pile {
@@ -122,7 +140,7 @@ impl Pile {
     }
 }
 
-/// A point as the overlay takes it, moved into reach.
+/// A point as the overlay takes it, clamped to the reach.
 pub(super) fn pin((x, y): Spot) -> IntPoint<i32> {
     let reach = REACH.nm() as f64;
     let hold = |value: f64| libm::round(value).clamp(-reach, reach) as i32;
@@ -134,27 +152,28 @@ pub(super) fn spot(point: Point) -> Spot {
     (point.x.nm() as f64, point.y.nm() as f64)
 }
 
-/// Distance of two places in nm.
+/// Distance in nm.
 pub(super) fn apart(a: Spot, b: Spot) -> f64 {
     let (dx, dy) = (a.0 - b.0, a.1 - b.1);
     libm::sqrt(dx * dx + dy * dy)
 }
 
 impl Circle {
-    /// The circle of an arc between two ends, which lie on it or nearly so.
+    /// The circle of an arc between two ends, which are on it or nearly so.
     pub(super) fn through(centre: Spot, from: Spot, to: Spot) -> Self {
         Self { centre, radius_nm: (apart(centre, from) + apart(centre, to)) / 2.0 }
     }
 }
 
-/// Chords of a whole circle of this radius, in eighths of it.
-fn eighths(radius: f64) -> usize {
-    let flat = (1.0 - CHORD_ERROR_NM / radius.max(CHORD_ERROR_NM)).clamp(-1.0, 1.0);
+/// Number of chords of a circle, in eighths of it, for an error of at most `error_nm`.
+fn eighths(radius: f64, error_nm: f64) -> usize {
+    let flat = (1.0 - error_nm / radius.max(error_nm)).clamp(-1.0, 1.0);
     let step = 2.0 * libm::acos(flat);
     (libm::ceil(FRAC_PI_4 / step.max(1e-9)) as usize).clamp(1, MOST_EIGHTHS)
 }
 
-/// The corners of a regular polygon in the unit circle, mirrored from one eighth so that they are exactly symmetric.
+/// The corners of a regular polygon in the unit circle, mirrored from one eighth so that they are exactly
+/// symmetric.
 fn wheel(eighths: usize) -> Vec<Spot> {
     let count = 8 * eighths;
     let first = |index: usize| {
@@ -183,23 +202,28 @@ fn wheel(eighths: usize) -> Vec<Spot> {
 }
 
 impl Overlay {
-    /// An overlay for so many edges at most.
+    /// An overlay with a limit of edges.
     pub(super) fn with_room(room: usize) -> Self {
         Self { room: Some(room), ..Self::default() }
     }
 
-    /// Whether more was laid down than there is room for.
+    /// As [`Self::with_room`], with few chords for each arc.
+    pub(super) fn for_picture(room: usize) -> Self {
+        Self { is_picture: true, ..Self::with_room(room) }
+    }
+
+    /// True if the limit was exceeded.
     pub(super) const fn is_full(&self) -> bool {
         self.full
     }
 
-    /// The edges of the outline that is being laid down.
+    /// The edges of the outline being collected.
     fn open(&self) -> &[Edge] {
         self.pile.edges.get(self.pile.ends.last().copied().unwrap_or(0)..).unwrap_or_default()
     }
 
-    /// Lays down an edge from where the one before ended: two roundings of one place may be a nanometre apart, and what
-    /// is inside of an outline that does not close has no answer.
+    /// Adds an edge, starting where the previous one ended. Two roundings of one position may differ by a
+    /// nanometre, and an open outline has no inside.
     fn put(&mut self, from: Spot, to: Spot, data: Tag) {
         let (a, b) = (self.open().last().map_or_else(|| pin(from), |last| last.b), pin(to));
         if self.room.is_some_and(|room| self.pile.edges.len() >= room) {
@@ -209,19 +233,19 @@ impl Overlay {
         }
     }
 
-    /// Lays down a straight edge.
+    /// Adds a straight edge.
     pub(super) fn line(&mut self, from: Spot, to: Spot) {
         self.put(from, to, Tag::STRAIGHT);
     }
 
-    /// Lays down an arc of `circle` as chords; equal ends are a whole circle.
+    /// Adds an arc of `circle` as chords; equal ends are a full circle.
     pub(super) fn arc(&mut self, from: Spot, to: Spot, circle: Circle, clockwise: bool) {
         if circle.radius_nm < 1.0 {
             return self.line(from, to);
         }
         self.circles.push(circle);
         let tag = Tag(u32::try_from(self.circles.len()).unwrap_or(0));
-        let size = eighths(circle.radius_nm);
+        let size = eighths(circle.radius_nm, if self.is_picture { COARSE_ERROR_NM } else { CHORD_ERROR_NM });
         let count = 8 * size;
         let step = TAU / count as f64;
         let angle = |(x, y): Spot| {
@@ -231,7 +255,8 @@ impl Overlay {
         let (low, high) = if clockwise { (angle(to), angle(from)) } else { (angle(from), angle(to)) };
         let high = if high <= low || from == to { high + TAU } else { high };
         let high = if high > low + TAU { high - TAU } else { high };
-        // Corners of the wheel strictly between the ends, none so near that the edge would be a fragment.
+        // Corners of the polygon strictly between the ends, none so near to an end that the edge would be a
+        // fragment.
         let first = libm::floor(low / step + 0.01) as usize + 1;
         let last = libm::ceil(high / step - 0.01) as usize;
         let wheel = self.wheels.entry(size).or_insert_with(|| wheel(size));
@@ -251,7 +276,7 @@ impl Overlay {
         }
     }
 
-    /// Lays down one segment of a path.
+    /// Adds one segment of a path.
     pub(super) fn segment(&mut self, from: Point, segment: PathSegment) {
         let start = spot(from);
         match segment {
@@ -271,8 +296,8 @@ impl Overlay {
         }
     }
 
-    /// Ends an outline and closes it. Outlines are what is sorted into groups, so what belongs together is one or
-    /// overlaps.
+    /// Closes and ends an outline. Outlines are grouped by overlap, so areas that belong together must be one
+    /// outline or overlap.
     pub(super) fn end_outline(&mut self) {
         if let [first, .., last] = *self.open()
             && last.b != first.a
@@ -282,7 +307,7 @@ impl Overlay {
         self.pile.ends.push(self.pile.edges.len());
     }
 
-    /// Lays down a path as an outline, closing an open one by a straight edge.
+    /// Adds a path as an outline, closing an open one by a straight edge.
     pub(super) fn path(&mut self, path: &Path) {
         for (from, segment) in path.pieces() {
             if self.full {
@@ -294,19 +319,18 @@ impl Overlay {
         self.end_outline();
     }
 
-    /// Turns all that was laid down the other way round: what counted one now counts minus one.
+    /// Reverses all outlines: winding +1 becomes −1.
     pub(super) fn turn(&mut self) {
         let back = |outline: &[Edge]| outline.iter().rev().copied().map(turned).collect::<Vec<_>>();
         self.pile.edges = self.pile.outlines().flat_map(back).collect();
     }
 
-    /// What was laid down. The overlay is empty after that, but knows its circles.
+    /// Takes the outlines. The circles stay.
     pub(super) fn take(&mut self) -> Pile {
         std::mem::take(&mut self.pile)
     }
 }
 
-/// The other way round.
 pub(super) fn turned(edge: Edge) -> Edge {
     InputEdge { a: edge.b, b: edge.a, data: edge.data }
 }
@@ -315,7 +339,6 @@ fn extent<'a>(points: impl IntoIterator<Item = &'a IntPoint<i32>>) -> Extent {
     points.into_iter().fold(clusters::NOTHING, |extent, point| clusters::with(extent, point.x, point.y))
 }
 
-/// The extent of a shape.
 pub(super) fn extent_of(shape: &Shape) -> Extent {
     extent(shape.iter().take(1).flatten().map(|edge| &edge.a))
 }
@@ -328,7 +351,7 @@ fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
     overlay.build_vector_shapes(OverlayRule::Subject, fill.into())
 }
 
-/// What is inside of `ground` and not of `away`, or inside of `over`: a single run.
+/// The area in `ground` but not in `away`, plus `over`, in a single run.
 pub(super) fn overlaid(
     ground: impl Iterator<Item = Edge>,
     away: impl Iterator<Item = Edge>,
@@ -340,7 +363,7 @@ pub(super) fn overlaid(
     overlay.build_vector_shapes(OverlayRule::Union, FillRule::Positive)
 }
 
-/// Groups of outlines that hang together, small ones gathered so that each has enough edges for a run.
+/// Groups of overlapping outlines; small groups are combined so that each run has enough edges.
 fn batches(outlines: &[&[Edge]]) -> Vec<Vec<usize>> {
     let extents: Vec<Extent> =
         outlines.iter().map(|outline| extent(outline.iter().map(|edge| &edge.a))).collect();
@@ -365,7 +388,7 @@ fn batches(outlines: &[&[Edge]]) -> Vec<Vec<usize>> {
     batches
 }
 
-/// What is inside of a pile of outlines by `fill`.
+/// The area inside a pile of outlines by `fill`.
 pub(super) fn trace(pile: &Pile, fill: Fill) -> Vec<Shape> {
     let outlines: Vec<&[Edge]> = pile.outlines().collect();
     let mut shapes = Vec::new();
@@ -377,7 +400,7 @@ pub(super) fn trace(pile: &Pile, fill: Fill) -> Vec<Shape> {
     shapes
 }
 
-/// What is inside of two piles, each by nonzero winding, laid together by `rule`.
+/// Combines two piles, each by nonzero winding, by `rule`.
 pub(super) fn trace_two(subject: &Pile, clip: &Pile, rule: OverlayRule) -> Vec<Shape> {
     let subjects: Vec<&[Edge]> = subject.outlines().collect();
     let outlines: Vec<&[Edge]> = subjects.iter().copied().chain(clip.outlines()).collect();
@@ -393,7 +416,7 @@ pub(super) fn trace_two(subject: &Pile, clip: &Pile, rule: OverlayRule) -> Vec<S
     shapes
 }
 
-/// The edges of shapes, to be laid down again.
+/// The edges of a shape as input edges.
 pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> {
     shape.iter().flatten().map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data })
 }

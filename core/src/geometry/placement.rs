@@ -1,4 +1,4 @@
-//! Where a thing lies: turned over, rotated, shifted, in this order.
+//! Placement: mirror, rotation, shift, in this order.
 //!
 //! ```text
 //!      ┌──╮           ╭──┐            ╭╮
@@ -6,35 +6,31 @@
 //!      └──            ──┘             └ ┘
 //! ```
 //!
-//! Comes in: points, paths, regions. Goes out: the same, placed. Quarter turns are exact; any other rotation rounds every point
-//! to the nearest nanometre. Knows no boards.
+//! Quarter turns are exact; any other rotation rounds every point to the nearest nanometre.
 
 use super::overlay::spot;
 use super::{Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// A quarter turn in thousandths of a degree.
+/// 90° in thousandths of a degree.
 pub const QUARTER_MDEG: i32 = 90_000;
 
-/// How a thing is placed: first mirrored, then rotated about the zero point, then shifted.
+/// Mirrors, then rotates about the origin, then shifts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Placement {
-    /// Whether X changes its sign: the thing is turned over about the Y axis.
+    /// Negates X: flips about the Y axis.
     pub mirror: bool,
-    /// Rotation counter-clockwise in thousandths of a degree.
+    /// Counter-clockwise, in thousandths of a degree.
     pub rotation_mdeg: i32,
-    /// Shift after that.
     pub shift: Point,
 }
 
 impl Placement {
-    /// A shift alone.
     pub const fn shifted(shift: Point) -> Self {
         Self { mirror: false, rotation_mdeg: 0, shift }
     }
 
-    /// A point, placed.
     pub fn point(&self, point: Point) -> Point {
         let x = if self.mirror { -point.x } else { point.x };
         let y = point.y;
@@ -55,7 +51,7 @@ impl Placement {
         Point::new(x + self.shift.x, y + self.shift.y)
     }
 
-    /// A path, placed, run through in the same order.
+    /// A placed path, in its original direction.
     pub fn path(&self, path: &Path) -> Path {
         let segments = path.segments.iter().map(|&segment| match segment {
             PathSegment::Line { to } => PathSegment::Line { to: self.point(to) },
@@ -68,13 +64,13 @@ impl Placement {
         Path { start: self.point(path.start), segments: segments.collect() }
     }
 
-    /// A closed outline, placed, with its inside still on the same hand.
+    /// A placed closed outline, with its inside still on the same side.
     pub fn outline(&self, outline: &Path) -> Path {
         let placed = self.path(outline);
         if self.mirror { placed.reversed() } else { placed }
     }
 
-    /// A region, placed. Its islands and holes are in canonical order again.
+    /// A placed region, with islands and holes in canonical order.
     pub fn region(&self, region: &Region) -> Region {
         let outline = |path: &Path| self.outline(path).from_its_left();
         let island = |island: &Island| {

@@ -1,45 +1,43 @@
-//! From contours of chords back to paths of lines and true arcs.
+//! Converts contours of chords back to paths of lines and true arcs.
 //!
 //! ```text
-//!   chords of one circle in a row ─▶ one arc        ╲_│_╱  a corner between two outlines was found on chords:
-//!   lines in one direction        ─▶ one line          ●   it is moved to where the arc and the line truly cross
+//!   consecutive chords of one circle ─▶ one arc     ╲_│_╱  a corner between two outlines, found on chords:
+//!   lines in one direction           ─▶ one line       ●   moved to the true crossing of arc and line
 //!   fragments                        ─▶ nothing
 //! ```
 //!
-//! Comes in: contours of edges that know their circles. Goes out: a region in canonical order: every path starts at its
-//! leftmost, then lowest corner, islands and holes are ordered by that corner.
-//! Tolerance: an arc lies on the circle it came from; a line is within [`STRAIGHT_NM`] of the corners it swallowed; a
-//! piece shorter than the fragment length given is drawn together to a point beside or on it; a contour thinner on average than
-//! [`DUST_WIDTH_NM`] is dropped. Knows no boards.
+//! Tolerance: an arc is on its original circle; a line is within [`STRAIGHT_NM`] of the corners it absorbed.
+//! A piece shorter than the given fragment length becomes a point near or on it. A contour with a mean width
+//! below [`DUST_WIDTH_NM`] is dropped.
 
 use super::overlay::{CHORD_ERROR_NM, Circle, Fill, Found, Overlay, Shape, Spot, apart, trace};
 use super::simplify::simplify;
 use super::{Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 
-/// Corners this near to a straight line, in nm, lie on it.
+/// Corners this near to a straight line, in nm, are on it.
 pub(super) const STRAIGHT_NM: f64 = 3.0;
-/// Two circles whose centres and radii differ by no more, in nm, are one.
+/// Circles are equal if centres and radii differ by no more, in nm.
 const SAME_NM: f64 = 20.0;
-/// A contour whose area is less than this width times half its length is dust.
+/// A contour is dust if its area is less than this width times half its length.
 pub(super) const DUST_WIDTH_NM: f64 = 20.0;
-/// A contour of less area is dust, in nm²: a square micrometre.
+/// A contour of less area is dust, in nm²: one square micrometre.
 const DUST_AREA_NM2: f64 = 1e6;
-/// Farther than this, in nm, a corner is not moved to where its neighbours truly cross.
+/// Largest distance, in nm, to move a corner to the true crossing of its neighbours.
 const SNAP_NM: f64 = 8.0 * CHORD_ERROR_NM;
-/// An arc with a chord shorter than this, in nm, between other pieces is no circle: the neck of one would be longer.
+/// An arc with a shorter chord, in nm, between other pieces is no full circle: its neck would be longer.
 const TINY_NM: f64 = 1_000.0;
-/// At most so many corners are swallowed by one line at once.
+/// Limit of corners absorbed by one line at once.
 const LONGEST_LOOK: usize = 256;
 
-/// What leads from one corner to the next.
+/// The piece from one corner to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Line,
     Arc { circle: Circle, clockwise: bool },
 }
 
-/// A corner, and what leads on from it.
+/// A corner, and the piece after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     at: Spot,
@@ -56,7 +54,7 @@ impl Kind {
         Self::Arc { circle, clockwise: side < 0.0 }
     }
 
-    /// Whether two pieces in a row are one: arcs of one circle the same way round.
+    /// True if two consecutive pieces are one: arcs of one circle in one direction.
     fn goes_on(self, other: Self) -> bool {
         match (self, other) {
             (Self::Arc { circle: a, clockwise: left }, Self::Arc { circle: b, clockwise: right }) => {
@@ -87,7 +85,7 @@ fn dot(a: Spot, b: Spot) -> f64 {
     a.0 * b.0 + a.1 * b.1
 }
 
-/// Area to the left of a contour and its length, both by its edges, in nm² and nm.
+/// Area to the left of a contour and its length, both from its edges, in nm² and nm.
 fn size(contour: &[Found]) -> (f64, f64) {
     let start = contour.first().map_or((0.0, 0.0), |edge| place(edge, false));
     contour.iter().fold((0.0, 0.0), |(area, length), edge| {
@@ -101,16 +99,16 @@ fn is_dust(contour: &[Found]) -> bool {
     area.abs() < DUST_AREA_NM2.max(DUST_WIDTH_NM * length / 2.0)
 }
 
-/// Runs of one arc become one piece. The ring starts where a run starts.
+/// Merges runs of one arc. The ring starts at the start of a run.
 fn runs(contour: &[Found], circles: &[Circle]) -> Vec<Node> {
     let all: Vec<Node> =
         contour.iter().map(|edge| Node { at: place(edge, false), kind: Kind::of(edge, circles) }).collect();
     join_arcs(&all)
 }
 
-/// Rotates the ring so that it starts at a seam between pieces that do not go on, and joins those that do. A ring of
-/// one arc alone stays one node; a circle that touches the rest of its ring in the point where it begins and ends stays two
-/// arcs, for one from a point to itself says nothing.
+/// Rotates the ring to start between two different pieces, and merges pieces that continue each other. A ring
+/// of a single arc stays one node. A circle that touches the rest of its ring at its start point stays two
+/// arcs: an arc from a point to itself is ambiguous.
 fn join_arcs(nodes: &[Node]) -> Vec<Node> {
     let before = nodes.iter().cycle().skip(nodes.len().saturating_sub(1));
     let seam = nodes.iter().zip(before).position(|(node, before)| !before.kind.goes_on(node.kind));
@@ -131,7 +129,7 @@ fn around(index: usize, count: usize) -> (usize, usize) {
     ((index + count - 1) % count, (index + 1) % count)
 }
 
-/// Where the lines a–b and c–d cross; none where they are nearly parallel.
+/// Crossing of the lines a–b and c–d; `None` if they are nearly parallel.
 fn crossing(a: Spot, b: Spot, c: Spot, d: Spot) -> Option<Spot> {
     let (u, v) = (sub(b, a), sub(d, c));
     let slope = cross(u, v);
@@ -142,7 +140,7 @@ fn crossing(a: Spot, b: Spot, c: Spot, d: Spot) -> Option<Spot> {
     Some((a.0 + u.0 * share, a.1 + u.1 * share))
 }
 
-/// Whether a piece is so short that it is drawn together. An arc from nearly its end round to it is not.
+/// True if a piece is so short that it is removed. A nearly full circle is not.
 fn is_fragment(here: Node, next: Node, fragment_nm: f64) -> bool {
     let chord = sub(next.at, here.at);
     dot(chord, chord) < fragment_nm * fragment_nm
@@ -155,7 +153,8 @@ fn is_fragment(here: Node, next: Node, fragment_nm: f64) -> bool {
         }
 }
 
-/// Draws pieces shorter than `fragment_nm` together to one corner; never two in a row, so that a fine curve keeps its form.
+/// Replaces pieces shorter than `fragment_nm` by one corner; never two in a row, so that a fine curve keeps
+/// its shape.
 fn drop_fragments(nodes: &[Node], fragment_nm: f64) -> Vec<Node> {
     let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
     let mut index = 0;
@@ -177,7 +176,8 @@ fn drop_fragments(nodes: &[Node], fragment_nm: f64) -> Vec<Node> {
     kept
 }
 
-/// The corner that replaces a fragment from `here` to `next`: where the lines about it cross, or its end on an arc.
+/// The corner that replaces a fragment from `here` to `next`: the crossing of the adjacent lines, or its end
+/// on an arc.
 fn drawn_together(last: Node, here: Node, next: Node, far: Node, fragment_nm: f64) -> Spot {
     let middle = ((here.at.0 + next.at.0) / 2.0, (here.at.1 + next.at.1) / 2.0);
     match (last.kind, next.kind) {
@@ -189,7 +189,7 @@ fn drawn_together(last: Node, here: Node, next: Node, far: Node, fragment_nm: f6
     }
 }
 
-/// Whether the lines into and out of `here` turn back upon each other with less than a dust width between.
+/// True if the lines into and out of `here` reverse with less than a dust width between them.
 fn is_spike(last: Node, here: Node, next: Spot) -> bool {
     let (back, on) = (sub(last.at, here.at), sub(next, here.at));
     let longer = libm::sqrt(dot(back, back).max(dot(on, on)));
@@ -199,7 +199,7 @@ fn is_spike(last: Node, here: Node, next: Spot) -> bool {
         && cross(back, on).abs() <= DUST_WIDTH_NM * longer
 }
 
-/// Takes out corners where a line turns back upon itself.
+/// Removes corners where a line reverses.
 fn drop_spikes(nodes: &[Node]) -> Vec<Node> {
     let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
     for &node in nodes {
@@ -213,7 +213,8 @@ fn drop_spikes(nodes: &[Node]) -> Vec<Node> {
     kept
 }
 
-/// The index after the last corner of `line` that a straight line from its first one reaches with all between on it.
+/// Index after the last corner of `line` that a straight line from the first one reaches, with all corners
+/// between on it.
 fn straight_until(line: &[Node]) -> usize {
     let Some(first) = line.first() else { return 0 };
     let mut good = 1;
@@ -237,7 +238,7 @@ fn straight_until(line: &[Node]) -> usize {
     good
 }
 
-/// Joins lines that go on in one direction.
+/// Merges collinear lines.
 fn straighten(nodes: &[Node]) -> Vec<Node> {
     let count = nodes.len();
     let round: Vec<Node> = nodes.iter().chain(nodes.first()).copied().collect();
@@ -253,13 +254,13 @@ fn straighten(nodes: &[Node]) -> Vec<Node> {
     kept
 }
 
-/// Rotates the ring by half, so that its seam is looked at from the other side.
+/// Rotates the ring by half, so that its seam is processed as well.
 fn half_round(nodes: &mut [Node]) {
     let half = nodes.len() / 2;
     nodes.rotate_left(half);
 }
 
-/// The point of `circle` on the line a–b nearest to `near`.
+/// The intersection of `circle` with the line a–b, nearest to `near`.
 fn line_meets(a: Spot, b: Spot, circle: Circle, near: Spot) -> Option<Spot> {
     let way = sub(b, a);
     let length = libm::sqrt(dot(way, way));
@@ -294,14 +295,14 @@ fn off(circle: Circle, place: Spot) -> f64 {
     (apart(circle.centre, place) - circle.radius_nm).abs()
 }
 
-/// The point of a circle nearest to a place.
+/// The point of a circle nearest to a position.
 fn onto(circle: Circle, place: Spot) -> Spot {
     let arm = sub(place, circle.centre);
     let length = libm::sqrt(dot(arm, arm)).max(1e-9);
     (circle.centre.0 + arm.0 / length * circle.radius_nm, circle.centre.1 + arm.1 / length * circle.radius_nm)
 }
 
-/// Where the true curves into and out of a corner meet; none where it lies on both.
+/// Intersection of the true curves at a corner; `None` if the corner is already on both.
 fn meeting(last: Node, here: Node, next: Node) -> Option<Spot> {
     match (last.kind, here.kind) {
         (Kind::Line, Kind::Line) => None,
@@ -311,9 +312,9 @@ fn meeting(last: Node, here: Node, next: Node) -> Option<Spot> {
     }
 }
 
-/// Moves corners that were found on chords to where the true curves meet. A piece beside such a corner that is no longer
-/// than chords are wrong by may be all error, as where three curves meet in one point: it goes where the corner would need its
-/// place, for an arc left to end beside its circle is as wrong over its whole length.
+/// Moves corners found on chords to the intersection of the true curves. If three curves meet in one point, a
+/// piece at that corner may be nothing but chord error. If it is short enough for that and the corner needs
+/// its place, the piece is removed. An arc that ends off its circle would be wrong over its whole length.
 fn snap(nodes: &mut Vec<Node>) {
     let mut index = 0;
     while index < nodes.len() {
@@ -348,7 +349,8 @@ fn snap(nodes: &mut Vec<Node>) {
     }
 }
 
-/// Takes out the piece that begins at node `index`: its neighbours then meet in one corner. Whether they do.
+/// Removes the piece that starts at node `index`, so that its neighbours meet in one corner. False if they
+/// don't.
 fn without(nodes: &mut Vec<Node>, index: usize) -> bool {
     let count = nodes.len();
     let (before, after) = around(index, count);
@@ -372,14 +374,15 @@ fn without(nodes: &mut Vec<Node>, index: usize) -> bool {
     true
 }
 
-/// Whether the pieces before and behind still lead the same way when the two corners between them become the one at `met`:
-/// curves that graze each other meet far along, where it would lie beyond the next corner.
+/// True if both adjacent pieces keep their direction when the two corners between them become the one at
+/// `met`. Grazing curves may meet far away, beyond the next corner.
 fn is_between(from: Spot, (first, second): (Spot, Spot), to: Spot, met: Spot) -> bool {
     let same_way = |one: Spot, other: Spot| dot(one, other) > 0.0;
     same_way(sub(first, from), sub(met, from)) && same_way(sub(to, second), sub(to, met))
 }
 
-/// Where a corner goes that cannot go where its curves meet: onto the longer one, if that is an arc and near.
+/// New position of a corner that can't move to the intersection: on the longer curve, if that is an arc and
+/// near.
 fn beside(last: Node, here: Node, next: Node) -> Option<Spot> {
     let longer = if apart(here.at, last.at) > apart(here.at, next.at) { last.kind } else { here.kind };
     let Kind::Arc { circle, .. } = longer else { return None };
@@ -416,7 +419,7 @@ fn whole(circle: Circle, clockwise: bool) -> Path {
     Path { start, segments: vec![PathSegment::Arc { to: start, centre, clockwise }] }
 }
 
-/// Whether a tiny arc, its ends rounded, would go round the other way: a whole circle instead of next to nothing.
+/// True if rounding reverses a tiny arc, which would become a full circle.
 fn is_reversed((from, to): (Point, Point), circle: Circle, clockwise: bool) -> bool {
     let spot = |point: Point| (point.x.nm() as f64, point.y.nm() as f64);
     let chord = sub(spot(to), spot(from));
@@ -435,7 +438,7 @@ fn path_of(nodes: &[Node]) -> Option<Path> {
     let ends = corners.iter().cycle().skip(first + 1);
     let starts = corners.iter().cycle().skip(first);
     let kinds = nodes.iter().cycle().skip(first).take(nodes.len());
-    let segments: Vec<PathSegment> = kinds
+    let mut segments: Vec<PathSegment> = kinds
         .zip(starts.zip(ends))
         .filter(|(node, (from, to))| from != to || matches!(node.kind, Kind::Arc { .. }) && nodes.len() == 1)
         .map(|(node, (&from, &to))| match node.kind {
@@ -450,14 +453,16 @@ fn path_of(nodes: &[Node]) -> Option<Path> {
             }
         })
         .collect();
+    // A large board has millions of segments: unused capacity would count.
+    segments.shrink_to_fit();
     let round = segments.iter().any(|segment| matches!(segment, PathSegment::Arc { .. }));
     let enough = if round { 2 } else { 3 };
     (segments.len() >= enough)
         .then(|| Path { start: corners.get(first).copied().unwrap_or_default(), segments })
 }
 
-/// One contour as a path; none for dust.
-fn path(contour: &[Found], circles: &[Circle], fragment_nm: f64) -> Option<Path> {
+/// One contour as a path; `None` for dust.
+pub(super) fn path(contour: &[Found], circles: &[Circle], fragment_nm: f64) -> Option<Path> {
     if is_dust(contour) {
         return None;
     }
@@ -466,19 +471,19 @@ fn path(contour: &[Found], circles: &[Circle], fragment_nm: f64) -> Option<Path>
         nodes = straighten(&join_arcs(&drop_spikes(&drop_fragments(&nodes, fragment_nm))));
         half_round(&mut nodes);
     }
-    // What would be drawn together to nothing stays as it was found.
+    // If snapping leaves nothing, use the contour as found.
     let found = nodes.clone();
     snap(&mut nodes);
     path_of(&nodes).or_else(|| path_of(&found))
 }
 
-/// What is inside of the outlines on an overlay by `fill`; they are used up.
+/// The area inside the outlines of an overlay by `fill`; takes the outlines.
 pub(super) fn traced(overlay: &mut Overlay, fill: Fill, fragment_nm: f64) -> Region {
     let [pile] = simplify([&overlay.take()]);
     region(&trace(&pile, fill), &overlay.circles, fragment_nm)
 }
 
-/// The region of shapes. Pieces shorter than `fragment_nm` are drawn together.
+/// The region of shapes. Pieces shorter than `fragment_nm` are merged.
 pub(super) fn region(shapes: &[Shape], circles: &[Circle], fragment_nm: f64) -> Region {
     let island = |shape: &Shape| {
         let (outer, holes) = shape.split_first()?;

@@ -1,9 +1,9 @@
-//! Shapes bounded by lines and true arcs, at rest in whole nanometres.
+//! Shapes bounded by lines and true arcs, in whole nanometres.
 //!
 //! ```text
-//!  Path     start ─ segment ─ segment ─ …          open, or closed where the last segment ends at the start
+//!  Path     start ─ segment ─ segment ─ …          open, or closed if the last segment ends at the start
 //!  Island   one outer path, counter-clockwise, and holes in it, clockwise
-//!  Region   islands that do not overlap; an island may lie in a hole of another
+//!  Region   islands that do not overlap; an island may be in a hole of another
 //!
 //!      ┌───────────────┐
 //!      │  ╭───╮        │      inside is on the left of every path, of outer ones and of holes
@@ -11,33 +11,25 @@
 //!      │  ╰───╯  ╰─╯   │
 //!      └───────────────┘
 //! ```
-//!
-//! Comes in: points. Goes out: paths and regions as plain data. Does not know boards, layers or tools.
 
-use super::{Bounds, Point, chords, measure};
+use super::{Point, chords};
 use serde::{Deserialize, Serialize};
 
 /// One piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum PathSegment {
     /// Straight to a point.
-    Line {
-        /// Where it ends.
-        to: Point,
-    },
-    /// Along a circle to a point; a full circle where it ends where it starts.
+    Line { to: Point },
+    /// Along a circle to a point; a full circle if start and end are equal.
     Arc {
-        /// Where it ends.
         to: Point,
-        /// Middle of the circle.
         centre: Point,
-        /// Sense of turning, seen from above.
+        /// Direction, seen from above.
         clockwise: bool,
     },
 }
 
 impl PathSegment {
-    /// Where it ends.
     pub const fn to(self) -> Point {
         match self {
             Self::Line { to } | Self::Arc { to, .. } => to,
@@ -48,40 +40,36 @@ impl PathSegment {
 /// A chain of segments.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Path {
-    /// Where it starts.
     pub start: Point,
-    /// Its pieces, in order.
     pub segments: Vec<PathSegment>,
 }
 
 impl Path {
-    /// The path along straight lines through `points`; none for no points.
+    /// Straight lines through `points`; `None` for no points.
     pub fn through(points: &[Point]) -> Option<Self> {
         let (&start, rest) = points.split_first()?;
         Some(Self { start, segments: rest.iter().map(|&to| PathSegment::Line { to }).collect() })
     }
 
-    /// Where it ends.
     pub fn end(&self) -> Point {
         self.segments.last().map_or(self.start, |last| last.to())
     }
 
-    /// Whether it ends where it starts, and goes somewhere between.
+    /// True if it ends at its start and has segments.
     pub fn is_closed(&self) -> bool {
         !self.segments.is_empty() && self.end() == self.start
     }
 
-    /// Its corners: the start and the end of every segment.
+    /// The start, and the end of every segment.
     pub fn corners(&self) -> impl Iterator<Item = Point> {
         std::iter::once(self.start).chain(self.segments.iter().map(|segment| segment.to()))
     }
 
-    /// Its segments, each with the place where it starts.
+    /// Each segment with its start.
     pub fn pieces(&self) -> impl Iterator<Item = (Point, PathSegment)> {
         self.corners().zip(self.segments.iter().copied())
     }
 
-    /// The same way back.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let back = |(from, segment): (Point, PathSegment)| match segment {
@@ -95,21 +83,18 @@ impl Path {
         Self { start: self.end(), segments }
     }
 
-    /// A closed path, started at its leftmost, then lowest corner. An open one stays as it is.
+    /// A closed path, rotated to start at its leftmost, then lowest corner. An open path is unchanged.
     #[must_use]
-    pub fn from_its_left(&self) -> Self {
+    pub fn from_its_left(mut self) -> Self {
         let first = self.corners().take(self.segments.len()).enumerate().min_by_key(|(_, corner)| *corner);
-        match first {
-            Some((first, start)) if self.is_closed() => {
-                let mut segments = self.segments.clone();
-                segments.rotate_left(first);
-                Self { start, segments }
-            }
-            _ => self.clone(),
+        if let Some((first, start)) = first.filter(|_| self.is_closed()) {
+            self.segments.rotate_left(first);
+            self.start = start;
         }
+        self
     }
 
-    /// The points of the path with arcs cut into chords that are at most `error_mm` off.
+    /// The points of the path with arcs cut into chords with an error of at most `error_mm`.
     pub fn flattened(&self, error_mm: f64) -> Vec<Point> {
         let mut points = vec![self.start];
         for (from, segment) in self.pieces() {
@@ -123,7 +108,6 @@ impl Path {
         points
     }
 
-    /// Length along it in mm.
     pub fn length_mm(&self) -> f64 {
         let length = |(from, segment): (Point, PathSegment)| match segment {
             PathSegment::Line { to } => from.distance_mm(to),
@@ -135,17 +119,17 @@ impl Path {
     }
 }
 
-/// A connected piece: what is inside `outer` and in none of `holes`.
+/// A connected piece: inside `outer` and in none of `holes`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Island {
-    /// Its edge, closed and counter-clockwise.
+    /// Closed and counter-clockwise.
     pub outer: Path,
-    /// The edges of what is missing in it, closed and clockwise.
+    /// Closed and clockwise.
     pub holes: Vec<Path>,
 }
 
 impl Island {
-    /// All its edges: the outer one first.
+    /// The outer path, then the holes.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         std::iter::once(&self.outer).chain(&self.holes)
     }
@@ -154,25 +138,18 @@ impl Island {
 /// An area of the plane.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Region {
-    /// Its pieces. They do not overlap.
+    /// They do not overlap.
     pub islands: Vec<Island>,
 }
 
 impl Region {
-    /// All edges of all islands.
+    /// All paths of all islands.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.islands.iter().flat_map(Island::paths)
     }
 
-    /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         self.islands.is_empty()
-    }
-
-    /// The box around it, arcs bulging included, to a nanometre; none for nothing.
-    pub fn bounds(&self) -> Option<Bounds> {
-        let boxes = self.islands.iter().map(|island| measure::path_bounds(&island.outer));
-        boxes.reduce(|all, next| all.with(next.min).with(next.max))
     }
 }
 
@@ -182,7 +159,7 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn a_path_knows_its_length_and_its_way_back() {
+    fn reversed_path_has_the_same_length() {
         let (a, b, centre) = (Point::from_mm(0.0, 0.0), Point::from_mm(2.0, 0.0), Point::from_mm(1.0, 0.0));
         let arc = PathSegment::Arc { to: a, centre, clockwise: false };
         let path = Path { start: a, segments: vec![PathSegment::Line { to: b }, arc] };

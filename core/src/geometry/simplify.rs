@@ -1,57 +1,55 @@
-//! Chords of an arc joined to longer ones where nothing else comes near, so that the overlay has less to do.
+//! Merges chords of an arc where nothing else is near, so that the overlay has fewer edges.
 //!
 //! ```text
 //!        ┌───┬───┬───┐
-//!        │ ╭─·─·─╮   │      the cells that the box of some chords covers hold nothing but their own arc:
-//!        ├─·─┼───┼─·─┤      a single chord in their place meets what they met, nothing,
-//!        │╱  │   │  ╲│      and takes nothing in that was outside
+//!        │ ╭─·─·─╮   │      the cells that the bounds of some chords cover hold only their own arc: a single
+//!        ├─·─┼───┼─·─┤      chord in their place meets the same edges, none, and adds no area that
+//!        │╱  │   │  ╲│      belongs to another outline
 //!        └───┴───┴───┘
 //! ```
 //!
-//! Comes in: outlines of edges on whole nanometres. Goes out: the same outlines of fewer edges, which cross each other
-//! in the same places. An edge still knows its circle, so the arc comes back whole. Exact. Knows no paths.
+//! An edge still has its circle, so the arc is restored exactly.
 
 use super::clusters::{Extent, NOTHING, with};
 use super::grid::Grid;
 use super::overlay::{Edge, Pile, Tag};
 use std::ops::RangeInclusive;
 
-/// Cells for every edge, about; up to four times as many.
+/// Cells for each edge, about; up to four times as many.
 const CELLS_PER_EDGE: f64 = 2.0;
-/// Cells are no smaller, in nm.
+/// Smallest cell, in nm.
 const SMALLEST_CELL_NM: f64 = 10_000.0;
-/// The box of chords that are joined covers no more cells.
+/// Limit of cells in the bounds of merged chords.
 const MOST_CELLS: i64 = 2_048;
-/// So near to a cell, in nm, an edge counts as in it.
+/// An edge this near to a cell, in nm, counts as in it.
 const NEAR_NM: i64 = 1;
-/// What a cell holds: nothing, this, or the number of the one arc in it.
+/// A cell holds 0 (nothing), this (several), or the number of its only arc.
 const MANY: u32 = u32::MAX;
 
-/// Cells, each of which knows which arc passes through it alone.
+/// A grid that records which single arc crosses each cell.
 struct Cells {
     grid: Grid,
     holds: Vec<u32>,
 }
 
-/// Chords of one arc in a row, or one straight edge.
+/// Consecutive chords of one arc, or one straight edge.
 fn runs(outline: &[Edge]) -> impl Iterator<Item = &[Edge]> {
     outline.chunk_by(|a, b| a.data == b.data && a.data != Tag::STRAIGHT)
 }
 
-/// Where a row of cells in columns `from` to `to` stands.
+/// Cell indices of a row from column `from` to `to`.
 fn strip(grid: &Grid, row: i64, from: i64, to: i64) -> RangeInclusive<usize> {
     let at = |column: i64| usize::try_from(row * grid.columns + column).unwrap_or(usize::MAX);
     at(from)..=at(to)
 }
 
-/// The box around edges.
 fn extent<'a>(edges: impl IntoIterator<Item = &'a Edge>) -> Extent {
     let ends = edges.into_iter().flat_map(|edge| [edge.a, edge.b]);
     ends.fold(NOTHING, |extent, end| with(extent, end.x, end.y))
 }
 
 impl Cells {
-    /// Empty cells over all edges; none where there are no edges.
+    /// Empty cells over all edges; `None` without edges.
     fn over(piles: &[&Pile]) -> Option<Self> {
         let count: usize = piles.iter().map(|pile| pile.edges.len()).sum();
         if count == 0 {
@@ -67,7 +65,7 @@ impl Cells {
         Some(Self { grid, holds })
     }
 
-    /// Says that `owner` passes through the cells that an edge passes through.
+    /// Records `owner` in the cells that an edge crosses.
     fn mark(&mut self, edge: &Edge, owner: u32) {
         let Self { grid, holds } = self;
         grid.pass(edge, |row, from, to| {
@@ -77,7 +75,7 @@ impl Cells {
         });
     }
 
-    /// Whether no other than `owner` passes through the cells of a box, which are not too many.
+    /// True if only `owner` crosses the cells of a box, and these are not too many.
     fn holds_only(&self, extent: Extent, owner: u32) -> bool {
         let ((from, to), (first, last)) = self.grid.about(extent);
         let only = |cells: &[u32]| cells.iter().all(|&cell| cell == owner || cell == 0);
@@ -85,7 +83,7 @@ impl Cells {
             && (first..=last).all(|row| self.holds.get(strip(&self.grid, row, from, to)).is_some_and(only))
     }
 
-    /// The chords `run` of the arc `owner`, joined where it is alone.
+    /// Merges the chords `run` of the arc `owner` where it is alone.
     fn join(&self, run: &[Edge], owner: u32, joined: &mut Vec<Edge>) {
         let (Some(first), Some(last)) = (run.first(), run.last()) else { return };
         if run.len() == 1 {
@@ -100,7 +98,7 @@ impl Cells {
     }
 }
 
-/// Whether chords of an arc turn by less than a quarter from the first to the last.
+/// True if the chords turn by less than a quarter from first to last.
 fn is_flat(run: &[Edge]) -> bool {
     let way =
         |edge: &Edge| (f64::from(edge.b.x) - f64::from(edge.a.x), f64::from(edge.b.y) - f64::from(edge.a.y));
@@ -108,14 +106,14 @@ fn is_flat(run: &[Edge]) -> bool {
         let (one, other) = (way(one), way(other));
         one.0 * other.0 + one.1 * other.1 > 0.0
     };
-    // More than three quarters are ahead again, but half of them is not.
+    // After more than three quarters the last chord points forward again, but the middle one doesn't.
     match (run.first(), run.get(run.len() / 2), run.last()) {
         (Some(first), Some(middle), Some(last)) => ahead(first, middle) && ahead(first, last),
         _ => false,
     }
 }
 
-/// Outlines that are laid over each other, of fewer edges.
+/// The outlines with fewer edges.
 pub(super) fn simplify<const COUNT: usize>(piles: [&Pile; COUNT]) -> [Pile; COUNT] {
     let Some(mut cells) = Cells::over(&piles) else { return piles.map(Pile::clone) };
     for (owner, run) in (1..MANY).zip(piles.iter().flat_map(|pile| pile.outlines()).flat_map(runs)) {

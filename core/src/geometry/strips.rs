@@ -1,52 +1,49 @@
-//! Strips: what lies clear between edges of a region that face each other nearer than a width, as lines along its middle.
+//! Strips: clear channels between facing edges of a region that are narrower than a width, as centre lines.
 //!
 //! ```text
-//!    ▓▓▓▓▓▓▓▓▓▓▓▓         from places all along every edge the nearest edge that faces it is looked for;
-//!    ──┬──┬──┬──┬         where it is near enough the middle between the two is a place of the strip,
-//!    ··●··●··●··●··       unless the edge opposite has told it already
+//!    ▓▓▓▓▓▓▓▓▓▓▓▓         at points along every edge, find the nearest facing edge; if near enough, the
+//!    ──┬──┬──┬──┬         midpoint belongs to a strip, unless it was already found from the
+//!    ··●··●··●··●··       opposite edge
 //!    ──┴──┴──┴──┴
 //!    ▓▓▓▓▓▓▓▓▓▓▓▓
 //! ```
 //!
-//! Comes in: a region and two widths. Goes out: strips with their widths in whole nanometres, the width within 2 % of its
-//! greatest for edges that face each other within 20°. Places are a third of the lesser width apart. Knows no bits.
+//! Points are a third of the smaller width apart.
 
-use super::index::{Entry, Index, Near, entries, point};
-use super::measure::segment_bounds;
+use super::index::{Entry, Index, Near, point};
 use super::nearest::{Piece, nearest_pair};
 use super::overlay::{Spot, apart};
 use super::{Point, Region};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// The cosine up to which a way across is across.
+/// Largest cosine between an edge and a line across the channel.
 const ACROSS_COSINE: f64 = 0.6;
-/// Edges that follow each other with less of a turn than this cosine do not face each other.
+/// Consecutive edges with a cosine above this do not face each other.
 const ONWARD_COSINE: f64 = -0.3;
-/// Lines that face each other head against each other at least by this cosine.
+/// Facing lines have at most this cosine between their directions.
 const AGAINST_COSINE: f64 = -0.5;
-/// So many places behind the foremost one of a strip, its own places count as told.
+/// Points of the strip itself count as found only this many points before its front.
 const TRAIL: usize = 3;
-/// More places than this are not looked at on one edge.
+/// Limit of points on one edge.
 const MOST_PLACES: f64 = 100_000.0;
 
-/// One strip.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Strip {
-    /// Places along its middle, and how wide the clear is there.
+    /// Points of the centre line, with the width of the channel.
     pub middle: Vec<(Point, Length)>,
-    /// Whether both of its sides are edges of one outline.
+    /// True if both sides are edges of one outline.
     pub own: bool,
-    /// The place of the region's edges that is nearest to the first place.
+    /// The point of the region's edges nearest to the first point.
     pub beside: Option<Near>,
 }
 
-/// An edge and where it belongs.
+/// An edge with its outline.
 struct Side<'a> {
     entry: &'a Entry,
-    /// Edges before and after it in its outline.
+    /// Previous and next edge in its outline.
     around: [usize; 2],
-    /// The outline, counted over the region.
+    /// Number of the outline in the region.
     outline: usize,
 }
 
@@ -75,15 +72,15 @@ fn sides<'a>(region: &Region, entries: &'a [Entry]) -> Vec<Side<'a>> {
 }
 
 impl Side<'_> {
-    /// Whether `other` may face it within `reach` nm.
+    /// True if `other` may face it within `reach` nm.
     fn may_face(&self, other: &Entry, reach: f64) -> bool {
         let (one, two) = (&self.entry.piece, &other.piece);
-        if other.number == self.entry.number {
+        if other.number() == self.entry.number() {
             return false;
         }
         let [before, after] = self.around;
-        if other.number == after && dot(one.heading(true), two.heading(false)) > ONWARD_COSINE
-            || other.number == before && dot(two.heading(true), one.heading(false)) > ONWARD_COSINE
+        if other.number() == after && dot(one.heading(true), two.heading(false)) > ONWARD_COSINE
+            || other.number() == before && dot(two.heading(true), one.heading(false)) > ONWARD_COSINE
         {
             return false;
         }
@@ -100,7 +97,7 @@ fn length(piece: &Piece) -> f64 {
     piece.bow.map_or_else(|| apart(piece.from, piece.to), |bow| bow.radius_nm * bow.turn_rad)
 }
 
-/// The place of the nearest of `others` that faces `place`, and which it is.
+/// The nearest point facing `place`, its distance and its edge.
 fn facing<'a>(place: Spot, out: Spot, others: &[&'a Entry]) -> Option<(Spot, f64, &'a Entry)> {
     let mut best: Option<(Spot, f64, &Entry)> = None;
     for &other in others {
@@ -118,7 +115,7 @@ fn facing<'a>(place: Spot, out: Spot, others: &[&'a Entry]) -> Option<(Spot, f64
     best
 }
 
-/// Places already told, in cells as large as what counts as the same.
+/// Points already found, in cells of the tolerance.
 struct Told {
     reach: f64,
     cells: BTreeMap<(i64, i64), Vec<Spot>>,
@@ -143,7 +140,7 @@ impl Told {
     }
 }
 
-/// Strips while they are being found.
+/// Strips under construction.
 struct Search<'a> {
     index: &'a Index,
     wider: f64,
@@ -153,7 +150,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Goes on with the strip at a middle, or ends it.
+    /// Continues the strip at a midpoint, or ends it.
     fn next(&mut self, found: Option<(Spot, f64, bool)>) {
         let clear = |middle: Spot| {
             let near = self.index.nearest(point(middle), Length::from_nm((self.wider * 0.46) as i64));
@@ -185,15 +182,14 @@ impl Search<'_> {
     }
 }
 
-/// The strips of what is clear of `region` that are wider than `wider` and narrower than `narrower`. The middle of every
-/// place of a strip is at least 0.46 of `wider` away from the region.
+/// The strips clear of `region`, wider than `wider` and narrower than `narrower`. Each centre point is at
+/// least 0.46 of `wider` away from the region.
 pub fn strips(region: &Region, wider: Length, narrower: Length) -> Vec<Strip> {
     if wider.nm() <= 0 || narrower <= wider {
         return Vec::new();
     }
-    let entries = entries(region);
-    let sides = sides(region, &entries);
-    let index = Index::from_entries(entries.clone());
+    let index = Index::of(region);
+    let sides = sides(region, index.entries());
     let (step, reach) = (wider.nm() as f64 / 3.0, narrower.nm() as f64);
     let told = Told { reach: step * 1.2, cells: BTreeMap::new() };
     let mut search =
@@ -204,21 +200,21 @@ pub fn strips(region: &Region, wider: Length, narrower: Length) -> Vec<Strip> {
             search.end();
         }
         let entry = side.entry;
-        let room = segment_bounds(entry.from, entry.segment).grown(narrower);
+        let room = entry.bounds().grown(narrower);
         let mut others: Vec<&Entry> =
             index.entries_in(room).filter(|other| side.may_face(other, reach)).collect();
         if others.is_empty() {
             search.end();
             continue;
         }
-        others.sort_by_key(|other| other.number);
+        others.sort_by_key(|other| other.number());
         let count = libm::ceil(length(&entry.piece) / step).clamp(1.0, MOST_PLACES);
         for number in 0..count as usize {
             let place = entry.piece.at((number as f64 + 0.5) / count);
             let out = right_of(entry.piece.heading_at(place));
             let found = facing(place, out, &others).filter(|(_, width, _)| *width < reach);
             search.next(found.map(|(at, width, other)| {
-                let own = sides.get(other.number).is_some_and(|other| other.outline == side.outline);
+                let own = sides.get(other.number()).is_some_and(|other| other.outline == side.outline);
                 (((place.0 + at.0) / 2.0, (place.1 + at.1) / 2.0), width, own)
             }));
         }

@@ -6,8 +6,7 @@
 //!      ╰──────────────╯                (●╯     ╰●)
 //! ```
 //!
-//! Comes in: paths, open or closed, and a width. Goes out: closed outlines, counter-clockwise, none crossing itself,
-//! whose union is the area. Tolerance: every corner is the nearest whole nanometre. Knows no tools but their width.
+//! Tolerance: every corner is the nearest whole nanometre.
 
 use super::combine::together;
 use super::overlay::{Spot, apart, spot};
@@ -15,8 +14,8 @@ use super::{Path, PathSegment, Point, Region, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// A circle about `centre`, counter-clockwise, as one arc from its leftmost point. Not larger than a point where
-/// `diameter` is not above zero.
+/// A circle about `centre`, counter-clockwise, as one arc from its leftmost point. A point if `diameter` is
+/// not above zero.
 pub fn circle(centre: Point, diameter: Length) -> Path {
     let start = Point::new(centre.x - Length::from_nm(diameter.nm().max(0) / 2), centre.y);
     Path { start, segments: vec![PathSegment::Arc { to: start, centre, clockwise: false }] }
@@ -50,7 +49,7 @@ fn about_line(from: Point, to: Point, half: f64) -> Path {
     Path { start, segments }
 }
 
-/// The outline about at most half a round, counter-clockwise from `from` to `to`.
+/// The outline about at most a half circle, counter-clockwise from `from` to `to`.
 fn about_arc(from: Point, to: Point, centre: Point, half: f64, outlines: &mut Vec<Path>) {
     let (a, b, c) = (spot(from), spot(to), spot(centre));
     let scaled = |end: Spot, by: f64| {
@@ -81,7 +80,7 @@ fn about_arc(from: Point, to: Point, centre: Point, half: f64, outlines: &mut Ve
     outlines.extend([circle(from, diameter), circle(to, diameter)]);
 }
 
-/// The point half way along an arc that turns counter-clockwise.
+/// The midpoint of a counter-clockwise arc.
 fn half_way(from: Point, centre: Point, turn: f64) -> Point {
     let (a, c) = (spot(from), spot(centre));
     let (sine, cosine) = (libm::sin(turn / 2.0), libm::cos(turn / 2.0));
@@ -89,8 +88,8 @@ fn half_way(from: Point, centre: Point, turn: f64) -> Point {
     at((c.0 + arm.0 * cosine - arm.1 * sine, c.1 + arm.0 * sine + arm.1 * cosine))
 }
 
-/// The outlines of what a round tool of `width` sweeps along `path`, moved along it from end to end. A path without
-/// length gives the circle of the tool; no width gives nothing.
+/// The outlines of the area that a round tool of `width` sweeps along `path`. A path of zero length gives the
+/// tool's circle; no width gives nothing.
 pub fn stroke(path: &Path, width: Length) -> Vec<Path> {
     let mut outlines = Vec::new();
     if width.nm() <= 0 {

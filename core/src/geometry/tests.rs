@@ -1,6 +1,4 @@
-//! Geometry by known areas and counts: what comes in are shapes whose answer is known from paper.
-//!
-//! Goes out: nothing. Knows only what the floor shows.
+//! Geometry with known areas and counts.
 
 use super::*;
 use std::f64::consts::PI;
@@ -23,7 +21,7 @@ fn close(got: f64, wanted: f64, allowed: f64) {
 }
 
 #[test]
-fn a_circle_comes_back_as_one_arc() {
+fn union_returns_a_circle_as_one_arc() {
     let region = union(&[circle(at(3.0, 4.0), mm(2.0))]);
     let [island] = region.islands.as_slice() else { panic!("{region:?}") };
     assert_eq!(island.outer, circle(at(3.0, 4.0), mm(2.0)));
@@ -31,7 +29,7 @@ fn a_circle_comes_back_as_one_arc() {
 }
 
 #[test]
-fn equal_circles_and_halves_of_one_are_one() {
+fn equal_circles_and_half_circles_merge() {
     let whole = circle(at(0.0, 0.0), mm(2.0));
     let centre = at(0.0, 0.0);
     let bow = |from: Point, to: Point| Path {
@@ -52,7 +50,7 @@ fn equal_circles_and_halves_of_one_are_one() {
 }
 
 #[test]
-fn a_lens_has_two_exact_corners() {
+fn lens_has_two_exact_corners() {
     let pair = [circle(at(0.0, 0.0), mm(2.0)), circle(at(1.0, 0.0), mm(2.0))];
     let first = union(&pair[..1]);
     let second = union(&pair[1..]);
@@ -71,7 +69,7 @@ fn a_lens_has_two_exact_corners() {
 }
 
 #[test]
-fn a_circle_that_touches_an_edge_from_inside_is_not_lost() {
+fn circle_touching_an_edge_from_inside_is_not_lost() {
     let plate = rectangle(Bounds { min: at(5.0, 5.5), max: at(6.25, 8.0) });
     let (plate, hole) = (union(&[plate]), union(&[circle(at(5.5, 7.0), mm(1.0))]));
     let disc = PI / 4.0;
@@ -93,7 +91,8 @@ fn strokes_have_the_area_they_sweep() {
     let way = Path::through(&[at(0.0, 0.0), at(5.0, 0.0), at(5.0, 5.0)]).unwrap();
     let region = sweep(&[way], mm(0.5));
     let quarter = PI * 0.25 * 0.25;
-    // Two bands share a quarter square; the outer side of the corner is a quarter circle, each end a half one.
+    // Two bands share a quarter square; the outer side of the corner is a quarter circle, each end a half
+    // circle.
     close(area_mm2(&region), 2.0 * 5.0 * 0.5 - 0.25 * 0.25 + quarter / 4.0 + quarter, 1e-6);
     assert_eq!(region.islands[0].outer.segments.len(), 7, "{:?}", region.islands[0].outer);
 
@@ -119,8 +118,8 @@ fn strokes_have_the_area_they_sweep() {
 }
 
 #[test]
-fn paths_that_cross_themselves_hide_nothing() {
-    // A figure of eight: one lobe turns left, the other right. A square lies over the right-turning lobe.
+fn self_crossing_paths_hide_nothing() {
+    // A figure of eight: one lobe turns left, the other right. A square overlaps the right-turning lobe.
     let eight =
         Path::through(&[at(0.0, 0.0), at(2.0, 2.0), at(2.0, 0.0), at(0.0, 2.0), at(0.0, 0.0)]).unwrap();
     let region = union(&[eight.clone(), square(0.0, 0.5, 0.5)]);
@@ -134,7 +133,7 @@ fn paths_that_cross_themselves_hide_nothing() {
 }
 
 #[test]
-fn coats_are_painted_in_order() {
+fn exposures_are_painted_in_order() {
     let exposure = |clear: bool, outlines: Vec<Path>| Exposure { clear, outlines };
     let exposures = [
         exposure(true, vec![square(-9.0, -9.0, 2.0)]),
@@ -148,7 +147,7 @@ fn coats_are_painted_in_order() {
     let region = paint(&exposures);
     close(area_mm2(&region), 100.0 - 64.0 + 36.0 - 16.0 + PI + 1.0 - 0.25, 1e-6);
     assert_eq!(region.islands.len(), 3);
-    // One by one gives the same as in halves.
+    // One by one gives the same result as in halves.
     let mut slow = Region::default();
     for exposure in &exposures {
         let rule = if exposure.clear { CombineRule::Difference } else { CombineRule::Union };
@@ -158,7 +157,7 @@ fn coats_are_painted_in_order() {
 }
 
 #[test]
-fn boxes_hold_what_bulges() {
+fn bounds_include_bulging_arcs() {
     let path = Path {
         start: at(0.0, 0.0),
         segments: vec![
@@ -174,7 +173,7 @@ fn boxes_hold_what_bulges() {
 }
 
 #[test]
-fn points_lie_in_and_out_of_arcs() {
+fn point_containment_respects_arcs() {
     let ring = Region {
         islands: vec![Island {
             outer: circle(at(0.0, 0.0), mm(4.0)),
@@ -189,7 +188,7 @@ fn points_lie_in_and_out_of_arcs() {
 }
 
 #[test]
-fn what_is_out_of_reach_does_no_harm() {
+fn geometry_out_of_reach_is_dropped_or_clipped() {
     let far = square(5_000.0, -5_000.0, 1.0);
     assert!(!path_bounds(&far).is_in_reach());
     assert!(union(&[far]).is_empty());
@@ -198,7 +197,7 @@ fn what_is_out_of_reach_does_no_harm() {
 }
 
 #[test]
-fn grown_shapes_keep_true_arcs() {
+fn grown_shapes_have_true_arcs() {
     let grown = grow(&union(&[square(0.0, 0.0, 2.0)]), mm(0.5));
     let outer = &grown.islands[0].outer;
     assert_eq!(outer.segments.len(), 8, "{outer:?}");
@@ -230,7 +229,7 @@ fn grown_shapes_keep_true_arcs() {
 }
 
 #[test]
-fn clefts_of_rounding_do_not_become_gouges() {
+fn nanometre_gaps_do_not_become_gouges() {
     // Two plates a nanometre apart, and a plate with a notch a nanometre wide.
     let low = rectangle(Bounds { min: at(0.0, 0.0), max: at(10.0, 2.0) });
     let high =
@@ -250,7 +249,7 @@ fn clefts_of_rounding_do_not_become_gouges() {
 }
 
 #[test]
-fn islands_and_edges_are_found() {
+fn index_finds_islands_and_edges() {
     let mut paths = Vec::new();
     for column in 0..10_i32 {
         for row in 0..10_i32 {
@@ -272,9 +271,9 @@ fn islands_and_edges_are_found() {
 }
 
 #[test]
-fn narrow_places_are_listed_once() {
+fn narrow_gaps_are_listed_once() {
     let bar = |x0: f64, y0: f64, x1: f64, y1: f64| rectangle(Bounds { min: at(x0, y0), max: at(x1, y1) });
-    // Two long tracks with a bulge each, a pad beside, and one far away.
+    // Two long tracks with a bulge each, a pad next to them, and a distant one.
     let region = union(&[
         bar(0.0, 0.0, 10.0, 1.0),
         bar(0.0, 1.2, 10.0, 2.0),
@@ -295,13 +294,13 @@ fn narrow_places_are_listed_once() {
 }
 
 #[test]
-fn an_island_comes_near_itself_around_a_channel_only() {
+fn island_has_a_gap_to_itself_only_across_a_channel() {
     let bar = |x0: f64, y0: f64, x1: f64, y1: f64| rectangle(Bounds { min: at(x0, y0), max: at(x1, y1) });
     let horseshoe = union(&[bar(0.0, 0.0, 5.0, 1.0), bar(0.0, 1.2, 5.0, 2.0), bar(0.0, 0.0, 1.0, 2.0)]);
     let found = gaps(&horseshoe, mm(0.3));
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!((found[0].a, found[0].b, found[0].width), (0, 0, mm(0.2)));
-    // Inner corners, thin copper, round pads and holes wider than the width are no narrow places.
+    // Inner corners, thin copper, round pads and holes wider than the width are no gaps.
     let corner = union(&[bar(0.0, 0.0, 5.0, 0.1), bar(0.0, 0.0, 0.1, 5.0), circle(at(0.0, 0.0), mm(0.2))]);
     assert_eq!(gaps(&corner, mm(0.3)), vec![]);
     let ring = even_odd(&[circle(at(0.0, 0.0), mm(1.0)), circle(at(0.0, 0.0), mm(0.4))]);
@@ -312,7 +311,7 @@ fn an_island_comes_near_itself_around_a_channel_only() {
 }
 
 #[test]
-fn placement_turns_over_turns_and_shifts() {
+fn placement_mirrors_rotates_and_shifts() {
     let placement = Placement { mirror: true, rotation_mdeg: 90_000, shift: at(10.0, 0.0) };
     assert_eq!(placement.point(at(1.0, 2.0)), at(8.0, -1.0));
     let region = even_odd(&[square(0.0, 0.0, 3.0), circle(at(1.0, 2.0), mm(1.0))]);
@@ -333,12 +332,12 @@ fn placement_turns_over_turns_and_shifts() {
 }
 
 #[test]
-fn strips_run_midway_between_edges_that_face_each_other() {
+fn strips_run_midway_between_facing_edges() {
     let mm = Length::from_mm;
     let boxed = |x0: f64, y0: f64, x1: f64, y1: f64| {
         rectangle(Bounds::of(Point::from_mm(x0, y0)).with(Point::from_mm(x1, y1)))
     };
-    // Two boxes 0.3 apart over 4 mm, and a disc in a round hole 0.3 wider all round.
+    // Two boxes 0.3 apart over 4 mm, and a disc in a round hole with 0.3 clearance.
     let hole = circle(Point::from_mm(20.0, 0.0), mm(4.6));
     let plate = even_odd(&[boxed(10.0, -5.0, 30.0, 5.0), hole, circle(Point::from_mm(20.0, 0.0), mm(4.0))]);
     let pads = union(&[boxed(0.0, 0.0, 4.0, 1.0), boxed(0.0, 1.3, 4.0, 2.0)]);
@@ -363,11 +362,11 @@ fn strips_run_midway_between_edges_that_face_each_other() {
 }
 
 #[test]
-fn nothing_has_no_area_and_no_sign() {
+fn empty_region_has_a_positive_zero_area() {
     assert!(area_mm2(&Region::default()).is_sign_positive());
 }
 
-/// Area of `one` in `two` and beside it: nothing is gained or lost.
+/// Inclusion and exclusion of areas: nothing is gained or lost.
 #[track_caller]
 fn shares_out(one: &Region, two: &Region) {
     let of = |rule| area_mm2(&combine(one, two, rule));
@@ -378,14 +377,14 @@ fn shares_out(one: &Region, two: &Region) {
 }
 
 #[test]
-fn curves_that_meet_near_a_corner_keep_their_places() {
+fn curves_meeting_near_a_corner_stay_in_position() {
     let disc = |x, y, size| circle(Point::from_mm(x, y), Length::from_mm(size));
     let block = |a, b| rectangle(Bounds::of(a).with(b));
-    // Two circles and an edge in one point: a corner found on chords once took its whole arc 0.6 µm inwards.
+    // Two circles and an edge in one point: a corner found on chords once moved its whole arc 0.6 µm inwards.
     let with_edge =
         union(&[disc(1.5, 5.0, 0.9375), block(Point::from_mm(1.0, 4.5), Point::from_mm(1.6875, 5.875))]);
     shares_out(&with_edge, &union(&[disc(2.0, 5.0, 1.0625)]));
-    // A circle 19 nm inside of a corner: the corner stays, and so does the edge from it.
+    // A circle 19 nm inside a corner: the corner stays, and its edge as well.
     let round = union(&[disc(0.440912, 3.282127, 1.007086)]);
     let corner = block(Point::from_mm(0.183387, 3.714859), Point::from_mm(1.220179, 5.788443));
     shares_out(&round, &union(&[corner]));

@@ -1,19 +1,16 @@
-//! The lines midway between islands: where a cut takes the least from any of them.
+//! Lines midway between islands: cuts along them take the least from each island.
 //!
 //! ```text
-//!    ███   ┊   ███      samples on all edges ─▶ Delaunay ─▶ of every side between two islands the line midway,
-//!    ███   ┊   ███      moved until it is equally far from the true edges ─▶ chains ─▶ inside `within`
+//!    ███   ┊   ███      samples on all edges ─▶ Delaunay ─▶ for each side between two islands the midline,
+//!    ███   ┊   ███      moved to equal distance from the true edges ─▶ chains ─▶ inside `within`
 //!    ┄┄┄┄┄┄┴┄┄┄┄┄┄
 //!      ████████
 //! ```
 //!
-//! Comes in: islands and the area in which lines are wanted. Goes out: polylines, open where they meet each other or the end of the
-//! area, closed about an island that no other meets. Tolerance: within 2 µm of the simplified line, each corner of it
-//! within 1 µm of midway; where three islands meet, and where edges bend sharper than the samples stand (0.01 to 0.1 mm),
-//! the samples decide. Knows no nets and no tools.
+//! Tolerance: within 2 µm of the simplified line, each corner of it within 1 µm of midway. At points where
+//! three islands meet, and at bends sharper than the sample spacing (0.01 to 0.1 mm), the samples decide.
 
-use super::index::{Entry, Index, entries, point};
-use super::measure::segment_bounds;
+use super::index::{Entry, Index, point};
 use super::nearest::{Piece, nearest_pair};
 use super::overlay::{Spot, apart, spot};
 use super::{Bounds, Path, Point, Region};
@@ -21,15 +18,15 @@ use crate::units::Length;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 use std::collections::BTreeMap;
 
-/// Samples stand this far apart at most, in nm.
+/// Largest distance of samples, in nm.
 const WIDEST_NM: f64 = 100_000.0;
-/// And this far at least.
+/// Smallest distance of samples.
 const DENSEST_NM: f64 = 10_000.0;
-/// More samples than about this are not taken; they then stand farther apart.
+/// Limit of samples, about; with more, the distance increases.
 const MOST_SAMPLES: f64 = 300_000.0;
-/// Corners of a line nearer than this, in nm, to the line without them are left out.
+/// Corners nearer than this, in nm, to the line without them are dropped.
 const SIMPLE_NM: f64 = 1_500.0;
-/// A line is looked at in pieces of this length, in nm, where it may leave the area.
+/// Length of pieces, in nm, in which a line is checked for leaving the area.
 const LOOK_NM: f64 = 100_000.0;
 /// The island of the frame around everything.
 const FRAME: u32 = u32::MAX;
@@ -50,9 +47,9 @@ impl HasPosition for Sample {
     }
 }
 
-/// How far apart samples of an edge stand: half of its distance to the nearest other island.
+/// Distance of samples on an edge: half of its distance to the nearest other island.
 fn spacing(entry: &Entry, index: &Index, coarsest: f64) -> f64 {
-    let room = segment_bounds(entry.from, entry.segment).grown(Length::from_nm(2 * WIDEST_NM as i64));
+    let room = entry.bounds().grown(Length::from_nm(2 * WIDEST_NM as i64));
     let others = index.entries_in(room).filter(|other| other.edge.island != entry.edge.island);
     let nearest = others.fold(2.0 * WIDEST_NM, |least, other| {
         let (p, q) = nearest_pair(&entry.piece, &other.piece);
@@ -61,21 +58,21 @@ fn spacing(entry: &Entry, index: &Index, coarsest: f64) -> f64 {
     (nearest / 2.0).clamp(DENSEST_NM.max(coarsest), WIDEST_NM.max(coarsest))
 }
 
-/// Samples along one edge, its end left to the next one.
+/// Samples along one edge, without its end, which belongs to the next edge.
 fn sample(entry: &Entry, gap: f64, samples: &mut Vec<Sample>) {
-    let path = Path { start: entry.from, segments: vec![entry.segment] };
+    let path = Path { start: entry.start(), segments: vec![entry.segment()] };
     let corners: Vec<Spot> = path.flattened(5e-4).into_iter().map(spot).collect();
     for (a, b) in corners.iter().zip(corners.iter().skip(1)) {
         let count = libm::ceil(apart(*a, *b) / gap).max(1.0) as u32;
         samples.extend((0..count).map(|step| {
             let share = f64::from(step) / f64::from(count);
             let at = (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share);
-            Sample { at: entry.piece.nearest(at), island: entry.edge.island, edge: entry.number }
+            Sample { at: entry.piece.nearest(at), island: entry.edge.island, edge: entry.number() }
         }));
     }
 }
 
-/// Points so far around that no line midway to them comes near.
+/// Points so distant that no line midway to them is near.
 fn frame(bounds: Bounds) -> Vec<Sample> {
     let ((left, low), (right, high)) = (spot(bounds.min), spot(bounds.max));
     let far = 3.0 * (right - left + high - low).max(1e6);
@@ -85,13 +82,13 @@ fn frame(bounds: Bounds) -> Vec<Sample> {
     vec![corner(-1.0, -1.0), corner(1.0, -1.02), corner(1.03, 1.0), corner(-1.01, 1.04)]
 }
 
-/// A point midway, and where the line goes on from it.
+/// A point midway, and its connections.
 struct Node {
     at: Spot,
     edges: Vec<usize>,
 }
 
-/// Moves a place until it is equally far from two edges.
+/// Moves a point to equal distance from two edges.
 fn midway(mut at: Spot, one: &[&Piece], two: &[&Piece]) -> Spot {
     let nearest = |at: Spot, pieces: &[&Piece]| {
         pieces.iter().map(|piece| piece.nearest(at)).min_by(|a, b| apart(*a, at).total_cmp(&apart(*b, at)))
@@ -113,7 +110,7 @@ fn midway(mut at: Spot, one: &[&Piece], two: &[&Piece]) -> Spot {
     at
 }
 
-/// An edge and its neighbours, in whose reach the true nearest point lies.
+/// An edge and its neighbours: one of them has the true nearest point.
 fn pieces_about<'a>(entries: &'a [Entry], sample: &Sample) -> Vec<&'a Piece> {
     let from = sample.edge.saturating_sub(1);
     let about = entries.get(from..).unwrap_or_default().iter().take(3);
@@ -163,7 +160,7 @@ fn net(samples: Vec<Sample>, entries: &[Entry]) -> Vec<Node> {
     nodes
 }
 
-/// The net taken apart into chains between forks and ends, and rings.
+/// The net split into rings, and chains between forks and ends.
 fn chains(mut nodes: Vec<Node>) -> Vec<Vec<Spot>> {
     let forks: Vec<usize> =
         (0..nodes.len()).filter(|&at| nodes.get(at).is_some_and(|n| n.edges.len() != 2)).collect();
@@ -191,7 +188,7 @@ fn chains(mut nodes: Vec<Node>) -> Vec<Vec<Spot>> {
     chains
 }
 
-/// The parts of a chain that lie in the area.
+/// The parts of a chain in the area.
 fn inside(chain: &[Spot], area: &Index) -> Vec<Vec<Spot>> {
     let is_in = |at: Spot| area.island_at(point(at)).is_some();
     let between = |a: Spot, b: Spot, share: f64| (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share);
@@ -233,12 +230,12 @@ fn inside(chain: &[Spot], area: &Index) -> Vec<Vec<Spot>> {
     parts
 }
 
-/// A chain without the corners that are nearly on the line of the others.
+/// Drops corners that are nearly on the line of the others.
 fn simplified(chain: &[Spot]) -> Vec<Spot> {
     let Some((&first, &last)) = chain.first().zip(chain.last()) else { return Vec::new() };
     let mut keep = vec![false; chain.len()];
     let mut work = vec![(0, chain.len() - 1)];
-    // A ring has no line from end to end: it is halved first.
+    // A ring has no line from end to end, so halve it first.
     if first == last && chain.len() > 3 {
         let middle = chain.len() / 2;
         work = vec![(0, middle), (middle, chain.len() - 1)];
@@ -263,19 +260,18 @@ fn simplified(chain: &[Spot]) -> Vec<Spot> {
     chain.iter().zip(keep).filter(|(_, keep)| *keep).map(|(at, _)| *at).collect()
 }
 
-/// The lines midway between different islands of `region`, where they lie in `within`, in canonical order.
+/// The lines midway between different islands of `region`, clipped to `within`, in canonical order.
 pub fn voronoi(region: &Region, within: &Region) -> Vec<Path> {
     let (Some(bounds), Some(area)) = (region.bounds(), within.bounds()) else { return Vec::new() };
-    let entries = entries(region);
-    let index = Index::from_entries(entries.clone());
+    let index = Index::of(region);
     let length: f64 = region.paths().map(Path::length_mm).sum();
     let coarsest = length * 1e6 / MOST_SAMPLES;
     let mut samples = frame(bounds.with(area.min).with(area.max));
-    for entry in &entries {
+    for entry in index.entries() {
         sample(entry, spacing(entry, &index, coarsest), &mut samples);
     }
     let area = Index::of(within);
-    let chains = chains(net(samples, &entries));
+    let chains = chains(net(samples, index.entries()));
     let parts = chains.iter().flat_map(|chain| inside(chain, &area));
     let path = |part: Vec<Spot>| {
         let corners: Vec<Point> = simplified(&part).into_iter().map(point).collect();
@@ -308,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_run_midway() {
+    fn voronoi_lines_run_midway() {
         let pads = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (4.0, 4.0)].map(|(x, y)| circle(at(x, y), mm(2.0)));
         let region = union(&pads);
         let within = union(&[rectangle(Bounds { min: at(-2.0, -2.0), max: at(6.0, 6.0) })]);
@@ -323,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pad_in_a_ring_gets_a_ring() {
+    fn pad_in_a_ring_gets_a_ring() {
         let mut region =
             super::super::even_odd(&[circle(at(0.0, 0.0), mm(6.0)), circle(at(0.0, 0.0), mm(4.0))]);
         region.islands.extend(union(&[circle(at(0.0, 0.0), mm(2.0))]).islands);

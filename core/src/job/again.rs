@@ -1,21 +1,18 @@
-//! A part of a program once more: the legs that did not do what they should have done.
+//! Repeats a part of a program: only the legs that must be done again.
 //!
 //! ```text
-//!   bit 1  spindle on, hole, hole*, hole   bit 2  hole, hole          * is to be done again
+//!   bit 1  spindle on, hole, hole*, hole   bit 2  hole, hole          * selected
 //!   bit 1  spindle on, hole*
 //! ```
-//!
-//! Comes in: a [`Program`] and which of its legs. Goes out: a program with these, their bits and their spindle speeds. Does not
-//! know why they are done again.
 
 use super::{Command, Leg, Mark, Program};
 
 impl Program {
-    /// The holes and toolpaths whose legs `again` names, in their order. Bits that nothing is done with are not asked for; the spindle
-    /// turns as it did there.
+    /// Only the holes and toolpaths with legs that `again` selects, in order. Unused bits are not requested;
+    /// the spindle speeds stay as they were.
     pub fn only(&self, again: impl Fn(usize) -> bool) -> Self {
         let mut legs: Vec<Leg> = Vec::new();
-        // A change of the bit waits until something is done with it, and so does the speed that a leg left out would have set.
+        // Tool changes and spindle speeds of skipped legs are emitted only before the next selected leg.
         let mut change: Option<&Leg> = None;
         let mut speed: Vec<Command> = Vec::new();
         for (index, leg) in self.legs.iter().enumerate() {
@@ -70,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_done_again_has_its_bit_and_its_speed_and_nothing_else() {
+    fn repeated_legs_have_their_tool_and_speed_only() {
         let ends = |mark| Leg { mark, commands: vec![Command::Spindle { rpm: 0 }] };
         let legs = vec![
             ends(Mark::Prepare),

@@ -1,57 +1,55 @@
-//! What a job asks of holes, slots and the edge of the board: what the proof of its programs is measured against.
-//!
-//! Comes in: a person's choice. Goes out: [`Asked`]; lengths in [`Length`], depths positive downwards from the surface. Does not
-//! know how toolpaths are made.
+//! Requirements of a job for holes, slots and the board's edge. The proof checks programs against them.
 
 use crate::units::Length;
 
-/// What is asked beyond the copper. Where nobody says, it is asked for once programs begin with it.
+/// Requirements beyond the copper. For options, none means unspecified: the requirement holds if the programs
+/// start to meet it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Asked {
-    /// How thick the board is.
+    /// Thickness of the board.
     pub thickness: Length,
-    /// How far a tool's diameter may be from that of its hole or slot.
+    /// Greatest difference between the diameters of a tool and its hole or slot.
     pub tolerance: Length,
-    /// How deep holes are drilled at least.
+    /// Least depth of drilled holes.
     pub drilled: Length,
-    /// How deep holes and slots are milled at least.
+    /// Least depth of milled holes and slots.
     pub milled: Length,
-    /// Whether the holes of the board are made; none where nobody says.
+    /// True if the holes of the board must be made.
     pub holes: Option<bool>,
-    /// Whether the holes for pins are made.
+    /// True if the holes for alignment pins must be made.
     pub pins: bool,
-    /// Whether slots are made; none where nobody says.
+    /// True if slots must be made.
     pub slots: Option<bool>,
-    /// How the board is cut out; none where nobody says that it is.
+    /// Cutting out of the board; none if unspecified.
     pub cut_out: Option<AskedEdge>,
 }
 
-/// How a board is cut out.
+/// Requirements for cutting out a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AskedEdge {
-    /// How deep, at least.
+    /// Least depth.
     pub depth: Length,
-    /// The bit runs on the line; else beside the board.
+    /// The bit runs on the line, else outside the board.
     pub on_line: bool,
-    /// So much of every contour may stay: tabs.
+    /// Length of each contour that may stay, for tabs.
     pub spared: Length,
-    /// Zones keep the bit out, wherever they are.
+    /// Zones keep the bit out, anywhere.
     pub zones: bool,
-    /// Diameter of the bit that goes round the board.
+    /// Diameter of the bit for the outline.
     pub bit: Length,
-    /// So many tabs are left: on every contour, or on all of them together.
+    /// Number of tabs, on each contour or in total.
     pub tabs: u32,
-    /// Whether `tabs` are those of all contours together.
+    /// `tabs` counts all contours together.
     pub tabs_together: bool,
-    /// How wide a tab is.
+    /// Width of a tab.
     pub tab_width: Length,
 }
 
 impl Asked {
-    /// How far a tool's diameter may be from its hole's where nobody says.
+    /// Default of the greatest difference of diameters.
     pub const TOLERANCE: Length = Length::from_um(100);
 
-    /// What is asked of a board of this thickness where nobody planned a job.
+    /// Requirements for a board of this thickness without a planned job.
     pub const fn nothing(thickness: Length) -> Self {
         Self {
             thickness,

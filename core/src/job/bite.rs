@@ -1,48 +1,47 @@
-//! How far a bit goes on with each turn and how fast its edge runs, and whether it stands that (C3).
+//! Checks the feed per turn and the surface speed of bits.
 //!
 //! ```text
-//! 12 mm/s at 1,500 rpm      0.48 mm a turn       a drill of 0.8 mm stands 0.2 mm: it breaks
-//! 12 mm/s at 30,000 rpm     0.024 mm a turn      good
-//! 3.2 mm at 60,000 rpm      603 m/min            the edge burns: the board's resin smears, the bit is blunt soon
+//! 12 mm/s at 1,500 rpm      0.48 mm per turn     a 0.8 mm drill survives 0.2 mm: it breaks
+//! 12 mm/s at 30,000 rpm     0.024 mm per turn    good
+//! 3.2 mm at 60,000 rpm      603 m/min            edge too hot: the board's resin smears, the bit dulls early
 //! ```
-//!
-//! Comes in: a bit, a feed, a speed; or a program. Goes out: diagnostics with the feed and the speed that it would stand. Does not
-//! know who plans or runs it.
 
 use super::{Bit, Command, Cutter, Mark, Program};
 use crate::diagnostic::Diagnostic;
 
-/// Most of the width of its cut that a bit may go on by in one turn.
+/// Greatest feed per turn, as a share of the width of cut.
 pub const MOST_BITE_SHARE: f64 = 0.25;
 
-/// Fastest surface speed of an edge, m/min: boards are drilled at 100 to 250, and no hard metal stands much more in their glass.
+/// Greatest surface speed, m/min. Boards are drilled at 100 to 250; carbide survives little more in their
+/// glass fibre.
 pub const MOST_SURFACE_M_PER_MIN: f64 = 350.0;
 
-/// How fast the edge of a bit of this diameter runs at `rpm`, m/min.
+/// Surface speed of a bit at `rpm`, m/min.
 fn surface_m_per_min(bit: &Bit, rpm: u32) -> f64 {
     std::f64::consts::PI * bit.diameter.mm() * f64::from(rpm) / 1e3
 }
 
-/// What is wrong with `bit` going down at `feed_mm_per_s` while it turns at `rpm`.
+/// Problems of `bit` with a plunge at `feed_mm_per_s` and `rpm`.
 pub fn judged(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Vec<Diagnostic> {
     [breaks(bit, feed_mm_per_s, rpm), burns(bit, rpm)].into_iter().flatten().collect()
 }
 
-/// Why the edge of `bit` burns at `rpm`, if it does. V-bits cut near their tip, however wide they are.
+/// Warns if the edge of `bit` gets too hot at `rpm`. Not for V-bits: they cut near their tip, so their
+/// diameter doesn't matter.
 fn burns(bit: &Bit, rpm: u32) -> Option<Diagnostic> {
     let surface = surface_m_per_min(bit, rpm);
     if matches!(bit.cutter, Cutter::Vee { .. }) || surface <= MOST_SURFACE_M_PER_MIN {
         return None;
     }
-    // Rounded to the safe side.
+    // Rounded down: slower is safe.
     let slower = libm::floor(f64::from(rpm) * MOST_SURFACE_M_PER_MIN / surface / 100.0) * 100.0;
     let why = Diagnostic::warning("job.bit_burns").with("bit", bit.titled());
     let why = why.with("rpm", rpm).with("surface", format!("{surface:.0}"));
     Some(why.with("most", MOST_SURFACE_M_PER_MIN).with("slower", format!("{slower:.0}")))
 }
 
-/// Why `bit` breaks when it goes down at `feed_mm_per_s` while it turns at `rpm`, if it does. V-bits cut as wide as they are
-/// deep: they are judged in the cut.
+/// Warns if `bit` breaks in a plunge at `feed_mm_per_s` and `rpm`. Not for V-bits: their width depends on the
+/// depth, so they are checked along the cut.
 pub fn breaks(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Option<Diagnostic> {
     let diameter_mm = bit.diameter.mm();
     if matches!(bit.cutter, Cutter::Vee { .. }) || rpm == 0 || diameter_mm <= 0.0 {
@@ -63,7 +62,7 @@ pub fn breaks(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Option<Diagnostic> {
     Some(why.with("slower", format!("{slower:.1}")).with("faster", format!("{faster:.0}")))
 }
 
-/// What is wrong with the bits of `program` on their way down, of each once.
+/// Problems of the bits of `program` in plunges, each once.
 pub fn judged_all(program: &Program) -> Vec<Diagnostic> {
     let (mut bit, mut rpm) = (0_usize, 0);
     let mut found: Vec<(usize, Diagnostic)> = Vec::new();
@@ -97,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_drill_that_hardly_turns_breaks_and_the_cure_that_is_said_helps() {
+    fn slow_small_drill_breaks_and_the_suggested_fix_helps() {
         let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
         let rows = [
             (800, Cutter::Drill, 12.0, 1_500, true),
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edge_that_runs_too_fast_burns_and_not_at_the_speed_that_is_said() {
+    fn fast_edge_burns_but_not_at_the_suggested_speed() {
         let rows = [
             (3_200, Cutter::Drill, 30_000, false),
             (3_200, Cutter::Drill, 60_000, true),

@@ -1,77 +1,74 @@
-//! What a person must know who runs the programs of a job one after the other: at the machine, with a tool in the hand.
+//! Contents of the run sheet: facts that the user needs at the machine to run the programs of a job in order.
 //!
 //! ```text
-//!  Briefing ─┬─ job, machine, where the zero is, how thick the board is
-//!            ├─ pins: where, how thick, how far into the bed; how the board is turned over
-//!            └─ sides, in order ─┬─ what any side needs, from the work zero: the blank must reach so far
-//!                                └─ tools, in order of use: what each does, how long it takes
+//!  Briefing ─┬─ job, machine, position of the zero, thickness of the board
+//!            ├─ pins: position, diameter, depth in the bed; how to flip the board
+//!            └─ sides, in order ─┬─ least size of the blank, from the work zero
+//!                                └─ tools, in order of use: operations and time
 //! ```
 //!
-//! Comes in: of a plan, or of a program alone. Goes out: plain data for heads of files and run sheets. Lengths in work
-//! coordinates. Does not know any controller, nor words: it names keys of the locale tables.
+//! Lengths in work coordinates.
 
 use super::{Bit, Command, Mark, Program};
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// A job as the person at the machine sees it.
+/// The run sheet of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Briefing {
-    /// What the job is called.
+    /// Name of the job.
     pub job: String,
-    /// What the machine is called.
+    /// Name of the machine.
     pub machine: String,
-    /// Where the work zero is: a word of `run_sheet.zero`.
+    /// Position of the work zero: a key of `run_sheet.zero`.
     pub zero: Option<String>,
     /// Thickness of the board.
     pub thickness: Option<Length>,
-    /// Pins that hold the board when it is turned over.
+    /// Pins that align the board after a flip.
     pub pins: Option<AlignmentPins>,
-    /// How many tabs hold the board while it is cut out; none where nothing is.
+    /// Number of tabs that hold the board while it is cut out; none without a cut-out.
     pub tabs: Option<u32>,
-    /// How it is turned over between its sides: a word of `run_sheet.flip`.
+    /// How to flip the board between sides: a key of `run_sheet.flip`.
     pub flip: Option<String>,
-    /// Its sides in the order in which they are done.
+    /// Sides in machining order.
     pub sides: Vec<SideBriefing>,
 }
 
 /// One side of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SideBriefing {
-    /// Which: a word of `page.cam.word`; empty where nobody knows.
+    /// A key of `page.cam.word`; empty if unknown.
     pub side: String,
-    /// All that is cut on any side, the board, and a rim around cut-outs and pins: so large the blank must be.
+    /// Least blank: everything cut on any side, the board, and a rim around cut-outs and pins.
     pub blank: Option<Bounds>,
     /// The bits of its program, in order.
     pub tools: Vec<ToolBriefing>,
 }
 
-/// What one bit does.
+/// Use of one bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolBriefing {
-    /// The bit.
     pub tool: Bit,
-    /// The words of its operations, in order, each once.
+    /// Keys of its operations, in order, without duplicates.
     pub operations: Vec<String>,
-    /// Seconds, without the waits for people; none where nobody reckoned.
+    /// Seconds, without waits for the user; none if not calculated.
     pub time_s: Option<f64>,
 }
 
-/// Pins that hold the board when it is turned over.
+/// Pins that align the board after a flip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlignmentPins {
-    /// Their diameter.
     pub diameter: Length,
-    /// How far they go below the board into the bed.
+    /// Depth in the bed, below the board.
     pub below: Length,
-    /// Where, in the work coordinates of the side that is done first.
+    /// Positions in the work coordinates of the first side.
     pub at: Vec<Point>,
 }
 
 impl Briefing {
-    /// The numbers of the tools of side `side`, for each of its bits: from 1 in the order of use over all sides up to it. Bits of
-    /// one form and size are one tool with one number, so that what stands in a magazine stays there for the whole job.
+    /// Tool numbers of side `side`, for each of its bits: from 1 in order of use over all sides up to it.
+    /// Bits of equal shape and size share one number, so a magazine can stay loaded for the whole job.
     pub fn numbers(&self, side: usize) -> Vec<u32> {
         let mut known: Vec<&Bit> = Vec::new();
         let mut numbers = Vec::new();
@@ -86,7 +83,7 @@ impl Briefing {
         numbers
     }
 
-    /// What a program alone says of itself.
+    /// The facts that a program alone contains.
     pub fn of(program: &Program) -> Self {
         let (mut drilled, mut milled) = (vec![false; program.bits.len()], vec![false; program.bits.len()]);
         let mut bit = 0;
@@ -109,7 +106,7 @@ impl Briefing {
     }
 }
 
-/// The box around all that the bits of a program touch, each as wide as it is; none where they touch nothing.
+/// Bounds of everything that the bits of a program touch, including their radius; none if they touch nothing.
 pub fn touched(program: &Program) -> Option<Bounds> {
     let (mut at, mut radius) = (Point::default(), Length::ZERO);
     let mut all: Option<Bounds> = None;
@@ -145,7 +142,7 @@ pub fn touched(program: &Program) -> Option<Bounds> {
     all
 }
 
-/// The places of an arc that are furthest to either side.
+/// Extreme points of an arc in X and Y.
 fn extremes(from: Point, to: Point, center: Point, ccw: bool) -> impl Iterator<Item = Point> {
     let radius = Length::from_mm(from.distance_mm(center));
     let turn = crate::geometry::chords::turn(from, to, center, !ccw);
@@ -183,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_touched_is_as_wide_as_bits_and_arcs() {
+    fn touched_area_includes_tool_width_and_arcs() {
         let at = Point::from_mm;
         let (height, feed_um_per_s) = (Length::from_mm(-1.0), 1);
         let down = Command::Plunge { to: height, feed_um_per_s, gate: None };
@@ -191,7 +188,7 @@ mod tests {
         let rows = [
             (vec![Command::Rapid { to: at(50.0, 50.0) }], None),
             (vec![Command::Rapid { to: at(5.0, 6.0) }, down], Some((at(4.0, 5.0), at(6.0, 7.0)))),
-            // The upper half of a circle about 10, 10, and the lower.
+            // The upper half of a circle about 10, 10, then the lower.
             (
                 vec![Command::Rapid { to: at(15.0, 10.0) }, down, arc(at(5.0, 10.0), at(10.0, 10.0), true)],
                 Some((at(4.0, 9.0), at(16.0, 16.0))),
@@ -208,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_says_what_its_bits_do() {
+    fn briefing_lists_the_operations_of_each_tool() {
         let briefing = Briefing::of(&program(vec![Command::Rapid { to: Point::default() }]));
         assert_eq!(briefing.sides[0].tools[0].operations, ["mill"]);
     }

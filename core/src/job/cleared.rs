@@ -1,31 +1,29 @@
-//! What a job says it clears: all copper beside the picture that a bit reaches.
+//! The copper that a job promises to clear: all unwanted copper that a bit reaches.
 //!
 //! ```text
-//!   ▓▓▓ copper ▓▓▓ ┆ margin ┆ (bit) ┆┄┄▶ as far as the bit's middle may go beside the board
+//! ▓▓▓ copper ▓▓▓ ┆ margin ┆ (bit) ┆┄┄▶ up to the greatest distance of the bit's centre from the board
 //! ```
-//!
-//! Comes in: a person's choice. Goes out: widths in [`Length`]. Does not know how toolpaths are made.
 
 use super::Bit;
 use crate::geometry::Point;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// The narrowest cut with which an operation clears.
+/// The narrowest cut of a clearing operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cleared {
-    /// How wide it is at the surface.
+    /// Width at the surface.
     pub surface: Length,
-    /// How wide it is at the underside of the copper, above zero.
+    /// Width at the underside of the copper, above zero.
     pub through: Length,
-    /// What is kept around the copper beyond the bit itself.
+    /// Distance from the copper, in addition to the bit.
     pub margin: Length,
-    /// How far the middle of the bit may go beyond the outline; without one, what is cleared goes so far beyond the copper.
+    /// Greatest distance of the bit's centre outside the outline; without an outline, outside the copper.
     pub beyond: Length,
 }
 
 impl Cleared {
-    /// What `bit` clears at `depth`; none where it does not go through copper of this thickness.
+    /// The cut of `bit` at `depth`; none if it doesn't go through copper of this thickness.
     pub fn by(bit: &Bit, depth: Length, copper: Length, (margin, beyond): (Length, Length)) -> Option<Self> {
         let (surface, through) = (bit.width_at(depth), bit.width_at(depth - copper));
         let goes = depth >= copper && through > Length::ZERO;
@@ -33,15 +31,15 @@ impl Cleared {
     }
 }
 
-/// What a job promises of the copper of one side.
+/// Promises of a job for the copper of one side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Promised {
-    /// The bits that a person owns, for cures.
+    /// The user's bits, for fixes.
     pub owned: Vec<Bit>,
-    /// The gaps, by their two sides, through whose middle a person has a pass made though it is too wide.
+    /// Gaps, by their two sides, that the user agreed to cut through the middle although the pass is too
+    /// wide.
     pub agreed: Vec<(Point, Point)>,
-    /// What is cleared.
     pub cleared: Vec<Cleared>,
-    /// Whether anything is to separate the nets; none where nobody says.
+    /// True if the nets must be separated; none if unspecified.
     pub isolates: Option<bool>,
 }

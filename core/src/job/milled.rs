@@ -1,18 +1,17 @@
-//! How far a program mills: the length of the tip's way at feed along the board, as far as it is not above the surface.
+//! Milled distance: length of the tip's path at feed, at or below the surface.
 //!
 //! ```text
 //!        ╲  above the board: not counted
 //!   ──────╲───────╭──╮────────────  surface, Z = 0
-//!          ╲______│  │______╱       ramps, helices and rises over tabs at their true length; plunges are not milled
+//!          ╲______│  │______╱       ramps, helices and rises over tabs at true length; plunges don't count
 //! ```
-//!
-//! Comes in: a [`Program`]. Goes out: mm. Does not know how fast anything goes, nor why a leg is there.
 
 use super::{Command, Program};
 use crate::geometry::{Point, chords};
 use crate::units::Length;
 
-/// How far the tools travel above the board in the whole program, from its zero on, mm: all that is not milled.
+/// Distance travelled above the board in the whole program, from its zero on, mm: everything that isn't
+/// milled.
 pub fn travel_mm(program: &Program) -> f64 {
     let mut here = Point::default();
     let mut travel_mm = 0.0;
@@ -29,7 +28,7 @@ pub fn travel_mm(program: &Program) -> f64 {
     travel_mm
 }
 
-/// How far below the surface a tip goes at the deepest; 0 where none goes into the board. What ends on a sensor does not count.
+/// Greatest depth of any tip below the surface; 0 if none cuts. Plunges that end on a sensor don't count.
 pub fn deepest(program: &Program) -> Length {
     let heights = program.legs.iter().flat_map(|leg| &leg.commands).filter_map(|command| match *command {
         Command::Plunge { to, gate: None, .. } => Some(to),
@@ -39,7 +38,7 @@ pub fn deepest(program: &Program) -> Length {
     -heights.min().unwrap_or_default().min(Length::ZERO)
 }
 
-/// How far every leg mills, mm, in the order of the legs.
+/// Milled distance of each leg, mm.
 pub fn milled_mm(program: &Program) -> Vec<f64> {
     let (mut at, mut height) = (Point::default(), program.safe_height);
     let mut milled = Vec::with_capacity(program.legs.len());
@@ -66,7 +65,7 @@ pub fn milled_mm(program: &Program) -> Vec<f64> {
     milled
 }
 
-/// The length of a move `flat` mm along the board from one height evenly to another, as far as it is not above the surface.
+/// Length of the part at or below the surface, of a move over `flat` mm with linearly changing height.
 fn in_board(flat: f64, from: Length, to: Length) -> f64 {
     let whole = libm::hypot(flat, (to - from).mm());
     let (low, high) = (from.min(to), from.max(to));
@@ -90,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn ramps_helices_and_rises_count_at_their_true_length() {
+    fn ramps_helices_and_lifts_count_at_their_true_length() {
         let mill = |x: f64, y: f64, height: f64| Command::Mill {
             to: Point::from_mm(x, y),
             height: mm(height),
@@ -125,14 +124,14 @@ mod tests {
     }
 
     #[test]
-    fn the_deepest_is_what_a_program_goes_to_by_itself() {
+    fn deepest_depth_ignores_sensor_plunges() {
         let down = |to: f64, gate| Command::Plunge { to: mm(to), feed_um_per_s: 1, gate };
         let gate = Gate { input: Input::ZBottom, deadline_us: 1, otherwise: Otherwise::Alarm };
         let rows = [
             (vec![], 0.0),
             (vec![down(1.0, None), Command::Retract { to: mm(2.0) }], 0.0),
             (vec![down(-2.1, None), down(-0.5, None)], 2.1),
-            // A stroke that ends on a sensor may go on as far as it can.
+            // The depth of a plunge that ends on a sensor is unknown.
             (vec![down(-2.1, None), down(-20.0, Some(gate))], 2.1),
         ];
         for (commands, wanted) in rows {

@@ -1,4 +1,4 @@
-//! The waist of the house: a program of legs. Above it people think in boards, below it axes move.
+//! Programs: the interface between planning (boards, toolpaths) and motion (axes).
 //!
 //! ```text
 //! Program ─┬─ leg 0  prepare   [Spindle on, Dwell]
@@ -7,9 +7,7 @@
 //!          └─ leg n  finish    [Spindle off, Rapid home]
 //! ```
 //!
-//! Comes in: a plan. Goes out: a [`Program`] in work coordinates: X and Y from the work zero, Z = 0 on the board's
-//! surface and positive upwards. A leg begins and ends at rest with Z at the safe height, so a job can be taken up
-//! at any leg. Does not know how fast anything can go.
+//! A leg starts and ends at rest with Z at the safe height, so a job can resume at any leg.
 
 mod again;
 mod asked;
@@ -32,55 +30,51 @@ use serde::{Deserialize, Serialize};
 /// A whole job. Starts and ends at work X = Y = 0 with Z at `safe_height`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Program {
-    /// Name for people.
     pub name: String,
     /// Fingerprint of the machine it was planned for ([`crate::machine::Machine::fingerprint`]).
     pub machine: String,
-    /// The place in the files' coordinates that is the work zero: work = file − origin.
+    /// Position of the work zero in the files' coordinates: work = file − origin.
     pub origin: Point,
     /// Bits in order of use.
     pub bits: Vec<Bit>,
-    /// The spindles that drill, one bit each: bit 0 is Z1.
+    /// Bit set of the spindles that drill: bit 0 is Z1.
     pub spindles: u8,
-    /// Height of rapid moves over the board's surface.
+    /// Height of rapids over the board's surface.
     pub safe_height: Length,
-    /// What to do, in order.
     pub legs: Vec<Leg>,
-    /// Every finding that was an error, by code, and that a person has seen and accepted.
+    /// Codes of the errors that the user accepted.
     pub accepted: Vec<String>,
 }
 
-/// A bit used by a program.
+/// A tool used by a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bit {
-    /// Its greatest diameter.
     pub diameter: Length,
-    /// Name for people, for example `0.8 mm`.
+    /// Display name, for example `0.8 mm`.
     pub name: String,
-    /// Its form.
     pub cutter: Cutter,
-    /// How it is handled, beyond its form.
+    /// Settings that don't affect its shape.
     #[serde(default)]
     pub handling: Handling,
 }
 
-/// How a bit is handled on the machine whose rack it is in.
+/// Handling of a bit on its machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Handling {
-    /// Speed at which it is lifted, µm/s; 0 for as fast as the machine goes.
+    /// Retract speed, µm/s; 0 for the machine's fastest.
     pub up_um_per_s: u32,
-    /// How far its edge may run off its axis: a hole is wider by twice that.
+    /// Greatest run-out of the edge: holes are wider by twice that.
     pub run_out: Length,
 }
 
 impl Handling {
-    /// Speed at which the bit is lifted at most, mm/s.
+    /// Highest retract speed, mm/s.
     pub fn up_mm_per_s(self) -> f64 {
         if self.up_um_per_s == 0 { f64::INFINITY } else { f64::from(self.up_um_per_s) / 1e3 }
     }
 }
 
-/// The form of a bit.
+/// The shape of a tool.
 ///
 /// ```text
 ///   Drill ╲╱      Mill ┌┐       Vee  ╲  ╱  angle between its edges
@@ -89,22 +83,22 @@ impl Handling {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cutter {
-    /// It goes straight down; dragged sideways it breaks.
+    /// Cuts straight down; breaks if dragged sideways.
     #[default]
     Drill,
-    /// A cylinder with a flat end: as wide at every depth.
+    /// End mill: a cylinder with a flat end.
     Mill,
-    /// A cone with a flat tip: the deeper, the wider.
+    /// V-bit: a cone with a flat tip; the deeper, the wider.
     Vee {
-        /// Diameter of its tip.
+        /// Diameter of the flat tip.
         tip: Length,
-        /// Angle between its edges, in thousandths of a degree, above 0 and below 180 000.
+        /// Angle between the edges, in thousandths of a degree, above 0 and below 180 000.
         angle_mdeg: u32,
     },
 }
 
 impl Bit {
-    /// Width of the cut at the surface when the tip is `depth` below it.
+    /// Width of the cut at the surface, with the tip `depth` below it.
     ///
     /// ```text
     ///  width = tip + 2 · depth · tan(angle / 2), at most the diameter
@@ -115,8 +109,8 @@ impl Bit {
         (tip + Length::from_mm(2.0 * depth.mm().max(0.0) * libm::tan(half))).min(self.diameter)
     }
 
-    /// The depth at which it cuts `width` at the surface; none for bits whose width does not depend on depth, and for
-    /// widths that it cannot cut.
+    /// Depth at which the tool cuts `width` at the surface. None for tools of constant width, and for
+    /// impossible widths.
     pub fn depth_for(&self, width: Length) -> Option<Length> {
         let Cutter::Vee { tip, angle_mdeg } = self.cutter else { return None };
         let half = f64::from(angle_mdeg) * 0.5e-3 * std::f64::consts::PI / 180.0;
@@ -124,8 +118,8 @@ impl Bit {
         (width >= tip && width <= self.diameter).then(|| Length::from_mm(wanted))
     }
 
-    /// Depth and width of the widest cut that fits into `gap` and goes at least as deep as `least`; none where none fits. A
-    /// V-bit goes no deeper than three times what is needed: its tip does not like it.
+    /// Depth and width of the widest cut that fits into `gap` and is at least `least` deep; none if there is
+    /// none. A V-bit cuts at most three times as deep as `least`, to protect its tip.
     pub fn fitting(&self, gap: Length, least: Length) -> Option<(Length, Length)> {
         let narrowest = self.width_at(least);
         if self.cutter == Cutter::Drill || narrowest > gap {
@@ -137,12 +131,12 @@ impl Bit {
     }
 }
 
-/// What a leg is for, and the way back to the picture.
+/// Purpose of a leg, and its link to the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
     /// Spindle off, at safe height.
     Prepare,
-    /// Put this bit (index into [`Program::bits`]) in; a person or the magazine does it.
+    /// Insert this bit (index into [`Program::bits`]), by the user or the magazine.
     ToolChange(u32),
     /// Drill this hole (index into the board's holes).
     Hole(u32),
@@ -155,24 +149,22 @@ pub enum Mark {
 /// Commands between two moments of rest at safe height.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Leg {
-    /// What it is for.
     pub mark: Mark,
-    /// What to do, in order.
     pub commands: Vec<Command>,
 }
 
 impl Leg {
-    /// Its commands with their places, where it is leg `leg` of its program.
+    /// The commands with their locations, if this is leg `leg` of its program.
     pub fn placed(&self, leg: u32) -> impl Iterator<Item = (CommandPlace, Command)> {
         (0..).zip(&self.commands).map(move |(command, what)| (CommandPlace { leg, command }, *what))
     }
 
-    /// The place of its last command, where it is leg `leg` of its program.
+    /// Location of the last command, if this is leg `leg` of its program.
     pub fn end(&self, leg: u32) -> CommandPlace {
         self.placed(leg).last().map_or(CommandPlace { leg, command: 0 }, |(place, _)| place)
     }
 
-    /// The bottom of the hole that it drills; none where it mills, or a sensor says how deep it goes.
+    /// Bottom of the drilled hole; none if the leg mills, or if a sensor ends the plunge.
     pub fn bottom(&self) -> Option<Length> {
         let mut bottom = Length::ZERO;
         for command in &self.commands {
@@ -186,173 +178,162 @@ impl Leg {
     }
 }
 
-/// Which command of a program: in the order in which they are done.
+/// Location of a command in a program; ordered by execution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct CommandPlace {
-    /// Index of its leg.
     pub leg: u32,
-    /// Its index in the leg.
+    /// Index within the leg.
     pub command: u32,
 }
 
-/// One thing to do.
+/// One action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {
-    /// Go to a place in the plane, both axes together, at rapid speed, at safe height.
+    /// Rapid to a position in XY, both axes together, at safe height.
     Rapid {
-        /// Where, in work coordinates.
+        /// Target, in work coordinates.
         to: Point,
     },
-    /// Go down into the board. With a gate it ends where the sensor says, and `to` is the furthest it may go.
+    /// Plunge into the board. With a gate, the sensor ends the plunge, and `to` is the limit.
     Plunge {
         /// Lowest height of the tip.
         to: Length,
         /// Feed in µm/s.
         feed_um_per_s: u32,
-        /// The sensor that ends it early, if any.
+        /// Sensor that ends the plunge early.
         gate: Option<Gate>,
     },
-    /// Go straight to a place at feed, with the tip in the board. Mill commands that follow each other are one path: it
-    /// is run through without a stop where its corners allow.
+    /// Straight move at feed, with the tip in the board. Consecutive mill commands form one path, without
+    /// stops where its corners allow.
     Mill {
-        /// Where in the plane, in work coordinates.
+        /// XY target, in work coordinates.
         to: Point,
-        /// Height of the tip there; it changes evenly on the way.
+        /// Height of the tip at the target; changes linearly on the way.
         height: Length,
         /// Feed in µm/s.
         feed_um_per_s: u32,
     },
-    /// The same along an arc, or a helix where the height changes; a full circle where it ends where it starts.
+    /// Like [`Self::Mill`], along an arc, or a helix if the height changes. A full circle if it ends at its
+    /// start.
     MillArc {
-        /// Where it ends in the plane.
+        /// XY target.
         to: Point,
-        /// Height of the tip there; it changes evenly on the way.
+        /// Height of the tip at the target; changes linearly on the way.
         height: Length,
-        /// Its centre.
         center: Point,
-        /// Counter-clockwise.
         ccw: bool,
         /// Feed in µm/s.
         feed_um_per_s: u32,
     },
-    /// Go up, at rapid speed.
+    /// Move up at rapid speed.
     Retract {
         /// Height of the tip.
         to: Length,
     },
-    /// Stay.
     Dwell {
-        /// For how long, in µs.
         us: u32,
     },
-    /// Set the spindle's speed; 0 is off.
+    /// Set the spindle speed; 0 is off.
     Spindle {
-        /// Speed in revolutions per minute.
         rpm: u32,
     },
-    /// Wait until a person says that this bit is in.
+    /// Wait until the user reports that this bit is in the spindle.
     AwaitBit {
         /// Index into [`Program::bits`].
         bit: u32,
     },
 }
 
-/// A move that may end on a sensor: watch `input` while moving; when it turns on, stop there.
+/// A move that ends when `input` turns on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gate {
-    /// What to watch.
     pub input: Input,
     /// Longest time from the start of the move, in µs.
     pub deadline_us: u32,
-    /// What it means when the move ended, or the deadline passed, without the input.
+    /// Reaction if the move ends, or the deadline passes, without the input.
     pub otherwise: Otherwise,
 }
 
-/// What an unmet gate means.
+/// Reaction to an unmet gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Otherwise {
-    /// Stop and raise an alarm: the bit is dull, the board is missing, the sensor is broken.
+    /// Stop and raise an alarm: the bit is dull, the board is missing, or the sensor is broken.
     Alarm,
-    /// Go on: the end of the move is good enough.
+    /// Continue: the end of the move is good enough.
     GoOn,
 }
 
-/// What is being done, in the words of the screen.
+/// Current activity, as the screen shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// XY goes to the next place.
+    /// XY rapid to the next position.
     Travel,
-    /// Z goes down to just above the board.
+    /// Z moves down to just above the board.
     Approach,
-    /// Z goes down through the board.
+    /// Z moves down through the board.
     Drill,
-    /// Z goes up.
     Retract,
-    /// From the bottom of one hole, or the top, to the bottom of the next: plane and spindles together.
+    /// XY and spindles together: from one hole to the bottom of the next.
     NextHole,
-    /// X and Y along a path with the tip in the board.
+    /// X and Y along a path, with the tip in the board.
     Mill,
-    /// Nothing moves.
     Dwell,
-    /// Waiting for a person to change the bit.
+    /// Waits for the user to change the bit.
     AwaitBit,
-    /// Homing: fast towards the end sensor.
+    /// Homing: fast towards the limit switch.
     Seek,
-    /// Homing: slowly off the end sensor.
+    /// Homing: slowly off the limit switch.
     BackOff,
-    /// Homing: slowly to the edge of the end sensor.
+    /// Homing: slowly to the edge of the limit switch.
     Locate,
-    /// Homing: from the edge to the resting place.
+    /// Homing: from the edge to the rest position.
     Offset,
-    /// A short move by hand.
+    /// A short jog.
     Jog,
-    /// Slowly towards a board or a plate, to where the contact closes.
+    /// Slowly towards a board or a plate, until the contact closes.
     Touch,
-    /// Homing: slowly away from the end sensor, to the index pulse.
+    /// Homing: slowly away from the limit switch, to the index pulse.
     Index,
 }
 
-/// What is switched before a piece of motion.
+/// Switching at the start of a segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Switching {
-    /// Nothing.
     #[default]
     None,
-    /// Spindle speed in rpm; 0 is off.
+    /// Set the spindle speed.
     Spindle {
-        /// Its speed; 0 is off.
+        /// In rpm; 0 is off.
         rpm: u32,
     },
-    /// Stop and ask for this bit (index into the program's bits).
+    /// Stop and request this bit.
     AwaitBit {
         /// Index into the program's bits.
         bit: u32,
     },
-    /// The presser foot.
     Foot {
         /// Down onto the board, else up.
         down: bool,
     },
 }
 
-/// The inputs of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Input {
-    /// End sensor at the low end of X.
+    /// Limit switch at the low end of X.
     XMin,
-    /// End sensor at the high end of X.
+    /// Limit switch at the high end of X.
     XMax,
-    /// End sensor at the low end of Y.
+    /// Limit switch at the low end of Y.
     YMin,
-    /// End sensor at the high end of Y.
+    /// Limit switch at the high end of Y.
     YMax,
     /// Spindle all the way up.
     ZTop,
     /// Spindle all the way down.
     ZBottom,
-    /// Tip touches the board.
+    /// The tip touches the board.
     Contact,
     /// The presser foot is down.
     FootDown,
@@ -360,22 +341,22 @@ pub enum Input {
     ClampOpen,
     /// A tool is in the spindle.
     ToolHeld,
-    /// A tool lies in the place of the magazine below the spindle.
+    /// The magazine slot below the spindle holds a tool.
     PlaceTaken,
     /// The cover of the machine is open.
     CoverOpen,
-    /// There is air for clamp and foot.
+    /// Compressed air is present for clamp and foot.
     Air,
-    /// The motor of X is at its index pulse, which comes once a turn.
+    /// Index pulse of the X motor, once per turn.
     XIndex,
-    /// The motor of Y is.
+    /// Index pulse of the Y motor.
     YIndex,
-    /// The motor of Z is.
+    /// Index pulse of the Z motor.
     ZIndex,
 }
 
 impl Input {
-    /// All of them, in the order of their bits.
+    /// All inputs, in the order of their bits.
     pub const ALL: [Self; 16] = [
         Self::XMin,
         Self::XMax,
@@ -395,19 +376,40 @@ impl Input {
         Self::ZIndex,
     ];
 
-    /// Those of the axes and of the tip: the first ones.
+    /// Limit switches and the contact sensor: the first inputs.
     pub const OF_AXES: [Self; 7] =
         [Self::XMin, Self::XMax, Self::YMin, Self::YMax, Self::ZTop, Self::ZBottom, Self::Contact];
 
-    /// Its bit in a word of inputs.
+    /// Name in messages. Pages of other versions read it, so it never changes.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::XMin => "XMin",
+            Self::XMax => "XMax",
+            Self::YMin => "YMin",
+            Self::YMax => "YMax",
+            Self::ZTop => "ZTop",
+            Self::ZBottom => "ZBottom",
+            Self::Contact => "Contact",
+            Self::FootDown => "FootDown",
+            Self::ClampOpen => "ClampOpen",
+            Self::ToolHeld => "ToolHeld",
+            Self::PlaceTaken => "PlaceTaken",
+            Self::CoverOpen => "CoverOpen",
+            Self::Air => "Air",
+            Self::XIndex => "XIndex",
+            Self::YIndex => "YIndex",
+            Self::ZIndex => "ZIndex",
+        }
+    }
+
+    /// Mask of this input in a bit set.
     pub const fn bit(self) -> u32 {
         1 << self as u32
     }
 }
 
 impl Program {
-    /// The same job with all its feeds, into the board and along it, at `percent` of what they were. How fast the axes may
-    /// go at all is the machine's business.
+    /// The program with all feeds scaled to `percent`. The speed limits of the axes still apply.
     #[must_use]
     pub fn at_feed(&self, percent: u8) -> Self {
         let mut program = self.clone();
@@ -424,17 +426,17 @@ impl Program {
         program
     }
 
-    /// How many holes it drills.
+    /// Number of drilled holes.
     pub fn hole_count(&self) -> usize {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
     }
 
-    /// How many toolpaths it mills.
+    /// Number of milled toolpaths.
     pub fn toolpath_count(&self) -> usize {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
     }
 
-    /// Where the head stands in the plane before leg `index` (work zero before the first).
+    /// XY position before leg `index`; the work zero before the first.
     pub fn start_of_leg(&self, index: usize) -> Point {
         let before = self.legs[..index.min(self.legs.len())].iter().rev();
         let mut commands = before.flat_map(|leg| leg.commands.iter().rev());
@@ -448,7 +450,7 @@ impl Program {
 
 #[cfg(test)]
 impl Program {
-    /// These legs, with no bit, from 2 mm over the board: what a test needs.
+    /// A program of these legs without bits, with a safe height of 2 mm, for tests.
     pub(crate) fn of_legs(legs: Vec<Leg>) -> Self {
         Self {
             name: String::new(),

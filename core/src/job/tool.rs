@@ -1,46 +1,44 @@
-//! What a tool is called: by its form and its size, everywhere the same.
+//! Names of tools, from their shape and size.
 //!
 //! ```text
-//!   title       V-bit 30°, tip 0.1      end mill 0.8      drill 0.8        for people, in their language
-//!   file_word   V30-0.1                 mill-0.8          drill-0.8        in names of files
+//!   title       V-bit 30°, tip 0.1      end mill 0.8      drill 0.8        display, translated
+//!   file_word   V30-0.1                 mill-0.8          drill-0.8        file names
 //! ```
-//!
-//! Comes in: a [`Bit`]. Goes out: text; sizes in mm. Does not know what the job calls it.
 
 use super::{Bit, Cutter};
 use crate::locale;
 
 impl Bit {
-    /// Whether it is the same tool as `other`: of one form and size, whatever either is called.
+    /// True if the shape and size are equal; names don't matter.
     pub fn is_same_tool(&self, other: &Self) -> bool {
         self.diameter == other.diameter && self.cutter == other.cutter
     }
 
-    /// Its form and its size in the words of `language`.
+    /// Shape and size in `language`.
     pub fn title(&self, language: &str) -> String {
         let (key, numbers) = self.form_and_size();
         let numbers: Vec<_> = numbers.into_iter().map(|(name, number)| (name.to_owned(), number)).collect();
         locale::text(language, key, &numbers)
     }
 
-    /// The same as an argument of a sentence, in whatever language that is.
+    /// Shape and size as an argument that is translated with its sentence.
     pub fn titled(&self) -> String {
         let (key, numbers) = self.form_and_size();
         locale::phrase(key, &numbers)
     }
 
-    /// The name that a person gave it; none where it is called by form and size, as files call it.
+    /// The user's name for the tool; none if the name is just its shape and size.
     pub fn own_name(&self) -> Option<&str> {
         let name = self.name.as_str();
         (!name.is_empty() && name != self.title(locale::FALLBACK)).then_some(name)
     }
 
-    /// What sentences call it: as a person named it; where nobody did, by form and size.
+    /// Name in sentences: the user's, else shape and size.
     pub fn called(&self) -> String {
         self.own_name().map_or_else(|| self.titled(), str::to_owned)
     }
 
-    /// The key of its form, and the numbers of its size.
+    /// Message key of the shape, and the numbers of the size.
     fn form_and_size(&self) -> (&'static str, Vec<(&'static str, String)>) {
         let size = || vec![("size", self.diameter.mm().to_string())];
         match self.cutter {
@@ -52,7 +50,7 @@ impl Bit {
         }
     }
 
-    /// The same as a word for names of files, where no language is.
+    /// Shape and size for file names, not translated.
     pub fn file_word(&self) -> String {
         match self.cutter {
             Cutter::Drill => format!("drill-{}", self.diameter.mm()),
@@ -62,7 +60,7 @@ impl Bit {
     }
 }
 
-/// An angle as people write it: without trailing zeros.
+/// An angle in degrees without trailing zeros.
 fn degrees(thousandths: u32) -> String {
     (f64::from(thousandths) / 1e3).to_string()
 }
@@ -73,7 +71,7 @@ mod tests {
     use crate::units::Length;
 
     #[test]
-    fn drill_and_mill_of_one_size_are_different_words() {
+    fn drill_and_mill_of_one_size_have_different_names() {
         let um = Length::from_um;
         let vee = |tip, angle_mdeg| Cutter::Vee { tip: um(tip), angle_mdeg };
         let rows = [

@@ -1,29 +1,25 @@
-//! What a program wears its tools by: holes that are drilled, way that is milled (C3).
+//! Tool wear by a program: drilled holes and milled distance.
 //!
 //! ```text
-//! leg 1  hole 17     1 hole              leg 2  toolpath 4     what of it is not above the board
+//! leg 1  hole 17     1 hole              leg 2  toolpath 4     its length at or below the surface
 //! ```
-//!
-//! Comes in: a [`Program`]. Goes out: [`Wear`] of each leg with its bit, and of each bit. Does not know how long a tool lives.
 
 use super::{Command, Mark, Program, milled_mm};
 
-/// What wears a tool.
+/// Wear of a tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wear {
-    /// Holes drilled.
     pub hits: u64,
-    /// Way milled, µm.
+    /// Milled distance, µm.
     pub milled_um: u64,
 }
 
 impl Wear {
-    /// Whether it wears nothing.
+    /// True if there is no wear.
     pub fn is_nothing(self) -> bool {
         self == Self::default()
     }
 
-    /// Both together.
     #[must_use]
     pub fn plus(self, more: Self) -> Self {
         Self {
@@ -33,7 +29,7 @@ impl Wear {
     }
 }
 
-/// The bit that each leg of `program` is made with, before any was asked for the first, and what the leg wears it by.
+/// For each leg of `program`, its bit (0 before the first tool change) and its wear.
 pub fn by_leg(program: &Program) -> Vec<(u32, Wear)> {
     let mut bit = 0;
     let legs = program.legs.iter().zip(milled_mm(program)).map(|(leg, mm)| {
@@ -48,7 +44,7 @@ pub fn by_leg(program: &Program) -> Vec<(u32, Wear)> {
     legs.collect()
 }
 
-/// What `program` wears each of its bits by, from leg `from` on.
+/// Wear of each bit of `program` from leg `from` on.
 pub fn by_bit(program: &Program, from: usize) -> Vec<Wear> {
     let mut bits = vec![Wear::default(); program.bits.len()];
     for (bit, wear) in by_leg(program).into_iter().skip(from) {
@@ -67,7 +63,7 @@ mod tests {
     use crate::units::Length;
 
     #[test]
-    fn holes_count_one_by_one_and_ways_by_their_length() {
+    fn wear_counts_holes_and_toolpath_length() {
         let mm = Length::from_mm;
         let change = |bit| Leg { mark: Mark::ToolChange(bit), commands: vec![Command::AwaitBit { bit }] };
         let start = Command::Rapid { to: Point::from_mm(0.0, 0.0) };

@@ -1,24 +1,22 @@
-//! Where a move has to be cut so that straight pieces between the cuts follow the surface.
+//! Finds where a move must be split so that straight pieces follow the surface.
 //!
 //! ```text
-//!      │    ╭──┼──╮            cut where the path crosses a line of the grid: there the surface bends
-//!   ───┼───╯   │   ╲           and between those, evenly, as often as the twist of the cell and the turn of an arc ask for:
-//!      │       │               a piece of length L is off by at most L²/8 · |h″|
+//!      │    ╭──┼──╮            split at every grid line, because the surface bends there; between lines
+//!   ───┼───╯   │   ╲           split evenly, as the twist of the cell and the curve of an arc require:
+//!      │       │               a piece of length L deviates by at most L²/8 · |h″|
 //! ```
-//!
-//! Comes in: a path in the plane, a map, how far off is allowed. Goes out: shares of the path, the last of them 1. Does not know depths.
 
 use super::HeightMap;
 use crate::geometry::{Point, chords};
 use crate::units::Length;
 use std::f64::consts::{PI, TAU};
 
-/// No piece is shorter: an arc that short may not be told from a full circle.
+/// Shortest piece: a shorter arc might be mistaken for a full circle.
 const SHORTEST_MM: f64 = 0.02;
-/// Pieces of one move, at most; then the error grows.
+/// Most pieces of one move; beyond that the error grows.
 const MOST_PIECES: usize = 4_096;
 
-/// A path in the plane.
+/// A path in XY.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlaneCourse {
     from: [f64; 2],
@@ -28,24 +26,22 @@ pub(super) struct PlaneCourse {
     end: Point,
 }
 
-/// An arc in numbers; its radius changes evenly where its ends do not lie on one circle.
+/// An arc. Its radius changes evenly if the ends are not on one circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turned {
     centre: [f64; 2],
     radius: [f64; 2],
     begin_rad: f64,
-    /// Positive counter-clockwise.
     sweep_rad: f64,
 }
 
 impl PlaneCourse {
-    /// Straight.
     pub(super) fn line(from: Point, to: Point) -> Self {
         let place = |point: Point| [point.x.mm(), point.y.mm()];
         Self { from: place(from), to: place(to), arc: None, length_mm: from.distance_mm(to), end: to }
     }
 
-    /// Along an arc; a full circle where it ends where it begins.
+    /// An arc; a full circle if it ends at its start.
     pub(super) fn arc(from: Point, to: Point, centre: Point, ccw: bool) -> Self {
         let turn = chords::turn(from, to, centre, !ccw);
         let radius = [from.distance_mm(centre), to.distance_mm(centre)];
@@ -58,7 +54,7 @@ impl PlaneCourse {
         Self { arc: Some(arc), length_mm: radius[0].max(radius[1]) * turn, ..Self::line(from, to) }
     }
 
-    /// The place after that share of it.
+    /// The point after that share of the path.
     pub(super) fn at(&self, share: f64) -> Point {
         if share >= 1.0 {
             return self.end;
@@ -76,7 +72,7 @@ impl PlaneCourse {
         [arc.centre[0] + radius * libm::cos(angle), arc.centre[1] + radius * libm::sin(angle)]
     }
 
-    /// The shares at which it has to be cut, in order, with the end.
+    /// The shares at which the path must be split, in order, including its end.
     pub(super) fn cuts(&self, map: &HeightMap, tolerance: Length) -> Vec<f64> {
         if self.length_mm < 2.0 * SHORTEST_MM {
             return vec![1.0];
@@ -98,7 +94,7 @@ impl PlaneCourse {
         cuts
     }
 
-    /// Shares at which it crosses the inner lines of the grid across `axis`.
+    /// Shares at which the path crosses the inner grid lines of `axis`.
     fn crossings(&self, map: &HeightMap, axis: usize) -> Vec<f64> {
         let lines = (1..map.grid.lines(axis) - 1).map(|index| map.grid.line(axis, index).mm());
         let Some(arc) = self.arc else {
@@ -115,6 +111,7 @@ impl PlaneCourse {
             let angles = if axis == 0 { [angle, -angle] } else { [PI / 2.0 - angle, PI / 2.0 + angle] };
             for angle in angles {
                 let turned = (angle - arc.begin_rad) * if arc.sweep_rad < 0.0 { -1.0 } else { 1.0 };
+                // Normalise to less than one turn in the direction of the arc.
                 let turned = turned - TAU * libm::floor(turned / TAU);
                 shares.push(turned / libm::fabs(arc.sweep_rad));
             }
@@ -122,7 +119,7 @@ impl PlaneCourse {
         shares
     }
 
-    /// Into how many even pieces what lies between two bends has to be cut.
+    /// Number of even pieces between two bends.
     fn pieces(&self, map: &HeightMap, [from, to]: [f64; 2], tolerance_mm: f64) -> usize {
         let middle = self.at((from + to) / 2.0);
         let patch = map.patch(middle);
@@ -139,7 +136,7 @@ impl PlaneCourse {
                     let [u, v] = patch.share(x, y);
                     libm::fabs(u - 0.5).max(libm::fabs(v - 0.5))
                 };
-                // Beyond the grid a cell goes on, and gets steeper.
+                // The outermost cells are extrapolated, and get steeper with distance.
                 let most = 1.0 + shares.map(far).into_iter().fold(0.0, f64::max);
                 twist + patch.steepest(most) / arc.radius[0].min(arc.radius[1]).max(SHORTEST_MM)
             }

@@ -1,12 +1,11 @@
-//! Moves whose depth follows the surface: whoever has moves, of a program or of a controller's routine, asks here what becomes of each.
+//! Splits moves so that their depth follows the surface, for programs and for a controller's routines.
 //!
 //! ```text
 //!  as planned   ───────────────╲________________╱─────      z, from the work zero
-//!  followed     ───────────────╲__──‾‾‾──__     ╱─────      z + h(x, y) below the safe height; at it and above, z
+//!  followed     ───────────────╲__──‾‾‾──__     ╱─────      z + h(x, y) below the safe height, else z
 //! ```
 //!
-//! Comes in: moves one after the other, a map. Goes out: the same moves in pieces, and by how much depth was corrected. Lengths in whole
-//! nanometres. Does not know how fast anything goes.
+//! Lengths in whole nanometres.
 
 use super::HeightMap;
 use super::along::PlaneCourse;
@@ -15,51 +14,45 @@ use crate::geometry::Point;
 use crate::job::{Command, Leg, Program};
 use crate::units::Length;
 
-/// How far depth may be from the touched surface along a path: less than a step of most machines.
+/// Greatest deviation of the depth from the measured surface along a path: less than a step of most machines.
 pub const TOLERANCE: Length = Length::from_um(2);
 
-/// By how much the depth of what is cut was corrected: the lowest and the highest height of the surface there.
+/// Correction of the cutting depth: lowest and highest surface height where the program cuts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Correction {
-    /// The lowest.
     pub low: Length,
-    /// The highest.
     pub high: Length,
 }
 
 impl Correction {
-    /// The largest of the two, without its sign.
+    /// The larger absolute value of the two.
     pub fn largest(&self) -> Length {
         self.low.abs().max(self.high.abs())
     }
 }
 
-/// A program that follows a surface. It is made to be run at once.
+/// A program that follows a surface, for immediate use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Levelled {
-    /// The program.
     pub program: Program,
-    /// By how much it was corrected.
+    /// Range of the corrections.
     pub correction: Correction,
-    /// The map that it follows: [`HeightMap::key`].
+    /// Key of the map ([`HeightMap::key`]).
     pub map: String,
 }
 
-/// How a move goes in the plane.
+/// Course of a move in XY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FollowedCourse {
-    /// Straight.
     Line,
-    /// Along an arc; a full circle where it ends where it begins.
+    /// An arc; a full circle if it ends at its start.
     Arc {
-        /// Its centre.
         centre: Point,
-        /// Counter-clockwise.
         ccw: bool,
     },
 }
 
-/// One that follows a map.
+/// Applies one height map to moves.
 #[derive(Clone, Debug)]
 pub struct Follower<'m> {
     map: &'m HeightMap,
@@ -69,13 +62,14 @@ pub struct Follower<'m> {
 }
 
 impl<'m> Follower<'m> {
-    /// Of moves whose safe height is `safe`, off the touched surface by at most `tolerance`. Refused where the surface comes too near
-    /// to that height: at it and above nothing is corrected.
+    /// For moves with the safe height `safe`, with a deviation from the surface of at most `tolerance`.
+    /// Nothing at or above `safe` is corrected. Fails if the surface is too near to that height.
     pub fn new(map: &'m HeightMap, safe: Length, tolerance: Length) -> Result<Self, Diagnostic> {
         let [_, high] = map.span();
         if !map.is_whole() {
             return Err(Diagnostic::error("level.damaged"));
         }
+        // At least half of the safe height must remain over the surface.
         if high * 2 > safe {
             let why = Diagnostic::error("level.too_high").with("mm", format!("{:.3}", high.mm()));
             return Err(why.with("safe", format!("{:.3}", safe.mm())));
@@ -83,17 +77,18 @@ impl<'m> Follower<'m> {
         Ok(Self { map, safe, tolerance: tolerance.max(Length::from_nm(100)), correction: None })
     }
 
-    /// By how much was corrected so far.
+    /// Range of the corrections applied.
     pub fn correction(&self) -> Correction {
         self.correction.unwrap_or_default()
     }
 
-    /// The height that is planned as `height`, at `at`.
+    /// The corrected height at `at` for the planned `height`.
     pub fn height(&mut self, at: Point, height: Length) -> Result<Length, Diagnostic> {
         if height >= self.safe {
             return Ok(height);
         }
         let surface = self.map.height(at);
+        // Only cuts need a measured surface, so moves above the board are never refused.
         if height < Length::ZERO {
             if !self.map.knows(at) {
                 let why = Diagnostic::error("level.outside").with("x", format!("{:.3}", at.x.mm()));
@@ -105,7 +100,7 @@ impl<'m> Follower<'m> {
         Ok(height + surface)
     }
 
-    /// The ends of the pieces of a move from one place and planned height to another.
+    /// The end points of the pieces of a move, between two positions with planned heights.
     pub fn pieces(
         &mut self,
         (from, start): (Point, Length),
@@ -133,7 +128,7 @@ impl<'m> Follower<'m> {
     }
 }
 
-/// The program as it follows the surface of `map`.
+/// Converts `program` so that it follows the surface of `map`.
 pub fn level(program: &Program, map: &HeightMap, tolerance: Length) -> Result<Levelled, Diagnostic> {
     let mut follower = Follower::new(map, program.safe_height, tolerance)?;
     let mut head = (Point::default(), program.safe_height);
@@ -149,7 +144,7 @@ pub fn level(program: &Program, map: &HeightMap, tolerance: Length) -> Result<Le
     Ok(Levelled { program, correction: follower.correction(), map: map.key() })
 }
 
-/// One command; `head` is where it begins, as planned.
+/// Converts one command; `head` is its planned start.
 fn followed(
     follower: &mut Follower<'_>,
     head: &mut (Point, Length),

@@ -1,45 +1,44 @@
-//! Where a board is touched: a grid over what is cut, a margin inside its edges.
+//! Grid of the probe points, with a margin inside the edges of the cut area.
 //!
 //! ```text
-//!   ┌───────────────┐  what is cut
+//!   ┌───────────────┐  cut area
 //!   │ ·   ·   ·   · │
-//!   │               │  spacing: at most so far apart, evenly
-//!   │ ·   ·   ·   · │  margin: the outermost places lie so far inside
+//!   │               │  spacing: greatest distance between points, spread evenly
+//!   │ ·   ·   ·   · │  margin: distance of the outermost points from the edge
 //!   └───────────────┘
 //! ```
-//!
-//! Comes in: a box, how far apart, how far inside. Goes out: places in whole nanometres. Does not know heights.
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// Places are at least so far apart.
+/// Smallest spacing.
 const CLOSEST: Length = Length::from_um(1_000);
-/// What is smaller than this has no surface to follow.
+/// A smaller cut area needs no height map.
 const SMALLEST: Length = Length::from_um(2_000);
 
-/// A grid of places.
+/// A grid of probe points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProbeGrid {
-    /// The place that is lowest in X and Y.
+    /// Lowest corner in X and Y.
     pub low: Point,
-    /// The one that is highest.
+    /// Highest corner in X and Y.
     pub high: Point,
-    /// Places along X, at least 2.
+    /// Points along X, at least 2.
     pub columns: u16,
-    /// Places along Y, at least 2.
+    /// Points along Y, at least 2.
     pub rows: u16,
-    /// How far inside the box it lies.
+    /// Margin between the cut area and the outermost points.
     pub margin: Length,
 }
 
 impl ProbeGrid {
-    /// Most places: an hour of touching.
+    /// Greatest number of points: about an hour of probing.
     pub const MOST: usize = 1_024;
 
-    /// Over `bounds`, places at most `spacing` apart, the outermost `margin` inside; of a small board at most a quarter of it.
+    /// A grid over `bounds` with points at most `spacing` apart and a margin of `margin`, at most a quarter
+    /// of a small board.
     pub fn over(bounds: Bounds, spacing: Length, margin: Length) -> Result<Self, Diagnostic> {
         let size = [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y];
         let least = size[0].min(size[1]);
@@ -64,12 +63,11 @@ impl ProbeGrid {
         Ok(Self { low, high, columns: columns as u16, rows: rows as u16, margin })
     }
 
-    /// How many places.
     pub fn count(&self) -> usize {
         usize::from(self.columns) * usize::from(self.rows)
     }
 
-    /// Whether it can be one, wherever it was read from.
+    /// True if the grid is valid. Grids read from files or messages may not be.
     pub fn is_sound(&self) -> bool {
         let wide = |low: Length, high: Length| high - low >= Length::from_um(100);
         Bounds { min: self.low, max: self.high }.is_in_reach()
@@ -81,36 +79,36 @@ impl ProbeGrid {
             && self.count() <= Self::MOST
     }
 
-    /// The place in that column and row, from 0.
+    /// The point at a column and row, from 0.
     pub fn place(&self, column: usize, row: usize) -> Point {
         Point::new(self.line(0, column), self.line(1, row))
     }
 
-    /// Place number `index`, row by row.
+    /// Point `index`, row by row.
     pub fn nth(&self, index: usize) -> Point {
         let columns = usize::from(self.columns);
         self.place(index % columns, index / columns)
     }
 
-    /// Lines along an axis: 0 X, 1 Y.
+    /// Number of grid lines across an axis: 0 X, 1 Y.
     pub(super) fn lines(&self, axis: usize) -> usize {
         usize::from(if axis == 0 { self.columns } else { self.rows })
     }
 
-    /// Where line `index` crosses the axis.
+    /// Coordinate of grid line `index` on the axis.
     pub(super) fn line(&self, axis: usize, index: usize) -> Length {
         let (low, high) = if axis == 0 { (self.low.x, self.high.x) } else { (self.low.y, self.high.y) };
         let spans = self.lines(axis) as i64 - 1;
         low + Length::from_nm((high - low).nm() * index as i64 / spans.max(1))
     }
 
-    /// The cell in which `at` lies; the outermost ones go on beyond the grid.
+    /// Index of the cell that contains `at`; the outermost cells extend beyond the grid.
     pub(super) fn cell(&self, axis: usize, at: Length) -> usize {
         let (low, high) = (self.line(axis, 0), self.line(axis, self.lines(axis) - 1));
         let cells = self.lines(axis) - 1;
         let share = (at - low).mm() / (high - low).mm() * cells as f64;
         let near = libm::floor(share).clamp(0.0, cells as f64 - 1.0) as usize;
-        // The lines lie on whole nanometres, not on exact shares.
+        // Grid lines are rounded to nanometres, so the division may be off by one cell.
         if near + 1 < cells && self.line(axis, near + 1) <= at {
             return near + 1;
         }

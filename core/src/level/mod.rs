@@ -1,16 +1,15 @@
-//! Height maps: how high the board's surface really is, place by place, and programs whose depth follows it (N17).
+//! Height maps: the measured surface of the board, and programs with a depth that follows it.
 //!
 //! ```text
-//!  Bounds ─ grid ─▶ ProbeGrid ─ survey ─▶ places to touch ◀─ heights ─ whoever moves the machine
+//!  Bounds ─ grid ─▶ ProbeGrid ─ survey ─▶ points to probe ◀─ heights ─ driver of the machine
 //!                                   │
 //!                                HeightMap ─ follow ─▶ moves split so that depth follows the surface
 //! ```
 //!
-//! Comes in: what is cut, heights that were touched, a program. Goes out: places to touch, a [`HeightMap`], a program that follows it
-//! and the largest correction. Lengths in whole nanometres, work coordinates. Does not know who touches, nor with what.
+//! Lengths in whole nanometres, work coordinates.
 //!
-//! A map is applied when a program is about to run, to the program as it was planned; what comes out is a [`Levelled`], that runs and is
-//! neither kept nor planned from. So none is levelled twice.
+//! A map is applied to the planned program just before it runs. The result, [`Levelled`], is never saved or
+//! planned from, so no program is levelled twice.
 
 mod along;
 mod follow;
@@ -29,35 +28,37 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
-/// Hexadecimal digits of the name and the zero in the key of a job; where it cuts stands behind them.
+/// Hexadecimal digits of the first part of a job key (name and zero). The second part, for the cut positions,
+/// follows.
 const JOB_DIGITS: usize = 64;
-/// A work zero may be so far from where it was when the map was measured: less than the rounding of any report.
+/// Greatest shift of the work zero since the measurement: less than the rounding of any report.
 const SAME_ZERO: Length = Length::from_um(10);
-/// What a tool may reach beyond the outermost touched places and their margin.
+/// Distance beyond the outermost points and their margin that a tool may reach.
 const BEYOND: Length = Length::from_um(5_000);
-/// A surface that is further from the work zero than this was not measured well, or is no board.
+/// Greatest plausible distance of the surface from the work zero. Beyond it, the measurement is wrong or
+/// found no board.
 const FURTHEST: Length = Length::from_um(5_000);
 
-/// A surface as it was touched.
+/// A measured surface.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HeightMap {
-    /// Where it was touched.
+    /// Grid of the measured points.
     pub grid: ProbeGrid,
-    /// Height over the work zero at each of those places, row by row from the lowest corner.
+    /// Height of each point over the work zero, row by row from the lowest corner.
     pub heights: Vec<Length>,
-    /// Of which job: [`job_key`], compared by [`same_job`].
+    /// Key of its job: made by [`job_key`], compared by [`same_job`].
     pub job: String,
-    /// Where the work zero was, machine coordinates of X and Y.
+    /// Work zero in machine coordinates, X and Y.
     pub zero: [Length; 2],
-    /// The machine knew its place by its end sensors: the zero is the same place after it was turned off, too.
+    /// True if the machine was homed: then the zero is valid after a power cycle, too.
     pub homed: bool,
-    /// When it was measured, seconds since 1970.
+    /// Time of the measurement, seconds since 1970.
     pub measured_s: u64,
 }
 
-/// What a map is for: the name of a job, where its zero lies in its files, and where it cuts. Depths, feeds and the order may change;
-/// the board may not. A job with `holes` is told by these alone, for its toolpaths change with every tool; another by the places of its
-/// `toolpaths`.
+/// Key of the job that a map belongs to: its name, the position of its zero in its files, and where it cuts.
+/// Depths, feeds and the order may change; the board may not. With `holes`, only they count, because
+/// toolpaths change with every tool. Without holes, the positions of `toolpaths` count.
 pub fn job_key(name: &str, origin: Point, holes: Vec<Point>, toolpaths: Vec<Point>) -> String {
     let job = hexadecimal(format!("{name}\n{} {}", origin.x.nm(), origin.y.nm()).as_bytes());
     let (kind, mut places) = if holes.is_empty() { ('t', toolpaths) } else { ('h', holes) };
@@ -73,19 +74,19 @@ pub fn job_key(name: &str, origin: Point, holes: Vec<Point>, toolpaths: Vec<Poin
     format!("{job}{kind}{}", hexadecimal(text.as_bytes()))
 }
 
-/// Whether two of these may be keys of one board: a job with holes and one without can be parts of the same.
+/// True if two keys may belong to one board. A job with holes and a job without can be parts of one board.
 pub fn same_job(one: &str, other: &str) -> bool {
     let ((one, places), (other, others)) = (parts_of(one), parts_of(other));
     let kind = |places: &str| places.chars().next();
     one == other && (kind(places) != kind(others) || places == others)
 }
 
-/// The job, and where it cuts.
+/// Splits a key into the job and the cut positions.
 fn parts_of(key: &str) -> (&str, &str) {
     key.split_at_checked(JOB_DIGITS).unwrap_or((key, ""))
 }
 
-/// The same of a program.
+/// The [`job_key`] of a program.
 pub fn key_of(program: &Program) -> String {
     let (mut holes, mut toolpaths) = (Vec::new(), Vec::new());
     for leg in &program.legs {
@@ -110,7 +111,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 }
 
 impl HeightMap {
-    /// Whether it is one: as many heights as places, none further away than a board can be.
+    /// True if the map is valid: one plausible height for every point.
     pub fn is_whole(&self) -> bool {
         self.grid.is_sound()
             && self.heights.len() == self.grid.count()
@@ -118,19 +119,19 @@ impl HeightMap {
             && self.zero.iter().all(|zero| (-Length::LIMIT..=Length::LIMIT).contains(zero))
     }
 
-    /// SHA-256 of all that it says, as hexadecimal digits.
+    /// SHA-256 of the map, hexadecimal.
     pub fn key(&self) -> String {
         hexadecimal(&postcard::to_allocvec(self).unwrap_or_default())
     }
 
-    /// The lowest and the highest height that was touched.
+    /// The lowest and the highest measured height.
     pub fn span(&self) -> [Length; 2] {
         let heights = || self.heights.iter().copied();
         [heights().min().unwrap_or_default(), heights().max().unwrap_or_default()]
     }
 
-    /// Why it cannot be used for a job whose key is `job`, with the work zero at `zero` in machine coordinates; `homed` says that the
-    /// machine knows its place by its end sensors.
+    /// Why the map can't be used for the job with key `job` and the work zero `zero` (machine coordinates).
+    /// `homed`: the machine is homed.
     pub fn refused(&self, job: &str, zero: [Length; 2], homed: bool) -> Option<Diagnostic> {
         if !self.is_whole() {
             return Some(Diagnostic::error("level.damaged"));
@@ -146,19 +147,19 @@ impl HeightMap {
         None
     }
 
-    /// How far beyond the outermost touched places a tool may cut.
+    /// Distance beyond the outermost points up to which a tool may cut.
     pub fn reach(&self) -> Length {
         self.grid.margin + BEYOND
     }
 
-    /// Whether the surface is known well enough at `at`.
+    /// True if `at` is near enough to the grid.
     pub fn knows(&self, at: Point) -> bool {
         let (low, high, reach) = (self.grid.low, self.grid.high, self.reach());
         (low.x - reach <= at.x && at.x <= high.x + reach) && (low.y - reach <= at.y && at.y <= high.y + reach)
     }
 
-    /// Height of the surface at `at`: bilinear between the four touched places around it; beyond the outermost ones their cell goes on,
-    /// as far as it is believed, and stays level from there.
+    /// Surface height at `at`, bilinear between the four points around it. Outside the grid, the outermost
+    /// cell is extrapolated up to [`Self::reach`], and constant beyond.
     pub fn height(&self, at: Point) -> Length {
         let reach = self.reach();
         let (low, high) = (self.grid.low, self.grid.high);
@@ -168,7 +169,7 @@ impl HeightMap {
         Length::from_mm(patch.height_mm(x.mm(), y.mm()))
     }
 
-    /// The cell of the grid that counts at `at`.
+    /// The grid cell for `at`.
     fn patch(&self, at: Point) -> Patch {
         let grid = &self.grid;
         let (column, row) = (grid.cell(0, at.x), grid.cell(1, at.y));
@@ -212,7 +213,7 @@ impl Patch {
         self.base_mm + self.slope_mm[0] * u + self.slope_mm[1] * v + self.twist_mm * u * v
     }
 
-    /// How steep it is at most where u and v are not above `most` in size, mm in a mm.
+    /// Upper bound of the slope for |u| and |v| up to `most`, mm per mm.
     fn steepest(&self, most: f64) -> f64 {
         let twist = libm::fabs(self.twist_mm) * most;
         let x = (libm::fabs(self.slope_mm[0]) + twist) / self.size_mm[0];
@@ -220,7 +221,7 @@ impl Patch {
         libm::hypot(x, y)
     }
 
-    /// How its slope along X changes on the way along Y, in a mm.
+    /// Change of the X slope along Y, per mm.
     fn twist_per_mm(&self) -> f64 {
         self.twist_mm / (self.size_mm[0] * self.size_mm[1])
     }

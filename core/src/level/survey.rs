@@ -1,41 +1,43 @@
-//! Touching a board: which place comes next, and which are touched again because they do not fit to what lies around them.
+//! Order of the points of a measurement, and which points need another touch because they differ from their
+//! neighbours.
 //!
 //! ```text
-//!  first pass   every place once, there and back row by row
-//!  again        places that stand out from their neighbours, and those that were touched twice with two results
-//!  done         the middle of what was touched: one bad touch of three is outvoted
+//!  first pass   every point once, in alternating directions row by row
+//!  again        points that differ from their neighbours, and those with two different results
+//!  done         median of the touches: two of three outvote a bad touch
 //! ```
 //!
-//! Comes in: heights. Goes out: the next place, at last the heights of all. A step in the board is touched twice and believed; dust,
-//! a bit that slipped or a contact that came late is outvoted; what gives another height every time is refused. Moves nothing.
+//! A step in the board is touched twice and accepted. Dust, a slipped bit or a late contact is outvoted. A
+//! point with a different height at every touch is refused. This module moves nothing.
 
 use super::grid::ProbeGrid;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 
-/// A place that stands out by more than this, and by more than four times what is usual on this board, is touched again.
+/// A point is touched again if it differs from its neighbours by more than this. The difference must also
+/// exceed [`USUAL_FACTOR`] times the median of this board.
 const STANDS_OUT: Length = Length::from_um(50);
 const USUAL_FACTOR: i64 = 4;
-/// Two touches of one place that differ by less say the same.
+/// Two touches of one point agree if they differ by at most this.
 const SAME: Length = Length::from_um(20);
-/// Touches of one place, at most.
+/// Greatest number of touches of one point.
 const MOST: usize = 5;
 
-/// A survey in work.
+/// A running measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survey {
     grid: ProbeGrid,
     touched: Vec<Vec<Length>>,
-    /// Places that are still to be touched, the next one last.
+    /// Remaining points, the next one last.
     to_do: Vec<usize>,
-    /// How many places are touched more than once.
+    /// Points touched more than once.
     again: usize,
     looked: bool,
 }
 
 impl Survey {
-    /// Of every place of `grid`.
+    /// A survey of every point of `grid`.
     pub fn new(grid: ProbeGrid) -> Self {
         let columns = usize::from(grid.columns);
         let mut to_do: Vec<usize> = (0..grid.count())
@@ -48,43 +50,42 @@ impl Survey {
         Self { grid, touched: vec![Vec::new(); grid.count()], to_do, again: 0, looked: false }
     }
 
-    /// The places.
     pub fn grid(&self) -> &ProbeGrid {
         &self.grid
     }
 
-    /// Where to touch next; none when all is known.
+    /// Next point to probe; none when all heights are known.
     pub fn next(&self) -> Option<Point> {
         self.to_do.last().map(|index| self.grid.nth(*index))
     }
 
-    /// The number of the place that is next.
+    /// Index of the next point.
     pub fn next_index(&self) -> Option<usize> {
         self.to_do.last().copied()
     }
 
-    /// All places that are still to be touched, as far as is known now, in their order.
+    /// All remaining points in order, as known now.
     pub fn to_do(&self) -> impl Iterator<Item = Point> + '_ {
         self.to_do.iter().rev().map(|index| self.grid.nth(*index))
     }
 
-    /// Touches that are done, and how many there will be as far as is known.
+    /// Touches done, and the number expected, as known now.
     pub fn progress(&self) -> (usize, usize) {
         let done = self.touched.iter().map(Vec::len).sum();
         (done, done + self.to_do.len())
     }
 
-    /// How many places had to be touched more than once.
+    /// Number of points touched more than once.
     pub fn touched_again(&self) -> usize {
         self.again
     }
 
-    /// The height of each place as far as it is known: the middle of its touches.
+    /// Current height of each point: the median of its touches.
     pub fn heights(&self) -> Vec<Option<Length>> {
         self.touched.iter().map(|touches| middle(touches)).collect()
     }
 
-    /// The next place was touched at `height`.
+    /// Records the height of the next point.
     pub fn touch(&mut self, height: Length) -> Result<(), Diagnostic> {
         let Some(index) = self.to_do.pop() else { return Ok(()) };
         let at = self.grid.nth(index);
@@ -96,6 +97,7 @@ impl Survey {
         if !self.to_do.is_empty() {
             return Ok(());
         }
+        // After the first pass, touch outliers again; later, only undecided points.
         self.to_do = if self.looked { self.undecided() } else { self.outliers() };
         self.looked = true;
         self.again = self.touched.iter().filter(|touches| touches.len() > 1).count();
@@ -111,12 +113,12 @@ impl Survey {
         Ok(())
     }
 
-    /// The heights of all places, once nothing is left to be touched.
+    /// The heights of all points, once no point remains.
     pub fn done(&self) -> Option<Vec<Length>> {
         if self.to_do.is_empty() { self.heights().into_iter().collect() } else { None }
     }
 
-    /// Places that stand out from their neighbours, the first one last.
+    /// Points that differ from their neighbours, in reverse order.
     fn outliers(&self) -> Vec<usize> {
         let heights: Vec<Length> = self.heights().into_iter().map(Option::unwrap_or_default).collect();
         let apart: Vec<Length> = (0..heights.len()).map(|index| self.apart(&heights, index)).collect();
@@ -127,7 +129,8 @@ impl Survey {
         (0..apart.len()).rev().filter(|index| apart[*index] > limit).collect()
     }
 
-    /// How far a place is from what its neighbours lead one to expect: the least of what they say along X and along Y.
+    /// Difference between a point and the value expected from its neighbours: the smaller of the results
+    /// along X and along Y.
     fn apart(&self, heights: &[Length], index: usize) -> Length {
         let columns = usize::from(self.grid.columns);
         let rows = usize::from(self.grid.rows);
@@ -146,14 +149,14 @@ impl Survey {
         both.into_iter().flatten().min().unwrap_or_else(|| self.corner(heights, index))
     }
 
-    /// Of four places alone, each is what the others lead one to expect.
+    /// In a grid of 2 × 2, the expected value of a point is the mean of the others.
     fn corner(&self, heights: &[Length], index: usize) -> Length {
         let sum: i64 = heights.iter().map(|height| height.nm()).sum();
         let others = (sum - heights[index].nm()) / (heights.len() as i64 - 1).max(1);
         (heights[index] - Length::from_nm(others)).abs()
     }
 
-    /// Places whose touches do not agree yet: no two of them say the same.
+    /// Points without two agreeing touches.
     fn undecided(&self) -> Vec<usize> {
         let agrees = |touches: &[Length]| {
             let mut sorted = touches.to_vec();
@@ -164,7 +167,7 @@ impl Survey {
     }
 }
 
-/// What two touches agree on; else the middle of them.
+/// The value on which two touches agree; else the median.
 fn middle(touches: &[Length]) -> Option<Length> {
     let mut sorted = touches.to_vec();
     sorted.sort_unstable();

@@ -1,5 +1,5 @@
-//! Rows and properties of height maps. The judge of a levelled program is a sweep of its own: it walks the tip in small steps and asks a
-//! surface that it reckons by itself.
+//! Height maps. An independent sweep checks levelled programs: it moves the tip in small steps over its own
+//! model of the surface.
 
 use super::*;
 use crate::chance::Chance;
@@ -50,7 +50,7 @@ fn program(commands: Vec<Command>) -> Program {
     }
 }
 
-/// A path of lines, arcs, ramps and holes at seeded places of a board of 100 by 80 mm.
+/// A path of lines, arcs, ramps and holes at random positions of a 100 × 80 mm board.
 fn wild(chance: &mut Chance) -> Program {
     let feed_um_per_s = 5_000;
     let mut commands = Vec::new();
@@ -67,7 +67,7 @@ fn wild(chance: &mut Chance) -> Program {
                 here = to;
                 continue;
             }
-            // Around a centre so near that all of the circle lies on the board; a full circle now and then.
+            // The centre is near enough that the circle stays on the board. Some circles are full.
             let room = (here.x.mm().min(100.0 - here.x.mm())).min(here.y.mm().min(80.0 - here.y.mm())) / 2.0;
             let radius = chance.between(0.05, room.max(0.1));
             let turn = chance.between(0.0, std::f64::consts::TAU);
@@ -86,7 +86,7 @@ fn wild(chance: &mut Chance) -> Program {
     program(commands)
 }
 
-/// Where a command leads, and the places of the tip on its way there from `from`: the shares 0, 1/n … 1 of it.
+/// Positions of the tip along a command from `from`, at the shares 0, 1/n … 1.
 fn swept(command: &Command, from: [f64; 3], each: usize) -> Vec<[f64; 3]> {
     let shares = (0..=each).map(|step| step as f64 / each as f64);
     let between = |to: [f64; 3], s: f64| [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * s);
@@ -119,7 +119,7 @@ fn swept(command: &Command, from: [f64; 3], each: usize) -> Vec<[f64; 3]> {
     }
 }
 
-/// Where a command ends in the plane, if it goes anywhere there.
+/// XY end of a command, if it moves in XY.
 fn leads(command: &Command) -> Option<Point> {
     match *command {
         Command::Rapid { to } | Command::Mill { to, .. } | Command::MillArc { to, .. } => Some(to),
@@ -127,7 +127,7 @@ fn leads(command: &Command) -> Option<Point> {
     }
 }
 
-/// The surface of a map, reckoned by looking for the cell.
+/// The surface of a map, by a search for the cell.
 fn surface(map: &HeightMap, x: f64, y: f64) -> f64 {
     let (columns, rows) = (usize::from(map.grid.columns), usize::from(map.grid.rows));
     let xs: Vec<f64> = (0..columns).map(|column| map.grid.place(column, 0).x.mm()).collect();
@@ -142,7 +142,7 @@ fn surface(map: &HeightMap, x: f64, y: f64) -> f64 {
     below * (1.0 - v) + above * v
 }
 
-/// How far depth below the surface is from what was planned at most, mm, as the tip goes.
+/// Greatest deviation of the depth below the surface from the plan, mm.
 fn worst(planned: &Program, levelled: &Program, surface: impl Fn(f64, f64) -> f64) -> f64 {
     let commands =
         |program: &Program| program.legs.iter().flat_map(|leg| leg.commands.clone()).collect::<Vec<_>>();
@@ -151,7 +151,7 @@ fn worst(planned: &Program, levelled: &Program, surface: impl Fn(f64, f64) -> f6
     let mut worst = 0.0_f64;
     for command in commands(planned) {
         let end = *swept(&command, wanted_at, 1).last().unwrap();
-        // Every piece up to the one that ends where the command does.
+        // Every piece up to the end of the command.
         let mut own: Vec<Vec<[f64; 3]>> = Vec::new();
         loop {
             let piece = pieces.next().unwrap();
@@ -182,7 +182,7 @@ fn way(places: &[[f64; 3]]) -> f64 {
 }
 
 #[test]
-fn depth_follows_the_touched_surface_everywhere() {
+fn depth_follows_the_probed_surface() {
     for seed in 0..40 {
         let mut chance = Chance::new(seed);
         let grid = grid(100.0, 80.0, [8.0, 13.0, 25.0][seed as usize % 3], 3.0);
@@ -200,8 +200,8 @@ fn depth_follows_the_touched_surface_everywhere() {
 }
 
 #[test]
-fn a_bowed_and_tilted_board_is_followed_as_it_is() {
-    // 0.5 mm high in the middle of 100 mm, 0.4 mm of tilt: four touches a side of it are too few, eleven are not.
+fn bowed_and_tilted_boards_are_followed() {
+    // 0.5 mm bow over 100 mm plus 0.4 mm tilt: four points per side are too few, eleven suffice.
     let bow = |x: f64, y: f64| {
         let (u, v) = (x / 50.0 - 1.0, y / 40.0 - 1.0);
         0.5 * (1.0 - u * u) * (1.0 - v * v) + 0.004 * x - 0.3
@@ -218,7 +218,7 @@ fn a_bowed_and_tilted_board_is_followed_as_it_is() {
 }
 
 #[test]
-fn what_lies_flat_stays_as_it_was() {
+fn flat_map_changes_nothing() {
     let map = map_of(grid(100.0, 80.0, 10.0, 2.0), |_, _| 0.0);
     let planned = wild(&mut Chance::new(1));
     let levelled = level(&planned, &map, TOLERANCE).unwrap();
@@ -227,7 +227,7 @@ fn what_lies_flat_stays_as_it_was() {
 }
 
 #[test]
-fn holes_gates_and_the_way_between_them() {
+fn holes_and_gates_are_levelled_with_their_rapids() {
     let gate = Some(Gate { input: Input::Contact, deadline_us: 9, otherwise: Otherwise::GoOn });
     let hole = |x: f64, to: f64| {
         [
@@ -256,7 +256,7 @@ fn holes_gates_and_the_way_between_them() {
 }
 
 #[test]
-fn a_line_over_a_tilted_board_is_cut_nowhere_but_where_it_bends() {
+fn line_over_a_tilt_is_split_only_at_cell_edges() {
     let line = |x: f64| Command::Mill { to: at(x, 20.0), height: mm(-0.1), feed_um_per_s: 1 };
     let planned = program(vec![
         Command::Rapid { to: at(12.0, 20.0) },
@@ -274,12 +274,12 @@ fn a_line_over_a_tilted_board_is_cut_nowhere_but_where_it_bends() {
 }
 
 #[test]
-fn grids_cover_a_board_and_refuse_what_cannot_be_touched() {
+fn probe_grids_cover_a_board_or_are_refused() {
     let row = |x, y, spacing, margin| {
         ProbeGrid::over(Bounds { min: at(1.0, 2.0), max: at(1.0 + x, 2.0 + y) }, mm(spacing), mm(margin))
     };
     let rows = [
-        // Width, height, spacing, margin; columns, rows, the place that is lowest.
+        // Width, height, spacing, margin; columns, rows, lowest point.
         (100.0, 80.0, 10.0, 2.0, 11, 9, (3.0, 4.0)),
         (20.0, 20.0, 10.0, 0.0, 3, 3, (1.0, 2.0)),
         (20.001, 20.0, 10.0, 0.0, 4, 3, (1.0, 2.0)),
@@ -303,12 +303,12 @@ fn grids_cover_a_board_and_refuse_what_cannot_be_touched() {
 }
 
 #[test]
-fn every_place_of_a_surface_is_found_in_one_cell() {
+fn every_position_is_in_one_cell() {
     let map = map_of(grid(97.123_457, 33.7, 9.1, 1.3), |x, y| x * 0.003 + y * 0.002);
     for index in 0..map.grid.count() {
         assert_eq!(map.height(map.grid.nth(index)), map.heights[index]);
     }
-    // Beyond the outermost places the surface goes on, until it is not believed any more.
+    // Beyond the outermost points the surface is extrapolated up to the reach.
     let (edge, far) = (map.height(at(0.0, 10.0)), map.height(at(-500.0, 10.0)));
     assert!((edge.mm() - 0.02).abs() < 1e-5, "{edge:?}");
     assert_eq!(far, map.height(Point::new(map.grid.low.x - map.reach(), mm(10.0))));
@@ -316,7 +316,7 @@ fn every_place_of_a_surface_is_found_in_one_cell() {
 }
 
 #[test]
-fn maps_of_other_jobs_zeros_and_places_are_refused() {
+fn maps_of_other_jobs_zeros_and_positions_are_refused() {
     let map = map_of(grid(100.0, 80.0, 10.0, 2.0), |x, _| x * 0.01);
     let zero = [mm(-40.0), mm(-30.0)];
     let code = |refused: Option<Diagnostic>| refused.map(|why| why.code);
@@ -340,12 +340,12 @@ fn maps_of_other_jobs_zeros_and_places_are_refused() {
         ])
     };
     assert_eq!(level(&mill(108.0, -0.1), &map, TOLERANCE).unwrap_err().code, "level.outside");
-    // Over the board nothing is cut, and nothing refused.
+    // Above the board nothing is cut, so nothing is refused.
     assert!(level(&mill(108.0, 0.5), &map, TOLERANCE).is_ok());
     let high = map_of(grid(100.0, 80.0, 10.0, 2.0), |_, _| 1.1);
     assert_eq!(level(&mill(50.0, -0.1), &high, TOLERANCE).unwrap_err().code, "level.too_high");
     assert_eq!(level(&mill(50.0, -0.1), &damaged, TOLERANCE).unwrap_err().code, "level.damaged");
-    // The key of a job stays over depths and feeds; another origin is another job.
+    // A job's key ignores depths and feeds; another origin is another job.
     let (one, mut other) = (mill(50.0, -0.1), mill(50.0, -0.2));
     assert_eq!(key_of(&one), key_of(&other));
     other.origin = at(1.0, 0.0);
@@ -353,7 +353,7 @@ fn maps_of_other_jobs_zeros_and_places_are_refused() {
 }
 
 #[test]
-fn another_design_under_the_same_name_is_another_job_and_a_part_of_the_same_is_not() {
+fn map_is_refused_for_another_design_but_not_for_a_part() {
     let leg = |mark, x: f64| {
         let commands = vec![
             Command::Rapid { to: at(x, 40.0) },
@@ -370,12 +370,12 @@ fn another_design_under_the_same_name_is_another_job_and_a_part_of_the_same_is_n
     assert_eq!(code(&drilled([20.0, 30.0])), None);
     assert_eq!(code(&drilled([30.0, 20.0])), None, "another tour of the same holes");
     assert_eq!(code(&drilled([20.0, 31.0])).as_deref(), Some("level.other_job"), "a hole elsewhere");
-    // Its toolpaths alone may be those of the same board; toolpaths and others are told apart.
+    // A job with only toolpaths may belong to this board. Two jobs with only toolpaths must have equal ones.
     let milled = |x: f64| of(vec![leg(Mark::Toolpath(0), x)]);
     assert_eq!(code(&milled(25.0)), None);
     assert!(same_job(&key_of(&milled(25.0)), &key_of(&milled(25.0))));
     assert!(!same_job(&key_of(&milled(25.0)), &key_of(&milled(26.0))));
-    // A map that is older than this says nothing of places.
+    // Maps from older versions have no cut positions in their key.
     let (old, _) = map.job.split_at(JOB_DIGITS);
     assert!(
         same_job(old, &key_of(&drilled([20.0, 31.0])))
@@ -383,7 +383,7 @@ fn another_design_under_the_same_name_is_another_job_and_a_part_of_the_same_is_n
     );
 }
 
-/// Touches the surface, with `touch` as the hand; gives the survey at its end.
+/// Runs a survey with `touch` as the probe.
 fn surveyed(grid: ProbeGrid, mut touch: impl FnMut(usize, Point) -> f64) -> Result<Survey, Diagnostic> {
     let mut survey = Survey::new(grid);
     let mut most = grid.count() * 6;
@@ -397,7 +397,7 @@ fn surveyed(grid: ProbeGrid, mut touch: impl FnMut(usize, Point) -> f64) -> Resu
 }
 
 #[test]
-fn dust_is_touched_again_and_a_step_is_believed() {
+fn dust_is_probed_again_and_a_step_is_accepted() {
     let grid = grid(100.0, 80.0, 10.0, 2.0);
     let tilt = |place: Point| place.x.mm() * 0.004;
     // Dust under one touch, also in a corner.
@@ -415,17 +415,17 @@ fn dust_is_touched_again_and_a_step_is_believed() {
         assert_eq!(touches[dusty], 3, "a third touch decides");
         assert!(survey.touched_again() <= 5, "{}", survey.touched_again());
     }
-    // A board of two pieces, one 0.3 mm higher: no place is touched in vain.
+    // A board of two parts, one 0.3 mm higher: no point needs another touch.
     let step = |place: Point| if place.x.mm() > 45.0 { 0.3 } else { 0.0 };
     let survey = surveyed(grid, |_, place| step(place)).unwrap();
     assert_eq!((survey.touched_again(), survey.progress().0), (0, grid.count()));
-    // One that stands out for itself is touched twice, and believed.
+    // A lone outlier is touched twice and accepted.
     let survey = surveyed(grid, |index, _| if index == 37 { 0.2 } else { 0.0 }).unwrap();
     assert_eq!((survey.done().unwrap()[37], survey.touched_again()), (mm(0.2), 1));
 }
 
 #[test]
-fn a_place_that_is_another_one_every_time_is_refused() {
+fn unsteady_probe_point_is_refused() {
     let grid = grid(100.0, 80.0, 10.0, 2.0);
     let mut touched = 0;
     let refused = surveyed(grid, |index, _| {
@@ -439,7 +439,7 @@ fn a_place_that_is_another_one_every_time_is_refused() {
 }
 
 #[test]
-fn a_survey_goes_there_and_back() {
+fn survey_goes_back_and_forth_by_rows() {
     let grid = grid(20.0, 20.0, 10.0, 0.0);
     let survey = Survey::new(grid);
     let order: Vec<Point> = survey.to_do().collect();
@@ -449,7 +449,7 @@ fn a_survey_goes_there_and_back() {
 }
 
 #[test]
-fn a_map_is_whole_or_refused_whatever_it_was_read_from() {
+fn damaged_map_is_never_whole() {
     let map = map_of(grid(100.0, 80.0, 10.0, 2.0), |x, _| x * 0.001);
     let text = serde_json::to_string(&map).unwrap();
     assert_eq!(serde_json::from_str::<HeightMap>(&text).unwrap(), map);

@@ -1,11 +1,9 @@
-//! The sentences, one table a language, made from `www/locales/*.toml` when the crate is built.
+//! The texts of all languages, one table each. The build script generates them from `www/locales/*.toml`.
 //!
 //! ```text
 //! native   every language is compiled in
-//! wasm     English is; the page fetches the file of another when it is chosen, and [`install`]s it once
+//! wasm     only English is; the page fetches another language when chosen, and [`install`]s it once
 //! ```
-//!
-//! Comes in: language, key, arguments. Goes out: text, numbers as the language writes them. Does not know who asks.
 
 mod number;
 mod plural;
@@ -21,28 +19,31 @@ mod tables {
     include!(concat!(env!("OUT_DIR"), "/locales.rs"));
 }
 
-/// The language that every key has, and that stands in where another has a gap.
+/// This language has every key, and fills the gaps of the others.
 pub const FALLBACK: &str = "en";
+
+/// The comment at the head of a drill file that Annulus writes, by which it knows the file again.
+pub const WRITTEN_BY: &str = ";Written by Annulus";
 
 /// A table: keys in order, with their texts.
 type Rows = Vec<(&'static str, &'static str)>;
 
-/// The tables that came later, each written once and then only read.
+/// Tables loaded at run time, each written once and then only read.
 static INSTALLED: [OnceLock<Rows>; tables::LANGUAGES.len()] =
     [const { OnceLock::new() }; tables::LANGUAGES.len()];
 
-/// The languages there are: each by the name of its file, and by its own name.
+/// All languages: file name and native name.
 pub fn languages() -> impl Iterator<Item = (&'static str, &'static str)> {
     tables::LANGUAGES.into_iter()
 }
 
-/// The language that serves somebody who reads `tag`, such as `zh-Hans-CN`, if there is one.
+/// The language for a browser's language tag, for example `zh-Hans-CN`; none if it isn't supported.
 pub fn serving(tag: &str) -> Option<&'static str> {
     let first = tag.split(['-', '_', '.']).next().unwrap_or_default();
     languages().map(|(language, _)| language).find(|language| language.eq_ignore_ascii_case(first))
 }
 
-/// What `language` is called in the attributes of a page.
+/// Value of the HTML `lang` attribute for `language`.
 pub fn tag(language: &str) -> &str {
     if language == "zh" { "zh-Hans" } else { language }
 }
@@ -53,12 +54,13 @@ pub fn entries(language: &str) -> &'static [(&'static str, &'static str)] {
     INSTALLED[at].get().map_or(tables::TABLES[at].1, Vec::as_slice)
 }
 
-/// Whether the table of `language` is there.
+/// True if the table of `language` is loaded.
 pub fn has(language: &str) -> bool {
     !entries(language).is_empty()
 }
 
-/// Takes the table of `language` in, the text of its file. False where that is no table; one that is there already stays.
+/// Loads the table of `language` from the text of its file. False if that isn't a table. A loaded table
+/// stays.
 pub fn install(language: &str, file: &str) -> bool {
     let place = tables::LANGUAGES.iter().position(|(name, _)| *name == language);
     let (Some(at), Ok(table)) = (place, DeTable::parse(file)) else { return false };
@@ -72,7 +74,8 @@ pub fn install(language: &str, file: &str) -> bool {
     true
 }
 
-/// The rows of a table, its inner ones with their names in front. They stay as long as the page does.
+/// Flattens a table into dotted keys. The strings are leaked, because tables are used as long as the page
+/// lives.
 fn flatten(prefix: &str, table: &DeTable<'_>, rows: &mut Rows) {
     for (name, value) in table {
         let name = name.get_ref();
@@ -85,7 +88,7 @@ fn flatten(prefix: &str, table: &DeTable<'_>, rows: &mut Rows) {
     }
 }
 
-/// The raw text of `key`, from `language` or else from the fallback, with the language that it is in.
+/// The raw text of `key` in `language` or else in the fallback, and the language found.
 fn found<'a>(language: &'a str, key: &str) -> Option<(&'a str, &'static str)> {
     let find = |language: &'a str| {
         let rows = entries(language);
@@ -94,41 +97,42 @@ fn found<'a>(language: &'a str, key: &str) -> Option<(&'a str, &'static str)> {
     find(language).or_else(|| find(FALLBACK))
 }
 
-/// The raw text of `key`, from `language` or else from the fallback.
+/// The raw text of `key` in `language` or else in the fallback.
 pub fn lookup(language: &str, key: &str) -> Option<&'static str> {
     found(language, key).map(|(_, text)| text)
 }
 
-/// What stands before an argument that is itself a key.
+/// Prefix of an argument that is itself a key.
 const WORD: char = '@';
 
-/// An argument that is the word under `key`, in whatever language the sentence around it is.
+/// An argument that is translated: the text of `key` in the language of the sentence.
 pub fn word(key: &str) -> String {
     format!("{WORD}{key}")
 }
 
-/// What an argument, or a part of one, is made by that is the text under `key` with numbers of its own, in whatever language the
-/// sentence around it is.
+/// Part of an argument that is translated: the text of `key`, with its own numbers, in the language of the
+/// sentence.
 pub fn phrase(key: &str, numbers: &[(&str, String)]) -> String {
     let numbers: String = numbers.iter().map(|(name, number)| format!(" {name}={number}")).collect();
     format!("{PHRASE}{key}{numbers}{PHRASE_ENDS}")
 }
 
-/// What a phrase stands between.
+/// Delimiters of a phrase.
 const PHRASE: &str = "@{";
 const PHRASE_ENDS: char = '}';
 
-/// The text of what stands inside a phrase; none where nobody made it by [`phrase`].
+/// The text of a phrase without its delimiters; none if [`phrase`] didn't make it.
 fn phrase_text(language: &str, inside: &str) -> Option<String> {
     let mut parts = inside.split(' ');
     let key = parts.next()?;
     let numbers = parts.filter_map(|part| part.split_once('='));
     let numbers: Vec<_> = numbers.map(|(name, number)| (name.to_owned(), number.to_owned())).collect();
+    // A name that a user typed may look like a phrase, but it lacks the numbers.
     let is_whole = names(lookup(language, key)?).all(|name| numbers.iter().any(|(own, _)| own == name));
     is_whole.then(|| text(language, key, &numbers))
 }
 
-/// What an argument says in `language`: its word where it is a key, its phrases in words, else what it is.
+/// The argument in `language`, with keys and phrases translated.
 fn argument<'a>(language: &str, value: &'a str) -> Cow<'a, str> {
     if let Some(word) = value.strip_prefix(WORD).and_then(|key| lookup(language, key)) {
         return Cow::Borrowed(word);
@@ -146,21 +150,25 @@ fn argument<'a>(language: &str, value: &'a str) -> Cow<'a, str> {
     if out.is_empty() { Cow::Borrowed(rest) } else { Cow::Owned(out + rest) }
 }
 
-/// What stands in the braces of the raw `text`, in order: names of arguments, some with forms of a word behind them.
+/// The contents of all braces in the raw `text`, in order: argument names, some with word forms after a bar.
 pub fn braces(text: &str) -> impl Iterator<Item = &str> {
     let opened = text.match_indices('{').map(|(at, _)| &text[at + 1..]);
     opened.filter_map(|rest| rest.split_once('}').map(|(inside, _)| inside))
 }
 
-/// The names of the arguments that the raw `text` takes, in order.
+/// The argument names in the raw `text`, in order.
 pub fn names(text: &str) -> impl Iterator<Item = &str> {
     braces(text).filter_map(|inside| inside.split('|').next())
 }
 
-/// The text of `key` with every `{name}` replaced by its argument: one made by [`word`] is put into the language, a measure has the
-/// decimal mark of the language, and what stands in quotes is quoted as it is. Of `{name|hole|holes}` the form stands that goes with
-/// the number. An unknown key gives the key itself, so that a gap is seen and never blank. An argument that is left out stops every test; a person
-/// sees a dash.
+/// The text of `key`, with every `{name}` replaced by its argument:
+/// - an argument of [`word`] is translated,
+/// - a measure gets the decimal mark of the language,
+/// - quoted arguments stay unchanged,
+/// - `{name|hole|holes}` becomes the form for the number.
+///
+/// An unknown key returns the key itself, so that a gap is visible. A missing argument fails in debug builds;
+/// in release builds it becomes a dash.
 pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
     let Some((language, raw)) = found(language, key) else { return key.to_owned() };
     debug_assert!(
@@ -177,6 +185,7 @@ pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
             inside.split_once('|').map_or((inside, None), |(name, forms)| (name, Some(forms)));
         match (args.iter().find(|(argument, _)| argument == name), forms) {
             (Some((_, value)), Some(forms)) => out.push_str(form_of(language, value, forms)),
+            // Quoted arguments are names, never measures.
             (Some((_, value)), None) if out.ends_with(QUOTES) => out.push_str(&argument(language, value)),
             (Some((_, value)), None) => out.push_str(&number(language, &argument(language, value))),
             _ => out.push(LEFT_OUT),
@@ -187,13 +196,13 @@ pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
     out
 }
 
-/// What stands for an argument that is left out: braces are nobody's to read.
+/// Replaces a missing argument, because users can't read braces.
 const LEFT_OUT: char = '–';
 
-/// What begins a quotation in one of the languages.
+/// Opening quotation marks of the languages.
 const QUOTES: [char; 4] = ['"', '„', '“', '「'];
 
-/// Of `forms`, the one that goes with the number `value`; where it was left out, the last.
+/// The form in `forms` for the number `value`; the last one if that form is missing.
 fn form_of<'a>(language: &str, value: &str, forms: &'a str) -> &'a str {
     let mut all = forms.split('|');
     all.nth(form(language, value.trim())).or_else(|| forms.split('|').next_back()).unwrap_or_default()
@@ -204,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arguments_go_where_their_names_stand() {
+    fn arguments_replace_their_names() {
         let args = ["place", "name"].map(|name| (name.to_owned(), "T7".to_owned()));
         assert_eq!(text("en", "test.greeting", &args), "Tool T7 is T7.");
         assert_eq!(names("{place|a|b} of {count}").collect::<Vec<_>>(), ["place", "count"]);
@@ -212,19 +221,19 @@ mod tests {
 
     #[test]
     #[cfg(not(debug_assertions))]
-    fn an_argument_that_is_left_out_is_a_dash() {
+    fn missing_argument_is_a_dash() {
         assert_eq!(text("en", "test.greeting", &[("name".to_owned(), "T7".to_owned())]), "Tool T7 is –.");
     }
 
     #[test]
     #[cfg(debug_assertions)]
     #[should_panic(expected = "test.greeting takes more than it is given")]
-    fn an_argument_that_is_left_out_stops_the_test() {
+    fn missing_argument_fails_the_test() {
         text("en", "test.greeting", &[("name".to_owned(), "T7".to_owned())]);
     }
 
     #[test]
-    fn arguments_that_are_words_follow_the_language() {
+    fn word_arguments_follow_the_language() {
         let place = ("place".to_owned(), "here".to_owned());
         let said = |value| text("xx", "test.greeting", &[("name".to_owned(), value), place.clone()]);
         assert_eq!(said(word("page.cam.word.cut_out")), "Tool Cut out is here.");
@@ -232,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_that_are_phrases_follow_the_language_and_its_decimal_mark() {
+    fn phrase_arguments_follow_language_and_decimal_mark() {
         let vee = phrase("tool.vee", &[("angle", "30".to_owned()), ("tip", "0.1".to_owned())]);
         let drill = phrase("tool.drill", &[("size", "0.8".to_owned())]);
         let rows = [
@@ -243,7 +252,7 @@ mod tests {
                 "wiertło 0,8, frez V 30°, ostrze 0,1",
             ),
             (format!("my 0.8 · {drill}"), "my 0.8 · drill 0.8", "my 0.8 · wiertło 0,8"),
-            // Names that a person gave.
+            // Names that a user typed.
             ("@{tool.vee}".to_owned(), "@{tool.vee}", "@{tool.vee}"),
             ("@{no.key} 0.5".to_owned(), "@{no.key} 0.5", "@{no.key} 0.5"),
             ("@{tool.vee".to_owned(), "@{tool.vee", "@{tool.vee"),
@@ -257,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn words_follow_their_number() {
+    fn plural_words_follow_their_number() {
         let said =
             |count: &str| text("en", "plan.no_size.message", &[("holes".to_owned(), count.to_owned())]);
         assert_eq!(said("1"), "1 hole has no size in the files.");
@@ -266,14 +275,14 @@ mod tests {
     }
 
     #[test]
-    fn no_sentence_counts_one_thing_as_many() {
-        // Bounds are never one.
+    fn no_text_has_a_plural_after_one() {
+        // Limits are never one.
         let bounds = ["most", "megabytes", "files", "runs"];
         let nouns = [
             "hole", "slot", "finding", "line", "layer", "contour", "place", "way", "bit", "row", "stroke",
             "step", "net", "island", "piece",
         ];
-        // Here "steps" is what an axis does.
+        // In this message, "steps" is a verb.
         for (key, raw) in entries("en").iter().filter(|(key, _)| *key != "check.direction_setup.message") {
             let args: Vec<_> = names(raw)
                 .map(|name| (name.to_owned(), if bounds.contains(&name) { "7" } else { "1" }.to_owned()))
@@ -289,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slot_and_a_gap_of_copper_are_two_words_in_polish() {
+    fn slot_and_gap_are_two_words_in_polish() {
         let has = |text: &str, words: [&str; 2]| words.iter().any(|word| text.to_lowercase().contains(word));
         let mut gaps = 0;
         for (key, english) in entries("en") {
@@ -302,13 +311,13 @@ mod tests {
     }
 
     #[test]
-    fn a_form_that_is_left_out_is_the_last_one() {
+    fn missing_plural_form_is_the_last_one() {
         let said = |count| form_of("pl", count, "otwór|otwory|otworów");
         assert_eq!(["1", "4", "12", "2.5"].map(said), ["otwór", "otwory", "otworów", "otworów"]);
     }
 
     #[test]
-    fn a_language_is_found_by_what_a_browser_calls_it() {
+    fn language_is_found_by_its_browser_tag() {
         let rows = [("en-GB", Some("en")), ("EN", Some("en")), ("xx", None), ("", None)];
         for (tag, expected) in rows {
             assert_eq!(serving(tag), expected, "{tag}");
@@ -316,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_not_taken_in() {
+    fn invalid_table_is_not_installed() {
         assert!(!install("en", "no table = ["));
         assert!(!install("en", "number = 3"));
         assert!(!install("xx", "[a]\nb = \"c\""));
@@ -324,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_becomes_rows_in_order() {
+    fn language_file_becomes_ordered_rows() {
         let mut rows = Rows::new();
         flatten(
             "",
@@ -336,12 +345,12 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_key_is_shown_rather_than_blank() {
+    fn unknown_key_is_shown_rather_than_blank() {
         assert_eq!(text("en", "no.such.key", &[]), "no.such.key");
     }
 
     #[test]
-    fn an_unknown_language_falls_back() {
+    fn unknown_language_falls_back_to_english() {
         assert_eq!(lookup("xx", "test.greeting"), lookup("en", "test.greeting"));
     }
 }

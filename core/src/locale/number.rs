@@ -1,38 +1,39 @@
-//! Numbers as a language writes them, and as people type them.
+//! Numbers in the notation of a language, and numbers that users type.
 //!
 //! ```text
-//! shown  pl   0.8 mm ─▶ 0,8 mm     X12.7 and board-1.2.drl stay: they are no measures
-//! typed  0,8  0.8  ０．８ ─▶ 0.8      1,234.5 is refused: it can be read in two ways
+//! shown  pl   0.8 mm ─▶ 0,8 mm     X12.7 and board-1.2.drl stay, because they are no measures
+//! typed  0,8  0.8  ０．８ ─▶ 0.8      1,234.5 is refused, because it is ambiguous
 //! ```
 //!
-//! Comes in: text. Goes out: text, or a number. Files are never written with any of this: in them the mark is the point.
+//! Written files never use this: their decimal mark is always the point.
 
-/// Words that stand beside the numbers of a measure.
+/// Words that may appear next to the numbers of a measure.
 const BESIDE: &[&str] = &[
     "mm", "inch", "in", "µm", "m", "s", "ms", "min", "h", "Hz", "%", "×", "x", "X", "Y", "Z", "°", "…", "–",
     "mm/s", "mm/s²", "mm/s³", "mm²", "px/mm", "rpm", "V", "MB", ";",
 ];
 
-/// Whether `language` writes the decimal mark as a comma.
+/// True if `language` uses the decimal comma.
 fn has_comma(language: &str) -> bool {
     language == "pl"
 }
 
-/// A number alone: sign, digits, one point with digits at both sides.
+/// True for a number: sign, digits, at most one point with digits on both sides.
 fn is_number(word: &str) -> bool {
     let word = word.trim_matches(['-', '−', '+', '×', '%', '°', ';', '(', ')']);
     let digits = |part: &str| !part.is_empty() && part.bytes().all(|letter| letter.is_ascii_digit());
     word.split_once('.').map_or_else(|| digits(word), |(whole, rest)| digits(whole) && digits(rest))
 }
 
-/// `text` with the decimal mark of `language` where it is a measure: numbers and units, and nothing else.
+/// `text` with the decimal mark of `language`, if it is a measure: only numbers and units.
 pub fn number(language: &str, text: &str) -> String {
     let measure =
         has_comma(language) && text.split_whitespace().all(|word| is_number(word) || BESIDE.contains(&word));
     if measure { text.replace('.', ",") } else { text.to_owned() }
 }
 
-/// What people type for the letters of a number, as ASCII: the wide ones of Chinese keyboards, the true minus.
+/// Converts the characters of a typed number to ASCII: full-width forms of Chinese keyboards, the real minus
+/// sign.
 fn plain(letter: char) -> char {
     match letter {
         '０'..='９' => char::from_u32(u32::from(letter) - 0xFEE0).unwrap_or(letter),
@@ -47,13 +48,13 @@ fn marks(text: &str) -> usize {
     text.chars().map(plain).filter(|letter| matches!(letter, ',' | '.')).count()
 }
 
-/// Whether a number was meant that has more than one mark, such as `1,234.5`, so that it can be read in two ways.
+/// True for an ambiguous number with more than one mark, for example `1,234.5`.
 pub fn has_two_marks(text: &str) -> bool {
     let of_number = |letter: char| letter.is_ascii_digit() || matches!(letter, ',' | '.' | '-' | '+' | ' ');
     marks(text) > 1 && text.trim().chars().map(plain).all(of_number)
 }
 
-/// A number typed by a person: `0,8` is `0.8`. Both marks in one number, or a mark of thousands, is no number.
+/// Parses a typed number: `0,8` is `0.8`. None if it has both marks or a thousands separator.
 pub fn typed(text: &str) -> Option<f64> {
     let text = text.trim();
     if marks(text) > 1 || text.is_empty() || text.contains(char::is_whitespace) {
@@ -68,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn measures_have_the_mark_of_their_language() {
+    fn measures_have_the_decimal_mark_of_the_language() {
         let rows = [
             ("0.8", "0,8"),
             ("-12.700", "-12,700"),
@@ -91,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_as_people_type_them() {
+    fn typed_numbers_are_read() {
         let rows = [
             ("0,8", Some(0.8)),
             (" 12.5 ", Some(12.5)),
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_be_read_in_two_ways_is_known() {
+    fn ambiguous_marks_are_recognised() {
         for (text, expected) in
             [("1,234.5", true), ("1.234.567", true), ("0,8", false), ("a.b.c", false), ("", false)]
         {

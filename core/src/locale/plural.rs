@@ -1,4 +1,4 @@
-//! Which form of a word goes with a number: the rules of CLDR for the languages that there are.
+//! Plural forms by the CLDR rules, for the supported languages.
 //!
 //! ```text
 //! en  1 | else                    hole | holes
@@ -6,12 +6,10 @@
 //! zh  one form for all            孔
 //! ```
 //!
-//! Three rules of a line each, written out: a library would carry the rules of two hundred languages into the page, where every
-//! kilobyte is waited for. The tests of the whole hold these to the library of the Unicode consortium, number by number.
-//!
-//! Comes in: a language, a number as it is written. Goes out: the place of its form. Does not know words.
+//! Three short rules instead of a library, because a library would add the rules of two hundred languages to
+//! the page. Tests compare these rules with the library of the Unicode consortium, number by number.
 
-/// The place of the form for `number` in `language`; what is no number has the last one.
+/// Index of the form for `number` in `language`; the last form if `number` isn't a number.
 pub fn form(language: &str, number: &str) -> usize {
     let whole = number.strip_prefix('-').unwrap_or(number).parse::<u64>().ok();
     match (language, whole) {
@@ -25,7 +23,7 @@ pub fn form(language: &str, number: &str) -> usize {
     }
 }
 
-/// How many forms a word has in `language`; the last one, of fractions, may be left out.
+/// Number of forms in `language`. The last one, for fractions, may be omitted.
 pub fn forms(language: &str) -> usize {
     match language {
         "zh" => 1,
@@ -39,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_number_has_its_form() {
+    fn each_number_has_its_plural_form() {
         let rows = [
             ("en", "1", 0),
             ("en", "0", 1),

@@ -1,75 +1,71 @@
-//! The wiring of a USB step adapter (N18): which input is which sensor, which pins are turned over.
+//! Wiring of a USB step adapter: sensors of its inputs, and active-low pins.
 //!
 //! ```text
 //! outputs               steps               phases
-//! axis of the adapter   0  1  2  3          0  1  2           X, Y, Z, and the second spindle's Z where there is one
-//! inputs                0 … 7               0 … 3             a sensor each, or none
-//! output 0, output 1    both                output 0          the spindle; what a work command may switch, where it has a name
+//! axis of the adapter   0  1  2  3          0  1  2           X, Y, Z, and the second spindle's Z if present
+//! inputs                0 … 7               0 … 3             one sensor each, or none
+//! output 0, output 1    both                output 0          spindle; output for work commands, if named
 //! ```
-//!
-//! Comes in: numbers of inputs. Goes out: the wiring as data, its rows of the settings table, and every reason why it cannot be.
-//! Does not know pins: which pin is which input the adapter says itself.
 
-use super::settings::{Setting, Value, ValueKind};
+use super::value::{Setting, Value, ValueKind};
 use super::wiring::{bits, numbers};
 use super::{Machine, Output, UNWIRED};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
-/// Axes that an adapter drives.
+/// Axes of an adapter.
 const AXES: usize = 4;
 
-/// Inputs that an adapter has.
+/// Inputs of an adapter.
 const INPUTS: usize = 8;
 
-/// The longest filter that it keeps, in µs.
+/// Longest filter, in µs.
 const LONGEST_FILTER_US: f64 = 10_000.0;
 
-/// Spindles for which it has an axis of Z.
+/// Spindles with an axis for Z.
 const MOST_SPINDLES: u32 = 2;
 
-/// Its last input where it drives windings.
+/// Its last input if it drives windings.
 const LAST_INPUT_OF_PHASES: u8 = 3;
 
-/// Its fastest steps where it drives windings, steps a second.
+/// Highest step rate if it drives windings, steps per second.
 const FASTEST_PHASES_HZ: u32 = 10_000;
 
-/// Its pulses, shortest and longest, in µs.
+/// Shortest and longest pulse, in µs.
 const PULSE_US: (f64, f64) = (0.2, 3.3);
 
-/// Its fastest steps on all axes at once, steps a second.
+/// Highest step rate on all axes at once, steps per second.
 const FASTEST_HZ: u32 = 500_000;
 
-/// The longest time from a change of direction to the next step that it keeps, in µs.
+/// Longest time from a change of direction to the next step, in µs.
 const LONGEST_SETUP_US: u32 = 6_500;
 
-/// What the pins of an adapter are: its two pin maps.
+/// The two pin maps of an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AdapterOutputs {
-    /// Steps and directions of up to four drivers.
+    /// STEP and DIR of up to four drivers.
     Steps,
-    /// The phases of three motors, by their tables.
+    /// Phases of three motors, from their tables.
     Phases,
 }
 
-/// How signals are wired to an adapter.
+/// Wiring of an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterWiring {
-    /// The serial port that it is; empty where it is found by its USB number.
+    /// Serial port; empty to find it by its USB id.
     pub port: String,
-    /// What its pins are.
     pub outputs: AdapterOutputs,
-    /// The input of each of [`Input::OF_AXES`], in its order; [`UNWIRED`] where there is none.
+    /// Input of each of [`Input::OF_AXES`]; [`UNWIRED`] if none.
     pub sensors: Vec<i8>,
-    /// 1 for each of them that is on while its pin is low.
+    /// 1 for each active-low sensor.
     pub sensors_low: Vec<i8>,
-    /// How long each of them has to be touched to count as on, in µs; 0 for no filter.
+    /// Filter time of each sensor, in µs; 0 for no filter.
     pub filters_us: Vec<u16>,
-    /// 1 for each axis whose pulse is low.
+    /// 1 for each axis with active-low STEP.
     pub steps_low: Vec<i8>,
-    /// 1 for each axis whose direction pin is high while it counts down.
+    /// 1 for each axis with DIR high while it counts down.
     pub directions_low: Vec<i8>,
-    /// What output 1 is called in work commands; empty where nothing is wired to it.
+    /// Name of output 1 in work commands; empty if nothing is wired to it.
     pub output_name: String,
 }
 
@@ -89,24 +85,24 @@ impl Default for AdapterWiring {
 }
 
 impl AdapterWiring {
-    /// The number of the input that `input` is wired to.
+    /// Input number of a sensor.
     pub fn sensor(&self, input: Input) -> Option<u8> {
         self.sensors.get(input as usize).and_then(|number| u8::try_from(*number).ok())
     }
 
-    /// The inputs, one bit each ([`Input::bit`]), where those of the adapter are `on`, one bit each.
+    /// Converts the adapter's inputs to machine inputs ([`Input::bit`]); both are bit sets.
     pub fn inputs(&self, on: u16) -> u32 {
         let is_on = |input: &Input| self.sensor(*input).is_some_and(|number| on >> number & 1 == 1);
         Input::OF_AXES.into_iter().filter(is_on).fold(0, |inputs, input| inputs | input.bit())
     }
 
-    /// The adapter's inputs, one bit each, of those in `inputs`, one bit each ([`Input::bit`]).
+    /// Converts machine inputs ([`Input::bit`]) to the adapter's inputs; both are bit sets.
     pub fn wired(&self, inputs: u32) -> u8 {
         let wired = Input::OF_AXES.into_iter().filter(|input| inputs & input.bit() != 0);
         wired.filter_map(|input| self.sensor(input)).fold(0, |wired, number| wired | 1 << number)
     }
 
-    /// The filter of each of the adapter's inputs, in µs.
+    /// Filter of each of the adapter's inputs, in µs.
     pub fn filters_us(&self) -> [u16; INPUTS] {
         let mut filters_us = [0; INPUTS];
         for input in Input::OF_AXES {
@@ -118,7 +114,7 @@ impl AdapterWiring {
         filters_us
     }
 
-    /// The adapter's inputs, one bit each, that are on while their pin is low.
+    /// Bit set of the adapter's active-low inputs.
     pub fn low_inputs(&self) -> u8 {
         let low =
             Input::OF_AXES.into_iter().filter(|input| self.sensors_low.get(*input as usize) == Some(&1));
@@ -185,7 +181,7 @@ fn refuse(code: &str, key: &str) -> Diagnostic {
     Diagnostic::error(code).with("key", key)
 }
 
-/// Every reason why the wiring cannot be. A machine that is on another output may have any wiring of the right shape.
+/// Problems of the wiring. If the machine uses another output, only the list lengths are checked.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let adapter = &machine.adapter;
     let mut diagnostics = Vec::new();
@@ -211,7 +207,8 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Two sensors on one input, sensors that the machine cannot do without, and the contact where it would come too late.
+/// Sensors that share an input, missing sensors that the machine needs, and a contact sensor with `overlap`,
+/// which an adapter can't serve.
 fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     const KEY: &str = "adapter.sensors";
     let mut diagnostics = Vec::new();
@@ -223,7 +220,7 @@ fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     }
     for input in machine.needed_inputs().filter(|input| machine.adapter.sensor(*input).is_none()) {
         let why = refuse("machine.card_sensor_unwired", KEY);
-        diagnostics.push(why.with("sensor", format!("{input:?}")));
+        diagnostics.push(why.with("sensor", input.name()));
     }
     if machine.overlap.on && machine.adapter.sensor(Input::Contact).is_some() {
         diagnostics.push(refuse("machine.adapter_contact", KEY));
@@ -231,7 +228,7 @@ fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Wires that there are no pins for where windings are driven.
+/// Wires without a pin if windings are driven.
 fn without_pins(machine: &Machine) -> Vec<Diagnostic> {
     let adapter = &machine.adapter;
     let mut diagnostics = Vec::new();
@@ -246,7 +243,7 @@ fn without_pins(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// What is more than an adapter can do. Windings have no pulses.
+/// Demands beyond the adapter. Windings have no pulses.
 fn beyond(machine: &Machine) -> Vec<Diagnostic> {
     let is_phases = machine.adapter.outputs == AdapterOutputs::Phases;
     let (spindles, fastest_hz) = if is_phases { (1, FASTEST_PHASES_HZ) } else { (MOST_SPINDLES, FASTEST_HZ) };
@@ -291,12 +288,12 @@ mod tests {
     }
 
     #[test]
-    fn the_wiring_as_shipped_is_right_for_the_virtual_drill() {
+    fn default_adapter_wiring_fits_the_virtual_drill() {
         assert_eq!(refused(&[("machine.output", text("adapter"))]), []);
     }
 
     #[test]
-    fn what_an_adapter_cannot_do_names_its_field() {
+    fn impossible_adapter_settings_name_their_field() {
         let number = Value::Number;
         let rows: [(&str, Value, &str); 13] = [
             ("adapter.sensors", list(&[0, 1]), "machine.card_length"),
@@ -317,12 +314,12 @@ mod tests {
             let found = refused(&[("machine.output", text("adapter")), (key, value.clone())]);
             assert!(found.contains(&(code.to_owned(), key.to_owned())), "{key} {value}: {found:?}");
         }
-        // On the virtual drill the same is no matter.
+        // On the virtual drill this doesn't matter.
         assert_eq!(refused(&[("drive.pulse_width", number(3.4))]), []);
     }
 
     #[test]
-    fn with_phases_the_laboratory_drill_fits_and_what_has_no_pins_names_its_field() {
+    fn phase_adapter_fits_the_lab_drill_or_names_the_field() {
         let phases = |changes: &[(&str, Value)]| {
             let wired = [
                 ("machine.output", text("adapter")),
@@ -353,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn inputs_go_by_the_map_in_both_directions() {
+    fn inputs_are_mapped_in_both_directions() {
         let adapter = AdapterWiring {
             sensors: vec![7, -1, 2, -1, 0, 1, -1],
             sensors_low: vec![1, 1, 0, 0, 0, 1, 0],

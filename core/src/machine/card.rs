@@ -1,31 +1,26 @@
-//! A digital I/O card: where its registers are, and how it is wired (A13).
+//! A digital I/O card: its registers and its wiring.
 //!
 //! ```text
 //! bits          31 … 24  23 … 16  15 …  8   7 …  0
-//! as shipped    ·······S ·ba·2211 ·ba·2211 ·ba·2211       S spindle; a motor's phase byte lies bit for bit in one
-//!                           Z        Y        X           output byte: b, a 24 V forcing, 1 and 2 the windings' halves
+//! default       ·······S ·ba·2211 ·ba·2211 ·ba·2211       S spindle; a phase byte is one output
+//!                           Z        Y        X           byte: b, a 24 V, 1, 2 winding halves
 //! input byte                                 0
-//! as shipped                        ··DU YyXx             end sensors of X and Y, up and down of Z; the contact unwired
+//! default                           ··DU YyXx             limits of X, Y, Z; contact unwired
 //! ```
-//!
-//! Goes out: the card as data, the section "card" of the settings table, and every reason why it cannot be. Does not know
-//! registers: what a byte is at is the business of whoever drives the card.
 
-use super::settings::{Setting, Value, ValueKind};
 use super::step_dir::{read_times, times};
-use super::wiring::{Pinout, bits, numbers, of_inputs, whole, wiring_rows};
+use super::value::{Setting, Value, ValueKind, number};
+use super::wiring::{Pinout, bits, numbers, of_inputs, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
-/// A card.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Card {
     /// Registers from the base address to the first output byte.
     pub outputs_at: u32,
     /// Registers from the base address to the first input byte.
     pub inputs_at: u32,
-    /// How it is wired.
     pub wiring: Wiring,
 }
 
@@ -56,7 +51,7 @@ macro_rules! count {
             kind: ValueKind::Whole(0.0, 255.0),
             shapes_stream: false,
             get: |m| Value::Number(f64::from(m.card.$field)),
-            set: |m, v| m.card.$field = whole(v) as u32,
+            set: |m, v| m.card.$field = number(v) as u32,
         }
     };
 }
@@ -65,10 +60,10 @@ macro_rules! count {
 pub(super) const ROWS: &[Setting] =
     wiring_rows!(card, count!("card.outputs_at", outputs_at), count!("card.inputs_at", inputs_at));
 
-/// What a card has.
+/// Pins of a card.
 const PINOUT: Pinout = Pinout { section: "card", outputs: 32, inputs: 32 };
 
-/// Every reason why the wiring cannot be. A machine that is on no card may have any wiring of the right shape.
+/// Problems of the wiring. If the machine uses another output, only the list lengths are checked.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     PINOUT.validate(&machine.card.wiring, machine, machine.output == Output::Card)
 }
@@ -83,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wiring_as_shipped_is_right_for_the_laboratory_drill() {
+    fn default_card_wiring_fits_the_lab_drill() {
         let card = apply(&lab(), &[("machine.output".to_owned(), Value::Text("card".to_owned()))]).unwrap();
         assert_eq!(card.output, Output::Card);
         let wired = card.card.wiring.phases.iter().flatten().filter(|bit| **bit != UNWIRED).count();
@@ -121,7 +116,7 @@ mod tests {
             let found = refusals.iter().find(|why| why.code == code);
             let found = found.unwrap_or_else(|| panic!("{key} {value}: {refusals:?}"));
             assert!(!found.advice("en").is_empty());
-            // A name without a bit is told at the bits.
+            // A name without a bit is reported at the bits.
             let field = if key == "card.output_names" { "card.outputs" } else { key };
             let named = refusals.iter().any(|why| why.args.contains(&("key".to_owned(), field.to_owned())));
             assert!(named, "{key} {value}: {refusals:?}");

@@ -1,41 +1,35 @@
-//! The frequency converter of the spindle, at a serial port (C6): which one, where, and how its motor turns.
+//! The spindle's frequency converter on a serial port: profile, connection and motor.
 //!
 //! ```text
-//! rpm ──▶ Hz = rpm · pole pairs / 60 ──▶ number in the converter's own unit (its profile says which)
+//! rpm ──▶ Hz = rpm · pole pairs / 60 ──▶ number in the converter's unit, from its profile
 //! ```
-//!
-//! Goes out: the converter as data, the section "converter" of the settings table, and every reason why it cannot be. Does not know
-//! profiles nor frames: those are the business of whoever has the port.
 
-use super::settings::{Setting, Value, ValueKind};
-use super::wiring::whole;
+use super::value::{Setting, Value, ValueKind, number};
 use super::{Machine, Output};
 use crate::diagnostic::Diagnostic;
 
-/// A slower line takes longer for an answer than a spindle may be silent.
+/// On a slower line, an answer takes longer than a spindle may be silent.
 const SLOWEST_BAUD: u32 = 9_600;
 
-/// A frequency converter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converter {
-    /// Name of its profile; empty where the spindle has none, or nobody speaks to it.
+    /// Profile name; empty if there is no converter, or if it isn't controlled.
     pub profile: String,
-    /// The serial port.
     pub port: String,
-    /// Its baud rate; 0 is that of the profile.
+    /// Baud rate; 0 for the profile's.
     pub baud: u32,
-    /// Its address on the line, 1 … 247.
+    /// Address on the line, 1 … 247.
     pub address: u8,
-    /// Pairs of poles of the motor: with one it turns once a period.
+    /// Pole pairs of the motor; with one, it makes one turn per period.
     pub pole_pairs: u32,
-    /// The frequency that the converter gives at most, Hz.
+    /// Highest output frequency, Hz.
     pub max_hz: u32,
-    /// How far the speed may be off, percent.
+    /// Greatest deviation of the speed, percent.
     pub tolerance_percent: f64,
 }
 
 impl Default for Converter {
-    /// None; else as common spindles of 24,000 rpm have it.
+    /// No converter; other values suit common 24,000 rpm spindles.
     fn default() -> Self {
         Self {
             profile: String::new(),
@@ -50,18 +44,18 @@ impl Default for Converter {
 }
 
 impl Converter {
-    /// Whether there is one.
+    /// True if a converter is configured.
     pub fn is_there(&self) -> bool {
         !self.profile.is_empty()
     }
 
-    /// The frequency, in hundredths of a Hz, at which the spindle turns so fast.
+    /// Frequency for a spindle speed, in hundredths of a Hz.
     pub fn centi_hz(&self, rpm: u32) -> u32 {
         let hz100 = u64::from(rpm) * u64::from(self.pole_pairs.max(1)) * 100;
         u32::try_from((hz100 + 30) / 60).unwrap_or(u32::MAX)
     }
 
-    /// How fast the spindle turns at so many hundredths of a Hz, rpm.
+    /// Spindle speed for a frequency in hundredths of a Hz, rpm.
     pub fn rpm(&self, centi_hz: u32) -> u32 {
         let turns = u64::from(centi_hz) * 60;
         let per = 100 * u64::from(self.pole_pairs.max(1));
@@ -91,7 +85,7 @@ macro_rules! count {
             ValueKind::Whole($low, $high),
             |m| Value::Number(f64::from(m.converter.$field)),
             |m, v| {
-                m.converter.$field = whole(v) as $kind;
+                m.converter.$field = number(v) as $kind;
             }
         )
     };
@@ -110,11 +104,11 @@ pub(super) const ROWS: &[Setting] = &[
         "%",
         ValueKind::Number(0.5, 50.0),
         |m| Value::Number(m.converter.tolerance_percent),
-        |m, v| m.converter.tolerance_percent = whole(v)
+        |m, v| m.converter.tolerance_percent = number(v)
     ),
 ];
 
-/// Every reason why `machine` cannot have its converter.
+/// Problems of the converter of `machine`.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let converter = &machine.converter;
     let mut diagnostics = Vec::new();
@@ -146,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn speeds_become_frequencies_and_come_back() {
+    fn speeds_convert_to_frequencies_and_back() {
         for (pole_pairs, rpm, centi_hz) in
             [(1, 24_000, 40_000), (2, 24_000, 80_000), (1, 12_345, 20_575), (1, 0, 0)]
         {
@@ -157,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_converter_that_cannot_be_names_its_field() {
+    fn impossible_converter_names_its_field() {
         let text = |text: &str| Value::Text(text.to_owned());
         let there = [
             ("converter.profile", text("huanyang")),

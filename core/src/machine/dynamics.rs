@@ -1,50 +1,51 @@
 //! The rule of the table of dynamics, and the proof that a table may drive an axis.
 //!
 //! ```text
-//! distance d ──▶  … 6   5   4   3   2   1   0     what is left after the step just made
+//! distance d ──▶  … 6   5   4   3   2   1   0     remaining distance after the current step
 //! state k         may be entered from k − 1 while d > enter[k]
-//!                 must be left towards k − 1 when d < leave[k]      (looked at first)
+//!                 must be left to k − 1 if d < leave[k]      (checked first)
 //! ```
 //!
-//! [`check`] runs the table instead of judging its numbers. A situation is a state and a distance; each has exactly one next
-//! one. Beyond the largest threshold every state is alike (it climbs, or stays on top), and a motor that runs away from its
-//! target slows down a state a step: so a window of distances holds every way there is, from rest and after a change of
-//! target in any moment. Each situation of the window is walked to its end once.
+//! [`check`] runs the table instead of analysing its numbers. A situation is a state and a distance, and has
+//! exactly one successor. Beyond the largest threshold, all distances behave alike: the state rises, or stays
+//! at the top. A motor that moves away from its target slows down by one state per step. So a finite window
+//! of distances contains every possible course, from rest and after a change of target at any time. The check
+//! follows each situation of the window once.
 //!
-//! Comes in: a [`Dynamics`]. Goes out: the next state; diagnostics. Distances in steps, times in interrupts. Source: R. Arendt's
-//! laboratory drill; `docs/motion-profiles.md` A.3 to A.6. Does not know lengths.
+//! Distances in steps, times in interrupts. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md`
+//! A.3 to A.6.
 
 use super::Dynamics;
 use crate::diagnostic::Diagnostic;
 
-/// Most states per direction, rest not counted.
+/// Most states per direction, without rest.
 pub const MOST_STATES: usize = 16;
 
-/// Largest distance that may stand in a table, in steps.
+/// Largest distance in a table, in steps.
 pub const FARTHEST: u32 = 10_000;
 
 /// Longest time between two steps, in interrupts.
 pub const SLOWEST: u32 = 10_000;
 
-/// How many states per direction `dynamics` has: its highest state.
+/// The highest state of `dynamics` in each direction.
 pub fn top(dynamics: &Dynamics) -> usize {
     dynamics.enter.len().min(dynamics.leave.len()).min(dynamics.period.len().saturating_sub(1))
 }
 
-/// Interrupts from step to step in `state`, at least 1.
+/// Interrupts per step in `state`, at least 1.
 pub fn period(dynamics: &Dynamics, state: i32) -> u32 {
     let of = dynamics.period.get(state.unsigned_abs() as usize);
     of.or(dynamics.period.last()).copied().unwrap_or(1).max(1)
 }
 
-/// The fastest state that makes no more than `most_hz` steps a second at `interrupt_hz`; 0 when even that is too fast.
+/// The fastest state with at most `most_hz` steps per second at `interrupt_hz`; 0 if even that is too fast.
 pub fn state_within(dynamics: &Dynamics, interrupt_hz: f64, most_hz: f64) -> usize {
     let rate_hz = |state: &usize| interrupt_hz / f64::from(period(dynamics, *state as i32));
     (0..=top(dynamics)).rev().find(|state| rate_hz(state) <= most_hz).unwrap_or(0)
 }
 
-/// The state after a step that left `distance` steps to go, signed like the direction of counting (`docs/motion-profiles.md` A.4).
-/// Total: also for tables that [`check`] refuses.
+/// The state after a step with `distance` steps left, signed by the direction of counting
+/// (`docs/motion-profiles.md` A.4). Total, even for tables that [`check`] refuses.
 pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
     let side = if state != 0 { i64::from(state.signum()) } else { distance.signum() };
     let ahead = distance.saturating_mul(side);
@@ -60,12 +61,12 @@ pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
     }
 }
 
-/// Whether the motor may be driven by `dynamics`: what deserves a look, or every reason why not. Bounded in time for any
-/// table: sizes beyond [`MOST_STATES`], [`FARTHEST`], [`SLOWEST`] are refused before anything runs.
+/// Checks that `dynamics` may drive a motor: warnings, or all errors. Bounded in time for any table: sizes
+/// beyond [`MOST_STATES`], [`FARTHEST`] and [`SLOWEST`] are refused before anything runs.
 ///
-/// Refused are tables that run over a target they could have stopped at, that slow down and speed up again on the way
-/// (hunting), or that never come to rest. Warnings are a last step faster than the first, and a longer move that takes less
-/// time than a shorter one.
+/// Tables are refused if they overshoot a target at which they could have stopped, slow down and speed up
+/// again on the way (hunting), or never come to rest. Warnings are a last step faster than the first, and a
+/// longer move that takes less time than a shorter one.
 pub fn check(dynamics: &Dynamics) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let misshapen = shape(dynamics);
     if !misshapen.is_empty() {
@@ -76,7 +77,7 @@ pub fn check(dynamics: &Dynamics) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     if refusals.is_empty() { Ok(map.warnings()) } else { Err(refusals) }
 }
 
-/// What is wrong with the table before it runs: lengths, sizes, a faster state that is slower.
+/// Errors before the table runs: lengths, sizes, a higher state that is slower.
 fn shape(dynamics: &Dynamics) -> Vec<Diagnostic> {
     let error = |code: &str| Diagnostic::error(code);
     let states = dynamics.period.len();
@@ -110,22 +111,21 @@ fn shape(dynamics: &Dynamics) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// What lies ahead of a situation.
+/// Outcome of a situation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Fate {
     /// Interrupts to the end, if there is one.
     time: u64,
-    /// The last interval.
     last: u32,
-    /// The speed rises before the motor turns round or rests.
+    /// The speed rises before the motor reverses or rests.
     rises: bool,
-    /// Somewhere ahead the speed falls and rises again.
+    /// The speed falls and rises again later.
     hunts: bool,
-    /// The motor runs over its target.
+    /// The motor overshoots its target.
     over: bool,
 }
 
-/// What is known of a situation.
+/// Progress of the analysis of a situation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Known {
     Nothing,
@@ -137,16 +137,16 @@ enum Known {
 /// A state, and the distance to the target.
 type Situation = (i32, i64);
 
-/// Every situation of the window with what lies ahead of it.
+/// Outcomes of all situations of the window.
 struct Map<'a> {
     dynamics: &'a Dynamics,
     top: i32,
-    /// Distances −window … window are starts; the array reaches `top` + 1 further.
+    /// Starts have distances −window … window; the array extends `top` + 1 further.
     window: i64,
     known: Vec<Known>,
 }
 
-/// Which way the motor goes next; 0 at rest at the target.
+/// Direction of the next step; 0 at rest at the target.
 fn way(situation: Situation) -> i32 {
     if situation.0 != 0 { situation.0.signum() } else { situation.1.signum() as i32 }
 }
@@ -185,7 +185,7 @@ impl<'a> Map<'a> {
         (next_state(self.dynamics, situation.0, distance), distance)
     }
 
-    /// Follows the way from `start` until something known, and fills in what lies between.
+    /// Follows the course from `start` to a known situation, and fills in those between.
     fn walk(&mut self, start: Situation) {
         let mut path = Vec::new();
         let mut here = start;
@@ -203,12 +203,13 @@ impl<'a> Map<'a> {
             let index = self.index(situation);
             self.known[index] = match self.known[self.index(self.next(situation))] {
                 Known::Ends(after) => Known::Ends(self.before(situation, after)),
+                // A course that returns to itself never ends.
                 _ => Known::Endless,
             };
         }
     }
 
-    /// The fate of a situation whose next one has the fate `after`.
+    /// Outcome of a situation with a successor of outcome `after`.
     fn before(&self, here: Situation, after: Fate) -> Fate {
         let next = self.next(here);
         let interval = period(self.dynamics, here.0);
@@ -224,7 +225,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// Situations in the order in which a person would look at them: moves from rest by length, then states with a new target.
+    /// Situations from simple to complex: moves from rest by length, then states with a new target.
     fn situations(&self) -> impl Iterator<Item = Situation> {
         let (top, window) = (self.top, self.window);
         let both_ways = |distance: i64| [distance, -distance];
@@ -235,7 +236,7 @@ impl<'a> Map<'a> {
         rest.chain(moving)
     }
 
-    /// The first situation of each kind of failure, as a sentence.
+    /// The first situation of each kind of error.
     fn refusals(&self) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         let mut first = |what: &str, is: &dyn Fn(Situation) -> bool| {
@@ -252,13 +253,13 @@ impl<'a> Map<'a> {
         diagnostics
     }
 
-    /// Whether slowing down a state a step ends before the target: the chain of states allows no faster stop.
+    /// True if slowing down by one state per step would stop before the target. No table can stop faster.
     fn could_stop(&self, (state, distance): Situation) -> bool {
         let ahead = distance * i64::from(state.signum());
         state == 0 || ahead >= i64::from(state.abs())
     }
 
-    /// Adds where and between which states it happens, by running it once more.
+    /// Adds the location and states of an error, by running it again.
     fn detail(&self, diagnostic: Diagnostic, what: &str, start: Situation) -> Diagnostic {
         let (mut here, mut fallen) = (start, None);
         let longest = 4 * (self.window + i64::from(self.top));
@@ -284,7 +285,7 @@ impl<'a> Map<'a> {
         diagnostic
     }
 
-    /// How many steps it runs on from a target that it passes.
+    /// Overshoot in steps beyond the target.
     fn beyond(&self, mut here: Situation) -> u64 {
         let mut steps = 0;
         while here.0 != 0 && steps < self.window as u64 {
@@ -294,7 +295,7 @@ impl<'a> Map<'a> {
         steps
     }
 
-    /// What an accepted table does that somebody should look at.
+    /// Warnings about an accepted table.
     fn warnings(&self) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         let from_rest = |distance: i64| self.fate((0, distance)).unwrap_or_default();

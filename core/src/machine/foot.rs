@@ -1,41 +1,36 @@
-//! The presser foot (C7): it holds the board down while the bit is in it.
+//! The presser foot, which holds the board down during drilling.
 //!
 //! ```text
 //! foot   ‾‾‾‾╲______________╱‾‾‾‾      time: from the output to the foot on the board, and back
-//! bit    ‾‾‾‾‾‾‾‾╲____╱‾‾‾‾‾‾‾‾‾‾      the bit goes down after it, and X and Y move after it is up again
+//! bit    ‾‾‾‾‾‾‾‾╲____╱‾‾‾‾‾‾‾‾‾‾      plunge after the foot is down, XY after it is up
 //! ```
 //!
-//! It is for holes: a path is milled with the foot up. Its sensor, where there is one, is an interlock.
-//!
-//! Goes out: the foot as data, the section "foot" of the settings table, and every reason why it cannot be. Does not know wires:
-//! which output it is has a name.
+//! Only for holes: paths are milled with the foot up. Its sensor, if any, is an interlock.
 
-use super::settings::{Setting, Value, ValueKind};
-use super::wiring::whole;
+use super::value::{Setting, Value, ValueKind, number};
 use super::{Machine, Output};
 use crate::diagnostic::Diagnostic;
 use crate::units::TICK_HZ;
 
-/// A presser foot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foot {
-    /// Whether there is one.
+    /// True if the machine has one.
     pub on: bool,
-    /// Name of its output: on while it is down.
+    /// Name of its output; on means down.
     pub output: String,
-    /// How long it takes to go down, or up, in ms.
+    /// Time to move down or up, in ms.
     pub time_ms: f64,
 }
 
 impl Default for Foot {
-    /// None; as a small cylinder would be.
+    /// None; times of a small cylinder.
     fn default() -> Self {
         Self { on: false, output: "foot".to_owned(), time_ms: 60.0 }
     }
 }
 
 impl Foot {
-    /// How long it takes, in ticks.
+    /// Time to move, in ticks.
     pub fn ticks(&self) -> u64 {
         libm::ceil(self.time_ms * 1e-3 * TICK_HZ as f64) as u64
     }
@@ -69,18 +64,18 @@ pub(super) const ROWS: &[Setting] = &[
         kind: ValueKind::Number(0.0, 5_000.0),
         shapes_stream: true,
         get: |m| Value::Number(m.foot.time_ms),
-        set: |m, v| m.foot.time_ms = whole(v),
+        set: |m, v| m.foot.time_ms = number(v),
     },
 ];
 
-/// Why the output called `name`, which the row `key` wants, cannot be switched on `machine`, if it cannot.
+/// Error if `machine` has no output `name`, which the row `key` needs.
 pub(super) fn not_named(machine: &Machine, key: &str, name: &str) -> Option<Diagnostic> {
     let known = machine.output_names();
     let why = || Diagnostic::error("machine.output_not_named").with("key", key).with("name", name);
     (!known.iter().any(|own| own == name)).then(|| why().with("known", known.join(", ")))
 }
 
-/// Every reason why `machine` cannot have its foot.
+/// Problems of the foot of `machine`.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     if !machine.foot.on {
         return Vec::new();
@@ -104,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_foot_that_cannot_be_names_its_field() {
+    fn impossible_foot_names_its_field() {
         let text = |text: &str| Value::Text(text.to_owned());
         let codes = |machine: &Machine, changes: &[(&str, Value)]| {
             let changes: Vec<_> =

@@ -1,48 +1,41 @@
-//! The magazine of an automatic tool change (C5): where its places are, and how the spindle takes a tool out of one.
+//! The magazine of the automatic tool changer: slots, heights and times.
 //!
 //! ```text
-//!          pause +                      head up: here it is looked whether a tool was put back, or taken
-//!   place 1  ○   ○   ○   ○  place 4     machine coordinates of X and Y, one of each a place
-//!            └ height                   Z at which the clamp opens over a place, and closes
+//!          pause +                      spindle up: check that a tool was put back, or taken
+//!   slot 1   ○   ○   ○   ○  slot 4      machine coordinates of X and Y, one of each per slot
+//!            └ height                   Z at which the clamp opens and closes over a slot
 //! ```
-//!
-//! Goes out: the magazine as data, the section "magazine" of the settings table, and every reason why it cannot be. Does not know
-//! which tool lies where, nor in which order a change goes.
 
 use super::foot::not_named;
-use super::settings::{Setting, Value, ValueKind};
-use super::wiring::whole;
+use super::value::{Setting, Value, ValueKind, number};
 use super::{Machine, Output, Steps, ToolChange};
 use crate::diagnostic::Diagnostic;
 use crate::units::{Length, TICK_HZ};
 
-/// Most places.
 pub const MOST_PLACES: usize = 64;
 
-/// Two places are at least so far apart.
+/// Least distance between two slots.
 const APART: Length = Length::from_um(2_000);
 
-/// A magazine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Magazine {
-    /// Where its places are along X, machine coordinates.
+    /// X of the slots, machine coordinates.
     pub x: Vec<Length>,
-    /// And along Y.
     pub y: Vec<Length>,
-    /// Height of Z, machine coordinates, at which a tool stands in its place.
+    /// Z of a tool in its slot, machine coordinates.
     pub height: Length,
-    /// Where the head waits in the plane while it is looked what it holds, machine coordinates.
+    /// XY position for checks of the tool in the spindle, machine coordinates.
     pub pause: [Length; 2],
-    /// Name of the output that opens the clamp of the spindle: off, it holds.
+    /// Name of the output that opens the clamp; off means closed.
     pub clamp: String,
-    /// How long the clamp takes, in ms.
+    /// Time of the clamp, in ms.
     pub clamp_ms: f64,
-    /// How long the spindle takes to stand still, in ms.
+    /// Time for the spindle to stop, in ms.
     pub spin_down_ms: f64,
 }
 
 impl Default for Magazine {
-    /// Eight places along the far edge of the virtual drill.
+    /// Eight slots along the far edge of the virtual drill.
     fn default() -> Self {
         let mm = |mm: i64| Length::from_um(mm * 1_000);
         Self {
@@ -58,35 +51,35 @@ impl Default for Magazine {
 }
 
 impl Magazine {
-    /// How many places it has.
+    /// Number of slots.
     pub fn places(&self) -> usize {
         self.x.len().min(self.y.len())
     }
 
-    /// How long the clamp takes, in ticks.
+    /// Time of the clamp, in ticks.
     pub fn clamp_ticks(&self) -> u64 {
         libm::ceil(self.clamp_ms * 1e-3 * TICK_HZ as f64) as u64
     }
 
-    /// How long the spindle takes to stand still, in ticks.
+    /// Time for the spindle to stop, in ticks.
     pub fn spin_down_ticks(&self) -> u64 {
         libm::ceil(self.spin_down_ms * 1e-3 * TICK_HZ as f64) as u64
     }
 }
 
 impl Machine {
-    /// Whether tools are changed by the machine itself.
+    /// True if the machine changes tools itself.
     pub fn has_magazine(&self) -> bool {
         self.tool_change == ToolChange::Magazine
     }
 
-    /// Machine steps of X and Y over place `place` of the magazine, counted from 0.
+    /// Machine steps of X and Y over slot `place`, from 0.
     pub fn magazine_place(&self, place: usize) -> Option<[i64; 2]> {
         let (x, y) = (self.magazine.x.get(place)?, self.magazine.y.get(place)?);
         Some([self.x.scale.steps(*x), self.y.scale.steps(*y)])
     }
 
-    /// `from` with X and Y where the head waits.
+    /// `from` with X and Y at the pause position.
     pub fn magazine_pause(&self, from: Steps) -> Steps {
         let [x, y] = self.magazine.pause;
         let mut to = from;
@@ -118,7 +111,7 @@ macro_rules! lengths {
 macro_rules! length {
     ($key:literal, $($field:tt)+) => {
         row!($key, "mm", ValueKind::Number(-2_000.0, 2_000.0), |m| Value::Number(m.magazine.$($field)+.mm()),
-            |m, v| m.magazine.$($field)+ = Length::from_mm(whole(v)))
+            |m, v| m.magazine.$($field)+ = Length::from_mm(number(v)))
     };
 }
 macro_rules! time {
@@ -126,7 +119,7 @@ macro_rules! time {
         row!($key, "ms", ValueKind::Number(0.0, 60_000.0), |m| Value::Number(m.magazine.$field), |m, v| m
             .magazine
             .$field =
-            whole(v))
+            number(v))
     };
 }
 
@@ -150,7 +143,7 @@ fn refuse(code: &str, key: &str) -> Diagnostic {
     Diagnostic::error(code).with("key", key)
 }
 
-/// Every reason why `machine` cannot change its tools by its magazine; one that does not may have any.
+/// Problems of the magazine of `machine`; an unused one may be invalid.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     if !machine.has_magazine() {
         return Vec::new();
@@ -181,14 +174,15 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Places, the pause or the height where the axes do not get.
+/// Slots, pause or height outside the travel.
 fn out_of_reach(machine: &Machine) -> Vec<Diagnostic> {
     let magazine = &machine.magazine;
     let along = |key: &'static str, places: &[Length]| places.iter().map(|at| (key, *at)).collect::<Vec<_>>();
     let x = [along("magazine.x", &magazine.x), vec![("magazine.pause_x", magazine.pause[0])]].concat();
     let y = [along("magazine.y", &magazine.y), vec![("magazine.pause_y", magazine.pause[1])]].concat();
     let z = vec![("magazine.height", magazine.height)];
-    // The head goes over the places with Z where it rests after homing: a tool has to come out of its place below that.
+    // XY moves over the slots with Z at its rest position of homing, so a tool must be out of its slot at
+    // that height.
     let top = machine.z.max - machine.z.home_offset;
     let rows = [
         (x, machine.x.min, machine.x.max),
@@ -209,7 +203,7 @@ fn out_of_reach(machine: &Machine) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// Two places that are one.
+/// Slots that overlap.
 fn too_close(magazine: &Magazine) -> Option<Diagnostic> {
     let places: Vec<_> = magazine.x.iter().zip(&magazine.y).collect();
     let near = |a: Length, b: Length| (a - b).nm().abs() < APART.nm();
@@ -231,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_magazine_that_cannot_be_names_its_field() {
+    fn impossible_magazine_names_its_field() {
         let text = |text: &str| Value::Text(text.to_owned());
         let on = ("rack.change", text("magazine"));
         let found = |changes: &[(&str, Value)]| {

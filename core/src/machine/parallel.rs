@@ -1,30 +1,25 @@
-//! A PC parallel port: where its registers are, and how it is wired (A13).
+//! A PC parallel port: its registers and its wiring.
 //!
 //! ```text
-//! output bits 11 … 8 │ 7 … 0      input bits 4 … 0        as shipped: Z │ Y X     the contact, Z, Y, X
+//! output bits 11 … 8 │ 7 … 0      input bits 4 … 0        default: Z │ Y X     contact, Z, Y, X
 //! ```
-//!
-//! Goes out: the port as data, the section "parallel" of the settings table, and every reason why it cannot be. Does not know pins
-//! and registers: which bit is which pin is the business of whoever drives the port.
 
-use super::settings::{Setting, Value, ValueKind};
 use super::step_dir::{read_times, times};
-use super::wiring::{Pinout, bits, numbers, of_inputs, whole, wiring_rows};
+use super::value::{Setting, Value, ValueKind, number};
+use super::wiring::{Pinout, bits, numbers, of_inputs, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
-/// A parallel port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parallel {
-    /// Address of its first register, where it is reached without the system's driver.
+    /// Address of the first register, for access without the system's driver.
     pub address: u32,
-    /// How it is wired.
     pub wiring: Wiring,
 }
 
 impl Default for Parallel {
-    /// The first port of a PC: three motors without forcing, for which there is no room, and no spindle.
+    /// The first port of a PC: three motors without forcing, because there are too few bits, and no spindle.
     fn default() -> Self {
         let motor = |first: i8| (0..8).map(move |bit| if bit < 4 { first + bit } else { UNWIRED });
         let wiring = Wiring {
@@ -48,16 +43,16 @@ const ADDRESS: Setting = Setting {
     kind: ValueKind::Whole(0.0, 65_535.0),
     shapes_stream: false,
     get: |m| Value::Number(f64::from(m.parallel.address)),
-    set: |m, v| m.parallel.address = whole(v) as u32,
+    set: |m, v| m.parallel.address = number(v) as u32,
 };
 
 /// The section "parallel" of the settings table.
 pub(super) const ROWS: &[Setting] = wiring_rows!(parallel, ADDRESS);
 
-/// What a port has.
+/// Pins of a port.
 const PINOUT: Pinout = Pinout { section: "parallel", outputs: 12, inputs: 5 };
 
-/// Every reason why the wiring cannot be. A machine that is on no port may have any wiring of the right shape.
+/// Problems of the wiring. If the machine uses another output, only the list lengths are checked.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     PINOUT.validate(&machine.parallel.wiring, machine, machine.output == Output::Parallel)
 }
@@ -68,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_port_as_shipped_has_room_for_three_motors_and_five_sensors() {
+    fn default_port_has_three_motors_and_five_sensors() {
         let change = ("machine.output".to_owned(), Value::Text("parallel".to_owned()));
         let machine = apply(&lab(), &[change]).unwrap();
         assert_eq!(machine.output, Output::Parallel);

@@ -1,36 +1,32 @@
-//! Where the head is parked (C7): out of the way, so that a board can be laid on and taken off.
+//! The park position, out of the way for loading and unloading boards.
 //!
 //! ```text
-//! Z all the way up ─▶ spindle off ─▶ X and Y to the place       where homing ends, or a place of the machine's own
+//! Z all the way up ─▶ spindle off ─▶ X and Y to the position       end of homing, or a custom position
 //! ```
-//!
-//! Goes out: the place as data, the section "park" of the settings table, and every reason why it cannot be. Does not know when the
-//! head goes there.
 
-use super::settings::{Setting, Value, ValueKind};
-use super::wiring::whole;
+use super::value::{Setting, Value, ValueKind, number};
 use super::{Axis, Machine};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
-/// Where the head is parked, and whether without being asked.
+/// Park settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Park {
-    /// Which place it is.
+    /// Which position.
     pub at: ParkAt,
-    /// X and Y of a place of its own, machine coordinates.
+    /// X and Y of the custom position, machine coordinates.
     pub place: [Length; 2],
-    /// Whether the head goes there by itself when a job is done.
+    /// Park automatically after a job.
     pub after_job: bool,
 }
 
-/// Which place the head is parked at.
+/// Kind of park position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ParkAt {
-    /// Where homing leaves it.
+    /// The rest position of homing.
     #[default]
     Home,
-    /// A place of its own.
+    /// The custom position.
     Place,
 }
 
@@ -46,7 +42,7 @@ macro_rules! along {
             "mm",
             ValueKind::Number(-2_000.0, 2_000.0),
             |m| Value::Number(m.park.place[$axis].mm()),
-            |m, v| m.park.place[$axis] = Length::from_mm(whole(v))
+            |m, v| m.park.place[$axis] = Length::from_mm(number(v))
         )
     };
 }
@@ -75,7 +71,7 @@ fn is_word(value: &Value, word: &str) -> bool {
     matches!(value, Value::Text(text) if text == word)
 }
 
-/// Every reason why the head of `machine` cannot be parked; a place that is not in use may be any.
+/// Problems of the park position of `machine`; an unused custom position may be invalid.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let rows: [(&str, Length, &Axis); 2] =
         [("park.x", machine.park.place[0], &machine.x), ("park.y", machine.park.place[1], &machine.y)];
@@ -95,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_that_is_out_of_reach_names_its_field() {
+    fn unreachable_park_position_names_its_field() {
         let found = |at: &str, x: f64, y: f64| {
             let changes = [
                 ("park.at", Value::Text(at.to_owned())),

@@ -1,7 +1,7 @@
-//! What the windings of a two-phase motor get, step by step.
+//! Phase bytes of a two-phase motor, step by step.
 //!
 //! ```text
-//! bit  0 1   2 3   4   5 6   7          angle of the field, in eighths of a turn of the current
+//! bit  0 1   2 3   4   5 6   7          angle of the field, in eighths of an electrical cycle
 //!      1a 1b 2a 2b –   a b   –
 //!      └ 5 V ────┘    24 V                           0: 1a
 //!      never 1a with 1b, never              7: 1a,2a   │   1: 1a,2b
@@ -10,12 +10,11 @@
 //!      forward: the angle grows                      4: 1b
 //! ```
 //!
-//! The 24 V of a winding come for one step after its current was changed. Where that is depends on the way the motor turns, so
-//! the two bits are not taken from the table but from the change really made: backwards as right as forwards. They are
-//! taken away at the first interrupt without a step, so that nothing stays on 24 V at rest.
+//! A winding gets 24 V for one step after its current changed. That depends on the direction, so the two bits
+//! follow the actual change instead of the table. At the first interrupt without a step they are cleared,
+//! so that no winding stays on 24 V at rest.
 //!
-//! Comes in: a [`PhaseTable`], steps. Goes out: bytes, angles, diagnostics. Source: R. Arendt's laboratory drill; reference
-//! part A.2. Does not know when steps come.
+//! Source: R. Arendt's laboratory drill; reference part A.2.
 
 use super::PhaseTable;
 use crate::diagnostic::Diagnostic;
@@ -23,19 +22,18 @@ use crate::diagnostic::Diagnostic;
 /// Most columns of a table.
 pub const MOST_COLUMNS: usize = 64;
 
-/// The 5 V bits: both halves of both windings.
+/// 5 V bits: both halves of both windings.
 pub const WINDINGS: u8 = 0b0000_1111;
 
-/// The 24 V bits.
 pub const FORCING: u8 = 0b0110_0000;
 
-/// The two windings: their 5 V bits, and their 24 V bit.
+/// The two windings: 5 V bits and 24 V bit.
 const WINDING: [(u8, u8); 2] = [(0b0011, 0b0010_0000), (0b1100, 0b0100_0000)];
 
-/// Tables that ship, by name.
+/// Built-in tables, by name.
 pub const PRESETS: [&str; 4] = ["boost_12", "full_two", "full_one", "half"];
 
-/// The table called `name`: one of [`PRESETS`].
+/// A built-in table: one of [`PRESETS`].
 pub fn preset(name: &str) -> Option<PhaseTable> {
     let columns: &[u8] = match name {
         "boost_12" => return Some(PhaseTable::arendt()),
@@ -47,31 +45,31 @@ pub fn preset(name: &str) -> Option<PhaseTable> {
     Some(PhaseTable { columns: columns.to_vec() })
 }
 
-/// Index of the column at position `steps`: the first step forward from 0 is column 0. None for an empty table.
+/// Column index at position `steps`: the first step forward from 0 is column 0. None for an empty table.
 pub fn index(table: &PhaseTable, steps: i64) -> Option<usize> {
     let length = i64::try_from(table.columns.len()).ok().filter(|length| *length > 0)?;
     usize::try_from(steps.saturating_sub(1).rem_euclid(length)).ok()
 }
 
-/// The column at position `steps`, as it stands in the table; 0 for an empty one.
+/// The table's column at position `steps`; 0 for an empty table.
 pub fn column(table: &PhaseTable, steps: i64) -> u8 {
     index(table, steps).and_then(|index| table.columns.get(index)).copied().unwrap_or(0)
 }
 
-/// The byte to put out at position `steps` when the windings had those of `before`: the column's 5 V bits, and 24 V on every
-/// winding that is driven otherwise than before, if the table forces that winding at all.
+/// The output byte at position `steps` after `before`: the column's 5 V bits, plus 24 V on every winding that
+/// changed, if the table ever forces that winding.
 pub fn byte(table: &PhaseTable, steps: i64, before: u8) -> u8 {
     let now = column(table, steps) & WINDINGS;
     let forcing = WINDING.iter().filter(|(halves, _)| now & halves != 0 && (now ^ before) & halves != 0);
     now | forcing.fold(0, |bits, (_, bit)| bits | bit) & forced(table)
 }
 
-/// The 24 V bits that the table uses anywhere.
+/// The 24 V bits that the table uses in any column.
 fn forced(table: &PhaseTable) -> u8 {
     table.columns.iter().fold(0, |bits, column| bits | column) & FORCING
 }
 
-/// The field of a byte in eighths of a turn of the current, 0 … 7; none when no winding pulls.
+/// Angle of the field in eighths of an electrical cycle, 0 … 7; none if no winding pulls.
 pub fn angle(byte: u8) -> Option<u8> {
     let pull = |(halves, _): (u8, u8)| match byte & halves {
         only if only == halves & 0b0101 => 1,
@@ -91,14 +89,15 @@ pub fn angle(byte: u8) -> Option<u8> {
     }
 }
 
-/// The shortest turn from angle to angle, −3 … 4 eighths; 4 is straight across, where the field does not pull at all.
+/// Shortest rotation between two angles, −3 … 4 eighths. At 4, the field is straight across and does not
+/// pull.
 pub fn turn(from: i64, to: i64) -> i64 {
     let forward = to.saturating_sub(from).rem_euclid(8);
     if forward > 4 { forward - 8 } else { forward }
 }
 
-/// How many turns of the current a table makes in one cycle, at least 1: a full turn is four full steps of the motor. For a
-/// table that [`check`] refuses, what it seems to be meant for.
+/// Electrical cycles per cycle of the table, at least 1; each is four full steps. For a table that [`check`]
+/// refuses, a guess.
 pub fn turns(table: &PhaseTable) -> i64 {
     let angles: Vec<i64> = table.columns.iter().filter_map(|byte| angle(*byte)).map(i64::from).collect();
     let next = angles.iter().cycle().skip(1);
@@ -106,8 +105,8 @@ pub fn turns(table: &PhaseTable) -> i64 {
     (way / 8).max(1)
 }
 
-/// Whether a motor may be driven by `table`: what deserves a look, or every reason why not, each with
-/// the setting's `key`. Columns count from 1.
+/// Checks that `table` may drive a motor: warnings, or all errors, each with the setting's `key`. Columns
+/// count from 1.
 pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let named = |diagnostics: Vec<Diagnostic>| {
         diagnostics.into_iter().map(|diagnostic| diagnostic.with("key", key)).collect()
@@ -135,7 +134,7 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagn
     Err(named(refusals))
 }
 
-/// What one column must never be.
+/// Errors of one column.
 fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
     let at = |code: &str| Diagnostic::error(code).with("column", column);
     let mut diagnostics = Vec::new();
@@ -156,7 +155,8 @@ fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// A winding with a 24 V bit anywhere has it exactly in the columns that switch the winding, going forward.
+/// If any column has the 24 V bit of a winding, exactly the columns that switch it, going forward, must have
+/// the bit.
 fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for step in 1..=table.columns.len() {
@@ -172,7 +172,7 @@ fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// The field turns one way, a quarter of a turn at a time at most, and the cycle closes on whole turns.
+/// The field must turn in one direction, at most a quarter turn per step, and close after whole cycles.
 fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let at = |position: i64| angle(column(table, position)).map_or(0, i64::from);
     let moves: Vec<(usize, i64)> = (1..=table.columns.len())
@@ -199,7 +199,7 @@ fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     Ok(backwards.into_iter().collect())
 }
 
-/// One motor's commutation: which column is on, and the byte that is put out.
+/// Commutation of one motor: its position and output byte.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Commutator {
     table: PhaseTable,
@@ -214,24 +214,24 @@ impl Commutator {
         Self { table, steps, byte }
     }
 
-    /// Position in steps; it runs on from move to move.
+    /// Position in steps, across moves.
     pub fn steps(&self) -> i64 {
         self.steps
     }
 
-    /// What is put out now.
+    /// Current output byte.
     pub fn byte(&self) -> u8 {
         self.byte
     }
 
-    /// The next column, or the one before it. Gives the byte to put out.
+    /// Steps to the next or previous column. Returns the output byte.
     pub fn step(&mut self, forward: bool) -> u8 {
         self.steps = self.steps.saturating_add(if forward { 1 } else { -1 });
         self.byte = byte(&self.table, self.steps, self.byte);
         self.byte
     }
 
-    /// An interrupt without a step: the motor is held on 5 V. Gives the byte to put out.
+    /// An interrupt without a step: hold at 5 V. Returns the output byte.
     pub fn hold(&mut self) -> u8 {
         self.byte &= WINDINGS;
         self.byte

@@ -1,112 +1,32 @@
-//! The one table of machine settings (A11, C2): key, unit, range, meaning, how to get and set. The file, the page, the
-//! manual and the tests all read it. The sentence for each key is `setting.<key with dots as underscores>` in the
-//! locale tables.
-//!
-//! Comes in: keys and values. Goes out: a [`Machine`] or diagnostics naming the field. Does not know any file format.
+//! The table of machine settings: key, unit, range, getter and setter. File, page, manual and tests use it.
+//! The locale tables hold a description of each key under `setting.<key with dots as underscores>`.
 
 use super::table::SECTIONS;
 use super::tools::rack_of;
-use super::{Machine, validate};
+use super::value::{Setting, Value, ValueKind};
+use super::{CONTACT_TOLERANCE, Machine, validate};
 use crate::diagnostic::Diagnostic;
 use crate::locale;
-use serde::{Deserialize, Serialize};
-use std::fmt;
+use crate::units::Length;
 
-/// A setting's value as people write it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// A number in the setting's unit.
-    Number(f64),
-    /// A word or a line of text.
-    Text(String),
-    /// Several numbers in the setting's unit.
-    Numbers(Vec<f64>),
-    /// Several lines of text.
-    Texts(Vec<String>),
-}
-
-impl fmt::Display for Value {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Number(number) => write!(out, "{number}"),
-            Self::Text(text) => out.write_str(text),
-            Self::Numbers(numbers) => {
-                let words: Vec<_> = numbers.iter().map(f64::to_string).collect();
-                out.write_str(&words.join(" "))
-            }
-            Self::Texts(lines) => out.write_str(&lines.join("\n")),
-        }
-    }
-}
-
-/// What a value may be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ValueKind {
-    /// Text of at most so many characters.
-    Text(usize),
-    /// A number from … to ….
-    Number(f64, f64),
-    /// A whole number from … to ….
-    Whole(f64, f64),
-    /// One of these words.
-    Choice(&'static [&'static str]),
-    /// A list of numbers, each from … to …, at most 64 of them.
-    Numbers(f64, f64),
-    /// The same of whole numbers.
-    Wholes(f64, f64),
-    /// The tools of a rack, a line each ([`super::RackTool`]).
-    Tools,
-}
-
-/// Sections of the table that say how hardware is wired.
+/// Sections that describe wiring.
 const WIRED: [&str; 4] = ["card.", "parallel.", "adapter.", "converter."];
 
-/// Whether the setting `key` decides which hardware is touched: only the machine's file changes it, never a page.
+/// True if the setting selects which hardware is driven. For safety, only the machine file changes it, never
+/// a page.
 pub fn is_in_file_only(key: &str) -> bool {
     ["machine.output", "machine.card_address"].contains(&key)
         || WIRED.iter().any(|section| key.starts_with(section))
 }
 
-/// Whether the setting `key` says how an adapter is wired: a page that drives it alone, without a file of the machine, changes that.
+/// True if the setting describes the wiring of an adapter. A page that drives the adapter directly, without a
+/// machine file, may change it.
 pub fn is_adapter_wiring(key: &str) -> bool {
     key.starts_with("adapter.") && key != "adapter.port"
 }
 
-/// One row of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Setting {
-    /// Section and name, for example `x.max_speed`.
-    pub key: &'static str,
-    /// Unit of the numbers, empty for words.
-    pub unit: &'static str,
-    /// What is allowed.
-    pub kind: ValueKind,
-    /// Whether the step stream depends on it, so that it belongs into the fingerprint.
-    pub shapes_stream: bool,
-    pub(super) get: fn(&Machine) -> Value,
-    pub(super) set: fn(&mut Machine, &Value),
-}
-
-impl Setting {
-    /// Its value in `machine`.
-    pub fn value(&self, machine: &Machine) -> Value {
-        (self.get)(machine)
-    }
-
-    /// Key of its sentence in the locale tables.
-    pub fn sentence_key(&self) -> String {
-        format!("setting.{}", self.key.replace('.', "_"))
-    }
-
-    /// Why `value` cannot be, if it cannot.
-    fn refusal(&self, value: &Value) -> Option<Diagnostic> {
-        self.kind.refusal(self.key, self.unit, value)
-    }
-}
-
 impl ValueKind {
-    /// Why `value` cannot be the value of `key`, which is in `unit`, if it cannot.
+    /// Why `value` is invalid for `key` with this `unit`, if so.
     pub fn refusal(self, key: &str, unit: &str, value: &Value) -> Option<Diagnostic> {
         let diagnostic = |what: &str| {
             let code = format!("machine.setting_{what}");
@@ -167,23 +87,23 @@ impl ValueKind {
     }
 }
 
-/// Every setting in the order of the table.
+/// All settings in table order.
 pub fn settings() -> impl Iterator<Item = &'static Setting> {
     SECTIONS.iter().flat_map(|(_, rows)| rows.iter())
 }
 
-/// The setting called `key`, or that was called so once: a rack was a list of diameters before it was one of tools.
+/// Finds a setting by its current or old key. `rack.tools` was once `rack.bits`, a list of diameters.
 pub fn setting(key: &str) -> Option<&'static Setting> {
     let key = if key == "rack.bits" { "rack.tools" } else { key };
     settings().find(|setting| setting.key == key)
 }
 
-/// All values of `machine`, in the order of the table.
+/// All values of `machine`, in table order.
 pub fn read(machine: &Machine) -> Vec<(String, Value)> {
     settings().map(|setting| (setting.key.to_owned(), setting.value(machine))).collect()
 }
 
-/// `machine` with `changes` made, or every reason why not. Nothing is changed when anything is refused.
+/// `machine` with all `changes`, or all errors. Any error rejects every change.
 pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, Vec<Diagnostic>> {
     let mut changed = machine.clone();
     let mut refusals = Vec::new();
@@ -192,13 +112,30 @@ pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, 
             refusals.push(Diagnostic::error("machine.setting_unknown").with("key", key));
             continue;
         };
-        match setting.refusal(value) {
+        match setting.kind.refusal(setting.key, setting.unit, value) {
             Some(refusal) => refusals.push(refusal),
             None => (setting.set)(&mut changed, value),
         }
     }
+    if !changes.iter().any(|(key, _)| key == "stroke.contact_tolerance") {
+        contact_follows(machine, &mut changed);
+    }
+    super::change::settle(&mut changed, machine, changes);
+    // Validate even after errors, to report all problems at once.
     refusals.extend(validate(&changed));
     if refusals.is_empty() { Ok(changed) } else { Err(refusals) }
+}
+
+/// Default of the contact tolerance: enabled with a wired contact sensor, disabled without one, unless the
+/// user set it.
+fn contact_follows(before: &Machine, changed: &mut Machine) {
+    let wires = (before.has_contact_wire(), changed.has_contact_wire());
+    let tolerance = &mut changed.process.contact_tolerance;
+    match wires {
+        (false, true) if *tolerance == Length::ZERO => *tolerance = CONTACT_TOLERANCE,
+        (true, false) if *tolerance == CONTACT_TOLERANCE => *tolerance = Length::ZERO,
+        _ => {}
+    }
 }
 
 #[cfg(test)]
@@ -207,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_setting_survives_a_round_trip_and_has_a_sentence() {
+    fn every_setting_has_a_text_and_survives_a_round_trip() {
         for (_, machine) in presets() {
             assert_eq!(apply(&virtual_drill(), &read(&machine)).unwrap(), machine);
         }
@@ -218,14 +155,47 @@ mod tests {
     }
 
     #[test]
-    fn no_page_changes_the_wiring() {
-        // Of every kind of output something is said that only the file may say; the virtual drill is wired to nothing.
+    fn wired_contact_is_checked_by_default() {
+        let text = |key: &str, word: &str| (key.to_owned(), Value::Text(word.to_owned()));
+        let number = |key: &str, value: f64| (key.to_owned(), Value::Number(value));
+        let sensors = |contact: f64| {
+            let bits = vec![0.0, -1.0, 2.0, -1.0, 4.0, -1.0, contact];
+            ("card.sensors".to_owned(), Value::Numbers(bits))
+        };
+        let card = || text("machine.output", "card");
+        let own = |value| number("stroke.contact_tolerance", value);
+        let rows = [
+            (vec![card(), sensors(6.0)], 0.1),
+            (vec![card(), sensors(-1.0)], 0.0),
+            (vec![card(), sensors(6.0), own(0.0)], 0.0),
+            (vec![own(0.3), card(), sensors(6.0)], 0.3),
+            (vec![text("machine.output", "virtual"), sensors(6.0)], 0.0),
+        ];
+        for (changes, mm) in rows {
+            let machine = apply(&virtual_drill(), &changes).unwrap();
+            assert_eq!(machine.process.contact_tolerance.mm(), mm, "{changes:?}");
+            // A file with the whole table describes an equal machine.
+            assert_eq!(apply(&virtual_drill(), &read(&machine)).unwrap(), machine);
+            // Without the wire the check is off, and nothing is refused.
+            let unwired = apply(&machine, &[sensors(-1.0)]);
+            let refused = mm > 0.1;
+            assert_eq!(unwired.is_err(), refused, "{changes:?}");
+        }
+        for (name, machine) in presets() {
+            let shipped = machine.process.contact_tolerance == CONTACT_TOLERANCE;
+            assert_eq!(shipped, machine.has_contact_wire(), "{name}");
+        }
+    }
+
+    #[test]
+    fn pages_never_change_the_wiring() {
+        // Every output except the virtual drill has a section that only the file may change.
         let Some(ValueKind::Choice(outputs)) = setting("machine.output").map(|row| row.kind) else {
             unreachable!()
         };
         let wired: Vec<_> = WIRED.iter().map(|section| section.trim_end_matches('.')).collect();
         let outputs: Vec<_> = outputs.iter().filter(|output| **output != "virtual").copied().collect();
-        // And of the port that the spindle's converter is at.
+        // So has the serial port of the spindle's converter.
         assert_eq!([&outputs[..], &["converter"]].concat(), wired);
         for section in WIRED {
             assert!(settings().filter(|row| row.key.starts_with(section)).count() > 3, "{section}");
@@ -237,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_value_names_its_field_and_changes_nothing() {
+    fn bad_value_names_its_field_and_changes_nothing() {
         let rows: [(&str, Value, &str); 17] = [
             ("x.max_speed", Value::Number(f64::NAN), "machine.setting_range"),
             ("x.max_speed", Value::Number(0.0), "machine.setting_range"),

@@ -1,38 +1,35 @@
-//! What each spindle has of its own, where several drill at once (P4): its depth, the length of its bit, its margin.
+//! Differences between spindles that drill at once: depth, length of the bit, margin.
 //!
 //! ```text
-//!          Z1        Z2        Z3           all tips start at the safe height and go down in one stroke
+//!          Z1        Z2        Z3           all tips start at the safe height and go down together
 //!  safe ── │ ─────── │ ─────── │ ──
-//!          │         │         │            Z2: a longer bit, its axis stands higher by it
+//!          │         │         │            Z2: a longer bit, so its axis is higher
 //!  board ══╪═════════╪═════════╪══
-//!          ▼         ▼         │            Z3: goes deeper
+//!          ▼         ▼         │            Z3: drills deeper
 //!                              ▼
 //! ```
 //!
-//! All of it is said as what is more than what all have, so that nothing said is all alike.
-//!
-//! Goes out: these as data and as lists of the settings table, where tips are, and every reason why they cannot be. Does not know
-//! programs.
+//! All values are differences, so zeros mean that all spindles are alike.
 
-use super::settings::Value;
+use super::value::Value;
 use super::{AXES, Machine, Steps, StrokeEnd, axis_name};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
-/// What a spindle does otherwise than all of them.
+/// Differences of one spindle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OwnStroke {
-    /// So much deeper than the program says it goes in a hole that is drilled.
+    /// Extra depth in drilled holes.
     pub deeper: Length,
-    /// So much longer its bit is than that of Z1.
+    /// Extra length of its bit over the bit of Z1.
     pub longer: Length,
-    /// So much longer before it touches the board the plane must have settled, ms.
+    /// Extra time for XY to settle before the tip touches the board, ms.
     pub margin_ms: f64,
 }
 
 impl OwnStroke {
-    /// How far this spindle goes where a program goes to `height` in a hole whose bottom is `bottom`: all the way down to its own
-    /// bottom, and nowhere below it. Its bottom is no higher than the board's surface.
+    /// Height of this spindle if the program moves to `height` in a hole with its bottom at `bottom`. Limited
+    /// by the spindle's own bottom, which is never above the surface.
     pub fn height(&self, height: Length, bottom: Length) -> Length {
         let own = (bottom - self.deeper).min(Length::ZERO);
         if height <= bottom { own } else { height.max(own) }
@@ -40,12 +37,12 @@ impl OwnStroke {
 }
 
 impl Machine {
-    /// What the spindle on `axis` of a stream has of its own.
+    /// Differences of the spindle on `axis` of a stream.
     pub fn own(&self, axis: usize) -> OwnStroke {
         axis.checked_sub(2).and_then(|spindle| self.own.get(spindle)).copied().unwrap_or_default()
     }
 
-    /// Machine steps of its spindles with their tips on the board's surface; X and Y are 0.
+    /// Machine steps of the spindles with their tips on the board's surface; X and Y are 0.
     pub fn on_surface(&self) -> Steps {
         let mut at = Steps::default();
         for axis in self.spindle_axes() {
@@ -54,7 +51,8 @@ impl Machine {
         at
     }
 
-    /// Machine steps of its spindles at the bottom of a hole that all have at `bottom` over the board's surface: each at its own.
+    /// Machine steps of the spindles at the bottom of a hole with its common bottom at `bottom` over the
+    /// board's surface.
     pub fn bottoms(&self, bottom: Length) -> Steps {
         let mut at = self.on_surface();
         for axis in self.spindle_axes() {
@@ -63,40 +61,40 @@ impl Machine {
         at
     }
 
-    /// Where the lowest of its tips is with the axes at `place`: the steps of Z1 with a tip so high. What is true of every tip is
-    /// true of that one.
+    /// Lowest tip with the axes at `place`, as steps of Z1. A height limit for all tips only needs to check
+    /// this one.
     pub fn lowest(&self, place: &Steps) -> i64 {
         let surface = self.on_surface();
         let heights = self.spindle_axes().map(|axis| place[axis] - surface[axis]);
         surface[2] + heights.min().unwrap_or_default()
     }
 
-    /// How much lower than the tip of Z1 the longest bit ends where all spindles stand alike, in steps.
+    /// Distance from the tip of Z1 down to the lowest tip with level spindles, in steps.
     pub fn reach(&self) -> i64 {
         let surface = self.on_surface();
         self.spindle_axes().map(|axis| surface[axis] - surface[2]).max().unwrap_or_default()
     }
 
-    /// The axes of its spindles.
+    /// Axis indices of the spindles.
     pub fn spindle_axes(&self) -> std::ops::Range<usize> {
         2..2 + (self.spindles as usize).clamp(1, AXES - 2)
     }
 }
 
-/// A number of each spindle as a list; none where all are alike.
+/// A value of each spindle as a list; empty if all are zero.
 pub(super) fn listed(machine: &Machine, number: fn(&OwnStroke) -> f64) -> Value {
     let numbers: Vec<f64> = machine.spindle_axes().map(|axis| number(&machine.own(axis))).collect();
     Value::Numbers(if numbers.iter().all(|number| *number == 0.0) { Vec::new() } else { numbers })
 }
 
-/// The same read: the spindles that are not listed are as all.
+/// Sets a list; spindles beyond its end get zero.
 pub(super) fn set_listed(machine: &mut Machine, value: &Value, set: fn(&mut OwnStroke, f64)) {
     let Value::Numbers(numbers) = value else { return };
     let numbers = numbers.iter().copied().chain(std::iter::repeat(0.0));
     machine.own.iter_mut().zip(numbers).for_each(|(own, number)| set(own, number));
 }
 
-/// Every reason why its spindles cannot be as they are said to be.
+/// Problems of the differences.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let all = machine.spindle_axes().map(|axis| (axis, machine.own(axis)));
     let others: Vec<(usize, OwnStroke)> = all.filter(|(_, own)| *own != OwnStroke::default()).collect();
@@ -147,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_has_a_number_for_each_spindle_and_none_where_all_are_alike() {
+    fn spindle_lists_are_empty_if_all_are_equal() {
         let six = six_spindles();
         for key in ["deeper", "longer", "margin"] {
             let value = |machine: &Machine| {
@@ -164,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_alike_is_no_part_of_the_fingerprint() {
+    fn equal_spindles_do_not_change_the_fingerprint() {
         let six = six_spindles();
         let print = |changes: &[(String, Value)]| apply(&six, changes).unwrap().fingerprint();
         assert_eq!(print(&[list("deeper", &[0.0; 6]), list("margin", &[])]), six.fingerprint());
@@ -178,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused_with_its_spindle() {
+    fn invalid_spindle_values_name_the_spindle() {
         let six = six_spindles();
         let (z, process) = (&six.z, &six.process);
         let high_mm = (z.max - z.home_offset - process.surface - process.safe_height).mm();
@@ -217,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_those_of_tips() {
+    fn heights_refer_to_tool_tips() {
         let six = apply(&six_spindles(), &[list("longer", &[0.0, 1.0, -2.0])]).unwrap();
         let steps = |mm: f64| six.z.scale.steps(six.process.surface + Length::from_mm(mm));
         let surface = six.on_surface();
@@ -230,10 +228,10 @@ mod tests {
     }
 
     #[test]
-    fn a_spindle_goes_to_its_own_bottom_and_nowhere_below_it() {
+    fn each_spindle_stops_at_its_own_bottom() {
         let mm = Length::from_mm;
         let bottom = mm(-1.8);
-        // Deeper by, the program's height, its own.
+        // Extra depth, height in the program, own height.
         let rows = [
             (0.0, -1.8, -1.8),
             (0.0, -0.5, -0.5),

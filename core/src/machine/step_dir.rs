@@ -1,4 +1,4 @@
-//! Drivers that count steps by themselves: STEP, DIR and ENABLE, their times, and the charge pump (A13).
+//! Drivers with STEP, DIR and ENABLE inputs: wiring, timing, and the charge pump.
 //!
 //! ```text
 //! DIR   ───┐                      ┌──────────     set-up: from DIR to STEP
@@ -7,36 +7,38 @@
 //!        setup└────┘space└────┘hold  setup└──     space: until the next STEP
 //! ```
 //!
-//! The planner leaves room for them: no two steps come sooner than length and space, no step back sooner than length, hold and
-//! set-up. Here is what has to be true for that. Times are in ns, each for X, Y and Z.
-//!
-//! Goes out: the wiring as data, and every reason why it cannot be. Does not know bytes, nor when steps come.
+//! The planner leaves room for these times. Two steps are at least length and space apart. A step in the
+//! other direction follows at least length, hold and set-up later. This module checks that. Times are in ns,
+//! one each for X, Y and Z.
 
-use super::settings::Value;
+use super::value::Value;
 use super::{Machine, UNWIRED};
 use crate::diagnostic::Diagnostic;
 
-/// The axes that are wired: X, Y, Z.
+/// Wired axes: X, Y, Z.
 pub const WIRED_AXES: usize = 3;
 
-/// How such drivers are wired, and what they need.
+/// Row names of the motors' phase bits.
+pub(super) const MOTORS: [&str; 3] = ["x", "y", "z"];
+
+/// Wiring and timing of the drivers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StepDir {
-    /// X, Y, Z: the output bit of STEP; [`UNWIRED`] where the motor's phases are driven.
+    /// X, Y, Z: output bit of STEP; [`UNWIRED`] if the motor's phases are driven directly.
     pub steps: Vec<i8>,
-    /// The output bit of DIR, on while the axis counts up.
+    /// Output bit of DIR, on while the axis counts up.
     pub directions: Vec<i8>,
-    /// The output bit that the driver is on with; several axes may have the same.
+    /// Output bit that enables the driver; axes may share one.
     pub enables: Vec<i8>,
-    /// The output bit that changes to and fro as long as this program lives.
+    /// Output bit that toggles while the program is alive.
     pub charge_pump: i8,
-    /// How often it goes to and fro, Hz.
+    /// Toggle frequency, Hz.
     pub charge_pump_hz: u32,
-    /// Output bits, of any signal, that are on when they are 0.
+    /// Active-low output bits, of any signal.
     pub outputs_low: Vec<i8>,
-    /// How long STEP is on at least, ns.
+    /// Least time of STEP on, ns.
     pub length_ns: Vec<u32>,
-    /// How long it is off at least, ns.
+    /// Least time of STEP off, ns.
     pub space_ns: Vec<u32>,
     /// From a change of DIR to STEP, ns.
     pub setup_ns: Vec<u32>,
@@ -47,7 +49,7 @@ pub struct StepDir {
 }
 
 impl Default for StepDir {
-    /// None; times that nearly every driver takes.
+    /// Unwired, with times that suit nearly every driver.
     fn default() -> Self {
         let unwired = || vec![UNWIRED; WIRED_AXES];
         let all = |ns: u32| vec![ns; WIRED_AXES];
@@ -68,15 +70,15 @@ impl Default for StepDir {
 }
 
 impl StepDir {
-    /// Whether the driver of `axis` counts steps by itself.
+    /// True if `axis` has a STEP/DIR driver.
     pub fn counts(&self, axis: usize) -> bool {
         self.steps.get(axis).is_some_and(|bit| *bit != UNWIRED)
     }
 
-    /// Every bit that it uses, with the name of its row.
+    /// Every used bit with the name of its row.
     pub(super) fn bits(&self) -> impl Iterator<Item = (&'static str, i8)> {
         let named = |name: &'static str, bits: &[i8]| bits.iter().map(|bit| (name, *bit)).collect::<Vec<_>>();
-        // A bit that several axes are enabled with is one signal.
+        // Axes with a common ENABLE bit count as one signal.
         let mut enables = self.enables.clone();
         enables.sort_unstable();
         enables.dedup();
@@ -85,7 +87,7 @@ impl StepDir {
         rows.into_iter().flatten().chain([("charge_pump", self.charge_pump)])
     }
 
-    /// The lists with how many numbers they must have.
+    /// All lists with their actual and required lengths.
     pub(super) fn lengths(&self) -> [(&'static str, usize, usize); 7] {
         let of = |name, list: usize| (name, list, WIRED_AXES);
         [
@@ -99,7 +101,7 @@ impl StepDir {
         ]
     }
 
-    /// Every reason why `machine` cannot step through it: no direction, or less room than the planner leaves. `section` is its
+    /// Problems of the wiring: missing direction, or too little time left by the planner. `section` is its
     /// section of the table.
     pub(super) fn validate(&self, section: &str, machine: &Machine) -> Vec<Diagnostic> {
         let refuse =
@@ -108,7 +110,7 @@ impl StepDir {
         let period_ns = 1_000_000_000 / u64::from(machine.max_step_hz.max(1));
         let turn_ns = 1_000 * u64::from(machine.direction_setup_us);
         let mut diagnostics = Vec::new();
-        for (axis, name) in super::wiring::MOTORS.iter().enumerate().filter(|(axis, _)| self.counts(*axis)) {
+        for (axis, name) in MOTORS.iter().enumerate().filter(|(axis, _)| self.counts(*axis)) {
             if self.directions.get(axis).is_none_or(|bit| *bit == UNWIRED) {
                 diagnostics
                     .push(refuse("machine.direction_unwired", "direction").with("axis", name.to_uppercase()));
@@ -148,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn boards_of_the_trade_are_wired_as_shipped_and_nothing_of_their_phases_is_left() {
+    fn step_boards_have_no_phase_wiring() {
         for (name, spare) in [("breakout", 4), ("tb6560", 2), ("g540", 4)] {
             let machine = preset(name).unwrap();
             let wiring = machine.wiring();
@@ -159,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_stepped_names_its_field() {
+    fn invalid_step_wiring_names_its_field() {
         let word = |word: &str| Value::Text(word.to_owned());
         let rows: [(&str, Value, &str); 9] = [
             ("parallel.direction", list(&[-1, 3, 5]), "machine.direction_unwired"),
@@ -179,14 +181,14 @@ mod tests {
             let why = why.unwrap_or_else(|| panic!("{key} {value}: {refusals:?}"));
             assert!(!why.message("en").is_empty() && !why.advice("en").is_empty());
         }
-        // Two axes behind one ENABLE are as good as one, and what is not in use may be wired anyhow.
+        // Axes may share ENABLE, and unused wiring may be invalid.
         apply(&breakout, &[("parallel.enable".to_owned(), list(&[9, 9, 9]))]).unwrap();
         let changes = [("machine.output", word("virtual")), ("parallel.step", list(&[0, 0, 0]))];
         apply(&hobby_3018(), &changes.map(|(key, value)| (key.to_owned(), value))).unwrap();
     }
 
     #[test]
-    fn an_axis_may_be_driven_by_its_phases_beside_others_that_count_steps() {
+    fn phase_axis_may_be_mixed_with_step_axes() {
         let lists = [
             ("card.step", list(&[0, -1, 2])),
             ("card.direction", list(&[1, -1, 3])),

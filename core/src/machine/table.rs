@@ -1,23 +1,12 @@
-//! The rows of the settings table, section by section, each with how to get and set it.
+//! Rows of the settings table, section by section, with getters and setters.
 //!
-//! Goes out: [`SECTIONS`]. What a row means is said in the locale tables; what is allowed is judged in `settings`.
+//! The locale tables hold the descriptions; `settings` checks the values.
 
-use super::settings::{Setting, Value, ValueKind};
 use super::spindles::{listed, set_listed};
-use super::tools::{rack_of, rack_value};
+use super::tools::{MOST_RPM, rack_of, rack_value};
+use super::value::{Setting, Value, ValueKind, number, text};
 use super::{DriveKind, HomeEnd, Law, Output, ScaleUnit, StrokeEnd, ToolChange};
 use crate::units::Length;
-
-/// The fastest that any spindle turns, rpm.
-pub const MOST_RPM: u32 = 300_000;
-
-fn number(value: &Value) -> f64 {
-    if let Value::Number(number) = value { *number } else { 0.0 }
-}
-
-fn text(value: &Value) -> &str {
-    if let Value::Text(text) = value { text } else { "" }
-}
 
 fn numbers(value: &Value) -> &[f64] {
     if let Value::Numbers(numbers) = value { numbers } else { &[] }
@@ -103,7 +92,7 @@ macro_rules! axis {
     };
 }
 
-/// The whole table, section by section: a section is a `[table]` of the machine file.
+/// All sections; each is a `[table]` of the machine file.
 pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "machine",
@@ -206,6 +195,14 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
                 process.contact_tolerance
             ),
             plain!("stroke.touch_speed", "mm/s", ValueKind::Number(0.2, 10.0), false, process.touch_mm_per_s),
+            row!(
+                "stroke.lift_at_pause",
+                "",
+                ValueKind::Choice(&["no", "yes"]),
+                false,
+                |m| Value::Text(if m.process.lift_at_pause { "yes" } else { "no" }.to_owned()),
+                |m, v| m.process.lift_at_pause = text(v) == "yes"
+            ),
             plain!("stroke.feed", "mm/s", ValueKind::Number(0.01, 500.0), true, process.feed_mm_per_s),
             plain!(
                 "stroke.dwell_bottom",
@@ -280,4 +277,5 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     ("magazine", super::magazine::ROWS),
     ("foot", super::foot::ROWS),
     ("park", super::park::ROWS),
+    ("change", super::change::ROWS),
 ];

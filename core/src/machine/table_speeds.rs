@@ -1,35 +1,34 @@
-//! How fast the table of dynamics drives the axes of a machine, and what of it does not fit the machine's settings.
+//! Axis speeds of a table of dynamics, and conflicts with the machine's settings.
 //!
 //! ```text
-//! steps/s  71   125   250   500      states 0 … 3 of Arendt's table at 500 interrupts a second
+//! steps/s  71   125   250   500      states 0 … 3 of Arendt's table at 500 interrupts per second
 //!           |    |     |     |
-//!           |    `- a speed below a state's rate leaves out that state and all above it: a warning
-//!           `- a speed below that of state 0 cannot be kept at all: refused
+//!           |    `- a speed limit below a state's rate disables that state and all above it: a warning
+//!           `- a speed limit below the rate of state 0 is impossible: refused
 //! ```
 //!
-//! The table decides how fast an axis goes; `max_speed`, `motion.down_speed` and the feed only hold it to slower states. Rates above
-//! `drive.max_step_rate` are more than the motors follow: a virtual drill may be asked for them and shows what is lost.
-//!
-//! Comes in: a machine. Goes out: steps a second, refusals, warnings. Does not know moves.
+//! The table sets the speed of an axis; `max_speed`, `motion.down_speed` and the feed only limit it to slower
+//! states. The motors can't follow rates above `drive.max_step_rate`. The virtual drill accepts them anyway,
+//! to show the lost steps.
 
 use super::dynamics::{self, period, state_within, top};
 use super::{Axis, DriveKind, Machine, Output};
 use crate::diagnostic::Diagnostic;
 
-/// Bounds of speeds are said to 0.1 µm/s, rounded so that they can be typed.
+/// Limits are reported in 0.1 µm/s, rounded so that they can be typed.
 const SAID_PARTS: f64 = 1e4;
 
-/// Room for the arithmetic itself, as a share of a speed.
+/// Tolerance for rounding, as a share of a speed.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl Machine {
-    /// Steps a second in `state` of the table.
+    /// Step rate in `state` of the table, steps per second.
     pub fn step_hz(&self, state: usize) -> f64 {
         let state = i32::try_from(state).unwrap_or(i32::MAX);
         f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
     }
 
-    /// The fastest state in which the table does not drive `axis` faster than `speed_mm_per_s`; 0 where even that is too fast.
+    /// Fastest state with `axis` not above `speed_mm_per_s`; 0 if even that is too fast.
     pub fn fastest_state(&self, axis: &Axis, speed_mm_per_s: f64) -> usize {
         state_within(
             &self.dynamics,
@@ -38,15 +37,15 @@ impl Machine {
         )
     }
 
-    /// The fastest pulses there may be, steps per second: what the drives take. Only the table of a virtual drill may ask for
-    /// more, so that it can be seen what is lost.
+    /// Highest pulse rate, steps per second: the limit of the drives. With a table, the virtual drill may
+    /// exceed it, to show the lost steps.
     pub fn pulse_hz(&self) -> u32 {
         let tried = self.drive == DriveKind::Table && self.output == Output::Virtual;
         if tried { self.max_step_hz.max(self.interrupt_hz) } else { self.max_step_hz }
     }
 }
 
-/// The settings that hold the table to slower states, with their axes and values in mm/s.
+/// Settings that limit the table, with their axes and values in mm/s.
 fn speeds(machine: &Machine) -> [(&'static str, &Axis, f64); 4] {
     let Machine { x, y, z, down, .. } = machine;
     [
@@ -57,20 +56,19 @@ fn speeds(machine: &Machine) -> [(&'static str, &Axis, f64); 4] {
     ]
 }
 
-/// Whether the machine goes by a table, and one that can be run.
+/// True if the machine uses a table, and that table is valid.
 fn has_table(machine: &Machine) -> bool {
     machine.drive == DriveKind::Table && dynamics::check(&machine.dynamics).is_ok()
 }
 
-/// The fastest steps of any axis, steps a second.
+/// Highest step rate of any axis, steps per second.
 fn fastest_hz(machine: &Machine) -> f64 {
     let axes = [&machine.x, &machine.y, &machine.z];
     let states = axes.map(|axis| machine.fastest_state(axis, axis.max_speed_mm_per_s));
     states.into_iter().map(|state| machine.step_hz(state)).fold(0.0, f64::max)
 }
 
-/// Why the table cannot drive the machine as its settings want it: speeds below the slowest state; on hardware, steps faster
-/// than the motors follow.
+/// Errors: speeds below the slowest state; on hardware, steps too fast for the motors.
 pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     if !has_table(machine) {
         return Vec::new();
@@ -94,12 +92,24 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// What a machine that goes by a table does and its owner should know: states that a speed leaves out, and steps that
-/// its motors do not follow.
+/// Warnings: a spindle speed above the spindle's limit; with a table, disabled states and steps too fast for
+/// the motors.
 pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
-    if !has_table(machine) {
-        return Vec::new();
+    let mut diagnostics = Vec::from_iter(spindle_bounded(machine));
+    if has_table(machine) {
+        diagnostics.extend(of_table(machine));
     }
+    diagnostics
+}
+
+/// The default speed of the spindle is above its limit.
+fn spindle_bounded(machine: &Machine) -> Option<Diagnostic> {
+    let (wanted, gets) = (machine.process.spindle_rpm, machine.process.usual_rpm());
+    let why = || Diagnostic::warning("machine.speed_above_most").with("key", "spindle.speed");
+    (gets < wanted).then(|| why().with("value", wanted).with("bound", gets))
+}
+
+fn of_table(machine: &Machine) -> Vec<Diagnostic> {
     let top = top(&machine.dynamics);
     let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
         let state = machine.fastest_state(axis, speed);
@@ -133,15 +143,24 @@ mod tests {
     }
 
     #[test]
-    fn presets_use_their_whole_table_and_lose_nothing() {
+    fn table_speed_above_the_maximum_is_a_warning() {
+        for (most, told) in [(29_999.0, true), (30_000.0, false), (0.0, false), (1.0, true)] {
+            let machine =
+                apply(&super::super::virtual_drill(), &[number("spindle.max_speed", most)]).unwrap();
+            assert_eq!(codes(&warnings(&machine)) == ["machine.speed_above_most"], told, "{most}");
+        }
+    }
+
+    #[test]
+    fn presets_use_their_whole_table() {
         for (name, machine) in presets() {
             assert_eq!(codes(&warnings(&machine)), Vec::<&str>::new(), "{name}");
         }
     }
 
     #[test]
-    fn more_interrupts_than_the_motors_follow_are_a_warning_on_the_virtual_drill_and_refused_on_hardware() {
-        // (interrupts a second, whether more than the 580 steps that the motors follow)
+    fn interrupts_too_fast_for_motors_warn_or_are_refused() {
+        // (interrupts per second, true if more than the 580 steps that the motors follow)
         for (interrupts, too_many) in [(500.0, false), (580.0, false), (581.0, true), (600.0, true)] {
             let change = number("drive.interrupt_frequency", interrupts);
             let tried = apply(&lab(), std::slice::from_ref(&change)).unwrap();
@@ -156,8 +175,8 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_that_is_typed_lower_leaves_out_states_and_says_so() {
-        // (setting, mm/s, fastest steps a second that are left at 500 interrupts a second)
+    fn lower_speed_drops_table_states_with_a_warning() {
+        // (setting, mm/s, remaining highest step rate at 500 interrupts per second)
         let rows =
             [("x.max_speed", 100.0, 250.0), ("y.max_speed", 30.0, 125.0), ("motion.down_speed", 4.0, 125.0)];
         for (key, speed, left) in rows {
@@ -170,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_below_the_slowest_state_is_refused_with_the_least_that_can_be() {
-        // State 0 makes 500/7 steps a second: 1.5119 mm/s of Z, 15.119 mm/s of X.
+    fn speed_below_the_slowest_state_is_refused_with_the_minimum() {
+        // State 0 makes 500/7 steps per second: 1.5119 mm/s of Z, 15.119 mm/s of X.
         for (key, speed, refused) in [
             ("stroke.feed", 0.5, true),
             ("stroke.feed", 1.0, true),

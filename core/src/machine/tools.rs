@@ -1,14 +1,13 @@
-//! The tools that a machine has at hand, the rack, and what each of them has done since it was new (C3).
+//! The tool list of a machine, and the wear of each tool since it was new.
 //!
 //! ```text
-//! T1 drill 0.8 down 12 up 40 rpm 30000 life 2000          a line each: number, form, diameter in mm,
-//! T7 vee 3.175 tip 0.1 angle 30 life 50                   and what of it is not left to the machine and the job
+//! T1 drill 0.8 down 12 up 40 rpm 30000 life 2000          one line each: number, type, diameter in mm,
+//! T7 vee 3.175 tip 0.1 angle 30 life 50                   and optional fields
 //! ```
 //!
-//! Comes in: lines. Goes out: [`RackTool`]s or diagnostics naming line and word; how worn they are. What wears is counted in holes
-//! (drills) or in metres milled (all others). Does not know who counts, nor where that is kept.
+//! Wear is counted in holes (drills) or in milled metres (all others).
 
-use super::settings::Value;
+use super::value::Value;
 use crate::diagnostic::Diagnostic;
 use crate::job::worn::Wear;
 use crate::job::{Bit, Cutter, Handling};
@@ -18,57 +17,54 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// The setting that they are.
+/// Highest plausible spindle speed, rpm.
+pub const MOST_RPM: u32 = 300_000;
+
+/// Key of the setting.
 const KEY: &str = "rack.tools";
-/// Most tools of a rack.
+/// Most tools in the list.
 const MOST_TOOLS: usize = 64;
-/// The longest line, in bytes.
+/// Longest line, in bytes.
 const LONGEST_LINE: usize = 200;
-/// Diameters from … to …, mm.
+/// Least and greatest diameter, mm.
 const DIAMETERS_MM: (f64, f64) = (0.05, 20.0);
 /// µm in a metre.
 const UM_PER_M: u64 = 1_000_000;
 
-/// A tool of the rack.
+/// A tool in the tool list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RackTool {
-    /// What it is called by: T1, T2 …
+    /// Displayed as T1, T2, etc.
     pub number: u32,
-    /// Its form.
     pub cutter: Cutter,
-    /// Its greatest diameter.
     pub diameter: Length,
-    /// Speed at which it goes down into the board, mm/s; 0 where the job says. Of drills.
+    /// Plunge feed, mm/s; 0 if the job decides. Drills only.
     pub down_mm_per_s: f64,
-    /// Speed at which it is lifted, mm/s; 0 for as fast as the machine goes.
+    /// Retract speed, mm/s; 0 for the machine's fastest.
     pub up_mm_per_s: f64,
-    /// Spindle speed, rpm; 0 where the job says. Of drills.
+    /// Spindle speed, rpm; 0 if the job decides. Drills only.
     pub spindle_rpm: u32,
-    /// How far its edge may run off its axis: a hole is wider by twice that.
+    /// Run-out of the edge: holes are wider by twice that.
     pub run_out: Length,
-    /// How many holes it drills, or metres it mills, until it is worn; 0 where nobody said.
+    /// Life in holes or milled metres; 0 if unknown.
     pub life: u32,
-    /// Its place in the magazine; 0 where it has none.
+    /// Slot in the magazine; 0 if none.
     pub place: u32,
 }
 
-/// What a line may say of a tool besides number, form and diameter.
+/// An optional field of a line, after number, type and diameter.
 pub struct ToolField {
-    /// The word of it.
+    /// Keyword.
     pub word: &'static str,
-    /// Its unit.
     pub unit: &'static str,
-    /// From …
     low: f64,
-    /// … to.
     high: f64,
-    /// Whole numbers alone.
     whole: bool,
     get: fn(&RackTool) -> f64,
     set: fn(&mut RackTool, f64),
 }
 
-/// All of them, in the order in which a line has them. A value of 0 is not said.
+/// All optional fields, in the order of a line. A value of 0 is omitted.
 pub const TOOL_FIELDS: [ToolField; 8] = [
     ToolField { word: "tip", unit: "mm", low: 0.0, high: 10.0, whole: false, get: tip_mm, set: set_tip_mm },
     ToolField {
@@ -102,7 +98,7 @@ pub const TOOL_FIELDS: [ToolField; 8] = [
         word: "rpm",
         unit: "rpm",
         low: 0.0,
-        high: super::MOST_RPM as f64,
+        high: MOST_RPM as f64,
         whole: true,
         get: |tool| f64::from(tool.spindle_rpm),
         set: |tool, value| tool.spindle_rpm = value as u32,
@@ -136,7 +132,7 @@ pub const TOOL_FIELDS: [ToolField; 8] = [
     },
 ];
 
-/// The words of the forms.
+/// Keywords of the tool types.
 pub const TOOL_FORMS: [&str; 3] = ["drill", "mill", "vee"];
 
 fn tip_mm(tool: &RackTool) -> f64 {
@@ -174,14 +170,14 @@ fn wrong(code: &str, line: &str) -> Diagnostic {
 }
 
 impl RackTool {
-    /// The drill of this diameter, with nothing said of it.
+    /// A drill of this diameter, without optional fields.
     pub fn drill(number: u32, diameter: Length) -> Self {
         let (down_mm_per_s, up_mm_per_s, run_out, cutter) = (0.0, 0.0, Length::ZERO, Cutter::Drill);
         let (spindle_rpm, life, place) = (0, 0, 0);
         Self { number, cutter, diameter, down_mm_per_s, up_mm_per_s, spindle_rpm, run_out, life, place }
     }
 
-    /// The word of its form.
+    /// Keyword of its type.
     pub fn form(&self) -> &'static str {
         match self.cutter {
             Cutter::Drill => TOOL_FORMS[0],
@@ -190,7 +186,7 @@ impl RackTool {
         }
     }
 
-    /// The tool that a line says.
+    /// Parses a line.
     pub fn read(line: &str) -> Result<Self, Diagnostic> {
         if line.len() > LONGEST_LINE {
             return Err(wrong("machine.tool_line", line));
@@ -222,31 +218,31 @@ impl RackTool {
         Ok(tool)
     }
 
-    /// It as a bit of a program.
+    /// The tool as a bit of a program.
     pub fn bit(&self) -> Bit {
         let handling = self.handling();
         let unnamed = Bit { diameter: self.diameter, name: String::new(), cutter: self.cutter, handling };
         Bit { name: unnamed.title(locale::FALLBACK), ..unnamed }
     }
 
-    /// How a bit of this kind is handled.
+    /// Handling of the tool in a program.
     pub fn handling(&self) -> Handling {
         let up_um_per_s = libm::round(self.up_mm_per_s * 1e3) as u32;
         Handling { up_um_per_s, run_out: self.run_out }
     }
 
-    /// Whether `bit` of a program is one of these: of its form and size.
+    /// True if `bit` has this tool's type and size.
     pub fn is(&self, bit: &Bit) -> bool {
         self.cutter == bit.cutter && self.diameter == bit.diameter
     }
 
-    /// Whether it wears by metres milled and not by holes.
+    /// True if wear is counted in milled metres, not in holes.
     pub fn wears_by_way(&self) -> bool {
         self.cutter != Cutter::Drill
     }
 }
 
-/// The number that `text` is, in the bounds of `word`.
+/// Parses a number in the range of `word`.
 fn measure(
     line: &str,
     (word, text): (&str, &str),
@@ -262,12 +258,13 @@ fn measure(
     })
 }
 
-/// The rack that a value of the setting says: a line a tool, or bare diameters of drills, in mm.
+/// Parses the setting: one tool per line, or only diameters of drills, in mm.
 pub fn rack_of(value: &Value) -> Result<Vec<RackTool>, Diagnostic> {
     let tools = match value {
         Value::Texts(lines) if lines.len() <= MOST_TOOLS => {
             lines.iter().map(|line| RackTool::read(line)).collect::<Result<Vec<_>, _>>()?
         }
+        // Older files list only the diameters of drills.
         Value::Numbers(sizes) if sizes.len() <= MOST_TOOLS => {
             let drill = |(number, mm): (u32, &f64)| RackTool::read(&format!("T{number} drill {mm}"));
             (1..).zip(sizes).map(drill).collect::<Result<Vec<_>, _>>()?
@@ -286,79 +283,77 @@ pub fn rack_of(value: &Value) -> Result<Vec<RackTool>, Diagnostic> {
     }
 }
 
-/// The value of the setting that says `rack`.
+/// The setting's value for `rack`.
 pub(super) fn rack_value(rack: &[RackTool]) -> Value {
     Value::Texts(rack.iter().map(RackTool::to_string).collect())
 }
 
-/// What a tool of a machine has done since it was new.
+/// Wear of a tool since it was new.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolWear {
     /// Name of the machine.
     pub machine: String,
     /// Number of the tool.
     pub number: u32,
-    /// Its form: where the rack has another one under that number, this is not its.
+    /// Type and size: this record is invalid for a different tool with that number.
     pub cutter: Cutter,
-    /// Its diameter, likewise.
     pub diameter: Length,
-    /// Holes drilled.
     pub hits: u64,
-    /// Way milled, µm.
+    /// Milled distance, µm.
     pub milled_um: u64,
 }
 
 impl ToolWear {
-    /// That of a new `tool` of `machine`.
+    /// No wear, for `tool` of `machine`.
     pub fn new(machine: &str, tool: &RackTool) -> Self {
         let (number, cutter, diameter) = (tool.number, tool.cutter, tool.diameter);
         Self { machine: machine.to_owned(), number, cutter, diameter, hits: 0, milled_um: 0 }
     }
 
-    /// That of `tool` of `machine`, as far as it is in `known`.
+    /// The wear of `tool` of `machine` in `known`; none recorded means new.
     pub fn of(known: &[Self], machine: &str, tool: &RackTool) -> Self {
         let new = Self::new(machine, tool);
         let own = known.iter().find(|wear| wear.is_like(&new));
         own.cloned().unwrap_or(new)
     }
 
-    /// Whether both are of one tool of one machine.
+    /// True if both records are about one tool.
     fn is_like(&self, other: &Self) -> bool {
         let of = |wear: &Self| (wear.number, wear.cutter, wear.diameter);
         of(self) == of(other) && self.machine == other.machine
     }
 
-    /// Puts it into `known`, in place of what stood there of that number.
+    /// Stores the record in `known`, and replaces any record with its number.
     pub fn keep(self, known: &mut Vec<Self>) {
         known.retain(|wear| (wear.number, &wear.machine) != (self.number, &self.machine));
         known.push(self);
     }
 
-    /// That of the same tool once it did `more`.
+    /// The record after `more` wear.
     #[must_use]
     pub fn plus(&self, more: Wear) -> Self {
         let Wear { hits, milled_um } = Wear { hits: self.hits, milled_um: self.milled_um }.plus(more);
         Self { hits, milled_um, ..self.clone() }
     }
 
-    /// How much of its life is done, in holes or in metres.
+    /// Used life, in holes or in metres.
     pub fn done(&self) -> u64 {
         if self.cutter == Cutter::Drill { self.hits } else { self.milled_um / UM_PER_M }
     }
 
-    /// The share of `life` that is done; none where nobody said how long it lives.
+    /// Used share of `life`; none if the life is unknown.
     pub fn share(&self, life: u32) -> Option<f64> {
         let done = if self.cutter == Cutter::Drill { self.hits as f64 } else { self.milled_um as f64 / 1e6 };
         (life > 0).then(|| done / f64::from(life))
     }
 
-    /// Whether a life of `life` is over.
+    /// True if the tool has reached its `life`.
     pub fn is_over(&self, life: u32) -> bool {
         life > 0 && self.done() >= u64::from(life)
     }
 }
 
-/// The tool of `rack` that `bit` is: of several that are alike the first whose life is not over, else the first.
+/// The tool of `rack` for `bit`: the first of its kind with life left, else the first of its kind.
 pub fn tool_of<'a>(
     rack: &'a [RackTool],
     bit: &Bit,
@@ -375,7 +370,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_a_tool_and_the_tool_that_line() {
+    fn tool_lines_survive_a_round_trip() {
         let rows = [
             ("T1 drill 0.8", "T1 drill 0.8"),
             ("t2  drill 0.80 life 2000 rpm 30000 down 12.5", "T2 drill 0.8 down 12.5 rpm 30000 life 2000"),
@@ -390,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_tool_is_refused_by_its_word() {
+    fn invalid_tool_lines_name_the_wrong_word() {
         let long = format!("T1 drill 0.8{}", " life 1".repeat(40));
         let rows: [(&[&str], &str, &str); 14] = [
             (&[""], "machine.tool_line", ""),
@@ -430,13 +425,13 @@ mod tests {
     }
 
     #[test]
-    fn drills_wear_by_holes_and_mills_by_metres_and_another_tool_under_a_number_is_new() {
+    fn wear_is_counted_per_tool_and_another_tool_starts_at_zero() {
         let rack: Vec<_> = ["T1 drill 0.8 life 3", "T2 mill 1.5 life 2", "T3 drill 0.8 life 3"]
             .iter()
             .map(|line| RackTool::read(line).unwrap())
             .collect();
         let mut known = Vec::new();
-        // Which tool, holes and µm more, done afterwards, and whether it is over.
+        // Tool, more holes and µm, used life afterwards, whether it is over.
         let rows = [
             (0, 2, 9_000_000, 2, false),
             (0, 1, 0, 3, true),
@@ -455,7 +450,7 @@ mod tests {
         let other = RackTool::read("T1 drill 0.9 life 3").unwrap();
         assert_eq!(ToolWear::of(&known, "mine", &other).hits, 0, "another tool");
         assert_eq!(ToolWear::of(&known, "mine", &other).share(0), None);
-        // T1 is worn, so it is T3's turn; and T1's again where all are.
+        // T1 is worn, so T3 is next; and T1 again if all are worn.
         let bit = rack[0].bit();
         let turn = |known: &[ToolWear]| tool_of(&rack, &bit, "mine", known).map(|tool| tool.number);
         assert_eq!(turn(&known), Some(3));

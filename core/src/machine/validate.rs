@@ -1,24 +1,22 @@
-//! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
-//! whose rows do not belong together.
-//!
-//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `table_speeds` and
-//! `phases`.
+//! Checks across several settings: inverted ranges, unreachable heights, impossible demands on drives,
+//! mismatched tables.
+//! The tables themselves are checked in `dynamics`, `table_speeds` and `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, foot, magazine,
-    parallel, park, phases, spindles, table_speeds,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, change, converter, dynamics, foot,
+    magazine, parallel, park, phases, spindles, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::units::Length;
 
-/// So far behind a contact what touches may be at rest, in mm.
+/// Greatest stopping distance after the contact, in mm.
 const BEHIND_CONTACT_MM: f64 = 0.1;
 
-/// The most outputs with a name.
+/// Most named outputs.
 const MOST_OUTPUTS: usize = 16;
 
-/// What no single field can tell: ranges inside out, heights out of reach, drives asked for too much.
+/// All problems across several settings.
 pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let mut refuse = |code: &str, key: &str, value: f64, bound: f64| {
@@ -37,12 +35,13 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
                 travel.mm(),
             );
         }
-        // The sensor turns on a step beyond the range.
+        // The switch turns on one step outside the range.
         if travel > Length::ZERO && axis.home_search <= travel {
             let key = format!("{name}.home_search");
             refuse("machine.search_too_short", &key, axis.home_search.mm(), travel.mm());
         }
         let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
+        // `table_speeds` checks table drives.
         if machine.drive == DriveKind::Planned && rate_hz > f64::from(machine.max_step_hz) {
             let fastest = f64::from(machine.max_step_hz) / axis.scale.steps_per_mm();
             refuse(
@@ -73,22 +72,23 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(foot::validate(machine));
     diagnostics.extend(magazine::validate(machine));
     diagnostics.extend(park::validate(machine));
+    diagnostics.extend(change::validate(machine));
     diagnostics
 }
 
-/// Homing takes Z away from the board and leaves it over the board, for X and Y home after it.
+/// Homing must move Z away from the board and end above it, because X and Y home after Z.
 fn homing_of_z(machine: &Machine) -> Option<Diagnostic> {
     let (z, process) = (&machine.z, &machine.process);
     if z.home != HomeEnd::Max {
         return Some(Diagnostic::error("machine.homes_into_board").with("key", "z.home_end"));
     }
-    // Where the safe height itself is out of reach, that is said instead.
+    // An unreachable safe height is reported on its own.
     let room = z.max - process.surface - process.safe_height;
     (room >= Length::ZERO && z.home_offset > room)
         .then(|| refuse("machine.rests_in_board", "z.home_offset", z.home_offset.mm(), room.mm()))
 }
 
-/// Index pulses that homing cannot end at: nobody looks at them, there are several, or one of them lies where the axis must not be.
+/// Index pulses that homing can't use: not wired, ambiguous, or outside the allowed travel.
 fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let room_of_z = machine.z.max - machine.process.surface - machine.process.safe_height;
@@ -99,9 +99,11 @@ fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
     ];
     for (name, axis, room) in axes.into_iter().filter(|(_, axis, _)| axis.index) {
         let key = format!("{name}.index");
+        // The wiring of an adapter has no index pulses.
         if machine.output == Output::Adapter {
             diagnostics.push(Diagnostic::error("machine.index_beside_adapter").with("key", &key));
         }
+        // With several spindles, the index pulses of their motors are ambiguous.
         if name == "z" && machine.spindles > 1 {
             let why = Diagnostic::error("machine.index_of_several").with("key", &key);
             diagnostics.push(why.with("spindles", machine.spindles));
@@ -111,7 +113,7 @@ fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
             let key = format!("{name}.index_within");
             diagnostics.push(refuse("machine.index_too_far", &key, turn.mm(), room.mm()));
         }
-        // The switch may speak a quarter of a turn nearer than where its edge is taken to be.
+        // The switch may close a quarter turn before its nominal edge.
         let quarter_mm = turn.mm() / 4.0;
         if axis.home_offset.mm() < quarter_mm {
             let key = format!("{name}.home_offset");
@@ -121,13 +123,14 @@ fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Play is taken up in the plane only. Z always hangs or is pulled one way, so a Z with play is none that can be driven to a depth.
+/// Only XY compensates backlash. Z always hangs or is pulled in one direction, so backlash of Z means that
+/// its depth isn't controlled.
 fn play_of_z(machine: &Machine) -> Option<Diagnostic> {
     let play = machine.z.backlash;
     (play > Length::ZERO).then(|| refuse("machine.z_with_play", "z.backlash", play.mm(), 0.0))
 }
 
-/// A contact that is looked at in every stroke is one that somebody tells of.
+/// The contact check in every drill cycle needs a wired contact sensor.
 fn contact(machine: &Machine) -> Option<Diagnostic> {
     let tolerance = machine.process.contact_tolerance;
     let is_there = machine.tells(Input::Contact) && machine.output != Output::Adapter;
@@ -135,7 +138,8 @@ fn contact(machine: &Machine) -> Option<Diagnostic> {
     wanted.then(|| refuse("machine.no_contact", "stroke.contact_tolerance", tolerance.mm(), 0.0))
 }
 
-/// What touches is at rest soon enough behind the contact not to be pressed in. The table's slowest state is judged with its speeds.
+/// Probing must stop soon enough after the contact. The slowest state of a table drive is checked with its
+/// speeds.
 fn touching(machine: &Machine) -> Option<Diagnostic> {
     let braking = (0..3).map(|axis| machine.braking_mm_per_s2(axis)).fold(f64::INFINITY, f64::min);
     let most = libm::floor(libm::sqrt(2.0 * braking * BEHIND_CONTACT_MM) * 100.0) / 100.0;
@@ -144,7 +148,7 @@ fn touching(machine: &Machine) -> Option<Diagnostic> {
     wanted.then(|| refuse("machine.touch_too_fast", "stroke.touch_speed", speed, most))
 }
 
-/// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
+/// Names of outputs: a letter, then letters, digits or `_`; unique; `spindle` is reserved.
 fn outputs(machine: &Machine) -> Option<Diagnostic> {
     let names = machine.output_names();
     let (key, most) = match machine.output {
@@ -164,7 +168,6 @@ fn outputs(machine: &Machine) -> Option<Diagnostic> {
     Some(diagnostic.with("name", &names[bad]).with("most", most))
 }
 
-/// Tables and pulses.
 fn drives(machine: &Machine) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     diagnostics.extend(dynamics::check(&machine.dynamics).err().unwrap_or_default());
@@ -188,7 +191,6 @@ fn drives(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Heights and feeds.
 fn strokes(machine: &Machine) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let mut refuse = |code: &str, key: &str, value: f64, bound: f64| {
@@ -241,7 +243,7 @@ mod tests {
         (key.to_owned(), Value::Text(value.to_owned()))
     }
 
-    /// What is changed, and the code and field of the first refusal, if any.
+    /// Changes, and the code and field of the first error, if any.
     type Row<'a> = (&'a [(String, Value)], Option<(&'a str, &'a str)>);
 
     fn try_rows(machine: &Machine, rows: &[Row]) {
@@ -256,15 +258,15 @@ mod tests {
     }
 
     #[test]
-    fn every_preset_can_be() {
+    fn every_preset_is_valid() {
         for (name, machine) in presets() {
             assert_eq!(validate(&machine), Vec::new(), "{name}");
         }
     }
 
     #[test]
-    fn homing_takes_z_away_from_the_board_and_rests_over_it() {
-        // The surface is at −30 mm and the safe height 2 mm over it: of 30 mm down from the top, 28 are free.
+    fn homing_moves_z_away_from_and_stops_above_the_board() {
+        // The surface is at −30 mm and the safe height 2 mm above it: 28 mm below the top are free.
         let into = Some(("machine.homes_into_board", "z.home_end"));
         let rests = Some(("machine.rests_in_board", "z.home_offset"));
         let rows: &[Row] = &[
@@ -286,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spindle_that_stands_is_no_spindle() {
+    fn spindle_speed_zero_is_refused() {
         let rows: &[Row] = &[
             (&[number("spindle.speed", 0.0)], Some(("machine.spindle_stands", "spindle.speed"))),
             (&[number("spindle.speed", 1.0)], None),
@@ -295,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn one_spindle_at_least_is_to_drill() {
+    fn at_least_one_spindle_must_be_enabled() {
         let list = |on: &[f64]| [("spindle.enabled".to_owned(), Value::Numbers(on.to_vec()))];
         let none = Some(("machine.no_spindle_enabled", "spindle.enabled"));
         let rows: &[(&[f64], _)] =
@@ -307,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn homing_ends_at_an_index_pulse_only_where_it_can() {
+    fn index_pulse_homing_is_refused_if_impossible() {
         let on = |axis: &str| word(&format!("{axis}.index"), "yes");
         let x = |changes: &[(String, Value)]| [&[on("x")][..], changes].concat();
         let rows: [(Vec<_>, Option<(&str, &str)>); 7] = [
@@ -328,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn play_is_for_x_and_y() {
+    fn backlash_is_only_for_x_and_y() {
         let rows: &[Row] = &[
             (&[number("x.backlash", 0.2), number("y.backlash", 0.2)], None),
             (&[number("z.backlash", 0.0)], None),
@@ -338,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn homing_finds_its_sensor_from_the_other_end() {
+    fn home_search_spans_the_whole_axis() {
         let short = |key| Some(("machine.search_too_short", key));
         let rows: &[Row] = &[
             (&[number("x.home_search", 1.0)], short("x.home_search")),

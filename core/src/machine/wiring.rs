@@ -1,57 +1,52 @@
-//! The wiring of whatever has bytes of outputs and inputs: which byte and bit every signal is (A13).
+//! Wiring of outputs with bytes of outputs and inputs: the bit of every signal.
 //!
 //! ```text
-//! output byte       3        2        1        0          number of a bit = 8 · byte + bit
+//! output byte       3        2        1        0          bit number = 8 · byte + bit
 //! bits          31 … 24  23 … 16  15 …  8   7 …  0
 //! ```
-//!
-//! Comes in: numbers of bits. Goes out: the wiring as data, its rows of the settings table under the section of whatever is wired,
-//! and every reason why it cannot be. Does not know registers, nor which hardware has the bytes.
 
-use super::settings::Value;
-use super::{Machine, StepDir};
+use super::step_dir::MOTORS;
+use super::value::Value;
+use super::{Machine, StepDir, UNWIRED};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
-
-/// A signal that is not wired.
-pub const UNWIRED: i8 = -1;
 
 /// Bits of a motor's phase byte.
 const PHASE_BITS: usize = 8;
 
-/// Those of them that drive the windings' halves, 5 V.
+/// Bits of the winding halves, 5 V.
 const WINDINGS: u8 = 0x0F;
 
-/// How signals are wired to bits.
+/// Assignment of signals to bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
-    /// Path of the device: `/dev/port`, `/dev/parport0`, or an ordinary file for a rehearsal.
+    /// Path of the device: `/dev/port`, `/dev/parport0`, or a regular file for tests.
     pub device: String,
-    /// X, Y, Z: the output bit of each bit of the motor's phase byte, lowest first; [`UNWIRED`] where there is none.
+    /// X, Y, Z: output bit of each bit of the motor's phase byte, lowest first; [`UNWIRED`] if none.
     pub phases: [Vec<i8>; 3],
-    /// The output bit that turns the spindle on.
+    /// Output bit of the spindle.
     pub spindle: i8,
-    /// Output bits that a work command may switch.
+    /// Output bits that work commands may switch.
     pub outputs: Vec<i8>,
-    /// Their names in the same order, with a space between two.
+    /// Their names in that order, separated by spaces.
     pub output_names: String,
-    /// The input bit of each of [`Input::ALL`], in its order.
+    /// Input bit of each of [`Input::ALL`].
     pub sensors: Vec<i8>,
-    /// 1 for each of them that is on when its bit is 0.
+    /// 1 for each active-low input.
     pub sensors_low: Vec<i8>,
-    /// Rate that all motors start and stop at without a ramp, steps per second: up to it uneven pulses do no harm.
+    /// Start–stop rate of all motors, steps per second: up to it, uneven pulses are harmless.
     pub start_stop_hz: u32,
-    /// Drivers that count steps by themselves.
+    /// STEP/DIR drivers.
     pub drivers: StepDir,
 }
 
 impl Wiring {
-    /// The output bit of each bit of the phase byte of `axis`; none where its driver counts steps by itself.
+    /// Output bit of each phase bit of `axis`; empty if it has a STEP/DIR driver.
     pub fn phase_bits(&self, axis: usize) -> &[i8] {
         if self.drivers.counts(axis) { &[] } else { self.phases.get(axis).map_or(&[], Vec::as_slice) }
     }
 
-    /// Every output that is in force: the name of its row, and its bit, wired or not.
+    /// Every active output: the name of its row, and its bit, wired or not.
     pub fn signals(&self) -> impl Iterator<Item = (&'static str, i8)> {
         let motors = MOTORS.iter().enumerate();
         let phases =
@@ -60,18 +55,18 @@ impl Wiring {
         phases.chain(self.drivers.bits()).chain([("spindle", self.spindle)]).chain(named)
     }
 
-    /// The bits of output byte `byte` that are on when they are 0.
+    /// Active-low bits of output byte `byte`.
     pub fn low_bits(&self, byte: usize) -> u8 {
         let here = self.drivers.outputs_low.iter().filter_map(|bit| usize::try_from(*bit).ok());
         here.filter(|bit| bit / 8 == byte).fold(0, |low, bit| low | 1 << (bit % 8))
     }
 
-    /// The input bit of `input`.
+    /// Input bit of `input`.
     pub fn sensor(&self, input: Input) -> i8 {
         self.sensors.get(input as usize).copied().unwrap_or(UNWIRED)
     }
 
-    /// Names of the outputs that a work command may switch, by their place.
+    /// Names of the outputs that work commands may switch, by index.
     pub fn names(&self) -> Vec<String> {
         self.output_names.split_whitespace().map(str::to_owned).collect()
     }
@@ -86,11 +81,11 @@ pub(super) fn bits(value: &Value) -> Vec<i8> {
     numbers.iter().map(|number| *number as i8).collect()
 }
 
-/// How many inputs there were before those of presser foot and magazine, and before index pulses: lists that are so long were
-/// written then.
+/// Older versions had fewer inputs: before presser foot and magazine, and before index pulses. Lists of these
+/// lengths are from them.
 const FEWER_INPUTS: [usize; 2] = [7, 13];
 
-/// A list with a number for each of [`Input::ALL`]; the further inputs of one that knows the first ones alone get `rest`.
+/// Extends a list from an older version to all of [`Input::ALL`], with `rest` for the new inputs.
 pub(super) fn of_inputs<T: Clone>(mut numbers: Vec<T>, rest: T) -> Vec<T> {
     if FEWER_INPUTS.contains(&numbers.len()) {
         numbers.resize(Input::ALL.len(), rest);
@@ -98,11 +93,7 @@ pub(super) fn of_inputs<T: Clone>(mut numbers: Vec<T>, rest: T) -> Vec<T> {
     numbers
 }
 
-pub(super) fn whole(value: &Value) -> f64 {
-    if let Value::Number(number) = value { *number } else { 0.0 }
-}
-
-/// The rows of one wiring: those of its own hardware come behind its device.
+/// Rows of one wiring: device, then the rows of that hardware.
 macro_rules! wiring_rows {
     (@row $key:expr, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
         Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
@@ -123,7 +114,7 @@ macro_rules! wiring_rows {
     (@whole $section:ident, $name:literal, $unit:literal, $low:literal, $high:literal, $($field:tt)+) => {
         wiring_rows!(@row concat!(stringify!($section), $name), $unit, ValueKind::Whole($low, $high),
             |m| Value::Number(f64::from(m.$section.wiring.$($field)+)),
-            |m, v| m.$section.wiring.$($field)+ = whole(v) as u32)
+            |m, v| m.$section.wiring.$($field)+ = number(v) as u32)
     };
     (@times $section:ident, $name:literal, $field:ident) => {
         wiring_rows!(@row concat!(stringify!($section), $name), "ns", ValueKind::Wholes(0.0, 1_000_000.0),
@@ -139,7 +130,7 @@ macro_rules! wiring_rows {
             wiring_rows!(@list $section, ".z", -1.0, 31.0, phases[2]),
             wiring_rows!(@row concat!(stringify!($section), ".spindle"), "", ValueKind::Whole(-1.0, 31.0),
                 |m| Value::Number(f64::from(m.$section.wiring.spindle)),
-                |m, v| m.$section.wiring.spindle = whole(v) as i8),
+                |m, v| m.$section.wiring.spindle = number(v) as i8),
             wiring_rows!(@list $section, ".outputs", 0.0, 31.0, outputs),
             wiring_rows!(@text $section, ".output_names", output_names),
             wiring_rows!(@inputs $section, ".sensors", -1.0, 31.0, UNWIRED, sensors),
@@ -156,17 +147,14 @@ macro_rules! wiring_rows {
             wiring_rows!(@times $section, ".direction_hold", hold_ns),
             wiring_rows!(@row concat!(stringify!($section), ".charge_pump"), "", ValueKind::Whole(-1.0, 31.0),
                 |m| Value::Number(f64::from(m.$section.wiring.drivers.charge_pump)),
-                |m, v| m.$section.wiring.drivers.charge_pump = whole(v) as i8),
+                |m, v| m.$section.wiring.drivers.charge_pump = number(v) as i8),
             wiring_rows!(@whole $section, ".charge_pump_rate", "Hz", 100.0, 20_000.0, drivers.charge_pump_hz),
         ]
     };
 }
 pub(super) use wiring_rows;
 
-/// The names of a motor's phase bits in their section.
-pub(super) const MOTORS: [&str; 3] = ["x", "y", "z"];
-
-/// What a kind of hardware has, and the section of the table that its wiring stands in.
+/// Pins of a kind of hardware, and its section of the settings table.
 pub(super) struct Pinout {
     pub(super) section: &'static str,
     pub(super) outputs: i8,
@@ -178,7 +166,7 @@ impl Pinout {
         Diagnostic::error(code).with("key", format!("{}.{name}", self.section))
     }
 
-    /// Every reason why `machine` cannot be wired so; what is not in use may have any wiring of the right shape.
+    /// Problems of the wiring; if it isn't `in_use`, only the list lengths are checked.
     pub(super) fn validate(&self, wiring: &Wiring, machine: &Machine, in_use: bool) -> Vec<Diagnostic> {
         let mut diagnostics = self.lengths(wiring);
         if in_use {
@@ -189,7 +177,7 @@ impl Pinout {
         diagnostics
     }
 
-    /// Every list that has the wrong length.
+    /// Lists with a wrong length.
     fn lengths(&self, wiring: &Wiring) -> Vec<Diagnostic> {
         let lengths: [(&str, usize, usize); 6] = [
             (MOTORS[0], wiring.phases[0].len(), PHASE_BITS),
@@ -208,7 +196,8 @@ impl Pinout {
             .collect()
     }
 
-    /// Bits that are not there, two signals on one bit, and motors that lie over two bytes: a byte is what is written at once.
+    /// Missing bits, signals that share a bit, and motors across two bytes, because a phase byte must be
+    /// written at once.
     fn clashes(&self, wiring: &Wiring) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         let outputs: Vec<_> = wiring.signals().collect();
@@ -240,7 +229,7 @@ impl Pinout {
         diagnostics
     }
 
-    /// Signals that `machine` cannot do without.
+    /// Signals that `machine` needs.
     fn missing(&self, wiring: &Wiring, machine: &Machine) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         if wiring.device.is_empty() {
@@ -260,7 +249,7 @@ impl Pinout {
         }
         for input in machine.needed_inputs().filter(|input| wiring.sensor(*input) == UNWIRED) {
             let why = self.refuse("machine.card_sensor_unwired", "sensors");
-            diagnostics.push(why.with("sensor", format!("{input:?}")));
+            diagnostics.push(why.with("sensor", input.name()));
         }
         diagnostics
     }

@@ -1,11 +1,11 @@
-//! One change as an automaton: step by step, each looked at before it begins and when it is done.
+//! One tool change as an automaton. Sensors are checked before and after each step.
 //!
 //! ```text
-//! begin ─▶ looks before ─▶ output, moves ─▶ report ─▶ looks after ─▶ what lies where is set right ─▶ next step … done
-//!              └──────────────── alarm: it stopped at this step ◀────────┘
+//! begin ─▶ check before ─▶ output, moves ─▶ report ─▶ check after ─▶ update the stock ─▶ next step … done
+//!              └──────────────── alarm: the change stops at this step ◀────────┘
 //! ```
 //!
-//! Comes in: a machine, where it stands, inputs. Goes out: the work of one step at a time. Machine steps. Does not know who plays it.
+//! Positions in machine steps.
 
 use super::{ChangeStep, Held, Looks, ToolStock, Unfinished};
 use crate::diagnostic::Diagnostic;
@@ -14,27 +14,28 @@ use crate::machine::{Machine, Steps};
 use crate::motion::{Timeline, cycles};
 use crate::steps::{self, Segment};
 
-/// A change in work.
+/// A running tool change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// Steps to come, the one in work first.
+    /// Remaining steps, the current one first.
     later: Vec<ChangeStep>,
-    /// Places of the old tool and of the new one.
+    /// Slots of the old tool and of the new one.
     from: Option<u8>,
     to: u8,
-    /// Where the job goes on, and axes that have to come there from above.
+    /// Position at which the job continues, and the axes that must reach it from above.
     back: Steps,
     down: [bool; 2],
 }
 
-/// What is to be done for a step.
+/// Actions for one step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepWork {
-    /// An output to be switched first, by its place, and whether on.
+    /// Output to switch first: index and level.
     pub output: Option<(u8, bool)>,
-    /// Then these are played.
+    /// Moves to play after that.
     pub segments: Vec<Segment>,
-    /// What lies where has to be on the disk before it begins.
+    /// The stock must be saved to disk before the step starts, because afterwards the tool's location is
+    /// uncertain.
     pub needs_kept: bool,
 }
 
@@ -53,8 +54,8 @@ fn segments<'a>(machine: &Machine, ways: impl IntoIterator<Item = &'a Timeline>)
 }
 
 impl Change {
-    /// The change to `bit`, for a job that goes on at `back`; axes that are `down` came there from above. None where that bit is in the
-    /// spindle already. `stock` is told that it began.
+    /// The change to `bit`, for a job that continues at `back`; axes in `down` arrived there from above. None
+    /// if the spindle already holds that bit. Records the start in `stock`.
     pub fn new(
         stock: &mut ToolStock,
         bit: &Bit,
@@ -81,17 +82,17 @@ impl Change {
         Ok(Some(Self { later, from, to, back, down }))
     }
 
-    /// The step in work; none at the end.
+    /// Current step; none at the end.
     pub fn step(&self) -> Option<ChangeStep> {
         self.later.first().copied()
     }
 
-    /// Places of the old tool and of the new one.
+    /// Slots of the old tool and of the new one.
     pub fn places(&self) -> (Option<u8>, u8) {
         (self.from, self.to)
     }
 
-    /// The work of the step, from rest at `at`. Refused where what is seen forbids it.
+    /// Actions of the current step, from rest at `at`. Fails if the sensors forbid the step.
     pub fn begin(
         &self,
         machine: &Machine,
@@ -106,7 +107,7 @@ impl Change {
         let in_doubt =
             matches!((step, self.from), (ChangeStep::OpenClamp, Some(_)) | (ChangeStep::CloseClamp, _));
         if in_doubt {
-            // From now on until it is looked, nobody knows.
+            // A crash from here on must not assume where the tool is; the check after the step decides.
             stock.spindle = Held::Unknown;
         }
         let mut work = self.work(machine, step, at)?;
@@ -117,7 +118,7 @@ impl Change {
         Ok(work)
     }
 
-    /// The step is done, at rest. Whether it was the last one.
+    /// Ends the current step, at rest. True if the change is complete.
     pub fn done(
         &mut self,
         machine: &Machine,
@@ -147,7 +148,7 @@ impl Change {
         Ok(self.later.is_empty())
     }
 
-    /// Whether the head of a machine that stands at `at` is over the place where the tool in doubt belongs.
+    /// True if the spindle at `at` is over the slot of the uncertain tool.
     pub fn is_over_place(machine: &Machine, stock: &ToolStock, at: &Steps) -> bool {
         let Some(change) = &stock.change else { return false };
         machine.magazine_place(usize::from(change.uncertain().1)) == Some([at[0], at[1]])
@@ -218,7 +219,8 @@ impl Change {
         machine.magazine_place(usize::from(place)).ok_or_else(missing)
     }
 
-    /// To where the job goes on, from the side from which it came there: so its play is taken up as it was.
+    /// To where the job continues, arriving from the original side, so that the backlash has the original
+    /// direction.
     fn on(&self, machine: &Machine, at: Steps) -> Result<Vec<Timeline>, Diagnostic> {
         let mut beside = self.back;
         beside[2..].copy_from_slice(&at[2..]);
@@ -236,7 +238,7 @@ impl Change {
     }
 }
 
-/// The steps where the spindle is empty: the clamp opens at the pause, before the new tool is fetched.
+/// The steps for an empty spindle. The clamp opens at the pause, before the new tool is fetched.
 fn without_old() -> Vec<ChangeStep> {
     let first = [
         ChangeStep::RaiseZ,

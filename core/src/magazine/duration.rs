@@ -1,7 +1,7 @@
-//! How long changes take, before anything moves: the same moves, timed.
+//! Duration of tool changes, from the planned moves.
 //!
-//! Comes in: a machine, and which tools one after the other. Goes out: ticks, seconds. A change is taken to go from the first place to the one in the middle
-//! of the magazine, from over the middle of the table. Does not know where tools lie.
+//! A change is assumed to go from the first slot to the middle slot of the magazine, starting over the middle
+//! of the table.
 
 use super::{Change, Held, StockedTool, ToolStock};
 use crate::diagnostic::Diagnostic;
@@ -10,8 +10,8 @@ use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
 use crate::units::{Length, TICK_HZ};
 
-/// How long each change takes that a machine makes by itself to put in `tools`, one after the other: ticks; nothing where people make them,
-/// and where that tool is in already. At first the spindle holds `held`, or nothing.
+/// Duration in ticks of each change that the machine makes to insert `tools` in order. Zero if the user
+/// changes tools, and for a tool already in the spindle. At the start the spindle holds `held`, or nothing.
 pub fn changes_ticks<T: PartialEq>(
     machine: &Machine,
     mut held: Option<T>,
@@ -33,7 +33,7 @@ pub fn changes_ticks<T: PartialEq>(
     each.collect()
 }
 
-/// Seconds of one change, from an old tool to a new one where `has_old`, else from an empty spindle.
+/// Seconds of one change: from an old tool to a new one if `has_old`, else from an empty spindle.
 pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
     Ok(change_ticks(machine, has_old)? as f64 / TICK_HZ as f64)
 }
@@ -52,7 +52,7 @@ fn change_ticks(machine: &Machine, has_old: bool) -> Result<u64, Diagnostic> {
     let mut stock = ToolStock { places: vec![None; machine.magazine.places()], ..ToolStock::default() };
     stock.places.iter_mut().skip(middle).take(1).for_each(|place| *place = Some(tool(2)));
     if middle == 0 && has_old {
-        // A magazine of one place has no room for two tools.
+        // A magazine with one slot has no room for two tools.
         stock.places.push(None);
     }
     let place = stock.way_back(Some(0));
@@ -69,7 +69,7 @@ fn change_ticks(machine: &Machine, has_old: bool) -> Result<u64, Diagnostic> {
     };
     let mut ticks = 0;
     while let Some(step) = change.step() {
-        // What has to be so is so.
+        // Pretend that all sensors read as expected.
         let inputs = step.before().on;
         let work = change.begin(machine, &mut stock, (at, inputs))?;
         for segment in &work.segments {

@@ -1,18 +1,15 @@
-//! The automatic tool change (C5): which tool lies where, the paper's steps of a change, what each looks at, and the way on from
-//! where one stopped.
+//! The automatic tool changer: the stock of tools, the steps of a change with their sensor checks, and how a
+//! stopped change resumes.
 //!
 //! ```text
-//!   old tool ─ steps 1 … 10 ─▶ its place      clamp opens: for a moment nobody knows whether the tool is in the spindle
-//!   new tool ◀─ 11 … 20 ───── its place       clamp closes: the same
-//!              21 … 24       on with the job
+//!   old tool ─ steps 1 … 10 ─▶ its slot       clamp opens: for a moment the tool's location is unknown
+//!   new tool ◀─ 11 … 20 ────── its slot       clamp closes: likewise
+//!              21 … 24       back to the job
 //! ```
 //!
-//! Where a change stopped, what is in the spindle decides how it goes on: the old tool, and it is put back; nothing, and the new one is
-//! fetched; the new one, and the job goes on. Where no sensor tells, a person does, and until then nothing moves. Every change begins
-//! with Z up.
-//!
-//! Comes in: a machine, what lies where, the bit that is wanted, inputs. Goes out: moves of the machine's own, and diagnostics. Does not know
-//! jobs, nor who plays the moves.
+//! After a stop, the spindle's contents decide how to resume. An old tool is put back. An empty spindle
+//! fetches the new tool. With the new tool the job continues. If no sensor knows, the user
+//! must state it, and nothing moves until then. Every change starts with Z up.
 
 mod change;
 mod duration;

@@ -1,20 +1,21 @@
-//! The 24 steps of a change, in the order of the paper, and what the sensors have to say before each and after it.
-//!
+//! The 24 steps of a tool change, in the order of the paper, and the sensor states required before and after
+//! each.
 //! ```text
 //!  old tool   1 Z up  2 foot up  3 X  4 Y  5 Z down  6 clamp opens  7 wait  8 Z up  9 pause  10 put back?
 //!  new tool  11 Z up 12 pause   13 X 14 Y 15 Z down 16 clamp closes 17 wait 18 Z up 19 pause  20 taken?
-//!  job       21 Z up 22 pause   23 foot ready  24 back to where the job goes on
+//!  job       21 Z up 22 pause   23 foot ready  24 back to the job's position
 //! ```
 //!
-//! The paper lets the foot down at 23. Here it goes down at each hole, so that it is only looked whether it is up.
+//! The paper lowers the foot at step 23. Here the foot is lowered at each hole, so step 23 only checks that
+//! it is up.
 //!
-//! Goes out: the steps as data. Inputs one bit each. Does not know how a step is done.
+//! Inputs are bit sets.
 
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use serde::{Deserialize, Serialize};
 
-/// A step of a change.
+/// One step of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeStep {
@@ -22,58 +23,52 @@ pub enum ChangeStep {
     RaiseZ,
     /// The presser foot up.
     RaiseFoot,
-    /// X over the place of the old tool.
+    /// X over the slot of the old tool.
     XToOld,
-    /// Y over it.
     YToOld,
-    /// Z down to where the tool stands in its place.
+    /// Z down to the height of the tool in its slot.
     LowerToOld,
-    /// The clamp opens.
     OpenClamp,
-    /// Wait until it is open.
+    /// Wait until the clamp is open.
     WaitOpen,
-    /// Z up; the tool stays.
+    /// Z up; the tool stays in its slot.
     RaiseFromOld,
-    /// X and Y to the pause.
+    /// X and Y to the pause position.
     PauseWithout,
-    /// Look whether the old tool was put back.
+    /// Check that the old tool was put back.
     CheckPutBack,
     /// Z up, before the new tool is fetched.
     RaiseBeforeNew,
-    /// X and Y to the pause, before the new tool is fetched.
+    /// X and Y to the pause position, before the new tool is fetched.
     PauseBeforeNew,
-    /// X over the place of the new tool.
+    /// X over the slot of the new tool.
     XToNew,
-    /// Y over it.
     YToNew,
-    /// Z down to where the tool stands in its place.
+    /// Z down to the height of the tool in its slot.
     LowerToNew,
-    /// The clamp closes.
     CloseClamp,
-    /// Wait until it is closed.
+    /// Wait until the clamp is closed.
     WaitClosed,
-    /// Z up; the tool comes with it.
+    /// Z up, with the tool.
     RaiseFromNew,
-    /// X and Y to the pause, with the new tool.
+    /// X and Y to the pause position, with the new tool.
     PauseWithNew,
-    /// Look whether the new tool was taken.
+    /// Check that the new tool was taken.
     CheckTaken,
-    /// Z up, before the job goes on.
+    /// Z up, before the job continues.
     RaiseAtEnd,
-    /// X and Y to the pause, before the job goes on.
+    /// X and Y to the pause position, before the job continues.
     PauseAtEnd,
-    /// Look whether the presser foot is ready.
+    /// Check that the presser foot is up.
     FootReady,
-    /// Back to where the job goes on.
+    /// Back to where the job continues.
     GoOn,
 }
 
-/// What the inputs have to say, one bit each; of those that nobody tells of, nothing is expected.
+/// Required input states, as bit sets. Inputs that the machine lacks are not checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Looks {
-    /// These are on.
     pub on: u32,
-    /// These are off.
     pub off: u32,
 }
 
@@ -86,7 +81,7 @@ impl Looks {
         Self { off: self.off | input.bit(), ..self }
     }
 
-    /// What is not as it has to be, of what is `told`: the first input, and whether it is on.
+    /// The first input in the wrong state, and its state. Only inputs in `told` are checked.
     pub fn wrong(self, told: u32, inputs: u32) -> Option<(Input, bool)> {
         let (missing, there) = (self.on & told & !inputs, self.off & told & inputs);
         Input::ALL.into_iter().find_map(|input| match (missing & input.bit(), there & input.bit()) {
@@ -98,14 +93,14 @@ impl Looks {
 
 const NOTHING: Looks = Looks { on: 0, off: 0 };
 
-/// A step that holds a tool in a closed clamp.
+/// The spindle holds a tool in a closed clamp.
 const HOLDS: Looks = NOTHING.and_on(Input::ToolHeld).and_off(Input::ClampOpen);
 
-/// A step with an empty spindle.
+/// The spindle is empty.
 const EMPTY: Looks = NOTHING.and_off(Input::ToolHeld);
 
 impl ChangeStep {
-    /// All of them, in their order.
+    /// All steps, in order.
     pub const ALL: [Self; 24] = [
         Self::RaiseZ,
         Self::RaiseFoot,
@@ -133,12 +128,12 @@ impl ChangeStep {
         Self::GoOn,
     ];
 
-    /// Its number, 1 … 24.
+    /// Number in the paper, 1 … 24.
     pub fn number(self) -> usize {
         self as usize + 1
     }
 
-    /// Key of its name in the locale tables.
+    /// Message key of the name.
     pub const fn sentence_key(self) -> &'static str {
         match self {
             Self::RaiseZ => "change.raise_z",
@@ -168,7 +163,7 @@ impl ChangeStep {
         }
     }
 
-    /// What has to be so before it begins. The cover is closed and there is air before every one.
+    /// Required before the step. Every step also needs a closed cover and compressed air.
     pub const fn before(self) -> Looks {
         let looks = match self {
             Self::XToOld | Self::YToOld => HOLDS,
@@ -180,7 +175,7 @@ impl ChangeStep {
         looks.and_off(Input::CoverOpen).and_on(Input::Air)
     }
 
-    /// What has to be so when it is done.
+    /// Required after the step.
     pub const fn after(self) -> Looks {
         match self {
             Self::RaiseFoot | Self::FootReady => NOTHING.and_off(Input::FootDown),
@@ -196,7 +191,7 @@ impl ChangeStep {
         }
     }
 
-    /// The alarm for `input`, which was expected to be the other way round at this step.
+    /// The alarm for `input`, which has the wrong state at this step.
     pub fn alarm(self, (input, is_on): (Input, bool)) -> Diagnostic {
         let code = match (input, is_on) {
             (Input::CoverOpen, _) => "magazine.cover_open",
@@ -219,7 +214,7 @@ mod tests {
     use crate::locale;
 
     #[test]
-    fn the_steps_are_in_their_order_and_named_in_every_language() {
+    fn change_steps_are_ordered_and_named_in_every_language() {
         for (at, step) in ChangeStep::ALL.into_iter().enumerate() {
             assert_eq!(step.number(), at + 1);
             let names: Vec<String> =
@@ -230,8 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn every_look_of_every_step_refuses_what_is_wrong_with_its_own_sentence_and_nothing_that_nobody_tells_of()
-    {
+    fn every_sensor_check_refuses_with_its_own_text() {
         let all = Input::ALL.into_iter().fold(0, |all, input| all | input.bit());
         let mut seen = std::collections::BTreeSet::new();
         for step in ChangeStep::ALL {

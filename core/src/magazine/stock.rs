@@ -1,12 +1,11 @@
-//! Which tool lies in which place of the magazine, what the spindle holds, and where a change stopped.
+//! The stock: the tool in each slot of the magazine, the tool in the spindle, and a stopped change.
 //!
 //! ```text
-//! places    1: T1 drill 0.8   2: –   3: T3 drill 1.2        place 2 is where the tool in the spindle came from
-//! spindle   T2 drill 1.0, from place 2
+//! slots     1: T1 drill 0.8   2: –   3: T3 drill 1.2        slot 2 belongs to the tool in the spindle
+//! spindle   T2 drill 1.0, from slot 2
 //! ```
 //!
-//! Comes in: what a person says, inputs. Goes out: the same as data that is kept, and what it is worth after a stop. A tool is in one
-//! place. Places are counted from 0. Does not know moves.
+//! A tool is in one location only. Slots are counted from 0 in code, from 1 on screen.
 
 use super::ChangeStep;
 use crate::diagnostic::Diagnostic;
@@ -14,109 +13,104 @@ use crate::job::{Bit, Input};
 use crate::machine::{MOST_PLACES, Machine, ToolWear, tool_of};
 use serde::{Deserialize, Serialize};
 
-/// Longest name of a tool.
+/// Longest name of a tool, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// A tool in the magazine or the spindle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StockedTool {
-    /// Its number, which no other tool has.
+    /// Unique tool number.
     pub number: u32,
-    /// Of which form and size it is.
+    /// Kind and size.
     pub bit: Bit,
 }
 
-/// What the spindle holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Held {
-    /// Nobody knows: a person has to say it.
+    /// Unknown: the user must check.
     #[default]
     Unknown,
-    /// Nothing.
     Nothing,
-    /// A tool.
     Tool {
-        /// Which.
         tool: StockedTool,
-        /// The place where it belongs; none where it was put in by hand.
+        /// Slot where the tool belongs; none if the user inserted it.
         place: Option<u8>,
     },
 }
 
-/// A change that is in work, or that stopped.
+/// A change that is running or stopped.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Unfinished {
-    /// The step in work, or at which it stopped.
+    /// The current step, or the one at which the change stopped.
     pub step: ChangeStep,
-    /// The tool that is put back, and its place.
+    /// Tool to put back, and its slot.
     pub old: Option<(StockedTool, u8)>,
-    /// The tool that is fetched, and its place.
+    /// Tool to fetch, and its slot.
     pub new: (StockedTool, u8),
-    /// Sensors contradict what was believed: no sensor, but a person tells where the tool is.
+    /// Sensors contradict the stock, so only the user can state where the tool is.
     #[serde(default)]
     pub is_lost: bool,
 }
 
-/// What a person sees in the spindle where a change stopped.
+/// Location of the tool after a change stopped, as the user sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Seen {
     /// The tool is in the spindle.
     InSpindle,
-    /// The spindle is empty, and the tool in its place.
+    /// The spindle is empty, and the tool is in its slot.
     InPlace,
-    /// The spindle is empty, and the tool was taken out of the machine.
+    /// The spindle is empty, and the tool was removed from the machine.
     TakenAway,
 }
 
-/// What lies where.
+/// Contents of magazine and spindle.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolStock {
-    /// The tool in each place of the magazine.
+    /// Tool in each slot of the magazine.
     pub places: Vec<Option<StockedTool>>,
-    /// What the spindle holds.
     pub spindle: Held,
-    /// A change that did not come to its end.
+    /// A running or stopped change.
     pub change: Option<Unfinished>,
 }
 
 impl ToolStock {
-    /// The tool in place `place`.
+    /// The tool in slot `place`.
     pub fn lies(&self, place: u8) -> Option<&StockedTool> {
         self.places.get(usize::from(place))?.as_ref()
     }
 
-    /// The first place with a tool like `bit`.
+    /// The first slot with a tool like `bit`.
     pub fn place_of(&self, bit: &Bit) -> Option<u8> {
         let like = |tool: &Option<StockedTool>| tool.as_ref().is_some_and(|tool| tool.bit.is_same_tool(bit));
         self.places.iter().position(like).and_then(|place| u8::try_from(place).ok())
     }
 
-    /// Whether the spindle holds a tool like `bit`.
+    /// True if the spindle holds a tool like `bit`.
     pub fn holds(&self, bit: &Bit) -> bool {
         matches!(&self.spindle, Held::Tool { tool, .. } if tool.bit.is_same_tool(bit))
     }
 
-    /// Whether a tool like `bit` is here at all.
+    /// True if the spindle or a slot holds a tool like `bit`.
     pub fn has(&self, bit: &Bit) -> bool {
         self.holds(bit) || self.place_of(bit).is_some()
     }
 
-    /// The place to which the tool in the spindle is put back: where it belongs, or the first that is empty.
+    /// Slot for the tool in the spindle: its own if that is empty, else the first empty slot.
     pub fn way_back(&self, belongs: Option<u8>) -> Option<u8> {
         let is_free = |place: &u8| self.places.get(usize::from(*place)) == Some(&None);
         let free = || (0..self.places.len()).filter_map(|place| u8::try_from(place).ok()).find(is_free);
         belongs.filter(is_free).or_else(free)
     }
 
-    /// Lays `tool` into `place`, or takes what lies there away.
+    /// Sets the contents of slot `place`.
     pub(super) fn lay(&mut self, place: u8, tool: Option<StockedTool>) {
         if let Some(lies) = self.places.get_mut(usize::from(place)) {
             *lies = tool;
         }
     }
 
-    /// As a person says that it is, for `machine`: as many places as it has, every tool once. What a change stopped at is forgotten.
+    /// The stock as the user states it. Fails if the slots don't match `machine` or a tool appears twice. A
+    /// stopped change is forgotten.
     pub fn reported(
         places: Vec<Option<StockedTool>>,
         spindle: Held,
@@ -142,8 +136,9 @@ impl ToolStock {
         Ok(stock)
     }
 
-    /// What is known when a change rests at the step at which it stopped: the inputs, of which those in `told` are told, and whether the
-    /// head stands over the place where it was. Where they do not say what the spindle holds, nobody knows.
+    /// Updates the stock after a change stopped and the axes are at rest. `told` is the set of inputs that
+    /// the machine has. `is_over_place` is true if the spindle is over the tool's slot. If the sensors don't
+    /// decide what the spindle holds, it stays `Unknown`.
     pub fn settle(&mut self, told: u32, inputs: u32, is_over_place: bool) {
         let Some(change) = self.change.clone() else { return };
         let says = |input: Input| (told & input.bit() != 0).then_some(inputs & input.bit() != 0);
@@ -155,7 +150,7 @@ impl ToolStock {
             Held::Unknown => held == Some(false) && is_gone,
         };
         if contradicts {
-            // A tool that was there is not there any more, or one is there that was not: it is not guessed where it is.
+            // A tool vanished, or one appeared. Its location can't be inferred from there.
             self.spindle = Held::Unknown;
             self.change = Some(Unfinished { is_lost: true, ..change });
             return;
@@ -164,6 +159,7 @@ impl ToolStock {
             Held::Tool { .. } | Held::Nothing => {}
             Held::Unknown if change.is_lost => {}
             Held::Unknown => match held {
+                // In an open clamp, the tool may still fall.
                 Some(true) if says(Input::ClampOpen) == Some(false) => self.see(&change, Seen::InSpindle),
                 Some(false) => self.see(&change, Seen::InPlace),
                 _ => {}
@@ -171,8 +167,9 @@ impl ToolStock {
         }
     }
 
-    /// The clamp opens by a person's hand, where a change stopped or a tool that is worn waits for a new one: from now on until the
-    /// person says where it is, nobody knows. Refused where it could not be put back.
+    /// Records that the user opens the clamp, after a change stopped or while a worn tool waits for a new
+    /// one. The spindle's contents stay unknown until the user states them. Fails if no slot could take the
+    /// tool back.
     pub fn opens_by_hand(&mut self) -> Result<(), Diagnostic> {
         let change = match (&self.change, &self.spindle) {
             (_, Held::Nothing) | (None, Held::Unknown) => return Ok(()),
@@ -187,7 +184,7 @@ impl ToolStock {
         Ok(())
     }
 
-    /// How long the head stays where it is before it is lifted, in ticks: a clamp that moves comes to its end first, or its tool falls.
+    /// Ticks to wait before the spindle may rise. A moving clamp must finish first, or its tool would fall.
     pub fn wait_before_lift_ticks(&self, machine: &Machine) -> u64 {
         let moves =
             [ChangeStep::OpenClamp, ChangeStep::WaitOpen, ChangeStep::CloseClamp, ChangeStep::WaitClosed];
@@ -195,7 +192,7 @@ impl ToolStock {
         if clamp { machine.magazine.clamp_ticks() } else { 0 }
     }
 
-    /// The same, where a person looks.
+    /// Like [`Self::settle`], but from what the user sees.
     pub fn seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
         let change = self.change.clone().ok_or_else(|| Diagnostic::error("magazine.nothing_stopped"))?;
         self.see(&change, seen);
@@ -213,7 +210,7 @@ impl ToolStock {
         };
     }
 
-    /// The step with which the change that stopped goes on when its job is taken up; none where a person has to look first.
+    /// Step at which the stopped change resumes; none if the user must check the tool first.
     pub fn goes_on_with(&self) -> Option<ChangeStep> {
         let change = self.change.as_ref()?;
         match &self.spindle {
@@ -225,8 +222,8 @@ impl ToolStock {
     }
 }
 
-/// The tools of a job with these `bits` of `machine`, place by place in the order of their use, none of them twice. Each has the number that it
-/// has in the rack; what is not there, the first number that nothing else has. `known` is what tools have done.
+/// The tools for `bits`, one per slot in order of use, without duplicates. Numbers come from the tool list of
+/// `machine`; other tools get the lowest free number. `known` is the recorded wear.
 pub fn laid_out(bits: &[Bit], machine: &Machine, known: &[ToolWear]) -> Vec<Option<StockedTool>> {
     let mut tools: Vec<StockedTool> = Vec::new();
     for bit in bits {
@@ -245,7 +242,7 @@ pub fn laid_out(bits: &[Bit], machine: &Machine, known: &[ToolWear]) -> Vec<Opti
 }
 
 impl Unfinished {
-    /// The tool of which nobody knows for a moment where it is, and its place: the old one until it was put back.
+    /// The tool in doubt and its slot: the old one until it is put back, then the new one.
     pub fn uncertain(&self) -> &(StockedTool, u8) {
         match &self.old {
             Some(old) if self.step <= ChangeStep::RaiseFromOld => old,
@@ -279,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_person_says_is_taken_where_every_tool_is_once() {
+    fn reported_stock_is_accepted_if_every_tool_is_once() {
         let machine = virtual_drill();
         let told = |numbers: &[u32], spindle| {
             let places = numbers.iter().map(|number| (*number > 0).then(|| tool(*number))).collect();
@@ -299,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tools_of_a_job_have_the_numbers_of_the_rack_and_lie_once() {
+    fn job_tools_get_the_numbers_of_the_tool_list() {
         let lines = ["T2 drill 0.6", "T6 drill 0.8 life 3", "T7 drill 0.8 life 9", "T1 mill 2"];
         let rack = lines.map(|line| RackTool::read(line).unwrap()).to_vec();
         let machine = Machine { rack, ..virtual_drill() };
@@ -319,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_goes_back_where_it_belongs_or_to_the_first_empty_place() {
+    fn tool_returns_to_its_slot_or_the_first_empty_one() {
         let places = vec![Some(tool(1)), None, None];
         let stock = ToolStock { places, ..ToolStock::default() };
         let rows = [(Some(2), Some(2)), (Some(0), Some(1)), (None, Some(1)), (Some(9), Some(1))];
@@ -331,11 +328,12 @@ mod tests {
     }
 
     #[test]
-    fn after_a_stop_the_sensors_tell_what_the_spindle_holds_or_nobody_knows() {
+    fn sensors_decide_what_the_spindle_holds_after_a_stop() {
         let [hand, open, place] = [Input::ToolHeld, Input::ClampOpen, Input::PlaceTaken].map(Input::bit);
         let all = hand | open | place;
         let unknown = Held::Unknown;
-        // (what was believed, step, inputs that are told, inputs that are on, over the place, what is known, what lies in 1 and 2)
+        // (believed, step, inputs that exist, inputs that are on, over the slot, expected spindle, expected
+        // slots 1 and 2)
         type Row = (Held, ChangeStep, u32, u32, bool, Held, [u32; 2]);
         let rows: [Row; 15] = [
             (held(1, 0), ChangeStep::YToOld, all, hand, false, held(1, 0), [0, 2]),
@@ -370,7 +368,7 @@ mod tests {
                 change: Some(change),
             };
             stock.settle(told, inputs, over);
-            // Later sensors do not guess what these did not know.
+            // Later readings must not overrule what earlier ones left open.
             let settled = stock.spindle.clone();
             stock.settle(told, inputs, false);
             assert_eq!(stock.spindle, settled, "{step:?} {told:b} {inputs:b}");
@@ -380,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_person_says_where_the_tool_in_doubt_is_and_the_change_goes_on_from_there() {
+    fn change_continues_from_the_reported_tool_position() {
         let rows = [
             (ChangeStep::WaitOpen, Seen::InSpindle, held(1, 0), [0, 2], ChangeStep::RaiseZ),
             (ChangeStep::WaitOpen, Seen::InPlace, Held::Nothing, [1, 2], ChangeStep::RaiseBeforeNew),
@@ -403,9 +401,9 @@ mod tests {
     }
 
     #[test]
-    fn a_clamp_that_is_opened_by_hand_leaves_the_change_where_it_was_and_asks_for_the_tool() {
+    fn clamp_opened_by_user_asks_for_the_tool() {
         let stopped = |step| Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
-        // What was believed, the step at which it stopped, the tool and the place that are asked for.
+        // Believed contents, the step of the stop, and the tool and slot that the user is asked about.
         let rows = [
             (held(1, 0), Some(ChangeStep::YToOld), Some((1, 0))),
             (Held::Unknown, Some(ChangeStep::WaitOpen), Some((1, 0))),
@@ -424,7 +422,7 @@ mod tests {
             assert_eq!(found, asked, "{believed:?} {step:?}");
             let known = if asked.is_some() { Held::Unknown } else { believed };
             assert_eq!(stock.spindle, known, "{step:?}");
-            // No sensor guesses where a hand has it.
+            // No sensor can know where the user put the tool.
             stock.settle(u32::MAX, 0, false);
             assert_eq!(stock.spindle, known, "{step:?}");
             if asked.is_some() {

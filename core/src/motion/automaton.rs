@@ -7,13 +7,11 @@
 //!              period[0]     [1]   [2]  [3]     [2]   [1]           [0]
 //! ```
 //!
-//! After every step the state may go one up or one down, by what distance is left ([`next_state`]). A new target may be given
-//! at any time; the motor brakes, turns round and comes back where that is needed. A table that
-//! [`check`] accepts ends every move exactly at its target, in state 0.
+//! After every step the state may change by one, up or down, depending on the remaining distance
+//! ([`next_state`]). The target may change at any time; if necessary, the motor brakes, reverses and returns.
+//! With a table that [`check`] accepts, every move ends exactly at its target, in state 0.
 //!
-//! Comes in: a table, targets in steps, interrupts. Goes out: steps, with the numbers of their interrupts counted from the
-//! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5. Does not know
-//! frequencies or lengths.
+//! Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5.
 
 use crate::diagnostic::Diagnostic;
 use crate::machine::Dynamics;
@@ -22,18 +20,18 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state, state_within};
 
-/// One step: the motor is given the next column of its phase table.
+/// One step: the motor gets the next column of its phase table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableStep {
-    /// Position after it, in steps.
+    /// Position after the step, in steps.
     pub position: i64,
-    /// Whether the axis counts up.
+    /// True if the axis counts up.
     pub forward: bool,
-    /// State after it, −S … S.
+    /// State after the step, −S … S.
     pub state: i32,
 }
 
-/// One axis in motion.
+/// One table-driven axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Automaton {
     dynamics: Dynamics,
@@ -45,37 +43,33 @@ pub struct Automaton {
 }
 
 impl Automaton {
-    /// At rest at `position`, which is its target.
+    /// At rest at `position`, which is also its target.
     pub fn new(dynamics: Dynamics, position: i64) -> Self {
         Self { dynamics, position, target: position, state: 0, count: 0 }
     }
 
-    /// Where it is, in steps.
     pub fn position(&self) -> i64 {
         self.position
     }
 
-    /// Where it goes, in steps.
     pub fn target(&self) -> i64 {
         self.target
     }
 
-    /// How fast: 0 at rest, S at full speed, negative when counting down.
+    /// Speed state: 0 at rest, S at full speed, negative while counting down.
     pub fn state(&self) -> i32 {
         self.state
     }
 
-    /// Whether it rests at its target.
     pub fn is_at_rest(&self) -> bool {
         self.state == 0 && self.position == self.target
     }
 
-    /// Sets another target. It counts from the next interrupt on; nothing else is reset.
+    /// Sets another target, effective from the next interrupt on; nothing else is reset.
     pub fn retarget(&mut self, target: i64) {
         self.target = target;
     }
 
-    /// Serves one interrupt.
     pub fn interrupt(&mut self) -> Option<TableStep> {
         if self.is_at_rest() {
             self.count = 0;
@@ -95,17 +89,16 @@ impl Automaton {
     }
 }
 
-/// So many steps in a row at the same interval.
+/// Consecutive steps at one interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SteadyStretch {
-    /// Interrupts before each step, counted from the step before it, or from the command.
+    /// Interrupts before each step, counted from the previous step, or from the command.
     pub interval: u32,
-    /// How many steps.
     pub count: u64,
 }
 
-/// The steps of a move of `distance` steps from rest, either way. A handful of stretches for any distance: the middle, where
-/// the state stays, is one of them. Refused when the table would run over the target, or has no states.
+/// Steps of a move over `distance` steps from rest, in either direction. Few stretches for any distance,
+/// because the middle with its constant state is one. Fails if the table would overshoot, or has no states.
 pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch>, Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).with("distance", distance).with("state", 0);
     if dynamics.period.is_empty() {
@@ -116,8 +109,8 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch
     while left > 0 {
         let interval = period(dynamics, state);
         let after = next_state(dynamics, state, left - 1);
-        // A state that does not change now stays until the distance at which it is left: it cannot rise any more, since
-        // what is left only shrinks.
+        // A state that doesn't change now stays until its leave distance: it can't rise later, because the
+        // remaining distance only shrinks.
         let leave = usize::try_from(state - 1).ok().and_then(|row| dynamics.leave.get(row));
         let steps = if after == state { left - leave.map_or(0, |leave| i64::from(*leave)) } else { 1 };
         left -= steps;
@@ -134,7 +127,7 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch
     }
 }
 
-/// The interrupts of all steps of a move from rest. See [`stretches`] for long moves.
+/// Interrupts of all steps of a move from rest. For long moves, use [`stretches`].
 pub fn steps(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Diagnostic> {
     let mut now = 0;
     let stretches = stretches(dynamics, distance)?;
@@ -146,14 +139,15 @@ pub fn steps(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = 
     }))
 }
 
-/// How many interrupts a move from rest takes. Without steps: quick for any distance.
+/// Duration in interrupts of a move from rest. Fast for any distance, because it doesn't visit steps.
 pub fn total(dynamics: &Dynamics, distance: u64) -> Result<u64, Diagnostic> {
     let stretches = stretches(dynamics, distance)?;
     let times = stretches.iter().map(|stretch| u64::from(stretch.interval).saturating_mul(stretch.count));
     Ok(times.fold(0, u64::saturating_add))
 }
 
-/// The same table without the states above `state`: it never goes faster. A table that [`check`] accepts stays accepted.
+/// The table limited to states up to `state`, for a lower speed. If [`check`] accepts a table, it accepts the
+/// result.
 pub fn capped(dynamics: &Dynamics, state: usize) -> Dynamics {
     let top = top(dynamics).min(state);
     Dynamics {

@@ -1,13 +1,11 @@
-//! What the benchmarks and tests of motion and steps work on: boards of holes.
-//!
-//! Comes in: a machine, places or a number of holes. Goes out: the program of a board. Knows no clock.
+//! Boards of holes for benchmarks and tests of motion and steps.
 
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program};
 use crate::machine::Machine;
 use crate::units::Length;
 
-/// A board of `holes` holes scattered over 80 × 60 mm, for `machine`: the same board every time.
+/// A board with `holes` holes scattered over 80 × 60 mm, for `machine`. Deterministic.
 pub fn board(machine: &Machine, holes: u32) -> Program {
     let place = |index: u32| {
         let scattered = index.wrapping_mul(0x9E37_79B1);
@@ -17,7 +15,8 @@ pub fn board(machine: &Machine, holes: u32) -> Program {
     holes_at(machine, (0..holes).map(place))
 }
 
-/// A board with a hole at each of `places`, drilled in their order with the process of `machine`, and back to the zero.
+/// A board with a hole at each of `places`, drilled in order with the process parameters of `machine`, ending
+/// at the zero.
 pub fn holes_at(machine: &Machine, places: impl Iterator<Item = Point>) -> Program {
     let process = &machine.process;
     let bottom = Length::ZERO - process.board_thickness - process.breakthrough;

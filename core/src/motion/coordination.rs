@@ -1,7 +1,7 @@
-//! When the plane and the spindles of a drill may move, so that they move together as much as is safe.
+//! Rules for the times at which XY and the spindles of a drill may move, with as much overlap as is safe.
 //!
 //! ```text
-//! plane      ████████ hop ██████|settle|          |████ next hop
+//! XY         ███████ rapid █████|settle|          |███ next rapid
 //!                                      R_k        ^ X_k+1 = clear + λ
 //! spindle  ^ top                                  |
 //!          |‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\  start               | /‾‾‾‾
@@ -10,37 +10,33 @@
 //!          +-------------------------------------------> t
 //! ```
 //!
-//! Comes in: times of the hops and of each spindle's stored strokes, in s. Goes out: the instants of every cycle. Does not
-//! know places; the times are those of profiles computed elsewhere, and one set serves all holes of a bit.
-//!
-//! Maths: `docs/motion-profiles.md` C2 (release, trigger and start rules); the trigger rule is the patent's, the six spindles are
-//! Leetro's.
+//! Maths: `docs/motion-profiles.md` C2 (release, trigger and start rules). The trigger rule is from the
+//! patent, the six spindles are from Leetro.
 
 use super::profile::Stroke;
 use crate::diagnostic::Diagnostic;
 
-/// What a spindle's stroke takes, computed once a bit. All in s.
+/// Times of a spindle's stroke, computed once per bit, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpindleTimes {
-    /// T_dn: from rest on top to rest at the bottom.
+    /// T_dn: from rest at the top to rest at the bottom.
     pub down_s: f64,
-    /// T_up: from rest at the bottom to rest on top.
+    /// T_up: from rest at the bottom to rest at the top.
     pub up_s: f64,
-    /// t_z: from the start of the way down until the tip is at the surface.
+    /// t_z: from the start of the downward stroke to contact with the surface.
     pub contact_s: f64,
-    /// t_leave: from the start of the way up until the tip is clear of the board.
+    /// t_leave: from the start of the upward stroke until the tip is clear of the board.
     pub leave_s: f64,
-    /// Rest at the bottom.
     pub dwell_bottom_s: f64,
-    /// Least rest on top.
+    /// Least rest at the top.
     pub dwell_top_s: f64,
-    /// m: how long before the contact the plane must have settled.
+    /// m: XY must have settled this long before contact.
     pub margin_s: f64,
 }
 
 impl SpindleTimes {
-    /// Of stored strokes `down` and `up` over the same way, of which `height_mm` lie over the surface; the tip is clear
-    /// `clear_mm` over it. Dwells and margin are none.
+    /// Times of the strokes `down` and `up` over one distance, with its first `height_mm` above the surface.
+    /// The tip is clear at `clear_mm` over the surface. Dwells and margin are zero.
     pub fn of(down: &Stroke, up: &Stroke, height_mm: f64, clear_mm: f64) -> Self {
         let depth_mm = down.length_mm() - height_mm;
         Self {
@@ -52,7 +48,7 @@ impl SpindleTimes {
         }
     }
 
-    /// t_air: from clear to the next contact, if the spindle only has to turn round on top.
+    /// t_air: from clear to the next contact, if the spindle only reverses at the top.
     pub fn air_s(&self) -> f64 {
         self.up_s - self.leave_s + self.dwell_top_s + self.contact_s
     }
@@ -63,54 +59,50 @@ impl SpindleTimes {
     }
 }
 
-/// What is the same for all spindles, in s.
+/// Times common to all spindles, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpindleRules {
-    /// Rest of the plane before a tip may touch the board.
+    /// Rest of XY before a tip may touch the board.
     pub settle_s: f64,
-    /// λ: how long a signal takes between plane and spindles.
+    /// λ: signal delay between XY and spindles.
     pub latency_s: f64,
 }
 
-/// The instants of one spindle in one cycle, s from the start of the job.
+/// Events of one spindle in one cycle, s from the start of the job.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stroked {
-    /// The signal to go down is given.
+    /// Signal to go down.
     pub trigger_s: f64,
-    /// It starts down.
     pub start_s: f64,
-    /// The tip is at the surface.
+    /// The tip touches the surface.
     pub contact_s: f64,
-    /// Rest at the bottom.
+    /// At rest at the bottom.
     pub bottom_s: f64,
-    /// It starts up.
     pub up_start_s: f64,
     /// The tip is clear of the board.
     pub clear_s: f64,
-    /// Rest on top.
     pub top_s: f64,
 }
 
-/// The instants of one hole.
+/// Events of one hole.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cycle {
-    /// X_k: the plane starts.
+    /// X_k: XY starts.
     pub release_s: f64,
-    /// The plane arrives.
     pub arrive_s: f64,
-    /// R_k: it has settled.
+    /// R_k: XY has settled.
     pub ready_s: f64,
-    /// Every active spindle.
     pub spindles: Vec<Stroked>,
-    /// All of them are clear.
+    /// All spindles are clear.
     pub clear_s: f64,
-    /// From the clear before to this one; none for the first hole.
+    /// Time since the previous `clear_s`; none for the first hole.
     pub cycle_s: Option<f64>,
 }
 
-/// The instants of every hole of a job whose hops take `hops_s`, from rest on top with all spindles up.
+/// Events of every hole of a job with rapids of `hops_s`, from rest with all spindles at the top.
 ///
-/// Refused: no spindle, times that are negative or no numbers, a contact after the bottom, a clear after the top.
+/// Refuses an empty list of spindles, negative or non-finite times, contact after the bottom, clear after the
+/// top.
 pub fn cycles(
     hops_s: &[f64],
     rules: SpindleRules,
@@ -135,8 +127,8 @@ pub fn cycles(
     Ok(cycles)
 }
 
-/// One spindle's stroke: triggered so that it is at the surface no earlier than `ready_s` and its margin, not before the
-/// plane was released, and not before it has rested on top (C2.2, rules 3 to 5).
+/// One spindle's stroke. The trigger is as early as three rules allow: contact not before `ready_s` plus
+/// margin, not before the release of XY, and not before the rest at the top (C2.2, rules 3 to 5).
 pub fn stroke(
     times: &SpindleTimes,
     rules: SpindleRules,
@@ -161,7 +153,7 @@ pub fn stroke(
     }
 }
 
-/// The time from clear to clear of one spindle, when every hop takes `hop_s` (C2.2, formula *).
+/// Time from clear to clear of one spindle, if every rapid takes `hop_s` (C2.2, formula *).
 pub fn cycle_s(hop_s: f64, rules: SpindleRules, times: &SpindleTimes) -> f64 {
     let latency_s = rules.latency_s;
     let by_plane = latency_s + hop_s + rules.settle_s + times.margin_s;
@@ -169,7 +161,7 @@ pub fn cycle_s(hop_s: f64, rules: SpindleRules, times: &SpindleTimes) -> f64 {
     times.air_s().max(by_plane).max(by_signal) + times.board_s()
 }
 
-/// The same job with nothing at the same time: hop, settle, down, dwell, up, dwell, again and again.
+/// Time of the job without overlap: rapid, settle, down, dwell, up, dwell, for every hole.
 pub fn sequential_s(hops_s: &[f64], rules: SpindleRules, spindles: &[SpindleTimes]) -> f64 {
     let stroke_s = spindles.iter().fold(0.0, |longest: f64, times| {
         longest.max(times.down_s + times.dwell_bottom_s + times.up_s + times.dwell_top_s)

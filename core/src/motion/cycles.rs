@@ -1,16 +1,13 @@
-//! The machine's own moves, outside any program: homing, going somewhere, parking, jogging, lifting.
+//! Basic moves of the machine outside programs: homing, go to, park, jog, lift.
 //!
 //! ```text
-//! homing one axis      | <- end sensor's edge
-//!      Seek     <======|=====     fast, until the sensor turns on
-//!      BackOff         |==>       slowly, off the sensor
-//!      Locate          |<-        slowly, until the sensor turns on again: the edge
-//!      Index           |->        slowly, until the motor's index pulse: half a turn from the edge, where the axis has one
-//!      Offset          |--->      to the resting place, `home_offset` from the edge
+//! homing one axis      | <- edge of the limit switch
+//!      Seek     <======|=====     fast, until the switch turns on
+//!      BackOff         |==>       slowly, off the switch
+//!      Locate          |<-        slowly, until the switch turns on again: the edge
+//!      Index           |->        slowly, to the motor's index pulse half a turn from the edge, if used
+//!      Offset          |--->      to the rest position, `home_offset` from the edge
 //! ```
-//!
-//! Comes in: a machine, and where things stand. Goes out: a [`Timeline`]; a gated move of it may end early, so what
-//! follows is to be taken relative to where it really ended. Does not know why, nor what the sensors say.
 
 use super::timeline::Timeline;
 use super::writer::Writer;
@@ -19,23 +16,24 @@ use crate::job::{Gate, Input, Otherwise, Stage, Switching};
 use crate::machine::{AXES, HomeEnd, Machine, ParkAt, Steps, index_input};
 use crate::units::{Length, TICK_HZ};
 
-/// How far an axis backs off a sensor before it looks for the edge slowly.
+/// Distance by which an axis backs off its switch before the slow search for the edge.
 const BACK_OFF: Length = Length::from_um(2_000);
 
-/// The slow look for the edge goes this much further than the axis backed off.
+/// Additional distance of the slow search, beyond the back-off.
 const LOCATE: Length = Length::from_um(4_000);
 
-/// Slow homing moves go at this share of the homing speed.
+/// Slow homing moves, as a share of the homing speed.
 const SLOW_SHARE: f64 = 0.1;
-/// How much faster the tip goes where it need not touch, as between two places of a survey.
+/// Speed of probing moves that normally don't touch, as between two survey points, relative to the probing
+/// speed.
 const NEAR_SHARE: f64 = 5.0;
-/// And within which way it comes to rest there: less than it stays above what was touched so far, in mm.
+/// Greatest stopping distance of those moves, in mm: less than their clearance over the points found.
 const NEAR_MM: f64 = 0.5;
 
-/// A gated move's deadline is its planned time and this much.
+/// Deadline of a gated move: its planned time plus this.
 const GRACE_US: u64 = 500_000;
 
-/// The first step of `axis` at which its home sensor is on.
+/// The first step of `axis` at which its home switch is on.
 pub fn home_edge(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     match settings.home {
@@ -44,29 +42,30 @@ pub fn home_edge(machine: &Machine, axis: usize) -> i64 {
     }
 }
 
-/// Where the motor of `axis` stands when homing finds the edge: a motor with play that comes from above stands lower by it.
+/// Motor position of `axis` when homing finds the edge. With backlash and from above, the motor is lower by
+/// the backlash.
 pub fn home_count(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     let play = if axis < 2 { settings.scale.steps(settings.backlash) } else { 0 };
     home_edge(machine, axis) - if settings.home == HomeEnd::Min { play } else { 0 }
 }
 
-/// Where the motor of `axis` stands when homing finds its index pulse: that is taken to lie half a turn from the edge of the end
-/// sensor.
+/// Motor position of `axis` when homing finds its index pulse, assumed to be half a turn from the edge of the
+/// limit switch.
 pub fn index_count(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     let half = settings.scale.steps(settings.index_within) / 2;
     home_edge(machine, axis) + if settings.home == HomeEnd::Min { half } else { -half }
 }
 
-/// Machine steps of `axis` where it rests after homing.
+/// Rest position of `axis` after homing, in machine steps.
 pub fn home_place(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     let offset = settings.scale.steps(settings.home_offset);
     home_edge(machine, axis) + if settings.home == HomeEnd::Min { offset } else { -offset }
 }
 
-/// Machine steps of X and Y where the head is parked: off the end sensors, also where homing leaves it on them.
+/// Park position of X and Y in machine steps: off the limit switches, even if homing rests on them.
 pub fn park_place(machine: &Machine) -> [i64; 2] {
     [0, 1].map(|axis: usize| {
         let settings = machine.axis(axis);
@@ -79,7 +78,7 @@ pub fn park_place(machine: &Machine) -> [i64; 2] {
     })
 }
 
-/// Homing of one axis, from wherever it stands: its start counts as 0, its end would be there without sensors.
+/// Homing of one axis from any position: the start counts as 0, the end is where it would be without sensors.
 pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic> {
     let settings = machine.axis(axis);
     let towards = match settings.home {
@@ -98,7 +97,7 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
     let mut writer = Writer::new(machine, Steps::default());
     for (stage, way, speed, input) in rows.into_iter().filter(|row| settings.index || row.0 != Stage::Index) {
         let mut to = writer.at();
-        // A turn takes the play up first.
+        // A reversal must first remove the backlash.
         let turns = match stage {
             Stage::BackOff | Stage::Index => axis < 2,
             Stage::Offset => axis < 2 && !settings.index,
@@ -117,12 +116,12 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
     Ok(timeline)
 }
 
-/// Homing of the whole machine: first Z up out of the way, then X, then Y, each from where it stands.
+/// Homing of the whole machine: first Z, to clear the board, then X, then Y, each from its current position.
 pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Diagnostic> {
     [2, 0, 1].into_iter().map(|axis| Ok((axis, home_axis(machine, axis)?))).collect()
 }
 
-/// The spindle up, or down, to `z_steps` at rapid speed, from rest at `from`.
+/// Moves the spindles up or down to `z_steps` at rapid speed, from rest at `from`.
 pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline, Diagnostic> {
     let mut to = from;
     for axis in machine.spindle_axes() {
@@ -131,8 +130,14 @@ pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline,
     one(machine, Stage::Retract, from, to, f64::INFINITY)
 }
 
-/// A stroke down from rest at `from` into a hole: the time to settle, rapidly to the feed height, then at the machine's feed to
-/// `bottom` over the board's surface, each spindle to its own, which a gate may end early; nothing where all stand there or below.
+/// Down to `to` at the machine's feed, after a vertical lift from there.
+pub fn back_down(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diagnostic> {
+    one(machine, Stage::Approach, from, to, machine.process.feed_mm_per_s)
+}
+
+/// A plunge from rest at `from` into a hole: settle, rapid to the feed height, then feed to `bottom` over the
+/// board's surface. Each spindle ends at its own bottom. A gate may end the feed early. Empty if all spindles
+/// are there already.
 pub fn stroke(
     machine: &Machine,
     from: Steps,
@@ -143,7 +148,7 @@ pub fn stroke(
     let above = machine.z.scale.steps(process.feed_height.min(process.safe_height));
     let (surface, bottoms) = (machine.on_surface(), machine.bottoms(bottom));
     let mut writer = Writer::new(machine, from);
-    // No tip goes up.
+    // A plunge raises no tip.
     let (mut over, mut down) = (from, from);
     for axis in machine.spindle_axes() {
         over[axis] = from[axis].min(bottoms[axis].max(surface[axis] + above));
@@ -158,7 +163,7 @@ pub fn stroke(
     Ok(writer.done())
 }
 
-/// The axes that move with `axis`: all spindles go together outside programs.
+/// The axes that move with `axis`: outside programs, all spindles move together.
 pub fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
     match axis {
         0 | 1 => axis..axis + 1,
@@ -167,8 +172,7 @@ pub fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
     }
 }
 
-/// From rest at `from` to rest at `to`: Z up first where it goes up, then X and Y together, then Z down where it goes
-/// down.
+/// From rest at `from` to rest at `to`: first Z if it rises, then X and Y together, then Z if it descends.
 pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diagnostic> {
     let mut writer = Writer::new(machine, from);
     let mut above = from;
@@ -185,8 +189,8 @@ pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diag
     Ok(writer.done())
 }
 
-/// X and Y in a straight line. An axis with play that goes down comes up through it at the end, as it does by hand: so the axis
-/// is where it is to be, not its motor.
+/// X and Y in a straight line. After a downward move, an axis with backlash overshoots and returns upwards.
+/// So the axis, not only its motor, is at its target.
 pub fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<[Timeline; 2], Diagnostic> {
     let mut beyond = to;
     for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
@@ -195,7 +199,7 @@ pub fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<[Timeline; 2]
     Ok([go_to(machine, from, beyond)?, go_to(machine, beyond, to)?])
 }
 
-/// The spindle down to `z_steps`, not faster than `speed_mm_per_s`, from rest at `from`.
+/// Moves the spindles down to `z_steps`, at most at `speed_mm_per_s`, from rest at `from`.
 pub fn lower(
     machine: &Machine,
     from: Steps,
@@ -209,13 +213,13 @@ pub fn lower(
     one(machine, Stage::Approach, from, to, speed_mm_per_s)
 }
 
-/// Machine steps of Z with the tip all the way up, where it rests after homing.
+/// Machine steps of Z at the top: its rest position after homing.
 pub fn top(machine: &Machine) -> i64 {
     machine.z.scale.steps(machine.z.max - machine.z.home_offset)
 }
 
-/// One axis by `steps`, not faster than `speed_mm_per_s`. An axis with play that went down comes up through it at the end, so
-/// that its motor stands where the table does: a work zero set there is where the bit is.
+/// Moves one axis by `steps`, at most at `speed_mm_per_s`. After a downward move, an axis with backlash
+/// overshoots and returns upwards. So motor and table agree, and a work zero set there is exact.
 pub fn jog(
     machine: &Machine,
     from: Steps,
@@ -237,14 +241,16 @@ pub fn jog(
     Ok(writer.done())
 }
 
-/// From rest at `from` straight towards `to` at most, to where the contact closes; `otherwise` says what it means that it does not.
-/// Without that it goes all the way, off what it touches. At the machine's speed for that; where it need not touch, at up to five times that.
+/// From rest at `from` straight towards `to`, until the contact closes; `otherwise` is the reaction if it
+/// doesn't close. Without `otherwise`, goes all the way to `to`, away from the surface. The speed is the
+/// machine's probing speed, or up to five times as fast if contact is not expected.
 pub fn touch(
     machine: &Machine,
     (from, to): (Steps, Steps),
     otherwise: Option<Otherwise>,
 ) -> Result<Timeline, Diagnostic> {
     let touch_mm_per_s = machine.process.touch_mm_per_s;
+    // Where no contact is expected, the tip may move faster, if it can still stop within its clearance.
     let near_mm_per_s = libm::sqrt(2.0 * NEAR_MM * machine.braking_mm_per_s2(2));
     let speed_mm_per_s = match otherwise {
         Some(Otherwise::GoOn) => near_mm_per_s.min(NEAR_SHARE * touch_mm_per_s).max(touch_mm_per_s),
@@ -258,7 +264,7 @@ pub fn touch(
     Ok(timeline)
 }
 
-/// Every gated move may take its planned time and a little more.
+/// Gives every gated move its planned time and [`GRACE_US`].
 fn give_grace(timeline: &mut Timeline) {
     for planned in &mut timeline.moves {
         if let Some(gate) = &mut planned.gate {
@@ -268,8 +274,8 @@ fn give_grace(timeline: &mut Timeline) {
     }
 }
 
-/// What is left of a planned straight move when its axes stand at `from` instead of at its start, because a sensor
-/// ended the move before it: the same stage and the same end, planned anew from rest.
+/// The rest of a straight move from `from`, where a sensor ended the previous move. Same stage and end,
+/// planned again from rest.
 pub fn rejoin(machine: &Machine, stage: Stage, from: Steps, to: Steps) -> Result<Timeline, Diagnostic> {
     one(machine, stage, from, to, f64::INFINITY)
 }

@@ -1,24 +1,23 @@
-//! Holes drilled in a chain: the plane and the spindles move together from the bottom of one hole to the bottom of the next.
+//! Chains of holes: XY and spindles move together, from the bottom of one hole to the bottom of the next.
 //!
 //! ```text
 //! height ^  |‾‾‾‾\                 from the top: the first of a chain
 //!        |  |     \__|‾\           from the bottom: all others
-//!        |           |/ \__| …     each ends at rest at its bottom, so a chain can be left after any hole
+//!        |           |/ \__| …     each ends at rest at the bottom, so a chain can stop after any hole
 //!        +-----------------------> t
 //! ```
 //!
-//! The strokes of a spindle are worked out once for a bit and then only triggered (P4): down with the machine's law for the
-//! way down, fast and then at feed; up with the law for the way up. When the plane is released and the stroke triggered
-//! follows the rules in [`coordination`](super::coordination): spindles with a depth or a margin of their own go down each in
-//! their own time, all go up at once when the last is down, and the plane leaves when the last one is clear.
-//!
-//! Comes in: legs of plain holes, where everything stands. Goes out: parts of one move. Does not know legs before and after.
+//! The strokes of a spindle are planned once per bit and then only triggered. Down follows the machine's
+//! downward law, fast and then at feed; up follows the upward law. [`coordination`](super::coordination) has
+//! the rules for the release of XY and the trigger of a stroke. Spindles with their own depth or margin go
+//! down on their own schedule. All rise at once when the last is down, and XY starts when the last one is
+//! clear.
 
 use super::coordination::{SpindleRules, SpindleTimes, stroke};
-use super::limits::{Limits, line, mm_per_step, shape};
-use super::profile::{self, Stroke, two_speeds};
+use super::limits::{line, mm_per_step, shape};
+use super::profile::{self, Limits, Stroke, two_speeds};
+use super::straight::{REST_TICKS, lines, start_tick};
 use super::timeline::{AxisMove, Motion};
-use super::writer::{REST_TICKS, lines, start_tick};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Stage};
@@ -33,45 +32,45 @@ pub(super) struct Hole {
     pub(super) top: Length,
     feed_um_per_s: u32,
     dwell_us: u32,
-    /// How fast the spindles go up at most.
+    /// Highest retract speed.
     lift_mm_per_s: f64,
 }
 
 impl Hole {
-    /// The same, and the spindles go up no faster than that.
+    /// Limits the retract speed.
     pub(super) fn lifted(self, lift_mm_per_s: f64) -> Self {
         Self { lift_mm_per_s, ..self }
     }
 }
 
-/// Axes of spindles that stroke alike.
+/// Spindle axes with identical strokes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Alike {
     axes: Vec<usize>,
     own: OwnStroke,
 }
 
-/// A chain at the bottom of a hole: what it takes to get up, for each of the spindles that stroke alike.
+/// A chain at the bottom of a hole: the upward strokes and times of each group of spindles.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Low {
     ways: Vec<(Stroke, SpindleTimes)>,
     top_steps: i64,
 }
 
-/// The parts of the move to the next hole, without a place in the timeline.
+/// Parts of the move to the next hole, not yet in the timeline.
 pub(super) struct NextHole {
     pub(super) parts: Vec<AxisMove>,
     pub(super) to: Steps,
     pub(super) duration_ticks: u64,
 }
 
-/// The strokes of the bit in use, worked out once.
+/// Cache of the strokes of the current bit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DrillCycles {
     known: Vec<Stored>,
 }
 
-/// What strokes depend on, besides the machine.
+/// Inputs that determine a stroke, in addition to the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct StrokeKey {
     top_steps: i64,
@@ -89,14 +88,15 @@ struct Stored {
     times: SpindleTimes,
 }
 
-/// Whether plane and spindles of `machine` move together, from the bottom of one hole to the bottom of the next.
+/// True if XY and spindles of `machine` move together, from bottom to bottom.
 pub fn overlaps(machine: &Machine) -> bool {
     let counted = machine.stroke_end == StrokeEnd::Counted && machine.drive == DriveKind::Planned;
     machine.overlap.on && counted
 }
 
-/// The hole that `leg` is, where chains may be made of it: to a place, down without a sensor, perhaps wait, and up.
+/// The hole of `leg` if it fits into a chain: rapid, plunge without a sensor, optional dwell, retract.
 pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
+    // A presser foot must be up before XY moves, which rules out overlap.
     let together = machine.overlap.on && machine.drive == DriveKind::Planned && !machine.foot.on;
     if !together || !matches!(leg.mark, Mark::Hole(_)) {
         return None;
@@ -115,10 +115,11 @@ pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
     plain.then_some(Hole { to, bottom, top, feed_um_per_s, dwell_us, lift_mm_per_s })
 }
 
-/// The axes `spindles` as those that stroke alike; where there are none, as one group without any.
+/// Groups spindle axes with identical strokes; without spindles, one empty group.
 pub(super) fn alike(machine: &Machine, spindles: &[usize]) -> Vec<Alike> {
     let mut groups: Vec<Alike> = Vec::new();
     for axis in spindles {
+        // A longer bit shifts the axis but doesn't change its stroke.
         let own = OwnStroke { longer: Length::ZERO, ..machine.own(*axis) };
         match groups.iter_mut().find(|group| group.own == own) {
             Some(group) => group.axes.push(*axis),
@@ -143,8 +144,8 @@ impl Alike {
 }
 
 impl DrillCycles {
-    /// The move to `hole` from rest at `at`, where the motors of X and Y go to `plane`: from the bottom of a hole when the
-    /// chain is `low`, else from the top.
+    /// The move to `hole` from rest at `at`, with the motors of X and Y going to `plane`. Starts at the
+    /// bottom of a hole if the chain is `low`, else at the top.
     pub(super) fn next_hole(
         &mut self,
         machine: &Machine,
@@ -190,6 +191,7 @@ impl DrillCycles {
             ways.push((stored.up, stored.times));
             to = below;
         }
+        // Parts of a move are ordered by start.
         downs.sort_by_key(|down| down.start_tick);
         let end_s = downs.iter().map(AxisMove::end_s).fold(0.0, f64::max);
         parts.append(&mut downs);
@@ -199,7 +201,7 @@ impl DrillCycles {
         Ok((NextHole { parts, to, duration_ticks: end_tick + dwell_ticks + REST_TICKS }, low))
     }
 
-    /// The strokes of `group` from the top of `hole` to its own bottom of it and back.
+    /// The strokes of `group` from the top of `hole` to its bottom and back.
     fn stored(
         &mut self,
         machine: &Machine,
@@ -233,8 +235,8 @@ impl DrillCycles {
     }
 }
 
-/// What the strokes of a spindle of `machine` take that is `own`. The margin is at least so much that the plane rests before the
-/// tip is lower than clear, not only before it touches (C2.3, invariants I1 and I2).
+/// Times of the strokes of a spindle with the differences `own`. The margin makes XY rest before the tip is
+/// below the clear height, not only before contact (C2.3, invariants I1 and I2).
 fn times(machine: &Machine, own: &OwnStroke, down: &Stroke, up: &Stroke, height_mm: f64) -> SpindleTimes {
     let overlap = &machine.overlap;
     let times = SpindleTimes::of(down, up, height_mm, overlap.clear_mm);
@@ -246,14 +248,14 @@ fn times(machine: &Machine, own: &OwnStroke, down: &Stroke, up: &Stroke, height_
     }
 }
 
-/// What the machine's own stroke of the spindle on `axis` takes, from its safe height to the bottom of a hole through its board
-/// and back, and the two strokes themselves: down and up.
+/// Times and strokes (down and up) of the spindle on `axis`, from the safe height to the bottom of a hole
+/// through the machine's board and back.
 pub fn own(machine: &Machine, axis: usize) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
     let process = &machine.process;
     in_hole(machine, axis, -(process.board_thickness + process.breakthrough), process.feed_mm_per_s)
 }
 
-/// The same in a hole that all spindles drill to `bottom` over the board's surface, at this feed.
+/// Like [`own`], for a hole with its common bottom at `bottom` over the board's surface, at this feed.
 pub fn in_hole(
     machine: &Machine,
     axis: usize,
@@ -276,13 +278,13 @@ pub fn in_hole(
     Ok((times, down, up))
 }
 
-/// What the machine's own strokes of all its spindles take.
+/// Times of the machine's own strokes of all spindles.
 pub fn own_times(machine: &Machine) -> Result<Vec<SpindleTimes>, Diagnostic> {
     machine.spindle_axes().map(|axis| Ok(own(machine, axis)?.0)).collect()
 }
 
-/// The abort horizon of the machine's own stroke `down`: until how long after its start, in s, it can still be stopped with the
-/// tip clear of the board (C2.3), by the least that Z can do either way.
+/// Abort horizon of the machine's downward stroke `down`: the latest time after its start, in s, at which Z
+/// can still stop with the tip clear of the board (C2.3). Uses the lower of Z's limits in both directions.
 pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Diagnostic> {
     let (own, limits) = (Limits::of_axis(machine, &machine.z), Limits::of_down(machine));
     let limits = Limits {
@@ -295,7 +297,8 @@ pub fn last_stop_s(machine: &Machine, down: &Stroke) -> Result<f64, Diagnostic> 
     profile::point_of_no_return_s(down, height_mm, machine.overlap.clear_mm.min(height_mm), limits)
 }
 
-/// The stroke down: fast to the feed height, then at feed; where the way is too short to change speeds, all of it at feed.
+/// The downward stroke: fast to the feed height, then at feed; all at feed if the distance is too short for
+/// two speeds.
 pub fn down(
     machine: &Machine,
     height_mm: f64,
@@ -324,7 +327,7 @@ mod tests {
     use crate::machine::virtual_drill;
 
     #[test]
-    fn margin_and_settling_act_where_they_are_longer_than_the_way_from_clear() {
+    fn margin_and_settling_apply_beyond_the_lift_time() {
         // 0.3 mm at 12 mm/s.
         let rows = [((5.0, 10.0), 25.0), ((0.0, 0.0), 25.0), ((20.0, 10.0), 30.0), ((5.0, 40.0), 45.0)];
         for ((margin_ms, settle_ms), wanted_ms) in rows {

@@ -1,7 +1,5 @@
-//! The laws a timeline must keep, from its closed forms alone (N14): no axis faster, harder or jerkier than it may,
-//! every move from where the one before ended, no gap in time.
-//!
-//! Comes in: a timeline, a machine. Goes out: what is broken, if anything. Does not know how it was planned.
+//! Laws of timelines, checked from closed forms alone: axis limits hold, every move starts where the previous
+//! one ended, and there are no gaps in time.
 
 use super::timeline::{AxisMove, Motion, Move, Timeline};
 use super::{Limits, path};
@@ -9,10 +7,10 @@ use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, Machine, axis_name};
 use crate::units::TICK_HZ;
 
-/// Room for rounding, as a share of the limit.
+/// Tolerance for rounding, as a share of the limit.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Every broken law, at most one diagnostic for each move.
+/// All violations, at most one per move.
 pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Diagnostic>> {
     let (mut at, mut now) = (timeline.start, 0);
     let mut broken = Vec::new();
@@ -38,7 +36,7 @@ pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Diagnostic
     if broken.is_empty() { Ok(()) } else { Err(broken) }
 }
 
-/// Whether the parts of every axis follow each other, in place and in time.
+/// True if the parts of every axis are consecutive in position and time.
 fn chained(planned: &Move) -> bool {
     (0..AXES).all(|axis| {
         let (mut at, mut free_s) = (planned.from[axis], 0.0);
@@ -52,15 +50,15 @@ fn chained(planned: &Move) -> bool {
     })
 }
 
-/// The laws of a path, where the part is one.
+/// Checks the laws of a path, if the part is one.
 fn path_laws(machine: &Machine, part: &AxisMove) -> Result<(), Diagnostic> {
     let Motion::Path(route) = &part.motion else { return Ok(()) };
     path::laws(&route.path, &Limits::of_path(machine), &path::PathRules::of(machine))
 }
 
-/// Whether `axis` is asked for more than it may do. Greatest speed, acceleration and jerk of a stroke are among its
-/// closed forms; an axis has its share of each. Steps are checked against the fastest interrupts only: their jumps are the
-/// motor's to follow.
+/// True if `axis` exceeds its limits. The highest speed, acceleration and jerk of a stroke are known in
+/// closed form, and an axis has its share of each. Table-driven steps are only compared with the fastest
+/// interrupts, because the motor must follow their jumps.
 fn too_much(timeline: &Timeline, machine: &Machine, part: &AxisMove, axis: usize) -> bool {
     let way_mm = (part.to[axis] - part.from[axis]) as f64 * timeline.mm_per_step[axis];
     if way_mm == 0.0 {

@@ -1,44 +1,30 @@
-//! How fast a straight line may be taken: the limits of its axes, each seen along the line.
+//! Limits of a straight line: the limits of its axes, projected onto the line.
 //!
 //! ```text
-//!   y ^    . to        an axis sees only its share of the path's speed:
+//!   y ^    . to        an axis has only its share of the path's speed:
 //!     |  .'              share_x = |dx| / length
 //!     |.'  from          path limit = min over axes of limit / share
 //!     +-----------> x
 //! ```
-//!
-//! Comes in: a machine, two places in steps. Goes out: a [`Profile`] along the line, or the steps of table-driven axes.
-//! Does not know why.
 
 use super::automaton;
-use super::profile::{self, MotionLaw, Profile};
+use super::profile::{self, Limits, MotionLaw, Profile};
 use super::timeline::TableSteps;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::machine::{AXES, Axis, DriveKind, Law, Machine, Steps};
 use crate::units::TICK_HZ;
 
-/// Greatest speed, acceleration and jerk of an axis or along a path (mm and s).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// mm/s.
-    pub speed_mm_per_s: f64,
-    /// mm/s².
-    pub acceleration_mm_per_s2: f64,
-    /// mm/s³.
-    pub jerk_mm_per_s3: f64,
-}
-
 impl Limits {
-    /// No limit at all.
+    /// Unlimited.
     const NONE: Self = Self {
         speed_mm_per_s: f64::INFINITY,
         acceleration_mm_per_s2: f64::INFINITY,
         jerk_mm_per_s3: f64::INFINITY,
     };
 
-    /// Of one axis. The speed is also held under the drive's pulse rate, taken down to a whole number of ticks
-    /// between pulses.
+    /// Limits of one axis. The drive's pulse rate also limits the speed, rounded down to a whole number of
+    /// ticks between pulses.
     pub fn of_axis(machine: &Machine, axis: &Axis) -> Self {
         Self {
             speed_mm_per_s: axis.max_speed_mm_per_s,
@@ -48,7 +34,7 @@ impl Limits {
         .slowed(drive_speed(machine, axis))
     }
 
-    /// Of Z on its way down.
+    /// Limits of Z on its way down.
     pub fn of_down(machine: &Machine) -> Self {
         Self {
             speed_mm_per_s: machine.down.max_speed_mm_per_s,
@@ -58,19 +44,19 @@ impl Limits {
         .slowed(drive_speed(machine, &machine.z))
     }
 
-    /// Of X, Y and Z along a milled path. Z may go up or down there: it keeps the limits of both.
+    /// Limits of X, Y and Z along a milled path. Z may move in both directions there, so both limits apply.
     pub fn of_path(machine: &Machine) -> [Self; 3] {
         let [x, y, z] = [&machine.x, &machine.y, &machine.z].map(|axis| Self::of_axis(machine, axis));
         [x, y, z.with_share(Self::of_down(machine), 1.0)]
     }
 
-    /// These and also a lower speed.
+    /// Reduces the speed limit.
     #[must_use]
     pub fn slowed(self, speed_mm_per_s: f64) -> Self {
         Self { speed_mm_per_s: self.speed_mm_per_s.min(speed_mm_per_s), ..self }
     }
 
-    /// Both these, for an axis that has the given share of the path.
+    /// Adds the limits of an axis with this share of the path.
     fn with_share(self, axis: Self, share: f64) -> Self {
         Self {
             speed_mm_per_s: self.speed_mm_per_s.min(axis.speed_mm_per_s / share),
@@ -80,13 +66,13 @@ impl Limits {
     }
 }
 
-/// Fastest that the drive of `axis` takes pulses, mm/s.
+/// Highest speed that the drive of `axis` permits, mm/s.
 fn drive_speed(machine: &Machine, axis: &Axis) -> f64 {
     let ticks = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1)));
     TICK_HZ as f64 / ticks as f64 / axis.scale.steps_per_mm()
 }
 
-/// The shape that `law` means for a move over `length_mm`.
+/// The profile that `law` selects for a move over `length_mm`.
 pub(super) fn shape(
     machine: &Machine,
     law: Law,
@@ -101,13 +87,13 @@ pub(super) fn shape(
     })
 }
 
-/// Millimetres of one step, for every axis.
+/// Millimetres per step, for every axis.
 pub(super) fn mm_per_step(machine: &Machine) -> [f64; AXES] {
     std::array::from_fn(|axis| 1.0 / machine.axis(axis).scale.steps_per_mm())
 }
 
-/// The straight line between two places: lengths in the plane, of the spindles, and of both together. Spindles move alike
-/// and count once.
+/// Lengths of a straight line in mm: in XY, of the spindles, and in total. Spindles move alike and count
+/// once.
 fn lengths_mm(mm_per_step: &[f64; AXES], from: &Steps, to: &Steps) -> (f64, f64, f64) {
     let way = |axis: usize| (to[axis] - from[axis]).abs() as f64 * mm_per_step[axis];
     let plane = libm::sqrt(way(0) * way(0) + way(1) * way(1));
@@ -116,8 +102,8 @@ fn lengths_mm(mm_per_step: &[f64; AXES], from: &Steps, to: &Steps) -> (f64, f64,
     (plane, spindles, both)
 }
 
-/// The fastest straight line from rest at `from` to rest at `to`, not faster than `speed_mm_per_s` along the path. Lines in the
-/// plane follow the plane's law; those of spindles alone the law of their direction.
+/// The fastest straight line from rest at `from` to rest at `to`, at most at `speed_mm_per_s` along the path.
+/// Lines with XY follow the law of XY; lines of spindles alone follow the law of their direction.
 pub(super) fn line(
     machine: &Machine,
     from: &Steps,
@@ -142,8 +128,8 @@ pub(super) fn line(
     profile::plan(shape(machine, law, length_mm, limits)?, length_mm, limits)
 }
 
-/// The steps of a table-driven axis over `way` steps, not faster than `speed_mm_per_s` and the axis's own speeds. What its motor
-/// can follow is no limit: the table decides.
+/// Steps of a table-driven axis over `way` steps, at most at `speed_mm_per_s` and the axis's own speeds.
+/// Motor limits are not applied: the table decides.
 pub(super) fn steps(
     machine: &Machine,
     axis: usize,
@@ -159,7 +145,7 @@ pub(super) fn steps(
     Ok(TableSteps { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })
 }
 
-/// Time of a rapid in the plane, X and Y moving together; infinite when the machine's limits are not usable.
+/// Time of an XY rapid; infinite if the machine's limits are invalid.
 pub fn rapid_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
     if machine.drive == DriveKind::Table {
         let way = |axis: usize, from, to| {

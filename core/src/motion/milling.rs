@@ -1,11 +1,9 @@
-//! Mill commands that follow each other as paths from rest to rest.
+//! Converts consecutive mill commands to paths from rest to rest.
 //!
 //! ```text
-//! Mill, Mill, MillArc, Mill   ─▶   one move:         /‾‾\__/‾‾‾‾‾‾‾‾\_/‾‾\
-//! the same with play          ─▶   a move a stretch: /‾‾\ │ /‾‾‾‾\ │ /‾‾‾\     │ an axis turned: its play is taken up
+//! Mill, Mill, MillArc, Mill   ─▶   one move:           /‾‾\__/‾‾‾‾‾‾‾‾\_/‾‾\
+//! with backlash               ─▶   several moves:      /‾‾\ │ /‾‾‾‾\ │ /‾‾‾\     │ an axis reverses
 //! ```
-//!
-//! Comes in: commands, the place where they start, a machine. Goes out: paths of the axes, in mm. Does not know steps in time.
 
 use super::Limits;
 use super::limits::mm_per_step;
@@ -16,7 +14,7 @@ use crate::geometry::Point;
 use crate::job::{Command, Stage};
 use crate::machine::{DriveKind, Machine, Steps};
 
-/// The piece that a mill command is; none for any other command.
+/// The piece of a mill command; none for any other command.
 pub(super) fn piece(command: &Command) -> Option<WantedPiece> {
     let place = |at: Point, height: crate::units::Length| [at.x.mm(), at.y.mm(), height.mm()];
     let (to, feed_um_per_s) = match *command {
@@ -30,14 +28,14 @@ pub(super) fn piece(command: &Command) -> Option<WantedPiece> {
     Some(WantedPiece { to, feed_mm_per_s: f64::from(feed_um_per_s) * 1e-3 })
 }
 
-/// A path of the axes, and for X and Y whether the motor goes down in its numbers along it.
+/// A path of the axes, and for X and Y whether the motor counts down along it.
 pub(super) type Turned = ([bool; 2], PlannedPath);
 
-/// The paths that mill `pieces` from rest at `start`, where the motors of X and Y went `down` last: one where no axis has
-/// play, else one for every stretch in which no axis with play turns.
+/// Paths that mill `pieces` from rest at `start`, after the motors of X and Y last moved `down`. One path
+/// without backlash; else one between any two reversals of an axis with backlash.
 ///
-/// Refused: table-driven axes, which do not go together; feeds of 0; and what cannot be planned, with the number of the
-/// piece.
+/// Refuses table-driven axes, which can't move together, feeds of 0, and unplannable input, with the number
+/// of the piece.
 pub(super) fn paths(
     machine: &Machine,
     start: PathPoint,
@@ -60,8 +58,8 @@ pub(super) fn paths(
     path::turns(&Chain { start, pieces }, (play_mm, down), &limits, &rules)
 }
 
-/// The part of a move that follows `path`, which goes where the motors go, with the spindles of a set; from rest at `at` to
-/// rest at `to`, the steps next to its ends.
+/// The part of a move that follows `path` (in motor coordinates) with a set of spindles. From rest at `at` to
+/// rest at `to`, the steps nearest to its ends.
 pub(super) fn part(
     machine: &Machine,
     path: PlannedPath,

@@ -1,14 +1,12 @@
-//! Holes drilled one thing after the other, where plane and spindles do not move together: read off the machine's own moves.
+//! Drill cycles without overlap of XY and spindles, measured from the machine's moves.
 //!
 //! ```text
-//! plane    ████ hop ████|settle|                                   |████ next hop
+//! XY       ███ rapid ███|settle|                                   |███ next rapid
 //! spindle                      | approach ▒▒ feed | rest | up ▒▒▒▒ |
 //!          release   arrive  ready = start  contact bottom  clear  top
 //! ```
 //!
-//! Comes in: a machine, distances from hole to hole in mm. Goes out: the instants of every hole in s, and the [`Timeline`] they come
-//! from: steps where the table drives, profiles elsewhere. A stroke that ends on a sensor is taken to end at the counted depth.
-//! Does not know [`coordination`](super::coordination)'s rules.
+//! A plunge that ends on a sensor is assumed to end at the counted depth.
 
 use super::coordination::{Cycle, SpindleTimes, Stroked};
 use super::timeline::{Move, Timeline};
@@ -19,24 +17,25 @@ use crate::job::{Command, Leg, Mark, Program, Stage};
 use crate::machine::Machine;
 use crate::units::{Length, TICK_HZ};
 
-/// How often a move's time is halved when a height is looked for: more than a number has digits.
+/// Bisections for the time of a height: more than the digits of an `f64`.
 const HALVINGS: u32 = 60;
 
-/// Longest way from hole to hole, in mm.
+/// Longest distance between holes, in mm.
 const FARTHEST_MM: f64 = 1e6;
 
-/// What came of it.
+/// Result.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OneByOne {
-    /// The instants of every hole; one spindle stands for all.
+    /// Events of every hole; one spindle represents all.
     pub cycles: Vec<Cycle>,
-    /// What the stroke of the first hole takes.
+    /// Times of the stroke of the first hole.
     pub times: SpindleTimes,
     /// The machine's moves.
     pub timeline: Timeline,
 }
 
-/// The holes that are `hops_mm` from each other, from rest over the work zero, with the machine's own process.
+/// Drills holes at the distances `hops_mm`, from rest over the work zero, with the machine's process
+/// parameters.
 pub fn one_by_one(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<OneByOne, Diagnostic> {
     let program = program(machine, hops_mm)?;
     let timeline = timeline(&program, machine)?;
@@ -60,7 +59,7 @@ pub fn one_by_one(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<OneByOne, D
     Ok(OneByOne { cycles, times, timeline })
 }
 
-/// A program of these holes and nothing else.
+/// A program with only these holes.
 fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Diagnostic> {
     let process = &machine.process;
     let micros = |value: f64| libm::round(value * 1e3).clamp(0.0, f64::from(u32::MAX)) as u32;
@@ -94,7 +93,7 @@ fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Diagnosti
     })
 }
 
-/// The instants of the hole that `moves` make; clear is at `clear` steps over the board.
+/// Events of the hole of `moves`; the clear height is `clear` steps over the board.
 fn read(moves: &[Move], clear: f64) -> Cycle {
     let second = |tick: u64| tick as f64 / TICK_HZ as f64;
     let began_s = moves.first().map_or(0.0, |first| second(first.start_tick));
@@ -126,7 +125,8 @@ fn read(moves: &[Move], clear: f64) -> Cycle {
     Cycle { clear_s: z.clear_s, spindles: vec![z], ..cycle }
 }
 
-/// The second of `planned` at which Z first is where `there` says, in steps over the board; its end where it never is.
+/// First time in `planned` at which Z, in steps over the board, satisfies `there`; the end if never. In
+/// seconds.
 fn reached_s(planned: &Move, there: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, planned.duration_ticks as f64 / TICK_HZ as f64);
     for _ in 0..HALVINGS {
@@ -147,14 +147,14 @@ mod tests {
     use crate::motion::rapid_time_s;
 
     #[test]
-    fn a_hole_of_the_laboratory_drill_takes_what_its_table_takes() {
+    fn lab_drill_hole_takes_the_time_of_its_table() {
         let machine = lab();
         let found = one_by_one(&machine, &[[10.0, 0.0], [5.0, 0.0], [0.0, 2.54]]).unwrap();
         assert_eq!(found.cycles.len(), 3);
         let mut before_s = 0.0;
         for (cycle, to) in found.cycles.iter().zip([(10.0, 0.0), (15.0, 0.0), (15.0, 2.54)]) {
             let z = cycle.spindles[0];
-            // Nothing moves before what came before it rests; a move rests 2 µs at its end.
+            // Each event follows the previous rest; a move rests 2 µs at its end.
             let order = [
                 before_s,
                 cycle.release_s,
@@ -172,7 +172,8 @@ mod tests {
             assert!((cycle.ready_s - cycle.arrive_s - 0.02).abs() < 1e-9, "settles 20 ms: {cycle:?}");
             before_s = z.top_s;
         }
-        // From 10 to 15 mm are 24 steps of X; for its ramps the table needs 21 interrupts more (A.5 of the reference).
+        // From 10 to 15 mm are 24 steps of X; the table needs 21 more interrupts for its ramps (A.5 of the
+        // reference).
         let hop = &found.cycles[1];
         let by_table = rapid_time_s(&machine, Point::from_mm(10.0, 0.0), Point::from_mm(15.0, 0.0));
         assert!((hop.arrive_s - hop.release_s - by_table).abs() < 3e-6, "{hop:?} {by_table}");
@@ -180,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_of_a_machine_without_overlap_are_all_alike() {
+    fn holes_without_overlap_take_equal_time() {
         let base = virtual_drill();
         let apart = Machine { overlap: Overlap { on: false, ..base.overlap }, ..base };
         let found = one_by_one(&apart, &[[5.0, 0.0], [5.0, 0.0]]).unwrap();
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn moves_that_cannot_be_are_refused() {
+    fn impossible_moves_are_refused() {
         for wrong in [f64::NAN, f64::INFINITY, -2e6] {
             assert_eq!(one_by_one(&lab(), &[[wrong, 0.0]]).unwrap_err().code, "motion.bad_length");
         }

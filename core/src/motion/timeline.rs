@@ -1,19 +1,17 @@
-//! A program as moves in time.
+//! Timelines: a program as moves in time.
 //!
 //! ```text
-//! one by one        Travel      Dwell    Approach   Drill      Dwell   Retract
+//! separate          Travel      Dwell    Approach   Drill      Dwell   Retract
 //! speed            /‾‾‾‾‾‾\             /‾‾\      _______             /‾‾‾‾\
 //!              ___/        \___________/    \____/       \___________/      \__
 //!
-//! together     |<------------------- one move: Hop ------------------------>|
-//! Z up         /‾‾‾‾‾‾‾‾\__                            (from the bottom of the hole before)
-//! plane            ____/‾‾‾‾‾‾‾‾\____
+//! together     |<---------------- one move: NextHole ---------------------->|
+//! Z up         /‾‾‾‾‾‾‾‾\__                            (from the bottom of the previous hole)
+//! XY               ____/‾‾‾‾‾‾‾‾\____
 //! Z down                       ____/‾‾‾\_______        (to the bottom of this one)
 //! ```
 //!
-//! A [`Move`] begins and ends at rest. Inside it, its [`AxisMove`]s move some axes each, in their own time.
-//!
-//! Goes out: a [`Timeline`] as data, and where it is at any second. Does not know commands, nor step times.
+//! A [`Move`] starts and ends at rest. Inside it, each [`AxisMove`] moves some axes on its own schedule.
 
 use super::automaton::SteadyStretch;
 use super::path::PlannedPath;
@@ -23,72 +21,68 @@ use crate::machine::{AXES, Steps};
 use crate::units::TICK_HZ;
 use serde::{Deserialize, Serialize};
 
-/// Something that begins and ends at rest.
+/// A move from rest to rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Move {
     /// Index of the leg in the program.
     pub leg: u32,
-    /// Index of the command in the leg; of several that are one move, of the first.
+    /// Index of the command in the leg; if several form one move, of the first.
     pub command: u32,
-    /// What the leg is for.
+    /// Purpose of the leg.
     pub mark: Mark,
-    /// What is being done.
     pub stage: Stage,
-    /// Where all axes stand before.
+    /// Position of all axes at the start.
     pub from: Steps,
-    /// Where all axes stand afterwards.
+    /// Position of all axes at the end.
     pub to: Steps,
     /// First tick, from the start of the timeline.
     pub start_tick: u64,
-    /// How long it takes, in ticks.
     pub duration_ticks: u64,
-    /// What moves, in order of start. Parts that move the same axis follow each other.
+    /// Parts in order of start. Parts of one axis don't overlap.
     pub parts: Vec<AxisMove>,
-    /// What is switched at its start.
+    /// Switching at the start.
     pub effect: Switching,
-    /// The sensor that may end it early.
+    /// Sensor that may end the move early.
     pub gate: Option<Gate>,
 }
 
-/// A straight line of some axes from rest to rest, within a move.
+/// A straight line, or path, of some axes from rest to rest, within a move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisMove {
-    /// What is being done.
     pub stage: Stage,
-    /// When it begins, in ticks from the start of the move.
+    /// Start in ticks from the start of the move.
     pub start_tick: u64,
-    /// Where the axes stand before. Only those that stand elsewhere afterwards belong to the part.
+    /// Position of the axes at the start. Only axes with a different end position belong to the part.
     pub from: Steps,
-    /// Where they stand afterwards.
+    /// Position of the axes at the end.
     pub to: Steps,
-    /// How they go there.
     pub motion: Motion,
 }
 
-/// How a part goes along its line.
+/// Motion of a part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Motion {
-    /// By a profile over the length of the line.
+    /// A profile over the length of a line.
     Line(Stroke),
-    /// By the table of dynamics, step by step; one axis.
+    /// Steps of one axis from the table of dynamics.
     TableSteps(TableSteps),
     /// X, Y and spindles along lines, arcs and helices, without a stop.
     Path(Box<MotorPath>),
 }
 
-/// A path of the motors, what a step of X, Y and Z is along it, and who follows its height.
+/// A path of the motors, the step sizes of X, Y and Z, and the spindles that follow its height.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotorPath {
-    /// Where it goes, in mm from the work zero.
+    /// In mm from the work zero.
     pub path: PlannedPath,
-    /// Millimetres of one step.
+    /// Millimetres per step.
     pub mm_per_step: [f64; 3],
-    /// The spindles that go along, one bit each: bit 0 is Z1.
+    /// Bit set of the spindles: bit 0 is Z1.
     pub spindles: u8,
 }
 
 impl MotorPath {
-    /// Which of its coordinates `axis` follows, if any.
+    /// Index of the path coordinate that `axis` follows, if any.
     pub fn coordinate(&self, axis: usize) -> Option<usize> {
         match axis {
             0 | 1 => Some(axis),
@@ -97,23 +91,23 @@ impl MotorPath {
     }
 }
 
-/// The steps of one axis.
+/// Steps of one table-driven axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableSteps {
-    /// Ticks from interrupt to interrupt.
+    /// Ticks per interrupt.
     pub interrupt_ticks: u64,
-    /// Steps at equal distances, in interrupts, in order.
+    /// Groups of steps with equal intervals, in interrupts, in order.
     pub stretches: Vec<SteadyStretch>,
 }
 
 impl TableSteps {
-    /// How long they take, in ticks.
+    /// Duration in ticks.
     pub fn duration_ticks(&self) -> u64 {
         let interrupts = self.stretches.iter().map(|some| u64::from(some.interval) * some.count);
         interrupts.sum::<u64>() * self.interrupt_ticks
     }
 
-    /// How many steps have come by `tick`.
+    /// Number of steps made until `tick`.
     pub fn count_at(&self, tick: u64) -> u64 {
         let (mut done, mut now) = (0, 0);
         for some in &self.stretches {
@@ -128,7 +122,7 @@ impl TableSteps {
         done
     }
 
-    /// The tick of step `index`, counted from 0; that of the last one beyond it.
+    /// Tick of step `index`, from 0; clamped to the last step.
     pub fn tick_of(&self, index: u64) -> u64 {
         let (mut left, mut now) = (index + 1, 0);
         for some in &self.stretches {
@@ -145,7 +139,6 @@ impl TableSteps {
 }
 
 impl AxisMove {
-    /// How long it takes, s.
     pub fn duration_s(&self) -> f64 {
         match &self.motion {
             Motion::Line(stroke) => stroke.duration_s(),
@@ -154,7 +147,7 @@ impl AxisMove {
         }
     }
 
-    /// How far it goes, in mm; a step table moves one axis.
+    /// Length in mm; for table steps, of the one axis.
     pub fn length_mm(&self, mm_per_step: &[f64; AXES]) -> f64 {
         let travel = |axis: usize| (self.to[axis] - self.from[axis]).abs() as f64 * mm_per_step[axis];
         match &self.motion {
@@ -164,26 +157,26 @@ impl AxisMove {
         }
     }
 
-    /// Second of the move at which it begins.
+    /// Start in seconds of the move.
     pub fn start_s(&self) -> f64 {
         self.start_tick as f64 / TICK_HZ as f64
     }
 
-    /// Second of the move at which it ends.
+    /// End in seconds of the move.
     pub fn end_s(&self) -> f64 {
         self.start_s() + self.duration_s()
     }
 
-    /// Whether `axis` belongs to it.
+    /// True if `axis` belongs to the part.
     pub fn moves(&self, axis: usize) -> bool {
         match &self.motion {
-            // A path that closes ends where it starts.
+            // A closed path ends at its start, so compare the axes instead of the ends.
             Motion::Path(route) => route.coordinate(axis).is_some(),
             _ => self.from[axis] != self.to[axis],
         }
     }
 
-    /// Where `axis` is `t_s` seconds after the start of the move, in steps and parts of steps.
+    /// Position of `axis` at `t_s` seconds of the move, in fractional steps.
     fn at(&self, axis: usize, t_s: f64) -> f64 {
         match &self.motion {
             Motion::Path(route) if t_s < self.end_s() => {
@@ -197,7 +190,7 @@ impl AxisMove {
         }
     }
 
-    /// Share of the way done `t_s` seconds after the start of the move, 0 … 1.
+    /// Completed share at `t_s` seconds of the move, 0 … 1.
     pub fn share(&self, t_s: f64) -> f64 {
         let own_s = t_s - self.start_s();
         match &self.motion {
@@ -216,7 +209,7 @@ impl AxisMove {
         }
     }
 
-    /// Speed along the line `t_s` seconds after the start of the move, mm/s; of steps the mean of the whole move.
+    /// Speed along the line at `t_s` seconds of the move, mm/s; for table steps, the mean of the part.
     pub fn speed(&self, t_s: f64, mm_per_step: &[f64; AXES]) -> f64 {
         let own_s = t_s - self.start_s();
         match &self.motion {
@@ -232,7 +225,7 @@ impl AxisMove {
 }
 
 impl Move {
-    /// Where the axes are `t_s` seconds after the start of the move, in steps and parts of steps.
+    /// Position of the axes at `t_s` seconds of the move, in fractional steps.
     pub fn at(&self, t_s: f64) -> [f64; AXES] {
         let mut at = self.from.map(|place| place as f64);
         for part in self.parts.iter().filter(|part| part.start_s() <= t_s) {
@@ -243,17 +236,17 @@ impl Move {
         at
     }
 
-    /// The part that began last and still moves, `t_s` seconds after the start of the move.
+    /// The latest part that moves at `t_s` seconds of the move.
     pub fn part_at(&self, t_s: f64) -> Option<&AxisMove> {
         self.parts.iter().rev().find(|part| part.start_s() <= t_s && t_s < part.end_s())
     }
 
-    /// Whether any axis goes anywhere, there or there and back.
+    /// True if any axis moves, even if it returns to its start.
     pub fn moves(&self) -> bool {
         !self.parts.is_empty()
     }
 
-    /// The command that is done `t_s` seconds after the start of the move, by its index in the leg.
+    /// Index in the leg of the command at `t_s` seconds of the move.
     pub fn command_at(&self, t_s: f64) -> u32 {
         let route = self.parts.iter().find_map(|part| match &part.motion {
             Motion::Path(route) => Some((part.start_s(), route)),
@@ -262,8 +255,8 @@ impl Move {
         self.command + route.map_or(0, |(start_s, route)| route.path.wanted_at(t_s - start_s))
     }
 
-    /// The second, from the start of the move, at which a later `command` of the leg begins that is done in this move, or would
-    /// be if it went anywhere.
+    /// Start, in seconds of the move, of a later `command` of the leg that is part of this move. Defined even
+    /// if the command has no length.
     pub fn start_of_command_s(&self, command: u32) -> Option<f64> {
         let later = command.checked_sub(self.command)?;
         self.parts.iter().find_map(|part| match &part.motion {
@@ -272,7 +265,8 @@ impl Move {
         })
     }
 
-    /// The tick, from the start of the timeline, at which the hole is through: the end of the last stroke down in it.
+    /// Tick, from the start of the timeline, at which the hole is complete: the end of its last downward
+    /// stroke.
     pub fn drilled_tick(&self) -> Option<u64> {
         let down = self.parts.iter().filter(|part| part.stage == Stage::Drill);
         let end_s = down.map(AxisMove::end_s).reduce(f64::max)?;
@@ -281,29 +275,29 @@ impl Move {
     }
 }
 
-/// Moves one after the other.
+/// A sequence of moves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timeline {
-    /// Where all axes stand before the first move, in steps from the work zero.
+    /// Position of all axes before the first move, in steps from the work zero.
     pub start: Steps,
-    /// What happens, in order and without a gap.
+    /// In order, without gaps.
     pub moves: Vec<Move>,
-    /// Millimetres of one step, for every axis.
+    /// Millimetres per step, for every axis.
     pub mm_per_step: [f64; AXES],
 }
 
 impl Timeline {
-    /// How long all of it takes, in ticks.
+    /// Total time in ticks.
     pub fn total_ticks(&self) -> u64 {
         self.moves.last().map_or(0, |last| last.start_tick + last.duration_ticks)
     }
 
-    /// How long all of it takes, in seconds.
+    /// Total time in seconds.
     pub fn total_s(&self) -> f64 {
         self.total_ticks() as f64 / TICK_HZ as f64
     }
 
-    /// Where all axes stand after the last move.
+    /// Position of all axes after the last move.
     pub fn end(&self) -> Steps {
         self.moves.last().map_or(self.start, |last| last.to)
     }

@@ -1,40 +1,35 @@
-//! Commands as moves, one after the other.
+//! Converts commands to moves.
 //!
-//! A place is first turned into the nearest whole step, from its absolute coordinate; the way between two places is their
-//! difference, so nothing adds up (A6). Places of an axis with play are those of its motor: going down in its numbers the
-//! motor stands by the play lower.
+//! Positions are first rounded to whole steps, from absolute coordinates. Distances are differences of those,
+//! so errors don't add up. Positions of an axis with backlash are motor positions: while counting down, the
+//! motor is lower by the backlash.
 //!
 //! ```text
-//! wanted     0 ──▶ 10 ──▶ 4              play 1: after the turn the motor first takes the play up,
+//! target     0 ──▶ 10 ──▶ 4              backlash 1: after the reversal the motor removes it first,
 //! motor      0 ──▶ 10 ─▶ 9 ──▶ 3         then both move
 //! ```
-//!
-//! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
 
 use super::drill_cycles::{Alike, DrillCycles, Hole, Low, alike, plain_hole};
-use super::limits::{line, mm_per_step, steps};
+use super::limits::mm_per_step;
 use super::milling;
 use super::path::PlannedPath;
-use super::profile::Stroke;
-use super::timeline::{AxisMove, Motion, Move, Timeline};
+use super::straight::{REST_TICKS, lines, play_steps};
+use super::timeline::{AxisMove, Move, Timeline};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Gate, Leg, Mark, Program, Stage, Switching};
-use crate::machine::{AXES, DriveKind, Machine, Steps};
+use crate::machine::{AXES, Machine, Steps};
 use crate::units::{Length, TICK_HZ};
 
-/// A move longer than this is refused: its pulses could be further apart than a run can say (429 s).
+/// Longest move in s. In longer ones, pulses could be further apart than a run can encode (429 s).
 const LONGEST_MOVE_S: f64 = 400.0;
 
-/// A move keeps still for so long before its end, so that pulses timed to 1 µs never meet those of the next move.
-pub(super) const REST_TICKS: u64 = 20;
-
-/// The whole program as a timeline.
+/// Converts the whole program.
 pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Diagnostic> {
     timeline_from(program, machine, 0)
 }
 
-/// The same; `progress` is told how many legs are timed, and how many there are.
+/// Like [`timeline`]; `progress` gets the number of converted legs and their total.
 pub fn timeline_telling(
     program: &Program,
     machine: &Machine,
@@ -43,8 +38,8 @@ pub fn timeline_telling(
     timed(program, machine, 0, progress)
 }
 
-/// The program from leg `first_leg` on, as when a job is taken up again: it starts at rest where that leg starts, all
-/// spindles up.
+/// Converts the program from leg `first_leg` on, as after a resume. Starts at rest where that leg starts,
+/// with all spindles up.
 pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> Result<Timeline, Diagnostic> {
     timed(program, machine, first_leg, &mut |_, _| {})
 }
@@ -65,8 +60,8 @@ fn timed(
     Ok(writer.done())
 }
 
-/// The whole program leg by leg: `take` is given the moves of each, which are forgotten afterwards. Gives where all axes stand
-/// before the first.
+/// Converts the program leg by leg: `take` gets the moves of each, which are dropped afterwards. Returns the
+/// position of all axes before the first.
 pub fn each_leg(
     program: &Program,
     machine: &Machine,
@@ -83,8 +78,8 @@ pub fn each_leg(
     Ok(writer.timeline.start)
 }
 
-/// Leg `index` by itself: from rest where it starts, all spindles up, to rest with all spindles up again. The motors of X and Y
-/// that went `down` in their numbers before stand lower by the play.
+/// Converts only leg `index`, from rest at its start to rest, with all spindles up at both ends. `down`: X
+/// and Y arrived counting down, so their motors are lower by the backlash.
 pub fn leg_alone(
     program: &Program,
     machine: &Machine,
@@ -103,7 +98,7 @@ pub fn leg_alone(
     Ok(writer.done())
 }
 
-/// A writer where leg `index` of `program` starts.
+/// A writer at the start of leg `index` of `program`.
 fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Writer<'a> {
     let mut start = Steps::default();
     let at = program.start_of_leg(index);
@@ -127,43 +122,42 @@ fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Write
     writer
 }
 
-/// The axes of the spindles in use, from a set of them (bit 0 is Z1).
+/// The axes of a set of spindles (bit 0 is Z1).
 fn spindle_axes(set: u8, machine: &Machine) -> Vec<usize> {
     machine.spindle_axes().filter(|axis| set >> (axis - 2) & 1 == 1).collect()
 }
 
-/// Writes moves one after the other.
+/// Appends moves to a timeline.
 pub(super) struct Writer<'a> {
     pub(super) machine: &'a Machine,
     timeline: Timeline,
     at: Steps,
     now: u64,
     leg: u32,
-    /// The command that is written, by its index in the leg.
+    /// Index of the current command in the leg.
     command: u32,
     mark: Mark,
     feed_height: Length,
     pub(super) spindles: Vec<usize>,
-    /// The same, those together that stroke alike.
+    /// The spindles, grouped by identical strokes.
     groups: Vec<Alike>,
-    /// The bottom of the hole that is drilled in this leg.
+    /// Bottom of the hole drilled in this leg.
     hole_bottom: Option<Length>,
     settled: bool,
-    /// Where X and Y were sent last, of which `at` is the nearest step.
+    /// Last XY target; `at` is its nearest step.
     place: Point,
-    /// The lowest that the tip was at this place, if it was in the board.
+    /// Lowest height of the tip at this XY position, if it was in the board.
     bottom: Option<Length>,
     strokes: DrillCycles,
-    /// At the bottom of a hole, on the way to the next one.
+    /// Set at the bottom of a hole, between two holes of a chain.
     low: Option<Low>,
-    /// For every axis, whether its play is taken up towards its low end.
+    /// For every axis, whether its backlash is removed towards the low end.
     turned: [bool; AXES],
-    /// How fast each bit of the program is lifted at most, mm/s; and the one that is in.
+    /// Highest retract speed of each bit of the program, mm/s; and of the current bit.
     lifts_mm_per_s: Vec<f64>,
     lift_mm_per_s: f64,
     /// The presser foot holds the board in this leg.
     presses: bool,
-    /// It is down.
     foot_down: bool,
 }
 
@@ -195,17 +189,15 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// This bit is in from now on.
+    /// Records that this bit is in the spindle.
     fn puts_in(&mut self, bit: u32) {
         self.lift_mm_per_s = self.lifts_mm_per_s.get(bit as usize).copied().unwrap_or(f64::INFINITY);
     }
 
-    /// What was written.
     pub(super) fn done(self) -> Timeline {
         self.timeline
     }
 
-    /// Where it stands.
     pub(super) fn at(&self) -> Steps {
         self.at
     }
@@ -228,7 +220,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The presser foot down onto the board, or up from it, and the time that it takes. Without one, nothing.
+    /// Moves the presser foot and waits for it. Nothing without a foot.
     pub(super) fn foot(&mut self, down: bool) {
         if self.foot_down != down && (self.presses || !down) {
             self.rest(Stage::Dwell, self.machine.foot.ticks(), Switching::Foot { down });
@@ -236,7 +228,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// One hole of a chain: from the bottom of the one before, or from the top; up again where the chain ends.
+    /// One hole of a chain, from the bottom of the previous hole or from the top; up again if the chain ends.
     fn next_hole(&mut self, hole: Hole, next: Option<&Leg>, commands: usize) -> Result<(), Diagnostic> {
         let mut to = self.at;
         to[0] = self.machine.x.scale.steps(hole.to.x);
@@ -260,6 +252,7 @@ impl<'a> Writer<'a> {
         });
         self.settled = true;
         self.place = hole.to;
+        // If the next hole continues the chain, its move includes the lift.
         let goes_on =
             next.and_then(|next| plain_hole(self.machine, next)).is_some_and(|next| next.top == hole.top);
         if goes_on {
@@ -270,7 +263,7 @@ impl<'a> Writer<'a> {
         self.line(Stage::Retract, self.with_z(hole.top), self.lift_mm_per_s, None)
     }
 
-    /// Commands in order; those that mill and follow each other together.
+    /// Converts commands in order; consecutive mill commands form one group.
     fn commands(&mut self, commands: &[Command]) -> Result<(), Diagnostic> {
         let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
         let mut done = 0;
@@ -279,14 +272,14 @@ impl<'a> Writer<'a> {
             done += group.len();
             match group {
                 [first, ..] if mills(first) => self.mill(group)?,
-                // What does not mill is a group by itself.
+                // All other commands are groups of one.
                 others => others.iter().try_for_each(|command| self.command(*command))?,
             }
         }
         Ok(())
     }
 
-    /// Along `commands`, all of which mill: a path, or several between which play is taken up.
+    /// Converts mill commands to one path, or to several with backlash removal between them.
     fn mill(&mut self, commands: &[Command]) -> Result<(), Diagnostic> {
         let pieces: Vec<_> = commands.iter().filter_map(milling::piece).collect();
         let (last, height) = match commands.last() {
@@ -309,11 +302,12 @@ impl<'a> Writer<'a> {
             self.along(path, (index + 1 == count).then_some(whole))?;
         }
         self.place = last;
+        // After XY motion, the next plunge must settle first, and the depth here is unknown.
         (self.settled, self.bottom) = (false, None);
         Ok(())
     }
 
-    /// The motors of X and Y through the play of those that are to go the other way from now on; the axes stand.
+    /// Moves the motors of X and Y through the backlash before a reversal; the axes don't move.
     fn take_up(&mut self, down: [bool; 2], speed_mm_per_s: f64) -> Result<(), Diagnostic> {
         let mut to = self.at;
         for axis in (0..2).filter(|axis| down[*axis] != self.turned[*axis]) {
@@ -323,7 +317,7 @@ impl<'a> Writer<'a> {
         self.line(Stage::Mill, to, speed_mm_per_s, None)
     }
 
-    /// Along `path`, which is where the axes go, to the steps `axes` or else to the nearest.
+    /// Follows `path` (in axis coordinates), to the steps `axes` or else to the nearest.
     fn along(&mut self, path: PlannedPath, axes: Option<Steps>) -> Result<(), Diagnostic> {
         let mm = mm_per_step(self.machine);
         let play: [i64; 2] =
@@ -336,6 +330,7 @@ impl<'a> Writer<'a> {
             std::array::from_fn(|axis| if moved(&axis) { nearest(axis) } else { self.at[axis] })
         });
         (to[0], to[1]) = (to[0] - play[0], to[1] - play[1]);
+        // The first pulse must keep the direction set-up time and the least interval to the previous move.
         let wait_s = f64::from(self.machine.direction_setup_us) * 1e-6
             + 1.0 / f64::from(self.machine.max_step_hz.max(1));
         let start_tick = libm::ceil(wait_s * TICK_HZ as f64) as u64 + REST_TICKS;
@@ -345,7 +340,7 @@ impl<'a> Writer<'a> {
         let duration_ticks = libm::ceil(part.end_s() * TICK_HZ as f64) as u64 + REST_TICKS;
         let turned = self.turned;
         self.push(Move { to, duration_ticks, parts: vec![part], ..self.blank(Stage::Mill) });
-        // Which way the motors went is known from the play taken up, also where they went less than a step.
+        // The direction of the motors follows from the removed backlash, even if they moved less than a step.
         (self.turned[0], self.turned[1]) = (turned[0], turned[1]);
         Ok(())
     }
@@ -377,6 +372,7 @@ impl<'a> Writer<'a> {
         target[0] = self.machine.x.scale.steps(to.x);
         target[1] = self.machine.y.scale.steps(to.y);
         let before = self.at;
+        // The presser foot must not drag over the board.
         if to != self.place {
             self.foot(false);
         }
@@ -411,19 +407,19 @@ impl<'a> Writer<'a> {
             self.settled = true;
         }
         self.foot(true);
-        // Where it has been deeper already, as when it pecks, nothing is left to cut down to there.
+        // Above an earlier depth at this position, as in peck drilling, nothing is left to cut.
         let uncut = self.bottom.unwrap_or(Length::ZERO) + self.feed_height;
         let above = self.with_z(uncut.max(to));
         if (2..AXES).any(|axis| above[axis] < self.at[axis]) {
             self.line(Stage::Approach, above, f64::INFINITY, None)?;
         }
         let deepest = self.bottom.map_or(to, |bottom| bottom.min(to)).min(Length::ZERO);
-        // Where a sensor ends it, nobody knows how deep it got.
+        // With a sensor, the depth is unknown.
         self.bottom = if gate.is_some() { self.bottom } else { Some(deepest) };
         self.line(Stage::Drill, bottom, f64::from(feed_um_per_s) * 1e-3, gate)
     }
 
-    /// The spindles in use at `height`, in a hole each as far as it goes; everything else where it is.
+    /// `at` with the active spindles at `height`; in a hole, each spindle limited by its own bottom.
     fn with_z(&self, height: Length) -> Steps {
         let mut steps = self.at;
         for axis in &self.spindles {
@@ -433,7 +429,7 @@ impl<'a> Writer<'a> {
         steps
     }
 
-    /// Where the motors of X and Y stand when the axes are at `to`: lower by the play where they come from above.
+    /// Motor positions of X and Y with the axes at `to`: lower by the backlash after a downward move.
     fn play(&self, to: &Steps) -> Steps {
         let mut motors = *to;
         for axis in 0..2 {
@@ -448,14 +444,14 @@ impl<'a> Writer<'a> {
         motors
     }
 
-    /// A time of rest. Without time and effect nothing is written.
+    /// Appends a rest. Without time and effect, appends nothing.
     pub(super) fn rest(&mut self, stage: Stage, duration_ticks: u64, effect: Switching) {
         if duration_ticks > 0 || effect != Switching::None {
             self.push(Move { duration_ticks, effect, ..self.blank(stage) });
         }
     }
 
-    /// A straight line of the motors, not faster than `speed_mm_per_s`. One that goes nowhere is not written.
+    /// Appends a straight line of the motors, at most at `speed_mm_per_s`. Without distance, appends nothing.
     pub(super) fn line(
         &mut self,
         stage: Stage,
@@ -474,13 +470,13 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The longest way of any of `parts`.
+    /// Longest distance of any of `parts`.
     fn longest_mm(&self, parts: &[AxisMove]) -> f64 {
         let mm = &self.timeline.mm_per_step;
         parts.iter().map(|part| part.length_mm(mm)).fold(0.0, f64::max)
     }
 
-    /// A move that goes nowhere and takes no time.
+    /// A move without motion and duration.
     fn blank(&self, stage: Stage) -> Move {
         Move {
             leg: self.leg,
@@ -509,15 +505,9 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// A count as an index of a program; there is no more of anything in a leg.
+/// Converts a count to an index; no leg has more entries.
 fn index(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
-}
-
-/// Play of `axis` in whole steps of its motor.
-fn play_steps(machine: &Machine, axis: usize) -> i64 {
-    let axis = machine.axis(axis);
-    axis.scale.steps(axis.backlash)
 }
 
 fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
@@ -526,56 +516,4 @@ fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
     }
     let diagnostic = Diagnostic::error("motion.move_too_slow").with("length", length_mm);
     Err(diagnostic.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
-}
-
-/// The parts of a straight line of the motors: first the play of X and Y that turn, then all axes together. Axes driven by
-/// the table go each by itself.
-pub(super) fn lines(
-    machine: &Machine,
-    stage: Stage,
-    from: Steps,
-    to: Steps,
-    speed_mm_per_s: f64,
-    turned: [bool; AXES],
-) -> Result<Vec<AxisMove>, Diagnostic> {
-    if machine.drive == DriveKind::Table {
-        return (0..AXES)
-            .filter(|axis| from[*axis] != to[*axis])
-            .map(|axis| {
-                let mut alone = from;
-                alone[axis] = to[axis];
-                let motion = Motion::TableSteps(steps(machine, axis, to[axis] - from[axis], speed_mm_per_s)?);
-                Ok(AxisMove { stage, start_tick: 0, from, to: alone, motion })
-            })
-            .collect();
-    }
-    let mut taken = from;
-    for axis in 0..2 {
-        let way = to[axis] - from[axis];
-        if way != 0 && (way < 0) != turned[axis] {
-            taken[axis] += way.signum() * play_steps(machine, axis).min(way.abs());
-        }
-    }
-    let mut parts: Vec<AxisMove> = Vec::new();
-    for (from, to) in [(from, taken), (taken, to)] {
-        if from != to {
-            let start_s = parts.last().map_or(0.0, AxisMove::end_s);
-            let profile = line(machine, &from, &to, speed_mm_per_s)?;
-            let stroke = Stroke::One(profile);
-            let start_tick = start_tick(machine, start_s, &stroke, &from, &to);
-            parts.push(AxisMove { stage, start_tick, from, to, motion: Motion::Line(stroke) });
-        }
-    }
-    Ok(parts)
-}
-
-/// The tick at which a line may begin that is wanted at `wanted_s`: so that no axis steps earlier than its direction has
-/// been set up, nor sooner than one pulse may follow another. An axis first steps when it is half a step along.
-pub(super) fn start_tick(machine: &Machine, wanted_s: f64, stroke: &Stroke, from: &Steps, to: &Steps) -> u64 {
-    let most = (0..AXES).map(|axis| (to[axis] - from[axis]).unsigned_abs()).max().unwrap_or(0);
-    let first_step_s = stroke.time_at(0.5 * stroke.length_mm() / most.max(1) as f64);
-    let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
-    let pulse_s = 1.0 / f64::from(machine.max_step_hz.max(1));
-    let needed_s = direction_s.max(pulse_s) + REST_TICKS as f64 / TICK_HZ as f64;
-    libm::ceil((wanted_s + (needed_s - first_step_s).max(0.0)) * TICK_HZ as f64) as u64
 }

@@ -1,30 +1,29 @@
-//! Feed override: how fast stream time passes. The path stays as planned, only its timing is stretched (N12).
+//! Feed override: stretches stream time. The path stays as planned; only its timing changes.
 //!
 //! ```text
-//! rate r    1 ‾‾‾‾‾‾‾\                 /‾‾‾‾‾      r² falls and rises in a straight line over stream time, as steeply as
-//!                     '.             .'            the axis with the least room allows
-//!           0           '.____rest__.'
+//! rate r    1 ‾‾‾‾‾‾‾\                 /‾‾‾‾‾      r² falls and rises in a straight line over stream
+//!                     '.             .'            time, as steeply as the axis with the least room
+//!           0           '.____rest__.'             allows
 //!                 Hold         Go
 //! ```
 //!
-//! At rate r an axis that was planned to go at v and to accelerate at a goes at r·v and accelerates at r²·a + r′·v. So that
-//! it keeps its limit A, r′ may be as low as −(A + r²·a)/v and as high as (A − r²·a)/v (bridge protocol, §4). Where the plan
-//! brakes with all of A there is no room left, and none is needed: the plan itself comes to rest.
+//! At rate r, an axis with planned speed v and acceleration a has speed r·v and acceleration r²·a + r′·v. To
+//! stay within its limit A, r′ must stay between −(A + r²·a)/v and (A − r²·a)/v (bridge protocol, §4). If the
+//! plan brakes with all of A, no room is left and none is needed: the plan itself comes to rest.
 //!
-//! v and a are read off the steps to come.
-//!
-//! Comes in: stream ticks, the runs in play, and the wish to stop or go. Goes out: stretched ticks. Does not know pins.
+//! v and a are estimated from the next pulses.
 
 use crate::steps::{AXES, Replay};
 
-/// Share of an axis' acceleration that the feed override uses: what is read off the pulses is a little behind the plan.
+/// Share of an axis' acceleration that the feed override uses, because estimates from pulses lag the plan a
+/// little.
 const SHARE: f64 = 0.9;
 
-/// How far ahead speeds are read off the pulses, in steps of each set: enough that 1 µs of fitting does not matter.
+/// Steps of each set that the estimate reads ahead: enough that the 1 µm error of fitting does not matter.
 const AHEAD: usize = 8;
 
-/// One set of axes in play: as planned its speed in steps per tick and its acceleration in steps per tick², positive while
-/// it gets faster, and how hard it may be braked.
+/// One set of moving axes: planned speed in steps per tick, planned acceleration in steps per tick² (positive
+/// if it speeds up), and braking limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rate {
     speed: f64,
@@ -32,8 +31,8 @@ pub(super) struct Rate {
     limit: f64,
 }
 
-/// The sets of axes that move after `later`, each with the limit of its weakest axis. Speeds are means over the steps to
-/// come in the same direction.
+/// The sets of axes that move after `later`, each with the limit of its weakest axis. Speeds are averages
+/// over the next steps in one direction.
 pub(super) fn rates(later: &Replay<'_>, limits: &[f64; AXES]) -> Vec<Rate> {
     let mut sets: Vec<(u8, bool, bool, Vec<u64>)> =
         later.sets().map(|(axes, forward, tick)| (axes, forward, true, vec![tick])).collect();
@@ -54,7 +53,7 @@ pub(super) fn rates(later: &Replay<'_>, limits: &[f64; AXES]) -> Vec<Rate> {
     sets.into_iter().filter_map(|(axes, _, _, ticks)| rate(&ticks, limit(axes))).collect()
 }
 
-/// Speed and acceleration of a set whose steps come at `ticks`.
+/// Speed and acceleration of a set with steps at `ticks`.
 fn rate(ticks: &[u64], limit: f64) -> Option<Rate> {
     let [first, .., last] = ticks else { return None };
     let middle = ticks.get(ticks.len() / 2)?;
@@ -66,22 +65,27 @@ fn rate(ticks: &[u64], limit: f64) -> Option<Rate> {
     Some(Rate { speed: now, acceleration, limit })
 }
 
-/// The clock of one segment: stream ticks in, stretched ticks out.
+/// Clock of one segment: converts stream ticks to stretched ticks.
 #[derive(Clone, Debug)]
 pub(super) struct FeedOverride {
-    /// Square of the rate now, 0 … 1.
+    /// Square of the current rate, 0 … 1.
     square: f64,
-    /// Square of the rate that is wanted.
+    /// Square of the requested rate.
     wanted: f64,
-    /// Stream tick and stretched tick from which the stretch holds.
+    /// Stream tick and stretched tick at which `stretch` starts to apply.
     base: (u64, f64),
     stretch: f64,
 }
 
 impl FeedOverride {
-    /// At full rate from `start` on, which is stream tick 0.
+    /// Full rate from stretched tick `start`, which is stream tick 0.
     pub(super) fn new(start: u64) -> Self {
         Self { square: 1.0, wanted: 1.0, base: (0, start as f64), stretch: 1.0 }
+    }
+
+    /// At rest since stretched tick `now`, at stream tick `stream_tick`.
+    pub(super) fn rested(stream_tick: u64, now: u64) -> Self {
+        Self { square: 0.0, wanted: 0.0, base: (stream_tick, now as f64), stretch: 1.0 }
     }
 
     /// The stretched tick of `stream_tick`.
@@ -94,32 +98,31 @@ impl FeedOverride {
         }
     }
 
-    /// The stream tick that passes at stretched tick `at`; the same one as long as time stands still.
+    /// The stream tick at stretched tick `at`; constant while time is stopped.
     pub(super) fn passed(&self, at: u64) -> u64 {
         self.base.0 + ((at as f64 - self.base.1).max(0.0) / self.stretch) as u64
     }
 
-    /// Whether time passes as planned, and is to go on so.
+    /// True if time passes as planned and no other rate is requested.
     pub(super) fn is_full(&self) -> bool {
         self.square == 1.0 && self.wanted == 1.0 && self.stretch == 1.0
     }
 
-    /// Whether it stands still.
     pub(super) fn at_rest(&self) -> bool {
         self.square == 0.0
     }
 
-    /// The rate that is wanted from now on, 0 … 1.
+    /// Requests a rate from now on, 0 … 1.
     pub(super) fn want(&mut self, rate_share: f64) {
         self.wanted = rate_share * rate_share;
     }
 
-    /// Sets the stretch from the pulse at `stream_tick` to the next one, `interval` ticks later as planned, while `rates`
-    /// move.
+    /// Sets the stretch between the pulse at `stream_tick` and the next one, planned `interval` ticks later,
+    /// while `rates` move.
     pub(super) fn next(&mut self, stream_tick: u64, interval: Option<u64>, rates: &[Rate]) {
         self.base = (stream_tick, self.at(stream_tick) as f64);
         self.stretch = 1.0;
-        // After the last pulse the segment only rests.
+        // No pulse follows, so no axis moves until the segment ends.
         let Some(interval) = interval else { return };
         if self.is_full() {
             return;
@@ -133,8 +136,12 @@ impl FeedOverride {
         } else {
             (before + 2.0 * slope * planned).min(self.wanted)
         };
+        // At rest and no motion requested.
+        if before == 0.0 && reached == 0.0 {
+            return;
+        }
         if falls && self.wanted == 0.0 && reached <= 0.0 {
-            // Comes to rest before the next pulse: the time that takes is spent here.
+            // Time stops before the next pulse, so the braking time is added here.
             self.base.1 += libm::ceil(libm::sqrt(before) / slope.max(1e-12));
             self.square = 0.0;
             return;
@@ -143,12 +150,12 @@ impl FeedOverride {
         self.square = reached;
     }
 
-    /// Whether it would come to rest within `interval` ticks as planned, while `rates` move.
+    /// True if braking from here ends within `interval` planned ticks, while `rates` move.
     pub(super) fn rests_within(&self, interval: u64, rates: &[Rate]) -> bool {
         self.square <= 2.0 * self.slope(true, rates) * interval.max(1) as f64
     }
 
-    /// |r′|: how fast the rate may change, per tick.
+    /// Greatest |r′|, the change of the rate per tick.
     fn slope(&self, falls: bool, rates: &[Rate]) -> f64 {
         let room = |rate: &Rate| {
             let planned = self.square * rate.acceleration;
@@ -158,7 +165,7 @@ impl FeedOverride {
         rates.iter().map(room).fold(1.0, f64::min)
     }
 
-    /// Time stands still: what follows comes `ticks` later.
+    /// Stops time for `ticks`: everything after is delayed by that much.
     pub(super) fn wait(&mut self, ticks: u64) {
         self.base.1 += ticks as f64;
     }

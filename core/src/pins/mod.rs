@@ -1,29 +1,29 @@
-//! The seam to the hardware: two small traits with laws, and what the executor does with them.
+//! The interface to the hardware: two small traits with laws, and the executor that uses them.
 //!
 //! Laws of [`Pins`]
-//! 1. `step` with an axis in `axes` moves that axis by exactly one step, in the direction given; nothing else moves.
-//! 2. `at_tick` never decreases from call to call. It is stream time: an implementation that models motion uses it as
-//!    its clock; one that drives wires has already waited for it.
+//! 1. `step` moves each axis in `axes` by exactly one step, in the given direction; nothing else moves.
+//! 2. `at_tick` never decreases from call to call. At that stream time the call happens: an implementation
+//!    that models motion uses it as its clock; one that drives wires has already waited for it.
 //! 3. `inputs` reports the inputs as they are at `at_tick`, one bit each ([`crate::job::Input::bit`]).
-//! 4. `safe` turns the spindle off and takes forcing voltage away. It may be called at any time, twice, and never
-//!    fails. Outputs switched by `output` are turned off with it.
-//! 5. `rest` says that all axes are at rest and may stay so: what only a turning motor needs may be taken away.
-//! 6. `due` is the tick by which `attend` wants to be called although nothing steps; none while nothing is pending. After
-//!    `attend` at a tick that was due, nothing is due at that tick or before it.
-//! 7. `bit` says that from now on a new, sharp bit of this kind is in every spindle. Nothing turns then. What only drives
-//!    wires does nothing.
-//! 8. `ahead` says which axes step next and which way, as soon as that is known: after every step, and before the first. What has
-//!    to set a direction up, or to be switched on first, does it then. A step may come that was not announced.
-//! 9. `spindle_state` reports `Lost` only of a spindle that is to turn, and goes on to report it until it is switched off. It
-//!    never waits for an answer.
+//! 4. `safe` turns the spindle off, removes the forcing voltage, and switches off the outputs that `output`
+//!    switched. It may be called at any time, repeatedly, and never fails.
+//! 5. `rest` reports that all axes are at rest and may stay so. Supplies that only a moving motor needs may
+//!    be switched off.
+//! 6. `due` is the tick at which `attend` must be called even if nothing steps; none if nothing is pending.
+//!    After `attend` at a due tick, nothing is due at that tick or before it.
+//! 7. `bit` reports that from now on every spindle holds a new, sharp bit of this kind. Nothing turns at that
+//!    time. Implementations that only drive wires ignore it.
+//! 8. `ahead` announces the next steps and their directions as soon as they are known: before the first step
+//!    and after each one. Drivers set up a direction or switch power on then. A step may also come
+//!    unannounced.
+//! 9. `spindle_state` reports `Lost` only of a spindle that should turn, and until it is switched off. The
+//!    call never waits for an answer.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
-//! 2. Late is never caught up: after a late return the caller shifts all later ticks.
-//! 3. `wait_until` is called only for ticks that `grants` said yes to. A clock that waits by itself always does; one that is
-//!    told the time does once the tick is reached, and its `wait_until` then waits for nothing.
-//!
-//! Comes in: runs. Goes out: calls on the traits. Does not know who computed the stream.
+//! 2. Lost time is never caught up: after a late return the caller shifts all later ticks.
+//! 3. `wait_until` is called only for ticks that `grants` accepted. A clock that can wait accepts every tick.
+//!    A clock that the caller advances accepts a tick once reached; `wait_until` then returns at once.
 
 mod feed_override;
 mod pass_on;
@@ -33,7 +33,9 @@ mod spindle;
 mod steady;
 mod touches;
 
-pub use play::{Motors, Operator, Order, Outcome, Playhead, give_way, play, play_by_turns, through};
+pub use play::{
+    Motors, Operator, Order, Outcome, Playhead, give_way, play, play_by_turns, play_on_by_turns, through,
+};
 pub use recorder::{Recorder, Written};
 pub use spindle::{SpindleState, SpindleTrouble};
 pub use steady::Steady;
@@ -48,60 +50,61 @@ pub type AxisSet = u8;
 
 const _: () = assert!(AXES <= 8, "an AxisSet has eight bits");
 
-/// Somewhere to put pulses, and to read sensors from.
+/// Receives pulses and reads sensors.
 pub trait Pins {
-    /// One step on every axis of `axes`; those also in `forward` count up, the others down.
+    /// Steps every axis of `axes` once; those also in `forward` count up, the others down.
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet);
 
-    /// Set the spindle's speed in rpm; 0 is off.
+    /// Sets the spindle speed in rpm; 0 is off.
     fn spindle(&mut self, at_tick: u64, rpm: u32);
 
-    /// How the spindle stands. What cannot ask it does not know.
+    /// State of the spindle; `Untold` if the hardware can't report it.
     fn spindle_state(&mut self) -> SpindleState {
         SpindleState::Untold
     }
 
-    /// The inputs, one bit each.
+    /// The inputs, one bit each ([`crate::job::Input::bit`]).
     fn inputs(&mut self, at_tick: u64) -> u32;
 
-    /// Switch an output: its place among the machine's outputs. What has no outputs does nothing.
+    /// Switches an output, by its index among the machine's outputs. Implementations without outputs ignore
+    /// it.
     fn output(&mut self, _at_tick: u64, _place: u8, _on: bool) {}
 
-    /// All axes are at rest.
+    /// All axes are at rest, until the next step.
     fn rest(&mut self, _at_tick: u64) {}
 
-    /// When it has something to switch by itself next. What has nothing of the kind says so.
+    /// Tick of the next pending switch; none if nothing is pending.
     fn due(&self) -> Option<u64> {
         None
     }
 
-    /// A new bit of this kind is in every spindle.
+    /// Every spindle holds a new bit of this kind.
     fn bit(&mut self, _at_tick: u64, _bit: &Bit) {}
 
-    /// From now on the tools of the magazine and the spindle lie like this, because a person says so. What only drives wires does
-    /// nothing.
+    /// The user stated where the tools are, in the magazine and the spindle. Implementations that only drive
+    /// wires ignore it.
     fn stock(&mut self, _at_tick: u64, _stock: &ToolStock) {}
 
-    /// The next step of every axis in `axes`: of those also in `forward` up, of the others down. Nothing moves yet.
+    /// Announces the next step of every axis in `axes`: up for those also in `forward`, else down. Nothing
+    /// moves yet.
     fn ahead(&mut self, _at_tick: u64, _axes: AxisSet, _forward: AxisSet) {}
 
-    /// It is `at_tick`: what is due may be switched.
+    /// Switches everything that is due at `at_tick`.
     fn attend(&mut self, _at_tick: u64) {}
 
     /// Spindle off, forcing voltage off, outputs off.
     fn safe(&mut self);
 }
 
-/// Somewhere to take time from, in ticks of [`crate::steps::TICK_HZ`].
+/// A time source, in ticks of [`crate::steps::TICK_HZ`].
 pub trait Clock {
-    /// The tick it is now.
     fn now(&mut self) -> u64;
 
-    /// Whether it may be waited for `tick` now.
+    /// True if the caller may wait for `tick` now.
     fn grants(&mut self, _tick: u64) -> bool {
         true
     }
 
-    /// Wait until `tick`; returns the tick it is then, never less than `tick`.
+    /// Waits until `tick`; returns the actual tick, never less than `tick`.
     fn wait_until(&mut self, tick: u64) -> u64;
 }

@@ -1,10 +1,7 @@
-//! Pins around other pins: what only passes is said by its name.
-//!
-//! Comes in: names of methods of [`super::Pins`]. Goes out: these methods, calling those of the field `pins`. Does not know why
-//! somebody stands between.
+//! Wrappers around pins: delegates the methods that a wrapper doesn't change.
 
-/// The named methods of [`crate::pins::Pins`], each of which calls that of the field `pins`; for use within an `impl Pins for …`,
-/// beside the methods that do something.
+/// Implements the named methods of [`crate::pins::Pins`] by a call to the field `pins`. Use inside an `impl
+/// Pins for …`, next to the methods that differ.
 #[macro_export]
 macro_rules! pass_pins_on {
     ($($method:ident),+ $(,)?) => {

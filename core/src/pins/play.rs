@@ -6,19 +6,19 @@
 //!              └──────────── brake ◀──────────┘
 //! ```
 //!
-//! On the way to a sensor the inputs are looked at once more before every step: a motor needs time for a step, so what it brought about
-//! shows only when the next one is due. That one is not made where the motors may stand without it.
+//! On the way to a sensor, the inputs are read again just before every step. A motor needs time for a step,
+//! so the effect of one step shows only when the next is due. That step is skipped if the motors can stop
+//! without it.
 //!
-//! Where plane and spindles move together, the plane leaves when the plan predicts that the bit is clear of the board. Where a
-//! contact sensor still reports the board then, the plane waits for its edge while the spindles go on up, and what follows comes as
-//! much later; if it reports it with the spindles all the way up, the segment ends there. An edge that comes early changes
-//! nothing: it tells that the tip is out of the board, not that it is clear of it.
+//! If XY and spindles move together, XY starts when the plan predicts that the bit is clear of the board. If
+//! a contact sensor still reports the board then, XY waits for its edge while the spindles continue up, and
+//! later motion is delayed accordingly. If the sensor still reports it with the spindles all the way up, the
+//! segment ends there. An early edge changes nothing: the tip has left the board, but may not be clear of it.
 //!
-//! Where the clock waits by itself this is a function that returns at the end ([`play`]). Where it is told the time, it is played
-//! by turns ([`play_by_turns`]): it gives way whenever the next step is not due.
+//! With a clock that can wait, [`play`] returns at the end. With a clock that the caller advances,
+//! [`play_by_turns`] yields whenever the next step is not due.
 //!
-//! Comes in: a segment. Goes out: calls on [`Pins`], and an [`Outcome`]. Every end is at rest and every step is counted.
-//! Does not know who computed the segment, nor what it is for.
+//! Every ending is at rest, with every step counted.
 
 use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
@@ -30,61 +30,63 @@ use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
-/// Axes of the plane.
+/// The X and Y axes.
 const PLANE: AxisSet = 0b11;
 
-/// The least feed override that can be ordered, percent.
+/// Lowest feed override that can be ordered, percent.
 const SLOWEST: u8 = 10;
 
-/// Longest piece of waiting between two looks at the orders, in ticks: 5 ms.
+/// Longest wait between two checks of the orders, in ticks: 5 ms.
 const SLICE: u64 = TICK_HZ / 200;
 
-/// What the executor is to do.
+/// Order to the executor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Go on as planned.
+    /// Continue as planned.
     Go,
-    /// Go on at this many percent of the planned feed, 10 … 100.
+    /// Continue at this feed override.
     At {
-        /// Of the planned feed, 10 … 100.
+        /// Percent of the planned feed, 10 … 100.
         percent: u8,
     },
     /// Come to rest on the path and wait there.
     Hold,
+    /// Come to rest on the path and end there, so that [`play_on_by_turns`] can resume from that exact step.
+    Leave,
     /// Come to rest on the path and end.
     Stop,
 }
 
-/// Where orders come from and the latest position goes. Both are called between pulses and must not block.
+/// Source of orders, and receiver of positions. Methods are called between pulses and must not block.
 pub trait Operator {
-    /// The order now.
     fn order(&mut self) -> Order;
-    /// Where things are.
     fn passed(&mut self, tick: u64, position: &Steps, inputs: u32);
+    /// Motion stopped on the path because of [`Order::Hold`].
+    fn holds(&mut self) {}
 }
 
-/// What the motors can do.
+/// Limits of the motors, and geometry that the sensor checks need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motors {
-    /// How hard each axis may brake, in steps per tick².
+    /// Greatest braking of each axis, in steps per tick².
     pub braking_steps_per_tick2: [f64; AXES],
-    /// The step rate up to which a motor follows whenever the next pulse comes, in Hz. Infinite where the pins go by stream
-    /// time and not by life.
+    /// The step rate up to which a motor follows irregular pulses, in Hz. Infinite for the virtual drill,
+    /// because its pins follow stream time and are never late.
     pub start_stop_hz: f64,
-    /// The output of the presser foot, by its place, where there is one.
+    /// Output of the presser foot, by index; none without a foot.
     pub foot: Option<u8>,
-    /// Inputs that must be on while the bit goes down behind a foot that was put down, one bit each.
+    /// Inputs that must be on while the bit plunges with the foot down, one bit each.
     pub pressed: u32,
-    /// Machine steps of Z between which a tip that comes down over a hole must touch the board, the lowest first; none where that is
-    /// not looked at.
+    /// Machine steps of Z, lowest first, between which a tip must touch the board on its way down to a hole.
+    /// None if no contact sensor checks it.
     pub touches_within: Option<[i64; 2]>,
-    /// How much longer the bit of each axis is than that of Z1, in steps.
+    /// Excess length of the bit of each axis over the bit of Z1, in steps.
     pub longer: Steps,
 }
 
 impl Motors {
-    /// From the machine's accelerations; of table-driven axes from the distance in which their table brakes from its top
-    /// speed.
+    /// From the machine's accelerations. For table-driven axes, from the distance in which their table brakes
+    /// from its top speed.
     pub fn of(machine: &Machine) -> Self {
         let is_virtual = machine.output == Output::Virtual;
         let start_stop_hz =
@@ -110,34 +112,33 @@ impl Motors {
     }
 }
 
-/// How hard the table of dynamics brakes from its top speed, in steps per second².
+/// Braking of the table of dynamics from its top speed, in steps per second².
 fn table_braking(machine: &Machine) -> f64 {
     let (period, leave) = (machine.dynamics.period.last(), machine.dynamics.leave.last());
     let hz = f64::from(machine.interrupt_hz) / f64::from(period.copied().unwrap_or(1).max(1));
     0.5 * hz * hz / f64::from(leave.copied().unwrap_or(1).max(1))
 }
 
-/// What the executor remembers from segment to segment.
+/// State of the executor between segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Playhead {
-    /// Steps counted, machine coordinates.
+    /// Counted steps, machine coordinates.
     pub position: Steps,
-    /// Stream time. It never goes back, and stands still between segments.
+    /// Stream time. Never decreases, and stops between segments.
     pub tick: u64,
-    /// How much later than stream time it is. Late is never caught up.
+    /// Delay of real time after stream time. Lost time is never caught up.
     pub late: u64,
-    /// Axes whose latest step counted down: where such an axis has play, its table stands that much above its count.
+    /// Axes with their latest step down. With backlash, the table of these axes is that much above the count.
     pub down: AxisSet,
-    /// The presser foot was put down.
+    /// The presser foot is down.
     pub foot_down: bool,
 }
 
-/// How a segment ended. Always at rest, with [`Playhead::position`] exact.
+/// How a segment ended. Motion is always at rest, with [`Playhead::position`] exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As planned.
     Completed,
-    /// The gate's input turned on when the position was this; braking took it a little further.
+    /// The gate's input turned on at this position; braking took the axes a little further.
     Gated(Steps),
     /// The gate's input did not turn on before the deadline or the end.
     Unmet(Gate),
@@ -145,22 +146,23 @@ pub enum Outcome {
     Guarded(Input),
     /// A sensor that must be on is off.
     Missing(Input),
-    /// The tip touched something on its way down to a hole, higher than the board can be; braking took it a little further.
+    /// The tip touched something above the board on its way down to a hole; braking took it a little further.
     Early {
-        /// Where it touched.
         at: Steps,
     },
-    /// A step came later than its motor could wait for, by so many ticks: steps may be lost.
+    /// A step came too late for its motor, by this many ticks: steps may be lost.
     Late {
-        /// How late.
         ticks: u64,
     },
-    /// The spindle was to turn, and does not any more, or nobody knows.
+    /// The spindle should turn, but lost its speed or no longer answers.
     Spindle {
-        /// Why.
         trouble: SpindleTrouble,
     },
-    /// As ordered.
+    /// At rest on the path, as [`Order::Leave`] asked.
+    Left {
+        /// Pulses played since the start of the segment.
+        pulses: u64,
+    },
     Stopped,
 }
 
@@ -176,8 +178,8 @@ impl Playhead {
     }
 }
 
-/// Sensors that must stay off all through a segment: those in the direction of motion; the presser foot where X or Y moves; and
-/// the cover, wherever it is not a move by hand, homing, or the way up.
+/// Sensors that must stay off during a segment. Those are the limit switches in the direction of motion, the
+/// presser foot if X or Y moves, and the cover. The cover may be open while jogging, homing or retracting.
 fn guard(segment: &Segment) -> u32 {
     let by_itself = !matches!(
         segment.stage,
@@ -209,13 +211,13 @@ fn guard(segment: &Segment) -> u32 {
     guard & !segment.gate.map_or(0, |gate| gate.input.bit())
 }
 
-/// Lets whoever polls go on with something else; the next time it is polled, it goes on.
+/// Yields once to the task that polls this; ready at the next poll.
 pub fn give_way() -> impl Future<Output = ()> {
     let mut gave = false;
     poll_fn(move |_| if std::mem::replace(&mut gave, true) { Poll::Ready(()) } else { Poll::Pending })
 }
 
-/// What comes of `work`, polled until it is done: for what waits by itself and gives way to nobody.
+/// Polls `work` to its end, for a clock that waits by itself and never yields.
 pub fn through<T>(work: impl Future<Output = T>) -> T {
     let (mut work, mut context) = (pin!(work), Context::from_waker(Waker::noop()));
     loop {
@@ -225,7 +227,7 @@ pub fn through<T>(work: impl Future<Output = T>) -> T {
     }
 }
 
-/// Plays `segment` to its end, or to rest where something ended it early, with a clock that waits by itself.
+/// Plays `segment` to its end, or until something ends it early. For a clock that waits by itself.
 pub fn play(
     segment: &Segment,
     motors: &Motors,
@@ -237,9 +239,23 @@ pub fn play(
     through(play_by_turns(segment, motors, line, pins, clock, operator))
 }
 
-/// The same by turns: gives way as long as `clock` does not grant the next tick. Polled again, it goes on where it was.
+/// Like [`play`], but yields while `clock` doesn't grant the next tick. The next poll continues from there.
 pub async fn play_by_turns(
     segment: &Segment,
+    motors: &Motors,
+    line: &mut Playhead,
+    pins: &mut dyn Pins,
+    clock: &mut dyn Clock,
+    operator: &mut dyn Operator,
+) -> Outcome {
+    play_on_by_turns(segment, 0, motors, line, pins, clock, operator).await
+}
+
+/// Like [`play_by_turns`], from rest after [`Outcome::Left`]. The pulses after the first `made` must be those
+/// of the segment that was left, in number and order.
+pub async fn play_on_by_turns(
+    segment: &Segment,
+    made: u64,
     motors: &Motors,
     line: &mut Playhead,
     pins: &mut dyn Pins,
@@ -249,6 +265,7 @@ pub async fn play_by_turns(
     let start = line.tick;
     let (guard, feed_override) = (guard(segment), FeedOverride::new(start));
     let play = Play {
+        made,
         segment,
         motors,
         guard,
@@ -256,7 +273,8 @@ pub async fn play_by_turns(
         moving: false,
         stepped: [(start, 0); AXES],
         stepped_at: 0,
-        // Milling is meant to move in the board, and an edge is touched and left again.
+        // Milling moves in the board by design, and an edge is touched and left again, so contact must not
+        // hold XY.
         plane: if matches!(segment.stage, Stage::Mill | Stage::Touch) { Plane::Done } else { Plane::Before },
         put_off: 0,
         touched: false,
@@ -269,7 +287,7 @@ pub async fn play_by_turns(
     play.run().await
 }
 
-/// Where the plane is in its part of the segment.
+/// Progress of XY within its part of the segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Plane {
     Before,
@@ -277,24 +295,26 @@ enum Plane {
     Done,
 }
 
-/// A segment in play.
+/// A segment that is being played.
 struct Play<'a> {
     segment: &'a Segment,
+    /// Pulses played.
+    made: u64,
     motors: &'a Motors,
     guard: u32,
     feed_override: FeedOverride,
-    /// Whether a step was made since it last was at rest.
+    /// A step was made since motion last was at rest.
     moving: bool,
-    /// Of every axis: when it stepped last, and how late it was by then.
+    /// Tick and lateness at the latest step of each axis.
     stepped: [(u64, u64); AXES],
-    /// Tick of the segment at which anything did.
+    /// Stream tick of the latest step of any axis.
     stepped_at: u64,
     plane: Plane,
-    /// So many ticks later than planned it left, because a tip was still in the board.
+    /// Delay of XY in ticks, because a tip was still in the board.
     put_off: u64,
-    /// The tip touched the board since it was above the place by which it must.
+    /// The tip touched the board on this way down.
     touched: bool,
-    /// Why it comes to rest early.
+    /// Reason for coming to rest early.
     end: Option<Outcome>,
     line: &'a mut Playhead,
     pins: &'a mut dyn Pins,
@@ -304,6 +324,13 @@ struct Play<'a> {
 
 impl Play<'_> {
     async fn run(mut self) -> Outcome {
+        let mut pulses = replay(self.segment);
+        if self.made > 0 {
+            if !self.goes_on(&mut pulses).await {
+                return self.end.unwrap_or(Outcome::Stopped);
+            }
+            return self.pulses(pulses).await;
+        }
         match self.segment.effect {
             Switching::Spindle { rpm } => {
                 self.line.wait(self.line.tick, self.clock).await;
@@ -319,14 +346,32 @@ impl Play<'_> {
             Switching::None | Switching::AwaitBit { .. } => {}
         }
         self.look();
-        let mut pulses = replay(self.segment);
+        self.pulses(pulses).await
+    }
+
+    /// Continues from rest after the pulses already played. False if something forbids it.
+    async fn goes_on(&mut self, pulses: &mut Replay<'_>) -> bool {
+        let made = usize::try_from(self.made).unwrap_or(usize::MAX);
+        let last = pulses.by_ref().take(made).last().map_or(0, |pulse| pulse.tick);
+        let now = self.line.tick;
+        self.feed_override = FeedOverride::rested(last, now);
+        (self.stepped, self.stepped_at) = ([(now, self.line.late); AXES], last);
+        self.look();
+        let is_over = pulses.clone().next().is_none();
+        self.end.is_none() && (is_over || !self.paced(last, pulses).await)
+    }
+
+    /// Plays `pulses` to the end of the segment.
+    async fn pulses(mut self, mut pulses: Replay<'_>) -> Outcome {
         self.announce(&pulses);
         loop {
             if !self.released(&mut pulses).await {
+                // All spindles are up, and a tip still touches something.
                 return Outcome::Guarded(Input::Contact);
             }
             let Some(pulse) = pulses.next() else { break };
             self.idle_until(pulse.tick).await;
+            // Nothing moves, so there is nothing to brake.
             if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
@@ -345,11 +390,17 @@ impl Play<'_> {
         }
         self.moving = false;
         self.idle_until(self.segment.duration_ticks + self.put_off).await;
+        // All pulses are played. A gate that must be met is unmet now, and a STOP in the final rest doesn't
+        // interrupt the segment.
         match (self.end, self.segment.gate) {
-            (Some(Outcome::Stopped) | None, Some(gate)) if gate.otherwise == Otherwise::Alarm => {
+            (Some(Outcome::Stopped | Outcome::Left { .. }) | None, Some(gate))
+                if gate.otherwise == Otherwise::Alarm =>
+            {
                 Outcome::Unmet(gate)
             }
-            (Some(Outcome::Stopped), _) if !self.segment.runs.is_empty() => Outcome::Completed,
+            (Some(Outcome::Stopped | Outcome::Left { .. }), _) if !self.segment.runs.is_empty() => {
+                Outcome::Completed
+            }
             (end, _) => end.unwrap_or(Outcome::Completed),
         }
     }
@@ -357,14 +408,16 @@ impl Play<'_> {
     fn step(&mut self, pulse: Pulse) {
         self.pins.step(self.line.tick, pulse.axes, pulse.forward);
         count(&mut self.line.position, pulse.axes, pulse.forward);
+        self.made += 1;
         self.line.down = self.line.down & !pulse.axes | pulse.axes & !pulse.forward;
         self.judge_lateness(pulse.axes);
         self.moving = true;
         self.look();
     }
 
-    /// On the way to a sensor, when a step is due at tick `due` of the segment: what ends it without that step. None where nothing does, or
-    /// where the motors are too fast to stand: then the step is made, as the first of those in which they brake.
+    /// On the way to a sensor, with a step due at stream tick `due`: the reason to end without that step.
+    /// None if nothing ends it, or if the motors are too fast to stop at once. Then this step is the first of
+    /// those in which they brake.
     fn ends_before(&mut self, due: u64, later: &Replay<'_>) -> Option<Outcome> {
         if self.segment.gate.is_none() || !self.moving || self.end.is_some() {
             return None;
@@ -376,16 +429,16 @@ impl Play<'_> {
         self.feed_override.rests_within(interval, &rates).then_some(end)
     }
 
-    /// Tells the pins which steps come next.
+    /// Announces the next steps to the pins.
     fn announce(&mut self, later: &Replay<'_>) {
         self.pins.ahead(self.line.tick, later.pending(), later.forward());
     }
 
-    /// A motor that turns faster than it could start must not wait for a step twice as long as planned.
+    /// Ends the segment if a motor above its start-stop rate waited for a step twice as long as planned.
     ///
     /// ```text
     ///  planned  |   |   |   |   |        interval i
-    ///  life     |   |   |           |    late by more than i: the rotor came to rest between two steps, or swung back
+    ///  real     |   |   |           |    late by more than i: the rotor stopped or swung back
     /// ```
     fn judge_lateness(&mut self, axes: AxisSet) {
         let now = (self.line.tick, self.line.late);
@@ -399,8 +452,8 @@ impl Play<'_> {
         }
     }
 
-    /// Whether the next step may come: always, but for the first of the plane while the contact still reports the board. That one is
-    /// put off from step to step of what goes up, as long as anything does.
+    /// True if the next step may come: always, except the first XY step while the contact sensor still
+    /// reports the board. That one is delayed from step to step of the axes that rise, as long as any rises.
     async fn released(&mut self, later: &mut Replay<'_>) -> bool {
         while self.plane == Plane::Before {
             let Some(tick) = later.leaves() else { return true };
@@ -419,7 +472,7 @@ impl Play<'_> {
         true
     }
 
-    /// Waits for a stream tick. While nothing moves, orders are obeyed at once.
+    /// Waits for a stream tick. While nothing moves, orders take effect at once.
     async fn idle_until(&mut self, stream_tick: u64) {
         loop {
             let at = self.feed_override.at(stream_tick);
@@ -428,7 +481,11 @@ impl Play<'_> {
             }
             match self.operator.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
-                Order::Hold => self.feed_override.wait(SLICE),
+                Order::Leave => self.end = self.end.or(Some(Outcome::Left { pulses: self.made })),
+                Order::Hold => {
+                    self.operator.holds();
+                    self.feed_override.wait(SLICE);
+                }
                 Order::Go | Order::At { .. } => {}
             }
             if self.end.is_some() {
@@ -439,11 +496,12 @@ impl Play<'_> {
         }
     }
 
-    /// Waits until `at`. What the pins have to switch meanwhile is switched in time.
+    /// Waits until `at`, and lets the pins switch what is due before.
     async fn wait(&mut self, at: u64) {
         while let Some(due) = self.pins.due().filter(|due| *due < at) {
             self.line.wait(due, self.clock).await;
             self.pins.attend(self.line.tick.max(due));
+            // Pins that break law 6 must not cause an endless loop.
             if self.pins.due() == Some(due) {
                 break;
             }
@@ -451,7 +509,7 @@ impl Play<'_> {
         self.line.wait(at, self.clock).await;
     }
 
-    /// Looks at the inputs: is this where it ends?
+    /// Reads the inputs and ends the segment if they require it.
     fn look(&mut self) {
         let inputs = self.pins.inputs(self.line.tick);
         self.operator.passed(self.line.tick, &self.line.position, inputs);
@@ -461,10 +519,11 @@ impl Play<'_> {
         if self.segment.stage != Stage::Retract
             && let SpindleState::Lost { trouble } = self.pins.spindle_state()
         {
-            // What lifts the bit goes on: there it is safe.
+            // Retracting continues without a spindle: up is the safe direction.
             self.end = Some(Outcome::Spindle { trouble });
             return;
         }
+        // While XY moves, any contact means that a tip is in the board.
         let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };
         let guard = inputs & (self.guard | contact);
         let goes_down = matches!(self.segment.stage, Stage::Approach | Stage::Drill);
@@ -478,7 +537,7 @@ impl Play<'_> {
         } else if self.is_early(inputs) {
             self.end = Some(Outcome::Early { at: self.line.position });
         } else if let Some(gate) = self.segment.gate {
-            // Planned time: a lower feed override leaves a stroke as many steps as it had.
+            // Compared with planned time, so that a lower feed override doesn't shorten the allowed distance.
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
             if inputs & gate.input.bit() != 0 {
                 self.end = Some(Outcome::Gated(self.line.position));
@@ -488,16 +547,18 @@ impl Play<'_> {
         }
     }
 
-    /// Whether the tip is so far down over a hole that it must have touched the board, and did not: it is broken, or not there. What is
-    /// in the hole already may lose the contact.
+    /// True if the tip is so low over a hole that it must have touched the board but didn't: it is broken or
+    /// missing. The contact may open again inside the hole, so an earlier touch counts.
     fn is_untouched(&mut self, inputs: u32) -> bool {
         let Some([by, _]) = self.touches_within(&[Stage::Drill, Stage::NextHole]) else { return false };
         let (low, was) = (self.lowest() < by, self.touched);
+        // A plunge that starts below the surface follows an earlier one, so the touch already happened.
         self.touched = inputs & Input::Contact.bit() != 0 || low && (was || !self.moving);
         low && !self.touched
     }
 
-    /// Whether the tip goes down to a hole and touches something where the board cannot be yet. On its way up it may carry a chip.
+    /// True if the tip touches something on its way down to a hole, above the board. On the way up a chip may
+    /// close the contact.
     fn is_early(&self, inputs: u32) -> bool {
         let ways = [Stage::Approach, Stage::Drill, Stage::NextHole];
         let Some([_, from]) = self.touches_within(&ways) else { return false };
@@ -505,19 +566,20 @@ impl Play<'_> {
         falls && inputs & Input::Contact.bit() != 0 && self.lowest() > from
     }
 
-    /// Where the lowest tip is, in steps of Z1; axes that are not there stand at 0, on top.
+    /// Position of the lowest tip, in steps of Z1. Axes that the machine lacks stay at 0, the top.
     fn lowest(&self) -> i64 {
         let tips = self.line.position.iter().zip(&self.motors.longer).skip(2);
         tips.map(|(axis, longer)| axis - longer).min().unwrap_or_default()
     }
 
-    /// Between which heights the tip touches the board, where this is one of the `ways` to a hole and somebody looks.
+    /// Heights between which the tip must touch the board. None if the stage isn't one of `ways`, the target
+    /// isn't a hole, or no sensor checks it.
     fn touches_within(&self, ways: &[Stage]) -> Option<[i64; 2]> {
         let to_hole = ways.contains(&self.segment.stage) && matches!(self.segment.mark, Mark::Hole(_));
         self.motors.touches_within.filter(|_| to_hole)
     }
 
-    /// After a step: sets the rate to the next one. True when it came to rest for good.
+    /// After a step: sets the rate until the next one. True if motion ended for good.
     async fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
         self.want();
         if self.feed_override.is_full() {
@@ -531,7 +593,11 @@ impl Play<'_> {
             match (self.end, self.operator.order()) {
                 (Some(_), _) => return true,
                 (None, Order::Stop) => self.end = Some(Outcome::Stopped),
-                (None, Order::Hold) => self.feed_override.wait(SLICE),
+                (None, Order::Leave) => self.end = Some(Outcome::Left { pulses: self.made }),
+                (None, Order::Hold) => {
+                    self.operator.holds();
+                    self.feed_override.wait(SLICE);
+                }
                 (None, Order::Go | Order::At { .. }) => {
                     self.want();
                     self.feed_override.next(tick, next, &rates(later, &self.motors.braking_steps_per_tick2));
@@ -541,13 +607,13 @@ impl Play<'_> {
         false
     }
 
-    /// Tells the feed override what is ordered.
+    /// Passes the current order to the feed override.
     fn want(&mut self) {
         let order = if self.end.is_some() { Order::Stop } else { self.operator.order() };
         self.feed_override.want(match order {
             Order::Go => 1.0,
             Order::At { percent } => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
-            Order::Hold | Order::Stop => 0.0,
+            Order::Hold | Order::Leave | Order::Stop => 0.0,
         });
     }
 }

@@ -1,50 +1,40 @@
-//! A board of pins that writes down what is done to it. It ships: for dry runs, and for tests.
+//! Pins that record every call, for dry runs and tests.
 //!
-//! Comes in: calls. Goes out: the calls as data. Models nothing: its inputs are what it was told.
+//! Models nothing: its inputs follow a script.
 
 use super::{AxisSet, Pins};
 use crate::steps::{AXES, Steps};
 
-/// One call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
-    /// Steps at a tick: the axes, and those of them that count up.
+    /// Steps at a tick.
     Step {
-        /// When.
         tick: u64,
-        /// Which axes.
         axes: AxisSet,
-        /// Those of them that count up.
+        /// Axes that count up; all others in `axes` count down.
         forward: AxisSet,
     },
-    /// Spindle speed at a tick.
     Spindle {
-        /// When.
         tick: u64,
-        /// Its speed; 0 is off.
+        /// Speed in rpm; 0 is off.
         rpm: u32,
     },
-    /// An output switched at a tick: its place, and whether on.
     Output {
-        /// When.
         tick: u64,
-        /// Its place among the machine's outputs.
+        /// Index among the machine's outputs.
         place: u8,
-        /// On, else off.
         on: bool,
     },
-    /// Everything off.
     Safe,
 }
 
-/// Writes down every call.
+/// Records every call.
 #[derive(Clone, Debug, Default)]
 pub struct Recorder {
-    /// What was done, in order.
+    /// All calls in order.
     pub written: Vec<Written>,
-    /// Steps counted.
     pub position: Steps,
-    /// Inputs from a tick on, in order of time; before the first, none is on.
+    /// Input bits from a tick on, in order of time; all are off before the first.
     pub script: Vec<(u64, u32)>,
 }
 

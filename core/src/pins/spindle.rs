@@ -1,74 +1,69 @@
-//! What a spindle tells of itself, where it tells anything (C6).
+//! State that a spindle reports, if it can report.
 //!
 //! ```text
-//! untold                             a relay: nobody can know whether it turns
+//! untold                             a relay: its speed is unknown
 //! unreachable ⇄ off ─▶ reaching ─▶ at speed ─▶ lost ─▶ off
 //!                          └──────── too long ──▲          only when it is switched off again
 //! ```
 //!
-//! Comes in: what was heard of it. Goes out: the same as data, and as a sentence. Speeds in rpm. Does not know how it is asked.
+//! Speeds in rpm.
 
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-/// How a spindle stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpindleState {
-    /// It tells nothing.
     #[default]
     Untold,
-    /// It is not to turn, and does not answer.
+    /// Should be off, and does not answer.
     Unreachable,
-    /// It is not to turn.
+    /// Should be off.
     Off {
-        /// What it turns at all the same.
+        /// Actual speed; more than 0 while it runs down.
         rpm: u32,
     },
-    /// It is on its way to its speed.
+    /// Accelerating to its speed.
     Reaching {
-        /// How far it is.
+        /// Actual speed.
         rpm: u32,
     },
-    /// It turns as fast as it is to.
+    /// Turns at the commanded speed.
     AtSpeed {
-        /// How fast that is.
+        /// Actual speed.
         rpm: u32,
     },
-    /// It was to turn, and does not any more, or nobody knows.
-    Lost {
-        /// Why.
-        trouble: SpindleTrouble,
-    },
+    /// Should turn, but lost its speed or no longer answers.
+    Lost { trouble: SpindleTrouble },
 }
 
-/// What is wrong with a spindle that is to turn.
+/// Problem of a spindle that should turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpindleTrouble {
-    /// Its converter does not answer.
+    /// The converter does not answer.
     Silent,
-    /// What its converter answers is not understood.
+    /// The converter's answer can't be understood.
     Garbled,
-    /// Its converter refuses what it is asked.
+    /// The converter refuses a request.
     Refused {
-        /// Its reason, by the number that the protocol has for it.
+        /// Reason, by the protocol's number.
         code: u8,
     },
-    /// It does not keep, or does not reach, its speed.
+    /// The spindle does not hold or reach its speed.
     Slow {
-        /// What it turns at.
+        /// Actual speed.
         rpm: u32,
-        /// What it is to turn at.
+        /// Commanded speed.
         wanted_rpm: u32,
     },
-    /// Its converter switched it off.
+    /// The converter switched the spindle off.
     Tripped {
-        /// The number that the converter has for the reason.
+        /// Reason, by the converter's number.
         code: u16,
     },
 }
 
 impl SpindleTrouble {
-    /// The same as a sentence.
+    /// The trouble as a message.
     pub fn diagnostic(self) -> Diagnostic {
         let error = |code: &str| Diagnostic::error(code);
         match self {

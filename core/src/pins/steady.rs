@@ -1,22 +1,20 @@
-//! Inputs without glitches: a reading that differs from the one before counts only when it is confirmed at once.
+//! Inputs without glitches: a reading that differs from the previous one counts only if repeated readings
+//! confirm it.
 //!
 //! ```text
-//! readings   0 0 0 1 0 0 0 0 0 1 1 1 1 1 1 1         a single flip is asked again, and was none
-//! believed   0 0 0 0 0 0 0 0 0 0 0 0 0 1 1 1         five in a row, all at the same moment: it is so
+//! readings   0 0 0 1 0 0 0 0 0 1 1 1 1 1 1 1         a single flip is read again and rejected
+//! believed   0 0 0 0 0 0 0 0 0 0 0 0 0 1 1 1         five in a row at one moment are believed
 //! ```
 //!
-//! Chatter of a contact is not hidden: its first touch counts, which is where the edge is.
-//!
-//! Comes in: any [`Pins`]. Goes out: the same with steadier inputs. Does not know what the inputs mean.
+//! Contact chatter stays visible: its first touch counts, because that is the edge.
 
 use super::Pins;
 use crate::pass_pins_on;
 
-/// So many readings in a row must agree before a change is believed. With 1 % of the readings flipped, one in 10¹⁰ is
-/// believed wrongly.
+/// Readings taken before a change is believed. With 1 % of the readings flipped, one change in 10¹⁰ is wrong.
 const AGREE: u32 = 5;
 
-/// Pins whose single wrong readings are not believed.
+/// Pins that reject single wrong readings.
 #[derive(Clone, Debug)]
 pub struct Steady<P> {
     pins: P,
@@ -24,12 +22,10 @@ pub struct Steady<P> {
 }
 
 impl<P: Pins> Steady<P> {
-    /// `pins`, read with care.
     pub fn new(pins: P) -> Self {
         Self { pins, believed: None }
     }
 
-    /// The pins themselves.
     pub fn inner(&self) -> &P {
         &self.pins
     }
@@ -53,7 +49,7 @@ impl<P: Pins> Pins for Steady<P> {
     }
 }
 
-/// Every bit as most of the readings have it.
+/// Majority of the readings, bit by bit.
 fn majority(readings: &[u32; AGREE as usize]) -> u32 {
     let most = |bit: &u32| readings.iter().filter(|word| *word & bit != 0).count() * 2 > readings.len();
     (0..u32::BITS).map(|bit| 1 << bit).filter(most).fold(0, |word, bit| word | bit)
@@ -64,7 +60,7 @@ mod tests {
     use super::*;
     use crate::pins::AxisSet;
 
-    /// Readings as they were written down, then the last one for ever.
+    /// Returns the scripted readings, then repeats the last one forever.
     struct Script(Vec<u32>, usize);
 
     impl Pins for Script {
@@ -78,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn single_flips_are_not_believed_and_changes_are() {
+    fn single_flips_are_ignored_and_changes_are_accepted() {
         // (readings after the first five, which are 0b01; what is believed in the end)
         let rows: [(&[u32], u32); 5] = [
             (&[0b11, 0b01], 0b01),

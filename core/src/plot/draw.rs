@@ -1,75 +1,59 @@
-//! A plot as shapes: lines, boxes, dots and words, each with the ink it is drawn in.
-//!
-//! Comes in: a plot and the size of the picture, px. Goes out: shapes in the order in which they are painted. Long
-//! lines are thinned to what a pixel can show: of every column the first, the lowest, the highest and the last point.
-//! Does not know colours; whoever paints gives each ink its own.
+//! Converts a plot into shapes: lines, boxes, dots and texts, each with its ink.
+//! Long lines are thinned to what pixels can show: the first, lowest, highest and last point of each column.
 
 use super::layout::{BAR, ROW_PX, SMALL_PX, TITLE_PX, is_bars, layout, text_width_px};
 use super::{Plot, PlotFrame, PlotMark, PlotPanel, Series, SeriesLook};
 
-/// What a shape is drawn in.
+/// Role of a shape, which sets its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
-    /// Words.
     Text,
     /// Frame of a panel.
     Axis,
     /// Lines at round numbers.
     Grid,
-    /// Marks and their words.
+    /// Marks and their texts.
     Mark,
-    /// The series with this number in its panel, from 0.
+    /// A series, by its index in the panel.
     Series(usize),
 }
 
-/// Which part of the words stands at their point.
+/// Part of a text that is at its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// Their start.
     Start,
-    /// Their middle.
     Middle,
-    /// Their end.
     End,
 }
 
-/// Something to paint. All numbers in px from the top left corner.
+/// A shape to paint. Numbers are px from the top left corner.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlotShape {
-    /// A line through points.
+    /// A polyline.
     Line {
-        /// Ink.
         ink: Ink,
-        /// Its points.
         points: Vec<[f64; 2]>,
     },
-    /// A filled box.
     Area {
-        /// Ink.
         ink: Ink,
         /// Left edge, upper edge, width, height.
         at: [f64; 4],
     },
-    /// A dot.
     Dot {
-        /// Ink.
         ink: Ink,
-        /// Its middle.
         at: [f64; 2],
     },
-    /// Words in one line.
+    /// A line of text.
     Words {
-        /// Ink.
         ink: Ink,
-        /// Where their anchor stands, on the base line.
+        /// Position of the anchor, on the baseline.
         at: [f64; 2],
-        /// Size of the letters.
+        /// Font size.
         size: f64,
-        /// What stands at the point.
+        /// Part of the text at `at`.
         anchor: Anchor,
-        /// Turned by a quarter, to be read from below upward.
+        /// Rotated by a quarter turn, reading upwards.
         turned: bool,
-        /// The words.
         text: String,
     },
 }
@@ -170,7 +154,7 @@ fn bar(start: [f64; 2], end_x: f64, ink: Ink, frame: &PlotFrame) -> Option<PlotS
     (at.iter().all(|value| value.is_finite()) && at[2] >= 0.0).then_some(PlotShape::Area { ink, at })
 }
 
-/// What of a line a pixel can show: of every column the first, lowest, highest and last point, in their order.
+/// Thins a line: the first, lowest, highest and last point of each pixel column, in order.
 fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut out: Vec<[f64; 2]> = Vec::new();
     for column in points.chunk_by(|one, other| one[0].floor() == other[0].floor()) {
@@ -191,7 +175,7 @@ fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     out
 }
 
-/// The pieces of a line that lie inside the frame, cut at its edges.
+/// The pieces of a line inside the frame, clipped at its edges.
 fn inside(points: Vec<[f64; 2]>, frame: &PlotFrame) -> Vec<Vec<[f64; 2]>> {
     let low = [frame.left_px - 0.5, frame.top_px - 0.5];
     let high = [frame.left_px + frame.width_px + 0.5, frame.top_px + frame.height_px + 0.5];
@@ -210,7 +194,7 @@ fn inside(points: Vec<[f64; 2]>, frame: &PlotFrame) -> Vec<Vec<[f64; 2]>> {
     pieces
 }
 
-/// The part of the line from `start` to `end` inside the box (Liang and Barsky's way).
+/// The part of the line from `start` to `end` inside the box (Liang–Barsky).
 fn cut(start: [f64; 2], end: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for k in 0..2 {
@@ -258,7 +242,7 @@ fn marks(shapes: &mut Vec<PlotShape>, panel: &PlotPanel, frame: &PlotFrame) {
                 }
                 shapes.push(line(Ink::Mark, &[[frame.left_px, py], [right, py]]));
                 if !text.is_empty() {
-                    // Under its line where there is no room over it.
+                    // Below its line if there is no room above.
                     let over = py - 3.0 >= frame.top_px + SMALL_PX;
                     let at = [right - 4.0, if over { py - 3.0 } else { py + SMALL_PX }];
                     shapes.push(words(Ink::Mark, at, SMALL_PX, Anchor::End, text));

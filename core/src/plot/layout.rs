@@ -1,49 +1,44 @@
-//! Where each panel of a plot lies in the picture, and which values its edges have.
-//!
-//! Comes in: a plot and the size of the picture, px. Goes out: one [`PlotFrame`] a panel. Does not draw.
+//! Layout of the panels in the picture, and the value ranges of their axes.
 
 use super::ticks::{Ticks, ticks, usable};
 use super::{Plot, PlotAxis, PlotMark, PlotPanel, SeriesLook};
 
-/// Size of the words on axes, px.
+/// Font size on axes, px.
 pub(super) const SMALL_PX: f64 = 11.0;
-/// Size of the title, px.
+/// Font size of the title, px.
 pub(super) const TITLE_PX: f64 = 15.0;
-/// Height of a line of words, px.
+/// Line height of text, px.
 pub(super) const ROW_PX: f64 = 15.0;
-/// Room for the words at the upright axis, turned by a quarter, px.
+/// Room for the rotated text of the vertical axis, px.
 const TURNED_PX: f64 = 20.0;
-/// Empty border, px.
 const BORDER_PX: f64 = 10.0;
-/// Marks with words over each other at most; further ones have none.
+/// Most rows of mark texts; further marks have no text.
 pub(super) const MARK_ROWS: usize = 5;
-/// Smallest panel that is still drawn, px.
+/// Smallest panel drawn, px.
 const LEAST_PX: f64 = 20.0;
 
-/// Where a panel lies, px from the top left corner, and what its edges mean.
+/// Position of a panel, px from the top left corner, and its value ranges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlotFrame {
-    /// Left edge.
     pub left_px: f64,
-    /// Upper edge.
     pub top_px: f64,
     /// Width between the axes.
     pub width_px: f64,
     /// Height between the axes.
     pub height_px: f64,
-    /// Value at the left and at the right edge.
+    /// Values at the left and right edge.
     pub x: [f64; 2],
-    /// Value at the lower and at the upper edge.
+    /// Values at the lower and upper edge.
     pub y: [f64; 2],
-    /// Round numbers along x.
+    /// Tick marks along x.
     pub x_ticks: Ticks,
-    /// Round numbers along y.
+    /// Tick marks along y.
     pub y_ticks: Ticks,
-    /// Whether the panel has its own legend over it.
+    /// The panel has its own legend above it.
     pub legend: bool,
-    /// Whether the words of its x axis stand under it (else the panel below has the same axis).
+    /// The panel has a text below its x axis; else the panel below repeats the axis.
     pub x_words: bool,
-    /// Row of the word of each mark, from 0 next to the panel; none: no room.
+    /// Row of the text of each mark, from 0 next to the panel; none without room.
     pub mark_rows: Vec<Option<usize>>,
 }
 
@@ -69,13 +64,13 @@ impl PlotFrame {
     }
 }
 
-/// Width of `text` in letters of size `px`; a middling guess that is right for most fonts within a fifth.
+/// Estimated width of `text` at font size `px`; within 20 % for most fonts.
 pub(super) fn text_width_px(text: &str, px: f64) -> f64 {
     0.58 * px * text.chars().count() as f64
 }
 
-/// Lays the panels of `plot` out in a picture of `width_px` × `height_px`. A picture that is too small gets frames of
-/// at least 20 px, which then reach over its edge.
+/// Lays out the panels of `plot` in a picture of `width_px` × `height_px`. If the picture is too small,
+/// frames are at least 20 px and extend beyond its edge.
 pub fn layout(plot: &Plot, width_px: f64, height_px: f64) -> Vec<PlotFrame> {
     let mut frames: Vec<PlotFrame> = plot.panels.iter().map(valued).collect();
     share_x(plot, &mut frames);
@@ -114,7 +109,7 @@ pub fn layout(plot: &Plot, width_px: f64, height_px: f64) -> Vec<PlotFrame> {
     frames
 }
 
-/// Panels whose x axes say the same, and are not bound by hand, reach equally far: moments stand over each other.
+/// Gives panels with equal x axes and no fixed range one common range, so that their times align.
 fn share_x(plot: &Plot, frames: &mut [PlotFrame]) {
     let own: Vec<[f64; 2]> = frames.iter().map(|frame| frame.x).collect();
     for (index, panel) in plot.panels.iter().enumerate().filter(|(_, panel)| panel.x.range.is_none()) {
@@ -130,19 +125,19 @@ fn share_x(plot: &Plot, frames: &mut [PlotFrame]) {
     }
 }
 
-/// Room over a frame: legend and the words of marks.
+/// Room above a frame: legend and mark texts.
 fn over(frame: &PlotFrame) -> f64 {
     let rows = frame.mark_rows.iter().flatten().map(|row| row + 1).max().unwrap_or(0);
     let legend = if frame.legend { ROW_PX + 3.0 } else { 0.0 };
     6.0 + legend + rows as f64 * ROW_PX
 }
 
-/// Room under a frame: numbers, and the words of the axis.
+/// Room below a frame: numbers and axis text.
 fn under(frame: &PlotFrame) -> f64 {
     ROW_PX + 3.0 + if frame.x_words { ROW_PX + 3.0 } else { 0.0 }
 }
 
-/// A frame that knows its values and not yet its place.
+/// A frame with values but no position yet.
 fn valued(panel: &PlotPanel) -> PlotFrame {
     let x = panel.x.range.filter(|[low, high]| usable(*low, *high)).unwrap_or_else(|| reach(panel, 0));
     let y = if panel.y.names.is_empty() {
@@ -150,7 +145,7 @@ fn valued(panel: &PlotPanel) -> PlotFrame {
     } else {
         [-0.6, panel.y.names.len() as f64 - 0.4]
     };
-    // Numbers as they stand on an axis of middling height, to see how wide they are.
+    // Texts of the ticks at a typical height, to measure their width.
     let rounded = if panel.y.names.is_empty() { outward(y, ticks(y[0], y[1], 5).step) } else { y };
     let y_ticks = ticks(rounded[0], rounded[1], 5);
     let (legend, x_words, mark_rows) = (false, true, Vec::new());
@@ -170,8 +165,7 @@ fn valued(panel: &PlotPanel) -> PlotFrame {
     }
 }
 
-/// From the lowest to the highest value of all series and marks along an axis (0: x, 1: y), widened where that is
-/// nothing.
+/// From the lowest to the highest value of all series and marks along an axis (0: x, 1: y); widened if empty.
 fn reach(panel: &PlotPanel, axis: usize) -> [f64; 2] {
     let marks = panel.marks.iter().filter_map(|mark| match mark {
         PlotMark::At(x, _) if axis == 0 => Some(*x),
@@ -194,13 +188,13 @@ fn reach(panel: &PlotPanel, axis: usize) -> [f64; 2] {
     if usable(wide[0], wide[1]) { wide } else { [0.0, 1.0] }
 }
 
-/// The ends moved outward to round numbers.
+/// The ends rounded outward to ticks.
 fn outward([low, high]: [f64; 2], step: f64) -> [f64; 2] {
     let wide = [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step];
     if usable(wide[0], wide[1]) { wide } else { [low, high] }
 }
 
-/// A legend stands where there is something to tell apart and the panel above did not say the same.
+/// A legend is needed if series have names, and the panel above doesn't show it already.
 fn has_legend(plot: &Plot, index: usize) -> bool {
     let names =
         |panel: &PlotPanel| -> Vec<String> { panel.series.iter().map(|one| one.name.clone()).collect() };
@@ -218,7 +212,7 @@ fn has_x_words(plot: &Plot, frames: &[PlotFrame], index: usize) -> bool {
     }
 }
 
-/// Rows for the words of upright marks: each in the lowest row in which it does not touch the one before it.
+/// Rows for the texts of vertical marks: each in the lowest row without overlap.
 fn mark_rows(panel: &PlotPanel, frame: &PlotFrame) -> Vec<Option<usize>> {
     let mut ends = [f64::NEG_INFINITY; MARK_ROWS];
     let mut order: Vec<(usize, f64, f64)> = Vec::new();
@@ -233,7 +227,7 @@ fn mark_rows(panel: &PlotPanel, frame: &PlotFrame) -> Vec<Option<usize>> {
     order.sort_by(|one, other| one.1.total_cmp(&other.1));
     let mut rows = vec![None; panel.marks.len()];
     for (index, px, width) in order {
-        // Words start at their mark and grow to the left where they would leave the panel.
+        // Texts start at their mark, and shift left if they would leave the panel.
         let start = px.min(frame.left_px + frame.width_px - width);
         if let Some(row) = ends.iter().position(|end| *end + 6.0 <= start) {
             ends[row] = start + width;
@@ -243,10 +237,9 @@ fn mark_rows(panel: &PlotPanel, frame: &PlotFrame) -> Vec<Option<usize>> {
     rows
 }
 
-/// How high a bar is, in units of the axis.
+/// Height of a bar, in units of the axis.
 pub(super) const BAR: f64 = 0.6;
 
-/// Whether the series is drawn as bars.
 pub(super) fn is_bars(look: SeriesLook) -> bool {
     look == SeriesLook::Bars
 }

@@ -1,18 +1,17 @@
-//! A plot as the text of an SVG file, fit for a report: white ground, colours that differ also in grey, dashes.
-//!
-//! Comes in: a plot and the size of the picture, px. Goes out: text. Names are escaped; what SVG cannot hold is left
-//! out. The same plot gives the same bytes.
+//! Renders a plot as SVG for reports: white background, with colours and dashes that differ even in
+//! greyscale.
+//! Names are escaped; characters that SVG can't hold are omitted. Equal plots give equal bytes.
 
 use super::Plot;
 use super::draw::{Anchor, Ink, PlotShape, draw};
 use std::fmt::Write as _;
 
-/// Colours of the series in turn: told apart by people who see colours differently, and by their brightness in print.
+/// Colours of the series in turn, distinguishable with colour blindness and in greyscale.
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#b8860b", "#444444"];
-/// Dashes of the series in turn, so that a black and white print tells them apart too.
+/// Dash patterns of the series in turn, distinguishable in black and white.
 const DASHES: [&str; 7] = ["", "7 3", "2 2", "9 3 2 3", "12 3", "4 4", "1 3"];
 
-/// Writes `plot` as an SVG file of `width_px` × `height_px`, each held between 100 and 10000.
+/// Renders `plot` as an SVG file of `width_px` × `height_px`, each clamped to 100 … 10000.
 pub fn svg(plot: &Plot, width_px: f64, height_px: f64) -> String {
     let size = |px: f64| if px.is_finite() { px.clamp(100.0, 10_000.0) } else { 100.0 };
     let (width_px, height_px) = (size(width_px), size(height_px));
@@ -92,13 +91,13 @@ fn stroke(ink: Ink) -> String {
     format!("stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}", colour(ink))
 }
 
-/// To a hundredth of a pixel, without zeros that say nothing.
+/// Rounds to a hundredth of a pixel.
 fn short(px: f64) -> f64 {
     let clamped = if px.is_finite() { px.clamp(-1e5, 1e5) } else { 0.0 };
     (clamped * 100.0).round() / 100.0 + 0.0
 }
 
-/// Text as it may stand in SVG: the five signs with a meaning are written out, signs that XML forbids are left out.
+/// Escapes text for SVG: the five special characters are encoded, characters that XML forbids are omitted.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for sign in text.chars() {
@@ -161,12 +160,12 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_is_whole_and_small_and_the_same_again() {
+    fn picture_is_complete_small_and_reproducible() {
         let text = svg(&sample(), 800.0, 600.0);
         assert_eq!(text, svg(&sample(), 800.0, 600.0));
         assert!(text.contains("<title>&lt;Z &amp; &quot;XY&quot;&gt;</title>"), "{}", &text[..300]);
         assert!(!text.contains("NaN") && !text.contains("inf") && !text.contains('\u{1}'));
-        // 40 000 points became at most four a column.
+        // 40 000 points became at most four per column.
         assert!(text.len() < 200_000, "{}", text.len());
         for word in ["speed / mm/s", "time / s", ">XY<", ">contact<", ">limit<", ">one<", "<rect x="] {
             assert!(text.contains(word), "no {word}");
@@ -179,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_cut_at_the_frame_and_pixels_lead_back_to_values() {
+    fn lines_are_clipped_and_pixels_map_back_to_values() {
         let plot = sample();
         let frames = super::super::layout(&plot, 640.0, 480.0);
         for frame in &frames {
@@ -190,7 +189,7 @@ mod tests {
                 assert!((frame.y_at(frame.py(value)) - value).abs() < 1e-9);
             }
         }
-        // The stairs leave their axis at 3 > 2.5 and are cut there.
+        // The stairs leave their axis at 3 > 2.5 and are clipped there.
         let top = frames[2].top_px;
         let lowest = draw(&plot, 640.0, 480.0).iter().fold(f64::INFINITY, |least, shape| match shape {
             PlotShape::Line { ink: Ink::Series(0), points }
@@ -204,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn no_numbers_and_no_size_break_it() {
+    fn nonfinite_values_and_sizes_do_not_break_the_plot() {
         let strange = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN, f64::MAX, 5e-324, 1e300, 7.0];
         let mut points = Vec::new();
         for x in strange {

@@ -1,26 +1,23 @@
-//! Round numbers for an axis: steps of 1, 2 or 5 times a power of ten, and how they are written.
-//!
-//! Comes in: the ends of an axis and how many numbers have room. Goes out: the values and their words. Does not know
-//! pixels.
+//! Ticks of an axis, in steps of 1, 2 or 5 times a power of ten, and their texts.
 
-/// The round numbers of an axis.
+/// The ticks of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
-    /// Distance from one to the next.
+    /// Distance between ticks.
     pub step: f64,
-    /// Values from low to high, all within the axis.
+    /// Values in ascending order, all within the axis.
     pub values: Vec<f64>,
-    /// What is written at each of them.
+    /// Text of each value.
     pub words: Vec<String>,
 }
 
-/// Round numbers from `low` to `high`, about `most` of them and never more than twice as many. Ends that are no
-/// numbers, equal or inside out are taken for 0 … 1.
+/// Ticks from `low` to `high`, about `most` of them and never more than twice as many. Invalid ranges (not
+/// finite, empty or reversed) become 0 … 1.
 pub fn ticks(low: f64, high: f64, most: usize) -> Ticks {
     let [low, high] = if usable(low, high) { [low, high] } else { [0.0, 1.0] };
     let most = most.clamp(1, 100);
     let (step, exponent) = round_step((high - low) / most as f64);
-    // A hair of room, so that an end which is itself a round number is not lost to rounding.
+    // A small margin, so that rounding can't lose a tick at the end of the range.
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     let count = ((last - first).max(0.0) as usize).min(2 * most);
     let values: Vec<f64> = (0..=count).map(|k| (first + k as f64) * step + 0.0).collect();
@@ -30,7 +27,7 @@ pub fn ticks(low: f64, high: f64, most: usize) -> Ticks {
     Ticks { step, values, words }
 }
 
-/// Whether the ends make an axis that can be divided.
+/// True if the range can be divided into ticks.
 pub(super) fn usable(low: f64, high: f64) -> bool {
     let size = low.abs().max(high.abs());
     low.is_finite()
@@ -39,7 +36,7 @@ pub(super) fn usable(low: f64, high: f64) -> bool {
         && (1e-300..1e300).contains(&(high - low))
 }
 
-/// The next of 1, 2, 5 · 10ⁿ at or over `rough`, and n.
+/// The smallest of 1, 2, 5 · 10ⁿ that is at least `rough`, and n.
 fn round_step(rough: f64) -> (f64, i32) {
     let exponent = libm::floor(libm::log10(rough)) as i32;
     for (factor, up) in [(1.0, 0), (2.0, 0), (5.0, 0), (1.0, 1)] {
@@ -51,18 +48,18 @@ fn round_step(rough: f64) -> (f64, i32) {
     (power_of_ten(exponent + 1), exponent + 1)
 }
 
-/// 10ⁿ to the last bit, as reading the number does.
+/// 10ⁿ, correctly rounded by the parser.
 fn power_of_ten(exponent: i32) -> f64 {
     format!("1e{exponent}").parse().unwrap_or(1.0)
 }
 
-/// `powers`: as a power of ten, on the whole axis alike.
+/// `powers`: use powers of ten on the whole axis.
 fn word(value: f64, step: f64, exponent: i32, powers: bool) -> String {
     if value.abs() < 0.5 * step {
         return "0".to_owned();
     }
     if powers {
-        // As many digits as tell neighbours apart.
+        // Enough digits to distinguish neighbours.
         let digits = (libm::floor(libm::log10(value.abs())) as i32 - exponent).clamp(0, 15) as usize;
         return format!("{value:.digits$e}").replace('-', "−");
     }
@@ -76,7 +73,7 @@ mod tests {
     use crate::chance::Chance;
 
     #[test]
-    fn steps_are_round_and_words_short() {
+    fn tick_steps_are_round_and_labels_short() {
         let rows: [(f64, f64, usize, &[&str]); 10] = [
             (0.0, 1.0, 5, &["0", "0.2", "0.4", "0.6", "0.8", "1.0"]),
             (0.0, 0.16, 4, &["0", "0.05", "0.10", "0.15"]),

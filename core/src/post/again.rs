@@ -1,37 +1,40 @@
-//! Written files read again, beside what they are to say (N8, C6).
+//! Reads written files back and compares them with the program.
 //!
 //! ```text
-//!   program ─ shifted as the template says; for a drill file, what one can say ─▶ meant   ┐
-//!   files ─── read back ─────────────────────────────────────────────────────▶ written ┴─▶ to be compared
+//!   program ─ shifted by the template; reduced to what a drill file can express ─▶ meant   ┐
+//!   files ─── read back ───────────────────────────────────────────────────────▶ written ┴─▶ compare
 //! ```
 //!
-//! Comes in: a program, the dialect that it was written in (none for Excellon), its files, a function that compares. Goes out:
-//! diagnostics. Lengths in mm. Does not know what a difference is.
+//! Lengths in mm.
 
 use super::dialect::{Dialect, Helix};
+use super::head::parts;
 use super::names::TemplateKind;
-use super::writer::{OutputFile, parts};
-use super::{excellon, read_back};
+use super::writer::OutputFile;
+use super::{excellon, read_back_for};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::gcode::Interpreter;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Program};
 use crate::locale;
 use crate::units::Length;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Arcs through places that were rounded may be off by so many units of the last digit.
+/// Tolerance of arcs through rounded positions, in units of the last digit.
 const UNITS: f64 = 4.0;
-/// What is off beside the digits, in mm: whole nanometres, chords of the comparison.
+/// Further tolerance, in mm: whole nanometres, chords of the comparison.
 const ROUNDING_MM: f64 = 0.002;
-/// Digits of a drill file that writes six where three are not exact.
+/// A drill file writes six decimals if three are not exact.
 const DRILL_DECIMALS: u32 = 6;
 
-/// Says what files do otherwise than the program, the first one given, where places and heights may be off by so many mm:
-/// the floor `proof` knows that.
+/// Compares the first program with the others, within tolerances for positions and heights, in mm. Passed as
+/// a function because `proof` is a layer above.
 pub type Differences<'a> = &'a dyn Fn(&Program, &[Program], (f64, f64)) -> Vec<Diagnostic>;
 
-/// What `files` do otherwise than the `program` that was written in this dialect, none for Excellon; and what else there is to say of
-/// them. An error is what must not be run. The words of a template of a person's `own` may be none that are followed: that is a warning.
+/// Differences between `files` and the `program` written in this dialect (`None` for Excellon), and further
+/// diagnostics. An error means that the file must not be run. A user's `own` template may use words that the
+/// reader doesn't follow: that is a warning.
 pub fn proved(
     (dialect, own): (Option<&Dialect>, bool),
     program: &Program,
@@ -40,15 +43,19 @@ pub fn proved(
 ) -> Vec<Diagnostic> {
     let (meant, mut diagnostics) = match dialect {
         Some(dialect) => shifted(program, dialect),
-        None => (excellon::said(program), Vec::new()),
+        None => (Cow::Owned(excellon::said(program)), Vec::new()),
     };
+    let named = dialect.filter(|_| !own).and_then(|dialect| Interpreter::of(&dialect.name));
+    let of = named.unwrap_or_default();
     let mut written = Vec::new();
     for file in files {
         let bits = file.bits.iter().filter_map(|bit| program.bits.get(*bit as usize));
         let numbered: BTreeMap<u32, Bit> = file.numbers.iter().copied().zip(bits.cloned()).collect();
-        // A file that names no tool leaves it to the table of the controller: that has the numbers of the job.
-        let back = match read_back(&file.name, &file.text, &BTreeMap::new()) {
-            Err(why) if why.code == "readback.no_tool" => read_back(&file.name, &file.text, &numbered),
+        // A file that names no tool uses the controller's tool table, which has the numbers of the job.
+        let back = match read_back_for(&file.name, &file.text, &BTreeMap::new(), of) {
+            Err(why) if why.code == "readback.no_tool" => {
+                read_back_for(&file.name, &file.text, &numbered, of)
+            }
             back => back,
         };
         match back {
@@ -70,12 +77,12 @@ pub fn proved(
     diagnostics
 }
 
-/// Whether words are of a kind that is not followed, and not wrong.
+/// True if words are merely not supported by the reader, not wrong.
 fn is_foreign(why: &Diagnostic) -> bool {
     ["readback.unknown", "readback.unknown_word", "readback.changes_place"].contains(&why.code.as_str())
 }
 
-/// How far places and heights may be off.
+/// Tolerance of positions and of heights, in mm.
 fn slack(dialect: Option<&Dialect>) -> (f64, f64) {
     let unit = |decimals: u32| libm::pow(10.0, -f64::from(decimals.min(6)));
     let Some(dialect) = dialect else { return (UNITS * unit(DRILL_DECIMALS) + ROUNDING_MM, ROUNDING_MM) };
@@ -91,11 +98,14 @@ fn slack(dialect: Option<&Dialect>) -> (f64, f64) {
     (chords + UNITS * unit(coarsest.unwrap_or_default()) + ROUNDING_MM, depth + ROUNDING_MM)
 }
 
-/// The program, moved as the templates of the dialect say; and that they do.
-fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Diagnostic>) {
-    let mut moved = program.clone();
+/// The program, shifted as the dialect's templates state, with a note about the shift.
+fn shifted<'p>(program: &'p Program, dialect: &Dialect) -> (Cow<'p, Program>, Vec<Diagnostic>) {
     let shift =
         |part: TemplateKind| dialect.templates(part).map_or([Length::ZERO; 2], |templates| templates.shift);
+    if TemplateKind::ALL.map(shift).iter().all(|shift| *shift == [Length::ZERO; 2]) {
+        return (Cow::Borrowed(program), Vec::new());
+    }
+    let mut moved = program.clone();
     for (leg, part) in moved.legs.iter_mut().zip(parts(program, dialect)) {
         let [x, y] = shift(part);
         let by = |at: &mut Point| *at = Point::new(at.x + x, at.y + y);
@@ -112,5 +122,5 @@ fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Diagnostic>) {
     }
     let said = TemplateKind::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
     let said = said.map(|[x, y]| Diagnostic::warning("written.moved").with("x", x.mm()).with("y", y.mm()));
-    (moved, said.into_iter().collect())
+    (Cow::Owned(moved), said.into_iter().collect())
 }

@@ -1,14 +1,13 @@
-//! Arcs as a controller can take them: whole, in parts, or as lines with a stated error.
+//! Adapts arcs to a controller: whole, in parts, or as lines with a stated error.
 //!
 //! ```text
 //!        ╭──●──╮  longest_deg, full_circle_parts: equal parts
 //!      ●        ●
-//!   radius alone: near half a circle it says next to nothing of the centre (h = √(r² − c²/4)), so parts stay
+//!   radius alone: near half a circle it hardly defines the centre (h = √(r² − c²/4)), so parts stay
 //!   under 120°; with a sign between 240° and 300° too, where the chord is long again
 //! ```
 //!
-//! Comes in: an arc or helix, what the controller can do. Goes out: pieces. Lengths are whole nanometres. Does not know
-//! templates.
+//! Lengths are whole nanometres.
 
 use super::dialect::{Arcs, Helix};
 use super::read::Centre;
@@ -16,17 +15,17 @@ use crate::geometry::{Point, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Angles that are a hair over a limit are not cut for it.
+/// Tolerance of angle limits.
 const HAIR_RAD: f64 = 1e-9;
 
-/// A place of the tip: in the plane, and its height.
+/// A tip position: XY and height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tip {
     pub(super) at: Point,
     pub(super) height: Length,
 }
 
-/// An arc, or a helix where the height changes.
+/// An arc, or a helix if the height changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve {
     pub(super) from: Tip,
@@ -35,27 +34,26 @@ pub(super) struct Curve {
     pub(super) ccw: bool,
 }
 
-/// What is left of it.
+/// A part of the arc as written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Piece {
-    /// Straight to here.
     Line(Tip),
-    /// Around the same centre, turning by this many radians.
+    /// Around the arc's centre, with this angle in radians.
     Arc(Tip, f64),
 }
 
 impl Curve {
-    /// The angle it turns by, in radians, above 0.
+    /// Angle of the arc in radians, above 0.
     pub(super) fn turn(self) -> f64 {
         chords::turn(self.from.at, self.to.at, self.centre, !self.ccw)
     }
 
-    /// Mean of its radii at both ends, in mm.
+    /// Mean of the radii at both ends, in mm.
     pub(super) fn radius(self) -> f64 {
         (self.from.at.distance_mm(self.centre) + self.to.at.distance_mm(self.centre)) / 2.0
     }
 
-    /// The place after `share` of it.
+    /// Position at `share` of the arc.
     pub(super) fn along(self, share: f64) -> Tip {
         let (first, last) = (self.from.at.distance_mm(self.centre), self.to.at.distance_mm(self.centre));
         let angle = libm::atan2((self.from.at.y - self.centre.y).mm(), (self.from.at.x - self.centre.x).mm());
@@ -67,14 +65,14 @@ impl Curve {
         Tip { at, height: Length::from_mm(height) }
     }
 
-    /// Its pieces for a controller that does `arcs` and is told the centre by `centre`; `written` is a place as the digits
-    /// of the output give it.
+    /// Splits the arc for a controller with the limits `arcs` that gets the centre as `centre`. `written`
+    /// rounds a position to the output's digits.
     pub(super) fn pieces(self, arcs: &Arcs, centre: Centre, written: impl Fn(Point) -> Point) -> Vec<Piece> {
         let (turn, full) = (self.turn(), self.from.at == self.to.at);
-        // Ends that are written alike mean a full circle to a controller.
+        // A controller takes ends with equal digits for a full circle.
         let nothing = !full && turn < PI && written(self.from.at) == written(self.to.at);
         let speck = written(self.centre) == written(self.from.at);
-        // A tiny arc whose digits lie the other way round would become a whole circle.
+        // If rounding swaps the ends of a tiny arc, the controller would draw nearly a full circle.
         let digits =
             chords::turn(written(self.from.at), written(self.to.at), written(self.centre), !self.ccw);
         let reversed = !full && turn < PI && digits > turn + PI;
@@ -109,7 +107,7 @@ impl Curve {
     }
 }
 
-/// Into how many equal parts an arc is cut.
+/// Number of equal parts of an arc.
 fn parts(turn: f64, full: bool, arcs: &Arcs, centre: Centre) -> u32 {
     let mut parts = if full { arcs.full_circle_parts.max(1) } else { 1 };
     let fits = |parts: u32| {
@@ -141,10 +139,10 @@ mod tests {
     }
 
     #[test]
-    fn arcs_are_cut_as_the_controller_wants_them() {
+    fn arcs_are_split_to_controller_limits() {
         let plain = Arcs::default();
         let halves = Arcs { full_circle_parts: 2, longest_deg: 180.0, ..plain };
-        // degrees, controller, how the centre is told, pieces
+        // degrees, limits, centre format, pieces
         let rows = [
             (90.0, plain, Centre::Said, 1),
             (360.0, plain, Centre::Said, 1),
@@ -174,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_an_arc_is_lines_within_the_error() {
+    fn impossible_arcs_become_lines_within_the_error() {
         let lines = Arcs { helix: Helix::Lines, chord_error_mm: 0.01, ..Arcs::default() };
         let helix = curve(300.0, false, -1.0);
         let pieces = helix.pieces(&lines, Centre::Said, |at| at);
@@ -194,7 +192,7 @@ mod tests {
         let mut tiny = curve(90.0, true, 0.0);
         tiny.to.at = Point::new(tiny.from.at.x, Length::from_nm(200));
         assert_eq!(tiny.pieces(&Arcs::default(), Centre::Said, rounded), [Piece::Line(tiny.to)]);
-        // Its digits lie the other way round: by them it is nearly a whole circle.
+        // Rounding swaps its ends: from the digits it is nearly a full circle.
         let at = |x: i64, y: i64| Tip {
             at: Point::new(Length::from_nm(x), Length::from_nm(y)),
             height: Length::ZERO,

@@ -1,7 +1,5 @@
-//! The words of one controller: templates, number format, what it can do with arcs (S6 S7). The dialects that ship lie in
-//! `dialects/`; a person can add others.
-//!
-//! Comes in: the text of a dialect file, by way of `read`. Goes out: a [`Dialect`]. Does not know programs.
+//! The format of one controller (its postprocessor): templates, numbers, arc support. Shipped dialects are in
+//! `dialects/`; users can add others.
 
 use super::names::{Block, TemplateKind, parameter};
 use super::number::Format;
@@ -10,51 +8,46 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The words of one controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dialect {
-    /// Name for people.
     pub name: String,
-    /// When a new file begins.
+    /// When a new file starts.
     pub files: FileSplit,
-    /// What programs and their files may be called, where not everything goes.
+    /// Restriction of program and file names, if any.
     pub program_name: Option<NameStyle>,
-    /// How numbers are written, and which parameters differ.
+    /// Number format, and parameters with a different one.
     pub numbers: NumberStyle,
-    /// Lines: numbers, ends, block delete.
+    /// Line numbers, line endings, block delete.
     pub lines: LineStyle,
-    /// Comments: their signs, and whether they stay.
+    /// Comment characters, and whether comments are written.
     pub comments: Comments,
-    /// What is left out where it has not changed.
+    /// Words that are omitted if unchanged.
     pub modal: Modal,
-    /// What it can do with arcs.
+    /// Arc support.
     pub arcs: Arcs,
-    /// How near to the board a bit falls fast before it goes on at its feed: the machine's height for that. None where nobody
-    /// said: then it goes down at its feed all the way.
+    /// Height over the board down to which a tool descends as a rapid, then at its feed: the machine's
+    /// setting. `None`: at its feed all the way.
     pub fall_to: Option<Length>,
-    /// How fast rapid moves are where the controller must be told.
+    /// Rapid speeds, for controllers that need them stated.
     pub rapids: Rapids,
-    /// How high over the board a bit is changed; none where nobody said: then at the safe height.
+    /// Height over the board for tool changes; `None`: the safe height.
     pub change_at: Option<Length>,
-    /// The template for drilling, if it has one.
     pub drill: Option<Templates>,
-    /// The template for milling, if it has one.
     pub engrave: Option<Templates>,
 }
 
-/// When a new file begins.
+/// When a new file starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FileSplit {
-    /// Never: the whole job in one.
+    /// Never: the whole job in one file.
     #[default]
     Job,
-    /// Where drilling turns to milling, or back.
+    /// At a change between drilling and milling.
     Operation,
-    /// With every bit.
     Bit,
 }
 
-/// How fast rapid moves go, for controllers that must be told.
+/// Rapid speeds, for controllers that need them stated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rapids {
     /// Of X and Y, mm/min.
@@ -69,33 +62,30 @@ impl Default for Rapids {
     }
 }
 
-/// How a tool of a file comes into the spindle.
+/// How a tool of a file gets into the spindle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Changes {
-    /// It is in before the file begins: every tool has a file of its own.
+    /// Before the file starts: every tool has its own file.
     #[default]
     Before,
-    /// The machine takes it by its number, and its length from its table.
+    /// The machine fetches it by number, with its length from the tool table.
     Changer,
-    /// The file stops, and a person puts it in.
+    /// The file stops, and the user inserts the tool.
     Stop,
 }
 
-/// What a program may be called: letters, digits and `_`, beginning with a letter.
+/// Allowed program names: letters, digits and `_`, starting with a letter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NameStyle {
-    /// Most letters.
     pub longest: usize,
-    /// Capitals only.
     pub capitals: bool,
 }
 
-/// How numbers are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NumberStyle {
-    /// Every length, and what follows it.
+    /// Default for lengths and derived values.
     pub base: Format,
-    /// Parameters with a format of their own.
+    /// Parameters with their own format.
     pub own: BTreeMap<&'static str, Format>,
 }
 
@@ -107,79 +97,72 @@ impl NumberStyle {
     }
 }
 
-/// Lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LineStyle {
-    /// Whether every line has a number.
     pub numbered: bool,
-    /// The first number, in `@N@` too.
+    /// The first number, also for `@N@`.
     pub first: u64,
-    /// From one number to the next.
+    /// Increment of the numbers.
     pub step: u64,
-    /// Before the number.
     pub before: String,
-    /// Behind the number.
     pub after: String,
-    /// Lines that begin so have none.
+    /// Lines with these prefixes have no number.
     pub unnumbered: Vec<String>,
     /// Lines end with carriage return and line feed.
     pub crlf: bool,
-    /// Blocks whose lines begin with `/`, so that a person can have them skipped.
+    /// Blocks whose lines start with `/`, so that the user can skip them.
     pub skippable: Vec<(TemplateKind, Block)>,
 }
 
-/// Comments.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Comments {
-    /// What begins one; empty where there are none.
+    /// Start of a comment; empty if there are no comments.
     pub open: String,
-    /// What ends one; empty where the line does.
+    /// End of a comment; empty if the line ends it.
     pub close: String,
-    /// Comments are left out.
+    /// Comments are not written.
     pub dropped: bool,
-    /// Words of people are written in capitals.
+    /// Comments are written in capitals.
     pub capitals: bool,
-    /// Longest line of a file's head, in letters, where one is too long for the controller.
+    /// Longest line of a file's header, in characters, if the controller limits it.
     pub longest: Option<usize>,
 }
 
-/// What is left out where it has not changed.
+/// Words that are omitted if unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Modal {
-    /// Parameters whose words are left out when they say again what they said last.
+    /// Parameters whose words are omitted if their value repeats.
     pub parameters: Vec<&'static str>,
-    /// Words of which the last one holds, like `G0 G1 G2 G3`.
+    /// Groups of modal words, like `G0 G1 G2 G3`.
     pub groups: Vec<Vec<String>>,
 }
 
-/// What a controller can do with arcs.
+/// Arc support of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arcs {
-    /// Nothing: every arc becomes lines.
+    /// No arcs: every arc becomes lines.
     pub lines_only: bool,
-    /// How far lines that stand for an arc may be from it, in mm.
+    /// Tolerance of lines that replace an arc, in mm.
     pub chord_error_mm: f64,
-    /// Into how many parts a full circle is cut: 1 to 4.
+    /// Parts of a full circle: 1 to 4.
     pub full_circle_parts: u32,
-    /// Longer arcs are cut into equal parts; in degrees, to 360.
+    /// Longer arcs are split into equal parts; in degrees, up to 360.
     pub longest_deg: f64,
     /// Shorter arcs become lines; in degrees.
     pub shortest_deg: f64,
-    /// Arcs whose halves are shorter than this become lines; in mm.
+    /// Arcs become lines if half their length is shorter than this; in mm.
     pub smallest_mm: f64,
-    /// What becomes of arcs whose height changes.
     pub helix: Helix,
 }
 
-/// What becomes of arcs whose height changes.
+/// How arcs with changing height are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Helix {
-    /// The blocks of arcs are written, with another height at the end.
+    /// With the arc blocks, and a different end height.
     #[default]
     Arcs,
-    /// They have blocks of their own.
+    /// With their own blocks.
     Blocks,
-    /// They become lines.
     Lines,
 }
 
@@ -197,20 +180,20 @@ impl Default for Arcs {
     }
 }
 
-/// One of the two templates.
+/// The template of drilling or milling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Templates {
-    /// Extension of its files, without the dot.
+    /// Without the dot.
     pub extension: String,
     /// Added to X and Y.
     pub shift: [Length; 2],
-    /// The radius that the bit must have, if the template is for one bit only.
+    /// Required tool radius, if the template is for one tool only.
     pub tool_radius: Option<Length>,
     pub(super) blocks: BTreeMap<Block, Template>,
 }
 
 impl Dialect {
-    /// The same; with `chord_error_mm` every arc becomes lines that are at most so far off.
+    /// Replaces arcs by lines with the tolerance `chord_error_mm`, if given.
     #[must_use]
     pub fn with_lines(mut self, chord_error_mm: Option<f64>) -> Self {
         if let Some(error) = chord_error_mm {
@@ -219,28 +202,28 @@ impl Dialect {
         self
     }
 
-    /// The same; bits fall fast to `height` over the board.
+    /// Sets the height down to which tools descend as a rapid.
     #[must_use]
     pub fn falling_to(mut self, height: Option<Length>) -> Self {
         self.fall_to = height;
         self
     }
 
-    /// The same; bits are changed at `height` over the board.
+    /// Sets the height of tool changes.
     #[must_use]
     pub fn changing_at(mut self, height: Option<Length>) -> Self {
         self.change_at = height;
         self
     }
 
-    /// The same; rapid moves are so fast where the controller must be told.
+    /// Sets rapid speeds, if given.
     #[must_use]
     pub fn rapid_at(mut self, rapids: Option<Rapids>) -> Self {
         self.rapids = rapids.unwrap_or(self.rapids);
         self
     }
 
-    /// How a tool comes into the spindle.
+    /// How a tool gets into the spindle.
     pub fn changes(&self) -> Changes {
         let blocks =
             || TemplateKind::ALL.into_iter().filter_map(|part| self.templates(part)).map(|own| &own.blocks);
@@ -254,14 +237,13 @@ impl Dialect {
         }
     }
 
-    /// The same; a new file begins when `files` says so, if it says anything.
+    /// Sets when a new file starts, if given.
     #[must_use]
     pub fn in_files(mut self, files: Option<FileSplit>) -> Self {
         self.files = files.unwrap_or(self.files);
         self
     }
 
-    /// The template for `part`, if there is one.
     pub fn templates(&self, part: TemplateKind) -> Option<&Templates> {
         match part {
             TemplateKind::Drill => self.drill.as_ref(),
@@ -270,7 +252,7 @@ impl Dialect {
     }
 }
 
-/// The dialects that ship: the name on the command line, and the file.
+/// The shipped dialects: name on the command line, and file text.
 pub fn shipped() -> impl Iterator<Item = (&'static str, &'static str)> {
     [
         ("grbl", include_str!("dialects/grbl.toml")),

@@ -1,12 +1,10 @@
-//! A program as a drill file: Excellon, metric, with decimal points, X and Y on every hit, in the coordinates of the
-//! files the board came from. Toolpaths are routed.
+//! Writes a program as a drill file: Excellon, metric, with decimal points, X and Y on every hit. Coordinates
+//! are those of the files that the board was made from. Toolpaths are routed.
 //!
 //! ```text
-//!   height   ─────╮      ╭──tab──╮    ╭────     Excellon has no depth: what lies at the lowest height of the program is
-//!                 ╰══════╯       ╰════╯         routed (═), M15 down and M16 up; ramps, tabs and steps above it are not
+//!   height   ─────╮      ╭──tab──╮    ╭────     Excellon has no depth: only motion at the program's lowest
+//!                 ╰══════╯       ╰════╯         height is routed (═), M15 down and M16 up
 //! ```
-//!
-//! Comes in: a program. Goes out: text that every reader of drill files takes. Does not know templates.
 
 use super::arcs::{Curve, Piece, Tip};
 use super::dialect::Arcs;
@@ -16,9 +14,10 @@ use super::read::Centre;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, CommandPlace, Cutter, Leg, Mark, Program};
+use crate::locale::WRITTEN_BY;
 use crate::units::Length;
 
-/// Full circles are cut in two: many readers take one whose ends agree for nothing.
+/// Full circles are split in two: many readers ignore one with equal ends.
 const CIRCLES: Arcs = Arcs {
     lines_only: false,
     chord_error_mm: 0.005,
@@ -29,29 +28,33 @@ const CIRCLES: Arcs = Arcs {
     helix: super::dialect::Helix::Arcs,
 };
 
-/// How deep what has no depth goes: through every board.
+/// Assumed depth of features without depth: through every board.
 pub(super) const THROUGH: Length = Length::from_um(2_000);
 
-/// A length in mm: three digits after the point, or six where three would not be exact.
+/// A length in mm with three decimals, or six if three are not exact.
 fn number(length: Length) -> String {
     let decimals = if length.nm() % 1_000 == 0 { 3 } else { 6 };
     Format { decimals, trailing: TrailingZeros::All, leading: 1, point: true, plus: false }.text(length.nm())
 }
 
-/// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for toolpaths that end above others.
+/// The program as a drill file. Refused if the depth matters: for V-bits, and for toolpaths that end above
+/// others.
 ///
-/// With `chord_error_mm` arcs are routed as lines that are at most so far off.
+/// With `chord_error_mm` arcs are routed as lines with this tolerance.
 pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Diagnostic> {
     lined(program, chord_error_mm).map(|(text, _)| text)
 }
 
-/// The same, and for each of its lines the last command that is done with it.
+/// As [`excellon`], with the last completed command for each line.
 pub(super) fn lined(
     program: &Program,
     chord_error_mm: Option<f64>,
 ) -> Result<(String, Vec<CommandPlace>), Diagnostic> {
     let mut out = Lined::default();
-    out.push("M48\n;FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
+    out.push("M48\n");
+    // This line marks the file, so that Annulus does not read it as a drill file of the board.
+    out.push(&format!("{WRITTEN_BY}\n"));
+    out.push(";FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
     for (code, bit) in (1_u32..).zip(&program.bits) {
         out.push(&format!("T{code}C{}\n", number(bit.diameter)));
     }
@@ -76,8 +79,8 @@ pub(super) fn lined(
     Ok(out.finish())
 }
 
-/// What of a program a drill file says: holes and toolpaths at its lowest height, through the board, each with a tool of which only the
-/// diameter is known.
+/// The program as far as a drill file expresses it: holes and toolpaths at its lowest height, through the
+/// board. Of each tool only the diameter is known.
 pub(super) fn said(program: &Program) -> Program {
     let floor = Router::new(program, None).floor;
     let mut said = program.clone();
@@ -125,7 +128,7 @@ fn mills(command: &Command) -> bool {
     matches!(command, Command::Mill { .. } | Command::MillArc { .. })
 }
 
-/// Where a leg drills, in the files' coordinates.
+/// Position of a drilled leg, in the files' coordinates.
 fn place(leg: &Leg, origin: Point) -> Point {
     let rapid = leg.commands.iter().find_map(|command| match command {
         Command::Rapid { to } => Some(*to),
@@ -135,7 +138,7 @@ fn place(leg: &Leg, origin: Point) -> Point {
     Point::new(at.x + origin.x, at.y + origin.y)
 }
 
-/// Toolpaths turned into routes.
+/// Turns toolpaths into routes.
 struct Router<'a> {
     program: &'a Program,
     /// The lowest height of all milling.

@@ -1,39 +1,41 @@
-//! What a written file is called, and what its head says to the person who runs it.
+//! Names of written files, and their header comments for the operator.
 //!
 //! ```text
 //!   NN-side-operation-tool     01-bottom-isolate-V30-0.1     02-bottom-drill-0.8     05-top-cut-out-mill-1.5
 //! ```
-//!
-//! Comes in: a program, its dialect, the briefing of its job. Goes out: for each file its name and the sentences of its head.
-//! Does not know templates.
 
-use super::dialect::{Changes, Dialect, FileSplit};
+use super::dialect::{Changes, Dialect, FileSplit, NameStyle};
 use super::names::TemplateKind;
 use super::values::number_of;
-use super::writer::{name, parts};
-use crate::job::{Briefing, Mark, Program, ToolBriefing};
+use crate::job::{Briefing, Command, Leg, Mark, Program, ToolBriefing};
 use crate::locale;
 use crate::units::Length;
 
-/// A file that there will be.
+/// Longest file name without extension, in characters.
+const LONGEST_NAME: usize = 60;
+
+/// With less room, a side is abbreviated.
+const LITTLE_ROOM: usize = 12;
+
+/// A file to be written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct FileOf {
-    /// Its name, without extension.
+    /// Without extension.
     pub(super) name: String,
-    /// The bits that it asks for or begins with, as indices into the program's bits.
+    /// The tools that it requests or starts with: indices into the program's tools.
     pub(super) bits: Vec<u32>,
-    /// Its number in the order of running, from 1, over all sides.
+    /// Its number in the order of execution, from 1, over all sides.
     pub(super) number: usize,
-    /// What its head says.
+    /// Lines of its header.
     pub(super) head: Vec<String>,
     part: Option<TemplateKind>,
 }
 
-/// The files that there will be of side `side` of a job.
+/// The files of side `side` of a job.
 pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, side: usize) -> Vec<FileOf> {
     let mut files = cut_up(dialect, program);
     let count = files.len();
-    // What the sides before it leave numbered.
+    // Number of files of the sides before.
     let apart = dialect.files == FileSplit::Bit;
     let before: usize =
         briefing.sides.iter().take(side).map(|side| if apart { side.tools.len() } else { 1 }).sum();
@@ -55,7 +57,7 @@ pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, s
     files
 }
 
-/// Which bits come into which file.
+/// Assigns tools to files.
 fn cut_up(dialect: &Dialect, program: &Program) -> Vec<FileOf> {
     let ending = |part: TemplateKind| dialect.templates(part).map(|templates| templates.extension.as_str());
     let mut files: Vec<FileOf> = Vec::new();
@@ -98,13 +100,13 @@ fn operation_and_tool(of: &ToolBriefing) -> String {
     let tool = of.tool.file_word();
     match tool.split_once('-') {
         _ if operations.is_empty() => tool,
-        // A drill that drills need not be called so twice.
+        // Avoid names like `drill-drill-0.8`.
         Some((form, size)) if operations.ends_with(form) => format!("{operations}-{size}"),
         _ => format!("{operations}-{tool}"),
     }
 }
 
-/// A time as people say it: `45 s`, `12 min`, `1 h 05 min`.
+/// A duration for people: `45 s`, `12 min`, `1 h 05 min`.
 pub(super) fn time_text(seconds: f64) -> String {
     let whole = libm::ceil(seconds) as u64;
     let minutes = whole.div_ceil(60);
@@ -115,7 +117,7 @@ pub(super) fn time_text(seconds: f64) -> String {
     }
 }
 
-/// A length as people say it: a tenth of a millimetre.
+/// A length for people: rounded to 0.1 mm.
 pub(super) fn tenths(length: Length) -> String {
     format!("{:.1}", libm::round(length.mm() * 10.0) / 10.0 + 0.0)
 }
@@ -167,4 +169,65 @@ fn sentences(
         bits.iter().map(|bit| tools.get(*bit as usize).and_then(|tool| tool.time_s)).sum();
     lines.extend(times.map(|seconds| say("time", &[("time", time_text(seconds))])));
     lines
+}
+
+/// The job's name with `suffix`, as the dialect allows it.
+pub(super) fn name(style: Option<NameStyle>, program: &Program, suffix: &str) -> String {
+    let base = program.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let base = base.rsplit_once('.').map_or(base, |(stem, _)| if stem.is_empty() { base } else { stem });
+    let NameStyle { longest, capitals } =
+        style.unwrap_or(NameStyle { longest: LONGEST_NAME, capitals: false });
+    let free = style.is_none();
+    let plain = |c: char| match c {
+        _ if c.is_ascii_alphanumeric() || c == '_' => c,
+        '-' | '.' if free => c,
+        _ => '_',
+    };
+    let mut text: String = base.chars().map(plain).collect();
+    if !text.starts_with(|c: char| c.is_ascii_alphabetic() || (free && c.is_ascii_digit())) {
+        text.insert(0, 'P');
+    }
+    // Names of one job differ at the end (sides of a board), so shorten the middle.
+    let room = longest.saturating_sub(suffix.len()).max(1);
+    if text.len() > room {
+        let word = text.rfind(['_', '-']).map_or(4, |at| text.len() - at);
+        let word = word.min(text.len());
+        // With little room, a side is its first letter.
+        let side = text.get(text.len() - word + 1..).is_some_and(|word| ["bottom", "top"].contains(&word));
+        let short = side && (2..LITTLE_ROOM).contains(&room);
+        let mut end = text.split_off(text.len() - if short { word } else { word.min(room / 2) });
+        end.truncate(if short { 2 } else { room });
+        text.truncate(room - end.len());
+        text.push_str(&end);
+    }
+    text.push_str(suffix);
+    if capitals { text.to_ascii_uppercase() } else { text }
+}
+
+/// The template of each leg: for its work, or for the next work.
+pub(super) fn parts(program: &Program, dialect: &Dialect) -> Vec<TemplateKind> {
+    let own = |leg: &Leg| match leg.mark {
+        _ if mills(leg) => Some(TemplateKind::Engrave),
+        Mark::Hole(_) => Some(TemplateKind::Drill),
+        _ => None,
+    };
+    let only = if dialect.drill.is_some() { TemplateKind::Drill } else { TemplateKind::Engrave };
+    let mut next = program.legs.iter().rev().find_map(own).unwrap_or(only);
+    let mut parts: Vec<TemplateKind> = program
+        .legs
+        .iter()
+        .rev()
+        .map(|leg| {
+            next = own(leg).unwrap_or(next);
+            next
+        })
+        .collect();
+    parts.reverse();
+    parts
+}
+
+/// True if a leg mills: then it uses the milling template, regardless of its mark.
+pub(super) fn mills(leg: &Leg) -> bool {
+    let cuts = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
+    matches!(leg.mark, Mark::Toolpath(_)) || leg.commands.iter().any(cuts)
 }

@@ -1,15 +1,13 @@
-//! Programs in other controllers' words.
+//! Writes programs for other controllers, and reads them back.
 //!
 //! ```text
 //!  dialects/grbl.toml ─ words ─ read ─▶ Dialect (templates) ─┐
 //!  names: blocks, parameters ──┘                             │
-//!          Program, Briefing ─ head ────────────────────────────┴─ writer ─ arcs ─ values ─ sheet ─▶ files
-//!                      Program ─ excellon ──────────────────────────────────────────────────────▶ file
-//!              files ─ readback ─ again ───────────────────────────────────────────────────────▶ what they do, to be compared
-//!                    Briefing ─ run_sheet ─────────────────────────────────────────────────────▶ a page to print
+//!          Program, Briefing ─ head ─────────────────────────┴─ writer ─ arcs ─ values ─ sheet ─▶ files
+//!                      Program ─ excellon ────────────────────────────────────────────────────▶ file
+//!              files ─ readback ─ again ──────────────────────────────────────────────────────▶ differences
+//!                    Briefing ─ run_sheet ────────────────────────────────────────────────────▶ printed page
 //! ```
-//!
-//! Comes in: a [`Program`], the [`Briefing`] of its job. Goes out: text. Does not know boards, plans or motion.
 
 mod again;
 mod arcs;
@@ -37,11 +35,11 @@ pub use dialect::{
 pub use excellon::excellon;
 pub use names::{BLOCKS, Block, BlockRow, PARAMETERS, TemplateKind, TemplateParameter};
 pub use number::{Format, TrailingZeros};
-pub use preview::{Sample, preview};
+pub use preview::preview;
 pub use read::check;
-pub use readback::{ReadBack, read_back, titled};
+pub use readback::{ReadBack, read_back, read_back_for, titled};
 pub use run_sheet::{RunSheet, SheetRow, run_sheet};
-pub use writer::{OutputFile, write_side, write_with};
+pub use writer::{OutputFile, Sample, write_side, write_with};
 
 use crate::diagnostic::Diagnostic;
 use crate::job::{Briefing, Program};
@@ -49,51 +47,46 @@ use crate::machine::Machine;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// What a program can be written for: `excellon`, and the dialects that ship.
+/// Output formats: `excellon`, and the shipped dialects.
 pub fn targets() -> Vec<&'static str> {
     std::iter::once("excellon").chain(shipped().map(|(name, _)| name)).collect()
 }
 
-/// The dialect that ships under `name`.
+/// The shipped dialect `name`.
 pub fn dialect(name: &str) -> Option<Result<Dialect, Diagnostic>> {
     let (name, text) = shipped().find(|(known, _)| *known == name)?;
     Some(Dialect::parse(&format!("{name}.toml"), text))
 }
 
-/// How a program is written, apart from the words of its controller.
+/// Options of the output, independent of the controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manner {
-    /// Arcs become lines that are at most so far off, in mm.
+    /// Replace arcs by lines with this tolerance, in mm.
     pub lines_only_mm: Option<f64>,
-    /// How near to the board bits fall fast before they go on at their feed; none where nobody knows.
+    /// Height over the board down to which tools descend as a rapid; `None` if unknown.
     pub fall_to: Option<Length>,
-    /// How high over the board bits are changed; none for the safe height.
+    /// Height over the board for tool changes; `None`: the safe height.
     pub change_at: Option<Length>,
-    /// How fast rapid moves are, for controllers that must be told; none where nobody knows.
+    /// Rapid speeds, for controllers that need them stated; `None` if unknown.
     pub rapids: Option<Rapids>,
-    /// When a new file begins, where not as the dialect says.
+    /// When a new file starts, if not as in the dialect.
     pub files: Option<FileSplit>,
 }
 
-/// The highest that a bit is lifted for a change: more is only a way.
-const HIGHEST_CHANGE: Length = Length::from_um(20_000);
-
 impl Manner {
-    /// What `machine` wants: bits fall fast as near to the board as it says, and are changed as high over it as it reaches, up
-    /// to 20 mm. Rapid moves are no faster than its axes.
+    /// Options for `machine`: its feed height and change height, and rapids no faster than its axes.
     pub fn on(machine: &Machine) -> Self {
         let process = &machine.process;
-        let room = machine.z.max - process.surface;
         Self {
             fall_to: Some(process.feed_height),
             rapids: Some(rapids(machine)),
-            change_at: Some(room.min(HIGHEST_CHANGE).max(process.safe_height)),
+            change_at: Some(machine.change_height()),
             ..Self::default()
         }
     }
 }
 
-/// The usual rapid moves, as far as the axes of `machine` go so fast.
+/// The default rapids, limited to the axes of `machine`.
 fn rapids(machine: &Machine) -> Rapids {
     let usual = Rapids::default();
     let bounded = |usual: u32, speed_mm_per_s: f64| usual.min((speed_mm_per_s * 60.0).max(1.0) as u32);
@@ -105,7 +98,7 @@ fn rapids(machine: &Machine) -> Rapids {
 }
 
 impl Dialect {
-    /// The same in this manner.
+    /// Applies the options.
     #[must_use]
     pub fn in_manner(self, manner: &Manner) -> Self {
         let dialect = self.with_lines(manner.lines_only_mm).falling_to(manner.fall_to);
@@ -113,7 +106,7 @@ impl Dialect {
     }
 }
 
-/// The program in the words of `target`. None for an unknown target.
+/// The program in the format `target`; `None` for an unknown target.
 pub fn write(
     target: &str,
     program: &Program,
@@ -122,7 +115,7 @@ pub fn write(
     write_for(target, program, manner, &Briefing::of(program), 0)
 }
 
-/// The same of a program that is side `side` of a job.
+/// As [`write()`], for side `side` of a job.
 pub fn write_for(
     target: &str,
     program: &Program,
@@ -143,8 +136,8 @@ pub fn write_for(
     Some(dialect(target)?.and_then(written))
 }
 
-/// Blocks that go over the board, into it or out of it and say no height: after them the tip may be where nobody thinks. A
-/// template may have its reasons, so they are notes.
+/// Notes about blocks that cross the board's surface without a height: afterwards the tip may be at an
+/// unexpected height. Templates may do this on purpose, so they are only notes.
 pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for part in TemplateKind::ALL {
@@ -156,7 +149,7 @@ pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
                 Block::Start | Block::Change | Block::End => names(&["X", "Y"]),
                 _ => false,
             };
-            // Z at its reference point is a height too.
+            // The reference point of Z is a height too.
             let referred = ["G28", "G30", "G53", "SUPA", "M91"].iter().any(|word| template.says(word));
             if goes && !referred && !names(&["Z", "H", "HC", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
@@ -167,7 +160,7 @@ pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
     warnings
 }
 
-/// The name among the targets that is nearest to `name`.
+/// The target with the most similar name.
 pub fn nearest_target(name: &str) -> &'static str {
     crate::diagnostic::nearest(name, targets())
 }

@@ -1,23 +1,22 @@
-//! The one table of what a template is made of (S6 S7 S8): blocks, one for each elementary action, and parameters, each with
-//! name, unit, an example and the blocks it may stand in. The sentence for each is `post.block.<part>.<key>` and
-//! `post.parameter.<name>` in the locale tables; the page, the command line, the manual and the tests read this table.
+//! Table of template elements. Blocks: one for each elementary action. Parameters: name, unit, example, and
+//! the blocks that may use them.
 //!
-//! Comes in: nothing. Goes out: the table. Does not know programs.
+//! Their descriptions are `post.block.<part>.<key>` and `post.parameter.<name>` in the locale tables. The
+//! page, the command line, the manual and the tests read this table.
 
 /// One of the two templates of a dialect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TemplateKind {
-    /// Holes made by strokes of the spindle.
+    /// Holes, by drill cycles of the spindle.
     Drill,
-    /// Toolpaths milled with the tip in the board.
+    /// Toolpaths, milled with the tip in the board.
     Engrave,
 }
 
 impl TemplateKind {
-    /// Both.
     pub const ALL: [Self; 2] = [Self::Drill, Self::Engrave];
 
-    /// Its key in a dialect file.
+    /// Key in a dialect file.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Drill => "drill",
@@ -26,42 +25,38 @@ impl TemplateKind {
     }
 }
 
-/// A piece of a template: what is written for one elementary action.
+/// A piece of a template: the text of one elementary action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Block {
-    /// Once, first.
     Start,
-    /// Once for every bit.
+    /// Once for every tool.
     Change,
-    /// Once at the beginning of a file that is for one bit, in place of the change.
+    /// Once at the start of a file for a single tool, instead of `Change`.
     Load,
-    /// When the spindle's speed changes in between.
+    /// If the spindle speed changes in between.
     Spindle,
-    /// Once for every hole of one stroke.
+    /// Once for every hole with one drill cycle.
     Hole,
-    /// Once for every stroke of a hole that takes several.
+    /// Once for every drill cycle of a pecked hole.
     Peck,
-    /// Over a place and down into the board.
+    /// Over a position and down into the board.
     Approach,
-    /// Straight at feed.
     Line,
-    /// Along an arc, clockwise.
+    /// Along a clockwise arc.
     ArcCw,
-    /// Along an arc, counter-clockwise.
+    /// Along a counter-clockwise arc.
     ArcCcw,
-    /// Along a helix, clockwise.
+    /// Along a clockwise helix.
     HelixCw,
-    /// Along a helix, counter-clockwise.
+    /// Along a counter-clockwise helix.
     HelixCcw,
     /// A pause in the board.
     Wait,
-    /// Up.
     Leave,
-    /// Once, last.
     End,
 }
 
-/// Every block in the order of the output.
+/// All blocks in output order.
 const EVERY: &[Block] = &[
     Block::Start,
     Block::Change,
@@ -79,7 +74,7 @@ const EVERY: &[Block] = &[
     Block::Leave,
     Block::End,
 ];
-/// The blocks that have a place, in an order in which those with something more in common stand side by side.
+/// Blocks with a position, ordered so that each parameter set covers a contiguous range.
 ///
 /// ```text
 ///  start change load | hole peck approach line | arcs helices | leave | end
@@ -106,21 +101,21 @@ const PLACES: &[Block] = &[
 const HEIGHTS: &[Block] = places(3, 12);
 const FEEDS: &[Block] = places(3, 11);
 const MOVES: &[Block] = places(6, 11);
-/// The blocks that go along an arc or a helix.
+/// Blocks of arcs and helices.
 pub(super) const CURVES: &[Block] = places(7, 11);
 
-/// Blocks `from` up to and without `to` of those with a place.
+/// `PLACES[from..to]`.
 const fn places(from: usize, to: usize) -> &'static [Block] {
     PLACES.split_at(to).0.split_at(from).1
 }
 
-/// The blocks that go down from over the board into it.
+/// Blocks that descend from over the board into it.
 const FALLS: &[Block] = places(3, 6);
 const STROKES: &[Block] = &[Block::Hole, Block::Peck];
 const PAUSES: &[Block] = &[Block::Change, Block::Load, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
 
 impl Block {
-    /// Its key in a dialect file.
+    /// Key in a dialect file.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -142,14 +137,11 @@ impl Block {
     }
 }
 
-/// A block in a template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockRow {
-    /// The template.
     pub part: TemplateKind,
-    /// The block.
     pub block: Block,
-    /// Whether a dialect must have it.
+    /// Required in every dialect.
     pub required: bool,
 }
 
@@ -157,7 +149,7 @@ const fn block(part: TemplateKind, block: Block, required: bool) -> BlockRow {
     BlockRow { part, block, required }
 }
 
-/// Every block of both templates, in the order of the output.
+/// Blocks of both templates in output order.
 pub const BLOCKS: &[BlockRow] = &[
     block(TemplateKind::Drill, Block::Start, true),
     block(TemplateKind::Drill, Block::Change, true),
@@ -181,20 +173,19 @@ pub const BLOCKS: &[BlockRow] = &[
     block(TemplateKind::Engrave, Block::End, true),
 ];
 
-/// One parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TemplateParameter {
-    /// What stands between the `@`.
+    /// The name between the `@`.
     pub name: &'static str,
-    /// Unit of the number, empty for counts and words.
+    /// Unit of the number; empty for counts and words.
     pub unit: &'static str,
-    /// What it may look like in a program.
+    /// Example value in a program.
     pub example: &'static str,
-    /// Digits after the point unless a dialect says otherwise; none for lengths, which follow the dialect.
+    /// Default decimals; `None` for lengths, which follow the dialect.
     pub decimals: Option<u32>,
-    /// A word and no number: nothing can be reckoned with it.
+    /// Text, not a number: arithmetic is not possible.
     pub word: bool,
-    /// The blocks it may stand in.
+    /// Blocks that may use it.
     pub blocks: &'static [Block],
 }
 
@@ -216,10 +207,9 @@ const fn word(name: &'static str, example: &'static str) -> TemplateParameter {
     TemplateParameter { name, unit: "", example, decimals: None, word: true, blocks: EVERY }
 }
 
-/// The parameter whose line is written once for every sentence of the head.
+/// The parameter whose line is repeated for every line of the header.
 pub(super) const HEAD: &str = "HEAD";
 
-/// Every parameter.
 pub const PARAMETERS: &[TemplateParameter] = &[
     length("X", "12.700", PLACES),
     length("Y", "8.890", PLACES),
@@ -260,7 +250,6 @@ pub const PARAMETERS: &[TemplateParameter] = &[
     word(HEAD, "tool 2: drill 0.8"),
 ];
 
-/// The parameter called `name`.
 pub(super) fn parameter(name: &str) -> Option<&'static TemplateParameter> {
     PARAMETERS.iter().find(|row| row.name == name)
 }
@@ -272,7 +261,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_block_and_parameter_has_a_sentence() {
+    fn every_block_and_parameter_has_a_text() {
         for row in BLOCKS {
             let key = format!("post.block.{}.{}", row.part.key(), row.block.key());
             assert!(crate::locale::lookup("en", &key).is_some(), "no sentence {key}");
@@ -286,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_name_is_the_one_meant() {
+    fn nearest_name_is_suggested() {
         let known = || PARAMETERS.iter().map(|row| row.name);
         let rows = [
             ("x", "X"),

@@ -1,28 +1,24 @@
-//! How numbers are written (S8).
-//!
-//! Comes in: whole millionths (nanometres of a mm, microseconds of a second). Goes out: digits. Does not know what they mean.
+//! Number formats.
 
-/// How the digits at the end of a number are kept.
+/// Treatment of trailing zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrailingZeros {
-    /// `2.500`: as many as there are decimals.
+    /// `2.500`: all decimals.
     All,
-    /// `2.5` and `2.0`: one stays.
+    /// `2.5` and `2.0`: at least one decimal.
     One,
-    /// `2.5` and `2.`: the point stays.
+    /// `2.5` and `2.`: always a point.
     Point,
     /// `2.5` and `2`.
     None,
 }
 
-/// How a number is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Format {
-    /// Digits after the point, at most 6.
+    /// Decimals, at most 6.
     pub decimals: u32,
-    /// What becomes of zeros at the end.
     pub trailing: TrailingZeros,
-    /// Digits before the point at least: 0 writes `.5`, 3 writes `000.5`.
+    /// Minimum digits before the point: 0 writes `.5`, 3 writes `000.5`.
     pub leading: u32,
     /// Whether there is a point. Without it the number counts units of its last digit.
     pub point: bool,
@@ -31,7 +27,7 @@ pub struct Format {
 }
 
 impl Format {
-    /// `value` millionths to the nearest written digit, halves away from zero; the result in millionths.
+    /// Rounds `value` millionths to the last written digit, halves away from zero; the result in millionths.
     pub(crate) fn rounded(self, value: i64) -> i64 {
         let unit = 10_i64.pow(6 - self.decimals.min(6));
         let size = (i128::from(value).abs() + i128::from(unit) / 2) / i128::from(unit) * i128::from(unit);
@@ -71,7 +67,7 @@ impl Format {
             TrailingZeros::None if short.is_empty() => whole,
             TrailingZeros::None => format!("{whole}.{short}"),
         };
-        // A number has a digit, whatever was asked for.
+        // At least one digit, even if the format asks for none.
         let text = if text.chars().any(|c| c.is_ascii_digit()) { text } else { format!("0{text}") };
         format!("{sign}{text}")
     }
@@ -82,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_written_as_told() {
+    fn numbers_follow_their_format() {
         let plain =
             Format { decimals: 3, trailing: TrailingZeros::All, leading: 1, point: true, plus: false };
         let rows = [

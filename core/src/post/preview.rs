@@ -1,28 +1,15 @@
-//! What each block of a template makes, shown on a small program: for the editor of templates.
-//!
-//! Comes in: a dialect. Goes out: for every elementary action of a sample its block and its lines. Does not know the page.
+//! Output of each block of a template for a small program: for the template editor.
 
 use super::dialect::{Dialect, FileSplit};
-use super::names::{Block, TemplateKind};
-use super::writer::write_traced;
+use super::names::Block;
+use super::writer::{Sample, write_traced};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 
-/// What one elementary action became.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Sample {
-    /// The template.
-    pub part: TemplateKind,
-    /// The block that made it.
-    pub block: Block,
-    /// Its lines.
-    pub text: String,
-}
-
-/// Every elementary action of a small program in the words of `dialect`: two holes, one of them in two strokes, and a way of
-/// lines, arcs and a helix. Parts that the dialect has no template for are left out.
+/// Every elementary action of a small program: two holes, one of them with two drill cycles, and a path of
+/// lines, arcs and a helix. Skips parts without a template.
 pub fn preview(dialect: &Dialect) -> Result<Vec<Sample>, Diagnostic> {
     let dialect = Dialect { files: FileSplit::Job, ..dialect.clone() };
     let mut legs = vec![Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 0 }] }];

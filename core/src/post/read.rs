@@ -1,7 +1,4 @@
-//! Dialect files (S6 S7 S8): plain TOML, read with every fault and its place.
-//!
-//! Comes in: the text of a dialect file. Goes out: a [`Dialect`], or diagnostics with line and column and what was probably
-//! meant. Does not know programs.
+//! Reads dialect files (TOML), and reports every fault with its position.
 
 use super::dialect::{
     Arcs, Comments, Dialect, FileSplit, Helix, LineStyle, Modal, NameStyle, NumberStyle, Rapids, Templates,
@@ -17,9 +14,9 @@ use toml::Spanned;
 
 /// Largest dialect file, in bytes.
 const LARGEST: usize = 1 << 20;
-/// Parameters whose words may be left out where they say again what they said last.
+/// Parameters whose words may be omitted if their value repeats.
 const MODAL: &[&str] = &["X", "Y", "Z", "F", "V", "S", "T"];
-/// Largest shift either way, in mm.
+/// Largest shift in either direction, in mm.
 const LARGEST_SHIFT_MM: f64 = 1e4;
 
 const TOP: &[&str] = &[
@@ -41,7 +38,7 @@ const TOP: &[&str] = &[
 const FORMAT: &[&str] = &["decimals", "trailing_zeros", "leading_zeros", "point", "plus"];
 
 impl Dialect {
-    /// Reads the dialect in `text`; `file` names it in diagnostics. The first fault otherwise.
+    /// Reads the dialect in `text`; `file` names it in diagnostics. The error is the first fault.
     pub fn parse(file: &str, text: &str) -> Result<Self, Diagnostic> {
         let (dialect, faults) = read(file, text);
         match faults.into_iter().next() {
@@ -51,7 +48,7 @@ impl Dialect {
     }
 }
 
-/// Every fault of the dialect in `text`, in the order of the file; none where it can be used.
+/// All faults of the dialect in `text`, in file order; empty if it can be used.
 pub fn check(file: &str, text: &str) -> Vec<Diagnostic> {
     read(file, text).1
 }
@@ -139,7 +136,7 @@ fn blank() -> Dialect {
     }
 }
 
-/// What a template has or takes from the top of the file.
+/// Settings of a template, its own or from the top of the file.
 #[derive(Clone, Default)]
 struct Shared {
     extension: Option<String>,
@@ -166,7 +163,7 @@ fn program_name<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> NameStyle {
     NameStyle { longest, capitals }
 }
 
-/// A number format: what `table` says over `base`. What is left in the table is not of a format.
+/// Reads a number format from `table` with the defaults `base`. The other keys stay in the table.
 fn format<'a>(words: &mut Words<'a>, table: &mut Table<'a>, base: Format) -> Format {
     let choices = [
         ("all", TrailingZeros::All),
@@ -310,7 +307,7 @@ fn templates<'a>(
             None => {}
         }
     }
-    // Bits are changed and spindles turned alike in both, unless said otherwise.
+    // The milling template inherits these blocks from the drilling template.
     for block in [Block::Change, Block::Load, Block::Spindle] {
         if let Some(same) = drill.and_then(|drill| drill.blocks.get(&block)) {
             blocks.entry(block).or_insert_with(|| same.clone());
@@ -330,7 +327,7 @@ fn templates<'a>(
     }
 }
 
-/// Whether a template cannot do without `block`, seeing what the controller does with arcs.
+/// True if the template requires `block`, given the controller's arc support.
 fn needed(block: Block, required: bool, arcs: Arcs) -> bool {
     match block {
         Block::ArcCw | Block::ArcCcw => !arcs.lines_only,
@@ -365,7 +362,7 @@ fn explain(
 ) -> (Diagnostic, usize) {
     let span = value.span();
     let raw = words.source(span.clone());
-    // A text in quotes of one or three signs; after three the first end of line does not count.
+    // Quotes are one or three characters; after three, TOML ignores the first line ending.
     let quotes = if raw.starts_with("\"\"\"") || raw.starts_with("'''") { 3 } else { 1 };
     let body = raw.get(quotes..).unwrap_or_default();
     let skipped = if quotes == 3 {
@@ -392,19 +389,19 @@ fn explain(
     (diagnostic.with("field", field).with("known", names.join(" ")), offset)
 }
 
-/// How the blocks of arcs say where the centre is.
+/// How arc blocks state the centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Centre {
-    /// By itself, or by a third point.
+    /// Directly, or by a third point.
     Said,
     /// By the radius alone: the shorter of the two arcs.
     Radius,
-    /// By the radius, negative over half a circle.
+    /// By the radius, negative above half a circle.
     SignedRadius,
 }
 
 impl Templates {
-    /// How its blocks of arcs say where the centre is.
+    /// How the arc blocks state the centre.
     pub(super) fn centre(&self) -> Centre {
         let uses = |name: &str| {
             let blocks = CURVES.iter().filter_map(|block| self.blocks.get(block));

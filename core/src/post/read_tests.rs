@@ -1,4 +1,4 @@
-//! What a dialect file may say, and what is said of one that is wrong.
+//! Valid dialect files, and the reports about invalid ones.
 
 use super::*;
 use crate::post::{preview, shipped, warnings};
@@ -17,7 +17,7 @@ fn faults(text: &str) -> Vec<(String, u32, u32)> {
 }
 
 #[test]
-fn what_ships_can_be_read_and_shown() {
+fn shipped_postprocessors_are_valid() {
     for (name, text) in shipped() {
         let told: Vec<_> = check(name, text)
             .iter()
@@ -33,7 +33,7 @@ fn what_ships_can_be_read_and_shown() {
 }
 
 #[test]
-fn blocks_that_move_and_say_no_height_are_doubted() {
+fn moving_blocks_without_a_height_are_warnings() {
     let lifts = "G0 Z@HC@\n";
     for (name, text) in shipped().filter(|(name, _)| *name == "grbl") {
         let dialect = Dialect::parse(name, &text.replace(lifts, "")).unwrap();
@@ -50,8 +50,8 @@ fn blocks_that_move_and_say_no_height_are_doubted() {
 }
 
 #[test]
-fn every_fault_of_a_template_is_told_with_its_place() {
-    // the four blocks as written, and what is told: code, line, column
+fn template_faults_have_their_positions() {
+    // the four blocks as written, and the report: code, line, column
     type Row = (&'static str, &'static [(&'static str, u32, u32)]);
     let rows: [Row; 8] = [
         ("start = \"\"\nchange = \"\"\nhole = \"@Q@\"\nend = \"\"\n", &[("post.unknown_parameter", 7, 9)]),
@@ -89,9 +89,9 @@ fn every_fault_of_a_template_is_told_with_its_place() {
 }
 
 #[test]
-fn every_fault_of_the_settings_is_told() {
+fn settings_faults_are_reported() {
     assert_eq!(faults(&format!("{HEAD}{DRILL}")), []);
-    // what is added, and the codes
+    // added text, and the codes
     let rows: [(&str, &[&str]); 14] = [
         ("[number]\ndecimals = 7\n", &["post.bad_value"]),
         ("[number]\ndecimals = 2.5\n", &["post.bad_value"]),
@@ -131,7 +131,7 @@ fn every_fault_of_the_settings_is_told() {
 }
 
 #[test]
-fn suggestions_name_what_was_meant() {
+fn suggestions_name_the_nearest_word() {
     let rows = [
         ("[lines]\nskippable = [\"drill.hol\"]\n", "drill.hole"),
         ("[arcs]\nlongst_deg = 180\n", "longest_deg"),

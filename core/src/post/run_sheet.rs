@@ -1,12 +1,9 @@
 //! The run sheet: one page to print and take to the machine.
 //!
 //! ```text
-//!   what the job needs   machine, zero, blank, board, pins, flip, time
-//!   what is run          number · file · side · what it does · tool · time, in order, with a box to tick
+//!   requirements  machine, zero, blank, board, pins, flip, time
+//!   files         number · file · side · operation · tool · time, in order, with a box to tick
 //! ```
-//!
-//! Comes in: a job's briefing and the files that were written for each of its sides. Goes out: the sheet as text in its places
-//! ([`RunSheet`]), and as HTML that needs nothing else. Does not know who shows it.
 
 use super::OutputFile;
 use super::dialect::Changes;
@@ -16,7 +13,7 @@ use crate::locale;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// Everything that the page looks like, on paper and on a screen.
+/// Style sheet for print and screen.
 const STYLE: &str = "body{font:11pt/1.35 sans-serif;margin:12mm auto;max-width:186mm;padding:0 4mm;color:#111;background:#fff}\
 h1{font-size:16pt;margin:0 0 4mm}dl{display:grid;grid-template-columns:max-content 1fr;gap:1mm 5mm;margin:0 0 5mm}\
 dt{color:#555}dd{margin:0}table{border-collapse:collapse;width:100%}th,td{text-align:left;vertical-align:top;\
@@ -25,43 +22,41 @@ td.box::before{content:'';display:inline-block;width:3.5mm;height:3.5mm;border:.
 tr.flip td{background:#eee;font-weight:bold;padding-left:2mm}p{margin:4mm 0 0}@page{size:A4;margin:10mm}\
 @media print{body{margin:0;max-width:none}}";
 
-/// What stands on the sheet, in one language. Nothing is escaped.
+/// Content of the sheet in one language. Nothing is escaped.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunSheet {
-    /// The language, for whoever reads it out.
+    /// Language, for screen readers.
     pub language: String,
-    /// Its heading.
     pub title: String,
-    /// What the job needs: names and values.
+    /// Requirements of the job: names and values.
     pub facts: Vec<(String, String)>,
-    /// The heads of the table.
+    /// Column titles.
     pub heads: Vec<String>,
-    /// What is run, in order.
+    /// Files to run, in order.
     pub rows: Vec<SheetRow>,
-    /// What is to be done before every file.
+    /// Instructions for every file.
     pub foot: String,
 }
 
-/// A row of the table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SheetRow {
-    /// The board is turned over, as it says.
+    /// Flip the board, as described.
     Turn(String),
-    /// A file: under each head but the last the lines that stand there; under the last one the person ticks.
+    /// A file: the lines of each column but the last, which is to be ticked.
     File(Vec<Vec<String>>),
 }
 
 impl SheetRow {
-    /// Whether column `at` is one of numbers.
+    /// True if column `at` has numbers.
     pub fn is_number(at: usize) -> bool {
         HEADS.get(at).is_some_and(|key| matches!(*key, "number" | "time"))
     }
 }
 
-/// The heads of the table: keys of `run_sheet`.
+/// Column titles: keys of `run_sheet`.
 const HEADS: [&str; 7] = ["number", "file", "side", "does", "tool", "time", "done"];
 
-/// What is said, in one language.
+/// Messages in one language.
 struct Words<'a> {
     language: &'a str,
 }
@@ -72,7 +67,7 @@ impl Words<'_> {
         locale::text(self.language, &format!("run_sheet.{key}"), &args)
     }
 
-    /// The word of a side or of an operation.
+    /// The word for a side or an operation.
     fn word(&self, key: &str) -> String {
         locale::text(self.language, &format!("page.cam.word.{key}"), &[])
     }
@@ -91,7 +86,7 @@ pub fn run_sheet(language: &str, briefing: &Briefing, files: &[Vec<OutputFile>])
     }
 }
 
-/// What is to be done before every file, or at every stop: the key of its sentence.
+/// Message key of the instructions for every file or every stop.
 fn foot(files: &[Vec<OutputFile>]) -> &'static str {
     let has = |changes: Changes| files.iter().flatten().any(|file| file.changes == changes);
     if has(Changes::Stop) {
@@ -104,7 +99,7 @@ fn foot(files: &[Vec<OutputFile>]) -> &'static str {
 }
 
 impl RunSheet {
-    /// The sheet as a page of its own.
+    /// The sheet as a complete HTML page.
     pub fn html(&self) -> String {
         let title = escaped(&self.title);
         let mut out = format!(
@@ -181,7 +176,7 @@ fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
     facts
 }
 
-/// How large the blank must be, and where it must reach: on one side, or the `same` on all.
+/// Required size and position of the blank: on one side, or the `same` on all.
 fn blank(words: &Words<'_>, side: &SideBriefing, same: bool) -> Option<String> {
     let blank = side.blank?;
     let args = [
@@ -239,7 +234,7 @@ fn operations(words: &Words<'_>, tool: &ToolBriefing) -> String {
     said.join(", ")
 }
 
-/// One under the other, where there are several with the numbers of their tools.
+/// One item per line, with tool numbers if there are several.
 fn listed(items: impl Iterator<Item = (u32, String)>) -> Vec<String> {
     let items: Vec<(u32, String)> = items.collect();
     let one = items.len() < 2;

@@ -1,11 +1,9 @@
-//! A file being written: lines out of templates, with their numbers, without what says nothing new.
+//! A file being written: fills template lines, adds line numbers, omits repeated words.
 //!
 //! ```text
-//!   template line ─ fill ─▶ text and where its numbers stand ─ leave out ─▶ ─ number, slash, ending ─▶ file
-//!                                                                     "@>" ─▶ end part
+//!   template line ─ fill ─▶ text with positions of numbers ─ omit ─▶ ─ number, slash, ending ─▶ file
+//!                                                               "@>" ─▶ end part
 //! ```
-//!
-//! Comes in: templates and the values of their parameters. Goes out: text. Does not know programs.
 
 use super::dialect::Dialect;
 use super::lined::Lined;
@@ -16,39 +14,37 @@ use crate::job::CommandPlace;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Largest output, in bytes: a template cannot be made to fill the memory.
+/// Largest output, in bytes: a template must not fill the memory.
 const LARGEST: usize = 256 * 1024 * 1024;
-/// Parameters that say where a move ends: in an arc they are never left out.
+/// Coordinates of an end point: never omitted in an arc.
 const PLACES: &[&str] = &["X", "Y"];
 
-/// What stands in the place of a parameter.
+/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Value {
-    /// Millionths.
     Number(i64),
     Word(String),
-    /// The line is written once for each.
+    /// The line is repeated for each.
     Lines(Vec<String>),
 }
 
-/// A file being written.
 #[derive(Debug)]
 pub(super) struct OpenFile<'a> {
     dialect: &'a Dialect,
     part: TemplateKind,
     out: Lined,
     end: Lined,
-    /// Where the end part goes: bytes and lines.
+    /// Position of the end part: bytes and lines.
     end_at: Option<(usize, usize)>,
     number: u64,
     points: u64,
-    /// What every word said last.
+    /// The last value of each word.
     said: BTreeMap<String, String>,
-    /// Which word of each group holds.
+    /// The active word of each group.
     holds: Vec<String>,
 }
 
-/// A line before it is written: its text, and which bytes of it came from which parameter.
+/// A filled line, with the bytes of each parameter.
 struct Filled<'t> {
     text: String,
     fields: Vec<(Range<usize>, &'t str)>,
@@ -69,22 +65,21 @@ impl<'a> OpenFile<'a> {
         }
     }
 
-    /// The part whose blocks are written from here on.
+    /// Uses the blocks of `part` from now on.
     pub(super) fn turn_to(&mut self, part: TemplateKind) {
         self.part = part;
     }
 
-    /// What was written so far, without the end part.
+    /// The text without the end part.
     pub(super) fn written(&self) -> &str {
         self.out.text()
     }
 
-    /// How many bytes there are.
     fn len(&self) -> usize {
         self.out.text().len() + self.end.text().len()
     }
 
-    /// Writes a block: `done` is the last command that is done with it.
+    /// Writes a block; `done` is the last command that it completes.
     pub(super) fn write(
         &mut self,
         done: CommandPlace,
@@ -93,7 +88,7 @@ impl<'a> OpenFile<'a> {
         value: impl Fn(&str) -> Value,
     ) -> Result<(), Diagnostic> {
         (self.out.now, self.end.now) = (done, done);
-        // What such blocks leave behind, a person or a cycle may have changed.
+        // The user or a cycle may change the modal state in these blocks, so forget it.
         let moves = CURVES.contains(&block) || matches!(block, Block::Approach | Block::Line | Block::Leave);
         if !moves {
             self.forget();
@@ -190,7 +185,7 @@ impl<'a> OpenFile<'a> {
         millionths(number)
     }
 
-    /// Writes a line, without what says nothing new.
+    /// Writes a line without repeated words.
     fn line(&mut self, block: Block, filled: Filled<'_>) {
         let was_empty = filled.text.trim().is_empty();
         let text = self.without_known(block, &self.without_comments(filled));
@@ -211,7 +206,7 @@ impl<'a> OpenFile<'a> {
         self.out.push(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
     }
 
-    /// Where the comments of a line are.
+    /// The comments of a line.
     fn comments(&self, text: &str) -> Vec<Range<usize>> {
         let style = &self.dialect.comments;
         let mut found = Vec::new();
@@ -235,7 +230,7 @@ impl<'a> OpenFile<'a> {
         if !self.dialect.comments.dropped || comments.is_empty() {
             return filled;
         }
-        // Fields behind a comment would move: such a line is written in full.
+        // Fields after a comment would move, so keep only those before it.
         let kept = (0..).zip(filled.text.char_indices());
         let text: String = kept
             .filter(|(_, (at, _))| !comments.iter().any(|comment| comment.contains(at)))
@@ -246,7 +241,7 @@ impl<'a> OpenFile<'a> {
         Filled { text: text.trim_end().to_owned(), fields }
     }
 
-    /// The line without words that say what was said already.
+    /// The line without words that repeat.
     fn without_known(&mut self, block: Block, filled: &Filled<'_>) -> String {
         let modal = &self.dialect.modal;
         if modal.parameters.is_empty() && modal.groups.is_empty() {
@@ -268,7 +263,7 @@ impl<'a> OpenFile<'a> {
         if dropped { kept.join(" ") } else { filled.text.clone() }
     }
 
-    /// Whether a word says what was said already; if not, what it says is kept in mind.
+    /// True if a word repeats the current state; if not, updates the state.
     fn says_again(
         &mut self,
         block: Block,
@@ -292,7 +287,7 @@ impl<'a> OpenFile<'a> {
         let (letters, number) = text.split_at(letters);
         let plain = one && !letters.is_empty() && number.parse::<f64>().is_ok();
         if !plain {
-            // Several numbers in one word: whatever it may have said is no longer known.
+            // Several numbers in one word: its previous values are no longer known.
             text.chars().filter(char::is_ascii_alphabetic).for_each(|letter| {
                 self.said.remove(letter.to_string().as_str());
             });
@@ -306,7 +301,7 @@ impl<'a> OpenFile<'a> {
     }
 }
 
-/// The words of a line, by their bytes.
+/// Byte ranges of the words of a line.
 fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     let mut at = 0;
     std::iter::from_fn(move || {
@@ -321,7 +316,7 @@ fn uses(line: &Line, name: &str) -> bool {
     line.pieces.iter().any(|piece| matches!(piece, Piece::Field(field) if field.name == name))
 }
 
-/// What a line with the head in it is written for, once for each; none for other lines.
+/// The texts for which a line with the header is repeated; `None` for other lines.
 fn lines_of(line: &Line, value: &impl Fn(&str) -> Value) -> Option<Vec<String>> {
     match uses(line, HEAD).then(|| value(HEAD))? {
         Value::Lines(lines) => Some(lines),

@@ -1,46 +1,40 @@
-//! The template language (S8): text with `@NAME@` where a number goes.
+//! The template language: text with `@NAME@` for numbers.
 //!
 //! ```text
-//!   G0 X@X@ Y@Y+10@       the parameter, with numbers added, taken off, multiplied, divided, from left to right
-//!   F@F/60:3@             with three digits after the point
-//!   @?W@G4 P@W@           this line only where W is not 0
-//!   @>P[@K+1@]{ … }       this line goes to the end part of the file: for controllers that list their points there
-//!   @<                    (in the last block) here the end part stands
-//!   a@@b                  the sign itself
+//!   G0 X@X@ Y@Y+10@       the parameter, with numbers added, subtracted, multiplied, divided, left to right
+//!   F@F/60:3@             with three decimals
+//!   @?W@G4 P@W@           this line only if W is not 0
+//!   @>P[@K+1@]{ … }       this line is moved to the end part of the file, for lists of points
+//!   @<                    (in the last block) position of the end part
+//!   a@@b                  a literal @
 //! ```
-//!
-//! Comes in: text, then values. Goes out: lines. Does not know which parameters there are.
 
 /// Most operations in one parameter.
 const MOST_OPERATIONS: usize = 8;
-/// Largest number that can be reckoned with.
+/// Largest number in arithmetic.
 const LARGEST_NUMBER: f64 = 1e9;
 
-/// A template, read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Template {
     pub(crate) lines: Vec<Line>,
 }
 
-/// A line of a template.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Line {
-    /// Where it goes.
     pub(crate) to: Goes,
-    /// Only where this parameter is not 0.
+    /// Write only if this parameter is not 0.
     pub(crate) only_if: Option<String>,
     pub(crate) pieces: Vec<Piece>,
 }
 
-/// Where a line goes.
+/// Target of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Goes {
-    /// Where it stands.
     #[default]
     Here,
-    /// To the end part.
+    /// The end part.
     End,
-    /// Here the end part stands.
+    /// Marks the position of the end part.
     PutsEnd,
 }
 
@@ -50,17 +44,17 @@ pub(crate) enum Piece {
     Field(Field),
 }
 
-/// A parameter with what is reckoned with it.
+/// A parameter with its arithmetic.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Field {
     pub(crate) name: String,
     operations: Vec<(char, f64)>,
-    /// Digits after the point, if said.
+    /// Decimals, if given.
     pub(crate) decimals: Option<u32>,
 }
 
 impl Field {
-    /// The parameter's `value`, in millionths, after the operations.
+    /// Applies the operations to the parameter's `value`, in millionths.
     pub(crate) fn reckon(&self, value: i64) -> i64 {
         if self.operations.is_empty() {
             return value;
@@ -76,30 +70,28 @@ impl Field {
     }
 }
 
-/// What is wrong with a template.
+/// Fault of a template.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
-    /// The block does not have this name.
+    /// The block has no parameter of this name.
     Unknown(String),
-    /// An `@` without its partner on the same line.
+    /// An `@` without its partner on the line.
     Unclosed,
-    /// What stands behind the name cannot be reckoned.
+    /// The text after the name is no valid arithmetic.
     Arithmetic(String),
 }
 
-/// What a name is in a block.
+/// Kind of a name in a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Known {
-    /// Not there.
     No,
-    /// A number.
     Number,
-    /// A word: nothing can be reckoned with it.
+    /// Text: arithmetic is not possible.
     Word,
 }
 
 impl Template {
-    /// Reads `text`; `known` says which names there are. Goes out with every fault and its byte offset.
+    /// Parses `text`; `known` gives the kind of a name. Returns all faults with their byte offsets.
     pub(crate) fn parse(text: &str, known: impl Fn(&str) -> Known) -> (Self, Vec<(Fault, usize)>) {
         let mut faults = Vec::new();
         let mut lines = Vec::new();
@@ -112,7 +104,7 @@ impl Template {
         (Self { lines }, faults)
     }
 
-    /// Every parameter that is used, in order.
+    /// All parameters used, in order.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.lines.iter().flat_map(|line| {
             let fields = line.pieces.iter().filter_map(|piece| match piece {
@@ -123,7 +115,7 @@ impl Template {
         })
     }
 
-    /// Whether it says `word` in its own text.
+    /// True if its literal text has `word`.
     pub(super) fn says(&self, word: &str) -> bool {
         let mut pieces = self.lines.iter().flat_map(|line| &line.pieces);
         pieces.any(|piece| matches!(piece, Piece::Text(text) if text.contains(word)))
@@ -189,7 +181,7 @@ impl Line {
     }
 }
 
-/// What stands between two `@`.
+/// Parses the text between two `@`.
 fn field(inside: &str, known: &impl Fn(&str) -> Known) -> Result<Field, Fault> {
     let end = inside.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(inside.len());
     let (name, rest) = inside.split_at(end);
@@ -253,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn templates_read_and_reckon() {
+    fn templates_are_filled_with_arithmetic() {
         let rows = [
             ("G0 X@X@ Y@AX@\n", "G0 X<X 2000000> Y<AX 2000000>\n"),
             ("", ""),
@@ -273,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_is_told_with_its_place() {
+    fn every_fault_has_its_position() {
         let wrong = |text: &str| Fault::Arithmetic(text.to_owned());
         let missing = |text: &str| Fault::Unknown(text.to_owned());
         let rows = [

@@ -1,13 +1,11 @@
-//! What the parameters of an elementary action are (S8).
+//! Values of the parameters of an elementary action.
 //!
 //! ```text
-//!            AX,AY ●  half way
+//!            AX,AY ●  halfway
 //!               ╭─╯ ╰─╮
 //!       start  ●   +   ●  X,Y      I,J from the start to the centre +; CX,CY the centre itself
 //!                                  R the radius; CR the same, negative over 180°; P the opening angle
 //! ```
-//!
-//! Comes in: a program, an action. Goes out: numbers in millionths and words. Does not know templates.
 
 use super::arcs::{Curve, Tip};
 use super::dialect::{NumberStyle, Rapids};
@@ -19,58 +17,57 @@ use crate::locale;
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Longest word, in letters.
+/// Longest word, in characters.
 const LONGEST_WORD: usize = 60;
 
-/// An elementary action: where from, where to, and what holds meanwhile.
+/// An elementary action: start, end, and state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Action {
     pub(super) from: Tip,
     pub(super) to: Tip,
-    /// Height after a stroke.
+    /// Height after a drill cycle.
     pub(super) lift: Length,
     /// The arc, for moves along one.
     pub(super) curve: Option<Curve>,
     pub(super) feed_um_per_s: u32,
     pub(super) wait_us: u32,
     pub(super) rpm: u32,
-    /// Index of the bit.
+    /// Index of the tool.
     pub(super) bit: u32,
 }
 
-/// What all actions of a file share.
+/// Common data of all actions of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame<'a> {
     pub(super) program: &'a Program,
-    /// What the program in the file is called.
+    /// Program name in the file.
     pub(super) name: &'a str,
     pub(super) numbers: &'a NumberStyle,
     pub(super) shift: [Length; 2],
-    /// How near to the board the bit falls fast; none where it goes down at feed all the way.
+    /// Height down to which the tool descends as a rapid; `None`: at feed all the way.
     pub(super) fall_to: Option<Length>,
-    /// Height at which bits are changed.
+    /// Height of tool changes.
     pub(super) change_at: Length,
-    /// The numbers of the program's bits.
+    /// Numbers of the program's tools.
     pub(super) tools: &'a [u32],
-    /// Number of the file in the order of running.
+    /// Number of the file in the order of execution.
     pub(super) file: usize,
-    /// The greatest speeds of rapid moves over the board and up and down.
+    /// Rapid speeds over the board and in Z.
     pub(super) rapids: Rapids,
-    /// Longest line of the head, in letters.
+    /// Longest line of the header, in characters.
     pub(super) head_width: usize,
-    /// What the head of the file says.
+    /// Lines of the file's header.
     pub(super) head: &'a [String],
 }
 
 impl Frame<'_> {
-    /// `at` as the digits of X and Y give it.
+    /// `at` rounded to the digits of X and Y.
     pub(super) fn written(&self, at: Point) -> Point {
         let digits = |name: &str, length: Length| Length::from_nm(self.numbers.of(name).rounded(length.nm()));
         let [x, y] = self.shift;
         Point::new(digits("X", at.x + x) - x, digits("Y", at.y + y) - y)
     }
 
-    /// The value of `name`.
     pub(super) fn value(&self, action: &Action, name: &str) -> Value {
         let bit = self.program.bits.get(action.bit as usize);
         let diameter = bit.map_or(Length::ZERO, |bit| bit.diameter);
@@ -105,19 +102,19 @@ impl Frame<'_> {
         Value::Number(number)
     }
 
-    /// Where a bit on its way down goes over to its feed: nowhere above where it comes from, nor below where it goes.
+    /// Height at which a descending tool changes from rapid to feed: within the move.
     fn fallen(&self, action: &Action) -> Length {
         let from = action.from.height;
         self.fall_to.unwrap_or(from).min(from).max(action.to.height)
     }
 
-    /// The parameters that are places and distances, in nanometres, and the opening angle.
+    /// Positions and distances in nanometres, and the opening angle.
     fn place(&self, action: &Action, name: &str) -> i64 {
         let [x, y] = self.shift;
         let shifted = |at: Point| (at.x + x, at.y + y);
         let rounded = |name: &str, length: Length| self.numbers.of(name).rounded(length.nm());
         let (to, from) = (shifted(action.to.at), shifted(action.from.at));
-        // What counts from the start counts from where the digits put the start: nothing adds up.
+        // Relative values count from the rounded start, so that rounding errors don't add up.
         let (from_x, from_y) = (rounded("X", from.0), rounded("Y", from.1));
         match name {
             "X" => return to.0.nm(),
@@ -148,12 +145,12 @@ impl Frame<'_> {
     }
 }
 
-/// The number of bit `bit`.
+/// The number of a tool.
 pub(super) fn number_of(tools: &[u32], bit: u32) -> u32 {
     tools.get(bit as usize).copied().unwrap_or(bit.saturating_add(1))
 }
 
-/// A line in lines of at most `width` letters, cut between words where there are any.
+/// Wraps a line at `width` characters, between words if possible.
 fn folded(line: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in line.split(' ') {
@@ -176,7 +173,7 @@ fn folded(line: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A word that no controller stumbles over: letters, digits, and `-_.,:+` and spaces.
+/// Text that every controller accepts: letters, digits, `-_.,:+` and spaces.
 fn word(text: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.,:+ ".contains(c) { c } else { '_' };
     text.replace('°', " deg").chars().take(LONGEST_WORD).map(plain).collect()

@@ -1,7 +1,4 @@
-//! A dialect file as a tree of values with their places, and every fault found in it (S8).
-//!
-//! Comes in: text. Goes out: values that were checked against what may stand there; faults with line and column. Does not know
-//! what a dialect is.
+//! A dialect file as a tree of values with positions, and the faults found in it.
 
 use crate::diagnostic::{Diagnostic, nearest};
 use std::collections::BTreeMap;
@@ -9,20 +6,20 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Most faults that are told.
+/// Limit of reported faults.
 const MOST_FAULTS: usize = 200;
 
-/// Reads values and keeps the faults.
+/// Reads values and collects faults.
 pub(super) struct Words<'a> {
     file: &'a str,
     text: &'a str,
     pub(super) faults: Vec<Diagnostic>,
 }
 
-/// A value and where it stands.
+/// A value and its position.
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
-/// A table: its name for people, where it begins, its keys.
+/// A table: its name for people, its position, its keys.
 #[derive(Clone, Debug)]
 pub(super) struct Table<'a> {
     name: String,
@@ -36,19 +33,18 @@ impl<'a> Table<'a> {
         Self { name: name.to_owned(), at, keys }
     }
 
-    /// Takes `key` out.
     pub(super) fn take(&mut self, key: &str) -> Option<Value<'a>> {
         self.keys.remove(key)
     }
 
-    /// `key` with the names of the tables around it.
+    /// `key` with the names of its tables.
     fn path(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
 }
 
 impl<'a> Words<'a> {
-    /// The tree of `text`. What is no TOML is a fault, and reading goes on behind it.
+    /// Parses `text`. Invalid TOML is a fault; reading continues after it.
     pub(super) fn new(file: &'a str, text: &'a str) -> (Self, Table<'a>) {
         let (tree, errors) = DeTable::parse_recoverable(text);
         let mut words = Self { file, text, faults: Vec::new() };
@@ -60,7 +56,7 @@ impl<'a> Words<'a> {
         (words, Table::new("", 0, tree.into_inner()))
     }
 
-    /// Keeps a fault at byte `at`.
+    /// Adds a fault at byte `at`.
     pub(super) fn fault(&mut self, diagnostic: Diagnostic, at: usize) {
         if self.faults.len() < MOST_FAULTS {
             let (line, column) = place(self.text, at);
@@ -78,7 +74,7 @@ impl<'a> Words<'a> {
         self.fault(diagnostic.with("name", table.path(key)).with("expected", expected), at);
     }
 
-    /// Every key that was not taken out is unknown.
+    /// Reports every key that was not read.
     pub(super) fn unknown(&mut self, table: &Table<'_>, known: &[&str]) {
         for (key, value) in &table.keys {
             let diagnostic = Diagnostic::error("post.unknown_key").with("name", table.path(key));
@@ -87,12 +83,12 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// `key` is not there.
+    /// Reports a missing `key`.
     pub(super) fn missing(&mut self, table: &Table<'_>, key: &str) {
         self.fault(Diagnostic::error("post.missing_key").with("name", table.path(key)), table.at);
     }
 
-    /// Something that `table` must have is not there.
+    /// Reports a missing block.
     pub(super) fn missing_block(&mut self, table: &Table<'_>, diagnostic: Diagnostic) {
         self.fault(diagnostic, table.at);
     }
@@ -110,7 +106,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The text `key`, if it is there.
+    /// The text `key`, if there is one.
     pub(super) fn text(&mut self, from: &mut Table<'a>, key: &str) -> Option<Spanned<String>> {
         let value = from.take(key)?;
         let span = value.span();
@@ -139,7 +135,7 @@ impl<'a> Words<'a> {
         found.map(|(_, value)| *value)
     }
 
-    /// The text `key` of at most `longest` bytes, letters that `allowed` lets through.
+    /// The text `key`: at most `longest` bytes, only `allowed` characters.
     pub(super) fn short(
         &mut self,
         from: &mut Table<'a>,
@@ -155,7 +151,6 @@ impl<'a> Words<'a> {
         sound.then(|| text.into_inner())
     }
 
-    /// true or false.
     pub(super) fn flag(&mut self, from: &mut Table<'a>, key: &str) -> Option<bool> {
         let value = from.take(key)?;
         if let DeValue::Boolean(flag) = value.get_ref() {
@@ -188,7 +183,7 @@ impl<'a> Words<'a> {
         None
     }
 
-    /// A list of texts with their places.
+    /// A list of texts with their positions.
     pub(super) fn texts(&mut self, from: &mut Table<'a>, key: &str) -> Vec<Spanned<String>> {
         let Some(value) = from.take(key) else { return Vec::new() };
         let at = value.span().start;

@@ -1,24 +1,20 @@
-//! A program in a dialect's words: one block for each elementary action (S6 S7).
+//! Writes a program in a dialect: one block for each elementary action.
 //!
 //! ```text
 //!  leg  prepare            ┐
-//!  leg  change bit  ────────▶ start, change or load  a new file where the dialect wants one
-//!  leg  hole        ────────▶ hole, or a peck for every stroke
-//!  leg  way  rapid, plunge ─▶ approach
+//!  leg  change tool ────────▶ start, change or load  a new file if the dialect wants one
+//!  leg  hole        ────────▶ hole, or a peck for every drill cycle
+//!  leg  path rapid, plunge ─▶ approach
 //!            mill ──────────▶ line
-//!            mill arc ──────▶ arc or helix, either sense; in parts or as lines where the controller wants that
+//!            mill arc ──────▶ arc or helix; in parts or as lines if the controller needs it
 //!            retract ───────▶ leave
 //!  leg  finish      ────────▶ end
 //! ```
-//!
-//! Comes in: a program, a dialect. Goes out: files, in work coordinates, shifted as the dialect says. Does not know which
-//! dialects there are.
 
 use super::arcs::{Curve, Piece, Tip};
-use super::dialect::{Changes, Dialect, FileSplit, NameStyle, Templates};
-use super::head::{self, FileOf};
+use super::dialect::{Changes, Dialect, FileSplit, Templates};
+use super::head::{self, FileOf, mills, name, parts};
 use super::names::{Block, TemplateKind};
-use super::preview::Sample;
 use super::sheet::OpenFile;
 use super::values::{Action, Frame, number_of};
 use crate::diagnostic::Diagnostic;
@@ -27,39 +23,31 @@ use crate::job::{Briefing, Command, CommandPlace, Leg, Mark, Program};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// How far a bit's radius may be from the one a template is for.
+/// Tolerance of a tool's radius, if a template is for one radius.
 const RADIUS_SLACK: Length = Length::from_um(1);
-/// Longest name of a file, in letters, without its ending.
-const LONGEST_NAME: usize = 60;
 
-/// In fewer letters no name of a side is written out.
-const LITTLE_ROOM: usize = 12;
-
-/// A file that was written.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutputFile {
-    /// Its name with extension.
+    /// With extension.
     pub name: String,
-    /// What it says.
     pub text: String,
-    /// For each line of the text, the last command of the program that is done with it.
+    /// For each line of the text, the last program command that it completes.
     pub commands: Vec<CommandPlace>,
-    /// The bits that it is for, as indices into the program's bits.
+    /// Its tools: indices into the program's tools.
     pub bits: Vec<u32>,
-    /// The number by which it calls each of them.
+    /// The number of each of them in the file.
     pub numbers: Vec<u32>,
-    /// How they come into the spindle.
     pub changes: Changes,
 }
 
-/// The program in the words of `dialect`. Refused where the dialect has no template or block for what the program does, or
-/// where a template would fill the memory.
+/// The program in `dialect`. Refused if the dialect has no template or block for a command, or if a template
+/// would fill the memory.
 pub fn write_with(dialect: &Dialect, program: &Program) -> Result<Vec<OutputFile>, Diagnostic> {
     write_side(dialect, program, &Briefing::of(program), 0)
 }
 
-/// The same of a program that is side `side` of a job: its files are numbered behind those of the sides before it, and their
-/// heads say what the job's `briefing` knows.
+/// As [`write_with`], for side `side` of a job: file numbers continue those of the sides before, and headers
+/// include the job's `briefing`.
 pub fn write_side(
     dialect: &Dialect,
     program: &Program,
@@ -75,7 +63,7 @@ pub fn write_side(
     writer.finish(parts.last().copied().unwrap_or(TemplateKind::Drill))
 }
 
-/// The program block by block: what `preview` shows.
+/// The program block by block, for `preview`.
 pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<Sample>, Diagnostic> {
     let mut writer = Writer::new(dialect, program, &Briefing::of(program), 0);
     writer.trace = Some(Vec::new());
@@ -88,37 +76,17 @@ pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<S
     Ok(writer.trace.unwrap_or_default())
 }
 
-/// The name of the only file of a program, with `extension`.
+/// The name of the only file of a program.
 pub(super) fn file_name(program: &Program, extension: &str) -> String {
     format!("{}.{extension}", name(None, program, ""))
 }
 
-/// Whether a leg mills: then it is written with the engraving template, whatever it is for.
-fn mills(leg: &Leg) -> bool {
-    let cuts = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
-    matches!(leg.mark, Mark::Toolpath(_)) || leg.commands.iter().any(cuts)
-}
-
-/// The template for each leg: that of the work it does or leads to.
-pub(super) fn parts(program: &Program, dialect: &Dialect) -> Vec<TemplateKind> {
-    let own = |leg: &Leg| match leg.mark {
-        _ if mills(leg) => Some(TemplateKind::Engrave),
-        Mark::Hole(_) => Some(TemplateKind::Drill),
-        _ => None,
-    };
-    let only = if dialect.drill.is_some() { TemplateKind::Drill } else { TemplateKind::Engrave };
-    let mut next = program.legs.iter().rev().find_map(own).unwrap_or(only);
-    let mut parts: Vec<TemplateKind> = program
-        .legs
-        .iter()
-        .rev()
-        .map(|leg| {
-            next = own(leg).unwrap_or(next);
-            next
-        })
-        .collect();
-    parts.reverse();
-    parts
+/// The text of one elementary action.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sample {
+    pub part: TemplateKind,
+    pub block: Block,
+    pub text: String,
 }
 
 struct Writer<'a> {
@@ -127,22 +95,22 @@ struct Writer<'a> {
     sheet: Option<OpenFile<'a>>,
     part: TemplateKind,
     done: Vec<(TemplateKind, (String, Vec<CommandPlace>))>,
-    /// How many files there will be is not known when a name is needed: they are counted first.
+    /// The files, counted in advance: their names depend on their number.
     files: Vec<FileOf>,
-    /// The numbers of the program's bits.
+    /// Numbers of the program's tools.
     tools: Vec<u32>,
     now: Action,
-    /// The leg that is written, by its index.
+    /// Index of the current leg.
     number: u32,
-    /// The last command that is done with what is written.
+    /// The last command completed by the text.
     command: CommandPlace,
-    /// Where a rapid move goes that was not written yet.
+    /// Target of a rapid move that is not yet written.
     over: Option<Point>,
-    /// The bit that is in, if one was asked for.
+    /// The tool in the spindle, if one was requested.
     bit: Option<u32>,
-    /// What the file said last of the spindle's speed.
+    /// The spindle speed last written.
     said_rpm: u32,
-    /// What every block made, where somebody wants to know.
+    /// Output of every block, if recorded.
     trace: Option<Vec<Sample>>,
 }
 
@@ -212,7 +180,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// What a leg without work says of place, spindle and time.
+    /// Takes position, spindle and dwell from a leg without work.
     fn settings(&mut self, leg: &Leg) {
         self.now.wait_us = 0;
         for command in &leg.commands {
@@ -225,7 +193,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A file for `part` is open afterwards; with `loaded`, a new one begins with the bit that is in.
+    /// Opens a file for `part` if needed; with `loaded`, a new one starts with the current tool.
     fn open(&mut self, part: TemplateKind, loaded: bool) -> Result<(), Diagnostic> {
         let templates = self.templates(part)?;
         let other = part != self.part;
@@ -240,6 +208,7 @@ impl<'a> Writer<'a> {
             return Ok(());
         }
         self.sheet = Some(OpenFile::new(self.dialect, part));
+        // Each file must start the spindle itself.
         self.said_rpm = 0;
         self.command = CommandPlace { leg: self.number, command: 0 };
         let home = Tip { at: Point::default(), height: self.program.safe_height };
@@ -251,7 +220,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The file that is open is ended.
+    /// Ends the open file.
     fn close(&mut self) -> Result<(), Diagnostic> {
         if self.sheet.is_none() {
             return Ok(());
@@ -281,7 +250,7 @@ impl<'a> Writer<'a> {
         Ok(files)
     }
 
-    /// What all actions of a file of this name share.
+    /// Common data of all actions of this file.
     fn frame<'n>(&self, templates: &Templates, file: Option<&'n FileOf>, tools: &'n [u32]) -> Frame<'n>
     where
         'a: 'n,
@@ -303,7 +272,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes a block; afterwards the tip is where it goes.
+    /// Writes a block and updates the tip position.
     fn write(&mut self, block: Block, action: Action) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
         let template = templates.blocks.get(&block).ok_or_else(|| {
@@ -330,7 +299,7 @@ impl<'a> Writer<'a> {
         self.write(Block::Change, Action { to, ..self.now })
     }
 
-    /// The bit that the file is for is in: it need only turn.
+    /// The file's tool is in: only start the spindle.
     fn load(&mut self) -> Result<(), Diagnostic> {
         self.over = None;
         self.said_rpm = self.now.rpm;
@@ -338,7 +307,7 @@ impl<'a> Writer<'a> {
         self.write(Block::Load, Action { to: here, ..self.now })
     }
 
-    /// The spindle turns as it should.
+    /// Sets the spindle speed.
     fn spindle(&mut self) -> Result<(), Diagnostic> {
         if self.said_rpm == self.now.rpm {
             return Ok(());
@@ -418,7 +387,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Over the place where a move in the board begins, at the height where the tip is.
+    /// Moves over the start of a move in the board, at the current height.
     fn arrive(&mut self, feed_um_per_s: u32) -> Result<(), Diagnostic> {
         self.now.feed_um_per_s = feed_um_per_s;
         match self.over.take() {
@@ -433,7 +402,7 @@ impl<'a> Writer<'a> {
         self.write(Block::Approach, Action { to, ..self.now })
     }
 
-    /// Refuses a bit of another radius than the one the template is for.
+    /// Refuses a tool with another radius than the template's.
     fn fits(&self, height: Length) -> Result<(), Diagnostic> {
         let Some(radius) = self.templates(self.part)?.tool_radius else { return Ok(()) };
         let Some(bit) = self.program.bits.get(self.now.bit as usize) else { return Ok(()) };
@@ -473,37 +442,4 @@ impl<'a> Writer<'a> {
         }
         Ok(())
     }
-}
-
-/// The job's name with `suffix`, as the dialect allows it.
-pub(super) fn name(style: Option<NameStyle>, program: &Program, suffix: &str) -> String {
-    let base = program.name.rsplit(['/', '\\']).next().unwrap_or_default();
-    let base = base.rsplit_once('.').map_or(base, |(stem, _)| if stem.is_empty() { base } else { stem });
-    let NameStyle { longest, capitals } =
-        style.unwrap_or(NameStyle { longest: LONGEST_NAME, capitals: false });
-    let free = style.is_none();
-    let plain = |c: char| match c {
-        _ if c.is_ascii_alphanumeric() || c == '_' => c,
-        '-' | '.' if free => c,
-        _ => '_',
-    };
-    let mut text: String = base.chars().map(plain).collect();
-    if !text.starts_with(|c: char| c.is_ascii_alphabetic() || (free && c.is_ascii_digit())) {
-        text.insert(0, 'P');
-    }
-    // Names of one job differ at their ends (sides of a board), so the middle is what goes.
-    let room = longest.saturating_sub(suffix.len()).max(1);
-    if text.len() > room {
-        let word = text.rfind(['_', '-']).map_or(4, |at| text.len() - at);
-        let word = word.min(text.len());
-        // Where there is little room a side is its first letter.
-        let side = text.get(text.len() - word + 1..).is_some_and(|word| ["bottom", "top"].contains(&word));
-        let short = side && (2..LITTLE_ROOM).contains(&room);
-        let mut end = text.split_off(text.len() - if short { word } else { word.min(room / 2) });
-        end.truncate(if short { 2 } else { room });
-        text.truncate(room - end.len());
-        text.push_str(&end);
-    }
-    text.push_str(suffix);
-    if capitals { text.to_ascii_uppercase() } else { text }
 }

@@ -1,43 +1,41 @@
-//! Files that are brought while a board is open: whether they are new exports of it, and which files it has then (N24).
+//! Opening files while a board is open: decides whether they are new exports of it, and merges them.
 //!
 //! ```text
 //!   open       out/top.gbr  out/holes.drl  notes.txt
-//!   brought    holes.drl                      ─▶ out/top.gbr  out/holes.drl′  notes.txt      it takes the place of its namesake
-//!   brought    out/top.gbr  out/npth.drl      ─▶ out/top.gbr′ out/npth.drl    notes.txt      a folder comes whole: what is not in it is gone
+//!   opened     holes.drl                      ─▶ out/top.gbr  out/holes.drl′  notes.txt
+//!                                                replaces the file of that name
+//!   opened     out/top.gbr  out/npth.drl      ─▶ out/top.gbr′ out/npth.drl    notes.txt
+//!                                                a folder replaces the whole folder
 //! ```
-//!
-//! Comes in: names and bytes of both. Goes out: the files from now on, under the names by which the person knows them. Does not
-//! look into them.
 
 use super::saved;
 
-/// Names and bytes.
 type Files = Vec<(String, Vec<u8>)>;
 
-/// What becomes of the files of a board.
+/// Result of a merge.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExportedAnew {
-    /// All its files from now on.
+    /// All files of the board.
     pub files: Files,
-    /// Names of those whose bytes are others now.
+    /// Names of files with new contents.
     pub replaced: Vec<String>,
-    /// Names of those that it did not have.
+    /// Names of new files.
     pub added: Vec<String>,
-    /// Names of those that it has no more.
+    /// Names of removed files.
     pub gone: Vec<String>,
 }
 
-/// The part of a name behind its folders.
+/// File name without folders.
 fn last(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// The outermost folder of a name.
+/// Outermost folder of a name.
 fn folder(name: &str) -> Option<&str> {
     name.split_once('/').map(|(folder, _)| folder)
 }
 
-/// The place among the `open` files that a file called `name` takes: its namesake's, else that of the only one that is called so in
+/// Index in `open` of the file that `name` replaces: an equal full name, else the only file with that name in
 /// another folder.
 pub fn place_of(open: &[(String, Vec<u8>)], name: &str) -> Option<usize> {
     let same = open.iter().position(|(other, _)| other == name);
@@ -48,8 +46,8 @@ pub fn place_of(open: &[(String, Vec<u8>)], name: &str) -> Option<usize> {
     same.or_else(alike)
 }
 
-/// What becomes of the `open` files when others are brought; none where none of them is called as one that is open, or one of
-/// them is a saved project, which is a board of its own.
+/// Merges the opened files into `open`. None if no name matches, or if one of them is a saved project: then
+/// they are another board.
 pub fn exported_anew(open: &[(String, Vec<u8>)], brought: &[(String, Vec<u8>)]) -> Option<ExportedAnew> {
     if brought.iter().any(|(_, bytes)| saved::looks_like_one(bytes)) {
         return None;
@@ -90,7 +88,7 @@ pub fn exported_anew(open: &[(String, Vec<u8>)], brought: &[(String, Vec<u8>)]) 
 mod tests {
     use super::*;
 
-    /// Names with a letter of content each: `a.drl=1 b.gbr=2`.
+    /// Parses names with one character of content each: `a.drl=1 b.gbr=2`.
     fn files(text: &str) -> Files {
         text.split_whitespace()
             .filter_map(|word| word.split_once('='))
@@ -107,25 +105,25 @@ mod tests {
     }
 
     #[test]
-    fn files_take_the_places_of_their_namesakes() {
+    fn new_files_replace_those_of_the_same_name() {
         let rows = [
             ("a.drl=1 b.gbr=1", "a.drl=2", "a.drl=2 b.gbr=1 | a.drl |  | "),
             ("a.drl=1 b.gbr=1", "a.drl=1", "a.drl=1 b.gbr=1 |  |  | "),
             ("a.drl=1 b.gbr=1", "b.gbr=2 a.drl=2", "a.drl=2 b.gbr=2 | a.drl b.gbr |  | "),
             ("a.drl=1 b.gbr=1", "c.drl=2", "another board"),
             ("a.drl=1", "a.drl=2 n.drl=2", "a.drl=2 n.drl=2 | a.drl | n.drl | "),
-            // by the last part of the name, where that says which
+            // matched by file name, if that is unique
             ("out/a.drl=1 out/b.gbr=1", "a.drl=2", "out/a.drl=2 out/b.gbr=1 | out/a.drl |  | "),
             ("a.drl=1", "new/a.drl=2", "a.drl=2 | a.drl |  | "),
             ("l/a.drl=1 r/a.drl=1", "a.drl=2", "another board"),
             ("l/a.drl=1 r/a.drl=1", "r/a.drl=2", "l/a.drl=1 r/a.drl=2 | r/a.drl |  | "),
-            // a folder comes whole
+            // a folder replaces the whole folder
             (
                 "out/a.drl=1 out/b.gbr=1 n.txt=1",
                 "out/a.drl=2 out/c.drl=2",
                 "out/a.drl=2 n.txt=1 out/c.drl=2 | out/a.drl | out/c.drl | out/b.gbr",
             ),
-            // two of one name: the first takes the place, the other is one more
+            // two files of one name: the first replaces, the other is added
             ("a.drl=1", "a.drl=2 x/a.drl=3", "a.drl=2 x/a.drl=3 | a.drl | x/a.drl | "),
             ("", "a.drl=1", "another board"),
             ("a.drl=1", "", "another board"),
@@ -140,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_project_is_a_board_of_its_own() {
+    fn saved_project_is_a_separate_board() {
         let project = saved::write(&saved::Project::default()).unwrap();
         let open = vec![("a.annulus".to_owned(), vec![1])];
         assert_eq!(exported_anew(&open, &[("a.annulus".to_owned(), project)]), None);

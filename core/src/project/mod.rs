@@ -2,15 +2,12 @@
 //!
 //! ```text
 //!  schema = 1
-//!  [setup]                       rows left out keep what the board opens with
+//!  [setup]                       omitted rows keep the values of the opened board
 //!  [[bit]]                       any bit replaces all bits
 //!  [[operation]]                 any operation replaces all operations;
-//!  kind = "isolate"              rows left out keep the usual value of the kind
+//!  kind = "isolate"              omitted rows keep the defaults of the kind
 //!  [[operation.cure]]
 //! ```
-//!
-//! Comes in: text, the work that the board opens with, the machine. Goes out: [`Work`], or a diagnostic with file, line and
-//! column; and the text of a work. Does not know what the rows mean: the table in `cam` does.
 
 pub mod anew;
 pub mod saved;
@@ -23,34 +20,34 @@ use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::locale;
-use crate::machine::{Machine, Value, ValueKind};
+use crate::machine::{Value, ValueKind};
 use crate::units::Length;
 use std::fmt::Write as _;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What older job files call `mill_holes`.
+/// Old name of `mill_holes`, in older job files.
 const MILL_HOLES_ONCE: &str = "bore";
 
 /// Version of the file's layout.
 const SCHEMA: i64 = 1;
-/// What stands outside of every table.
+/// Allowed entries outside all tables.
 const TOP: &[&str] = &["schema = 1", "[setup]", "[[bit]]", "[[operation]]"];
-/// The rows of a cure.
+/// Allowed rows of a cure.
 const CURE: &[&str] = &["from", "to", "bit", "depth", "with"];
 /// Longest job file, in bytes.
 pub const LONGEST: usize = 1 << 20;
-/// Most bits, and most operations, of a job.
+/// Highest number of bits, and of operations.
 const MOST: usize = 64;
-/// Most cures of an operation.
+/// Highest number of cures of an operation.
 const MOST_CURES: usize = 4_096;
 
-/// The work that `text` describes; what it leaves out is as in `base`. `file` is its name for diagnostics.
-pub fn read(file: &str, text: &str, base: &Work, machine: &Machine) -> Result<Work, Diagnostic> {
+/// Parses the job in `text`. Omitted values come from `base`. `file` is the file name for diagnostics.
+pub fn read(file: &str, text: &str, base: &Work) -> Result<Work, Diagnostic> {
     if text.len() > LONGEST {
         return Err(Diagnostic::error("project.too_long").at(file, 0, 0).with("longest", LONGEST));
     }
-    let reader = Reader { file, text, machine };
+    let reader = Reader { file, text };
     let document = DeTable::parse(text).map_err(|error| {
         let what = error.message().lines().next().unwrap_or_default().to_owned();
         let why = Diagnostic::error("project.syntax").with("what", what);
@@ -62,10 +59,8 @@ pub fn read(file: &str, text: &str, base: &Work, machine: &Machine) -> Result<Wo
 struct Reader<'a> {
     file: &'a str,
     text: &'a str,
-    machine: &'a Machine,
 }
 
-/// A table of the file.
 type Table<'a> = DeTable<'a>;
 
 impl Reader<'_> {
@@ -78,7 +73,7 @@ impl Reader<'_> {
         Err(self.place(Diagnostic::error(code).with("key", key), at))
     }
 
-    /// There is no row `key` where `known` ones are.
+    /// Error for the unknown row `key`, with the nearest of the `known` names.
     fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Diagnostic> {
         let diagnostic = Diagnostic::error("project.unknown_row").with("key", key);
         Err(self.place(diagnostic.with("nearest", nearest(key, known.iter().copied())), at))
@@ -112,7 +107,7 @@ impl Reader<'_> {
         Ok(work)
     }
 
-    /// Every table of a list.
+    /// Reads every table of a list.
     fn several<T>(
         &self,
         tables: &[Spanned<DeValue<'_>>],
@@ -135,7 +130,7 @@ impl Reader<'_> {
         Ok(found)
     }
 
-    /// The rows of a table that `parameters` knows; those called as in `others` are left to the caller.
+    /// Applies the rows of a table to `of`. Rows named in `others` are left to the caller.
     fn rows<T>(
         &self,
         rows: &Table<'_>,
@@ -148,9 +143,9 @@ impl Reader<'_> {
             if others.contains(&name_text) {
                 continue;
             }
-            let known = table.iter().find(|row| row.name() == name_text && row.value(of).is_some());
+            let known = table.iter().find(|row| row.name() == name_text && row.belongs_to(of));
             let Some(row) = known else {
-                let here = table.iter().filter(|row| row.value(of).is_some()).map(Parameter::name);
+                let here = table.iter().filter(|row| row.belongs_to(of)).map(Parameter::name);
                 let known: Vec<&str> = here.chain(others.iter().copied()).collect();
                 return self.unknown(name_text, &known, name.span().start);
             };
@@ -166,7 +161,7 @@ impl Reader<'_> {
             cutter: Cutter::Mill,
             handling: Default::default(),
         };
-        // Tip and angle exist only once the form is known.
+        // The form decides whether tip and angle exist, so apply it first.
         let form = rows.iter().find(|(name, _)| name.get_ref() == "form");
         if let (Some((_, value)), Some(row)) = (form, parameters::find(parameters::BIT, "bit.form")) {
             row.set(&mut bit, &text::value(value.get_ref()))
@@ -192,7 +187,7 @@ impl Reader<'_> {
             Some((_, at)) => ("", at),
             None => ("", at),
         };
-        let Some(mut operation) = Operation::usual(word, Face::Top, self.machine) else {
+        let Some(mut operation) = Operation::usual(word, Face::Top) else {
             let why = Diagnostic::error("project.unknown_kind");
             return Err(
                 self.place(why.with("found", word).with("known", OperationKind::WORDS.join(", ")), word_at)
@@ -241,7 +236,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Bits are named once, and every name that is used is a bit's.
+    /// Checks that bit names are unique, and that every name used belongs to a bit.
     fn names(&self, document: &Table<'_>, work: &Work) -> Result<(), Diagnostic> {
         let at = |list: &str, index: usize| {
             let list =
@@ -272,7 +267,7 @@ fn point(at: &[f64]) -> Option<Point> {
     }
 }
 
-/// The job file of `work`, with a comment over every row: its sentence, range and unit.
+/// Writes the job file of `work`, with a comment above every row: description, range and unit.
 pub fn write(work: &Work) -> String {
     let mut out =
         format!("# A job of Annulus. Rows that are left out keep their usual value.\nschema = {SCHEMA}\n");
@@ -297,11 +292,16 @@ pub fn write(work: &Work) -> String {
 
 fn write_rows<T>(out: &mut String, table: &[Parameter<T>], of: &T, explained: bool) {
     for row in table {
-        let Some(value) = row.value(of) else { continue };
+        if !row.belongs_to(of) {
+            continue;
+        }
         if explained {
             let _ = writeln!(out, "# {}", explain(row));
         }
-        let _ = writeln!(out, "{} = {}", row.name(), text::literal(&value));
+        let _ = match row.value(of) {
+            Some(value) => writeln!(out, "{} = {}", row.name(), text::literal(&value)),
+            None => writeln!(out, "# {} = \"{}\"", row.name(), parameters::OF_MACHINE),
+        };
     }
 }
 

@@ -1,70 +1,66 @@
-//! The saved project: a zip with the files of a board as they were given, what a person said of them, and the job.
+//! The saved project: a zip with the original files of a board, the user's choices about them, and the job.
 //!
 //! ```text
-//!  board.annulus ─┬─ annulus.json     the version, and what was said of the files ([`SaidOfFiles`])
-//!                 ├─ job.toml         the job file, if there is a job
-//!                 └─ files/…          the files, whole
+//!  board.annulus ─┬─ annulus.json     version, and choices about the files ([`SaidOfFiles`])
+//!                 ├─ job.toml         job file, if there is a job
+//!                 └─ files/…          original files, unchanged
 //! ```
 //!
-//! Comes in: bytes. Goes out: a [`Project`], or why there is none; and the bytes of one. Equal projects give equal bytes.
-//! Does not know the job: its text is read once the board is there.
+//! Equal projects give equal bytes.
 
-use crate::artwork::{self, Artwork, Digits, Overrides, Role, Side, Units, Zeros};
+use crate::artwork::{self, Artwork, Digits, Overrides, PROJECT_HEAD, Role, Side, Units, Zeros};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 /// Version of the layout.
 const SCHEMA: u32 = 1;
-/// The member that makes a zip a project.
-const HEAD: &str = "annulus.json";
-/// The member with the job; its name in diagnostics.
+/// Zip member with the job; also its name in diagnostics.
 pub const JOB: &str = "job.toml";
-/// How its name ends.
+/// File name extension.
 pub const ENDING: &str = "annulus";
-/// Where the files of the board are.
+/// Folder of the board's files in the zip.
 const FILES: &str = "files/";
 
-/// What is saved.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Project {
-    /// Names and bytes as they were given, in order.
+    /// Names and original bytes, in order.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What a person said of them.
+    /// The user's choices about the files.
     pub said: SaidOfFiles,
-    /// The text of the job file, if there is a job.
+    /// Text of the job file, if there is a job.
     pub job: Option<String>,
 }
 
-/// What a person says of files, beyond what is in them. Files are called by their names as read, members of a zip
-/// `board.zip!/drill.drl`.
+/// The user's choices about files, beyond their contents. Files have their names as read; members of a zip
+/// are named like `board.zip!/drill.drl`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaidOfFiles {
-    /// Of several boards, the one that is meant, by its name.
+    /// Name of the selected board, if the files hold several.
     pub board: Option<String>,
-    /// How numbers of drill files are written.
+    /// Number format of drill files.
     pub numbers: NumberReading,
-    /// The files whose holes make the board; none leaves it to the reader.
+    /// Files with the holes of the board; none if the reader decides.
     pub used: Option<Vec<String>>,
-    /// What layers are: name, role, side.
+    /// Roles of layers: file name, role, side.
     pub roles: Vec<(String, String, Option<String>)>,
-    /// Layers that do not share the copper's zero point are moved to where they fit it.
+    /// Shift layers with a different origin until they fit the copper.
     pub aligned: bool,
 }
 
-/// How the numbers of drill files are to be read, where a person knows better.
+/// Number format of drill files, as far as the user set it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NumberReading {
     /// `mm` or `inch`.
     pub units: Option<String>,
-    /// Digits before and behind the point.
+    /// Digits before and after the decimal point.
     pub digits: Option<(u8, u8)>,
-    /// `leading`, `trailing` or `none`: which zeros are left out.
+    /// Suppressed zeros: `leading`, `trailing` or `none`.
     pub zeros: Option<String>,
 }
 
-/// The head of the file.
+/// Contents of `annulus.json`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Head {
@@ -73,7 +69,6 @@ struct Head {
 }
 
 impl NumberReading {
-    /// What `told` says.
     pub fn of(told: &Overrides) -> Self {
         Self {
             units: told.units.map(|units| units.name().to_owned()),
@@ -82,7 +77,7 @@ impl NumberReading {
         }
     }
 
-    /// The same for the reader.
+    /// The settings as the reader takes them.
     pub fn overrides(&self) -> Overrides {
         Overrides {
             units: self.units.as_deref().and_then(Units::named),
@@ -93,7 +88,7 @@ impl NumberReading {
 }
 
 impl SaidOfFiles {
-    /// Leaves out what is of other boards than the one that is meant, where one is and it is there.
+    /// Removes the files of other boards, if the selected board exists.
     pub fn choose_board(&self, artwork: &mut Artwork) {
         let Some(board) = &self.board else { return };
         if !artwork.files.iter().any(|file| file.board == *board) {
@@ -105,7 +100,7 @@ impl SaidOfFiles {
         artwork.leave_out(&others);
     }
 
-    /// Roles and sides of layers as said.
+    /// Applies the user's roles and sides of layers.
     pub fn say_roles(&self, artwork: &mut Artwork) {
         for (name, role, side) in &self.roles {
             if let Some(role) = Role::named(role) {
@@ -114,7 +109,7 @@ impl SaidOfFiles {
         }
     }
 
-    /// Which files are used, if that was said.
+    /// Indices of the files to use, if the user chose any.
     pub fn used_of(&self, artwork: &Artwork) -> Option<Vec<usize>> {
         let names = self.used.as_ref()?;
         let rows = (0..).zip(&artwork.files).filter(|(_, file)| names.contains(&file.name));
@@ -122,25 +117,25 @@ impl SaidOfFiles {
     }
 }
 
-/// Whether `bytes` claim to be a project.
+/// True if `bytes` start like a project.
 pub fn looks_like_one(bytes: &[u8]) -> bool {
-    artwork::lists(bytes, HEAD)
+    artwork::lists(bytes, PROJECT_HEAD)
 }
 
-/// Whether a file is called like a project.
+/// True if `name` has the extension of a project.
 pub fn is_called_one(name: &str) -> bool {
     let ending = name.rsplit_once('.').map(|(_, ending)| ending);
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING))
 }
 
-/// The project in `bytes`, called `file` in diagnostics.
+/// Reads a project; `file` is the file name for diagnostics.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Diagnostic> {
     let of_file = |why: Diagnostic| if why.place.is_some() { why } else { why.at(file, 0, 0) };
     let refuse = |code: &str| Diagnostic::error(code).at(file, 0, 0);
     let members = artwork::members(bytes).map_err(of_file)?;
     let (mut head, mut project) = (None, Project::default());
     for (name, bytes) in members {
-        if name == HEAD {
+        if name == PROJECT_HEAD {
             head = Some(bytes);
         } else if name == JOB {
             project.job = Some(String::from_utf8_lossy(&bytes).into_owned());
@@ -148,6 +143,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Diagnostic> {
             project.files.push((name.to_owned(), bytes));
         }
     }
+    // Read only the version first, because the head of another version may not parse.
     let version = |bytes: &[u8]| {
         let value: serde_json::Value = serde_json::from_slice(bytes).ok()?;
         value.get("annulus_project")?.as_u64()
@@ -160,14 +156,15 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Diagnostic> {
     Ok(Project { said: head.said, ..project })
 }
 
-/// The bytes of `project`. What could not be read again is refused.
+/// Writes a project. Fails if the result could not be read again.
 pub fn write(project: &Project) -> Result<Vec<u8>, Diagnostic> {
     let mut said = project.said.clone();
+    // The choices refer to files by name, so rename them like the files.
     said.roles.iter_mut().for_each(|row| row.0 = fitting(&row.0));
     said.used.iter_mut().flatten().for_each(|name| *name = fitting(name));
     let head = serde_json::to_vec_pretty(&Head { annulus_project: SCHEMA, said });
     let head = head.map_err(|why| Diagnostic::error("saved.head").with("what", why))?;
-    let mut members = vec![(HEAD.to_owned(), head)];
+    let mut members = vec![(PROJECT_HEAD.to_owned(), head)];
     members.extend(project.job.iter().map(|job| (JOB.to_owned(), job.clone().into_bytes())));
     let files =
         project.files.iter().map(|(name, bytes)| (format!("{FILES}{}", fitting(name)), bytes.clone()));
@@ -175,7 +172,7 @@ pub fn write(project: &Project) -> Result<Vec<u8>, Diagnostic> {
     artwork::packed(&members)
 }
 
-/// A name of a file as it can stand in a zip: without a way out of it.
+/// Converts a file name to a safe name in a zip: without `..`, absolute paths or control characters.
 fn fitting(name: &str) -> String {
     let plain = name.replace(|letter: char| letter == '\\' || letter.is_control(), "_");
     let parts: Vec<&str> = plain.split('/').filter(|part| !matches!(*part, "" | "." | "..")).collect();
@@ -203,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_saved_is_read_again() {
+    fn saved_project_reads_back_unchanged() {
         let bytes = write(&project()).unwrap();
         assert!(looks_like_one(&bytes));
         assert_eq!(read("p", &bytes).unwrap(), project());
@@ -214,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_said_goes_before_what_is_read() {
+    fn explicit_choices_override_the_files() {
         let project = project();
         let told = project.said.numbers.overrides();
         assert_eq!(told.units, Some(Units::Inch));
@@ -227,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn names_do_not_lead_out() {
+    fn file_names_stay_inside_the_project() {
         let mut project = project();
         for (name, kept) in [
             ("/boards/x.drl", "boards/x.drl"),
@@ -243,8 +240,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told() {
-        let packed = |head: &[u8]| artwork::packed(&[(HEAD.to_owned(), head.to_vec())]).unwrap();
+    fn damaged_projects_are_errors() {
+        let packed = |head: &[u8]| artwork::packed(&[(PROJECT_HEAD.to_owned(), head.to_vec())]).unwrap();
         let rows: [(&[u8], &str); 4] = [
             (b"{\"annulus_project\":2,\"more\":1}", "saved.schema"),
             (b"{\"annulus_project\":1}", "saved.head"),

@@ -1,4 +1,4 @@
-//! Job files: what is written is read again, and what is wrong is told with its place.
+//! Job files: a written file reads back equal, and errors have their position.
 
 use super::*;
 use crate::board::Board;
@@ -12,12 +12,9 @@ fn base() -> Work {
 }
 
 fn every_kind() -> Work {
-    let machine = virtual_drill();
     let mut work = base();
-    work.operations = OperationKind::WORDS
-        .iter()
-        .filter_map(|word| Operation::usual(word, Face::Bottom, &machine))
-        .collect();
+    work.operations =
+        OperationKind::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Bottom)).collect();
     work.setup.flip = Flip::TopBottom;
     work.setup.exclusions =
         vec![Bounds { min: Point::from_mm(-1.0, 2.5), max: Point::from_mm(3.0, 4.000001) }];
@@ -41,27 +38,27 @@ fn every_kind() -> Work {
 }
 
 #[test]
-fn what_is_written_is_read_again() {
+fn written_job_reads_back_unchanged() {
     let work = every_kind();
     let text = write(&work);
-    let again = read("job.toml", &text, &base(), &virtual_drill()).unwrap();
+    let again = read("job.toml", &text, &base()).unwrap();
     assert_eq!(again, work, "{text}");
     assert_eq!(write(&again), text);
 }
 
 #[test]
-fn what_is_left_out_stays_as_the_board_opens() {
-    let (machine, base) = (virtual_drill(), base());
-    let work = read("job.toml", "schema = 1\n", &base, &machine).unwrap();
+fn omitted_rows_have_the_board_defaults() {
+    let base = base();
+    let work = read("job.toml", "schema = 1\n", &base).unwrap();
     assert_eq!(work, base);
     let text = "schema = 1\n[setup]\ncolumns = 2\n[[operation]]\nkind = \"cut_out\"\ntabs = 2\n";
-    let work = read("job.toml", text, &base, &machine).unwrap();
+    let work = read("job.toml", text, &base).unwrap();
     assert_eq!((work.setup.panel.columns, work.setup.panel.rows, work.operations.len()), (2, 1, 1));
     assert_eq!(work.bits, base.bits);
 }
 
 #[test]
-fn a_row_that_is_not_known_comes_with_the_nearest_one() {
+fn unknown_row_suggests_the_nearest_one() {
     let rows = [
         ("schem = 1\n", "schema = 1"),
         ("schema = 1\n[[operations]]\n", "[[operation]]"),
@@ -70,7 +67,7 @@ fn a_row_that_is_not_known_comes_with_the_nearest_one() {
         ("schema = 1\n[[bit]]\nnam = \"a\"\n", "name"),
     ];
     for (text, meant) in rows {
-        let why = read("job.toml", text, &base(), &virtual_drill()).unwrap_err();
+        let why = read("job.toml", text, &base()).unwrap_err();
         assert_eq!(why.code, "project.unknown_row", "{text}");
         let told = why.message("en");
         assert!(told.contains(&format!("The nearest is {meant}.")), "{text}: {told}");
@@ -78,7 +75,7 @@ fn a_row_that_is_not_known_comes_with_the_nearest_one() {
 }
 
 #[test]
-fn errors_have_their_place() {
+fn errors_have_their_position() {
     let rows = [
         ("schema = 1\n[setup\n", "project.syntax", 2, 7),
         ("", "project.schema", 1, 1),
@@ -104,7 +101,7 @@ fn errors_have_their_place() {
         ),
     ];
     for (text, code, line, column) in rows {
-        let why = read("job.toml", text, &base(), &virtual_drill()).unwrap_err();
+        let why = read("job.toml", text, &base()).unwrap_err();
         let place = why.place.clone().unwrap();
         assert_eq!((why.code.as_str(), place.line, place.column), (code, line, column), "{text}");
         assert!(!why.message("en").contains(".message"), "{code} has no sentence");
@@ -112,17 +109,40 @@ fn errors_have_their_place() {
 }
 
 #[test]
-fn no_cut_and_no_changed_byte_panics() {
+fn truncated_or_changed_bytes_never_panic() {
     let text = write(&every_kind());
-    let machine = virtual_drill();
     for end in (0..text.len()).step_by(7).filter(|end| text.is_char_boundary(*end)) {
-        let _ = read("cut", &text[..end], &base(), &machine);
+        let _ = read("cut", &text[..end], &base());
     }
     let mut chance = Chance::new(11);
     for _ in 0..500 {
         let mut bytes = text.clone().into_bytes();
         let at = chance.below(bytes.len());
         bytes[at] = chance.below(128) as u8;
-        let _ = read("mutated", &String::from_utf8_lossy(&bytes), &base(), &machine);
+        let _ = read("mutated", &String::from_utf8_lossy(&bytes), &base());
     }
+}
+
+#[test]
+fn only_explicit_speeds_are_written() {
+    let mut work = every_kind();
+    let text = write(&work);
+    assert!(text.contains("\n# plunge = \"machine\"\n") && !text.contains("\nplunge = "), "{text}");
+    work.operations[1].plunge_mm_per_s = Some(1.25);
+    let text = write(&work);
+    assert_eq!(text.matches("\nplunge = 1.25\n").count(), 1, "{text}");
+    assert_eq!(read("job.toml", &text, &base()).unwrap(), work);
+}
+
+#[test]
+fn job_file_speeds_override_the_machine() {
+    let rows = "feed = 12\nplunge = 12\nspeed = 30000\ntolerance = 0.05\n";
+    let work = read("job", &format!("schema = 1\n[[operation]]\nkind = \"drill\"\n{rows}"), &base()).unwrap();
+    let speeds = work.operations[0].speeds(&crate::machine::hobby_3018());
+    assert_eq!((speeds.feed_mm_per_s, speeds.plunge_mm_per_s, speeds.spindle_rpm), (12.0, 12.0, 30_000));
+    let rows =
+        rows.replace("12", "\"machine\"").replace("30000", "\"machine\"").replace("0.05", "\"machine\"");
+    let again =
+        read("job", &format!("schema = 1\n[[operation]]\nkind = \"drill\"\n{rows}"), &base()).unwrap();
+    assert_eq!(again.operations, [Operation::usual("drill", Face::Top).unwrap()]);
 }

@@ -1,12 +1,9 @@
-//! What every TOML file of Annulus needs: values as the tables write them, and places of errors.
-//!
-//! Comes in: parsed TOML and offsets in bytes. Goes out: [`Value`]s, lines and columns from 1. Does not know what the
-//! values mean.
+//! Common parts of all TOML files of Annulus: values, and positions of errors.
 
 use crate::machine::Value;
 use toml::de::DeValue;
 
-/// The value as the tables of settings write it. What they do not know becomes a text naming its kind, which every row
+/// Converts a TOML value. An unsupported kind becomes a text with the name of that kind, which every row
 /// refuses.
 pub fn value(found: &DeValue<'_>) -> Value {
     match found {
@@ -37,7 +34,7 @@ fn number(found: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// Line and column of the byte `at`, both from 1.
+/// Line and column of the byte `at`, both from 1; the column counts bytes.
 pub fn line_and_column(bytes: &[u8], at: usize) -> (u32, u32) {
     let before = bytes.get(..at).unwrap_or(bytes);
     let line = before.iter().filter(|byte| **byte == b'\n').count();
@@ -45,7 +42,7 @@ pub fn line_and_column(bytes: &[u8], at: usize) -> (u32, u32) {
     (u32::try_from(line + 1).unwrap_or(u32::MAX), u32::try_from(column + 1).unwrap_or(u32::MAX))
 }
 
-/// A value as TOML writes it.
+/// The value in TOML syntax.
 pub fn literal(value: &Value) -> String {
     match value {
         Value::Number(number) => number.to_string(),

@@ -1,11 +1,9 @@
-//! Islands that are in pieces or gone.
+//! Islands that were cut apart or are gone.
 //!
 //! ```text
-//!    ██████╲  ╲██████      the pieces of one island, each in another piece of the copper left: told where they are nearest
+//!    ██████╲  ╲██████      parts of one island in different pieces: reported at the narrowest cut
 //!    ███████╲  ╲█████
 //! ```
-//!
-//! Comes in: the scene. Goes out: findings. Does not know which cut did it.
 
 use super::edges::{Edge, Edges, Spot};
 use super::finding::{Finding, FindingKind};
@@ -14,9 +12,9 @@ use crate::units::Length;
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Places along an edge are this far apart, in mm.
+/// Step along an edge, in mm.
 const STEP_MM: f64 = 0.02;
-/// Gaps that are wider than the narrowest by less than this, in mm, are as narrow.
+/// Gaps within this of the narrowest, in mm, count as equal.
 const EQUAL_MM: f64 = 0.002;
 
 /// Every island that is not whole.
@@ -32,7 +30,7 @@ pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
     for (island, shape) in (0..).zip(&scene.copper.islands) {
         match pieces.get(&island) {
             None => {
-                // An island that is itself that small and still there is not gone.
+                // An island this small that is still there is not gone.
                 let there = scene.kept.iter().flatten().any(|kept| kept.island == island);
                 if let Some(spot) = inner_spot(shape).filter(|_| !there) {
                     findings.push(finding(scene, FindingKind::Gone, island, spot, 0.0));
@@ -51,7 +49,8 @@ fn finding(scene: &Scene<'_>, kind: FindingKind, island: u32, spot: Spot, width:
     finding
 }
 
-/// One finding for every group of pieces that is apart from the largest. `edges` are those of what is kept, once needed.
+/// One finding for every group of pieces separated from the largest. `edges` are those of the remaining
+/// copper, computed when needed.
 fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)], edges: &OnceCell<Edges>) -> Vec<Finding> {
     let groups: BTreeSet<u32> = pieces.iter().map(|(_, kept)| kept.piece).collect();
     let area = |group: u32| -> f64 {
@@ -72,7 +71,7 @@ fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)], edges: &OnceCe
     apart.filter_map(place).collect()
 }
 
-/// Where two sets of kept pieces are nearest; of equally near places that with the middle number.
+/// Nearest points of two sets of remaining pieces; of equally near ones the middle one.
 fn narrowest(
     scene: &Scene<'_>,
     edges: &Edges,
@@ -81,7 +80,7 @@ fn narrowest(
     let mut places: Vec<(f64, Spot)> = Vec::new();
     let extent = scene.design.extent();
     let wanted = |edge: &Edge| theirs.contains(&edge.island);
-    for edge in edges.edges.iter().filter(|edge| ours.contains(&edge.island)) {
+    for (_, edge) in edges.iter().filter(|(_, edge)| ours.contains(&edge.island)) {
         let count = libm::ceil(edge.length() / STEP_MM).clamp(1.0, 1_000.0) as usize;
         for index in 0..count {
             let spot = edge.from.towards(edge.to, (index as f64 + 0.5) / count as f64);

@@ -1,44 +1,35 @@
-//! The board as programs cut it out, against its outline (N8 N10).
+//! Compares the board's outline with the programs that cut it out.
 //!
 //! ```text
-//!      ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄        way of the middle of the bit, half its width from the edge
+//!      ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄        path of the tool centre, half the tool's width from the edge
 //!    ┌──────────────────┐
-//!    │                ┄┄│┄┄┄   a way that goes deep where there is neither hole nor slot bites into the board
+//!    │                ┄┄│┄┄┄   a deep path outside holes and slots cuts into the board
 //!    └──────────────────┘
 //! ```
-//!
-//! Comes in: boards as they lie with what goes deep in them. Goes out: places. Does not look at copper; contours within a board and
-//! tabs are looked at in `held`.
 
-use super::deep::{Deep, Swept};
-use super::drilled::{DrillingProof, Layer};
-use super::edges::{Edge, Edges, Spot, spots};
+use super::body::{MEANT_MM, SLACK_MM, STEP_MM, along};
+use super::deep::Swept;
+use super::edges::{Edge, Spot, spots};
+use super::sides::{DrillingProof, Layer};
 use crate::board::Board;
 use crate::geometry::Point;
 use crate::job::{Asked, Cutter};
 use crate::units::Length;
 
-/// Places along a way or an edge are this far apart, in mm.
-const STEP_MM: f64 = 0.25;
-/// A cut keeps to the edge within this, in mm.
-const SLACK_MM: f64 = 0.05;
-/// A way so near to most of the edge, in mm beyond the tool, is meant for it.
-const MEANT_MM: f64 = 1.0;
-/// A way on the line keeps to it within this, in mm.
-const ON_LINE_MM: f64 = 0.03;
-/// So much of what is asked for of a contour must be cut: bits do not come into every corner.
+/// Share of a contour's required length that must be cut: tools don't reach into every corner.
 const MOST_SHARE: f64 = 0.7;
-/// So much of a contour where nobody says how it is held.
+/// Share of a contour's length that must be cut, if tabs are unknown.
 const HALF_SHARE: f64 = 0.4;
 
-/// Tells the contours that are not cut, and the toolpaths that bite into the board.
+/// Reports contours that are not cut, and toolpaths that cut into the board.
 pub(super) fn cut_out(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     let edges = layers.iter().map(|layer| {
         let mills = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
         edges(layer.board, &Swept::of(mills), asked)
     });
-    if let Some((missing, cut)) = edges.min_by_key(|(missing, cut)| (missing.len(), u32::MAX - cut)) {
-        (out.edges_missing, out.edges_cut) = (missing, cut);
+    if let Some((missing, left, cut)) = edges.min_by_key(|(missing, _, cut)| (missing.len(), u32::MAX - cut))
+    {
+        (out.edges_missing, out.edges_left, out.edges_cut) = (missing, left, cut);
     }
     for layer in layers {
         let legs = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
@@ -51,9 +42,9 @@ pub(super) fn cut_out(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingPro
     }
 }
 
-/// The outer contours along which too little is cut, and how many are cut.
-fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, u32) {
-    let (mut missing, mut cut) = (Vec::new(), 0);
+/// Outer contours with too little cut, those with nothing required or cut, and the number of cut ones.
+fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, Vec<Point>, u32) {
+    let (mut missing, mut left, mut cut) = (Vec::new(), Vec::new(), 0);
     for island in &board.outline.islands {
         let places = along(&spots(&island.outer), STEP_MM);
         let Some(first) = places.first() else { continue };
@@ -65,7 +56,11 @@ fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, u32) {
             Some(edge) if edge.zones => 1.0,
             Some(edge) => ((all - edge.spared.mm() / STEP_MM) * MOST_SHARE).max(1.0),
             None if count(MEANT_MM, Length::ZERO) >= all / 2.0 => all * HALF_SHARE,
-            None => continue,
+            None => {
+                // A job states what it leaves uncut.
+                left.extend(asked.holes.is_none().then(|| first.point()));
+                continue;
+            }
         };
         if count(SLACK_MM, asked.cut_out.map_or(asked.thickness, |edge| edge.depth)) < least {
             missing.push(first.point());
@@ -73,24 +68,10 @@ fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, u32) {
             cut += 1;
         }
     }
-    (missing, cut)
+    (missing, left, cut)
 }
 
-/// Places along a way, so far apart.
-pub(super) fn along(spots: &[Spot], step_mm: f64) -> Vec<Spot> {
-    let (mut places, mut left) = (Vec::new(), 0.0);
-    for (from, to) in spots.iter().zip(spots.iter().skip(1)) {
-        let length = from.distance(*to);
-        while left < length {
-            places.push(from.towards(*to, left / length));
-            left += step_mm;
-        }
-        left -= length;
-    }
-    places
-}
-
-/// Whether all within `half` around a place lies in a hole or a slot.
+/// True if everything within `half` of a point is in a hole or a slot.
 fn is_open(board: &Board, asked: &Asked, spot: Spot, half: f64) -> bool {
     let slack = asked.tolerance.mm() / 2.0 + SLACK_MM;
     let within = |width: Length, distance: f64| distance + half <= width.mm() / 2.0 + slack;
@@ -110,46 +91,5 @@ fn is_open(board: &Board, asked: &Asked, spot: Spot, half: f64) -> bool {
 }
 
 fn edge(from: Spot, to: Spot) -> Edge {
-    Edge { from, to, island: 0, ring: 0, along_mm: 0.0 }
-}
-
-/// What is within the outline of a board.
-pub(super) struct Body {
-    /// None where there is no outline.
-    edges: Option<Edges>,
-}
-
-impl Body {
-    pub(super) fn of(board: &Board) -> Self {
-        Self { edges: (!board.outline.is_empty()).then(|| Edges::of(&board.outline)) }
-    }
-
-    /// How far a tool of this half width goes into the board at a place, and how far the place is from the edge, in mm.
-    fn bite(&self, spot: Spot, half: f64) -> Option<(f64, f64)> {
-        let edges = self.edges.as_ref()?;
-        let inside = edges.island_at(spot).is_some();
-        let off = edges.nearest(spot, half + MEANT_MM, &|_| true).map_or(half + MEANT_MM, |(off, ..)| off);
-        Some((if inside { half + off } else { half - off }, off))
-    }
-
-    /// Whether a leg goes into the board; it does where there is no outline.
-    pub(super) fn is_bitten(&self, leg: &Deep<'_>) -> bool {
-        let half = leg.bit.diameter.mm() / 2.0;
-        let bites = |spot: &Spot| self.bite(*spot, half).is_none_or(|(bite, _)| bite > SLACK_MM);
-        leg.stretches.iter().any(|(from, to, _)| bites(from) || bites(to))
-    }
-
-    /// The first place where a leg goes into the board, but for where `is_open` says that it is meant to.
-    fn first_bite(&self, leg: &Deep<'_>, is_open: impl Fn(Spot, f64) -> bool, asked: &Asked) -> Option<Spot> {
-        let half = leg.bit.diameter.mm() / 2.0;
-        let on_line = asked.cut_out.is_none_or(|edge| edge.on_line);
-        let bites = |spot: &Spot| {
-            let bite = self.bite(*spot, half).filter(|(bite, _)| *bite > SLACK_MM);
-            let meant = |off: f64| (on_line && off <= ON_LINE_MM) || is_open(*spot, half);
-            bite.is_some_and(|(_, off)| !meant(off))
-        };
-        let deep = leg.stretches.iter().filter(|(.., depth)| *depth * 2 >= asked.thickness);
-        let mut places = deep.flat_map(|(from, to, _)| [along(&[*from, *to], STEP_MM), vec![*to]].concat());
-        places.find(|spot| bites(spot))
-    }
+    Edge { from, to, island: 0, ring: 0 }
 }

@@ -1,12 +1,9 @@
-//! What programs do deep in the board: by drills, and by mills below the copper.
+//! Deep cuts of programs: by drills, and by mills below the copper.
 //!
 //! ```text
-//!   ●        a stroke           ◎ once round, however often        ╭───╮  any other way
+//!   ●        a drill cycle      ◎ a circle, any number of turns    ╭───╮  any other path
 //!                                                                  ╰── ┄
 //! ```
-//!
-//! Comes in: programs. Goes out: [`Deep`] legs, [`Swept`]; mm, depths below the surface in [`Length`]. Does not know the board, nor what marks
-//! say: files that are read back have marks of their own.
 
 use super::edges::{Edge, Edges, Spot, around, spots};
 use super::replay::replay;
@@ -15,20 +12,20 @@ use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter, Program};
 use crate::units::Length;
 
-/// A way is round where it keeps so near to a circle, in mm.
+/// A path within this distance of a circle, in mm, is round.
 const ROUND_MM: f64 = 0.02;
-/// A way of a mill counts from this share of the board's thickness on: above it copper is milled.
+/// A mill's path counts from the board's thickness divided by this on: above it, copper is milled.
 const DEEP: i64 = 4;
 
-/// A straight piece of a way, and how deep it is.
+/// A straight piece of a path, and its depth.
 type Stretch = (Spot, Spot, Length);
 
-/// A leg of a program that goes deep.
+/// A leg of a program that cuts deep.
 pub(super) struct Deep<'a> {
     pub(super) bit: &'a Bit,
     pub(super) lowest: Length,
     pub(super) stretches: Vec<Stretch>,
-    /// None where it is no hole.
+    /// `None` if it is no hole.
     pub(super) round: Option<Round>,
 }
 
@@ -36,18 +33,19 @@ pub(super) struct Deep<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Round {
     pub(super) at: Point,
-    /// How wide it is.
+    /// Width of the hole.
     pub(super) wide_mm: f64,
-    /// The tool only goes down and up.
+    /// The tool only moves down and up.
     pub(super) stroke: bool,
 }
 
-/// The legs of `programs` that go deep into a board of this thickness.
-pub(super) fn legs(programs: &[Program], thickness: Length) -> Vec<Deep<'_>> {
-    let mut legs: Vec<Deep<'_>> = Vec::new();
+/// The legs of `programs` that cut deep into a board of this thickness, and whether anything is cut.
+pub(super) fn legs(programs: &[Program], thickness: Length) -> (Vec<Deep<'_>>, bool) {
+    let (mut legs, mut cuts) = (Vec::<Deep<'_>>::new(), false);
     for (index, program) in (0..).zip(programs) {
         let mut known = None;
         for cut in replay(program, index, COPPER_THICKNESS).cuts {
+            cuts |= cut.depth > Length::ZERO || cut.through.is_some();
             let Some(bit) = program.bits.get(cut.bit as usize).filter(|_| cut.through.is_some()) else {
                 continue;
             };
@@ -68,10 +66,10 @@ pub(super) fn legs(programs: &[Program], thickness: Length) -> Vec<Deep<'_>> {
         }
         drop_unless_deep(&mut legs, thickness);
     }
-    legs
+    (legs, cuts)
 }
 
-/// Ends the last leg: it stays where it goes deep, and is round or not.
+/// Ends the last leg: keeps it if it cuts deep, and determines if it is round.
 fn drop_unless_deep(legs: &mut Vec<Deep<'_>>, thickness: Length) {
     let Some(leg) = legs.last_mut().filter(|leg| leg.round.is_none()) else { return };
     leg.round = round(leg);
@@ -102,7 +100,7 @@ fn round(leg: &Deep<'_>) -> Option<Round> {
     })
 }
 
-/// Where tools go deep, in a grid.
+/// Deep cuts in a grid.
 pub(super) struct Swept {
     edges: Edges,
     /// Half the width of the tool and the depth, by edge.
@@ -111,20 +109,20 @@ pub(super) struct Swept {
 }
 
 impl Swept {
-    /// Those of drills and mills; a V-bit makes no edge of a board.
+    /// Cuts of drills and mills; a V-bit makes no board edge.
     pub(super) fn of<'a>(legs: impl Iterator<Item = &'a Deep<'a>>) -> Self {
         let (mut edges, mut tools) = (Vec::new(), Vec::new());
         for leg in legs.filter(|leg| !matches!(leg.bit.cutter, Cutter::Vee { .. })) {
             for &(from, to, depth) in &leg.stretches {
-                edges.push(Edge { from, to, island: 0, ring: 0, along_mm: 0.0 });
+                edges.push(Edge { from, to, island: 0, ring: 0 });
                 tools.push((leg.bit.diameter.mm() / 2.0, depth));
             }
         }
         let widest = tools.iter().map(|(half, _)| *half).fold(0.0, f64::max);
-        Self { edges: Edges::gridded(edges, Vec::new()), tools, widest }
+        Self { edges: Edges::loose(edges), tools, widest }
     }
 
-    /// Whether `spot` is cut away at least to `depth`, or would be by tools so much wider on every side.
+    /// True if `spot` is cut at least to `depth`, with tools wider by this slack on each side.
     pub(super) fn cover(&self, spot: Spot, slack_mm: f64, depth: Length) -> bool {
         let (low, high) = around(spot, spot, self.widest + slack_mm);
         let mut found = false;

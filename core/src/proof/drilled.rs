@@ -1,95 +1,48 @@
-//! The holes that programs make, against those of the board: which are missing, made twice, beside their place, of another size, not
-//! through (N8 N9).
+//! Compares the holes that programs make with those of the board: missing, doubled, shifted, wrong size, not
+//! through.
 //!
 //! ```text
-//!    ◯ board    ● program      ◉ made      ◯  missing      ◉● twice      ◯ ● shifted: one beside its place, and none on it
+//!    ◯ board    ● program      ◉ made      ◯  missing      ◉● twice      ◯ ● shifted
 //! ```
 //!
-//! Comes in: boards as they lie, each with its programs; their holes in the same order. Goes out: counts and places. What no hole
-//! of the board asks for (pins, mouse-bites) is nobody's fault. Does not look at copper.
+//! Additional holes (pins, mouse-bites) are no error.
 
-use super::cut_out::{self, Body};
-use super::deep::{Deep, legs};
-use super::held;
-use super::repeated;
-use super::slots;
-use crate::board::Board;
+use super::body::Body;
+use super::deep::Deep;
+use super::sides::{DrillingProof, Layer, Places, SideRun};
+use super::{cut_out, held, repeated, slots};
 use crate::geometry::Point;
-use crate::job::{Asked, Bit, Cutter, Program};
+use crate::job::{Asked, Bit, Cutter};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 
-/// A hole is made where one is drilled as near as this to its place, in mm.
-const NEAR_MM: f64 = 0.05;
-/// A hole made as near as this to a place where none is made is meant for it, in mm; or as near as the hole is wide.
+/// A hole made within this distance of an empty position, in mm, or within the hole's width, is meant for it.
 const BESIDE_MM: f64 = 0.6;
-/// Sizes and depths this near, in mm, are one: digits of files.
+/// Sizes and depths within this, in mm, are equal: digits of files.
 const EQUAL_MM: f64 = 0.01;
 
-/// A side of a board as it lies, and what is run on it.
-pub struct SideRun<'a> {
-    /// The board.
-    pub board: &'a Board,
-    /// Its programs, one after the other.
-    pub programs: &'a [Program],
-    /// The holes for pins among its holes.
-    pub pins: Range<u32>,
-}
-
-/// What became of the holes of a board, its slots and its edge.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct DrillingProof {
-    /// Holes that nothing makes; none where they are not asked for.
-    pub missing: Vec<Point>,
-    /// Holes that are made more than once with one tool.
-    pub doubled: Vec<Point>,
-    /// Holes that are made beside their place.
-    pub shifted: Vec<Point>,
-    /// Holes that are made with a tool farther from their size than asked for, or with a V-bit.
-    pub wrong_size: Vec<Point>,
-    /// Holes and slots that do not go as deep as asked for.
-    pub shallow: Vec<Point>,
-    /// Slots that are not cleared over their length and width.
-    pub slots_missing: Vec<Point>,
-    /// Contours of the outline along which the board is not cut off.
-    pub edges_missing: Vec<Point>,
-    /// Contours within a board that are not cut, or not along most of what the bit comes to.
-    pub inner_missing: Vec<Point>,
-    /// Contours that are left with fewer tabs, or narrower ones, than the job says.
-    pub tabs_missing: Vec<Point>,
-    /// Contours along which nothing is left: the board comes loose there.
-    pub loose: Vec<Point>,
-    /// Contours along which it is.
-    pub edges_cut: u32,
-    /// Swept that cut deep into the board where it has no hole, no slot and no edge.
-    pub bitten: Vec<Point>,
-    /// Toolpaths that two programs have alike.
-    pub repeated: u32,
-}
-
-/// A leg that makes a hole to its size.
+/// A leg that makes a hole of the right size.
 struct Fit {
     tool: Tool,
-    /// How wide, in steps of [`EQUAL_MM`].
+    /// Diameter in steps of [`EQUAL_MM`].
     steps: i64,
     depth: Length,
 }
 
-/// What is done to one hole.
+/// Actions of the programs at one hole.
 #[derive(Default)]
 struct Done {
     fits: Vec<Fit>,
-    /// Something narrower is made there, or with a V-bit: the rings within a milled hole are.
+    /// Something narrower is made there, or with a V-bit, for instance inner rings of a milled hole.
     narrower: bool,
     /// Something wider is made there.
     wider: bool,
 }
 
-/// What makes tools alike: the cutter and its diameter in nm.
+/// Equal for equal tools: the cutter and its diameter in nm.
 type Tool = (u8, i64);
 
-/// The form of a drill.
+/// The cutter type of a drill.
 const DRILL: u8 = 0;
 
 fn tool(bit: &Bit) -> Tool {
@@ -101,11 +54,12 @@ fn tool(bit: &Bit) -> Tool {
     (form, bit.diameter.nm())
 }
 
-/// Compares holes, slots and the edge of boards with what their programs do.
+/// Compares holes, slots and the edge of boards with their programs.
 pub fn drilled(sides: &[SideRun<'_>], asked: &Asked) -> DrillingProof {
     let layers: Vec<Layer<'_>> = sides.iter().map(|side| Layer::of(side, asked)).collect();
     let repeated = sides.iter().map(|side| repeated::repeated(side.programs)).sum();
-    let mut out = DrillingProof { repeated, ..DrillingProof::default() };
+    let cuts = layers.iter().any(|layer| layer.cuts);
+    let mut out = DrillingProof { repeated, cuts, ..DrillingProof::default() };
     let any = holes(&layers, asked, &mut out);
     slots::slots(&layers, (asked, any), &mut out);
     cut_out::cut_out(&layers, asked, &mut out);
@@ -113,24 +67,7 @@ pub fn drilled(sides: &[SideRun<'_>], asked: &Asked) -> DrillingProof {
     out
 }
 
-/// A side with what is done deep in it.
-pub(super) struct Layer<'a> {
-    pub(super) board: &'a Board,
-    pins: &'a Range<u32>,
-    pub(super) body: Body,
-    pub(super) legs: Vec<Deep<'a>>,
-    rounds: Places,
-}
-
-impl<'a> Layer<'a> {
-    fn of(side: &'a SideRun<'a>, asked: &Asked) -> Self {
-        let legs = legs(side.programs, asked.thickness);
-        let rounds = Places::of(legs.iter().map(|leg| leg.round.map(|round| round.at)));
-        Self { board: side.board, pins: &side.pins, body: Body::of(side.board), legs, rounds }
-    }
-}
-
-/// Compares the holes. Whether any is made.
+/// Compares the holes. True if any is made.
 fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
     let Some(first) = layers.first() else { return false };
     let drills = |leg: &Deep<'_>| leg.bit.cutter == Cutter::Drill && leg.round.is_some();
@@ -142,7 +79,7 @@ fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
         let Some(wide) = hole.diameter else { continue };
         let mates =
             || own.near(hole.at).filter_map(|other| Some((other, first.board.holes.get(other)?.diameter?)));
-        // Files tell some holes twice.
+        // Some files list holes twice.
         if mates().any(|(other, size)| other < number && size == wide) {
             continue;
         }
@@ -159,15 +96,19 @@ fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
         }
         any |= !done.fits.is_empty();
         pins_begun |= !done.fits.is_empty() && first.pins.contains(&(number as u32));
-        if !done.judge(hole.at, asked, out) {
+        if done.judge(hole.at, asked, out) {
+            out.made += 1;
+        } else {
             open.push((number, hole.at));
         }
     }
-    // Nobody asks for pins of files without a job; where one of them is made, the others are.
+    any |= open.iter().any(|(number, _)| layers.iter().any(|layer| is_meant_for(layer, *number)));
+    // Without a job, pins are optional; but if one of them is made, the others must be as well.
     let pins = asked.pins || asked.holes.is_none() && pins_begun;
     for (number, at) in open {
         let pin = first.pins.contains(&(number as u32));
         if !(if pin { pins } else { asked.holes.unwrap_or(any) }) {
+            out.holes_left.extend((!pin && asked.holes.is_none()).then_some(at));
             continue;
         }
         let mut beside = layers.iter().zip(&mut taken);
@@ -178,7 +119,7 @@ fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
 }
 
 impl Done {
-    /// Notes what a leg does to a hole this wide, at whose place are holes of these `sizes`, its own among them.
+    /// Records a leg at a hole of this width; `sizes` are those of all holes at this position.
     fn look(&mut self, leg: &Deep<'_>, (wide, sizes): (Length, &[Length]), body: &Body, asked: &Asked) {
         let Some(round) = leg.round else { return };
         let vee = matches!(leg.bit.cutter, Cutter::Vee { .. });
@@ -198,7 +139,7 @@ impl Done {
         }
     }
 
-    /// Says of a hole at `at` what was done to it. Whether anything was.
+    /// Reports a hole at `at` according to the recorded legs. True if anything was made.
     fn judge(&self, at: Point, asked: &Asked, out: &mut DrillingProof) -> bool {
         if self.wider || (self.fits.is_empty() && self.narrower) {
             out.wrong_size.push(at);
@@ -220,44 +161,31 @@ impl Done {
     }
 }
 
-/// Takes the nearest of the holes made beside the place of a hole, if there is one.
+/// True if a mill moves around a point next to the hole's centre: the path is meant for the hole, but misses
+/// it.
+fn is_meant_for(layer: &Layer<'_>, hole: usize) -> bool {
+    beside(layer, hole).any(|(index, _)| {
+        let leg = layer.legs.get(index).filter(|leg| leg.bit.cutter == Cutter::Mill);
+        leg.is_some_and(|leg| layer.body.is_bitten(leg))
+    })
+}
+
+/// Takes the nearest unassigned hole made next to a hole's position, if any.
 fn take_beside(layer: &Layer<'_>, hole: usize, taken: &mut BTreeSet<usize>) -> bool {
-    let Some(hole) = layer.board.holes.get(hole) else { return false };
-    let reach = hole.diameter.map_or(0.0, Length::mm).max(BESIDE_MM);
-    let free = layer.legs.iter().enumerate().filter(|(index, _)| !taken.contains(index));
-    let distances = free.filter_map(|(index, leg)| {
-        let round = leg.round.filter(|round| round.wide_mm <= 2.0 * reach)?;
-        Some((index, round.at.distance_mm(hole.at)))
-    });
-    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((index, _)) = nearest.filter(|(_, distance)| *distance <= reach) else { return false };
-    taken.insert(index)
+    let free = beside(layer, hole).filter(|(index, _)| !taken.contains(index));
+    let nearest = free.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    nearest.is_some_and(|(index, _)| taken.insert(index))
 }
 
-/// Places in cells, to find those of one place.
-struct Places {
-    cells: BTreeMap<(i64, i64), Vec<(usize, Point)>>,
-}
-
-impl Places {
-    fn of(points: impl Iterator<Item = Option<Point>>) -> Self {
-        let mut cells: BTreeMap<(i64, i64), Vec<(usize, Point)>> = BTreeMap::new();
-        for (index, at) in points.enumerate().filter_map(|(index, at)| Some((index, at?))) {
-            cells.entry(Self::cell(at)).or_default().push((index, at));
-        }
-        Self { cells }
-    }
-
-    fn cell(at: Point) -> (i64, i64) {
-        let size = Length::from_mm(NEAR_MM).nm();
-        (at.x.nm().div_euclid(size), at.y.nm().div_euclid(size))
-    }
-
-    /// The numbers of those at `at`.
-    fn near(&self, at: Point) -> impl Iterator<Item = usize> {
-        let (x, y) = Self::cell(at);
-        let cells = (x - 1..=x + 1).flat_map(move |x| (y - 1..=y + 1).map(move |y| (x, y)));
-        let here = cells.filter_map(|cell| self.cells.get(&cell)).flatten();
-        here.filter(move |(_, place)| place.distance_mm(at) <= NEAR_MM).map(|(index, _)| *index)
-    }
+/// The round legs that may be meant for a hole, with their distance in mm.
+fn beside<'l>(layer: &'l Layer<'_>, hole: usize) -> impl Iterator<Item = (usize, f64)> + 'l {
+    let hole = layer.board.holes.get(hole);
+    let reach = hole.and_then(|hole| hole.diameter).map_or(0.0, Length::mm).max(BESIDE_MM);
+    let at = hole.map(|hole| hole.at).unwrap_or_default();
+    let first = layer.by_x.partition_point(|(x, _)| (at.x - *x).mm() > reach);
+    let near = layer.by_x.iter().skip(first).take_while(move |(x, _)| (*x - at.x).mm() <= reach);
+    near.filter_map(move |(_, index)| {
+        let round = layer.legs.get(*index)?.round.filter(|round| round.wide_mm <= 2.0 * reach)?;
+        Some((*index, round.at.distance_mm(at))).filter(|(_, distance)| *distance <= reach)
+    })
 }

@@ -1,9 +1,5 @@
-//! A finding: what is wrong, where, how wide, with which nets, and what would cure it.
-//!
-//! Comes in: kind, place, width, nets. Goes out: the finding with its name, merged lists, a [`Diagnostic`]. Does not know how
-//! anything was found.
+//! A finding: the problem, its position, width, nets and possible fixes.
 
-use super::cures::Cure;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::job::Mark;
@@ -13,36 +9,35 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
-/// Findings of one kind about the same nets that are nearer to each other than this are one.
+/// Findings of one kind and nets nearer to each other than this are merged.
 const SAME_PLACE_MM: f64 = 0.5;
 
-/// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
-    /// Two nets in one piece, though a bit of the program would fit between them.
+    /// Two nets in one piece, although a tool of the program fits between them.
     Short,
-    /// Two nets in one piece: the gap between them is narrower than every bit of the program.
+    /// Two nets in one piece: the gap between them is narrower than every tool of the program.
     Gap,
-    /// No net is separated from any other, because nothing is milled between them.
+    /// No net is isolated, because nothing is milled between them.
     NotIsolated,
     /// An island of copper is in two or more pieces.
     Break,
     /// Nothing is left of an island.
     Gone,
-    /// A cut goes into copper that must stay.
+    /// A cut into copper that must stay.
     Lost,
-    /// A drill goes through copper of a net that it does not belong to.
+    /// A drill hits copper of another net.
     Hit,
-    /// Something is cut while no bit is in.
+    /// A cut without a tool.
     NoBit,
-    /// Something is cut while the spindle stands.
+    /// A cut while the spindle is off.
     Still,
     /// A cut that does not go through the copper.
     Shallow,
     /// Too little copper around a drilled hole, or none.
     Ring,
-    /// Copper that belongs to nothing and is nearer to a net than was asked.
+    /// Copper of no net that is nearer to a net than the required clearance.
     Remnant,
     /// Copper so thin that it may tear off.
     Sliver,
@@ -51,7 +46,6 @@ pub enum FindingKind {
 }
 
 impl FindingKind {
-    /// All kinds.
     pub const ALL: [Self; 14] = [
         Self::Short,
         Self::Gap,
@@ -69,7 +63,7 @@ impl FindingKind {
         Self::Fragment,
     ];
 
-    /// Its code, a key of the locale tables.
+    /// Message code, a key of the locale tables.
     pub const fn code(self) -> &'static str {
         match self {
             Self::Short => "proof.short",
@@ -89,7 +83,6 @@ impl FindingKind {
         }
     }
 
-    /// How much it weighs.
     pub const fn severity(self) -> Severity {
         match self {
             Self::Short
@@ -106,47 +99,44 @@ impl FindingKind {
     }
 }
 
-/// One finding.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
-    /// A name that stays the same as long as kind, nets and place do, whatever else is found.
+    /// Stable name: depends only on kind, nets and position, not on other findings.
     pub id: String,
-    /// What is wrong.
     pub kind: FindingKind,
-    /// Where, in the board's coordinates.
+    /// In the board's coordinates.
     pub at: Point,
-    /// Of the gap, of what was cut off, of what is left: as the kind says. Negative where a hole breaks out of its pad.
+    /// Width of the gap, of the cut or of the remaining copper, depending on the kind. Negative if a hole
+    /// breaks out of its pad.
     pub width: Length,
-    /// Width of the tool there, where a tool is concerned.
+    /// Width of the tool there, if a tool is involved.
     pub tool: Option<Length>,
-    /// The nets, by name; nets without a name by a place on them, as `@x,y` in mm.
+    /// The nets by name; unnamed nets by a position on them, as `@x,y` in mm.
     pub nets: Vec<String>,
     /// The gap's two sides, for shorts and gaps.
     pub ends: Option<(Point, Point)>,
-    /// Leg of the program that is concerned: which program, and which of its legs.
+    /// The leg involved: index of the program, and of the leg in it.
     pub leg: Option<(u32, u32)>,
-    /// What that leg is for.
     #[serde(default)]
     pub mark: Option<Mark>,
-    /// What sentences call the operation that the leg belongs to, where whoever planned it says: the proof itself does not
-    /// know the job.
+    /// Name of the leg's operation in messages, set by the planner, because the proof has no job.
     #[serde(default)]
     pub operation: Option<String>,
-    /// What would cure it, the gentlest first.
+    /// Possible fixes, the mildest first.
     pub cures: Vec<Cure>,
-    /// It is what a cure costs that a person chose: it is listed, and need not be read again.
+    /// The cost of a fix that the user chose: listed, but no longer to be accepted.
     #[serde(default)]
     pub agreed: bool,
-    /// How many nets it is about, where that is not what `nets` says.
+    /// Number of nets, if different from `nets`.
     #[serde(default)]
     pub count: u32,
-    /// No net depends on it: it is listed, and need not be read by anybody.
+    /// No net depends on it: listed, but not to be accepted.
     #[serde(default)]
     pub slight: bool,
 }
 
 impl Finding {
-    /// A finding without tool, leg and cures.
+    /// A finding without tool, leg and fixes.
     pub fn new(kind: FindingKind, at: Point, width: Length, mut nets: Vec<String>) -> Self {
         nets.sort();
         nets.dedup();
@@ -168,28 +158,27 @@ impl Finding {
         }
     }
 
-    /// How much it weighs.
     pub const fn severity(&self) -> Severity {
         self.kind.severity()
     }
 
-    /// Its nets as sentences call them, those without a name by their places counted from `zero`.
+    /// Its nets as in messages; unnamed nets by their positions relative to `zero`.
     pub fn nets_from(&self, zero: Point) -> String {
         let called: Vec<String> = self.nets.iter().map(|net| net_called(net, zero)).collect();
         called.join(" · ")
     }
 
-    /// Whether a person must have read it before anything is made of the program.
+    /// True if the user must accept it before the program is used.
     pub fn must_be_read(&self) -> bool {
         self.severity() > Severity::Note && !self.agreed && !self.slight
     }
 
-    /// What it says, in the board's coordinates.
+    /// The message, in the board's coordinates.
     pub fn diagnostic(&self) -> Diagnostic {
         self.diagnostic_from(Point::default())
     }
 
-    /// The same with its places counted from `zero`.
+    /// The message, with positions relative to `zero`.
     pub fn diagnostic_from(&self, zero: Point) -> Diagnostic {
         let nets = self.nets_from(zero);
         let mm = |length: Length| format!("{:.3}", length.mm());
@@ -216,7 +205,7 @@ impl Finding {
     }
 }
 
-/// What sentences call a net: by its name, or by the place, counted from `zero`, that stands in for one.
+/// A net as in messages: its name, or its position relative to `zero`.
 fn net_called(net: &str, zero: Point) -> String {
     let place = net.strip_prefix('@').and_then(|place| place.split_once(','));
     let place = place.and_then(|(x, y)| Some([x.parse::<f64>().ok()?, y.parse::<f64>().ok()?]));
@@ -225,18 +214,18 @@ fn net_called(net: &str, zero: Point) -> String {
     locale::phrase("proof.net.unnamed", &[("x", mm(x - zero.x.mm())), ("y", mm(y - zero.y.mm()))])
 }
 
-/// Eight hexadecimal digits of kind, nets and place; the place to a tenth of a millimetre.
+/// Eight hexadecimal digits from kind, nets and position; the position rounded to 0.1 mm.
 fn name(kind: FindingKind, at: Point, nets: &[String]) -> String {
     let tenth = |length: Length| libm::round(length.mm() * 10.0) as i64;
     let text = format!("{}|{}|{}|{}", kind.code(), nets.join("|"), tenth(at.x), tenth(at.y));
     Sha256::digest(text.as_bytes()).iter().take(4).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What findings that may be one share: kind, whether it must be read, nets, column and row.
+/// Key of findings that may be merged: kind, whether it must be read, nets, column and row.
 type Cell = (FindingKind, bool, Vec<String>, i64, i64);
 
-/// Findings about the same at the same place made one, the worst first. What the kind measures decides which place stays:
-/// the narrowest; of lost copper the widest.
+/// Merges findings of one cause at one position, the worst first. The width decides which position stays: the
+/// narrowest; for lost copper the widest.
 pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
     let rank = |finding: &Finding| {
         if finding.kind == FindingKind::Lost { -finding.width } else { finding.width }
@@ -245,7 +234,7 @@ pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
         let key = |f: &Finding| (f.kind, rank(f), f.at);
         key(a).cmp(&key(b)).then_with(|| (&a.nets, &a.leg, &a.cures).cmp(&(&b.nets, &b.leg, &b.cures)))
     });
-    // Cells as large as what is the same place: a neighbour is in one of nine.
+    // Cells as large as the merge distance: a neighbour is in one of nine.
     let mut seen: BTreeMap<Cell, Vec<Point>> = BTreeMap::new();
     let mut kept: Vec<Finding> = Vec::new();
     for finding in findings {
@@ -262,9 +251,53 @@ pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
             kept.push(finding);
         }
     }
-    // Listed by place within a kind, so that a list can be walked over the board.
+    // By position within a kind, so that the list follows the board.
     kept.sort_by(|a, b| (a.kind, a.slight, a.at, &a.nets).cmp(&(b.kind, b.slight, b.at, &b.nets)));
     kept
+}
+
+/// A possible fix of a finding.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(tag = "cure", rename_all = "snake_case")]
+pub enum Cure {
+    /// A V-bit of the program, less deep there.
+    Shallower {
+        bit: String,
+        /// Depth of the tip.
+        depth: Length,
+        /// Resulting width at the surface.
+        width: Length,
+    },
+    /// An owned tool that fits.
+    OtherBit {
+        /// Its index in the list of owned tools.
+        owned: u32,
+        bit: String,
+        /// Depth of the tip: for a V-bit the depth that gives the width, else the least depth through the
+        /// copper.
+        depth: Length,
+        /// Resulting width at the surface.
+        width: Length,
+    },
+    /// One pass through the middle of the gap with the narrowest tool of the program.
+    Centred {
+        bit: String,
+        /// Depth of the tip.
+        depth: Length,
+        /// Resulting width at the surface.
+        width: Length,
+        /// Copper lost on each side.
+        lost: Length,
+    },
+    /// The same cut, deeper.
+    Deeper {
+        /// Name of the tool.
+        bit: String,
+        /// Depth of the tip.
+        depth: Length,
+        /// Resulting width at the surface.
+        width: Length,
+    },
 }
 
 #[cfg(test)]
@@ -272,7 +305,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_counted_from_the_zero_and_written_as_the_language_does() {
+    fn positions_count_from_zero_in_the_format_of_the_language() {
         let nets = ["GND", "@33.63,14.72", "@home"].map(str::to_owned).to_vec();
         let (at, width) = (Point::from_mm(30.5, 12.25), Length::from_um(120));
         let finding = Finding::new(FindingKind::Gap, at, width, nets);

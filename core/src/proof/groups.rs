@@ -1,13 +1,10 @@
-//! Findings that have their cause in common, told together: what is wrong, with which tool, how often, how narrow.
+//! Findings grouped by cause for one report: problem, tool, count, smallest width.
 //!
 //! ```text
 //!   gap A·B 0.120 ┐                     "Gaps narrower than your cut of 0.143 mm: 3, from 0.118 mm."
 //!   gap A·B 0.122 ├─ one group, tool ─▶    A · B   2, from 0.120 mm
 //!   gap C·D 0.118 ┘                        C · D   1, 0.118 mm
 //! ```
-//!
-//! Comes in: findings in their order. Goes out: [`Group`]s in that order, pairs of nets by their narrowest place. Does not know how
-//! anything was found.
 
 use super::finding::{Finding, FindingKind};
 use crate::diagnostic::Diagnostic;
@@ -15,57 +12,53 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A gap narrower than this is none: the nets touch.
+/// A narrower gap counts as none: the nets touch.
 const NO_WIDTH: Length = Length::from_nm(500);
 
 /// Findings of one cause.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Group {
-    /// What is wrong.
     pub kind: FindingKind,
-    /// Whether each must be read by a person.
+    /// True if the user must accept each of them.
     pub must_be_read: bool,
-    /// Width of the tool, where it is the cause.
+    /// Width of the tool, if that is the cause.
     pub tool: Option<Length>,
-    /// How many findings there are.
+    /// Number of findings.
     pub count: u32,
-    /// The least of their widths.
     pub least: Length,
-    /// The greatest of their widths.
     pub most: Length,
-    /// The same by the nets that they are about, the narrowest first.
+    /// The findings by nets, the narrowest first.
     pub pairs: Vec<Pair>,
 }
 
-/// Findings of one cause about the same nets.
+/// Findings of one cause and one pair of nets.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pair {
-    /// The nets.
     pub nets: Vec<String>,
-    /// The least of the widths.
+    /// Smallest width.
     pub least: Length,
-    /// The names of the findings.
+    /// Names of the findings.
     pub ids: Vec<String>,
 }
 
 impl Finding {
-    /// What findings of one group share.
+    /// The group's key.
     pub fn cause(&self) -> (FindingKind, bool, Option<Length>) {
         let by_tool = matches!(self.kind, FindingKind::Short | FindingKind::Gap);
         (self.kind, self.must_be_read(), self.tool.filter(|_| by_tool))
     }
 }
 
-/// What the findings of a group have in common: kind, whether it must be read, width.
+/// Key of a group: kind, whether it must be read, tool width.
 type Cause = (FindingKind, bool, Option<Length>);
 
-/// Kind and name of every finding that a person must have read, of those too that are not listed.
+/// Kind and name of every finding that the user must accept, including those not listed.
 pub fn to_be_read(groups: &[Group]) -> impl Iterator<Item = (FindingKind, &str)> {
     let grave = groups.iter().filter(|group| group.must_be_read);
     grave.flat_map(|group| group.ids().map(|id| (group.kind, id)))
 }
 
-/// The first `most` findings of every cause, in their order.
+/// The first `most` findings of every cause, in order.
 pub(super) fn listed(findings: Vec<Finding>, most: usize) -> Vec<Finding> {
     let mut counts: BTreeMap<Cause, usize> = BTreeMap::new();
     let mut one = |finding: &Finding| {
@@ -76,7 +69,7 @@ pub(super) fn listed(findings: Vec<Finding>, most: usize) -> Vec<Finding> {
     findings.into_iter().filter(|finding| one(finding)).collect()
 }
 
-/// The findings by what they have in common.
+/// Groups the findings by cause.
 pub(super) fn groups(findings: &[Finding]) -> Vec<Group> {
     let mut causes: Vec<(Cause, Vec<&Finding>)> = Vec::new();
     for finding in findings {
@@ -115,12 +108,11 @@ fn group((kind, must_be_read, tool): (FindingKind, bool, Option<Length>), member
 }
 
 impl Group {
-    /// The names of its findings, listed or not, by their nets.
+    /// The names of its findings, listed or not, by nets.
     pub fn ids(&self) -> impl Iterator<Item = &str> {
         self.pairs.iter().flat_map(|pair| pair.ids.iter().map(String::as_str))
     }
 
-    /// What it says.
     pub fn diagnostic(&self) -> Diagnostic {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let name = match self.kind {

@@ -1,37 +1,34 @@
-//! What is cut within a board, and what holds it once it is cut out (N8 N10).
+//! Inner contours, and tabs that hold the cut-out board.
 //!
 //! ```text
-//!   ┄┄┄┄┄╳━━━━╳┄┄┄┄┄    way of the middle of the bit; where nothing goes through, a tab is left: its width is measured there
+//!   ┄┄┄┄┄╳━━━━╳┄┄┄┄┄    path of the tool centre; a tab is an uncut part ━ of it, and is measured there
 //!   ┌──────────────┐
-//!   │   ╭┄┄┄┄╮     │    a contour within: whatever the bit comes to of its edge must be cut
+//!   │   ╭┄┄┄┄╮     │    an inner contour: all of its edge that the tool can reach must be cut
 //! ```
-//!
-//! Comes in: boards as they lie with what goes deep in them, what the job asks. Goes out: places of contours. Does not look at
-//! copper, nor at how strong a tab is.
 
-use super::cut_out::along;
+use super::body::along;
 use super::deep::{Deep, Swept};
-use super::drilled::{DrillingProof, Layer};
 use super::edges::{Spot, spots};
+use super::sides::{DrillingProof, Layer};
 use crate::board::Board;
 use crate::geometry::{Path, Region, grow};
 use crate::job::{Asked, AskedEdge, Bit, Cutter};
 use crate::units::Length;
 
-/// Places along a way are this far apart, in mm.
+/// Step along a path, in mm.
 const STEP_MM: f64 = 0.1;
-/// What digits of files and chords of arcs may leave, in mm.
+/// Tolerance for digits of files and chords of arcs, in mm.
 const SLACK_MM: f64 = 0.03;
-/// So much of what the bit comes to of a contour within must be cut.
+/// Share of the reachable inner contour that must be cut.
 const REACHED_SHARE: f64 = 0.95;
-/// So much of a contour within that the bit does not come into: another tool makes it.
+/// With at least this share of an inner contour out of the tool's reach, another tool makes it.
 const OTHERWISE_SHARE: f64 = 0.3;
-/// A contour is meant to be cut out where so much of it is.
+/// A contour with at least this share cut is meant to be cut out.
 const MEANT_SHARE: f64 = 0.5;
-/// A tab may be narrower by this share, and by this many mm: chords and steps.
+/// Tolerance of a tab's width, as share and in mm: chords and steps.
 const NARROWER: (f64, f64) = (0.1, 0.15);
 
-/// Tells contours within the boards that are not cut, and those around them that too little holds.
+/// Reports inner contours that are not cut, and outer contours with too few tabs.
 pub(super) fn held(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     let nobody_says = asked.holes.is_none();
     if asked.cut_out.is_some() || nobody_says && out.edges_cut > 0 {
@@ -45,13 +42,13 @@ pub(super) fn held(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof)
     }
 }
 
-/// The way of the middle of a bit this wide round a board, outside of it and inside of its inner contours.
+/// The path of the tool centre for this tool diameter: outside the board and inside its inner contours.
 fn middle(board: &Board, asked: &Asked, bit: Length) -> Region {
     let on_line = asked.cut_out.is_some_and(|edge| edge.on_line);
     if on_line { board.outline.clone() } else { grow(&board.outline, Length::from_nm(bit.nm() / 2)) }
 }
 
-/// The bit that goes round the board: that of the job, else the widest mill that goes through.
+/// The tool that cuts out the board: from the job, else the widest mill that cuts through.
 fn bit(layer: &Layer<'_>, asked: &Asked) -> Length {
     let mills =
         layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill && leg.lowest >= asked.thickness);
@@ -100,7 +97,7 @@ fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     out.inner_missing.extend(missing.map(|(path, _)| path.start));
 }
 
-/// What is left uncut along the outer contours of a side that cuts them.
+/// Checks the uncut parts along the outer contours of a side.
 fn tabs(layer: &Layer<'_>, asked: &Asked, out: &mut DrillingProof) {
     let mills = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
     let swept = Swept::of(mills);
@@ -133,7 +130,7 @@ fn tabs(layer: &Layer<'_>, asked: &Asked, out: &mut DrillingProof) {
     }
 }
 
-/// How many tabs as wide as asked for these runs are; tabs put beside each other by hand are one run.
+/// Number of tabs of the required width in these runs; tabs placed side by side by the user are one run.
 fn count(runs: &[f64], edge: &AskedEdge) -> u32 {
     let wide = edge.tab_width.mm();
     let least = wide * (1.0 - NARROWER.0) - NARROWER.1;
@@ -145,7 +142,7 @@ fn count(runs: &[f64], edge: &AskedEdge) -> u32 {
     runs.iter().map(tabs).sum()
 }
 
-/// The lengths of what is left, round a closed way, in mm.
+/// Lengths of the uncut runs along a closed path, in mm.
 fn runs(left: &[bool]) -> Vec<f64> {
     let Some(start) = left.iter().position(|left| !left) else { return Vec::new() };
     let (mut runs, mut now) = (Vec::new(), 0_u32);

@@ -1,14 +1,11 @@
-//! A program that separates nothing, and is not meant to: told once, not once for every two nets.
+//! Programs that are not meant to isolate: one report, instead of one for each pair of nets.
 //!
 //! ```text
-//!   drill, cut out        no way is milled among the copper ▓: all nets stay one piece, as on the blank
+//!   drill, cut out        no path is milled among the copper ▓: all nets stay one piece, as on the blank
 //!   ┌─ ─ ─ ─ ─ ─ ─ ─┐
 //!     ▓▓ ◯ ▓▓   ▓▓
 //!   └─ ─ ─ ─ ─ ─ ─ ─┘
 //! ```
-//!
-//! Comes in: the scene. Goes out: one finding, where nothing is isolated. Does not know operations: who planned them says whether
-//! any isolates; else a way milled within the box of the copper is taken for one that does.
 
 use super::edges::{Spot, spots};
 use super::finding::{Finding, FindingKind};
@@ -18,12 +15,12 @@ use crate::job::Mark;
 use crate::units::Length;
 use std::collections::BTreeSet;
 
-/// Places along a way are this far apart, in mm.
+/// Step along a path, in mm.
 const STEP_MM: f64 = 0.2;
 
-/// The one finding that takes the place of all shorts where nothing is to be isolated.
+/// The one finding that replaces all shorts if nothing is to be isolated.
 pub(super) fn not_isolated(scene: &Scene<'_>) -> Option<Finding> {
-    if scene.options.isolates.unwrap_or_else(|| mills_among_copper(scene)) {
+    if isolates(scene) {
         return None;
     }
     let joined: usize = scene.nets_in.iter().map(BTreeSet::len).filter(|count| *count > 1).sum();
@@ -33,7 +30,12 @@ pub(super) fn not_isolated(scene: &Scene<'_>) -> Option<Finding> {
     (joined > 0).then_some(finding)
 }
 
-/// Whether any way through the copper runs within the box of the copper; round the outline none does.
+/// True if the programs must isolate the nets, or mill among them.
+pub(super) fn isolates(scene: &Scene<'_>) -> bool {
+    scene.options.isolates.unwrap_or_else(|| mills_among_copper(scene))
+}
+
+/// True if a path through the copper is inside the copper's bounds; paths along the outline are outside.
 fn mills_among_copper(scene: &Scene<'_>) -> bool {
     let Some(Bounds { min, max }) = scene.copper.bounds() else { return false };
     let toolpaths = scene.cuts.iter().filter(|cut| {

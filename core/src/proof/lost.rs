@@ -1,46 +1,46 @@
-//! Cuts that go into copper that must stay, and cuts that do not go through the copper.
+//! Cuts into copper that must stay, and cuts that do not go through the copper.
 //!
 //! ```text
-//!           ┄┄┄┄ way of the bit's middle ┄┄┄┄
+//!           ┄┄┄┄ path of the tool centre ┄┄┄┄
 //!      ════════════════╗   ↕ half the width
-//!      ████ island ████║▒▒ ← bite: half the width less the distance from the way to the edge; the whole width where the
-//!      ████████████████║     way is inside
+//!      ████ island ████║▒▒ ← bite: half the width minus the distance from the path to the edge;
+//!      ████████████████║     the whole width where the path is inside
 //! ```
 //!
-//! Comes in: the scene. Goes out: findings. What lies in a hole or slot of the board is meant to go and is not told.
+//! Copper in a hole or slot of the board is to be removed and is not reported.
 
 use super::cures;
 use super::edges::{Edge, Edges, Spot, around, between, spots};
 use super::finding::{Finding, FindingKind};
 use super::replay::PathCut;
-use super::scene::Scene;
-use crate::geometry::{CombineRule, Path, area_mm2, circle, combine, stroke, union};
+use super::scene::{Scene, about};
+use crate::geometry::{CombineRule, Island, Path, Region, area_mm2, circle, combine, stroke, union};
 use crate::job::Mark;
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Stretches of a bite that are nearer to each other than this, in mm along the way, are one.
+/// Bites nearer to each other than this, in mm along the path, are one.
 const SAME_BITE_MM: f64 = 0.5;
-/// A pass through the middle of a gap keeps to it within this, in mm.
+/// Tolerance of a pass through the middle of a gap, in mm.
 const MIDDLE_MM: f64 = 0.01;
-/// Places along a shallow way are this far apart, in mm.
+/// Step along a shallow path, in mm.
 const STEP_MM: f64 = 0.1;
-/// A shallow way is told when it leaves at least so much of itself uncut, in mm.
+/// A shallow path is reported if it leaves at least this length uncut, in mm.
 const SHALLOW_MM: f64 = 0.2;
-/// Toolpaths beyond the meant edge of a hole or slot by this, in mm, are still meant.
+/// Toolpaths beyond the edge of a hole or slot by this, in mm, still belong to it.
 const OPENING_MM: f64 = 0.01;
 
-/// A bite under way: where it is deepest, and where it was last felt.
+/// A bite in progress: its deepest point, and its last position along the path.
 struct Bite {
     depth: f64,
     spot: Spot,
     last: f64,
 }
 
-/// Every place where a cut takes copper off that must stay.
+/// Every place where a cut removes copper that must stay.
 pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    // Pieces of a ramp follow each other: bites go on over cuts of one leg.
+    // Pieces of a ramp are separate cuts: a bite may span several cuts of one leg.
     let mut open: BTreeMap<u32, Bite> = BTreeMap::new();
     let (mut leg, mut along) = ((u32::MAX, u32::MAX), 0.0);
     let mut previous: Option<&PathCut> = None;
@@ -56,10 +56,11 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
         let dot = spots.first().map(|&spot| (spot, spot)).filter(|_| spots.len() == 1);
         let pairs = spots.iter().copied().zip(spots.iter().skip(1).copied()).chain(dot);
         for (from, to) in pairs {
-            let edge = Edge { from, to, island: 0, ring: 0, along_mm: along };
+            let edge = Edge { from, to, island: 0, ring: 0 };
+            let before = along;
             along += edge.length();
             for (island, depth, spot) in bites(scene, &edge, cut.surface.mm(), &mut clear) {
-                feel(scene, cut, (island, depth, spot), (edge.along_mm, along), &mut open, &mut findings);
+                feel(scene, cut, (island, depth, spot), (before, along), &mut open, &mut findings);
             }
         }
     }
@@ -68,21 +69,21 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
     findings
 }
 
-/// Marks what a pass through the middle of an agreed gap takes, as long as it is no more than the pass is too wide.
+/// Marks losses of a centred pass through an agreed gap, if they are no larger than its excess width.
 fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
     if scene.options.agreed.is_empty() || findings.is_empty() {
         return;
     }
-    // The toolpaths of all cuts that go through, each with its leg in the place of the island.
+    // Toolpaths of all cuts that go through; `island` is the index of the leg.
     let (mut legs, mut toolpaths): (Vec<(u32, u32)>, Vec<Edge>) = (Vec::new(), Vec::new());
     for cut in scene.cuts.iter().filter(|cut| cut.through.is_some()) {
         let spots = spots(&cut.path);
         let pairs = spots.iter().zip(spots.iter().skip(1));
         let island = legs.len() as u32;
-        toolpaths.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0, along_mm: 0.0 }));
+        toolpaths.extend(pairs.map(|(&from, &to)| Edge { from, to, island, ring: 0 }));
         legs.push((cut.program, cut.leg));
     }
-    let toolpaths = Edges::gridded(toolpaths, Vec::new());
+    let toolpaths = Edges::loose(toolpaths);
     let mut by_leg: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
     for (index, finding) in findings.iter().enumerate() {
         if let Some(leg) = finding.leg {
@@ -108,7 +109,7 @@ fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
     }
 }
 
-/// Adds a bite at `stretch` of the way to those under way.
+/// Adds a bite at `stretch` of the path to those in progress.
 fn feel(
     scene: &Scene<'_>,
     cut: &PathCut,
@@ -153,10 +154,10 @@ fn bitten(scene: &Scene<'_>, cut: &PathCut, island: u32, bite: &Bite) -> Finding
     finding
 }
 
-/// The end of the last stretch, where it touched nothing and lay in no island.
+/// The end of the last stretch, if it touched nothing and was in no island.
 type Clear = Option<Spot>;
 
-/// How deep a straight stretch of this width bites into which islands, and where.
+/// Islands that a straight stretch of this width bites into, with depth and position.
 fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64, clear: &mut Clear) -> Vec<(u32, f64, Spot)> {
     let half = width / 2.0;
     let tolerance = scene.options.tolerance.mm();
@@ -165,7 +166,7 @@ fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64, clear: &mut Clear) -> Ve
     scene.design.in_box(low, high, &mut |_, edge| {
         touched = touched || half - between(stretch, edge).0 > tolerance;
     });
-    // Away from all edges a stretch is inside as a whole, or outside, and so is the next one.
+    // Away from all edges a stretch is entirely inside or outside, and so is the next one.
     let goes_on = clear.take() == Some(stretch.from) && tolerance < half;
     let middle = stretch.from.towards(stretch.to, 0.5);
     if !touched && (goes_on || scene.design.island_at(middle).is_none()) {
@@ -184,7 +185,7 @@ fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64, clear: &mut Clear) -> Ve
     });
     let mut bites: BTreeMap<u32, (f64, Spot)> =
         nearest.into_iter().map(|(island, (distance, at))| (island, (half - distance, at))).collect();
-    // Where the way itself is inside, the whole width goes.
+    // If the path itself is inside, the whole width is lost.
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         let spot = stretch.from.towards(stretch.to, share);
         if let Some(island) = scene.design.island_at(spot) {
@@ -200,7 +201,7 @@ fn bites(scene: &Scene<'_>, stretch: &Edge, width: f64, clear: &mut Clear) -> Ve
     told.map(|(island, (depth, spot))| (island, depth, spot)).collect()
 }
 
-/// Whether a place lies in a hole or slot of the board.
+/// True if a point is in a hole or slot of the board.
 fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
     let hole = scene.board.holes.iter().any(|hole| {
         let radius = hole.diameter.map_or(0.0, Length::mm) / 2.0;
@@ -211,7 +212,7 @@ fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
             let radius = slot.width.map_or(0.0, Length::mm) / 2.0;
             let pairs = slot.path.iter().zip(slot.path.iter().skip(1));
             pairs.into_iter().any(|(&from, &to)| {
-                let edge = Edge { from: Spot::of(from), to: Spot::of(to), island: 0, ring: 0, along_mm: 0.0 };
+                let edge = Edge { from: Spot::of(from), to: Spot::of(to), island: 0, ring: 0 };
                 edge.near(spot).distance(spot) <= radius + OPENING_MM
             })
         })
@@ -219,9 +220,13 @@ fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
     hole || slot()
 }
 
-/// How much copper of the nets is gone, in mm²; what lies in a hole or slot of the board is meant to go.
+/// Copper of nets that is lost, in mm², without the board's holes and slots.
 pub(super) fn lost_mm2(scene: &Scene<'_>) -> f64 {
-    let gone = combine(&scene.copper, &scene.left, CombineRule::Difference);
+    // An island that is as it was has lost nothing.
+    let kept: BTreeSet<&Island> = scene.kept_region.islands.iter().collect();
+    let changed = scene.copper.islands.iter().filter(|island| !kept.contains(island)).cloned();
+    let changed = Region { islands: changed.collect() };
+    let gone = combine(&changed, &about(&scene.left, &changed), CombineRule::Difference);
     let margin = Length::from_mm(2.0 * OPENING_MM);
     let sized = scene.board.holes.iter().filter_map(|hole| Some((hole.at, hole.diameter?)));
     let mut openings: Vec<Path> = sized.map(|(at, diameter)| circle(at, diameter + margin)).collect();
@@ -233,9 +238,9 @@ pub(super) fn lost_mm2(scene: &Scene<'_>) -> f64 {
     area_mm2(&combine(&gone, &union(&openings), CombineRule::Difference))
 }
 
-/// Legs with a way that is under the surface and not through the copper, where no other cut goes through either.
+/// Legs with a path below the surface that is not through the copper, unless another cut is through there.
 pub(super) fn shallow(scene: &Scene<'_>) -> Vec<Finding> {
-    /// What is uncut of a leg: how much, the least depth, a place, the cut.
+    /// Uncut part of a leg: length, least depth, a position, the cut.
     type Uncut<'c> = (f64, Length, Spot, &'c PathCut);
     let mut legs: BTreeMap<(u32, u32), Uncut<'_>> = BTreeMap::new();
     for cut in scene.cuts.iter().filter(|cut| cut.through.is_none()) {

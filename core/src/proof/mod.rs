@@ -1,16 +1,16 @@
-//! The proof of a program: which copper is left when it has run, and what that does to the nets.
+//! Proof of a program: the copper left after it has run, and the effect on the nets.
 //!
 //! ```text
-//!  programs ─ replay ─▶ cuts ─ strokes ─▶ what is cut away ─┐
-//!  board ─ outline ─▶ blank ────────────────────────────────┴─ minus ─▶ copper left ─┬─ two nets in one piece: short, gap
-//!  board ─ copper ─▶ islands and their nets ─────────────────────────────────────────┼─ a net in two pieces: break
-//!                                                                                    ├─ thin or tiny pieces: sliver, fragment
+//!  programs ─ replay ─▶ cuts ─ strokes ─▶ removed ─┐
+//!  board ─ outline ─▶ blank ───────────────────────┴─ minus ─▶ copper left ─┬─ nets in one piece: short, gap
+//!  board ─ copper ─▶ islands and their nets ────────────────────────────────┼─ a net in two pieces: break
+//!                                                                           └─ thin, tiny: sliver, fragment
 //!  cuts over islands: lost copper · cuts not through: shallow · drills over islands: ring, hit
 //! ```
 //!
-//! Comes in: a [`Board`] and its programs, in the same coordinates. Goes out: a [`Verdict`]: findings with place, width,
-//! nets, a stable name and cures. Lengths in [`Length`], areas in mm². Does not know how the programs came about.
+//! Lengths in [`Length`], areas in mm².
 
+mod body;
 mod breaks;
 mod cures;
 mod cut_out;
@@ -22,12 +22,15 @@ mod groups;
 mod held;
 mod isolated;
 mod lost;
+mod memory;
+mod outcome;
 mod remnants;
 mod repeated;
 mod replay;
 mod rings;
 mod scene;
 mod shorts;
+mod sides;
 mod slivers;
 mod slots;
 mod strokes;
@@ -35,11 +38,13 @@ mod unhurried;
 mod whole;
 mod written;
 
-pub use cures::Cure;
-pub use drilled::{DrillingProof, SideRun, drilled};
-pub use finding::{Finding, FindingKind};
+pub use drilled::drilled;
+pub use finding::{Cure, Finding, FindingKind};
 pub use groups::{Group, Pair, to_be_read};
+pub use memory::{MOST_BYTES, too_large};
+pub use outcome::{ProofResult, Proven};
 pub use replay::{PathCut, ReplayedCuts, Still, replay};
+pub use sides::{DrillingProof, SideRun};
 pub use unhurried::unhurried;
 pub use whole::{Shallower, Whole};
 pub use written::differences;
@@ -49,38 +54,39 @@ use crate::geometry::{Point, Region};
 use crate::job::{Bit, Cleared, Program, Promised};
 use crate::units::Length;
 use scene::Scene;
+use serde::{Deserialize, Serialize};
 
-/// What a proof is measured against.
+/// Requirements for a proof.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProofOptions {
-    /// The side whose copper is looked at.
+    /// The side to prove.
     pub face: Face,
-    /// How thick the copper is: a cut that is less deep isolates nothing.
+    /// Thickness of the copper: a less deep cut isolates nothing.
     pub copper_thickness: Length,
-    /// How much deeper than the copper a cure has to go at least.
+    /// Minimum extra depth of a fix, beyond the copper.
     pub depth_margin: Length,
     /// A cut may go this far into copper that must stay.
     pub tolerance: Length,
     /// Copper thinner than this may tear off.
     pub thinnest: Length,
-    /// Loose pieces smaller than this, in mm², are told.
+    /// Loose pieces smaller than this, in mm², are reported.
     pub smallest_mm2: f64,
-    /// A drilled pad has at least this much copper all around its hole.
+    /// Minimum copper around the hole of a drilled pad.
     pub ring: Length,
-    /// How far copper that belongs to nothing must be away from the nets; none where it may touch them.
+    /// Minimum distance of loose copper from the nets; `None` if it may touch them.
     pub clearance: Option<Length>,
-    /// Whether the programs are to separate the nets at all; where nobody says, whether anything is milled among the copper.
+    /// Whether the programs must isolate the nets; `None`: if anything is milled among the copper.
     pub isolates: Option<bool>,
-    /// What the job says it clears: copper left there is told.
+    /// Areas that the job clears: copper left there is reported.
     pub cleared: Vec<Cleared>,
-    /// The bits that a person owns, for cures.
+    /// The user's tools, for fixes.
     pub owned: Vec<Bit>,
-    /// Gaps, by their two sides, through whose middle a person had a pass made that is too wide for them: what that takes
-    /// off the copper beside them is listed, and was agreed to.
+    /// Gaps, by their two sides, for which the user chose a centred pass that is too wide. Its losses are
+    /// listed as agreed.
     pub agreed: Vec<(Point, Point)>,
-    /// Whether to measure the copper that is lost.
+    /// Whether to measure the lost copper.
     pub measured: bool,
-    /// At most this many findings of one cause are listed.
+    /// Limit of listed findings for each cause.
     pub most: usize,
 }
 
@@ -106,31 +112,31 @@ impl Default for ProofOptions {
 }
 
 impl ProofOptions {
-    /// What the programs of `face` are measured against that a job `promised`.
+    /// Requirements for `face` from what a job `promised`.
     pub fn of(face: Face, promised: Promised) -> Self {
         let Promised { owned, agreed, cleared, isolates } = promised;
         Self { face, owned, agreed, cleared, isolates, ..Self::default() }
     }
 }
 
-/// What was found.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The worst first.
     pub findings: Vec<Finding>,
-    /// How many more there are. What must be read of them is in the groups, see [`to_be_read`].
+    /// Number of findings not listed. Those that must be read are in the groups, see [`to_be_read`].
     pub more: u32,
-    /// All of them by what they have in common, in the same order.
+    /// All findings by cause, in the same order.
     pub groups: Vec<Group>,
-    /// What a change of the whole job opens, where gaps are not open.
+    /// Effect of a change of the whole job, if gaps are uncut.
     pub whole: Option<Whole>,
-    /// Islands of copper that shall stay.
+    /// Number of islands that must stay.
     pub islands: u32,
-    /// Nets that they belong to.
+    /// Number of their nets.
     pub nets: u32,
-    /// Copper of nets that is taken away beside the holes and slots of the board, in mm², where it was asked for.
+    /// Lost copper of nets outside holes and slots, in mm², if measured.
     pub lost_mm2: f64,
-    /// The copper left, in connected pieces.
+    pub outcome: ProofResult,
+    /// The copper left, in connected pieces; not serialized.
+    #[serde(skip)]
     pub left: Region,
 }
 
@@ -139,13 +145,13 @@ pub fn prove(board: &Board, programs: &[Program], options: &ProofOptions) -> Ver
     prove_telling(board, programs, options, &mut |_, _| {})
 }
 
-/// What looks for one kind of findings.
+/// A search for one kind of findings.
 type Look = fn(&Scene<'_>) -> Vec<Finding>;
 
-/// So many hundredths of a proof are done when it is known what stays joined.
+/// Percentage of a proof that is done when the connections are known.
 const LOOKED_ACROSS: u64 = 88;
 
-/// What is looked for once it is known what stays joined, each with how many hundredths of a proof are done before.
+/// The searches after that, each with the percentage done before.
 const LOOKS: [(u64, Look); 7] = [
     (LOOKED_ACROSS, breaks::breaks),
     (89, lost::lost),
@@ -156,7 +162,7 @@ const LOOKS: [(u64, Look); 7] = [
     (99, remnants::remnants),
 ];
 
-/// The same; `progress` is told how much of the proof is done, and how much there is.
+/// As [`prove`]; calls `progress` with the share done and the total.
 pub fn prove_telling(
     board: &Board,
     programs: &[Program],
@@ -164,7 +170,9 @@ pub fn prove_telling(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Verdict {
     let mut tell = |hundredths| progress(hundredths, 100);
-    let Some(scene) = Scene::new(board, programs, options, &mut tell) else { return Verdict::default() };
+    let Some(scene) = Scene::new(board, programs, options, &mut tell) else {
+        return Verdict { outcome: ProofResult::nothing(board, options.face), ..Verdict::default() };
+    };
     let mut findings = scene.without_bit();
     findings.extend(scene.still());
     tell(scene::MADE);
@@ -190,6 +198,7 @@ pub fn prove_telling(
         whole,
         islands: scene.copper.islands.len() as u32,
         nets: scene.labels.len() as u32,
+        outcome: ProofResult::of(&scene),
         lost_mm2: if options.measured { lost::lost_mm2(&scene) } else { 0.0 },
         left: scene.left,
     }

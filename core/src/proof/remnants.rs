@@ -1,15 +1,13 @@
-//! Copper that belongs to nothing and was to be taken away: a pass that is missing.
+//! Copper of no net that should have been removed: a pass is missing.
 //!
 //! ```text
-//!    ███ island ███ ┆ clearance ┆          asked for: all that a round bit reaches within the clearance
-//!    ██████████████ ┆   ░░░░░   ┆ ░░░░     what is left of it ░ is told
+//!    ███ island ███ ┆ clearance ┆          required: everything a round tool reaches within it
+//!    ██████████████ ┆   ░░░░░   ┆ ░░░░     the rest of it ░ is reported
 //!
-//!    ███ island ███ (bit)   ░░░   (bit)    a job that clears: all that its narrowest bit reaches, wherever it is
+//!    ███ island ███ (tool)   ░░░   (tool)  a job that clears: everything that its narrowest tool reaches
 //! ```
 //!
-//! What a bit reaches is where its middle may go, grown by half of its width at the underside of the copper.
-//!
-//! Comes in: the scene, with a clearance asked for or a job that clears. Goes out: findings. Does not know passes.
+//! A tool reaches the area where its centre may go, grown by half its width at the underside of the copper.
 
 use super::edges::Spot;
 use super::finding::{Finding, FindingKind};
@@ -19,7 +17,7 @@ use crate::geometry::{CombineRule, Region, combine, grow, island_area_mm2, recta
 use crate::job::Cleared;
 use crate::units::Length;
 
-/// Every piece within the clearance, or where the job clears, that a round bit reaches and that is no fragment.
+/// Every piece within the clearance, or in a cleared area, that a round tool reaches and that is no fragment.
 pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     let asked = scene.options.clearance.zip(scene.narrowest_cut);
@@ -40,7 +38,7 @@ pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
     findings
 }
 
-/// What is left of all that a bit reaches.
+/// The copper left of everything that a tool reaches.
 fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
     let slack = scene.options.tolerance;
     let half = |width: Length| Length::from_nm(width.nm() / 2);
@@ -55,17 +53,17 @@ fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
         return Region::default();
     }
     let kept = grow(&scene.copper, cut.margin + half(cut.surface) + slack);
-    // What is closed to its middle, shrunk again.
+    // The area closed to its centre, shrunk again.
     let frame = field.bounds().map(|bounds| union(&[rectangle(bounds.grown(cut.surface + cut.surface))]));
     let beyond = combine(&frame.unwrap_or_default(), &field, CombineRule::Difference);
     let unreached = grow(&combine(&kept, &beyond, CombineRule::Union), -reach);
     let reached = combine(&scene.left, &unreached, CombineRule::Difference);
     let wanted = if outlined { reached } else { combine(&reached, &field, CombineRule::Intersection) };
-    // Hairs between neighbouring toolpaths are what rounding leaves.
+    // Drop hairs between neighbouring toolpaths: they are rounding.
     grow(&grow(&wanted, -slack), slack)
 }
 
-/// The box of the copper, so much larger.
+/// The bounds of the copper, enlarged.
 fn around(copper: &Copper, by: Length) -> Region {
     let bounds = copper.region.bounds();
     bounds.map_or_else(Region::default, |bounds| union(&[rectangle(bounds.grown(by))]))
@@ -76,7 +74,7 @@ fn pieces(scene: &Scene<'_>, region: &Region, tool: Length) -> Vec<Finding> {
     let least = scene.options.smallest_mm2;
     for island in region.islands.iter().filter(|island| island_area_mm2(island) > least) {
         let Some(spot) = inner_spot(island) else { continue };
-        // Where two nets are in one piece, that is told.
+        // Two nets in one piece are reported as a short.
         let nets = scene.left_edges.island_at(spot).and_then(|piece| scene.nets_in(piece));
         if nets.is_some_and(|nets| nets.len() > 1) {
             continue;

@@ -1,13 +1,12 @@
-//! Toolpaths that two programs of one side have alike: a file was given twice.
+//! Finds toolpaths that occur in two programs of one side: a file was given twice.
 //!
-//! Comes in: the programs of a side. Goes out: how many toolpaths a program shares with one before it. Feeds do not count. Does not look at
-//! holes, which are compared with those of the board.
+//! Feeds are ignored.
 
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program};
 use std::collections::BTreeSet;
 
-/// How many toolpaths of programs are in a program before them too, with the same bit.
+/// Number of toolpaths that also occur, with the same tool, in an earlier program.
 pub(super) fn repeated(programs: &[Program]) -> u32 {
     let mut known: BTreeSet<Vec<i64>> = BTreeSet::new();
     let mut count = 0;
@@ -27,7 +26,7 @@ pub(super) fn repeated(programs: &[Program]) -> u32 {
     count
 }
 
-/// What a leg does, in numbers.
+/// A leg as numbers.
 fn told(leg: &Leg, origin: Point, wide: i64) -> Vec<i64> {
     let mut out = vec![wide];
     let place = |at: Point| [at.x.nm() + origin.x.nm(), at.y.nm() + origin.y.nm()];

@@ -1,74 +1,69 @@
-//! A program played back into what it cuts.
+//! Replays a program to get its cuts.
 //!
 //! ```text
 //!   Rapid ········●                                surface, Z = 0
 //!                 ╲ ramp        ╱ up
 //!   ───────────────╲┄┄┄┄┄┄┄┄┄┄┄╱─────────────────  underside of the copper, Z = −thickness
 //!                   ●─────────●
-//!          shallow ┄┘  through └┄ shallow          a stretch is cut into pieces there, and where a V-bit's
-//!                                                  width changes by 2 µm
+//!          shallow ┄┘  through └┄ shallow          a stretch is split there, and where a V-bit's width
+//!                                                  changes by 2 µm
 //! ```
-//!
-//! Comes in: a [`Program`] and how thick the copper is. Goes out: [`PathCut`]s in the files' coordinates, each with the width
-//! that goes through the copper and the width at the surface. Does not know the board, nor why anything is cut.
 
 use crate::geometry::{Path, PathSegment, Point, chords};
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 
-/// A V-bit's width changes by at most this along one piece.
+/// Limit of a V-bit's change of width along one piece.
 const WIDTH_STEP_MM: f64 = 0.002;
-/// More pieces than this are not made of one stretch.
+/// Limit of pieces of one stretch.
 const MOST_PIECES: usize = 256;
-/// Beyond this many cuts stretches are no longer cut up finely.
+/// Beyond this number of cuts, stretches are no longer split finely.
 const MANY_CUTS: usize = 200_000;
 
-/// What a bit takes away along one path at one depth.
+/// The cut of a tool along one path at one depth.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathCut {
-    /// The way of the bit's middle, in the files' coordinates; without segments a plunge.
+    /// Path of the tool centre, in the files' coordinates; a plunge has no segments.
     pub path: Path,
-    /// The bit: index into the program's bits.
+    /// Index into the program's tools.
     pub bit: u32,
-    /// Which of the programs it is in.
+    /// Index of the program.
     pub program: u32,
-    /// The leg of the program.
+    /// Index of the leg.
     pub leg: u32,
-    /// What the leg is for.
     pub mark: Mark,
     /// Least depth along it, above zero.
     pub depth: Length,
     /// Greatest width at the surface.
     pub surface: Length,
-    /// Least width at the underside of the copper: what is through. None where the copper is not cut through.
+    /// Least width at the underside of the copper; `None` if the copper is not cut through.
     pub through: Option<Length>,
 }
 
-/// What a program cuts, and whether it cuts without saying with which bit.
+/// The cuts of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReplayedCuts {
     /// In order of the program.
     pub cuts: Vec<PathCut>,
-    /// The first place where something is cut with no bit in.
+    /// First position of a cut before any tool was loaded.
     pub without_bit: Option<Point>,
-    /// Where something is cut while the spindle stands, the first place of every time that it stands.
+    /// Cuts while the spindle is off: the first position for each time it is off.
     pub still: Vec<Still>,
 }
 
-/// A cut while the spindle stands.
+/// A cut while the spindle is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Still {
-    /// Where it begins, in the files' coordinates.
+    /// Start of the cut, in the files' coordinates.
     pub at: Point,
-    /// How deep it goes, above zero.
+    /// Depth, above zero.
     pub depth: Length,
-    /// The leg of the program.
+    /// Index of the leg.
     pub leg: u32,
-    /// What the leg is for.
     pub mark: Mark,
 }
 
-/// Where the tip is.
+/// State of the machine.
 struct Tip<'a> {
     program: &'a Program,
     index: u32,
@@ -79,12 +74,12 @@ struct Tip<'a> {
     leg: u32,
     mark: Mark,
     turns: bool,
-    /// That it cuts while the spindle stands was told since it stopped.
+    /// The cut with the spindle off was already reported.
     told: bool,
     out: ReplayedCuts,
 }
 
-/// Plays `program`, the one with this `index`, over copper of this thickness.
+/// Replays `program`, the one with this `index`, over copper of this thickness.
 pub fn replay(program: &Program, index: u32, copper: Length) -> ReplayedCuts {
     let mut tip = Tip {
         program,
@@ -102,6 +97,9 @@ pub fn replay(program: &Program, index: u32, copper: Length) -> ReplayedCuts {
     for (number, leg) in (0..).zip(&program.legs) {
         tip.leg = number;
         tip.leg(leg);
+        if let Some(last) = tip.out.cuts.last_mut() {
+            last.path.segments.shrink_to_fit();
+        }
     }
     tip.out
 }
@@ -147,7 +145,7 @@ impl Tip<'_> {
         }
     }
 
-    /// Along `segment` to `height`, in pieces where it is below the surface.
+    /// Moves along `segment` to `height`; splits the part below the surface.
     fn segment(&mut self, segment: PathSegment, height: Length) {
         let (from, first, last) = (self.at, -self.height, -height);
         self.at = segment.to();
@@ -173,7 +171,7 @@ impl Tip<'_> {
         }
     }
 
-    /// Where a stretch whose depth goes evenly from `first` to `last` is cut into pieces, from 0 to 1.
+    /// Shares, 0 to 1, at which to split a stretch with linear depth from `first` to `last`.
     fn shares(&self, first: f64, last: f64) -> Vec<f64> {
         let mut shares = vec![0.0, 1.0];
         for depth in [0.0, self.copper.mm()] {
@@ -211,7 +209,7 @@ impl Tip<'_> {
             return;
         };
         let (surface, below) = (bit.width_at(most), bit.width_at(least - self.copper));
-        // Where a stretch is cut at the underside, rounding may leave a nanometre.
+        // If a stretch is split at the underside, rounding may leave a nanometre.
         let through = (least + Length::from_nm(1) >= self.copper && below > Length::ZERO).then_some(below);
         let cut = PathCut {
             path: Path { start: from, segments: segment.into_iter().collect() },
@@ -230,7 +228,7 @@ impl Tip<'_> {
     }
 }
 
-/// Whether `next` goes on where `last` ends, with the same bit at the same depth.
+/// True if `next` continues `last` with equal tool and depth.
 fn continues(last: &PathCut, next: &PathCut) -> bool {
     last.leg == next.leg
         && last.bit == next.bit
@@ -240,7 +238,7 @@ fn continues(last: &PathCut, next: &PathCut) -> bool {
         && last.path.end() == next.path.start
 }
 
-/// The part of `segment` that ends at `share` of its length, wherever it starts.
+/// The part of `segment` up to `share` of its length, for any start.
 fn part(from: Point, segment: PathSegment, share: f64) -> PathSegment {
     if share >= 1.0 {
         return segment;
@@ -265,12 +263,12 @@ fn part(from: Point, segment: PathSegment, share: f64) -> PathSegment {
 }
 
 impl PathCut {
-    /// Whether its bit is one that only goes straight down.
+    /// True if its tool only moves straight down.
     pub(super) fn is_drilled(&self, programs: &[Program]) -> bool {
         self.bit_of(programs).is_some_and(|bit| bit.cutter == Cutter::Drill)
     }
 
-    /// How far the edge of its bit runs off its axis.
+    /// Runout of its tool: distance of the cutting edge from the axis.
     pub(super) fn run_out(&self, programs: &[Program]) -> Length {
         self.bit_of(programs).map(|bit| bit.handling.run_out).unwrap_or_default()
     }
@@ -313,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_at_one_depth_is_one_cut_where_the_board_lies() {
+    fn toolpath_at_one_depth_is_one_cut_on_the_board() {
         let bit = Command::AwaitBit { bit: 0 };
         let up = Command::Retract { to: Length::from_mm(2.0) };
         let to = Point::from_mm(1.0, 1.0);
@@ -333,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_cut_into_pieces_that_never_claim_too_much() {
+    fn ramp_pieces_never_claim_too_much_width() {
         let bit = Command::AwaitBit { bit: 0 };
         let to = Point::from_mm(0.0, 0.0);
         let down = Command::Plunge { to: Length::ZERO, feed_um_per_s: 1000, gate: None };
@@ -343,7 +341,7 @@ mod tests {
             COPPER,
         );
         let through: Vec<&PathCut> = replay.cuts.iter().filter(|cut| cut.through.is_some()).collect();
-        // The copper is through from 35 / 200 of the way on.
+        // The cut is through from 35 / 200 of the length.
         assert!((through[0].path.start.x.mm() - 11.75).abs() < 1e-6);
         assert_eq!(replay.cuts.last().unwrap().path.end(), Point::from_mm(20.0, 0.0));
         for cut in &replay.cuts {
@@ -358,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn a_helix_keeps_to_its_circle_and_a_cut_without_a_bit_is_told() {
+    fn helix_stays_on_circle_and_missing_tool_is_reported() {
         let center = Point::from_mm(1.0, 0.0);
         let to = Point::from_mm(0.0, 0.0);
         let height = Length::from_mm(-1.0);

@@ -1,13 +1,13 @@
-//! Drilled holes against the copper around them.
+//! Copper rings around drilled holes.
 //!
 //! ```text
-//!      ╭──────╮        ring = distance from the hole's middle to the pad's edge − radius: below 0 the hole breaks out
+//!      ╭──────╮        ring = distance from centre to the pad's edge − radius; below 0: breaks out
 //!      │  ◯ ↔ │
-//!                       a drill whose edge runs off its axis makes a wider hole
-//!      ╰──────╯        a hole with its middle on no copper, or on another net's, and an edge in copper: a hit
+//!                       a drill with runout makes a wider hole
+//!      ╰──────╯        a hole centred on no copper or on another net, with its edge in copper: a hit
 //! ```
 //!
-//! Comes in: the scene. Goes out: findings. Copper that already has a clear hole around the drill is not touched by it.
+//! Copper with a sufficient clear hole around the drill is not touched by it.
 
 use super::edges::{Spot, spots};
 use super::finding::{Finding, FindingKind};
@@ -25,12 +25,12 @@ struct Hole {
     leg: (u32, u32),
 }
 
-/// Every hole with too little copper around it, and every hole in copper that it does not belong to.
+/// Holes with too little copper around them, and holes in copper of other nets.
 pub(super) fn rings(scene: &Scene<'_>) -> Vec<Finding> {
     holes(scene).iter().flat_map(|hole| around(scene, hole)).collect()
 }
 
-/// Plunges of drills, and legs that make a hole by milling a circle.
+/// Plunges of drills, and legs that mill a circle as a hole.
 fn holes(scene: &Scene<'_>) -> Vec<Hole> {
     let mut milled: BTreeMap<(u32, u32), Vec<&PathCut>> = BTreeMap::new();
     let mut holes = Vec::new();
@@ -48,7 +48,7 @@ fn holes(scene: &Scene<'_>) -> Vec<Hole> {
         let widest = cuts.iter().map(|cut| cut.surface.mm()).fold(0.0, f64::max);
         let Some(bounds) = Bounds::around(corners) else { continue };
         let (wide, high) = ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
-        // A slot is no round hole.
+        // Only equal sides are a round hole; others are a slot.
         if libm::fabs(wide - high) <= 0.02 {
             let at = Spot::of(bounds.min).towards(Spot::of(bounds.max), 0.5);
             holes.push(Hole { at, radius: (wide.max(high) + widest) / 2.0, leg });
@@ -57,7 +57,7 @@ fn holes(scene: &Scene<'_>) -> Vec<Hole> {
     holes
 }
 
-/// The island that a hole belongs to, and the ring of its edges that the drill takes away: of a pad whose middle is bare.
+/// The island of a hole, and for a pad with an open centre the ring that the drill removes.
 fn own(scene: &Scene<'_>, hole: &Hole) -> Option<(u32, Option<u32>)> {
     let edge = scene.design.right_of(hole.at)?;
     if edge.to.y > edge.from.y {
@@ -72,7 +72,7 @@ fn around(scene: &Scene<'_>, hole: &Hole) -> Vec<Finding> {
     let tolerance = scene.options.tolerance.mm();
     let (own, bare) = own(scene, hole).map_or((None, None), |(island, ring)| (Some(island), ring));
     let reach = hole.radius + scene.options.ring.mm();
-    // The nearest edge of every island; of the own one only those that stay.
+    // The nearest edge of each island; of the hole's island only edges that stay.
     let mut nearest: BTreeMap<u32, (f64, Spot)> = BTreeMap::new();
     let (low, high) = super::edges::around(hole.at, hole.at, reach);
     scene.design.in_box(low, high, &mut |_, edge| {

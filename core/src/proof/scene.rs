@@ -1,11 +1,9 @@
-//! What every part of the proof looks at: the islands with their nets, the cuts, the copper left and which piece of it
-//! holds which island.
+//! Common data of a proof: the islands with their nets, the cuts, the copper left, and the islands in each
+//! piece of it.
 //!
 //! ```text
-//!   blank − strokes of the cuts = left        island ∩ left = kept, in pieces; every kept piece lies in one left piece
+//!   blank − strokes of the cuts = left        island ∩ left = `kept`: each piece is in one piece of `left`
 //! ```
-//!
-//! Comes in: board, programs, options. Goes out: a [`Scene`]. Does not know what is wrong.
 
 use super::ProofOptions;
 use super::edges::{self, Edge, Edges, Spot, spots};
@@ -14,63 +12,64 @@ use super::replay::{PathCut, Still, replay};
 use super::strokes::outlines;
 use crate::board::{Board, Copper};
 use crate::geometry::{
-    Bounds, CombineRule, Exposure, Island, Path, Point, Region, combine, island_area_mm2, paint, path_bounds,
-    rectangle,
+    Bounds, CombineRule, Island, Outlines, Path, Point, Region, combine, island_area_mm2, left_of,
+    path_bounds, rectangle,
 };
 use crate::job::{Bit, Program};
 use crate::units::Length;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How far the blank goes beyond copper and cuts where there is no outline.
+/// Margin of the blank beyond copper and cuts if there is no outline.
 const RIM: Length = Length::from_um(2_000);
+/// Limit of a toolpath's segments swept at once, because a long toolpath crosses many bands.
+const SWEPT: usize = 512;
 /// Edges nearer than this, in mm, may cross: chords of both.
 const TOUCH_MM: f64 = 0.003;
-/// Kept pieces smaller than this, in mm², are what rounding leaves.
+/// Smaller remaining pieces, in mm², are rounding.
 const DUST_MM2: f64 = 1e-6;
 
-/// So many hundredths of a proof are done when the cuts are known,
+/// Percentage of a proof that is done when the cuts are known.
 const CUT: u64 = 3;
-/// when it is known what they leave,
+/// Percentage when the copper left is known.
 const PAINTED: u64 = 50;
-/// and when it is known which islands that holds.
+/// Percentage when the islands in that copper are known.
 pub(super) const MADE: u64 = 58;
 
-/// A piece of an island that is left.
+/// A remaining piece of an island.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
     /// The island of the design.
     pub(super) island: u32,
-    /// The piece of the copper left that it lies in.
+    /// The piece of the copper left with it.
     pub(super) piece: u32,
     /// In mm².
     pub(super) area_mm2: f64,
-    /// A place in it.
+    /// A point in it.
     pub(super) spot: Spot,
 }
 
-/// Everything that the proof looks at.
 pub(super) struct Scene<'a> {
     pub(super) board: &'a Board,
     pub(super) programs: &'a [Program],
     pub(super) options: &'a ProofOptions,
     /// The islands that shall stay, as far as they are on the blank.
-    pub(super) copper: Region,
+    pub(super) copper: Cow<'a, Region>,
     pub(super) design: Edges,
     /// The net of every island: index into `labels`.
     pub(super) net_of: Vec<u32>,
     pub(super) labels: Vec<String>,
     pub(super) cuts: Vec<PathCut>,
-    /// The bits with which something is cut.
+    /// The tools that cut.
     pub(super) bits_used: Vec<&'a Bit>,
-    /// The narrowest cut through the copper that is milled: how wide it is at the surface and at the underside.
+    /// The narrowest milled cut through the copper: its width at the surface and at the underside.
     pub(super) narrowest_cut: Option<(Length, Length)>,
     without_bit: Option<Point>,
     /// With the index of the program.
     still: Vec<(u32, Still)>,
-    /// The copper left.
     pub(super) left: Region,
     pub(super) left_edges: Edges,
-    /// The pieces of islands that are left, in the order of `kept_region`.
+    /// The remaining pieces of islands, in the order of `kept_region`.
     pub(super) kept: Vec<Option<Kept>>,
     pub(super) kept_region: Region,
     /// The nets in every piece of the copper left.
@@ -78,7 +77,7 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// None where that side has no copper. `tell` is told how many hundredths of the proof are done.
+    /// `None` if that side has no copper. The callback gets the percentage done.
     pub(super) fn new(
         board: &'a Board,
         programs: &'a [Program],
@@ -98,9 +97,7 @@ impl<'a> Scene<'a> {
         let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
         let (copper, design, net_of, labels) = islands(copper, outline);
         tell(CUT);
-        let material = Exposure { clear: false, outlines: blank.paths().cloned().collect() };
-
-        let left = paint(&[material, Exposure { clear: true, outlines: strokes(&cuts) }]);
+        let left = left(&blank, &cuts);
         tell(PAINTED);
         let left_edges = Edges::of(&left);
         let kept_region = kept_region((&copper, &design), (&left, &left_edges));
@@ -141,7 +138,7 @@ impl<'a> Scene<'a> {
         self.net_of.get(island as usize).copied().unwrap_or_default()
     }
 
-    /// What people call a net.
+    /// Name of a net for people.
     pub(super) fn label(&self, net: u32) -> String {
         self.labels.get(net as usize).cloned().unwrap_or_default()
     }
@@ -151,7 +148,7 @@ impl<'a> Scene<'a> {
         self.nets_in.get(piece as usize)
     }
 
-    /// The bit of a cut.
+    /// The tool of a cut.
     pub(super) fn bit(&self, cut: &PathCut) -> Option<&'a Bit> {
         self.programs.get(cut.program as usize)?.bits.get(cut.bit as usize)
     }
@@ -161,13 +158,13 @@ impl<'a> Scene<'a> {
         self.narrowest_cut.map(|(surface, _)| surface)
     }
 
-    /// A cut was made with no bit in.
+    /// A cut without a tool.
     pub(super) fn without_bit(&self) -> Vec<Finding> {
         let finding = |at| Finding::new(FindingKind::NoBit, at, Length::ZERO, Vec::new());
         self.without_bit.map(finding).into_iter().collect()
     }
 
-    /// Cuts that were made while the spindle stands.
+    /// Cuts with the spindle off.
     pub(super) fn still(&self) -> Vec<Finding> {
         let finding = |&(program, still): &(u32, Still)| Finding {
             leg: Some((program, still.leg)),
@@ -189,13 +186,41 @@ fn narrowest_cut(cuts: &[PathCut], programs: &[Program]) -> Option<(Length, Leng
     milled.filter_map(|cut| Some((cut.surface, cut.through?))).min()
 }
 
-/// What is cut through, as outlines of the toolpaths of round tools.
-fn strokes(cuts: &[PathCut]) -> Vec<Path> {
-    let through = cuts.iter().filter_map(|cut| Some((cut, cut.through?)));
-    through.flat_map(|(cut, width)| outlines(&cut.path, width)).collect()
+/// The blank minus all cuts through the copper.
+fn left(blank: &Region, cuts: &[PathCut]) -> Region {
+    let through = cuts.iter().filter_map(|cut| Some((&cut.path, cut.through?)));
+    let pieces: Vec<(&Path, usize, Length)> = through
+        .flat_map(|(path, width)| {
+            let count = path.segments.len().div_ceil(SWEPT).max(1);
+            (0..count).map(move |piece| (path, piece, width))
+        })
+        .collect();
+    // Two sides, each with a corner to every segment, and two caps.
+    let size = |&(path, piece, width): &(&Path, usize, Length)| {
+        let piece = swept(path, piece);
+        (path_bounds(&piece).grown(width), 4 * piece.segments.len() + 4)
+    };
+    let sizes: Vec<(Bounds, usize)> = pieces.iter().map(size).collect();
+    let make = |number: usize| {
+        let piece = pieces.get(number);
+        piece.map_or_else(Vec::new, |&(path, piece, width)| outlines(&swept(path, piece), width))
+    };
+    let ground: Vec<Path> = blank.paths().cloned().collect();
+    left_of(&ground, &Outlines { sizes: &sizes, make: &make })
 }
 
-/// A blank that goes a little beyond copper and cuts.
+/// Piece number `piece` of a toolpath: at most [`SWEPT`] segments.
+fn swept(path: &Path, piece: usize) -> Cow<'_, Path> {
+    if path.segments.len() <= SWEPT {
+        return Cow::Borrowed(path);
+    }
+    let first = piece * SWEPT;
+    let before = first.checked_sub(1).and_then(|before| path.segments.get(before));
+    let start = before.map_or(path.start, |before| before.to());
+    Cow::Owned(Path { start, segments: path.segments.iter().skip(first).take(SWEPT).copied().collect() })
+}
+
+/// A blank slightly larger than copper and cuts.
 fn around(copper: &Copper, cuts: &[PathCut]) -> Region {
     let widest = cuts.iter().map(|cut| cut.surface).max().unwrap_or_default();
     let toolpaths = Bounds::around(cuts.iter().flat_map(|cut| cut.path.flattened(0.01)));
@@ -209,15 +234,18 @@ fn around(copper: &Copper, cuts: &[PathCut]) -> Region {
 
 /// The islands on the blank with their nets, and what people call these: by name, else by pads on them, else by a place.
 /// Islands of one name are one net.
-fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Edges, Vec<u32>, Vec<String>) {
+fn islands<'a>(
+    copper: &'a Copper,
+    outline: Option<&Region>,
+) -> (Cow<'a, Region>, Edges, Vec<u32>, Vec<String>) {
     let whole = Edges::of(&copper.region);
     let region = match outline {
         Some(outline) if !within(&whole, outline) => {
-            combine(&copper.region, outline, CombineRule::Intersection)
+            Cow::Owned(combine(&copper.region, outline, CombineRule::Intersection))
         }
-        _ => copper.region.clone(),
+        _ => Cow::Borrowed(&copper.region),
     };
-    let same = region == copper.region;
+    let same = *region == copper.region;
     let mut labels: Vec<String> = Vec::new();
     let mut known: BTreeMap<String, u32> = BTreeMap::new();
     let mut net_of = Vec::new();
@@ -237,35 +265,35 @@ fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Edges, Vec<u32
     (region, design, net_of, labels)
 }
 
-/// Whether all copper is on the blank.
+/// True if all copper is on the blank.
 fn within(copper: &Edges, outline: &Region) -> bool {
     let body = Edges::of(outline);
-    copper.edges.iter().all(|edge| body.island_at(edge.from).is_some())
+    copper.iter().all(|(_, edge)| body.island_at(edge.from).is_some())
 }
 
-/// What an island without a name is called: its leftmost corner, the lowest of these.
+/// Name of an unnamed island: its leftmost, then lowest corner.
 fn place_name(island: &Island) -> String {
     let corner = island.outer.corners().min().unwrap_or_default();
     format!("@{:.2},{:.2}", corner.x.mm(), corner.y.mm())
 }
 
-/// What is left of the islands of `copper`. An island that no edge of the copper left comes near is there as a whole or
-/// not at all; only the others are cut with what lies about them.
+/// The remaining parts of the islands of `copper`. An island without an edge of the copper left nearby is
+/// entirely there or gone, so only the others are intersected with their surroundings.
 fn kept_region((copper, design): (&Region, &Edges), (left, left_edges): (&Region, &Edges)) -> Region {
     let mut touched = BTreeSet::new();
-    for edge in &design.edges {
+    for (_, edge) in design.iter() {
         if !touched.contains(&edge.island) {
             let (low, high) = edges::around(edge.from, edge.to, TOUCH_MM);
             let near = &mut |_, other: &Edge| {
-                if edges::between(edge, other).0 <= TOUCH_MM {
+                if edges::between(&edge, other).0 <= TOUCH_MM {
                     touched.insert(edge.island);
                 }
             };
             left_edges.in_box(low, high, near);
         }
     }
-    // Rings that lie in an island as a whole.
-    let firsts = left_edges.edges.iter().filter(|edge| edge.along_mm == 0.0);
+    // Rings entirely inside an island.
+    let firsts = left_edges.rings.iter().filter_map(|ring| left_edges.edge(ring.first));
     touched.extend(firsts.filter_map(|edge| design.island_at(edge.from)));
     let (mut cut, mut whole) = (Vec::new(), Vec::new());
     for (number, island) in (0..).zip(&copper.islands) {
@@ -284,7 +312,7 @@ fn kept_region((copper, design): (&Region, &Edges), (left, left_edges): (&Region
 }
 
 /// `region` without what lies beside all islands of `places`: its holes there, and its islands.
-fn about(region: &Region, places: &Region) -> Region {
+pub(super) fn about(region: &Region, places: &Region) -> Region {
     let mut boxes: Vec<Bounds> = places.islands.iter().map(|island| path_bounds(&island.outer)).collect();
     boxes.sort_by_key(|place| place.min.x);
     let widest = boxes.iter().map(|place| place.max.x - place.min.x).max().unwrap_or_default();
@@ -301,7 +329,7 @@ fn about(region: &Region, places: &Region) -> Region {
     Region { islands: islands.collect() }
 }
 
-/// Where a piece of an island belongs.
+/// Island and piece of a remaining part.
 fn kept(island: &Island, design: &Edges, left: &Edges) -> Option<Kept> {
     let area = island_area_mm2(island);
     if area < DUST_MM2 {
@@ -311,7 +339,7 @@ fn kept(island: &Island, design: &Edges, left: &Edges) -> Option<Kept> {
     Some(Kept { island: design.island_at(spot)?, piece: left.island_at(spot)?, area_mm2: area, spot })
 }
 
-/// A place well inside an island: the middle of the widest stretch of a level line through it.
+/// A point well inside an island: the middle of the widest section of a horizontal line.
 pub(super) fn inner_spot(island: &Island) -> Option<Spot> {
     let rings: Vec<Vec<Spot>> = island.paths().map(spots).collect();
     let outer = rings.first()?;

@@ -1,12 +1,10 @@
-//! Pieces of copper that hold two or more nets: where the gaps between these are narrowest.
+//! Pieces of copper with two or more nets: where the gaps between these are narrowest.
 //!
 //! ```text
-//!    ███ A ███┐                what is left between the nets (░) is a bridge where it touches A and B: from every place
-//!      ░░░░░░░│░░              where it touches one net, the nearest place where it touches another one and that can be
-//!    ███ B ███████             seen: through the bridge, from one side that faces the other
+//!    ███ A ███┐                copper left between nets (░) is a bridge if it touches A and B. From every
+//!      ░░░░░░░│░░              contact with one net, the search finds the nearest visible contact with
+//!    ███ B ███████             another: through the bridge, between sides that face each other
 //! ```
-//!
-//! Comes in: the scene. Goes out: findings with place, gap, nets, tool and cures. Does not know why the gap is not cut.
 
 use super::cures;
 use super::edges::{Edge, Edges, Spot, around, between, spots};
@@ -16,64 +14,63 @@ use crate::geometry::{CombineRule, Island, Region, combine, island_area_mm2};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Copper between nets touches a net where it is this near, in mm: chords and whole nanometres.
+/// Copper within this of a net touches it, in mm: tolerance of chords and whole nanometres.
 const TOUCH_MM: f64 = 0.004;
-/// Contacts are at most so long, in mm.
+/// Longest contact, in mm.
 const STEP_MM: f64 = 0.05;
-/// At most so many contacts along the edges of one bridge.
+/// Limit of contacts along the edges of one bridge.
 const MOST_PLACES: f64 = 20_000.0;
-/// Gaps that differ by less than this, in mm, are as narrow: the middle one of these is told.
+/// Gaps within this, in mm, are equally narrow: the middle one is reported.
 const EQUAL_MM: f64 = 0.001;
-/// A look for another net goes this far, in mm.
+/// Range of the search for another net, in mm.
 const REACH_MM: f64 = 3.0;
-/// More than what rounding does to the cross product of an edge and a way, in mm².
+/// Larger than the rounding of the cross product of an edge and a direction, in mm².
 const ROUNDED_MM2: f64 = 1e-9;
-/// So many of the nearest places are looked at from one contact.
+/// Number of nearest points tried from one contact.
 const LOOKS: usize = 6;
 
-/// Where two nets are nearest to each other.
+/// Nearest points of two nets.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     width: f64,
     from: Spot,
     to: Spot,
-    /// One side can be seen from the other.
+    /// The sides can see each other.
     seen: bool,
 }
 
-/// By nets; the narrowest, and those as narrow.
+/// By nets; the narrowest, and equally narrow ones.
 type Gaps = BTreeMap<(u32, u32), Vec<Gap>>;
 
-/// Copper that is left between nets, in one piece.
+/// One piece of copper left between nets.
 struct Bridge<'a> {
     scene: &'a Scene<'a>,
-    /// All of these, and which one of them it is.
+    /// Edges of all bridges.
     all: &'a Edges,
+    /// Index of this bridge.
     number: u32,
     nets: BTreeSet<u32>,
-    /// The parts of its edges that touch a net, with that net in the place of the island: the bridge on the left.
+    /// Parts of its edges that touch a net; `island` is that net. The bridge is on their left.
     contacts: Edges,
-    /// Cells of them in which there is but one net.
+    /// The net of each of their cells, if it is the only one.
     owners: Vec<Option<u32>>,
-    /// How wide it is at large, in mm: that of a strip with its area and edges.
+    /// Mean width in mm: that of a strip with its area and perimeter.
     thickness: f64,
     /// The narrowest milled cut, in mm.
     tool: f64,
 }
 
-/// How a place must be seen.
+/// Required visibility of a contact.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sight {
-    /// Through the bridge; in a gap that no bit fits into, between the nets.
+    /// Through the bridge; in a gap narrower than every tool, between the nets.
     Copper,
-    /// Between the nets.
     Gap,
-    /// Not at all.
     Blind,
 }
 
-/// Every pair of nets that one piece of copper holds, where nothing separates them. `progress` is told how many bridges are looked
-/// at, and how many there are.
+/// Every pair of nets in one piece of copper that nothing separates. Calls `progress` with the bridges done
+/// and their number.
 pub(super) fn shorts(scene: &Scene<'_>, progress: &mut dyn FnMut(u64, u64)) -> Vec<Finding> {
     let shorted = |piece: u32| scene.nets_in(piece).is_some_and(|nets| nets.len() > 1);
     let pieces = (0..).zip(&scene.left.islands).filter(|(piece, _)| shorted(*piece));
@@ -99,7 +96,7 @@ pub(super) fn shorts(scene: &Scene<'_>, progress: &mut dyn FnMut(u64, u64)) -> V
             equal.sort_by_key(|gap| micrometres(gap.from.towards(gap.to, 0.5)));
             let Some(&gap) = equal.get(equal.len() / 2) else { continue };
             let finding = finding(&bridge, one, other, gap);
-            // Nets that narrow gaps join are not told again where they are far apart.
+            // Nets that narrow gaps connect are not reported again where they are far apart.
             if finding.kind == FindingKind::Gap || joined.get(&one) != joined.get(&other) {
                 findings.push(finding);
             }
@@ -109,12 +106,12 @@ pub(super) fn shorts(scene: &Scene<'_>, progress: &mut dyn FnMut(u64, u64)) -> V
     findings
 }
 
-/// In whole micrometres, so that what rounding leaves does not decide an order.
+/// In whole micrometres, so that rounding does not decide an order.
 fn micrometres(spot: Spot) -> (i64, i64) {
     (libm::round(spot.x * 1e3) as i64, libm::round(spot.y * 1e3) as i64)
 }
 
-/// The bridge that this island is, if it touches two nets.
+/// The bridge of this island, if it touches two nets.
 fn bridge<'a>(scene: &'a Scene<'a>, all: &'a Edges, number: u32, island: &Island) -> Option<Bridge<'a>> {
     let rings: Vec<Vec<Spot>> = island.paths().map(spots).collect();
     let pairs = || rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().skip(1)));
@@ -128,12 +125,12 @@ fn bridge<'a>(scene: &'a Scene<'a>, all: &'a Edges, number: u32, island: &Island
             if let Some((_, _, edge)) = scene.design.nearest(at(0.5), TOUCH_MM, &|_| true) {
                 let net = scene.net(edge.island);
                 nets.insert(net);
-                contacts.push(Edge { from: at(0.0), to: at(1.0), island: net, ring: 0, along_mm: 0.0 });
+                contacts.push(Edge { from: at(0.0), to: at(1.0), island: net, ring: 0 });
             }
         }
     }
     (nets.len() > 1).then(|| {
-        let contacts = Edges::gridded(contacts, Vec::new());
+        let contacts = Edges::loose(contacts);
         Bridge {
             scene,
             all,
@@ -147,7 +144,8 @@ fn bridge<'a>(scene: &'a Scene<'a>, all: &'a Edges, number: u32, island: &Island
     })
 }
 
-/// The narrowest gap of every pair of neighbours; then of every group of nets that no gap joins with the others yet.
+/// The narrowest gap of every pair of neighbours; then of every group of nets not yet connected with the
+/// others.
 fn gaps(bridge: &Bridge<'_>) -> Gaps {
     let mut gaps = Gaps::new();
     look(bridge, Sight::Copper, &|_| true, &|one, other| one != other, &mut gaps);
@@ -155,13 +153,13 @@ fn gaps(bridge: &Bridge<'_>) -> Gaps {
     for sight in std::iter::once(Sight::Gap).chain([Sight::Blind; 32]) {
         let group = groups(&bridge.nets, &gaps);
         let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
-        for contact in &bridge.contacts.edges {
+        for (_, contact) in bridge.contacts.iter() {
             *sizes.entry(group.get(&contact.island).copied().unwrap_or_default()).or_default() += 1;
         }
         if sizes.len() < 2 {
             break;
         }
-        // All but the largest look for the others.
+        // All but the largest group search for the others.
         let largest = sizes.iter().max_by_key(|(_, size)| **size).map(|(group, _)| *group);
         let last = bridge.nets.last().copied().unwrap_or_default();
         let group: Vec<Option<u32>> = (0..=last).map(|net| group.get(&net).copied()).collect();
@@ -173,14 +171,14 @@ fn gaps(bridge: &Bridge<'_>) -> Gaps {
     gaps
 }
 
-/// The gaps that no bit of the program fits into.
+/// The gaps that no tool of the program fits into.
 fn narrow(bridge: &Bridge<'_>, gaps: &Gaps) -> Gaps {
     let fits_not = |gap: &Gap| bridge.width(*gap) < bridge.tool;
     let narrow = gaps.iter().filter(|(_, equal)| equal.first().is_some_and(fits_not));
     narrow.map(|(pair, equal)| (*pair, equal.clone())).collect()
 }
 
-/// Which nets are joined by gaps: every net with the least net that it is joined with.
+/// Groups of nets connected by gaps: each net with the lowest net of its group.
 fn groups(nets: &BTreeSet<u32>, gaps: &Gaps) -> BTreeMap<u32, u32> {
     let mut group: BTreeMap<u32, u32> = nets.iter().map(|&net| (net, net)).collect();
     for (one, other) in gaps.keys() {
@@ -191,7 +189,7 @@ fn groups(nets: &BTreeSet<u32>, gaps: &Gaps) -> BTreeMap<u32, u32> {
     group
 }
 
-/// Looks from every contact of a net for which `looks` holds for the nearest other net.
+/// Searches from every contact of a net for which `looks` is true for the nearest other net.
 fn look(
     bridge: &Bridge<'_>,
     sight: Sight,
@@ -199,14 +197,14 @@ fn look(
     other: &impl Fn(u32, u32) -> bool,
     gaps: &mut Gaps,
 ) {
-    for contact in bridge.contacts.edges.iter().filter(|contact| looks(contact.island)) {
+    for (_, contact) in bridge.contacts.iter().filter(|(_, contact)| looks(contact.island)) {
         let net = contact.island;
         let spot = contact.middle();
-        let Some((at, theirs)) = bridge.nearest(contact, sight, &|theirs| other(net, theirs)) else {
+        let Some((at, theirs)) = bridge.nearest(&contact, sight, &|theirs| other(net, theirs)) else {
             continue;
         };
         let width = spot.distance(at);
-        // From the net with the lesser number to the other.
+        // From the net with the lower number to the other.
         let (from, to) = if net < theirs { (spot, at) } else { (at, spot) };
         let gap = Gap { width, from, to, seen: sight != Sight::Blind };
         let known = gaps.entry((net.min(theirs), net.max(theirs))).or_default();
@@ -220,20 +218,21 @@ fn look(
     }
 }
 
-/// Whether what lies on the left of `edge` is where `to` is, seen from `from` on it.
+/// True if `to` is on the left of `edge`, seen from `from` on it.
 fn faces(edge: &Edge, from: Spot, to: Spot) -> bool {
     let (along, way) = (edge.to.minus(edge.from), to.minus(from));
     along.x * way.y - along.y * way.x >= 0.0
 }
 
-/// Whether a place lies on the right of `edge` for certain, so that neither it nor what is beyond it [`faces`] anything there.
+/// True if a point is certainly on the right of `edge`, so that neither it nor anything beyond [`faces`] the
+/// edge.
 fn is_behind(edge: &Edge, at: Spot) -> bool {
     let (along, way) = (edge.to.minus(edge.from), at.minus(edge.from));
     along.x * way.y - along.y * way.x < -ROUNDED_MM2
 }
 
 impl Bridge<'_> {
-    /// The nearest place of another net that can be seen from `contact`, and this net.
+    /// The nearest visible contact of another net from `contact`, and its net.
     fn nearest(&self, contact: &Edge, sight: Sight, other: &impl Fn(u32) -> bool) -> Option<(Spot, u32)> {
         let spot = contact.middle();
         if sight == Sight::Blind {
@@ -277,7 +276,7 @@ impl Bridge<'_> {
 
     fn sees(&self, from: Spot, to: Spot, sight: Sight) -> bool {
         let (middle, width) = (from.towards(to, 0.5), from.distance(to));
-        // A gap that is cut already is seen across, and joins nothing.
+        // Across a gap that is already cut, sides see each other, but nothing connects them.
         let here = || self.all.island_at(middle) == Some(self.number);
         if sight == Sight::Copper && width >= self.tool {
             return here() && !self.all.cross(from, to, TOUCH_MM);
@@ -285,20 +284,20 @@ impl Bridge<'_> {
         (sight != Sight::Copper || width <= 2.0 * TOUCH_MM || here()) && free(self.scene, from, to)
     }
 
-    /// How wide a bit may be at this gap, in mm: where its sides do not see each other, as wide as the bridge at most.
+    /// Largest tool width for this gap, in mm: at most the bridge's width if the sides don't see each other.
     fn width(&self, gap: Gap) -> f64 {
         if gap.seen { gap.width } else { gap.width.min(self.thickness) }
     }
 }
 
-/// Whether the straight way between two places leads through no copper of the design.
+/// True if the straight line between two points crosses no copper of the design.
 fn free(scene: &Scene<'_>, from: Spot, to: Spot) -> bool {
     let middle = from.towards(to, 0.5);
     from.distance(to) <= 2.0 * TOUCH_MM
         || (scene.design.island_at(middle).is_none() && !scene.design.cross(from, to, TOUCH_MM))
 }
 
-/// The same gap where it is narrowest near by: places were only looked at every so often.
+/// Improves a gap to the nearby minimum: contacts were only sampled.
 fn refined(scene: &Scene<'_>, one: u32, other: u32, gap: Gap) -> Gap {
     let mut best = gap;
     let (low, high) = around(gap.from, gap.to, STEP_MM * 2.0);
@@ -339,14 +338,14 @@ fn finding(bridge: &Bridge<'_>, one: u32, other: u32, gap: Gap) -> Finding {
     let mut finding = Finding::new(kind, middle, width, vec![scene.label(one), scene.label(other)]);
     finding.tool = tool;
     finding.ends = Some((gap.from.point(), gap.to.point()));
-    // A bit that fits elsewhere may have been put to other gaps alone: the cure takes it here too.
+    // A tool that fits elsewhere may be used at other gaps only: offer it here too.
     if width > Length::ZERO {
         finding.cures = cures::for_gap(scene, width);
     }
     finding
 }
 
-/// Nets that share a piece with others without any gap that was found: told at a place on them.
+/// Nets that share a piece with others although no gap was found: reported at a position on them.
 fn untold(scene: &Scene<'_>, told: &BTreeMap<u32, BTreeSet<u32>>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for kept in scene.kept.iter().flatten() {
@@ -356,7 +355,7 @@ fn untold(scene: &Scene<'_>, told: &BTreeMap<u32, BTreeSet<u32>>) -> Vec<Finding
         if known.is_some_and(|known| known.contains(&net)) {
             continue;
         }
-        // With a net that was told, if there is one: else with the least other one.
+        // Paired with a reported net, if there is one, else with the lowest other net.
         let partner = known
             .and_then(|known| known.iter().next())
             .or_else(|| nets.iter().find(|&&other| other != net))

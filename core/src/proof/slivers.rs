@@ -1,13 +1,11 @@
 //! Copper so thin or so small that it may come off.
 //!
 //! ```text
-//!   ┌──────────┐   ┌────────        two edges face each other through copper, nearer than the limit: a sliver, or a neck
+//!   ┌──────────┐   ┌────────        two edges face each other through copper: a sliver or neck
 //!   │          └───┘  ↕
-//!   │          ┌───┐                edges that follow each other round a corner are its tip, and no sliver
+//!   │          ┌───┐                consecutive edges around a corner are its tip, and no sliver
 //!   └──────────┘   └────────
 //! ```
-//!
-//! Comes in: the scene. Goes out: findings. Does not know which cut left it.
 
 use super::edges::{Edge, Edges, Spot, around, between};
 use super::finding::{Finding, FindingKind};
@@ -16,44 +14,44 @@ use crate::geometry::island_area_mm2;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Edges that run against each other within 60° face each other: the cosine.
+/// Cosine for edges in opposite directions within 60°: they face each other.
 const FACING_COSINE: f64 = -0.5;
-/// What is nearer than this, in mm, is what rounding leaves.
+/// Smaller distances, in mm, are rounding.
 const HAIR_MM: f64 = 0.001;
-/// Two edges nearer than so many times the limit along their ring are one corner.
+/// Two edges within this many times the limit along their ring are one corner.
 const CORNER_FACTOR: f64 = 6.0;
-/// Places nearer than this, in mm, are one sliver.
+/// Points nearer than this, in mm, are one sliver.
 const JOINED_MM: f64 = 0.3;
 
-/// A place where copper is thin.
+/// A thin place in the copper.
 #[derive(Clone, Copy)]
 struct Thin {
     width: f64,
     spot: Spot,
     piece: u32,
-    /// Where it tears, more than a fragment comes off.
+    /// If it tears, more than a fragment is lost.
     neck: bool,
 }
 
-/// Every place where the copper left is thinner than the limit, what is joined as one.
+/// Every place where the copper left is thinner than the limit; connected ones are merged.
 pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
     let limit = scene.options.thinnest.mm();
     let edges = &scene.left_edges;
     let mut thin = Vec::new();
-    for (index, edge) in (0_u32..).zip(&edges.edges) {
+    for (index, edge) in edges.iter() {
         let (low, high) = around(edge.from, edge.to, limit);
         edges.in_box(low, high, &mut |other_index, other| {
             if other_index > index && other.island == edge.island {
-                let pair = [(index, edge), (other_index, other)];
+                let pair = [(index, &edge), (other_index, other)];
                 thin.extend(facing(pair, limit, edges, scene.options.smallest_mm2));
             }
         });
     }
-    // A net depends on a neck of its own copper.
+    // A net depends on a neck in that net's copper.
     for thin in thin.iter_mut().filter(|thin| thin.neck) {
         thin.neck = scene.design.island_at(thin.spot).is_some();
     }
-    // What goes with the chips is not told.
+    // Pieces that leave with the chips are not reported.
     let dust = |thin: &Thin| {
         let loose = scene.nets_in(thin.piece).is_none_or(|nets| nets.is_empty());
         let island = scene.left.islands.get(thin.piece as usize).filter(|_| loose);
@@ -63,8 +61,8 @@ pub(super) fn slivers(scene: &Scene<'_>) -> Vec<Finding> {
     told.map(|thin| sliver(scene, thin)).collect()
 }
 
-/// The places along two edges, by their numbers, where there is less copper than the limit between them. Copper that holds more
-/// than `small` mm² is no tip.
+/// Points along two edges, given by number, where the copper between them is thinner than the limit. Copper
+/// of more than `small` mm² is no tip.
 fn facing(
     [(first, one), (second, other)]: [(u32, &Edge); 2],
     limit: f64,
@@ -72,7 +70,7 @@ fn facing(
     small: f64,
 ) -> Vec<Thin> {
     let (u, v) = (one.to.minus(one.from), other.to.minus(other.from));
-    // Those that run the same way do not face each other: told apart without a root.
+    // Edges in one direction do not face each other; this test needs no square root.
     let along = u.dot(v);
     if along >= 0.0 {
         return Vec::new();
@@ -93,17 +91,16 @@ fn facing(
     let mut neck = false;
     if one.ring == other.ring {
         let ring = edges.rings.get(one.ring as usize).copied().unwrap_or_default();
-        let place = |edge: &Edge, spot: Spot| edge.along_mm + edge.from.distance(spot);
-        let apart = libm::fabs(place(one, from) - place(other, to));
+        let apart = libm::fabs(edges.along_mm(first, from) - edges.along_mm(second, to));
         if apart.min(ring.length_mm - apart) < CORNER_FACTOR * limit {
             return Vec::new();
         }
-        // Cut across from a ring to itself, a piece falls apart: of an outer edge in two, off the edge of a hole a pocket.
+        // A cut across a ring splits the piece: an outer ring into two parts, a hole's edge into a pocket.
         let part = edges.area_between((first, from), (second, to));
         let rest = ring.area_mm2 - part;
         neck = if ring.area_mm2 > 0.0 { part.min(rest) } else { part.max(rest) } > small;
     }
-    // Long edges face each other along a stretch.
+    // Long edges face each other over a length.
     let count = libm::ceil(2.0 * u.length() / JOINED_MM).clamp(1.0, 10_000.0) as usize;
     let places = (0..=count).filter(|_| count > 1).map(|index| {
         let spot = one.from.towards(one.to, index as f64 / count as f64);
@@ -117,13 +114,13 @@ fn facing(
         .collect()
 }
 
-/// The thinner one of two places of a group; of two that are not alike the neck, which a net depends on.
+/// The thinner of two places; a neck before a tip, because a net depends on it.
 fn thinner(one: Thin, other: Thin) -> Thin {
     let rank = |thin: &Thin| (!thin.neck, thin.width, thin.spot.point());
     if rank(&other) < rank(&one) { other } else { one }
 }
 
-/// The thinnest place of every group of places that are near each other in one piece.
+/// The thinnest place of every group of nearby places in one piece.
 fn groups(thin: &[Thin]) -> Vec<Thin> {
     let cell = |thin: &Thin| {
         let cell = |value: f64| libm::floor(value / JOINED_MM) as i64;
@@ -152,7 +149,7 @@ fn groups(thin: &[Thin]) -> Vec<Thin> {
 
 fn sliver(scene: &Scene<'_>, thin: Thin) -> Finding {
     let nets = scene.nets_in(thin.piece).into_iter().flatten();
-    // A piece that holds many nets is told as shorts; its slivers need no list of them.
+    // A piece with many nets is reported as shorts; its slivers need no complete list.
     let nets = nets.take(2).map(|&net| scene.label(net)).collect();
     let mut finding = Finding::new(FindingKind::Sliver, thin.spot.point(), Length::from_mm(thin.width), nets);
     finding.tool = scene.narrowest();
@@ -160,12 +157,12 @@ fn sliver(scene: &Scene<'_>, thin: Thin) -> Finding {
     finding
 }
 
-/// Loose pieces up to this, in mm², go with the chips: a square as wide as the thinnest copper that holds.
+/// Loose pieces up to this, in mm², leave with the chips: a square as wide as the thinnest stable copper.
 fn dust_mm2(scene: &Scene<'_>) -> f64 {
     scene.options.thinnest.mm() * scene.options.thinnest.mm()
 }
 
-/// Loose pieces that are smaller than the limit.
+/// Loose pieces smaller than the limit.
 pub(super) fn fragments(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (piece, island) in (0..).zip(&scene.left.islands) {
@@ -173,7 +170,7 @@ pub(super) fn fragments(scene: &Scene<'_>) -> Vec<Finding> {
             continue;
         }
         let area = island_area_mm2(island);
-        // What rounding leaves is not told: a thousandth of the limit.
+        // Pieces from rounding are not reported.
         let small = area < scene.options.smallest_mm2 && area > dust_mm2(scene);
         if let Some(spot) = inner_spot(island).filter(|_| small) {
             let width = Length::from_mm(libm::sqrt(area));

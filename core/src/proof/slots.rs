@@ -1,31 +1,30 @@
-//! The slots that programs clear, against those of the board (N8 N9).
+//! Compares the slots that programs clear with those of the board.
 //!
 //! ```text
-//!    ╭┄×┄┄×┄┄×┄╮      at every place of the middle line, and across it near both edges, something must have gone deep
+//!    ╭┄×┄┄×┄┄×┄╮      every point of the centre line, and of lines near both edges, must be cut deep
 //!    ┄ ×  ×  × ┄
 //!    ╰┄×┄┄×┄┄×┄╯
 //! ```
-//!
-//! Comes in: boards as they lie with what goes deep in them; their slots in the same order. Goes out: places of slots. Does not
-//! look at copper.
 
 use super::deep::Swept;
-use super::drilled::{DrillingProof, Layer};
 use super::edges::Spot;
+use super::sides::{DrillingProof, Layer};
 use crate::board::Slot;
 use crate::job::Asked;
 use crate::units::Length;
 
-/// Places along a slot are this far apart, in mm.
+/// Step along a slot, in mm.
 const STEP_MM: f64 = 0.25;
-/// What digits of files and chords of arcs may leave of an edge, in mm.
+/// With at least this share of a slot cut deep, the cut is meant for it.
+const MEANT_SHARE: f64 = 0.3;
+/// Tolerance of an edge for digits of files and chords of arcs, in mm.
 const SLACK_MM: f64 = 0.03;
 
-/// Tells the slots that nothing clears, and those that are not deep enough. `any`: holes are made.
+/// Reports slots that nothing clears, and those that are not deep enough. `any`: holes are made.
 pub(super) fn slots(layers: &[Layer<'_>], (asked, any): (&Asked, bool), out: &mut DrillingProof) {
     let Some(first) = layers.first().filter(|first| !first.board.slots.is_empty()) else { return };
     let swept: Vec<Swept> = layers.iter().map(|layer| Swept::of(layer.legs.iter())).collect();
-    let cleared = |number: usize, depth: Length| {
+    let cleared = |number: usize, depth: Length| -> (usize, usize) {
         let of_side = |(layer, swept): (&Layer<'_>, &Swept)| {
             let slot = layer.board.slots.get(number)?;
             Some((places(slot, asked.tolerance)?, swept)).map(|(places, swept)| {
@@ -35,26 +34,32 @@ pub(super) fn slots(layers: &[Layer<'_>], (asked, any): (&Asked, bool), out: &mu
         let sides: Vec<Vec<bool>> = layers.iter().zip(&swept).filter_map(of_side).collect();
         let count = sides.iter().map(Vec::len).max().unwrap_or_default();
         let here = |index: usize| sides.iter().any(|side| side.get(index).copied().unwrap_or_default());
-        (0..count).all(here)
+        ((0..count).filter(|index| here(*index)).count(), count)
     };
     let (mut missing, mut some) = (Vec::new(), any);
     for (number, slot) in first.board.slots.iter().enumerate().filter(|(_, slot)| slot.width.is_some()) {
         let at = slot.path.get(slot.path.len() / 2).copied().unwrap_or_default();
-        if !cleared(number, Length::ZERO) {
+        let (here, all) = cleared(number, Length::ZERO);
+        if here < all {
+            // Enough of the slot is cut deep to be meant for it.
+            some |= here as f64 >= all as f64 * MEANT_SHARE;
             missing.push(at);
             continue;
         }
-        some = true;
-        if !cleared(number, asked.milled) {
+        (some, out.made) = (true, out.made + 1);
+        let (here, all) = cleared(number, asked.milled);
+        if here < all {
             out.shallow.push(at);
         }
     }
     if asked.slots.unwrap_or(some) {
         out.slots_missing = missing;
+    } else if asked.slots.is_none() {
+        out.slots_left = missing;
     }
 }
 
-/// Where a slot must be cleared: along its middle, and near its edges as far as a tool may be of another size.
+/// Points of a slot that must be cleared: on its centre line, and near its edges within the size tolerance.
 fn places(slot: &Slot, tolerance: Length) -> Option<Vec<Spot>> {
     let half = (slot.width?.mm() / 2.0 - tolerance.mm() / 2.0 - SLACK_MM).max(0.0);
     let spots: Vec<Spot> = slot.path.iter().copied().map(Spot::of).collect();

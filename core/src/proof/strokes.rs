@@ -1,42 +1,40 @@
-//! What a round tool sweeps along a way, in as few outlines and corners as there are.
+//! The area that a round tool sweeps along a path, with few outlines and corners.
 //!
 //! ```text
-//!        ╭───────────────╮╲        pieces share one outline: right side, cap, left side back, cap. Where the way comes back to
-//!       (●───────────────● ╲       a corner of its own, what lies between goes round: its two sides, no caps. Outside of a
-//!        ╰─────────────╮  ● )      corner it goes by an arc, inside of it by the corner. Going back the same way adds nothing.
+//!        ╭───────────────╮╲      pieces share one outline: right side, cap, left side back, cap. If the path
+//!       (●───────────────● ╲     returns to an earlier corner, the loop becomes two sides without caps.
+//!        ╰─────────────╮  ● )    Outside of a corner: an arc. Inside: the corner. Retracing adds nothing.
 //! ```
 //!
-//! Along its way an outline is the sum of strips, sectors and caps, each with its inside on the left: it winds about every
-//! place as often as these lie over it, and so it may overlap itself, and nothing lies in it but what is swept. An arc no
-//! wider than the tool sweeps a sector, up to its centre: what lies beyond is in the strips beside it, and in the caps.
-//!
-//! Comes in: a way and a width. Goes out: closed outlines whose union (winding above zero) is the area. Does not know what
-//! is cut.
+//! An outline is the sum of strips, sectors and caps, each with its inside on the left. Its winding number at
+//! a point is the number of these that cover the point, so it may overlap itself and never encloses anything
+//! else. An arc no wider than the tool sweeps a sector up to its centre. The area beyond is in the
+//! neighbouring strips and caps.
 
 use super::edges::Spot;
 use crate::geometry::{Path, PathSegment, Point, chords, stroke};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Pieces whose directions differ by less than this, in radians, go on.
+/// Pieces with a smaller difference of direction, in radians, continue smoothly.
 const SMOOTH_RAD: f64 = 1e-3;
-/// Arcs whose inner side has a lesser radius than this, in mm, sweep a sector.
+/// Arcs with a smaller inner radius, in mm, sweep a sector.
 const TIGHT_MM: f64 = 1e-4;
-/// An inner side of an arc whose ends are nearer than this, in mm, and that turns by less than this, in radians, is straight:
-/// whole nanometres do not tell which way it turns.
+/// An inner side of an arc below this length (mm) and turn (radians) becomes straight: in whole nanometres
+/// its direction is uncertain.
 const SHORT_MM: f64 = 1e-5;
 const SHORT_RAD: f64 = 0.1;
 
 /// A segment with its start.
 type Piece = (Point, PathSegment);
 
-/// The outlines of what a round tool of this width sweeps along `path`.
+/// The outlines of the area that a round tool of this width sweeps along `path`.
 pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     let half = width.mm() / 2.0;
     let mut outlines = Vec::new();
-    // The pieces that are not told yet, and those by which the way goes back on them.
+    // Pieces not yet output, and pieces that retrace them.
     let (mut chain, mut back): (Vec<Piece>, Vec<Piece>) = (Vec::new(), Vec::new());
-    // Where the pieces of the chain start, and how many come before each.
+    // Start points of the chain's pieces, with their index.
     let mut corners: BTreeMap<Point, usize> = BTreeMap::new();
     for (from, segment) in path.pieces().filter(|piece| is_long(*piece)) {
         if let Some((corner, _)) = chain.pop_if(|last| turned_back(last) == (from, segment)) {
@@ -60,7 +58,7 @@ pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     if outlines.is_empty() { stroke(path, width) } else { outlines }
 }
 
-/// The angle from one direction to another, to the left above zero, in radians.
+/// The angle from one direction to another, positive to the left, in radians.
 fn bend(before: Spot, after: Spot) -> f64 {
     libm::atan2(before.x * after.y - before.y * after.x, before.dot(after))
 }
@@ -81,7 +79,7 @@ fn is_tight((from, segment): Piece, half: f64) -> bool {
     }
 }
 
-/// Where a piece heads at its start and at its end, one long.
+/// Unit directions of a piece at its start and at its end.
 fn directions((from, segment): Piece) -> (Spot, Spot) {
     let unit = |way: Spot| {
         let length = way.length().max(1e-12);
@@ -103,12 +101,12 @@ fn directions((from, segment): Piece) -> (Spot, Spot) {
     }
 }
 
-/// A place so far to the right of a heading; to the left where `by` is below zero.
+/// A point at this distance to the right of a heading; to the left if `by` is negative.
 fn beside(at: Point, heading: Spot, by: f64) -> Point {
     Point::from_mm(at.x.mm() + heading.y * by, at.y.mm() - heading.x * by)
 }
 
-/// A piece run through the other way.
+/// A piece in reverse direction.
 fn turned_back(&(from, segment): &Piece) -> Piece {
     match segment {
         PathSegment::Line { to } => (to, PathSegment::Line { to: from }),
@@ -118,7 +116,7 @@ fn turned_back(&(from, segment): &Piece) -> Piece {
     }
 }
 
-/// The one outline about pieces that follow each other.
+/// The outline around consecutive pieces.
 fn about(chain: &[Piece], half: f64) -> Option<Path> {
     let (first, last) = (*chain.first()?, *chain.last()?);
     let start = beside(first.0, directions(first).0, half);
@@ -132,7 +130,7 @@ fn about(chain: &[Piece], half: f64) -> Option<Path> {
     Some(outline)
 }
 
-/// The two sides of pieces that end where they begin.
+/// The two sides of pieces that form a closed loop.
 fn about_ring(round: &[Piece], half: f64) -> Option<[Path; 2]> {
     let (first, last) = (*round.first()?, *round.last()?);
     let begun = |last: Piece| {
@@ -146,7 +144,7 @@ fn about_ring(round: &[Piece], half: f64) -> Option<[Path; 2]> {
     Some([right, left])
 }
 
-/// Goes on along the right side of pieces, from one that headed for `before`.
+/// Continues along the right side of pieces, from the heading `before`.
 fn side(outline: &mut Path, before: Option<Spot>, pieces: impl Iterator<Item = Piece>, half: f64) {
     let mut before = before;
     for (from, segment) in pieces {
@@ -173,7 +171,7 @@ fn side(outline: &mut Path, before: Option<Spot>, pieces: impl Iterator<Item = P
     }
 }
 
-/// Whether the side of an arc between two places is too short to be one.
+/// True if the side of an arc between two points is too short to be an arc.
 fn is_short((from, segment): Piece, (begin, to): (Point, Point)) -> bool {
     match segment {
         PathSegment::Line { .. } => true,
@@ -188,7 +186,7 @@ mod tests {
     use super::*;
     use crate::geometry::{CombineRule, Exposure, area_mm2, combine, paint};
 
-    /// Lines, arcs either way, a corner, a tight arc, a loop over itself.
+    /// Lines, arcs in both directions, a corner, a tight arc, a loop over itself.
     fn toolpaths() -> Vec<Path> {
         let at = |x: f64, y: f64| Point::from_mm(x, y);
         let line = |x: f64, y: f64| PathSegment::Line { to: at(x, y) };
@@ -198,7 +196,7 @@ mod tests {
         let back = vec![line(2.0, 0.0), arc(2.2, 0.0, at(2.1, 0.0), true), arc(4.2, 0.0, at(3.2, 0.0), true)];
         let round = vec![arc(1.0, 0.0, at(0.0, 0.0), false)];
         let loop_ = vec![arc(1.0, 0.0, at(0.0, 0.0), false), line(1.0, 2.0)];
-        // As robots write a circle and its overlap: three arcs by places of four digits, each with a centre of its own.
+        // A circle with overlap as robots write it: three arcs with four digits, each with its own centre.
         let robot = vec![
             arc(-0.9708, 0.0, Point::new(Length::from_nm(-200), Length::from_nm(0)), true),
             arc(0.9704, 0.0, Point::new(Length::from_nm(-200), Length::from_nm(0)), true),
@@ -215,17 +213,18 @@ mod tests {
         ]
     }
 
-    /// Ways that no plan makes and a program may have all the same.
+    /// Paths that no plan makes, but a program may have.
     fn odd_toolpaths() -> Vec<Path> {
         let at = |x: f64, y: f64| Point::from_mm(x, y);
         let line = |x: f64, y: f64| PathSegment::Line { to: at(x, y) };
         let arc =
             |x: f64, y: f64, centre: Point, clockwise| PathSegment::Arc { to: at(x, y), centre, clockwise };
         let start = |x: f64, y: f64, segments: Vec<PathSegment>| Path { start: at(x, y), segments };
-        // Zigzags that cross themselves, by sharp corners and by blunt ones.
+        // Zigzags that cross themselves, with sharp and blunt corners.
         let zigzag = vec![line(3.0, 0.1), line(0.1, 0.4), line(3.0, 0.5), line(1.0, -1.0), line(1.1, 2.0)];
         let star = vec![line(2.0, 1.5), line(-0.5, 1.5), line(1.5, 0.0), line(0.75, 2.3), line(0.0, 0.0)];
-        // Rings: of lines, of a bit round a corner with arcs as wide as the cut and less, with an overlap, in both.
+        // Closed loops: of lines, around a corner with arcs as wide as the cut and less, with an overlap, in
+        // both directions.
         let square = vec![line(1.0, 0.0), line(1.0, 1.0), line(0.0, 1.0), line(0.0, 0.0)];
         let small = vec![line(0.1, 0.0), line(0.1, 0.12), line(0.0, 0.0)];
         let round = |radius: f64| {
@@ -245,11 +244,11 @@ mod tests {
             ring.push(more);
             ring
         };
-        // Rings joined by a link; a way out of a ring and back, and on.
+        // Loops joined by a link; a detour out of a loop and back.
         let joined =
             [square.clone(), vec![line(-0.1, 0.0), line(-0.1, 2.0), line(2.0, 2.0), line(-0.1, 0.0)]];
         let detour = vec![line(1.0, 0.0), line(1.3, 0.4), line(1.6, 0.4), line(1.3, 0.4), line(1.0, 0.0)];
-        // Arcs of all but no radius, and beyond half a round.
+        // Arcs of almost no radius, and beyond a half circle.
         let dot = vec![arc(0.0, 0.0, at(0.00005, 0.0), true), line(1.0, 0.0)];
         let most = vec![arc(0.0, -0.1, at(0.0, 0.0), false), arc(0.2, -0.1, at(0.1, -0.1), true)];
         vec![
@@ -274,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn outlines_cover_what_single_pieces_cover() {
+    fn outlines_cover_the_area_of_single_pieces() {
         let painted = |outlines: Vec<Path>| paint(&[Exposure { clear: false, outlines }]);
         let all = toolpaths().into_iter().chain(odd_toolpaths());
         for path in all.flat_map(|path| [path.reversed(), path]) {
@@ -289,18 +288,18 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_round_has_two_sides_and_what_does_not_has_one_outline() {
+    fn closed_paths_have_two_outlines_and_open_ones_one() {
         let count = |path: &Path| outlines(path, Length::from_mm(0.2)).len();
         let odd = odd_toolpaths();
         assert_eq!(count(&toolpaths()[0]), 1);
         assert_eq!([0, 2, 5, 8, 9].map(|number| count(&odd[number])), [1, 2, 2, 3, 5]);
-        // Out of a ring and back, and only out and back.
+        // Out of a loop and back, and only out and back.
         assert_eq!([10, 12].map(|number| count(&odd[number])), [3, 1]);
     }
 
-    /// Whole nanometres do not tell which way round the inner side of such an arc goes.
+    /// In whole nanometres the direction of the inner side of a tiny arc is uncertain.
     #[test]
-    fn an_arc_of_a_hair_adds_no_round_of_its_inner_side() {
+    fn tiny_arc_adds_no_turn_on_its_inner_side() {
         let line = |x: f64| PathSegment::Line { to: Point::from_mm(x, 0.0) };
         let width = Length::from_mm(0.2);
         let painted = |outlines: Vec<Path>| area_mm2(&paint(&[Exposure { clear: false, outlines }]));

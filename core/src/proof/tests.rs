@@ -1,5 +1,5 @@
-//! Hand-made programs on hand-made boards: every kind of finding provoked, its place checked to a tenth of a millimetre;
-//! good programs have none; any single fault put into a good one is found.
+//! Hand-made programs on hand-made boards: provokes every kind of finding and checks its position to 0.1 mm.
+//! Good programs have none; any single fault in a good one is found.
 
 mod holes;
 mod inside;
@@ -48,7 +48,7 @@ fn vee() -> Bit {
     bit(3.0, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 })
 }
 
-/// A way at one depth; one point is a plunge.
+/// A path at one depth; one point is a plunge.
 #[derive(Clone, Debug)]
 struct Toolpath {
     points: Vec<(f64, f64)>,
@@ -60,7 +60,7 @@ fn way(points: &[(f64, f64)], depth: f64) -> Toolpath {
     Toolpath { points: points.to_vec(), depth, mark: Mark::Toolpath(0) }
 }
 
-/// Once around a rectangle, so far away.
+/// Once around a rectangle, at this distance.
 fn contour((left, bottom, right, top): Rect, away: f64, depth: f64) -> Toolpath {
     let (left, bottom, right, top) = (left - away, bottom - away, right + away, top + away);
     way(&[(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)], depth)
@@ -132,22 +132,22 @@ fn wide(finding: &Finding, mm: f64) {
 }
 
 #[test]
-fn a_good_program_has_no_findings() {
+fn good_program_has_no_problems() {
     assert_eq!(found(&three(), &[program(mill(0.2), &good())]), []);
-    // The V-bit is as wide at the surface at this depth.
+    // The depth at which the V-bit is 0.2 mm wide at the surface.
     let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
     let toolpaths = [A, B, C].map(|pad| contour(pad, 0.1, depth));
     assert_eq!(found(&three(), &[program(vee(), &toolpaths)]), []);
     // Two programs, one after the other.
     let halves = [program(mill(0.2), &good()[..1]), program(mill(0.2), &good()[1..])];
     assert_eq!(found(&three(), &halves), []);
-    // One net in two islands need not be apart.
+    // Two islands of one net need not be isolated.
     let same = board(&[(A, Some("A")), (B, Some("A")), (C, Some("C"))]);
     assert_eq!(found(&same, &[program(mill(0.2), &good()[2..])]), []);
 }
 
 #[test]
-fn nothing_cut_is_all_shorts() {
+fn uncut_board_is_all_shorts() {
     let findings = found(&three(), &[program(mill(0.2), &[])]);
     assert_eq!(kinds(&findings), [FindingKind::Short]);
     let nets: Vec<String> = findings.iter().map(|finding| finding.nets.concat()).collect();
@@ -168,8 +168,8 @@ fn nothing_cut_is_all_shorts() {
 }
 
 #[test]
-fn a_way_left_out_and_a_way_too_shallow_are_found() {
-    // A and B are only apart by A's contour.
+fn missing_and_shallow_toolpaths_are_found() {
+    // A's contour alone separates A and B.
     let toolpaths = [good()[0].clone(), good()[2].clone()];
     assert_eq!(found(&three(), &[program(mill(0.2), &toolpaths)]), []);
     let findings = found(&three(), &[program(mill(0.2), &toolpaths[1..])]);
@@ -189,7 +189,7 @@ fn a_way_left_out_and_a_way_too_shallow_are_found() {
 }
 
 #[test]
-fn a_way_beside_its_place_and_a_bit_wider_than_said_take_copper() {
+fn shifted_toolpath_and_wide_tool_remove_copper() {
     let mut toolpaths = good();
     toolpaths[0].points.iter_mut().for_each(|(x, _)| *x += 0.2);
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
@@ -206,7 +206,7 @@ fn a_way_beside_its_place_and_a_bit_wider_than_said_take_copper() {
 }
 
 #[test]
-fn a_cut_through_a_net_is_a_break() {
+fn cut_through_a_net_is_a_break() {
     let mut toolpaths = good();
     toolpaths.push(way(&[(2.0, -0.5), (2.0, 2.1)], 0.1));
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
@@ -219,7 +219,7 @@ fn a_cut_through_a_net_is_a_break() {
 }
 
 #[test]
-fn an_island_that_is_milled_away_is_gone() {
+fn milled_away_island_is_gone() {
     let board = board(&[(A, Some("A")), ((4.4, 0.9, 4.6, 1.1), Some("dot"))]);
     let toolpaths = [contour(A, 0.1, 0.1), way(&[(4.5, 0.0), (4.5, 2.0)], 0.1)];
     let findings = found(&board, &[program(mill(0.4), &toolpaths)]);
@@ -239,7 +239,7 @@ fn around_tight() -> Vec<Toolpath> {
 }
 
 #[test]
-fn a_gap_narrower_than_the_bit_has_cures() {
+fn gap_narrower_than_the_tool_has_fixes() {
     let owned = vec![mill(0.1), mill(0.12), mill(0.3), bit(0.1, Cutter::Drill)];
     let options = ProofOptions { owned, ..ProofOptions::default() };
     let findings = prove(&tight(0.15), &[program(mill(0.2), &around_tight())], &options).findings;
@@ -251,7 +251,7 @@ fn a_gap_narrower_than_the_bit_has_cures() {
     let other = Cure::OtherBit { owned: 1, bit: "0.12 mm".to_owned(), depth, width: Length::from_mm(0.12) };
     let (width, lost) = (Length::from_mm(0.2), Length::from_um(25));
     assert_eq!(gap.cures, [other, Cure::Centred { bit: "0.2 mm".to_owned(), depth, width, lost }]);
-    // The centred pass, once made, is proved by what it costs.
+    // The centred pass, once made, is reported with its losses.
     let mut cured = around_tight();
     cured.push(way(&[(1.075, 0.0), (1.075, 1.0)], 0.1));
     let findings = prove(&tight(0.15), &[program(mill(0.2), &cured)], &options).findings;
@@ -262,8 +262,9 @@ fn a_gap_narrower_than_the_bit_has_cures() {
 }
 
 #[test]
-fn a_neck_across_a_narrow_gap_is_no_short_through_the_pad_behind_it() {
-    // Plunges in the gap leave a neck of 5 µm, and the straight way from side to side hits it only in the middle.
+fn neck_across_a_narrow_gap_is_no_short() {
+    // Plunges in the gap leave a neck of 5 µm; the straight line between the sides hits it only in the
+    // middle.
     let board = board(&[((0.0, 0.0, 1.0, 1.0), Some("P")), ((1.13, 0.2, 2.0, 0.8), Some("Q"))]);
     let mut toolpaths = around_tight();
     toolpaths.extend([0.2, 0.35, 0.5, 0.705, 0.8].map(|y| way(&[(1.065, y)], 0.1)));
@@ -275,7 +276,7 @@ fn a_neck_across_a_narrow_gap_is_no_short_through_the_pad_behind_it() {
 }
 
 #[test]
-fn a_deep_vee_is_cured_by_less_depth() {
+fn deep_v_bit_is_fixed_by_less_depth() {
     let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
     let toolpaths: Vec<Toolpath> = around_tight().into_iter().map(|way| Toolpath { depth, ..way }).collect();
     let findings = found(&tight(0.17), &[program(vee(), &toolpaths)]);
@@ -286,8 +287,8 @@ fn a_deep_vee_is_cured_by_less_depth() {
 }
 
 #[test]
-fn thin_and_tiny_pieces_are_found() {
-    // Two toolpaths side by side leave 30 µm between them.
+fn slivers_and_fragments_are_found() {
+    // Two parallel toolpaths leave 30 µm between them.
     let mut toolpaths = good();
     toolpaths.push(way(&[(0.0, 6.0), (3.0, 6.0)], 0.1));
     toolpaths.push(way(&[(0.0, 6.23), (3.0, 6.23)], 0.1));
@@ -296,7 +297,7 @@ fn thin_and_tiny_pieces_are_found() {
     let sliver = only(&findings, FindingKind::Sliver);
     near(sliver, None, Some(6.115));
     wide(sliver, 0.03);
-    // A square of 80 µm all by itself.
+    // An isolated square of 80 µm.
     let mut toolpaths = good();
     toolpaths.push(contour((6.0, 6.0, 6.08, 6.08), 0.1, 0.1));
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
@@ -321,9 +322,9 @@ fn drilled(board: &mut Board, x: f64, y: f64, diameter: f64) -> Program {
 }
 
 #[test]
-fn holes_are_looked_at_with_the_copper_around_them() {
+fn holes_are_checked_against_surrounding_copper() {
     let isolate = program(mill(0.2), &good());
-    // In the middle of A, 1 mm to its edges; 30 µm to its edge; out of it by 100 µm; in the gap, over A.
+    // In the middle of A, 1 mm to its edges; 30 µm to its edge; 100 µm out of it; in the gap, over A.
     let rows = [
         (2.0, 1.0, None, 0.0),
         (2.0, 0.63, Some(FindingKind::Ring), 0.03),
@@ -349,13 +350,13 @@ fn holes_are_looked_at_with_the_copper_around_them() {
             }
         }
     }
-    // In the middle of A, but its edge runs so far off its axis.
+    // In the middle of A, with a large runout.
     let mut board = three();
     let mut drill = drilled(&mut board, 2.0, 1.0, 1.2);
     drill.bits[0].handling.run_out = Length::from_mm(0.38);
     let findings = found(&board, &[isolate.clone(), drill]);
     wide(only(&findings, FindingKind::Ring), 0.02);
-    // A pad that shows the hole already: the drill is larger than what is bare.
+    // A pad with an open centre: the drill is larger than the opening.
     let mut board = three();
     let mut hole = rectangle(bounds((1.8, 0.8, 2.2, 1.2)));
     hole = hole.reversed();
@@ -365,7 +366,7 @@ fn holes_are_looked_at_with_the_copper_around_them() {
 }
 
 #[test]
-fn a_cut_without_a_bit_is_told() {
+fn cut_without_a_tool_is_reported() {
     let mut program = program(mill(0.2), &good());
     program.legs[0] = Leg { mark: Mark::Prepare, commands: vec![ON] };
     let findings = found(&three(), &[program]);
@@ -373,9 +374,9 @@ fn a_cut_without_a_bit_is_told() {
 }
 
 #[test]
-fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
+fn cut_with_stopped_spindle_is_reported_once_per_stop() {
     let off = Command::Spindle { rpm: 0 };
-    // Leg 1 and 2 stand, 3 turns: told where leg 1 begins; then leg 3 stands too.
+    // Spindle off in legs 1 and 2, on in 3: reported at the start of leg 1; then off in leg 3 too.
     let mut program = program(mill(0.2), &good());
     program.legs[0].commands.pop();
     program.legs[3].commands.insert(0, ON);
@@ -398,7 +399,7 @@ fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
 }
 
 #[test]
-fn copper_nearer_than_asked_is_a_remnant() {
+fn copper_within_the_clearance_is_a_remnant() {
     let options = ProofOptions { clearance: Some(Length::from_mm(0.36)), ..ProofOptions::default() };
     let inner = contour(A, 0.1, 0.1);
     let outer = contour(A, 0.26, 0.1);
@@ -410,7 +411,7 @@ fn copper_nearer_than_asked_is_a_remnant() {
 }
 
 #[test]
-fn a_strip_smaller_than_the_bit_is_a_remnant_where_it_was_to_go() {
+fn strip_in_a_cleared_area_is_a_remnant() {
     let alone = board(&[(A, Some("A"))]);
     let cleared = Cleared {
         surface: Length::from_mm(0.8),
@@ -421,7 +422,7 @@ fn a_strip_smaller_than_the_bit_is_a_remnant_where_it_was_to_go() {
     let clearance = ProofOptions { clearance: Some(Length::from_mm(1.4)), ..ProofOptions::default() };
     let clearing = ProofOptions { cleared: vec![cleared], ..ProofOptions::default() };
     for (outer, remnants) in [(1.0, &[][..]), (1.22, &[FindingKind::Remnant][..])] {
-        // What stays between the two toolpaths is 0.02 mm wide, 0.3 mm² or so.
+        // Between the two toolpaths a strip of 0.02 mm is left, about 0.3 mm².
         let toolpaths = program(mill(0.8), &[contour(A, 0.4, 0.1), contour(A, outer, 0.1)]);
         for options in [&clearance, &clearing] {
             let findings = prove(&alone, std::slice::from_ref(&toolpaths), options).findings;
@@ -440,13 +441,13 @@ fn copper_beyond_the_outline_does_not_count() {
     let outer = rectangle(bounds(CARD));
     board.outline = Region { islands: vec![Island { outer, holes: Vec::new() }] };
     let mut toolpaths = good();
-    // Cut out along the edge, through what of C lies beyond it.
+    // Cut out along the edge, through the part of C beyond it.
     toolpaths.push(contour(CARD, 0.1, 0.1));
     assert_eq!(found(&board, &[program(mill(0.2), &toolpaths)]), []);
 }
 
 #[test]
-fn names_do_not_depend_on_order_and_every_kind_has_words() {
+fn problem_ids_ignore_order_and_every_kind_has_a_text() {
     let names = |rects: &[(Rect, Option<&str>)]| {
         let mut names: Vec<String> =
             found(&board(rects), &[program(mill(0.2), &[])]).into_iter().map(|finding| finding.id).collect();
@@ -461,7 +462,7 @@ fn names_do_not_depend_on_order_and_every_kind_has_words() {
             let key = format!("{}.{part}", kind.code());
             assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
         }
-        // A net without a name stands within the sentence, as no net does.
+        // Unnamed nets and findings without nets give complete sentences.
         for nets in [Vec::new(), vec!["@1.00,2.00".to_owned()]] {
             let said =
                 Finding::new(kind, Point::default(), Length::from_um(20), nets).diagnostic().message("en");
@@ -472,4 +473,31 @@ fn names_do_not_depend_on_order_and_every_kind_has_words() {
         prove(&three(), &[program(mill(0.2), &[])], &ProofOptions { most: 1, ..ProofOptions::default() });
     assert_eq!((verdict.findings.len(), verdict.more, verdict.islands, verdict.nets), (1, 2, 3, 3));
     assert_eq!(to_be_read(&verdict.groups).count(), 3, "what is not listed must be read all the same");
+}
+
+#[test]
+fn outcome_counts_isolated_nets_and_the_smallest_gap() {
+    let sentence = |verdict: &Verdict, unread: usize| {
+        let (key, words) = verdict.outcome.sentence(unread);
+        let words: Vec<_> = words.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        locale::text("en", key, &words)
+    };
+    // A cut of 0.2 mm around A isolates A; B and C stay one piece.
+    let alone = program(mill(0.2), &[contour(A, 0.15, 0.1)]);
+    let options = ProofOptions::default();
+    let proved = prove(&three(), std::slice::from_ref(&alone), &options);
+    assert_eq!((proved.outcome.nets, proved.outcome.isolated), (3, 1), "{:?}", proved.outcome);
+    assert_eq!(sentence(&proved, 1), "Not proved: 1 of 3 nets isolated, 1 problem to read");
+    let both = program(mill(0.2), &[contour(A, 0.15, 0.1), contour(B, 0.15, 0.1)]);
+    let proved = prove(&three(), &[both], &options);
+    assert_eq!(sentence(&proved, 0), "Proved: 3 of 3 nets isolated, smallest gap 0.20 mm");
+    // A single net, no cut, no copper, copper on the other side.
+    let one = prove(&board(&[(A, Some("A"))]), std::slice::from_ref(&alone), &options);
+    assert_eq!(sentence(&one, 0), "Proved: 1 of 1 net isolated");
+    let nothing = prove(&three(), &[], &ProofOptions { isolates: None, ..options.clone() });
+    assert_eq!(sentence(&nothing, 0), "No isolation on this side: the copper stays as it is on the blank.");
+    let bare = prove(&Board::default(), std::slice::from_ref(&alone), &options);
+    assert_eq!(sentence(&bare, 0), "Nothing to prove: no copper layer is open.");
+    let other = prove(&three(), &[alone], &ProofOptions { face: Face::Bottom, ..options });
+    assert_eq!(sentence(&other, 0), "Nothing to prove: this side has no copper.");
 }

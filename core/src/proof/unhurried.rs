@@ -1,16 +1,15 @@
-//! A program without its speeds: what the proof looks at.
+//! Removes speeds from a program: the proof doesn't depend on them.
 //!
 //! ```text
-//!   Plunge −0.1 mm at 500 µm/s · Spindle 12,000 rpm      and      Plunge −0.1 mm at 900 µm/s · Spindle 30,000 rpm
-//!   leave the same copper, as long as the spindle turns: what one of them is worth the other one is
+//!   Plunge −0.1 mm at 500 µm/s · Spindle 12,000 rpm   and   Plunge −0.1 mm at 900 µm/s · Spindle 30,000 rpm
+//!   leave equal copper, as long as the spindle turns: one proof is valid for both
 //! ```
 //!
-//! Comes in: a [`Program`]. Goes out: the same with no feeds, no waits and one speed of a spindle that turns. Legs keep their numbers.
-//! Does not know boards.
+//! Legs keep their numbers.
 
 use crate::job::{Command, Leg, Program};
 
-/// `program` without how fast it goes and for which machine it is: two that are the same then have the same proof.
+/// `program` without speeds and machine: programs that are then equal have one proof.
 pub fn unhurried(program: &Program) -> Program {
     let leg = |leg: &Leg| Leg { mark: leg.mark, commands: leg.commands.iter().filter_map(slow).collect() };
     Program {
@@ -23,7 +22,7 @@ pub fn unhurried(program: &Program) -> Program {
     }
 }
 
-/// A command without its speed; none where it only waits.
+/// A command without its speed; `None` if it only waits.
 fn slow(command: &Command) -> Option<Command> {
     let feed_um_per_s = 0;
     Some(match *command {

@@ -1,12 +1,10 @@
-//! What one change of the whole job opens, before gaps are cured one by one.
+//! Effect of one change of the whole job, before gaps are fixed one by one.
 //!
 //! ```text
-//!   gaps not open    0.124  0.126  0.131  0.135  …
-//!   the V-bit at its least depth cuts 0.127        ──▶ opens the last two and all that are wider
+//!   uncut gaps       0.124  0.126  0.131  0.135  …
+//!   the V-bit at its least depth cuts 0.127        ──▶ opens the last two and all wider ones
 //!   the same V-bit with a finer tip                ──▶ opens the rest
 //! ```
-//!
-//! Comes in: the scene, and the gaps that were found. Goes out: [`Whole`]. Does not change the job.
 
 use super::finding::{Finding, FindingKind};
 use super::scene::Scene;
@@ -15,42 +13,42 @@ use crate::job::{Bit, Cutter};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// Depths are offered in whole steps of this.
+/// Depths are offered in multiples of this.
 const DEPTH_STEP: Length = Length::from_um(1);
-/// Tips are offered in whole steps of this.
+/// Tips are offered in multiples of this.
 const TIP_STEP: Length = Length::from_um(10);
-/// A finer tip can hardly be bought.
+/// The finest tip usually sold.
 const FINEST_TIP: Length = Length::from_um(50);
 
-/// What is to be done about all gaps together.
+/// Remedies for all gaps together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Whole {
-    /// Gaps that are not open.
+    /// Number of uncut gaps.
     pub gaps: u32,
-    /// The V-bit of the program less deep everywhere, where that opens any.
+    /// The program's V-bit less deep everywhere, if that opens any gap.
     pub shallower: Option<Shallower>,
-    /// Gaps that it does not open.
+    /// Gaps that this does not open.
     pub rest: u32,
-    /// The tip that the V-bit would need for the rest, at the least depth; none where there is no rest or no tip would do.
+    /// The tip that the V-bit needs for the rest, at the least depth; `None` if there is no rest or no tip
+    /// would do.
     pub tip: Option<Length>,
-    /// So many of the rest that tip opens.
+    /// Number of the rest that the tip opens.
     pub tip_opens: u32,
 }
 
 /// A V-bit less deep everywhere.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shallower {
-    /// Its name.
     pub bit: String,
     /// Depth of the tip.
     pub depth: Length,
-    /// What it then cuts at the surface.
+    /// Resulting width at the surface.
     pub width: Length,
-    /// So many gaps it opens.
+    /// Number of gaps that it opens.
     pub opens: u32,
 }
 
-/// What opens the gaps among `findings`; none where there are none, or where no V-bit isolates.
+/// Remedies for the gaps among `findings`; `None` if there are none, or if no V-bit isolates.
 pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
     let joined =
         findings.iter().filter(|finding| matches!(finding.kind, FindingKind::Short | FindingKind::Gap));
@@ -81,13 +79,14 @@ pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
     })
 }
 
-/// How deep the cuts of a bit go.
+/// Greatest depth of a tool's cuts.
 fn deepest(scene: &Scene<'_>, bit: &Bit) -> Length {
     let own = scene.cuts.iter().filter(|cut| scene.bit(cut) == Some(bit));
     own.map(|cut| cut.depth).max().unwrap_or_default()
 }
 
-/// The tip with which `bit` opens all of `rest` that any tip opens, and how many these are. Narrowest first.
+/// The tip with which `bit` opens all of `rest` that any tip opens, and their number. `rest` is sorted, the
+/// narrowest first.
 fn tip(bit: &Bit, narrowest: Length, rest: &[Length]) -> (Option<Length>, u32) {
     let Cutter::Vee { tip, .. } = bit.cutter else { return (None, 0) };
     let flanks = narrowest - tip;
@@ -98,7 +97,7 @@ fn tip(bit: &Bit, narrowest: Length, rest: &[Length]) -> (Option<Length>, u32) {
 }
 
 impl Whole {
-    /// What it says: what a lesser depth opens, what a finer tip would, what is left for single cures.
+    /// Messages: what a smaller depth opens, what a finer tip opens, what is left for single fixes.
     pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let said = |code: &str| Diagnostic::note(code).with("gaps", self.gaps).with("rest", self.rest);
@@ -108,7 +107,7 @@ impl Whole {
             diagnostics.push(said.with("width", mm(*width)).with("opens", opens));
         }
         if let Some(tip) = self.tip {
-            // Of "the other" gaps only where a lesser depth opens some.
+            // "The other gaps" makes sense only if a smaller depth opens some.
             let all = self.rest == self.gaps;
             let said = if all { said("proof.whole.tip_of_all") } else { said("proof.whole.tip") };
             diagnostics.push(said.with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));

@@ -1,18 +1,17 @@
-//! Whether files written for a controller cut what the program cuts that they were written from (N8, C6, S6).
+//! Checks that files written for a controller cut what their program cuts.
 //!
 //! ```text
-//!   program ─ stretches ─┐  by tool    every place of one lies on a stretch of the other, within the digits written, and no
-//!   files ──── stretches ─┴──────────▶  deeper: then both sweep the same copper, but for a rim as wide as these digits
+//!   program ─ stretches ─┐  by tool    each point of one is on a stretch of the other, within the digits
+//!   files ──── stretches ─┴──────────▶  written, and not deeper: then both cut equally, within this
 //!
-//!      program  ●━━━━━━━━━━━━●          the part of a stretch that lies in the capsule ( ) about another one is covered:
-//!      file    (●━━━━━━●)                what is left over is missing; the other way round it is cut too much
+//!      program  ●━━━━━━━━━━━━●          the part of a stretch in the capsule ( ) of another is covered;
+//!      file    (●━━━━━━●)                the rest is missing; the other way round it is an extra cut
 //! ```
 //!
-//! Two tools of one form at places less than t apart sweep areas whose edges are less than t apart. So a proof of the program holds
-//! for the files, give or take t, without sweeping both: it takes a walk along the cuts, and names the place where they part.
-//!
-//! Comes in: the program as its files are to have it, the files read back, tolerances in mm. Goes out: diagnostics. Does not know
-//! boards or dialects, nor order and direction of cuts, nor feeds.
+//! Two equal tools at positions less than t apart sweep areas with edges less than t apart. So a proof of the
+//! program holds for the files within t. The check follows the cuts and reports the first difference, without
+//! computing areas. Long programs are checked band by band and tool by tool, so that about [`MOST_STRETCHES`]
+//! are in memory at once.
 
 use super::edges::{Edge, Edges, Spot, around};
 use crate::diagnostic::Diagnostic;
@@ -21,87 +20,170 @@ use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Chords are at most this far from their arcs, in mm.
+/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.000_5;
-/// Stretches are looked at in pieces of this length, in mm.
+/// Stretches are checked in pieces of this length, in mm.
 const PIECE_MM: f64 = 2.0;
-/// What is left over between two covered parts is a gap when it is longer than so many tolerances.
+/// An uncovered part between two covered parts is a gap if it is longer than this many tolerances.
 const GAP_TOLERANCES: f64 = 4.0;
-/// What is less deep than this, in mm, is not looked for: it goes through no copper.
+/// Stretches of one tool that are compared at once.
+const MOST_STRETCHES: usize = 200_000;
+/// Cuts less deep than this, in mm, are ignored: they don't go through the copper.
 const SKIN_MM: f64 = 0.005;
-/// A zero that is said to be elsewhere is there within so many tolerances.
+/// Tolerance of a reported shift of the zero, in tolerances.
 const SHIFT_TOLERANCES: f64 = 2.0;
 
-/// How near places and depths must be, in mm.
+/// Tolerances in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tolerance {
     place_mm: f64,
     depth_mm: f64,
 }
 
-/// Tools that cut alike: by form and size, a V-bit by tip and angle.
+/// Equal for tools that cut alike: type and size, for a V-bit tip and angle.
 type Tool = (Cutter, Length);
 
-/// What a program cuts with one tool.
+/// The cuts of a program with one tool.
 struct Cuts {
-    /// How the tool is called.
-    title: String,
-    /// Straight, in the plane; of one that only goes down both ends are one place.
+    /// Straight, in XY; for a plunge both ends are equal.
     edges: Edges,
     /// The heights at both ends of each, in mm.
     heights: Vec<(f64, f64)>,
+    /// Number of the tool's cuts before each.
+    orders: Vec<u32>,
+    /// Stretches with their middle in this band, in mm, are compared; others are only candidates to cover
+    /// them.
+    band: Band,
 }
 
-/// What of some cuts no other cuts cover.
+/// A range of X, in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Band {
+    low: f64,
+    high: f64,
+}
+
+impl Band {
+    /// All of the plane.
+    const WHOLE: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
+
+    fn holds(self, x: f64) -> bool {
+        x >= self.low && x < self.high
+    }
+
+    /// True if a range of X is in the band or within a stretch length of it.
+    fn is_near(self, (from, to): (f64, f64)) -> bool {
+        to >= self.low - PIECE_MM && from <= self.high + PIECE_MM
+    }
+}
+
+/// Statistics of a tool: name, number of stretches, least and greatest X in mm.
+#[derive(Clone, Debug)]
+struct Surveyed {
+    title: String,
+    count: usize,
+    low: f64,
+    high: f64,
+}
+
+/// The parts of some cuts that no other cuts cover.
 #[derive(Clone, Copy, Debug, Default)]
 struct Uncovered {
-    /// Length of all of it, in mm.
+    /// Total length, in mm.
     length_mm: f64,
-    /// Places where a tool goes down and none does.
+    /// Plunges without a counterpart.
     plunges: u32,
-    /// The first place, and how deep the cut is there, in mm.
+    /// The first position, and the depth there, in mm.
     first: Option<(Spot, f64)>,
+    /// Number of stretches before the first position.
+    order: u32,
 }
 
 impl Uncovered {
     fn is_any(&self) -> bool {
         self.first.is_some()
     }
+
+    fn note(&mut self, order: u32, at: (Spot, f64)) {
+        if self.first.is_none() || order < self.order {
+            (self.first, self.order) = (Some(at), order);
+        }
+    }
+
+    /// Adds the result of another band.
+    fn with(mut self, other: Self) -> Self {
+        self.length_mm += other.length_mm;
+        self.plunges += other.plunges;
+        if let Some(first) = other.first {
+            self.note(other.order, first);
+        }
+        self
+    }
 }
 
-/// What the `files`, one after the other, do otherwise than the program `meant`, where places may be off by `place_mm` and heights
-/// by `depth_mm`. Nothing where they do the same.
+/// Differences of the `files`, run one after the other, from the program `meant`, within tolerances for
+/// positions and heights in mm.
 pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f64, f64)) -> Vec<Diagnostic> {
     let tolerance = Tolerance { place_mm, depth_mm };
-    let (wanted, stands) = walked(std::slice::from_ref(meant));
-    let (found, stands_too) = walked(files);
+    let meant = std::slice::from_ref(meant);
+    let ((wanted, stands), (found, stands_too)) = (surveyed(meant), surveyed(files));
     let still = stands_too.filter(|_| stands.is_none());
     let mut diagnostics: Vec<Diagnostic> =
         still.map(|(at, depth)| placed("written.still", at, depth)).into_iter().collect();
     diagnostics.extend(tools(&wanted, &found));
-    let both = || wanted.iter().filter_map(|(tool, cuts)| Some((cuts, found.get(tool)?)));
-    let missing: Vec<_> = both().map(|(meant, made)| (meant, meant.beyond(made, tolerance))).collect();
-    let extra: Vec<_> = both().map(|(meant, made)| (made, made.beyond(meant, tolerance))).collect();
-    let missing: Vec<_> = missing.into_iter().filter(|(_, uncovered)| uncovered.is_any()).collect();
-    let extra: Vec<_> = extra.into_iter().filter(|(_, uncovered)| uncovered.is_any()).collect();
+    let (mut missing, mut extra) = (Vec::new(), Vec::new());
+    for (tool, own) in &wanted {
+        let Some(other) = found.get(tool) else { continue };
+        let (mut less, mut more) = (Uncovered::default(), Uncovered::default());
+        for band in bands(own, other) {
+            let (meant, made) = (cuts(meant, *tool, band), cuts(files, *tool, band));
+            less = less.with(meant.beyond(&made, tolerance));
+            more = more.with(made.beyond(&meant, tolerance));
+        }
+        missing.extend(less.is_any().then_some((&own.title, less)));
+        extra.extend(more.is_any().then_some((&other.title, more)));
+    }
     if !missing.is_empty() && !extra.is_empty() && diagnostics.is_empty() {
-        let shifted = both().next().and_then(|pair| shift(pair, tolerance));
-        if let Some(by) = shifted.filter(|by| both().all(|pair| is_shifted(pair, *by, tolerance))) {
+        let is_small = wanted.values().chain(found.values()).all(|tool| tool.count <= MOST_STRETCHES);
+        if let Some(by) = is_small.then(|| shifted((meant, files), &wanted, tolerance)).flatten() {
             let said = Diagnostic::error("written.shifted");
             return vec![said.with("x", micro(by.x)).with("y", micro(by.y))];
         }
     }
-    diagnostics
-        .extend(missing.iter().map(|(cuts, uncovered)| told("written.missing", &cuts.title, uncovered)));
-    diagnostics.extend(extra.iter().map(|(cuts, uncovered)| told("written.extra", &cuts.title, uncovered)));
+    diagnostics.extend(missing.iter().map(|(title, uncovered)| told("written.missing", title, uncovered)));
+    diagnostics.extend(extra.iter().map(|(title, uncovered)| told("written.extra", title, uncovered)));
     diagnostics
 }
 
-/// Tools with which only one of both cuts.
-fn tools(wanted: &BTreeMap<Tool, Cuts>, found: &BTreeMap<Tool, Cuts>) -> Vec<Diagnostic> {
-    let only = |one: &BTreeMap<Tool, Cuts>, other: &BTreeMap<Tool, Cuts>, code: &str| {
+/// The common shift of all cuts of the files, if there is one.
+fn shifted(
+    (meant, files): (&[Program], &[Program]),
+    tools: &BTreeMap<Tool, Surveyed>,
+    tolerance: Tolerance,
+) -> Option<Spot> {
+    let both = |tool: &Tool| (cuts(meant, *tool, Band::WHOLE), cuts(files, *tool, Band::WHOLE));
+    let pairs: Vec<(Cuts, Cuts)> = tools.keys().map(both).collect();
+    let by = pairs.first().and_then(|(meant, made)| shift((meant, made), tolerance))?;
+    pairs.iter().all(|(meant, made)| is_shifted((meant, made), by, tolerance)).then_some(by)
+}
+
+/// Bands with about the number of stretches that are compared at once.
+fn bands(one: &Surveyed, other: &Surveyed) -> Vec<Band> {
+    let count = one.count.max(other.count).div_ceil(MOST_STRETCHES).max(1);
+    let (low, high) = (one.low.min(other.low), one.high.max(other.high));
+    let at = |index: usize| match index {
+        0 => f64::NEG_INFINITY,
+        index if index == count => f64::INFINITY,
+        index => low + (high - low) * index as f64 / count as f64,
+    };
+    (0..count).map(|index| Band { low: at(index), high: at(index + 1) }).collect()
+}
+
+/// Tools that only one of both uses.
+fn tools(wanted: &BTreeMap<Tool, Surveyed>, found: &BTreeMap<Tool, Surveyed>) -> Vec<Diagnostic> {
+    let only = |one: &BTreeMap<Tool, Surveyed>, other: &BTreeMap<Tool, Surveyed>, code: &str| {
         let alone = one.iter().filter(|(tool, _)| !other.contains_key(tool));
-        let said = alone.map(|(_, cuts)| Diagnostic::error(code).with("tool", &cuts.title));
+        let said = alone.map(|(_, tool)| Diagnostic::error(code).with("tool", &tool.title));
         said.collect::<Vec<_>>()
     };
     [only(wanted, found, "written.tool_missing"), only(found, wanted, "written.tool_extra")].concat()
@@ -122,9 +204,9 @@ fn micro(mm: f64) -> String {
     format!("{mm:.3}")
 }
 
-/// The way from the first cut of one to the first of the other, where that is more than digits.
+/// The offset between both first cuts, if it exceeds the digits.
 fn shift((meant, made): (&Cuts, &Cuts), tolerance: Tolerance) -> Option<Spot> {
-    let by = made.edges.edges.first()?.from.minus(meant.edges.edges.first()?.from);
+    let by = made.edges.edge(0)?.from.minus(meant.edges.edge(0)?.from);
     (by.length() > tolerance.place_mm).then_some(by)
 }
 
@@ -135,32 +217,39 @@ fn is_shifted((meant, made): (&Cuts, &Cuts), by: Spot, tolerance: Tolerance) -> 
 }
 
 impl Cuts {
-    fn of(title: String, stretches: Vec<Stretch>) -> Self {
+    fn of(band: Band, stretches: Vec<(u32, Stretch)>) -> Self {
         let edge = |stretch: &Stretch| {
             let (from, to) = (stretch.from, stretch.to);
-            Edge { from, to, island: 0, ring: 0, along_mm: 0.0 }
+            Edge { from, to, island: 0, ring: 0 }
         };
-        let edges = Edges::gridded(stretches.iter().map(edge).collect(), Vec::new());
-        Self { title, edges, heights: stretches.into_iter().map(|stretch| stretch.heights).collect() }
+        let edges = Edges::loose(stretches.iter().map(|(_, stretch)| edge(stretch)).collect());
+        let (orders, heights) =
+            stretches.into_iter().map(|(order, stretch)| (order, stretch.heights)).unzip();
+        Self { edges, heights, orders, band }
     }
 
     fn moved(&self, by: Spot) -> Self {
         let at = |spot: Spot| Spot { x: spot.x + by.x, y: spot.y + by.y };
-        let moved = |(edge, heights): (&Edge, &(f64, f64))| Stretch {
-            from: at(edge.from),
-            to: at(edge.to),
-            heights: *heights,
+        let moved = |(order, own): (u32, Stretch)| {
+            (order, Stretch { from: at(own.from), to: at(own.to), heights: own.heights })
         };
-        Self::of(self.title.clone(), self.edges.edges.iter().zip(&self.heights).map(moved).collect())
+        Self::of(self.band, self.stretches().map(moved).collect())
     }
 
-    /// What of it `other` does not cover.
+    /// Its stretches with their orders.
+    fn stretches(&self) -> impl Iterator<Item = (u32, Stretch)> + '_ {
+        let all = self.edges.iter().zip(&self.heights).zip(&self.orders);
+        all.map(|(((_, edge), &heights), &order)| (order, Stretch { from: edge.from, to: edge.to, heights }))
+    }
+
+    /// The parts that `other` does not cover.
     fn beyond(&self, other: &Self, tolerance: Tolerance) -> Uncovered {
         let mut out = Uncovered::default();
-        // Most files are in the order of their program: the next stretch of the other is tried first.
+        // Most files follow the order of their program, so try the next stretch of the other first.
         let mut next = 0_usize;
-        for (edge, &heights) in self.edges.edges.iter().zip(&self.heights) {
-            let Some(own) = (Stretch { from: edge.from, to: edge.to, heights }).below() else { continue };
+        let middle_x = |own: &Stretch| own.from.towards(own.to, 0.5).x;
+        for (order, own) in self.stretches().filter(|(_, own)| self.band.holds(middle_x(own))) {
+            let Some(own) = own.below() else { continue };
             let whole = |part: Option<(f64, f64)>| part.is_some_and(|(from, to)| from <= 0.0 && to >= 1.0);
             if whole(other.covers(next, &own, tolerance)) {
                 next += 1;
@@ -181,24 +270,25 @@ impl Cuts {
                 None => {}
                 Some((share, _)) if length == 0.0 => {
                     out.plunges += 1;
-                    out.first = out.first.or(Some((own.at(share).0, -own.at(share).1)));
+                    out.note(order, (own.at(share).0, -own.at(share).1));
                 }
                 Some((share, sum)) => {
                     out.length_mm += sum * length;
-                    out.first = out.first.or(Some((own.at(share).0, -own.at(share).1)));
+                    out.note(order, (own.at(share).0, -own.at(share).1));
                 }
             }
         }
         out
     }
 
-    /// The part of `stretch` that lies by its stretch `index`, which is as deep there, as shares of the length.
+    /// The part of `stretch` along stretch `index` of the other, with at least equal depth, as shares of the
+    /// length.
     fn covers(&self, index: usize, stretch: &Stretch, tolerance: Tolerance) -> Option<(f64, f64)> {
-        let (edge, &(first, last)) = (self.edges.edges.get(index)?, self.heights.get(index)?);
-        let (from, to) = within(stretch, edge, tolerance.place_mm)?;
+        let (edge, &(first, last)) = (self.edges.edge(index as u32)?, self.heights.get(index)?);
+        let (from, to) = within(stretch, &edge, tolerance.place_mm)?;
         let deep = |share: f64| {
             let (at, height) = stretch.at(share);
-            // What only goes down is as deep as it ends.
+            // A plunge has the depth of its end.
             let there = match edge.length() > 0.0 {
                 true => first + (last - first) * edge.share_near(at),
                 false => first.min(last),
@@ -209,7 +299,7 @@ impl Cuts {
     }
 }
 
-/// The first share that no part covers, and how much all these are; gaps no longer than `slack` are none.
+/// The first uncovered share, and the sum of all; gaps up to `slack` are ignored.
 fn uncovered(parts: &mut [(f64, f64)], slack: f64) -> Option<(f64, f64)> {
     if parts.is_empty() {
         return Some((0.0, 1.0));
@@ -226,7 +316,7 @@ fn uncovered(parts: &mut [(f64, f64)], slack: f64) -> Option<(f64, f64)> {
     first.map(|first| (first, sum))
 }
 
-/// A straight piece of a cut: where from, where to, and the heights of the tip there in mm.
+/// A straight piece of a cut, with the heights of the tip at its ends in mm.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     from: Spot,
@@ -235,7 +325,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// The part of it that cuts anything: deeper than a skin of the board.
+    /// The part of it that cuts deeper than the skin.
     fn below(self) -> Option<Self> {
         let (first, last) = self.heights;
         if first.max(last) <= -SKIN_MM || self.from == self.to {
@@ -250,14 +340,14 @@ impl Stretch {
         }
     }
 
-    /// Place and height at a share of it; of what only goes down the lowest.
+    /// Position and height at a share of it; for a plunge the lowest height.
     fn at(&self, share: f64) -> (Spot, f64) {
         let (first, last) = self.heights;
         let height = if self.from == self.to { first.min(last) } else { first + (last - first) * share };
         (self.from.towards(self.to, share), height)
     }
 
-    /// How steep it is.
+    /// Slope of the height.
     fn slope(&self) -> f64 {
         let (first, last) = self.heights;
         let length = self.from.distance(self.to);
@@ -265,7 +355,8 @@ impl Stretch {
     }
 }
 
-/// The part of `stretch` within `reach` of `edge`, as shares of its length: one part, for what lies about an edge is convex.
+/// The part of `stretch` within `reach` of `edge`, as shares of its length: one part, because the capsule is
+/// convex.
 fn within(stretch: &Stretch, edge: &Edge, reach: f64) -> Option<(f64, f64)> {
     let way = stretch.to.minus(stretch.from);
     if way.dot(way) == 0.0 {
@@ -302,22 +393,119 @@ fn within(stretch: &Stretch, edge: &Edge, reach: f64) -> Option<(f64, f64)> {
     (from <= to).then_some((from, to))
 }
 
-/// The cuts of programs run one after the other, by tool; and the first place where one cuts while the spindle stands, and how deep.
-fn walked(programs: &[Program]) -> (BTreeMap<Tool, Cuts>, Option<(Spot, f64)>) {
-    let mut by_tool: BTreeMap<Tool, (String, Vec<Stretch>)> = BTreeMap::new();
+/// The cuts of consecutive programs with one tool near a band.
+fn cuts(programs: &[Program], wanted: Tool, band: Band) -> Cuts {
+    let (mut stretches, mut order) = (Vec::new(), 0_u32);
+    walk(programs, &mut |bit, cut| {
+        if tool(bit) == wanted {
+            order = order.saturating_add(1);
+            if band.is_near(cut.reach()) {
+                let near = |stretch: &Stretch| {
+                    let (from, to) = (stretch.from.x, stretch.to.x);
+                    band.is_near((from.min(to), from.max(to)))
+                };
+                cut.stretches(&mut |stretch| stretches.extend(near(&stretch).then_some((order, stretch))));
+            }
+        }
+    });
+    Cuts::of(band, stretches)
+}
+
+/// The cuts of consecutive programs by tool; also the first position and depth of a cut with the spindle off.
+fn surveyed(programs: &[Program]) -> (BTreeMap<Tool, Surveyed>, Option<(Spot, f64)>) {
+    let mut by_tool: BTreeMap<Tool, Surveyed> = BTreeMap::new();
+    let still = walk(programs, &mut |bit, cut| {
+        let new = || Surveyed { title: bit.titled(), count: 0, low: f64::INFINITY, high: f64::NEG_INFINITY };
+        let known = by_tool.entry(tool(bit)).or_insert_with(new);
+        let (low, high) = cut.reach();
+        known.count += cut.count();
+        (known.low, known.high) = (known.low.min(low), known.high.max(high));
+    });
+    (by_tool, still)
+}
+
+/// Calls `each` with every cut of consecutive programs. Returns the first position and depth of a cut with
+/// the spindle off.
+fn walk(programs: &[Program], each: &mut dyn FnMut(&Bit, Cut)) -> Option<(Spot, f64)> {
     let mut still = None;
     for program in programs {
         let mut walk =
             Walk { program, at: program.origin, height: program.safe_height, turns: false, bit: 0 };
         for leg in &program.legs {
-            walk.leg(leg, &mut by_tool, &mut still);
+            walk.leg(leg, each, &mut still);
         }
     }
-    let cuts = by_tool.into_iter().map(|(tool, (title, stretches))| (tool, Cuts::of(title, stretches)));
-    (cuts.collect(), still)
+    still
 }
 
-/// The tip on its way.
+/// The cut of one command.
+#[derive(Clone, Copy)]
+struct Cut {
+    from: Point,
+    to: Point,
+    /// The centre of an arc, and whether it is clockwise.
+    arc: Option<(Point, bool)>,
+    /// Heights at both ends, in mm.
+    heights: (f64, f64),
+}
+
+impl Cut {
+    /// The range of X that it may reach, in mm.
+    fn reach(&self) -> (f64, f64) {
+        let (from, to) = (self.from.x.mm(), self.to.x.mm());
+        match self.arc {
+            None => (from.min(to), from.max(to)),
+            Some((centre, _)) => {
+                let radius = self.from.distance_mm(centre).max(self.to.distance_mm(centre));
+                (centre.x.mm() - radius, centre.x.mm() + radius)
+            }
+        }
+    }
+
+    fn places(&self) -> Vec<Point> {
+        match self.arc {
+            Some((centre, clockwise)) => chords::arc(self.from, self.to, centre, clockwise, CHORD_ERROR_MM),
+            None => vec![self.to],
+        }
+    }
+
+    /// Number of stretches that it becomes, about.
+    fn count(&self) -> usize {
+        match self.arc {
+            None => pieces(self.from.distance_mm(self.to)) as usize,
+            Some(_) => {
+                let (low, high) = self.reach();
+                let flat =
+                    (1.0 - 2.0 * CHORD_ERROR_MM / (high - low).max(2.0 * CHORD_ERROR_MM)).clamp(-1.0, 1.0);
+                (std::f64::consts::TAU / (2.0 * libm::acos(flat)).max(1e-3)) as usize + 1
+            }
+        }
+    }
+
+    /// Calls `each` with its straight pieces, with linear height.
+    fn stretches(&self, each: &mut dyn FnMut(Stretch)) {
+        let (places, (first, last)) = (self.places(), self.heights);
+        let (mut from, count) = (Spot::of(self.from), places.len() as f64);
+        for (index, place) in places.iter().enumerate() {
+            let to = Spot::of(*place);
+            let height = |share: f64| first + (last - first) * (index as f64 + share) / count;
+            let pieces = pieces(from.distance(to));
+            for piece in 0..pieces as u32 {
+                let (begin, end) = (f64::from(piece) / pieces, f64::from(piece + 1) / pieces);
+                let heights = (height(begin), height(end));
+                each(Stretch { from: from.towards(to, begin), to: from.towards(to, end), heights });
+            }
+            from = to;
+        }
+    }
+}
+
+/// Number of pieces for this length.
+fn pieces(length_mm: f64) -> f64 {
+    libm::ceil(length_mm / PIECE_MM).clamp(1.0, 10_000.0)
+}
+
+/// State of the tip.
 struct Walk<'a> {
     program: &'a Program,
     at: Point,
@@ -326,11 +514,8 @@ struct Walk<'a> {
     bit: u32,
 }
 
-/// Stretches by tool, with what the tool is called.
-type ByTool = BTreeMap<Tool, (String, Vec<Stretch>)>;
-
 impl Walk<'_> {
-    fn leg(&mut self, leg: &Leg, out: &mut ByTool, still: &mut Option<(Spot, f64)>) {
+    fn leg(&mut self, leg: &Leg, each: &mut dyn FnMut(&Bit, Cut), still: &mut Option<(Spot, f64)>) {
         if let Mark::ToolChange(bit) = leg.mark {
             self.bit = bit;
         }
@@ -360,13 +545,13 @@ impl Walk<'_> {
             if !self.turns && still.is_none() {
                 *still = Some((Spot::of(from), -lowest.mm()));
             }
-            let places = match *command {
-                Command::MillArc { center, ccw, .. } => {
-                    chords::arc(from, to, self.placed(center), !ccw, CHORD_ERROR_MM)
-                }
-                _ => vec![to],
+            let arc = match *command {
+                Command::MillArc { center, ccw, .. } => Some((self.placed(center), !ccw)),
+                _ => None,
             };
-            self.push(from, &places, (first.mm(), height.mm()), out);
+            if let Some(bit) = self.program.bits.get(self.bit as usize) {
+                each(bit, Cut { from, to, arc, heights: (first.mm(), height.mm()) });
+            }
         }
     }
 
@@ -374,27 +559,9 @@ impl Walk<'_> {
     fn placed(&self, work: Point) -> Point {
         Point::new(work.x + self.program.origin.x, work.y + self.program.origin.y)
     }
-
-    /// Notes a way through `places`, whose height changes evenly from one to the next.
-    fn push(&self, from: Point, places: &[Point], (first, last): (f64, f64), out: &mut ByTool) {
-        let Some(bit) = self.program.bits.get(self.bit as usize) else { return };
-        let (_, stretches) = out.entry(tool(bit)).or_insert_with(|| (bit.titled(), Vec::new()));
-        let (mut from, count) = (Spot::of(from), places.len() as f64);
-        for (index, place) in places.iter().enumerate() {
-            let to = Spot::of(*place);
-            let height = |share: f64| first + (last - first) * (index as f64 + share) / count;
-            let pieces = libm::ceil(from.distance(to) / PIECE_MM).clamp(1.0, 10_000.0);
-            for piece in 0..pieces as u32 {
-                let (begin, end) = (f64::from(piece) / pieces, f64::from(piece + 1) / pieces);
-                let heights = (height(begin), height(end));
-                stretches.push(Stretch { from: from.towards(to, begin), to: from.towards(to, end), heights });
-            }
-            from = to;
-        }
-    }
 }
 
-/// What makes tools cut alike.
+/// Key of tools that cut alike.
 fn tool(bit: &Bit) -> Tool {
     match bit.cutter {
         Cutter::Vee { .. } => (bit.cutter, Length::ZERO),

@@ -1,32 +1,39 @@
-//! How rows follow each other: repeats, named parts and calls.
+//! Order of rows: repeats, named parts and calls.
 //!
 //! ```text
-//!  0 MOVE_BY 1 0        flow  0 1 2 3 2 3 4 5 ▸7 8▸ 6 …
+//!  0 MOVE_BY 1 0        order  0 1 2 3 2 3 4 5 ▸7 8▸ 6 …
 //!  1 REPEAT 2
-//!  2   DRILL_DOWN       a repeat's END goes back to its first row until it was done often enough;
-//!  3 END                a SUB is stepped over unless it is called
+//!  2   DRILL_DOWN       END of a repeat returns to its first row until the last repetition;
+//!  3 END                a SUB is skipped unless it is called
 //!  …
 //! ```
-//!
-//! Comes in: rows. Goes out: a [`Queue`] whose blocks are closed and whose calls never come back to themselves, and a
-//! [`QueueCursor`] that walks it. Does not know what the rows mean.
 
-use super::text::{QueueRow, refuse};
 use super::words::WorkCommand;
 use super::{DEEPEST, MOST_STEPS};
 use crate::diagnostic::Diagnostic;
 
-/// Rows whose blocks fit together.
+/// One line of a queue.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct QueueRow {
+    /// A run to the next breakpoint stops before this row.
+    pub breakpoint: bool,
+    /// None if the line is empty or only a note.
+    pub command: Option<WorkCommand>,
+    /// Text after `;`.
+    pub note: Option<String>,
+}
+
+/// Rows with matching blocks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Queue {
     pub(super) rows: Vec<QueueRow>,
     pub(super) links: Vec<Link>,
 }
 
-/// Where a row leads besides to the next one.
+/// Target of a row, in addition to the next row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Link {
-    /// Nowhere.
+    /// Only the next row.
     None,
     /// `SUB` or `REPEAT`: its `END`.
     ToEnd(usize),
@@ -34,17 +41,16 @@ pub(super) enum Link {
     Again(usize),
     /// `END` of a `SUB`: back to the call.
     Back,
-    /// `CALL`: the `SUB`.
     Into(usize),
 }
 
 impl Queue {
-    /// All rows, one a line of the text.
+    /// All rows, one per line of the text.
     pub fn rows(&self) -> &[QueueRow] {
         &self.rows
     }
 
-    /// How deep row after row stands inside blocks, from 0; a block's own rows `REPEAT`, `SUB` and `END` stand outside it.
+    /// Block depth of each row, from 0. `REPEAT`, `SUB` and `END` count as outside their own block.
     pub fn depths(&self) -> Vec<usize> {
         let mut depth = 0_usize;
         let of = |row: &QueueRow| {
@@ -65,7 +71,7 @@ fn opens(row: &QueueRow) -> Option<&'static str> {
     }
 }
 
-/// Where every row leads, or the first row that does not fit and why.
+/// Links of all rows, or the first row that doesn't fit and why.
 pub(super) fn link(rows: &[QueueRow]) -> Result<Vec<Link>, (usize, Diagnostic)> {
     let mut links = vec![Link::None; rows.len()];
     let mut open: Vec<usize> = Vec::new();
@@ -73,21 +79,24 @@ pub(super) fn link(rows: &[QueueRow]) -> Result<Vec<Link>, (usize, Diagnostic)> 
         match &row.command {
             Some(WorkCommand::Sub { name }) => {
                 if !open.is_empty() {
-                    return Err((at, refuse("queue.sub_inside").with("name", name)));
+                    return Err((at, Diagnostic::error("queue.sub_inside").with("name", name)));
                 }
                 if let Some(first) = find_sub(&rows[..at], name) {
-                    return Err((at, refuse("queue.sub_twice").with("name", name).with("line", first + 1)));
+                    return Err((
+                        at,
+                        Diagnostic::error("queue.sub_twice").with("name", name).with("line", first + 1),
+                    ));
                 }
                 open.push(at);
             }
             Some(WorkCommand::Repeat { .. }) => {
                 if open.len() >= DEEPEST {
-                    return Err((at, refuse("queue.too_deep").with("most", DEEPEST)));
+                    return Err((at, Diagnostic::error("queue.too_deep").with("most", DEEPEST)));
                 }
                 open.push(at);
             }
             Some(WorkCommand::End) => {
-                let begin = open.pop().ok_or_else(|| (at, refuse("queue.end_alone")))?;
+                let begin = open.pop().ok_or_else(|| (at, Diagnostic::error("queue.end_alone")))?;
                 links[begin] = Link::ToEnd(at);
                 links[at] = if opens(&rows[begin]) == Some("SUB") { Link::Back } else { Link::Again(begin) };
             }
@@ -98,7 +107,10 @@ pub(super) fn link(rows: &[QueueRow]) -> Result<Vec<Link>, (usize, Diagnostic)> 
         }
     }
     if let Some(at) = open.pop() {
-        return Err((at, refuse("queue.unclosed").with("word", opens(&rows[at]).unwrap_or("REPEAT"))));
+        return Err((
+            at,
+            Diagnostic::error("queue.unclosed").with("word", opens(&rows[at]).unwrap_or("REPEAT")),
+        ));
     }
     without_recursion(rows, &links)?;
     Ok(links)
@@ -116,10 +128,11 @@ fn no_such_sub(rows: &[QueueRow], name: &str) -> Diagnostic {
     });
     let known: Vec<_> = names.collect();
     let known = if known.is_empty() { "–".to_owned() } else { known.join(", ") };
-    refuse("queue.no_such_sub").with("field", "name").with("name", name).with("known", known)
+    Diagnostic::error("queue.no_such_sub").with("field", "name").with("name", name).with("known", known)
 }
 
-/// No part may come back to itself through calls: each is taken away once all parts it calls are gone.
+/// Refuses parts that call themselves, directly or indirectly: repeatedly removes parts with no calls to
+/// remaining parts.
 fn without_recursion(rows: &[QueueRow], links: &[Link]) -> Result<(), (usize, Diagnostic)> {
     let calls_of = |sub: usize| {
         let end = if let Link::ToEnd(end) = links[sub] { end } else { sub };
@@ -141,12 +154,12 @@ fn without_recursion(rows: &[QueueRow], links: &[Link]) -> Result<(), (usize, Di
         Some((at, _)) => {
             let name =
                 if let Some(WorkCommand::Call { name }) = &rows[at].command { name.as_str() } else { "" };
-            Err((at, refuse("queue.recursion").with("field", "name").with("name", name)))
+            Err((at, Diagnostic::error("queue.recursion").with("field", "name").with("name", name)))
         }
     }
 }
 
-/// A place in a queue, and how it came there.
+/// A position in a queue, with its repeats and calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct QueueCursor {
     at: usize,
@@ -156,35 +169,35 @@ pub struct QueueCursor {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Frame {
-    /// Times still to come after this one.
+    /// Repetitions left after this one.
     Repeat(u32),
-    /// Where the call stands.
+    /// Row of the call.
     Call(usize),
 }
 
 impl QueueCursor {
-    /// Before the first row of `queue` that does anything.
+    /// At the first row of `queue` with a command.
     pub fn new(queue: &Queue) -> Self {
         let mut cursor = Self::default();
         cursor.settle(queue);
         cursor
     }
 
-    /// The row to be done next; none at the end.
+    /// Next row to execute; none at the end.
     pub fn row(&self, queue: &Queue) -> Option<usize> {
         (self.at < queue.rows.len()).then_some(self.at)
     }
 
-    /// Rows passed so far, each as often as it was done.
+    /// Rows executed; a repeated row counts each time.
     pub fn passed(&self) -> u32 {
         self.passed
     }
 
-    /// The row is done: to the next one. Refused when that were one too many.
+    /// Advances to the next row. Fails if the limit of executed rows is reached.
     pub fn pass(&mut self, queue: &Queue) -> Result<(), Diagnostic> {
         let Some(row) = queue.rows.get(self.at) else { return Ok(()) };
         if self.passed >= MOST_STEPS {
-            return Err(refuse("queue.too_many_steps").with("most", MOST_STEPS));
+            return Err(Diagnostic::error("queue.too_many_steps").with("most", MOST_STEPS));
         }
         self.passed += 1;
         match (queue.links[self.at], &row.command) {
@@ -216,7 +229,7 @@ impl QueueCursor {
         Ok(())
     }
 
-    /// Over empty rows and over parts that nobody called.
+    /// Skips empty rows and uncalled parts.
     fn settle(&mut self, queue: &Queue) {
         while let Some(row) = queue.rows.get(self.at) {
             match (&row.command, queue.links[self.at]) {

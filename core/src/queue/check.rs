@@ -1,32 +1,26 @@
-//! A queue gone through dry, row by row as it will run, through every repeat and call: the first row that may not be is
-//! refused before anything moves.
-//!
-//! Comes in: a queue, a machine, how the drill stands. Goes out: what the queue will do, or the refusal with its row and
-//! field. Does not know how anything moves.
+//! Dry run of a queue, through every repeat and call. The first forbidden row is refused before anything
+//! moves.
 
 use super::blocks::{Queue, QueueCursor};
 use super::rules::{Standing, after};
-use super::text::refuse;
 use super::words::WorkCommand;
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 
-/// What a queue that passed will do.
+/// Summary of a queue that passed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CheckedQueue {
-    /// Rows done, each as often as it comes.
+    /// Rows executed; a repeated row counts each time.
     pub rows: u32,
-    /// Strokes down.
     pub strokes: u32,
-    /// Lowest place of X and Y after any row that moves them, machine steps; none when none does.
+    /// Lowest position of X and Y after any row that moves them, machine steps; none if no row does.
     pub lowest: Option<[i64; 2]>,
-    /// Highest.
     pub highest: Option<[i64; 2]>,
-    /// How the drill will stand at the end.
+    /// Final state of the drill.
     pub end: Standing,
 }
 
-/// Goes through `queue` from its first row. `outputs` are the names that may be switched.
+/// Checks `queue` from its first row. `outputs` are the names that may be switched.
 pub fn check(
     queue: &Queue,
     machine: &Machine,
@@ -36,7 +30,7 @@ pub fn check(
     let mut cursor = QueueCursor::new(queue);
     let mut done = CheckedQueue { rows: 0, strokes: 0, lowest: None, highest: None, end: standing.clone() };
     if cursor.row(queue).is_none() {
-        return Err(refuse("queue.empty"));
+        return Err(Diagnostic::error("queue.empty"));
     }
     while let Some(row) = cursor.row(queue) {
         let turn = cursor.passed() + 1;

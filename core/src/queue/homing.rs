@@ -1,15 +1,11 @@
-//! Homing (C4), axis by axis and stage by stage (`motion::cycles`): of a queue's row, and of the whole machine.
+//! Homing, axis by axis and stage by stage (`motion::cycles`), for queue rows and for the whole machine.
 //!
 //! ```text
-//! Seek ─gate▶ BackOff ─▶ Locate ─gate▶ the count is set right ─▶ Offset, to the very step where it always rests ─▶ next axis
-//!                                            └▶ Index ─gate▶ once more ─┘
+//! Seek ─gate▶ BackOff ─▶ Locate ─gate▶ correct the count ─▶ Offset, to the exact rest step ─▶ next axis
+//!                                          └▶ Index ─gate▶ again ─┘
 //! ```
-//!
-//! Comes in: reports of single segments. Goes out: the next segment and corrections of the count. Does not know why it is
-//! homed, nor who plays.
 
-use super::run::{Harm, QueueReport, guarded, late, missing};
-use super::text::refuse;
+use super::outcome::{Harm, QueueReport, guarded, late, missing};
 use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
 use crate::machine::{Machine, Steps, axis_name, index_input};
@@ -18,33 +14,31 @@ use crate::pins::Outcome;
 use crate::steps::{self, Segment};
 use std::collections::VecDeque;
 
-/// Steps by which a count may be off before it is worth an alarm.
+/// Largest error of a count without an alarm, in steps.
 const COUNT_TOLERANCE: i64 = 2;
 
-/// A homing in work.
+/// A running homing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Homing {
-    /// Axes to come.
     axes: VecDeque<usize>,
     axis: usize,
-    /// Stages of this axis to come.
+    /// Remaining stages of this axis.
     later: VecDeque<Segment>,
     stage: Stage,
-    /// Axes whose count was believed before.
+    /// Axes with a trusted count before homing.
     counted: [bool; 3],
-    /// By how many steps the end sensor of this axis set its count right, where an index pulse follows.
+    /// Correction of the count by the limit switch of this axis, in steps, if an index pulse follows.
     by_sensor: i64,
-    /// The first count that was wrong: axis, and by how many steps.
+    /// The first wrong count: axis and error in steps.
     off: Option<(usize, i64)>,
 }
 
-/// What follows from a report.
+/// Next action after a report.
 pub enum HomingNext {
-    /// A move is to be played.
+    /// Play this move.
     Play {
-        /// The move.
         segment: Segment,
-        /// The count of the axis is to be corrected by so much before.
+        /// Correction of the axis' count before the move.
         correction_steps: i64,
     },
     /// All axes are homed.
@@ -52,23 +46,24 @@ pub enum HomingNext {
 }
 
 impl Homing {
-    /// Of these axes, in this order, with what is believed about each beforehand.
+    /// Homing of these axes in this order. `counted`: which counts were trusted before.
     pub fn new(axes: &[usize], counted: [bool; 3]) -> Self {
         let axes = axes.iter().copied().collect();
         let later = VecDeque::new();
         Self { axes, axis: 0, later, stage: Stage::Seek, counted, by_sensor: 0, off: None }
     }
 
-    /// Which axis is being homed.
+    /// The current axis.
     pub fn axis(&self) -> usize {
         self.axis
     }
 
-    /// The first segment of the next axis. Refused where the machine cannot be planned with.
+    /// The first segment of the next axis. Fails if the machine can't plan it.
     pub fn begin(&mut self, machine: &Machine) -> Result<HomingNext, Diagnostic> {
         let Some(axis) = self.axes.pop_front() else { return Ok(HomingNext::Homed) };
         self.axis = axis;
         let timeline = cycles::home_axis(machine, axis)?;
+        // The move to the rest position is planned later, from the corrected count.
         let stages = timeline.moves.iter().filter(|planned| planned.stage != Stage::Offset);
         self.later = stages.map(|planned| steps::segment(planned, machine)).collect();
         Ok(self.stage(0).unwrap_or(HomingNext::Homed))
@@ -80,8 +75,8 @@ impl Homing {
         Some(HomingNext::Play { segment, correction_steps: correction })
     }
 
-    /// What follows. `position` is where the axes were counted to be; it is set right here. An error ends it: with
-    /// [`Harm::None`] all axes are homed, but a count had been wrong.
+    /// Next action after a report. Corrects `position`, the counted position. Any error ends the homing: with
+    /// [`Harm::None`] all axes are homed, but a count was wrong.
     pub fn reported(
         &mut self,
         machine: &Machine,
@@ -90,11 +85,12 @@ impl Homing {
     ) -> Result<HomingNext, (Diagnostic, Harm)> {
         let input = machine.home_input(self.axis);
         let lost = |code: &str| {
-            let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", format!("{input:?}"));
+            let why = Diagnostic::error(code).with("axis", axis_name(self.axis)).with("sensor", input.name());
             (why, Harm::Lost)
         };
         let mut correction = 0;
         match (self.stage, report.outcome) {
+            // A failure during homing always loses the position.
             (_, Outcome::Guarded(hit)) => return Err((guarded(hit).0, Harm::Lost)),
             (_, Outcome::Missing(gone)) => return Err((missing(gone), Harm::Lost)),
             (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
@@ -116,7 +112,7 @@ impl Homing {
             (Stage::Index, Outcome::Gated(at)) => {
                 correction = self.set_right(machine, cycles::index_count(machine, self.axis), &at, position);
                 let settings = machine.axis(self.axis);
-                // So far from the middle of its turn it may be the pulse before, or after.
+                // At that distance from the middle of a turn, the pulse may be the previous or the next one.
                 if 4 * correction.abs() > settings.scale.steps(settings.index_within) {
                     return Err(self.bad_index(machine, "control.index_unclear"));
                 }
@@ -133,7 +129,9 @@ impl Homing {
         match self.off {
             None => Ok(HomingNext::Homed),
             Some((axis, steps)) => {
-                let why = refuse("control.lost_count").with("axis", axis_name(axis)).with("steps", steps);
+                let why = Diagnostic::error("control.lost_count")
+                    .with("axis", axis_name(axis))
+                    .with("steps", steps);
                 Err((why, Harm::None))
             }
         }
@@ -141,9 +139,10 @@ impl Homing {
 }
 
 impl Homing {
-    /// The axis was `at` these steps where it has this `count`. Gives by how many steps that is more, and sets `position` right by them.
+    /// Sets `position` so that the axis, found `at` these steps, has this `count`. Returns the correction.
     fn set_right(&self, machine: &Machine, count: i64, at: &Steps, position: &mut Steps) -> i64 {
-        // Of spindles that do not stand alike the lowest is the last to be up: how they stand to each other is counted on.
+        // If spindles differ in height, the lowest reaches the top switch last; their relative heights are
+        // trusted.
         let lowest = cycles::together(machine, self.axis).map(|axis| at[axis]).min().unwrap_or(0);
         for axis in cycles::together(machine, self.axis) {
             position[axis] += count - lowest;
@@ -151,7 +150,8 @@ impl Homing {
         count - lowest
     }
 
-    /// Its place is known; it was `off` by so many steps. What is left is the way to where it rests.
+    /// Records that the position is known, with an error of `off` steps. Only the move to the rest position
+    /// remains.
     fn is_located(
         &mut self,
         machine: &Machine,
@@ -168,13 +168,13 @@ impl Homing {
     }
 
     fn bad_index(&self, machine: &Machine, code: &str) -> (Diagnostic, Harm) {
-        let input = format!("{:?}", index_input(self.axis));
-        let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", input);
+        let input = index_input(self.axis).name();
+        let why = Diagnostic::error(code).with("axis", axis_name(self.axis)).with("sensor", input);
         (why.with("mm", machine.axis(self.axis).index_within.mm()), Harm::Lost)
     }
 }
 
-/// From the sensor's edge to the step where the axis always rests after homing, all spindles alike.
+/// From the switch edge to the rest position after homing, with all spindles level.
 fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let (rests, speed) = (cycles::home_place(machine, axis), machine.axis(axis).home_speed_mm_per_s);
     let timeline = match axis {

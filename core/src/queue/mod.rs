@@ -1,22 +1,21 @@
-//! The queue of work commands (A7, A8): a procedure put together from elementary activities, written as text, looked
-//! through before anything moves, and run row by row.
+//! The queue of work commands: a procedure of elementary actions, written as text. The whole text is checked
+//! before anything moves, then executed row by row.
 //!
 //! ```text
-//! text ─ read ─▶ Queue ─ check ─▶ may it run?          dry: ranges, tip, spindle, trust, through every repeat and call
-//!                  └──── Run ───▶ segments, outputs ──▶ executor ──▶ report ──▶ next row     (the bridge)
-//!                                                └────▶ Pins of the virtual drill            (`rehearse`, in the page)
+//! text ─ read ─▶ Queue ─ check ─▶ may it run?      dry run of all repeats and calls
+//!                  └──── Run ───▶ segments, outputs ──▶ executor ──▶ report ──▶ next row   (bridge)
+//!                                                └────▶ Pins of the virtual drill   (`rehearse`, page)
 //! ```
 //!
-//! The commands are Arendt's (part 3 of the paper: `KMD_GOTOdXdY`, `KMD_GOTO_X_Y`, `KMD_WIERTLO_DOL`) and their kin, as one
-//! table ([`WORDS`]). Work zero, ranges and heights are the machine's; lengths in mm, moves by hand in motor steps, times
-//! in ms.
-//!
-//! Comes in: text, a machine, and how the drill stands. Goes out: what to do next, and what came of every row. Does not
-//! know sockets, threads or who asks.
+//! The commands are Arendt's (part 3 of the paper: `KMD_GOTOdXdY`, `KMD_GOTO_X_Y`, `KMD_WIERTLO_DOL`) and
+//! additions, in one table ([`WORDS`]). Work zero, ranges and heights are the machine's. Lengths are in mm,
+//! relative moves in motor steps, times in ms.
 
 mod blocks;
+mod change;
 mod check;
 mod homing;
+mod outcome;
 mod rehearse;
 mod rules;
 mod run;
@@ -24,26 +23,26 @@ mod text;
 mod words;
 mod work;
 
-pub use blocks::{Queue, QueueCursor};
+pub use blocks::{Queue, QueueCursor, QueueRow};
+pub use change::{at_change, change_place, from_change, to_change};
 pub use check::{CheckedQueue, check};
 pub use homing::{Homing, HomingNext};
+pub use outcome::{Harm, QueueReport, early, guarded, late, missing};
 pub use rehearse::{Rehearsal, Rig};
 pub use rules::{Standing, after};
-pub use run::{
-    Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, early, guarded, late, missing,
-};
-pub use text::{QueueRow, print, read, read_row};
+pub use run::{Mode, QueueAction, QueueRun, Rest, RowResult, RowState};
+pub use text::{print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
 pub use work::{park, travel};
 
-/// The longest text of a queue, in bytes: one frame of the wire has room for it.
+/// Longest text of a queue, in bytes: it must fit into one wire frame.
 pub const LONGEST_TEXT: usize = 24_000;
 
-/// The most rows of a queue.
+/// Most rows of a queue.
 pub const MOST_ROWS: usize = 500;
 
-/// The most rows a queue may come through when its repeats and calls are written out.
+/// Most executed rows, with repeats and calls.
 pub const MOST_STEPS: u32 = 100_000;
 
-/// How deep repeats may stand in each other.
+/// Deepest nesting of repeats.
 pub const DEEPEST: usize = 8;

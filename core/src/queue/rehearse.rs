@@ -1,16 +1,15 @@
-//! A queue on pins without an executor: the page steps it on a virtual drill, with no hardware and no bridge.
+//! Runs a queue on pins without an executor: the page steps it on a virtual drill, without hardware or
+//! bridge.
 //!
 //! ```text
 //! Run ── Play ──▶ pins::play ──▶ Pins (VirtualDrill)         time passes as fast as it is computed
 //!  ▲                  │
 //!  └──── report ◀─────┘
 //! ```
-//!
-//! Comes in: a [`QueueRun`], pins. Goes out: results a row, and the places the drill went through. Does not know what the pins
-//! are.
 
+use super::outcome::QueueReport;
 use super::rules::Standing;
-use super::run::{Mode, QueueAction, QueueReport, QueueRun, Rest};
+use super::run::{Mode, QueueAction, QueueRun, Rest};
 use super::text::read;
 use crate::diagnostic::Diagnostic;
 use crate::machine::{Machine, Steps};
@@ -18,20 +17,20 @@ use crate::motion::cycles;
 use crate::pins::{Clock, Motors, Operator, Order, Outcome, Pins, Playhead, play};
 use crate::steps::Segment;
 
-/// Where a drill on a bench stands between two queues.
+/// State of a drill between two queues.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rig {
-    /// What its executor remembers.
+    /// State of its executor.
     pub line: Playhead,
-    /// What is known of it.
+    /// State that the queue rules know.
     pub standing: Standing,
 }
 
 impl Rig {
-    /// A drill that was homed just now; its work zero is where it rests.
+    /// A drill that was just homed, with the work zero at its rest position.
     pub fn homed(machine: &Machine, pins: &mut dyn Pins) -> Result<Self, Diagnostic> {
         let home = read("", "HOME ALL").map_err(|whys| whys.into_iter().next());
-        let home = home.map_err(|why| why.unwrap_or_else(|| super::text::refuse("queue.empty")))?;
+        let home = home.map_err(|why| why.unwrap_or_else(|| Diagnostic::error("queue.empty")))?;
         let mut rehearsal = Rehearsal::new(home, Vec::new(), Self::default());
         match rehearsal.go(machine, Mode::ToEnd, pins, usize::MAX) {
             Some(Rest::Failed { why, .. }) => Err(why),
@@ -44,40 +43,39 @@ impl Rig {
     }
 }
 
-/// A queue being tried on pins.
+/// A queue that runs on pins.
 #[derive(Clone, Debug)]
 pub struct Rehearsal {
     run: QueueRun,
     line: Playhead,
-    /// What is to be played next, while it is interrupted for the page to breathe.
+    /// Segments to play next, if interrupted.
     next: Option<Vec<Segment>>,
     trail: Vec<(usize, Steps)>,
 }
 
 impl Rehearsal {
-    /// `queue` before its first row, on a drill that stands as `bench` says.
+    /// `queue` before its first row, on a drill in the state `bench`.
     pub fn new(queue: super::Queue, outputs: Vec<String>, bench: Rig) -> Self {
         let run = QueueRun::new(queue, outputs, bench.standing);
         Self { run, line: bench.line, next: None, trail: Vec::new() }
     }
 
-    /// Results, cursor and standing.
+    /// Results, cursor and state.
     pub fn run(&self) -> &QueueRun {
         &self.run
     }
 
-    /// Row and machine steps at the end of every piece of motion, in order.
+    /// Row and machine steps at the end of every segment, in order.
     pub fn trail(&self) -> &[(usize, Steps)] {
         &self.trail
     }
 
-    /// How the drill stands now.
+    /// Current state of the drill.
     pub fn bench(&self) -> Rig {
         Rig { line: self.line, standing: self.run.standing().clone() }
     }
 
-    /// Goes as far as `mode` says, at most `pieces` pieces of motion or waiting; none when there is more to do: then call it
-    /// again.
+    /// Runs as far as `mode` allows, for at most `pieces` segments. None if more remains: then call again.
     pub fn go(&mut self, machine: &Machine, mode: Mode, pins: &mut dyn Pins, pieces: usize) -> Option<Rest> {
         let mut actions = match self.next.take() {
             Some(segments) => vec![QueueAction::Play(segments)],
@@ -141,7 +139,6 @@ impl Clock for AtOnce {
     }
 }
 
-/// Nobody orders anything.
 struct Nobody;
 
 impl Operator for Nobody {

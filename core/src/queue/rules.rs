@@ -1,29 +1,26 @@
-//! What a row may do on this machine as it stands: the rules that hold before anything moves, and where the row ends.
+//! Rules for each row in the current state of the machine, and the state after the row.
 //!
 //! ```text
 //!         safe height ─────●── X and Y may move from here up
 //!  board's surface ════════╪═════
-//!                          ▼ below it: only up, with the spindle turning
+//!                          ▼ below: only up, with the spindle turning
 //! ```
 //!
-//! Comes in: a command, a machine, and how the drill stands. Goes out: how it will stand, or why not, with the field.
-//! Used for the dry check of a whole queue and once more before every row. Moves nothing.
+//! Used for the dry run of a queue, and again before every row. Moves nothing.
 
-use super::text::refuse;
 use super::words::{Axes, WorkCommand};
 use crate::diagnostic::Diagnostic;
 use crate::machine::{Machine, Steps, axis_name};
 use crate::motion::cycles;
 use crate::units::Length;
 
-/// How the drill stands as far as a queue must know.
+/// State of the drill, as far as the queue rules need it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Standing {
-    /// Machine steps.
     pub position: Steps,
-    /// Work zero of X and Y in machine steps, if one is set.
+    /// Work zero of X and Y in machine steps; none if it isn't set.
     pub zero: Option<[i64; 2]>,
-    /// Axes X, Y, Z whose position is known.
+    /// Homed axes: X, Y, Z.
     pub homed: [bool; 3],
     /// Spindle speed, rpm.
     pub rpm: u32,
@@ -32,7 +29,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// As after homing, with the work zero where it rests then.
+    /// State after homing, with the work zero at the rest position.
     pub fn just_homed(machine: &Machine) -> Self {
         let mut position = Steps::default();
         for axis in [0, 1].into_iter().chain(cycles::together(machine, 2)) {
@@ -41,7 +38,7 @@ impl Standing {
         Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0, foot_down: false }
     }
 
-    /// Whether the position of every axis is known.
+    /// True if every axis is homed.
     pub fn all_homed(&self) -> bool {
         self.homed == [true; 3]
     }
@@ -52,12 +49,12 @@ pub(super) fn z_steps(machine: &Machine, height: Length) -> i64 {
     machine.z.scale.steps(machine.process.surface) + machine.z.scale.steps(height)
 }
 
-/// Machine steps of Z where all spindles stand alike and every tip is at its safe height or over it.
+/// Machine steps of Z, with level spindles, at which every tip is at least at its safe height.
 fn all_safe(machine: &Machine) -> i64 {
     z_steps(machine, machine.process.safe_height) + machine.reach()
 }
 
-/// How the drill stands after `command`, or why it must not be begun. `outputs` are the names that may be switched.
+/// State after `command`, or why it is forbidden. `outputs` are the names that may be switched.
 pub fn after(
     command: &WorkCommand,
     machine: &Machine,
@@ -74,7 +71,7 @@ pub fn after(
         }
         WorkCommand::MoveTo { x, y } => {
             may_travel(machine, standing)?;
-            let zero = standing.zero.ok_or_else(|| refuse("queue.no_zero"))?;
+            let zero = standing.zero.ok_or_else(|| Diagnostic::error("queue.no_zero"))?;
             let to = [zero[0] + machine.x.scale.steps(*x), zero[1] + machine.y.scale.steps(*y)];
             travel(machine, &mut next, to, ["X", "Y"])?;
             next.foot_down = false;
@@ -82,7 +79,7 @@ pub fn after(
         WorkCommand::DrillDown => {
             homed(standing, &[2])?;
             if standing.rpm == 0 {
-                return Err(refuse("queue.spindle_off"));
+                return Err(Diagnostic::error("queue.spindle_off"));
             }
             let bottoms = machine.bottoms(bottom(machine));
             for axis in machine.spindle_axes() {
@@ -104,16 +101,17 @@ pub fn after(
         WorkCommand::Output { name, on, pulse_ms } => {
             if !outputs.contains(name) {
                 let known = if outputs.is_empty() { "–".to_owned() } else { outputs.join(", ") };
-                let why = refuse("queue.no_such_output").with("field", "name").with("name", name);
+                let why = Diagnostic::error("queue.no_such_output").with("field", "name").with("name", name);
                 return Err(why.with("known", known));
             }
             if machine.foot.on && *name == machine.foot.output {
+                // A pulse moves the foot, so it may be down afterwards.
                 next.foot_down = *on || pulse_ms.is_some();
             }
         }
         WorkCommand::Spindle { rpm } => {
             if *rpm == 0 && tip_in_board(machine, standing) {
-                return Err(refuse("queue.spindle_off_in_board").with("field", "rpm"));
+                return Err(Diagnostic::error("queue.spindle_off_in_board").with("field", "rpm"));
             }
             next.rpm = *rpm;
         }
@@ -127,7 +125,7 @@ pub fn after(
     Ok(next)
 }
 
-/// The bottom of a stroke as all spindles have it, over the board's surface.
+/// Bottom of stroke of all spindles, over the board's surface.
 pub(super) fn bottom(machine: &Machine) -> Length {
     let process = &machine.process;
     Length::ZERO - process.board_thickness - process.breakthrough
@@ -140,6 +138,7 @@ fn tip_in_board(machine: &Machine, standing: &Standing) -> bool {
 fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagnostic> {
     for &axis in axes.in_order() {
         if axis < 2 {
+            // X and Y home at full travel, so the tip must be known to be up.
             homed(next, &[2])?;
             tip_up(machine, next)?;
             next.foot_down = false;
@@ -152,7 +151,7 @@ fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagno
     Ok(())
 }
 
-/// Tips up, spindle off, then away.
+/// Tips up, spindle off, then to the park position.
 fn park(machine: &Machine, next: &mut Standing) -> Result<(), Diagnostic> {
     homed(next, &[0, 1, 2])?;
     let top = cycles::top(machine);
@@ -165,7 +164,7 @@ fn park(machine: &Machine, next: &mut Standing) -> Result<(), Diagnostic> {
 fn homed(standing: &Standing, axes: &[usize]) -> Result<(), Diagnostic> {
     match axes.iter().find(|axis| !standing.homed[**axis]) {
         None => Ok(()),
-        Some(axis) => Err(refuse("queue.not_homed").with("axis", axis_name(*axis))),
+        Some(axis) => Err(Diagnostic::error("queue.not_homed").with("axis", axis_name(*axis))),
     }
 }
 
@@ -176,7 +175,9 @@ fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
         return Ok(());
     }
     let height = machine.z.scale.length(lowest) - machine.process.surface;
-    Err(refuse("queue.tip_low").with("height", height.mm()).with("safe", machine.process.safe_height.mm()))
+    Err(Diagnostic::error("queue.tip_low")
+        .with("height", height.mm())
+        .with("safe", machine.process.safe_height.mm()))
 }
 
 fn may_travel(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
@@ -186,7 +187,7 @@ fn may_travel(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> 
 
 fn travel(machine: &Machine, next: &mut Standing, to: [i64; 2], fields: [&str; 2]) -> Result<(), Diagnostic> {
     for axis in [0, 1] {
-        // An axis that rests on its sensor after homing stands a step outside; it may stay there.
+        // After homing, an axis may rest on its switch, one step outside the range. That position is allowed.
         if to[axis] != next.position[axis] {
             inside(machine, axis, to[axis], fields[axis])?;
         }
@@ -202,6 +203,6 @@ fn inside(machine: &Machine, axis: usize, place: i64, field: &str) -> Result<(),
         return Ok(());
     }
     let mm = |steps: i64| settings.scale.length(steps).mm();
-    let why = refuse("queue.outside").with("axis", axis_name(axis)).with("field", field);
+    let why = Diagnostic::error("queue.outside").with("axis", axis_name(axis)).with("field", field);
     Err(why.with("place", mm(place)).with("low", settings.min.mm()).with("high", settings.max.mm()))
 }

@@ -1,154 +1,117 @@
-//! A queue in work, as a pure machine: (what was done, what is reported) → what to do next.
+//! A running queue, as a pure state machine: (state, report) → next action.
 //!
 //! ```text
-//! Go ─▶ row: rules once more ─▶ Play ─▶ report ─▶ result of the row ─▶ next row … ─▶ Rest
-//!                                │                                                  held: step done, breakpoint
-//!                                └─ stopped, sensor, time over ─▶ Rest              done · stopped here · failed
+//! Go ─▶ row: check rules ─▶ Play ─▶ report ─▶ result of the row ─▶ next row … ─▶ Rest
+//!                              │                                           held: step done, breakpoint
+//!                              └─ stopped, sensor, timeout ─▶ Rest         done · stopped here · failed
 //! ```
 //!
-//! Comes in: orders and reports. Goes out: [`QueueAction`]s, at most one of them a [`QueueAction::Play`] or [`QueueAction::Rest`], always
-//! the last. Every row begins and ends at rest. Does not know who plays the segments.
+//! Every row starts and ends at rest.
 
 use super::blocks::{Queue, QueueCursor};
 use super::homing::{Homing, HomingNext};
+use super::outcome::{Harm, QueueReport, failure};
 use super::rules::{Standing, after};
-use super::text::refuse;
 use super::words::{INPUTS, STATES, WorkCommand};
 use super::work;
 use crate::diagnostic::Diagnostic;
-use crate::job::{Input, Otherwise};
-use crate::machine::{Machine, Steps};
+use crate::job::Input;
+use crate::machine::Machine;
 use crate::pins::Outcome;
 use crate::steps::{Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 
-/// How long one look at an input lasts while it is waited for, in ms.
+/// Polling interval for a wait on an input, in ms.
 const LOOK_MS: u32 = 5;
 
-/// Ticks of a millisecond.
 const TICKS_OF_MS: u64 = TICK_HZ / 1_000;
 
-/// How far to go.
+/// How far to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// One row.
     Step,
-    /// Up to the next breakpoint, or to the end.
+    /// To the next breakpoint or the end.
     ToBreakpoint,
-    /// To the end, over every breakpoint.
+    /// To the end, ignoring breakpoints.
     ToEnd,
 }
 
-/// What came of a row.
+/// Progress of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RowState {
-    /// Not yet done.
     #[default]
     Waiting,
-    /// Being done.
     Working,
-    /// Done, the last time it came.
+    /// Completed, in its latest execution.
     Done,
-    /// Not begun, or ended by an alarm: the reason says why.
+    /// Not started, or ended by an alarm: see the reason.
     Refused,
-    /// STOP came while it was done.
+    /// STOP arrived during the row.
     StoppedHere,
 }
 
-/// The result of a row.
+/// Result of a row.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowResult {
-    /// What came of it.
     pub state: RowState,
-    /// How often it was begun.
+    /// Number of executions started.
     pub turns: u32,
-    /// How long it took the last time, in ms of machine time.
+    /// Duration of the latest execution, in ms of machine time.
     pub ms: f64,
-    /// Why it was refused.
+    /// Reason of a refusal.
     pub why: Option<Diagnostic>,
 }
 
-/// What the player says after a [`QueueAction::Play`], at rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QueueReport {
-    /// How the last segment played ended.
-    pub outcome: Outcome,
-    /// Steps counted.
-    pub position: Steps,
-    /// The inputs then, one bit each.
-    pub inputs: u32,
-    /// Machine time it took, in ticks.
-    pub ticks: u64,
-}
-
-/// What to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum QueueAction {
-    /// Switch this output: its place among the machine's outputs.
+    /// Switch this output.
     Output {
-        /// Its place among the machine's outputs.
+        /// Index among the machine's outputs.
         place: u8,
-        /// On, else off.
         on: bool,
     },
-    /// The count of an axis, and of all that move together with it, is off.
+    /// The count of an axis, and of all axes that move with it, is wrong by this.
     Correct {
-        /// Which axis.
         axis: usize,
-        /// By so many.
         steps: i64,
     },
     /// Play these, then report.
     Play(Vec<Segment>),
-    /// Nothing to do.
     Rest(Rest),
 }
 
-/// Why nothing is done.
+/// Reason for resting.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rest {
-    /// Between two rows: after a step, before a breakpoint, or as asked.
+    /// Between two rows: after a step, before a breakpoint, or on request.
     Held,
-    /// The last row is done.
+    /// The last row is complete.
     Done,
-    /// STOP.
     Stopped,
-    /// A row was refused or failed, and what is left of the trust in the position.
+    /// A row was refused or failed.
     Failed {
-        /// Why.
         why: Diagnostic,
-        /// What is left of the trust.
+        /// Effect on the trust in the position.
         harm: Harm,
     },
 }
 
-/// What a failure leaves of the trust in the position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Harm {
-    /// As much as before.
-    None,
-    /// Probably right.
-    Suspect,
-    /// Nothing.
-    Lost,
-}
-
-/// What the player has in hand.
+/// Current activity of the player.
 #[derive(Clone, Debug, PartialEq)]
 enum Doing {
     Nothing,
-    /// Segments; how the drill will stand.
+    /// Segments, and the state after them.
     Moves(Standing),
-    /// A pulse on this output; what it goes back to.
+    /// A pulse on this output, and the level after it.
     Pulse(u8, bool),
-    /// Looking at an input that is to be so; ms left.
+    /// Waiting for an input to reach a level; ms left.
     Look(Input, bool, u32),
     Homing(Homing),
 }
 
-/// A queue in work.
+/// A running queue.
 #[derive(Clone, Debug)]
 pub struct QueueRun {
     queue: Queue,
@@ -158,14 +121,14 @@ pub struct QueueRun {
     mode: Mode,
     doing: Doing,
     results: Vec<RowResult>,
-    /// Stands between two rows of a run that has begun.
+    /// Paused between two rows.
     held: bool,
     ended: bool,
     on: u32,
 }
 
 impl QueueRun {
-    /// `queue` before its first row. `outputs` are the names that may be switched, in the order of their places.
+    /// `queue` before its first row. `outputs` are the names that may be switched, in index order.
     pub fn new(queue: Queue, outputs: Vec<String>, standing: Standing) -> Self {
         let cursor = QueueCursor::new(&queue);
         let results = vec![RowResult::default(); queue.rows().len()];
@@ -173,70 +136,70 @@ impl QueueRun {
         Self { queue, outputs, standing, cursor, mode, doing, results, held: false, ended: false, on: 0 }
     }
 
-    /// Its rows.
     pub fn queue(&self) -> &Queue {
         &self.queue
     }
 
-    /// The row in work or next; none at the end.
+    /// Current or next row; none at the end.
     pub fn row(&self) -> Option<usize> {
         self.cursor.row(&self.queue)
     }
 
-    /// Results, one a row.
+    /// One result per row.
     pub fn results(&self) -> &[RowResult] {
         &self.results
     }
 
-    /// How the drill stands, as far as was reported.
+    /// State of the drill, as reported.
     pub fn standing(&self) -> &Standing {
         &self.standing
     }
 
-    /// Whether it came to an end, good or bad.
+    /// True after completion, failure or stop.
     pub fn ended(&self) -> bool {
         self.ended
     }
 
-    /// Rows passed, each as often as it was done.
+    /// Rows executed; a repeated row counts each time.
     pub fn passed(&self) -> u32 {
         self.cursor.passed()
     }
 
-    /// Whether an axis is being homed.
+    /// True while an axis is homing.
     pub fn homes(&self) -> bool {
         matches!(self.doing, Doing::Homing(_))
     }
 
-    /// Whether a stroke into the board is being done.
+    /// True during a drilling plunge.
     pub fn drills(&self) -> bool {
         let command = self.row().and_then(|row| self.queue.rows().get(row)?.command.as_ref());
         matches!((&self.doing, command), (Doing::Moves(_), Some(WorkCommand::DrillDown)))
     }
 
-    /// Goes on after [`QueueRun::hold`] that has not held yet, as far as `mode` says.
+    /// Cancels a pending [`QueueRun::hold`], and continues as far as `mode` allows.
     pub fn proceed(&mut self, mode: Mode) {
         self.mode = mode;
     }
 
-    /// Holds after the row in work.
+    /// Holds after the current row.
     pub fn hold(&mut self) {
         self.mode = Mode::Step;
     }
 
-    /// Goes on, or begins.
+    /// Starts or continues.
     pub fn go(&mut self, machine: &Machine, mode: Mode) -> Vec<QueueAction> {
         if self.doing != Doing::Nothing || self.ended {
             return Vec::new();
         }
         self.mode = mode;
+        // A run that was held at a breakpoint must get past it.
         let at_once = self.held || mode == Mode::Step;
         self.held = false;
         self.rows(machine, at_once)
     }
 
-    /// Rows one after the other, until something is to be played or it rests. The first is done even if a breakpoint
-    /// stands before it, where `at_once`.
+    /// Executes rows until there is something to play, or a reason to rest. With `at_once`, the first row
+    /// runs even at a breakpoint.
     fn rows(&mut self, machine: &Machine, mut at_once: bool) -> Vec<QueueAction> {
         let mut actions = Vec::new();
         while let Some(row) = self.row() {
@@ -269,7 +232,7 @@ impl QueueRun {
         actions
     }
 
-    /// The end, good or bad: outputs that the queue turned on are turned off.
+    /// Ends the run, and switches off the outputs that the queue switched on.
     fn end(&mut self, rest: Rest) -> Vec<QueueAction> {
         (self.doing, self.ended) = (Doing::Nothing, true);
         let on = std::mem::take(&mut self.on);
@@ -278,7 +241,7 @@ impl QueueRun {
         off.chain([QueueAction::Rest(rest)]).collect()
     }
 
-    /// Begins a row. Where there is something to play, it is the last action.
+    /// Starts a row. If there is something to play, it is the last action.
     fn begin(
         &mut self,
         machine: &Machine,
@@ -303,6 +266,7 @@ impl QueueRun {
             WorkCommand::Wait { ms } => work::wait(from, u64::from(*ms) * TICKS_OF_MS),
             WorkCommand::WaitInput { input, on, timeout_ms } => {
                 self.doing = Doing::Look(*input, *on, *timeout_ms);
+                // A rest of one tick, to read the inputs.
                 actions.push(QueueAction::Play(work::wait(from, 1)));
                 return Ok(());
             }
@@ -338,7 +302,7 @@ impl QueueRun {
         QueueAction::Output { place: bit, on }
     }
 
-    /// The presser foot up where it may be down, before X or Y moves.
+    /// Raises the presser foot if it may be down, before X or Y moves.
     fn foot_up(&mut self, machine: &Machine) -> Vec<Segment> {
         let is_down = std::mem::take(&mut self.standing.foot_down);
         if is_down { work::foot(machine, self.standing.position, false) } else { Vec::new() }
@@ -349,6 +313,7 @@ impl QueueRun {
             HomingNext::Homed => Vec::new(),
             HomingNext::Play { segment, correction_steps: correction } => {
                 let axis = homing.axis();
+                // Until this axis is homed again, its position is unknown.
                 if let Some(homed) = self.standing.homed.get_mut(axis) {
                     *homed = false;
                 }
@@ -365,7 +330,7 @@ impl QueueRun {
         }
     }
 
-    /// What follows from a report.
+    /// Next actions after a report.
     pub fn reported(&mut self, machine: &Machine, report: &QueueReport) -> Vec<QueueAction> {
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         self.standing.position = report.position;
@@ -394,7 +359,7 @@ impl QueueRun {
                 let axis = homing.axis();
                 match homing.reported(machine, report, &mut self.standing.position) {
                     Err((why, harm)) => {
-                        // A count that was wrong is found out at the end of the homing: it is right again.
+                        // A wrong count is found at the end of homing, and is correct from there on.
                         if let Some(homed) = self.standing.homed.get_mut(axis) {
                             *homed = harm == Harm::None;
                         }
@@ -417,7 +382,7 @@ impl QueueRun {
         actions
     }
 
-    /// `axis` was being homed; it is homed where another one is begun or all are done.
+    /// `axis` is homed as soon as another axis starts homing, or all are done.
     fn homed_so_far(
         &mut self,
         machine: &Machine,
@@ -436,7 +401,7 @@ impl QueueRun {
             let timeout = self.row().and_then(|row| self.queue.rows()[row].command.clone());
             let ms =
                 if let Some(WorkCommand::WaitInput { timeout_ms, .. }) = timeout { timeout_ms } else { 0 };
-            let why = refuse("queue.input_timeout").with("input", INPUTS[input as usize]);
+            let why = Diagnostic::error("queue.input_timeout").with("input", INPUTS[input as usize]);
             let why = why.with("state", STATES[usize::from(on)]).with("ms", ms);
             return self.fail(why, Harm::None);
         }
@@ -445,7 +410,7 @@ impl QueueRun {
         vec![QueueAction::Play(work::wait(self.standing.position, u64::from(ms) * TICKS_OF_MS))]
     }
 
-    /// The row is done; on to the next.
+    /// Ends the row and advances to the next.
     fn row_done(&mut self) -> Result<(), Diagnostic> {
         if let Some(result) = self.row().and_then(|row| self.results.get_mut(row)) {
             result.state = RowState::Done;
@@ -453,7 +418,7 @@ impl QueueRun {
         self.cursor.pass(&self.queue)
     }
 
-    /// Ends the run because of STOP, wherever it is.
+    /// Ends the run because of STOP.
     pub fn stopped(&mut self) -> Vec<QueueAction> {
         if let Some(result) = self.row().and_then(|row| self.results.get_mut(row)) {
             result.state = RowState::StoppedHere;
@@ -470,48 +435,5 @@ impl QueueRun {
             (result.state, result.why) = (RowState::Refused, Some(why.clone()));
         }
         self.end(Rest::Failed { why, harm })
-    }
-}
-
-/// A step came so many ticks later than its motor could wait for.
-pub fn late(ticks: u64) -> Diagnostic {
-    refuse("control.executor_late").with("ms", libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
-}
-
-/// What a sensor means that turned on where it must not, and what it leaves of the trust: every step is counted, unless an axis met
-/// its end.
-pub fn guarded(input: Input) -> (Diagnostic, Harm) {
-    match input {
-        Input::CoverOpen => (refuse("control.cover_open"), Harm::None),
-        Input::FootDown => (refuse("control.foot_down"), Harm::None),
-        _ => (refuse("control.end_sensor").with("sensor", format!("{input:?}")), Harm::Suspect),
-    }
-}
-
-/// What a sensor means that is off where it must be on: no board under the tip, or no presser foot on it.
-pub fn missing(input: Input) -> Diagnostic {
-    refuse(if input == Input::Contact { "control.no_contact" } else { "control.foot_gone" })
-}
-
-/// What it means that the tip of `machine` touched something `at` which is higher than the board can be, whose surface lies there
-/// `board_steps` of Z over the flat one. Every step is counted, and the height of the tip is looked at again over the next hole.
-pub fn early(machine: &Machine, at: &Steps, board_steps: i64) -> Diagnostic {
-    let above = machine.z.scale.length(machine.lowest(at) - board_steps) - machine.process.surface;
-    refuse("control.early_contact").with("mm", format!("{:.2}", above.mm()))
-}
-
-/// What an outcome means that is not the end of a row.
-fn failure(machine: &Machine, outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
-    match outcome {
-        Outcome::Guarded(input) => Some(guarded(*input)),
-        Outcome::Missing(input) => Some((missing(*input), Harm::None)),
-        Outcome::Early { at } => Some((early(machine, at, 0), Harm::None)),
-        Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
-        Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
-        Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
-            let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
-            Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))
-        }
-        _ => None,
     }
 }

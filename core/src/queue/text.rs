@@ -1,64 +1,47 @@
-//! A queue as text, one row a line, and back.
+//! Parses a queue from text, one row per line, and prints it.
 //!
 //! ```text
 //! * MOVE_TO 10.5 20   ; a note
 //! │ │       └ arguments, in the order of the table
-//! │ └ command: the table's name or the paper's, letters large or small
+//! │ └ command: the table's name or the paper's, in any case
 //! └ breakpoint
 //! ```
 //!
-//! A number has a decimal point or a comma, never both. Empty lines and lines that are only a note are kept.
-//!
-//! Comes in: text. Goes out: rows, or refusals with line, column and field. Does not know machines.
+//! The decimal mark is a point or a comma. Empty lines and lines with only a note are preserved.
 
-use super::blocks::{Queue, link};
+use super::blocks::{Queue, QueueRow, link};
 use super::words::{Argument, ArgumentKind, ArgumentValue, WORDS, Word, WorkCommand};
 use super::{LONGEST_TEXT, MOST_ROWS};
 use crate::diagnostic::{Diagnostic, letters_apart};
 use crate::units::{Length, NM_PER_MM};
 
-/// After so many refusals the rest of the text is not read.
+/// After this many errors the rest of the text is ignored.
 const MOST_REFUSALS: usize = 50;
 
-/// Longest name of an output or of a `SUB`.
+/// Longest name of an output or of a `SUB`, in characters.
 const LONGEST_NAME: usize = 32;
 
-/// Decimals of a millimetre: down to the nanometre.
+/// Decimals of a millimetre: nanometre resolution.
 const DECIMALS: usize = 6;
 
-/// One line of a queue.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct QueueRow {
-    /// A run to the next breakpoint stops before this row.
-    pub breakpoint: bool,
-    /// What to do; none on a line that is empty or only a note.
-    pub command: Option<WorkCommand>,
-    /// What a person wrote behind `;`.
-    pub note: Option<String>,
-}
-
-/// A word of a line and the column it begins at, in bytes from 1.
+/// A word of a line, with its column in bytes from 1.
 struct Token<'a> {
     text: &'a str,
     column: usize,
 }
 
-/// A refusal without its line: column and diagnostic.
+/// An error without its line: column and diagnostic.
 type Refused = (usize, Diagnostic);
 
-pub(super) fn refuse(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
-/// The queue in `text`, or everything that is wrong with it, line by line; places say `file`.
+/// Parses `text`, or returns all errors, line by line. `file` is the file name in locations.
 pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Diagnostic>> {
     if text.len() > LONGEST_TEXT {
-        let why = refuse("queue.too_long").with("bytes", text.len()).with("most", LONGEST_TEXT);
+        let why = Diagnostic::error("queue.too_long").with("bytes", text.len()).with("most", LONGEST_TEXT);
         return Err(vec![why.at(file, 0, 0)]);
     }
     let lines: Vec<&str> = text.lines().collect();
     if lines.len() > MOST_ROWS {
-        let why = refuse("queue.too_many_rows").with("rows", lines.len()).with("most", MOST_ROWS);
+        let why = Diagnostic::error("queue.too_many_rows").with("rows", lines.len()).with("most", MOST_ROWS);
         return Err(vec![why.at(file, 0, 0)]);
     }
     let mut rows = Vec::with_capacity(lines.len());
@@ -81,7 +64,6 @@ pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Diagnostic>> {
     }
 }
 
-/// One line.
 pub fn read_row(file: &str, number: u32, line: &str) -> Result<QueueRow, Diagnostic> {
     row(line).map_err(|(column, why)| {
         let column = u32::try_from(column).unwrap_or(u32::MAX);
@@ -91,7 +73,7 @@ pub fn read_row(file: &str, number: u32, line: &str) -> Result<QueueRow, Diagnos
 
 fn row(line: &str) -> Result<QueueRow, Refused> {
     if let Some(at) = line.find(|c: char| c.is_control() && c != '\t') {
-        return Err((at + 1, refuse("queue.control_character")));
+        return Err((at + 1, Diagnostic::error("queue.control_character")));
     }
     let (code, note) = match line.find([';', '#']) {
         Some(at) => (&line[..at], Some(line[at + 1..].trim().to_owned())),
@@ -104,7 +86,7 @@ fn row(line: &str) -> Result<QueueRow, Refused> {
     let tokens = tokens(code, shift);
     let Some((first, rest)) = tokens.split_first() else {
         if breakpoint {
-            return Err((shift, refuse("queue.breakpoint_alone")));
+            return Err((shift, Diagnostic::error("queue.breakpoint_alone")));
         }
         return Ok(QueueRow { breakpoint, command: None, note });
     };
@@ -125,7 +107,8 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Argume
             Some(token) => values.push(value(argument, token.text).map_err(|why| (token.column, why))?),
             None if argument.optional => break,
             None => {
-                let why = refuse("queue.missing").with("word", word.name).with("field", argument.name);
+                let why =
+                    Diagnostic::error("queue.missing").with("word", word.name).with("field", argument.name);
                 return Err((end, why));
             }
         }
@@ -135,14 +118,14 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Argume
         Some(token) => {
             let names: Vec<_> = word.arguments.iter().map(|argument| argument.name).collect();
             let takes = if names.is_empty() { "–".to_owned() } else { names.join(" ") };
-            let why = refuse("queue.surplus").with("word", word.name).with("found", token.text);
+            let why = Diagnostic::error("queue.surplus").with("word", word.name).with("found", token.text);
             Err((token.column, why.with("takes", takes)))
         }
     }
 }
 
 fn value(argument: &Argument, text: &str) -> Result<ArgumentValue, Diagnostic> {
-    let refused = |code: &str| refuse(code).with("field", argument.name).with("found", text);
+    let refused = |code: &str| Diagnostic::error(code).with("field", argument.name).with("found", text);
     let range = |low: i64, high: i64| {
         let why = refused("queue.out_of_range").with("low", low).with("high", high);
         why.with("unit", argument.unit)
@@ -177,7 +160,7 @@ fn value(argument: &Argument, text: &str) -> Result<ArgumentValue, Diagnostic> {
     }
 }
 
-/// Sign and digits. Digits beyond any range saturate, so that they are found out of range.
+/// Parses an integer. Huge numbers saturate, so that the range check reports them.
 fn whole(text: &str) -> Option<i64> {
     let (negative, digits) = signed(text);
     if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -194,7 +177,7 @@ fn signed(text: &str) -> (bool, &str) {
     }
 }
 
-/// Millimetres to the nanometre, or the code of what is wrong.
+/// Parses millimetres with nanometre resolution, or returns the code of the error.
 fn millimetres(text: &str) -> Result<Length, &'static str> {
     let (negative, digits) = signed(text);
     let marks = digits.bytes().filter(|byte| matches!(byte, b'.' | b',')).count();
@@ -209,7 +192,7 @@ fn millimetres(text: &str) -> Result<Length, &'static str> {
     if fraction.len() > DECIMALS {
         return Err("queue.too_fine");
     }
-    // What is far out of every range stays so without overflowing.
+    // Huge values stay out of range without overflowing.
     let millimetres =
         if whole.is_empty() { 0 } else { whole.parse::<i64>().unwrap_or(i64::MAX).min(1_000_000) };
     let padded = format!("{fraction:0<DECIMALS$}");
@@ -228,15 +211,15 @@ fn unknown(text: &str) -> Diagnostic {
     let near = near.filter(|(apart, _)| *apart <= 3 && 2 * apart < wanted.len());
     let found: String = text.chars().take(40).collect();
     match near {
-        Some((_, near)) => refuse("queue.unknown_word").with("found", found).with("near", near),
+        Some((_, near)) => Diagnostic::error("queue.unknown_word").with("found", found).with("near", near),
         None => {
             let words: Vec<_> = WORDS.iter().map(|word| word.name).collect();
-            refuse("queue.unknown_far").with("found", found).with("words", words.join(", "))
+            Diagnostic::error("queue.unknown_far").with("found", found).with("words", words.join(", "))
         }
     }
 }
 
-/// The queue as text: what [`read`] reads back to the same queue.
+/// Prints the queue so that [`read`] returns an equal queue.
 pub fn print(queue: &Queue) -> String {
     let mut out = String::new();
     let mut depth = 0_usize;

@@ -1,23 +1,18 @@
-//! The work commands as one table: name, the paper's name, arguments with unit and range. Text, page and manual read it.
-//! The meaning of each stands in the locale tables under [`Word::sentence_key`].
-//!
-//! Comes in: values. Goes out: a [`WorkCommand`], and back. Does not know rows, lines or machines.
+//! The table of work commands: name, the paper's name, arguments with unit and range. Parser, page and manual
+//! use it. The locale tables hold descriptions under [`Word::sentence_key`].
 
 use crate::job::Input;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// Which axes to home.
+/// Axes to home.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axes {
     /// Z first, then X, then Y.
     All,
-    /// X alone.
     X,
-    /// Y alone.
     Y,
-    /// Z alone.
     Z,
 }
 
@@ -25,7 +20,7 @@ impl Axes {
     const NAMES: [&'static str; 4] = ["ALL", "X", "Y", "Z"];
     const EVERY: [Self; 4] = [Self::All, Self::X, Self::Y, Self::Z];
 
-    /// The axes in the order of homing: 0 X, 1 Y, 2 Z.
+    /// Axes in the order of homing: 0 X, 1 Y, 2 Z.
     pub const fn in_order(self) -> &'static [usize] {
         match self {
             Self::All => &[2, 0, 1],
@@ -39,117 +34,104 @@ impl Axes {
 /// One work command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WorkCommand {
-    /// Move by so many motor steps of X and Y.
+    /// Move X and Y by motor steps.
     MoveBy {
-        /// Steps of X, signed.
+        /// Signed steps of X.
         dx: i64,
-        /// Steps of Y, signed.
+        /// Signed steps of Y.
         dy: i64,
     },
-    /// Move to a place counted from the work zero.
+    /// Move to a position from the work zero.
     MoveTo {
-        /// Left and right.
         x: Length,
-        /// Away and back.
         y: Length,
     },
-    /// Down through the board: to the lower sensor where the machine has one, else by counted steps.
+    /// Down through the board: to the lower switch if the machine has one, else by counted steps.
     DrillDown,
     /// Up to the safe height.
     DrillUp,
-    /// To the end sensors.
+    /// To the limit switches.
     Home {
-        /// Which axes.
         axes: Axes,
     },
-    /// All the way up, spindle off, and to where the head is parked.
+    /// All the way up, spindle off, and to the park position.
     Park,
-    /// Stay.
     Wait {
-        /// For how long, in ms.
         ms: u32,
     },
-    /// Stay until an input is as wanted.
+    /// Wait for the level of an input.
     WaitInput {
-        /// Which input.
         input: Input,
         /// Wait until it is on, else until it is off.
         on: bool,
-        /// Longest wait, in ms; after it the queue stops with an alarm.
+        /// Longest wait, in ms; then the queue stops with an alarm.
         timeout_ms: u32,
     },
     /// Switch an output of the machine.
     Output {
-        /// Its name in the machine's settings.
+        /// Name in the machine's settings.
         name: String,
-        /// On or off.
         on: bool,
-        /// Only for so long, in ms; then it goes back.
+        /// If set, the output switches back after this time, in ms.
         pulse_ms: Option<u32>,
     },
-    /// Spindle speed.
     Spindle {
         /// In rpm; 0 is off.
         rpm: u32,
     },
-    /// Do the rows up to the matching `END` so often.
+    /// Repeat the rows up to the matching `END`.
     Repeat {
-        /// How often, from 1.
+        /// Repetitions, from 1.
         times: u32,
     },
-    /// Rows up to the matching `END` that are done only where they are called.
+    /// Rows up to the matching `END` that run only when called.
     Sub {
-        /// Their name.
         name: String,
     },
-    /// Do the rows of a `SUB`.
+    /// Run the rows of a `SUB`.
     Call {
-        /// Its name.
         name: String,
     },
     /// End of a `REPEAT` or `SUB`.
     End,
 }
 
-/// A value of an argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ArgumentValue {
-    /// A whole number in the argument's unit.
+    /// An integer in the argument's unit.
     Whole(i64),
-    /// A length.
     Mm(Length),
     /// One of the argument's words, or a name.
     Text(String),
 }
 
-/// What an argument may be.
+/// Type and range of an argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ArgumentKind {
-    /// A whole number from … to ….
+    /// An integer from … to ….
     Whole(i64, i64),
-    /// Millimetres from … to …, at most six decimals.
+    /// Millimetres from … to …, with at most six decimals.
     Mm(i64, i64),
     /// One of these words.
     Choice(&'static [&'static str]),
-    /// A name: a letter, then letters, digits or `_`, at most 32 together.
+    /// A letter, then letters, digits or `_`, at most 32 in total.
     Name,
 }
 
 /// One argument of a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Argument {
-    /// Its name: the field that a refusal names.
+    /// Name in error messages.
     pub name: &'static str,
-    /// Unit of its numbers, empty for words.
+    /// Unit of its numbers; empty for words.
     pub unit: &'static str,
-    /// What is allowed.
     pub kind: ArgumentKind,
-    /// It may be left out.
+    /// May be omitted.
     pub optional: bool,
 }
 
 impl Argument {
-    /// Key of its meaning in the locale tables.
+    /// Message key of its description.
     pub fn sentence_key(&self) -> String {
         format!("queue.argument.{}", self.name.to_lowercase())
     }
@@ -158,47 +140,46 @@ impl Argument {
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
-    /// As it is printed.
+    /// Printed name.
     pub name: &'static str,
-    /// Other spellings that are read: those of the paper first.
+    /// Other accepted spellings, those of the paper first.
     pub aliases: &'static [&'static str],
-    /// What follows it.
     pub arguments: &'static [Argument],
     make: fn(&[ArgumentValue]) -> WorkCommand,
     split: fn(&WorkCommand) -> Option<Vec<ArgumentValue>>,
 }
 
 impl Word {
-    /// Key of its meaning in the locale tables.
+    /// Message key of its description.
     pub fn sentence_key(&self) -> String {
         format!("queue.word.{}", self.name.to_lowercase())
     }
 
-    /// The command with these values; they must be of the arguments' kinds and in their ranges.
+    /// The command with these values, which must have the right types and ranges.
     pub(super) fn command(&self, values: &[ArgumentValue]) -> WorkCommand {
         (self.make)(values)
     }
 
-    /// The word called `name`, in any spelling that is read; letters large or small.
+    /// Finds a command by any accepted spelling, in any case.
     pub fn find(name: &str) -> Option<&'static Self> {
         WORDS.iter().find(|word| word.spellings().any(|other| other.eq_ignore_ascii_case(name)))
     }
 
-    /// Every spelling that is read, its own first.
+    /// Every accepted spelling, the printed name first.
     pub fn spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.name).chain(self.aliases.iter().copied())
     }
 }
 
 impl WorkCommand {
-    /// Its row of the table and its values.
+    /// The table row and the values of the command.
     pub fn split(&self) -> (&'static Word, Vec<ArgumentValue>) {
         let mut rows = WORDS.iter().filter_map(|word| (word.split)(self).map(|values| (word, values)));
         rows.next().unwrap_or((&WORDS[WORDS.len() - 1], Vec::new()))
     }
 }
 
-/// Inputs by name, in the order of [`Input::ALL`].
+/// Input names, in the order of [`Input::ALL`].
 pub(super) const INPUTS: [&str; Input::ALL.len()] = [
     "X_MIN",
     "X_MAX",
@@ -217,7 +198,7 @@ pub(super) const INPUTS: [&str; Input::ALL.len()] = [
     "Y_INDEX",
     "Z_INDEX",
 ];
-/// States of inputs and outputs.
+/// Names of input and output levels.
 pub(super) const STATES: [&str; 2] = ["OFF", "ON"];
 
 fn whole(values: &[ArgumentValue], at: usize) -> i64 {
@@ -265,7 +246,7 @@ macro_rules! word {
     };
 }
 
-/// The whole table, in the order of the menu.
+/// All commands, in the order of the menu.
 pub const WORDS: &[Word] = &[
     word!("MOVE_BY", ["KMD_GOTOdXdY"], [argument("dX", "steps", STEPS), argument("dY", "steps", STEPS)],
         v => WorkCommand::MoveBy { dx: whole(v, 0), dy: whole(v, 1) },
@@ -323,7 +304,7 @@ mod tests {
     use crate::locale;
 
     #[test]
-    fn every_word_and_argument_has_its_sentence_and_its_own_name() {
+    fn queue_words_have_texts_and_unique_names() {
         let mut names = Vec::new();
         for word in WORDS {
             let key = word.sentence_key();
@@ -341,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_split_is_made_again() {
+    fn split_commands_are_restored() {
         let rows = [
             WorkCommand::MoveBy { dx: -3, dy: 9 },
             WorkCommand::MoveTo { x: Length::from_mm(1.5), y: Length::from_mm(-2.25) },

@@ -1,7 +1,4 @@
-//! The segments of one row, by the machine's own moves (`motion::cycles`).
-//!
-//! Comes in: a machine, where it stands, where it goes. Goes out: segments, each from rest to rest; none where nothing is
-//! to be done. Does not know rows.
+//! Segments of one row, from the machine's basic moves (`motion::cycles`).
 
 use super::rules::bottom;
 use crate::diagnostic::Diagnostic;
@@ -10,12 +7,12 @@ use crate::machine::{Machine, Steps, StrokeEnd};
 use crate::motion::{Timeline, cycles};
 use crate::steps::{self, Segment, TICK_HZ};
 
-fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
+pub(super) fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
     timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
 }
 
-/// A time of rest, with something switched at its beginning.
-fn rest(end: Steps, duration_ticks: u64, effect: Switching) -> Segment {
+/// A rest, with something switched at its start.
+pub(super) fn rest(end: Steps, duration_ticks: u64, effect: Switching) -> Segment {
     let (stage, mark) = (Stage::Dwell, Mark::Prepare);
     Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
@@ -25,7 +22,8 @@ pub fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>,
     Ok(cycles::travel(machine, from, to)?.iter().flat_map(|way| segments(way, machine)).collect())
 }
 
-/// Through the board: settle, down to just above it, then at feed to the lower sensor or, without one, by counted steps.
+/// Through the board: settle, down to just above it, then at feed to the lower switch or, without one, by
+/// counted steps.
 pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let gate = (machine.stroke_end == StrokeEnd::Sensor).then(|| Gate {
         input: Input::ZBottom,
@@ -37,13 +35,12 @@ pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagn
     Ok(pieces)
 }
 
-/// The presser foot down, or up, and the time that it takes; nothing where there is none.
+/// Moves the presser foot and waits for it; nothing without a foot.
 pub(super) fn foot(machine: &Machine, at: Steps, down: bool) -> Vec<Segment> {
     let press = || rest(at, machine.foot.ticks(), Switching::Foot { down });
     machine.foot.on.then(press).into_iter().collect()
 }
 
-/// Z up.
 pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>, Diagnostic> {
     let mut pieces = segments(&cycles::retract(machine, from, z)?, machine);
     let mut above = from;
@@ -52,7 +49,7 @@ pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>,
     Ok(pieces)
 }
 
-/// All the way up, the presser foot too, and the spindle off; then to where the head is parked.
+/// All the way up, presser foot up and spindle off; then to the park position.
 pub fn park(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let mut above = from;
     machine.spindle_axes().for_each(|axis| above[axis] = from[axis].max(cycles::top(machine)));
@@ -65,13 +62,12 @@ pub fn park(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagnostic> 
     Ok(pieces)
 }
 
-/// Another spindle speed, and the time to reach it.
+/// Sets the spindle speed, and waits to reach it.
 pub(super) fn spindle(machine: &Machine, at: Steps, rpm: u32) -> Vec<Segment> {
     let spin_up = libm::ceil(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
     vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Switching::Spindle { rpm })]
 }
 
-/// Rest.
 pub(super) fn wait(at: Steps, ticks: u64) -> Vec<Segment> {
     if ticks == 0 { Vec::new() } else { vec![rest(at, ticks, Switching::None)] }
 }

@@ -1,6 +1,4 @@
-//! Fuzzy inference: two inputs on seven levels each, a table of rules, one number out.
-//!
-//! Comes in: error and its change, scaled to −3 … 3. Goes out: −3 … 3. Does not know gains.
+//! Fuzzy inference: two inputs with seven levels each, a rule table, one output.
 //!
 //! ```text
 //!  NB   NM   NS   ZO   PS   PM   PB          membership of each level: unit triangles
@@ -12,32 +10,28 @@
 /// Levels of each input: NB NM NS ZO PS PM PB.
 pub const LEVELS: usize = 7;
 
-/// Rules: row error, column change of the error, both from NB to PB; entries −3 … 3.
+/// Rules: row is the error, column its change, both from NB to PB; entries −3 … 3.
 pub type Table = [[i8; LEVELS]; LEVELS];
 
-/// The rules of the three gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tables {
-    /// For the proportional gain.
     pub kp: Table,
-    /// For the integral gain.
     pub ki: Table,
-    /// For the derivative gain.
     pub kd: Table,
 }
 
-/// The rule sets that ship.
+/// Built-in rule sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FuzzyRules {
-    /// Even: R(−e, −ec) = R(e, ec), so both directions of travel behave alike. The one to use.
+    /// Point-symmetric: R(−e, −ec) = R(e, ec), so both directions of travel behave alike. Recommended.
     #[default]
     Even,
-    /// The table that most textbooks reprint. Almost odd in (e, ec): left and right behave differently. For comparison.
+    /// The table in most textbooks. Almost antisymmetric in (e, ec): left and right behave differently. For
+    /// comparison.
     Classic,
 }
 
 impl FuzzyRules {
-    /// Its tables.
     pub const fn tables(self) -> &'static Tables {
         match self {
             Self::Even => &EVEN,
@@ -45,7 +39,7 @@ impl FuzzyRules {
         }
     }
 
-    /// The name it has in files and on the command line.
+    /// Name in files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Even => "even",
@@ -53,13 +47,13 @@ impl FuzzyRules {
         }
     }
 
-    /// The set of this name.
+    /// Finds a set by name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Even, Self::Classic].into_iter().find(|rules| rules.name() == name)
     }
 }
 
-/// What `table` says at error `e` and change `ec`; both are held within −3 … 3 first. Not a number counts as 0.
+/// Output of `table` at error `e` and change `ec`, both clamped to −3 … 3. NaN counts as 0.
 pub fn infer(table: &Table, e: f64, ec: f64) -> f64 {
     let (row, x) = level(e);
     let (column, y) = level(ec);
@@ -70,7 +64,7 @@ pub fn infer(table: &Table, e: f64, ec: f64) -> f64 {
         + x * y * rule(1, 1)
 }
 
-/// The level under a scaled input (0 … 5), and how far it is on the way to the next (0 … 1).
+/// The level below a scaled input (0 … 5), and the fraction of the way to the next (0 … 1).
 fn level(scaled: f64) -> (usize, f64) {
     let from_low = if scaled.is_nan() { 3.0 } else { scaled.clamp(-3.0, 3.0) + 3.0 };
     let under = libm::floor(from_low).min(5.0);
@@ -142,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_even_set_is_even_and_the_classic_set_is_not() {
+    fn even_rules_are_symmetric_and_classic_ones_are_not() {
         let even =
             |table: &Table| (0..LEVELS).all(|i| (0..LEVELS).all(|k| table[i][k] == table[6 - i][6 - k]));
         let tables = FuzzyRules::Even.tables();
@@ -156,14 +150,15 @@ mod tests {
     }
 
     #[test]
-    fn on_a_level_the_rule_itself_and_between_levels_no_jump() {
+    fn rules_are_exact_on_levels_and_continuous_between() {
         for tables in [FuzzyRules::Even.tables(), FuzzyRules::Classic.tables()] {
             for table in [&tables.kp, &tables.ki, &tables.kd] {
                 for i in 0..LEVELS {
                     for k in 0..LEVELS {
                         let (e, ec) = (i as f64 - 3.0, k as f64 - 3.0);
                         assert_eq!(infer(table, e, ec), f64::from(table[i][k]));
-                        // Neighbouring rules differ by at most 4, so a thousandth of a level moves it by 0.008.
+                        // Adjacent rules differ by at most 4, so a thousandth of a level changes the output
+                        // by at most 0.008.
                         let moved = infer(table, e + 1e-3, ec - 1e-3);
                         assert!((moved - infer(table, e, ec)).abs() <= 0.008 + 1e-12, "{e} {ec}");
                     }

@@ -1,17 +1,13 @@
-//! A closed-loop axis: staged fuzzy PID, a plain PID beside it, the servo they drive, and whole runs of both.
+//! A closed-loop axis: staged fuzzy PID, plain PID for comparison, the servo, and complete runs.
 //!
 //! ```text
-//!  reference ──▶(−)── e ──▶ controller ── u, V ──▶(+)──▶ plant ──▶ place y, mm
+//!  reference ──▶(−)── e ──▶ controller ── u, V ──▶(+)──▶ plant ──▶ position y, mm
 //!                ▲            ▲  stage, contact     ▲ load, V        │
 //!                └────────────┴─────────────────────┴────────────────┘
 //! ```
 //!
-//! Comes in: gains, rule tables, a plant, a reference as a function of time. Goes out: samples and the numbers one
-//! judges a loop by. mm, s, V. Does not know motion planning, machines or steps: what the reference is made of is
-//! handed in.
-//!
-//! Source: Ma Jie and You Youpeng, article on a drilling motion controller (structure, stages); membership, rules,
-//! gains and plant are reconstructed, see the manual's page on the Lab.
+//! Source: Ma Jie and You Youpeng, article on a drilling motion controller (structure, stages). Membership,
+//! rules, gains and plant are reconstructed; see the manual's page on the Lab.
 
 mod fuzzy;
 mod pid;
@@ -29,10 +25,10 @@ pub use stroke::{Reference, ReferenceMoment, StrokeMetrics, StrokeRun, StrokeSam
 
 use crate::diagnostic::Diagnostic;
 
-/// Runs have at most this many samples.
+/// Greatest number of samples of a run.
 pub const MOST_SAMPLES: usize = 1_000_000;
 
-/// Refuses a number outside `low` … `high`, or no number at all, with the name of its field.
+/// Refuses a number outside `low` … `high`, and NaN, with the name of its field.
 fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Diagnostic> {
     if value >= low && value <= high {
         return Ok(());
@@ -41,7 +37,7 @@ fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Diagnostic
     Err(why.with("low", low).with("high", high))
 }
 
-/// How many samples a run over `duration_s` has; refuses none and too many.
+/// Number of samples over `duration_s`; refuses zero and too many.
 fn samples_of(duration_s: f64, sample_s: f64) -> Result<usize, Diagnostic> {
     let count = duration_s / sample_s;
     if count.is_finite() && (0.5..=MOST_SAMPLES as f64).contains(&count) {

@@ -1,13 +1,10 @@
-//! The control law, one sample: fuzzy gains, terms switched by the stage, an integral that does not wind up.
-//!
-//! Comes in: reference and place, mm; the stage of the drilling cycle; a feed-forward, V. Goes out: the control, V.
-//! Does not know the plant.
+//! The control law for one sample: fuzzy gains, terms that depend on the stage, and anti-windup.
 //!
 //! ```text
-//!  stage                       P  I             D        the accumulator holds the product Ki·e, so a changing
-//!  travel, fast return         1  |e| < e0      0        Ki does not make u jump; it is cleared at every change
-//!  to the board's plane        1  0             0        of the stage and takes nothing in that would drive the
-//!  in the board                1  1             1        control further into its limit
+//!  stage                       P  I             D        the integrator sums the product Ki·e, so a changing
+//!  travel, fast return         1  |e| < e0      0        Ki does not make u jump. Every change of the stage
+//!  approach to the board       1  0             0        clears it, and it ignores errors that would drive
+//!  in the board                1  1             1        the control further into its limit
 //!  plain PID, any stage        1  1             1
 //! ```
 
@@ -26,64 +23,62 @@ pub struct Gains {
     pub kd: f64,
 }
 
-/// What makes a PID a staged fuzzy PID.
+/// Parameters of the staged fuzzy PID.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fuzzy {
-    /// How far the rules move each gain at most (at ±3).
+    /// Greatest change of each gain by the rules (at ±3).
     pub span: Gains,
-    /// The error that counts as 3, mm.
+    /// Error that counts as 3, mm.
     pub e_max_mm: f64,
-    /// The change of the error that counts as 3, mm/s.
+    /// Change of the error that counts as 3, mm/s.
     pub ec_max_mm_per_s: f64,
-    /// Below this error the integral works while travelling and returning, mm.
+    /// The integral works below this error during travel and return, mm.
     pub e0_mm: f64,
-    /// The rules, entries −3 … 3.
+    /// Rule tables, entries −3 … 3.
     pub rules: Tables,
 }
 
-/// A controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoController {
-    /// Gains where the rules say 0.
+    /// Gains if the rules give 0.
     pub gains: Gains,
     /// Rules and stages; none: a plain PID with all terms always on.
     pub fuzzy: Option<Fuzzy>,
-    /// Greatest control, V, both ways.
+    /// Greatest control voltage in both directions, V.
     pub u_max_v: f64,
-    /// Time between two samples, s.
+    /// Sample time, s.
     pub sample_s: f64,
 }
 
-/// Where the axis is in the drilling cycle.
+/// Stage of the drilling cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CycleStage {
-    /// X or Y on their way.
+    /// X or Y moves.
     Travel,
-    /// Z from the reference point to the board's plane.
+    /// Z moves from the reference point to the board's surface.
     Approach,
-    /// Z in the board, from the contact signal on.
+    /// Z is in the board, from the contact signal on.
     Cut,
-    /// Z on its fast way back.
+    /// Z returns fast.
     Return,
 }
 
-/// What a controller remembers from sample to sample.
+/// State between samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Memory {
-    /// The accumulator, V.
     pub integral_v: f64,
-    /// The error of the sample before, mm; none on the first.
+    /// Error of the previous sample, mm; none at the first.
     pub last_error_mm: Option<f64>,
 }
 
 impl Memory {
-    /// To be called when the stage changes: the integral is forgotten, the error is kept.
+    /// Call at every change of the stage: clears the integral but not the error.
     pub fn change_stage(&mut self) {
         self.integral_v = 0.0;
     }
 }
 
-/// The staged fuzzy PID of the reference, with the even rules.
+/// The staged fuzzy PID of the source, with symmetric rules.
 pub const fn staged_fuzzy() -> ServoController {
     let fuzzy = Fuzzy {
         span: Gains { kp: 1.2, ki: 40.0, kd: 0.0032 },
@@ -96,13 +91,13 @@ pub const fn staged_fuzzy() -> ServoController {
     ServoController { gains, fuzzy: Some(fuzzy), u_max_v: 10.0, sample_s: 0.0005 }
 }
 
-/// A plain PID with more P and D, the fair rival of the staged one.
+/// A plain PID with more P and D, for a fair comparison.
 pub const fn retuned_pid() -> ServoController {
     let gains = Gains { kp: 5.0, ki: 20.0, kd: 0.02 };
     ServoController { gains, fuzzy: None, u_max_v: 10.0, sample_s: 0.0005 }
 }
 
-/// One sample: reference `r_mm`, place `y_mm`, feed-forward `ahead_v`; the control in V.
+/// One sample: reference `r_mm`, position `y_mm`, feed-forward `ahead_v`. Returns the control in V.
 ///
 /// The parameters must have passed [`ServoController::check`].
 pub fn control(
@@ -132,14 +127,14 @@ pub fn control(
 }
 
 impl ServoController {
-    /// The same gains without rules and stages: a plain PID.
+    /// A plain PID with these gains.
     #[must_use]
     pub const fn plain(mut self) -> Self {
         self.fuzzy = None;
         self
     }
 
-    /// The gains at an error and its change, never below 0.
+    /// Gains at an error and its change, never below 0.
     pub fn gains_at(&self, e_mm: f64, ec_mm_per_s: f64) -> Gains {
         let Some(fuzzy) = &self.fuzzy else { return self.gains };
         let (e, ec) = (3.0 * e_mm / fuzzy.e_max_mm, 3.0 * ec_mm_per_s / fuzzy.ec_max_mm_per_s);
@@ -152,7 +147,7 @@ impl ServoController {
         }
     }
 
-    /// Whether the integral and the derivative work. An error of just e0 counts as large.
+    /// Whether the integral and the derivative are active. An error of exactly e0 counts as large.
     fn terms(&self, stage: CycleStage, e_mm: f64) -> (bool, bool) {
         match (&self.fuzzy, stage) {
             (None, _) | (Some(_), CycleStage::Cut) => (true, true),
@@ -161,7 +156,7 @@ impl ServoController {
         }
     }
 
-    /// Refuses what cannot be a controller, with the name of the field.
+    /// Refuses invalid parameters, with the name of the field.
     pub fn check(&self) -> Result<(), Diagnostic> {
         within("kp", self.gains.kp, 0.0, 1e6)?;
         within("ki", self.gains.ki, 0.0, 1e9)?;
@@ -186,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stages_switch_the_terms() {
+    fn stages_switch_the_controller_terms() {
         let fuzzy = staged_fuzzy();
         let rows = [
             (CycleStage::Travel, 0.05, (true, false)),
@@ -203,14 +198,14 @@ mod tests {
     }
 
     #[test]
-    fn the_integral_does_not_wind_up_and_the_control_keeps_its_limit() {
+    fn integral_does_not_wind_up_and_output_is_limited() {
         let plain = staged_fuzzy().plain();
         let mut memory = Memory::default();
         for _ in 0..10_000 {
             assert_eq!(control(&plain, &mut memory, CycleStage::Travel, 100.0, 0.0, 0.0), 10.0);
         }
         assert_eq!(memory.integral_v, 0.0, "nothing was taken in while the control was at its limit");
-        // Away from the limit it integrates, and unwinds at once when the error turns.
+        // Away from the limit the integral grows, and shrinks at once when the error changes sign.
         for _ in 0..100 {
             control(&plain, &mut memory, CycleStage::Travel, 1.0, 0.0, 0.0);
         }

@@ -1,10 +1,8 @@
-//! The axis that is driven: a servo in velocity mode, second order, stepped exactly from sample to sample.
-//!
-//! Comes in: control and load, V, held over a sample. Goes out: place, mm, and speed, mm/s. Does not know controllers.
+//! The driven axis: a servo in velocity mode, second order, with an exact discrete step.
 //!
 //! ```text
 //!  dy/dt = w        dw/dt = (K·(u + d) − w)/τ          φ = exp(−Ts/τ), g = τ·(1 − φ), q = K·(u + d)
-//!  y := y + g·w + (Ts − g)·q                           exact for a control that holds over the sample
+//!  y := y + g·w + (Ts − g)·q                           exact for a control constant over the sample
 //!  w := φ·w + (1 − φ)·q
 //! ```
 
@@ -14,22 +12,20 @@ use crate::diagnostic::Diagnostic;
 /// A servo in velocity mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// K: speed a volt ends in, (mm/s)/V.
+    /// K: steady speed per volt, (mm/s)/V.
     pub gain_mm_per_s_per_v: f64,
-    /// τ: how fast it gets there, s.
+    /// τ: time constant, s.
     pub tau_s: f64,
 }
 
-/// Where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlantState {
-    /// Place, mm.
+    /// Position, mm.
     pub y_mm: f64,
-    /// Speed, mm/s.
     pub w_mm_per_s: f64,
 }
 
-/// The exact step over one sample, worked out once.
+/// The exact step over one sample, with precomputed coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zoh {
     phi: f64,
@@ -38,13 +34,13 @@ pub struct Zoh {
     gain: f64,
 }
 
-/// The plant of the reference: 60 (mm/s)/V, 6 ms.
+/// The plant of the source: 60 (mm/s)/V, 6 ms.
 pub const fn default_plant() -> Plant {
     Plant { gain_mm_per_s_per_v: 60.0, tau_s: 0.006 }
 }
 
 impl Plant {
-    /// Refuses what cannot be a plant, with the name of the field.
+    /// Refuses invalid parameters, with the name of the field.
     pub fn check(&self) -> Result<(), Diagnostic> {
         within("plant-gain", self.gain_mm_per_s_per_v, 1e-6, 1e9)?;
         within("plant-tau", self.tau_s, 1e-6, 1e3)
@@ -56,14 +52,14 @@ impl Plant {
         Zoh { phi, g_s: self.tau_s * (1.0 - phi), sample_s, gain: self.gain_mm_per_s_per_v }
     }
 
-    /// The control that makes it follow a speed and an acceleration without an error: (v + τ·a)/K, V.
+    /// Control for a speed and an acceleration without error: (v + τ·a)/K, V.
     pub fn ahead_v(&self, speed_mm_per_s: f64, acceleration_mm_per_s2: f64) -> f64 {
         (speed_mm_per_s + self.tau_s * acceleration_mm_per_s2) / self.gain_mm_per_s_per_v
     }
 }
 
 impl Zoh {
-    /// The state a sample later, under control and load `u_v` together.
+    /// The state after one sample, with the sum of control and load `u_v`.
     pub fn step(&self, from: PlantState, u_v: f64) -> PlantState {
         let q = self.gain * u_v;
         PlantState {
@@ -87,11 +83,11 @@ mod tests {
     }
 
     #[test]
-    fn a_held_volt_ends_in_its_speed() {
+    fn constant_voltage_reaches_its_final_speed() {
         let step = default_plant().every(0.01);
         let end = (0..100).fold(PlantState::default(), |state, _| step.step(state, 0.5));
         assert!((end.w_mm_per_s - 30.0).abs() < 1e-12, "{end:?}");
-        // The way is that of the speed from the start, less what the delay τ cost.
+        // The distance is the speed times time, less the lag τ.
         assert!((end.y_mm - 30.0 * (1.0 - 0.006)).abs() < 1e-12, "{end:?}");
     }
 }

@@ -1,14 +1,11 @@
-//! A step or a load on the closed loop, and the numbers it is judged by.
-//!
-//! Comes in: controller, plant, setpoint, load. Goes out: a sample a row, and [`StepMetrics`] or [`LoadMetrics`].
-//! Does not know strokes.
+//! Response of the closed loop to a step or a load, and its metrics.
 //!
 //! ```text
 //!  y ^        ,-.   overshoot
 //!    |  _____/___\_________________ r ± 2 %      settling: the last sample outside
 //!    |      /     '-'
 //!    |     /  rise: the first sample at 90 % of r
-//!    +----+-------------------------> t          the loop starts at rest at 0 with an empty memory
+//!    +----+-------------------------> t          the loop starts at rest at 0 with cleared memory
 //! ```
 
 use super::pid::{CycleStage, Memory, ServoController, control};
@@ -16,72 +13,67 @@ use super::plant::{Plant, PlantState};
 use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
 
-/// A load on the axis, as control voltage.
+/// A load on the axis, as an equivalent control voltage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
-    /// How much, V; minus against the positive direction.
+    /// In V; negative acts against the positive direction.
     pub volts: f64,
-    /// From this second …
     pub from_s: f64,
-    /// … to this one; none: to the end.
+    /// End of the load, s; none: until the end of the run.
     pub to_s: Option<f64>,
 }
 
 /// A step of the setpoint, or a load at a setpoint of 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepRun {
-    /// The controller.
     pub controller: ServoController,
-    /// The axis.
     pub plant: Plant,
-    /// The stage that the axis is in.
+    /// Stage of the axis.
     pub stage: CycleStage,
-    /// Where it has to go, mm from 0.
+    /// Target, mm from 0.
     pub setpoint_mm: f64,
-    /// How long it is watched, s.
+    /// Observed time, s.
     pub duration_s: f64,
-    /// The load.
     pub load: Load,
 }
 
-/// One sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoSample {
     /// End of the sample, s.
     pub t_s: f64,
-    /// Place at its end, mm.
+    /// Position at the end, mm.
     pub y_mm: f64,
-    /// Control that was used in it, V.
+    /// Control during the sample, V.
     pub u_v: f64,
 }
 
-/// How a step went.
+/// Metrics of a step response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepMetrics {
-    /// How far it went beyond, % of the step.
+    /// Overshoot, % of the step.
     pub overshoot_pct: f64,
-    /// End of the last sample outside ±2 %, s; 0 when none was outside.
+    /// End of the last sample outside ±2 %, s; 0 if none was outside.
     pub settling_s: f64,
-    /// End of the first sample at 90 %, s; none when it never got there.
+    /// End of the first sample at 90 %, s; none if it was not reached.
     pub rise90_s: Option<f64>,
-    /// Mean of reference − place over the last 50 ms, mm.
+    /// Mean of reference − position over the last 50 ms, mm.
     pub steady_error_mm: f64,
-    /// Sum of |reference − place| over time, mm·s.
+    /// Integral of |reference − position| over time, mm·s.
     pub iae_mm_s: f64,
 }
 
-/// How a load was borne.
+/// Metrics of a load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadMetrics {
-    /// Greatest distance from the setpoint, mm.
+    /// Greatest deviation from the setpoint, mm.
     pub max_deviation_mm: f64,
-    /// Place at the end, mm from the setpoint.
+    /// Final position, mm from the setpoint.
     pub final_mm: f64,
-    /// Place when the load goes away, mm from the setpoint.
+    /// Position at the end of the load, mm from the setpoint.
     pub at_window_end_mm: f64,
 }
 
-/// Runs the loop. The load acts in every sample that starts within its time.
+/// Simulates the loop. The load acts in every sample that starts within its time.
 pub fn step_response(run: &StepRun) -> Result<Vec<ServoSample>, Diagnostic> {
     run.controller.check()?;
     run.plant.check()?;
@@ -92,7 +84,7 @@ pub fn step_response(run: &StepRun) -> Result<Vec<ServoSample>, Diagnostic> {
     let sample_s = run.controller.sample_s;
     let count = samples_of(run.duration_s, sample_s)?;
     let plant = run.plant.every(sample_s);
-    // A hair of room: the start of a sample is a product and may be rounded.
+    // A small margin, because the start of a sample is a rounded product.
     let hair = 1e-6 * sample_s;
     let loaded = |t: f64| t >= run.load.from_s - hair && run.load.to_s.is_none_or(|to| t < to - hair);
     let (mut state, mut memory) = (PlantState::default(), Memory::default());
@@ -106,7 +98,7 @@ pub fn step_response(run: &StepRun) -> Result<Vec<ServoSample>, Diagnostic> {
     Ok(samples)
 }
 
-/// What a step of `setpoint_mm` looks like, sampled every `sample_s`. Nothing was stepped if the setpoint is 0.
+/// Metrics of a step to `setpoint_mm`, sampled every `sample_s`. None for a setpoint of 0.
 pub fn step_metrics(samples: &[ServoSample], setpoint_mm: f64, sample_s: f64) -> Option<StepMetrics> {
     if setpoint_mm == 0.0 || samples.is_empty() {
         return None;
@@ -126,7 +118,7 @@ pub fn step_metrics(samples: &[ServoSample], setpoint_mm: f64, sample_s: f64) ->
     })
 }
 
-/// What a load that ends at `to_s` did (none: at the end of the run). None without samples.
+/// Metrics of a load that ends at `to_s` (none: at the end of the run). None without samples.
 pub fn load_metrics(
     samples: &[ServoSample],
     setpoint_mm: f64,

@@ -1,14 +1,13 @@
-//! A whole stroke of the closed-loop Z axis: down to the board, through it, a dwell, back; with stages, contact signal,
-//! feed-forward and the load of cutting.
+//! A drill cycle of the closed-loop Z axis: down to the board, through it, a dwell, and back. Includes
+//! stages, contact signal, feed-forward and cutting load.
 //!
-//! Comes in: controller, plant, heights, and the down and up moves as functions of time. Goes out: a sample a row and
-//! [`StrokeMetrics`]. Depth counts downward from the rest on top, mm. Does not know how moves are planned.
+//! Depth is measured downwards from the top rest position, mm.
 //!
 //! ```text
-//!  depth   0 \                      approach: P alone
-//!             \                     contact latches where the place is at H or deeper
+//!  depth   0 \                      approach: P only
+//!             \                     contact latches at depth H
 //!          H --\---------------/--  cut: P, I, D; the load pushes back
-//!       H + D   \_____________/     dwell, then the fast return: P, and I near the end
+//!       H + D   \_____________/     dwell, then fast return: P, and I near the end
 //!               | down | dwell | up | rest
 //! ```
 
@@ -17,84 +16,75 @@ use super::plant::{Plant, PlantState};
 use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
 
-/// Where a reference is at a moment.
+/// Reference at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReferenceMoment {
-    /// Way along the move, mm from its start.
+    /// Distance along the move, mm from its start.
     pub s_mm: f64,
-    /// Speed, mm/s.
     pub v_mm_per_s: f64,
-    /// Acceleration, mm/s².
     pub a_mm_per_s2: f64,
 }
 
 /// A move from rest to rest as a function of time.
 #[derive(Clone, Copy)]
 pub struct Reference<'a> {
-    /// How long it takes, s.
     pub duration_s: f64,
-    /// Where it is, by the second from its start. After the end it has to stay there.
+    /// Reference by seconds from the start; constant after the end.
     pub at: &'a dyn Fn(f64) -> ReferenceMoment,
 }
 
-/// A stroke.
 #[derive(Clone, Copy)]
 pub struct StrokeRun<'a> {
-    /// The controller.
     pub controller: ServoController,
-    /// The axis.
     pub plant: Plant,
-    /// H: from the rest on top to the board's surface, mm.
+    /// H: from the top rest position to the board's surface, mm.
     pub height_mm: f64,
-    /// D: from the surface to the lowest place, mm.
+    /// D: from the surface to the bottom of stroke, mm.
     pub depth_mm: f64,
-    /// The move down over H + D.
+    /// Move down over H + D.
     pub down: Reference<'a>,
-    /// The move up over H + D.
+    /// Move up over H + D.
     pub up: Reference<'a>,
-    /// Pause at the lowest place, s.
+    /// Dwell at the bottom of stroke, s.
     pub dwell_s: f64,
-    /// How long it is watched after the return, s.
+    /// Observed time after the return, s.
     pub rest_s: f64,
-    /// Whether speed and acceleration of the reference are fed forward.
+    /// Feed forward the reference's speed and acceleration.
     pub feed_forward: bool,
-    /// What cutting costs, V.
+    /// Load of cutting, V.
     pub cutting_load_v: f64,
 }
 
-/// One sample of a stroke: as it stands before the plant moves on.
+/// One sample of a drill cycle, before the plant moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSample {
-    /// Second.
     pub t_s: f64,
-    /// Where it should be, mm of depth.
+    /// Reference depth, mm.
     pub r_mm: f64,
-    /// Where it is, mm of depth.
+    /// Actual depth, mm.
     pub y_mm: f64,
-    /// Control, with what was fed forward, V.
+    /// Control including feed-forward, V.
     pub u_v: f64,
-    /// Stage.
     pub stage: CycleStage,
 }
 
-/// How a stroke went.
+/// Metrics of a drill cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeMetrics {
-    /// When the contact signal latched, s; none: the board was never touched.
+    /// Time at which the contact signal latched, s; none if the board was not touched.
     pub contact_s: Option<f64>,
-    /// Greatest |reference − place| before the contact, mm.
+    /// Greatest |reference − position| before contact, mm.
     pub max_error_approach_mm: f64,
-    /// Greatest |reference − place| from the contact to the return, mm.
+    /// Greatest |reference − position| from contact to return, mm.
     pub max_error_cut_mm: f64,
-    /// What is missing to the full depth when the return is commanded, mm.
+    /// Missing depth when the return starts, mm.
     pub depth_error_mm: f64,
-    /// How far it went below the lowest place, mm.
+    /// Overshoot below the bottom of stroke, mm.
     pub over_travel_mm: f64,
-    /// Reference − place in the last sample, mm.
+    /// Reference − position in the last sample, mm.
     pub final_error_mm: f64,
 }
 
-/// Runs the stroke.
 pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics), Diagnostic> {
     let count = check(run)?;
     let sample_s = run.controller.sample_s;
@@ -126,7 +116,7 @@ pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics),
     Ok((samples, metrics))
 }
 
-/// Refuses what cannot be run; the number of samples.
+/// Refuses invalid parameters; returns the number of samples.
 fn check(run: &StrokeRun<'_>) -> Result<usize, Diagnostic> {
     run.controller.check()?;
     run.plant.check()?;

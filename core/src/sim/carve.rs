@@ -1,16 +1,15 @@
-//! Stock that is carved: how deep the board was cut, cell by cell, as a field of depths.
+//! The simulated stock: depth of cut per cell, as a height field.
 //!
 //! ```text
-//!   cell   ┌─┬─┬─┬─┬─┬─┬─┐  surface        seen from the side; every cell knows how deep the deepest
-//!          │ │ │▓│▓│▓│ │ │                 bit was over its middle
+//!   cell   ┌─┬─┬─┬─┬─┬─┬─┐  surface        side view; every cell stores the greatest
+//!          │ │ │▓│▓│▓│ │ │                 depth of a bit over its centre
 //!          │ │ │▓│▓│▓│ │ │
-//!          └─┴─┴─┴─┴─┴─┴─┘  underside      a cut is so many rows, a row is from here to there
+//!          └─┴─┴─┴─┴─┴─┴─┘  underside      a cut is a set of rows, a row a range of columns
 //! ```
 //!
-//! Comes in: the size of the board, cuts in mm from the work zero. Goes out: depths in µm below the surface, 0 … 65 535. A
-//! tile of 64 × 64 cells takes memory once it is cut; copies of a stock share the tiles that are alike, so that one more copy
-//! costs a pointer a tile. Mills are flat cylinders, vees cones with a flat tip, drills flat or pointed. Does not know time,
-//! nor what a cut is for.
+//! Tiles of 64 × 64 cells are allocated when first cut. Copies of a stock share equal tiles, so a copy costs
+//! one pointer per tile. End mills are flat cylinders, V-bits are cones with a flat tip, drills are flat or
+//! pointed.
 
 use super::cuts::{CutShape, Way};
 use crate::diagnostic::Diagnostic;
@@ -22,51 +21,50 @@ use std::sync::Arc;
 /// Cells along each side of a tile.
 pub const TILE: usize = 64;
 
-/// Sizes of cells to choose from, µm.
+/// Available cell sizes, µm.
 const CELLS_UM: [i64; 6] = [25, 50, 100, 200, 400, 800];
 
-/// Most cells of a stock: 32 MB once all of them are cut.
+/// Greatest number of cells: 32 MB if all are cut.
 const MOST_CELLS: f64 = 16e6;
 
-/// Most cells along a side: so large a picture every graphics card takes.
+/// Greatest number of cells along a side: every graphics card supports a texture of this size.
 const MOST_ALONG_CELLS: f64 = 4096.0;
 
-/// A ramp is cut in pieces that go down by no more than this, mm: each as deep as its deepest end.
+/// Greatest height of a piece of a ramp, mm. Each piece is cut at its deepest end.
 const RAMP_MM: f64 = 0.005;
 
-/// Most pieces that one cut is parted into.
+/// Greatest number of pieces of one cut.
 const MOST_PIECES: f64 = 100_000.0;
 
-/// A board as it is cut.
+/// A partly cut board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stock {
     low_mm: [f64; 2],
     cell_mm: f64,
     cells: [usize; 2],
     thickness_mm: f64,
-    /// How much higher the edge of a drill's point is for every mm further out; 0 for flat drills.
+    /// Slope of a drill's point, mm of height per mm of radius; 0 for flat drills.
     point_slope: f64,
     tiles_across: usize,
     tiles: Vec<Option<Arc<[u16]>>>,
 }
 
-/// Some cells that belong together.
+/// A square block of cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tile<'a> {
-    /// Its first cell, counted from the low corner: X, Y.
+    /// Its first cell (X, Y), counted from the low corner.
     pub first: [usize; 2],
-    /// Depths in µm, row by row; cells beyond the board stay 0. None where nothing was cut.
+    /// Depths in µm, row by row; cells outside the board stay 0. None if nothing was cut.
     pub depths_um: Option<&'a Arc<[u16]>>,
 }
 
-/// The outline of a bit as seen from the side.
+/// Profile of a bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tool {
-    /// Radius of its flat end.
+    /// Radius of the flat end.
     tip_mm: f64,
-    /// Greatest radius.
     radius_mm: f64,
-    /// How much higher its edge is for every mm further out; 0 for one that is as wide everywhere.
+    /// Slope of the edge, mm of height per mm of radius; 0 for a cylinder.
     slope: f64,
 }
 
@@ -84,12 +82,12 @@ impl Tool {
         }
     }
 
-    /// How deep it cuts `away_mm` from its axis when its tip is at `depth_mm`.
+    /// Depth of cut at `away_mm` from the axis, with the tip at `depth_mm`.
     fn depth_at(&self, away_mm: f64, depth_mm: f64) -> f64 {
         depth_mm - self.slope * (away_mm - self.tip_mm).max(0.0)
     }
 
-    /// How far from its axis it cuts anything.
+    /// Radius of the cut at the surface.
     fn reach_mm(&self, depth_mm: f64) -> f64 {
         if self.slope == 0.0 {
             self.radius_mm
@@ -100,8 +98,8 @@ impl Tool {
 }
 
 impl Stock {
-    /// An uncut board over `bounds` in work coordinates, of the finest cells that it may have. Refused where it has no area,
-    /// or is too large to be shown.
+    /// An uncut board over `bounds` in work coordinates, with the finest cells that fit the limits. Fails if
+    /// it has no area, or is too large to show.
     pub fn new(bounds: Bounds, thickness: Length) -> Result<Self, Diagnostic> {
         let size = [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y];
         let count = |cell_um: i64| {
@@ -129,7 +127,7 @@ impl Stock {
         })
     }
 
-    /// The same board, cut by drills whose points have this angle; 180° is flat.
+    /// Sets the point angle of drills; 180° is flat.
     #[must_use]
     pub fn with_points(mut self, point_deg: f64) -> Self {
         let half_rad = point_deg.clamp(1.0, 180.0) * 0.5 * core::f64::consts::PI / 180.0;
@@ -137,17 +135,15 @@ impl Stock {
         self
     }
 
-    /// How thick the board is, mm.
+    /// Thickness of the board, mm.
     pub fn thickness_mm(&self) -> f64 {
         self.thickness_mm
     }
 
-    /// Size of a cell, mm.
     pub fn cell_mm(&self) -> f64 {
         self.cell_mm
     }
 
-    /// Cells along X and Y.
     pub fn cells(&self) -> [usize; 2] {
         self.cells
     }
@@ -157,15 +153,15 @@ impl Stock {
         self.low_mm
     }
 
-    /// The box of all cells, in work coordinates.
+    /// Bounds of all cells, in work coordinates.
     pub fn bounds(&self) -> Bounds {
         let size = self.cells.map(|cells| cells as f64 * self.cell_mm);
         let [x, y] = self.low_mm;
         Bounds::of(Point::from_mm(x, y)).with(Point::from_mm(x + size[0], y + size[1]))
     }
 
-    /// The same as it lies when the board is turned over, mirrored along X or else along Y, with its low corner at `low`. Depths
-    /// stay those from the side that was cut.
+    /// The board after a flip, mirrored along X or else along Y, with its low corner at `low`. Depths are
+    /// still measured from the cut side.
     #[must_use]
     pub fn flipped(&self, mirror_x: bool, low: Point) -> Self {
         let [columns, rows] = self.cells;
@@ -191,7 +187,7 @@ impl Stock {
         })
     }
 
-    /// The tiles in which it is not the very same as `before`, a copy of it from another time.
+    /// Tiles that differ from `before`, a copy of this stock from another time. Compares pointers, not cells.
     pub fn changed<'a>(&'a self, before: &'a Self) -> impl Iterator<Item = Tile<'a>> {
         let same = |(own, other): &(Tile<'_>, Tile<'_>)| match (own.depths_um, other.depths_um) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other),
@@ -200,7 +196,7 @@ impl Stock {
         self.tiles().zip(before.tiles()).filter(move |both| !same(both)).map(|(own, _)| own)
     }
 
-    /// Depth below the surface at a place, mm; none beside the board.
+    /// Depth below the surface at a position, mm; none outside the board.
     pub fn depth_mm(&self, place_mm: [f64; 2]) -> Option<f64> {
         let at: [f64; 2] =
             core::array::from_fn(|axis| libm::floor((place_mm[axis] - self.low_mm[axis]) / self.cell_mm));
@@ -208,12 +204,12 @@ impl Stock {
         inside.then(|| f64::from(self.depth_um(at[0] as usize, at[1] as usize)) * 1e-3)
     }
 
-    /// Whether nothing is left at a place of the board.
+    /// True if the board is cut through at a position.
     pub fn is_through(&self, place_mm: [f64; 2]) -> bool {
         self.depth_mm(place_mm).is_some_and(|depth| depth >= self.thickness_mm)
     }
 
-    /// What was removed, mm³; what was cut below the board is air.
+    /// Removed material, mm³; cuts below the board don't count.
     pub fn removed_mm3(&self) -> f64 {
         let most = self.thickness_mm * 1e3;
         let depths = self.tiles.iter().flatten().flat_map(|tile| tile.iter());
@@ -226,7 +222,7 @@ impl Stock {
         tile.and_then(|tile| tile.get(y % TILE * TILE + x % TILE)).copied().unwrap_or(0)
     }
 
-    /// Cuts from one share of a way to another, 0 … 1: all of it from 0 to 1. Says how many cells it looked at.
+    /// Cuts a part of a path, between two shares from 0 to 1. Returns the number of visited cells.
     pub fn carve(&mut self, way: &Way, bit: &Bit, from_share: f64, to_share: f64) -> u64 {
         let tool = Tool::of(bit, self.point_slope);
         if to_share.is_nan() || from_share.is_nan() || to_share < from_share {
@@ -235,13 +231,13 @@ impl Stock {
         let falls_mm = (way.at(to_share)[2] - way.at(from_share)[2]).abs();
         let chords = match way.shape {
             CutShape::Line => 1.0,
-            // The middle of a chord is off its arc by r·(1 − cos(φ/2)), here an eighth of a cell.
+            // The middle of a chord deviates from its arc by r·(1 − cos(φ/2)), here an eighth of a cell.
             CutShape::Arc { radius_mm, turn_rad, .. } => {
                 let off = (1.0 - 0.125 * self.cell_mm / radius_mm.max(1e-9)).clamp(-1.0, 1.0);
                 turn_rad.abs() * (to_share - from_share) / (2.0 * libm::acos(off)).max(1e-6)
             }
         };
-        // Straight down the deepest end is all.
+        // In a vertical plunge only the deepest point matters.
         let ramp =
             if way.from_mm[..2] == way.to_mm[..2] && way.shape == CutShape::Line { 0.0 } else { falls_mm };
         let pieces = libm::ceil(chords.max(ramp / RAMP_MM).clamp(1.0, MOST_PIECES));
@@ -255,7 +251,8 @@ impl Stock {
         looked
     }
 
-    /// What a bit takes away on its straight way from `a` to `b` with its tip at `depth_mm`; how many cells that are.
+    /// Cuts along a straight line from `a` to `b` with the tip at `depth_mm`; returns the number of visited
+    /// cells.
     fn sweep(&mut self, tool: &Tool, a: [f64; 2], b: [f64; 2], depth_mm: f64) -> u64 {
         if depth_mm.is_nan() || depth_mm <= 0.0 {
             return 0;
@@ -282,12 +279,12 @@ impl Stock {
         looked
     }
 
-    /// Middle of a column (axis 0) or row (axis 1), mm.
+    /// Centre of a column (axis 0) or row (axis 1), mm.
     fn middle(&self, axis: usize, index: usize) -> f64 {
         self.low_mm[axis] + (index as f64 + 0.5) * self.cell_mm
     }
 
-    /// First and last cell along `axis` whose middles lie between two places.
+    /// First and last cell along `axis` with centres between two positions.
     fn span(&self, axis: usize, from_mm: f64, to_mm: f64) -> Option<(usize, usize)> {
         let cell = |mm: f64| (mm - self.low_mm[axis]) / self.cell_mm - 0.5;
         let first = libm::ceil(cell(from_mm)).max(0.0);
@@ -295,7 +292,8 @@ impl Stock {
         (first <= last).then_some((first as usize, last as usize))
     }
 
-    /// Lowers the cells of a row from column `from` to column `to` to a depth for each, where they are not deeper.
+    /// Lowers the cells of a row, from column `from` to column `to`, to their depth unless they are deeper
+    /// already.
     fn lower(&mut self, row: usize, from: usize, to: usize, depth_um: impl Fn(usize) -> u16) {
         let mut column = from;
         while column <= to {
@@ -304,6 +302,7 @@ impl Stock {
             if let Some(tile) = self.tiles.get_mut(index) {
                 let tile = tile.get_or_insert_with(|| Arc::from(vec![0; TILE * TILE]));
                 let start = row % TILE * TILE;
+                // `make_mut` copies a tile that other stocks share.
                 let cells = Arc::make_mut(tile).iter_mut().skip(start + column % TILE).take(end - column + 1);
                 for (cell, column) in cells.zip(column..) {
                     *cell = (*cell).max(depth_um(column));
@@ -314,12 +313,12 @@ impl Stock {
     }
 }
 
-/// A depth in µm; nothing above the surface.
+/// A depth in µm; zero above the surface.
 fn to_um(depth_mm: f64) -> u16 {
     libm::round(depth_mm * 1e3).clamp(0.0, f64::from(u16::MAX)) as u16
 }
 
-/// Where the line at height `y` enters and leaves what is no further than `reach` from the way from `a` to `b`.
+/// The x range, at height `y`, within `reach` of the line from `a` to `b`.
 fn across(a: [f64; 2], b: [f64; 2], reach: f64, y: f64) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut seen = |from: f64, to: f64| (low, high) = (low.min(from), high.max(to));
@@ -332,6 +331,7 @@ fn across(a: [f64; 2], b: [f64; 2], reach: f64, y: f64) -> Option<(f64, f64)> {
     }
     let way = [b[0] - a[0], b[1] - a[1]];
     let length = libm::sqrt(way[0] * way[0] + way[1] * way[1]);
+    // Corners of the rectangle around the line; its ends are half circles.
     if length > 0.0 {
         let aside = [-way[1] / length * reach, way[0] / length * reach];
         let corner = |at: [f64; 2], side: f64| [at[0] + side * aside[0], at[1] + side * aside[1]];
@@ -348,7 +348,7 @@ fn across(a: [f64; 2], b: [f64; 2], reach: f64, y: f64) -> Option<(f64, f64)> {
     (low <= high).then_some((low, high))
 }
 
-/// How far `at` is from the way from `a` to `b`.
+/// Distance between `at` and the line from `a` to `b`.
 fn distance(a: [f64; 2], b: [f64; 2], at: [f64; 2]) -> f64 {
     let (way, off) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let squared = way[0] * way[0] + way[1] * way[1];

@@ -1,13 +1,13 @@
-//! The board carved up to any second: forwards what is new, backwards from the last checkpoint.
+//! The board carved up to any second: forwards from the current state, backwards from the previous
+//! checkpoint.
 //!
 //! ```text
-//! work   0 ──── ● ──── ● ──── ● ──── ●──▶        ● a checkpoint: a copy of the stock, every so many cells
-//! seek              ◀──────── t                  from the ● before t, never more than one stretch of work
-//! explore                           ▶▶▶ ●        beyond all that was ever carved, while nobody waits
+//! work   0 ──── ● ──── ● ──── ● ──── ●──▶        ● a checkpoint: a copy of the stock, at intervals
+//! seek              ◀──────── t                  from the ● before t, at most one interval of work
+//! explore                           ▶▶▶ ●        beyond everything carved yet, in idle time
 //! ```
 //!
-//! Comes in: a [`Playback`], the bits of its program, an uncut [`Stock`], seconds. Goes out: the stock at that second. A seek
-//! does so much work and no more, and is asked again where that was not enough. Does not know clocks.
+//! A seek does a limited amount of work; call it again until it is done.
 
 use super::carve::Stock;
 use super::playback::Playback;
@@ -15,24 +15,24 @@ use super::swept::swept;
 use crate::job::Bit;
 use std::sync::Arc;
 
-/// So many cells are looked at between two checkpoints at first.
+/// Cells visited between two checkpoints, initially.
 const CHECKPOINT_CELLS: u64 = 250_000;
-/// With more checkpoints than this, or with so many tiles of their own (128 MB), every other one goes, and the next are twice as far
-/// apart.
+/// Above this number of checkpoints, or of unshared tiles (128 MB), every other checkpoint is dropped and the
+/// interval doubles.
 const MOST_CHECKPOINTS: usize = 512;
 const MOST_TILES: usize = 16_384;
 
-/// How far the carving is: so many moves and so many ways of the next one are cut, and a share of the way after them.
+/// Progress of the carving: complete moves, complete paths of the next move, and a share of the next path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
     moved: usize,
     ways: usize,
     share: f64,
-    /// All that is cut before this second is cut.
+    /// Everything before this second is cut.
     at_s: f64,
 }
 
-/// A board as it is carved in the course of a playback.
+/// A board carved along a playback.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carving {
     playback: Arc<Playback>,
@@ -42,14 +42,14 @@ pub struct Carving {
     checkpoints: Vec<(Place, Stock)>,
     since_cells: u64,
     apart_cells: u64,
-    /// Tiles that a checkpoint does not share with the one before.
+    /// Tiles that a checkpoint does not share with the previous one.
     own_tiles: usize,
-    /// Where exploring goes on: place, stock, cells since its last checkpoint.
+    /// State for further exploring: progress, stock, cells since its last checkpoint.
     furthest: (Place, Stock, u64),
 }
 
 impl Carving {
-    /// Nothing is cut yet.
+    /// Starts with an uncut board.
     pub fn new(playback: Arc<Playback>, bits: Vec<Bit>, stock: Stock) -> Self {
         let checkpoints = vec![(Place::default(), stock.clone())];
         let furthest = (Place::default(), stock.clone(), 0);
@@ -66,29 +66,27 @@ impl Carving {
         }
     }
 
-    /// The board as far as it is carved.
+    /// The board as carved.
     pub fn stock(&self) -> &Stock {
         &self.stock
     }
 
-    /// The second up to which it is carved.
     pub fn at_s(&self) -> f64 {
         self.place.at_s
     }
 
-    /// How many checkpoints there are.
     pub fn checkpoints(&self) -> usize {
         self.checkpoints.len()
     }
 
-    /// Carves up to second `t_s`, or stops after about `most_cells` cells. True where it is there.
+    /// Carves up to second `t_s`, or stops after about `most_cells` cells. True if complete.
     pub fn seek(&mut self, t_s: f64, most_cells: u64) -> bool {
         self.jump(t_s);
         self.carve_to(t_s, most_cells)
     }
 
-    /// Carves about `most_cells` cells beyond all that was ever carved, so that every second is near a checkpoint later. True where
-    /// nothing is left. The stock stays as it is.
+    /// Carves about `most_cells` cells beyond everything carved yet, so that every second gets a checkpoint
+    /// nearby. True if nothing is left. The shown stock doesn't change.
     pub fn explore(&mut self, most_cells: u64) -> bool {
         if self.place.at_s > self.furthest.0.at_s {
             self.furthest = (self.place, self.stock.clone(), self.since_cells);
@@ -119,6 +117,7 @@ impl Carving {
                 let to = found.share(planned, t_s);
                 let cells =
                     bit.as_ref().map_or(0, |bit| self.stock.carve(&found.way, bit, self.place.share, to));
+                // Paths without cells count as work, too.
                 spent += cells + 1;
                 self.since_cells += cells + 1;
                 if to < 1.0 {
@@ -145,7 +144,7 @@ impl Carving {
         true
     }
 
-    /// Where a checkpoint is nearer than what is carved now, goes on from there.
+    /// Continues from a checkpoint if one is nearer to `t_s` than the current state.
     fn jump(&mut self, t_s: f64) {
         let before = self.checkpoints.partition_point(|(place, _)| place.at_s <= t_s).saturating_sub(1);
         let Some((place, stock)) = self.checkpoints.get(before) else { return };
@@ -154,7 +153,7 @@ impl Carving {
         }
     }
 
-    /// Keeps a checkpoint where there was much work since the last one.
+    /// Saves a checkpoint if there was enough work since the last one.
     fn keep(&mut self) {
         if self.since_cells < self.apart_cells {
             return;

@@ -1,11 +1,10 @@
-//! A program as cuts: where the tip goes, command by command, as lines, arcs and helices.
+//! Converts a program to cuts: lines, arcs and helices of the tip, command by command.
 //!
 //! ```text
-//! leg 3   Rapid ─ Plunge ─ Mill ─ MillArc ─ Retract      4 cuts: all that move the tip in the board or towards it
+//! leg 3   Rapid ─ Plunge ─ Mill ─ MillArc ─ Retract      4 cuts: all moves in or towards the board
 //! ```
 //!
-//! Comes in: a program. Goes out: [`Cut`]s in order, in mm from the work zero, each with its leg and bit. A stroke that ends
-//! on a sensor is taken to its end. Does not know time.
+//! Plunges that end on a sensor are assumed to reach their limit.
 
 use crate::geometry::{Bounds, Point};
 use crate::job::{Command, Mark, Program};
@@ -16,45 +15,40 @@ use crate::units::Length;
 pub struct Cut {
     /// Index of the leg.
     pub leg: u32,
-    /// Index of the command in it.
+    /// Index of the command in the leg.
     pub command: u32,
     /// Index of the bit in the program.
     pub bit: u32,
-    /// Where its tip goes.
     pub way: Way,
 }
 
-/// One way of the tip.
+/// One path of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way {
-    /// Where it starts, mm.
+    /// Start, mm.
     pub from_mm: [f64; 3],
-    /// Where it ends.
     pub to_mm: [f64; 3],
-    /// How it goes there.
     pub shape: CutShape,
 }
 
-/// The shape of a way seen from above; its height changes evenly.
+/// Shape of a path in XY; the height changes linearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CutShape {
-    /// Straight.
     Line,
-    /// Around a centre.
     Arc {
-        /// mm.
+        /// In mm.
         center: [f64; 2],
-        /// At its start, mm.
+        /// At the start, mm.
         radius_mm: f64,
-        /// Angle of its start.
+        /// Angle of the start.
         from_rad: f64,
-        /// How far it turns; positive is counter-clockwise.
+        /// Swept angle; positive is counter-clockwise.
         turn_rad: f64,
     },
 }
 
 impl Way {
-    /// Where the tip is after a share of the way, 0 … 1.
+    /// Position of the tip after a share of the path, 0 … 1.
     pub fn at(&self, share: f64) -> [f64; 3] {
         let share = share.clamp(0.0, 1.0);
         let even = |axis: usize| self.from_mm[axis] + (self.to_mm[axis] - self.from_mm[axis]) * share;
@@ -70,7 +64,7 @@ impl Way {
     }
 }
 
-/// The cuts of `program` that begin or end below the surface, in order.
+/// The cuts of `program` that start or end below the surface, in order.
 pub fn cuts(program: &Program) -> Vec<Cut> {
     let (mut found, mut bit) = (Vec::new(), 0);
     let mut at = [0.0, 0.0, program.safe_height.mm()];
@@ -92,7 +86,7 @@ pub fn cuts(program: &Program) -> Vec<Cut> {
     found
 }
 
-/// Where a command takes the tip from `at`, and how.
+/// Target and shape of a command from `at`; none if it doesn't move.
 fn goes(command: &Command, at: [f64; 3]) -> Option<([f64; 3], CutShape)> {
     let place = |to: &Point, z: f64| [to.x.mm(), to.y.mm(), z];
     let straight = |to: [f64; 3]| Some((to, CutShape::Line));
@@ -125,8 +119,7 @@ fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> CutShape {
     CutShape::Arc { center, radius_mm: libm::sqrt(x * x + y * y), from_rad, turn_rad }
 }
 
-/// Where the middles of the bits of `program` can come to in the plane while they cut, in work coordinates; none where
-/// nothing is cut.
+/// Bounds of the bit centres of `program` while cutting, in work coordinates; none if nothing is cut.
 pub fn reach(program: &Program) -> Option<Bounds> {
     let mut found: Option<Bounds> = None;
     for Cut { way, .. } in cuts(program) {

@@ -1,12 +1,9 @@
-//! Lines of a written program and the seconds at which they are done, both ways.
+//! Maps lines of a written program to the seconds of their execution, and back.
 //!
 //! ```text
 //! commands   0    1    2    3    4    5    6
-//! lines      ├─── 12 ──┤ 13 ├──── 14, 15 ──┤        a line is done with the commands after the line before, up to its own
+//! lines      ├─── 12 ──┤ 13 ├──── 14, 15 ──┤        a line ends with its own command
 //! ```
-//!
-//! Comes in: for each line the last command that is done with it, a [`Playback`]. Goes out: lines for commands, seconds for lines.
-//! Does not know what lines say.
 
 use super::playback::Playback;
 use crate::job::CommandPlace;
@@ -15,40 +12,38 @@ use crate::job::CommandPlace;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ProgramLines {
     commands: Vec<CommandPlace>,
-    /// Lines in the order of their commands: a controller may want places at the end of the file that are gone to before.
+    /// Lines in the order of their commands. Some controllers list positions at the end of the file.
     order: Vec<u32>,
 }
 
 impl ProgramLines {
-    /// Of lines that are done with these commands.
+    /// `commands` holds the last command of each line.
     pub fn new(commands: Vec<CommandPlace>) -> Self {
         let mut order: Vec<u32> = (0..).zip(&commands).map(|(line, _)| line).collect();
         order.sort_by_key(|line| commands.get(*line as usize).copied());
         Self { commands, order }
     }
 
-    /// How many lines there are.
     pub fn len(&self) -> usize {
         self.commands.len()
     }
 
-    /// There are none.
     pub fn is_empty(&self) -> bool {
         self.commands.is_empty()
     }
 
-    /// The line with which a command is done: of several the first; the last one after all of them.
+    /// The line that executes a command: the first of several; the last line for later commands.
     pub fn line_of(&self, place: CommandPlace) -> Option<usize> {
         let found = self.order.partition_point(|line| self.command(*line as usize) < Some(place));
         self.order.get(found).or(self.order.last()).map(|line| *line as usize)
     }
 
-    /// Whether two lines are done together.
+    /// True if two lines belong to one command.
     pub fn are_together(&self, line: usize, other: usize) -> bool {
         self.command(line) == self.command(other)
     }
 
-    /// The second at which a line begins to be done.
+    /// Start time of a line, in seconds.
     pub fn start_s(&self, line: usize, playback: &Playback) -> f64 {
         let own = self.command(line);
         let before = self.order.partition_point(|line| self.command(*line as usize) < own).checked_sub(1);

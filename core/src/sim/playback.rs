@@ -1,19 +1,18 @@
-//! A cursor over a timeline: any second, forwards or backwards, in a few comparisons.
+//! Access to a timeline at any second, by binary search.
 //!
 //! ```text
 //! legs   |prepare|  hole 17     |  hole 4      | …
 //! moves  |  |    |   |  |   |   |   |  |   |   |
-//!                      ^ t      holes done so far: 0
+//!                      ^ t      holes complete: 0
 //! ```
 //!
-//! Comes in: a [`Timeline`]. Goes out: a [`Moment`] for a second. The places are the plan's; the motors are never
-//! further than half a step away. Does not know how fast it is shown.
+//! Positions are planned ones; the motors are at most half a step off.
 
 use crate::job::{CommandPlace, Mark, Stage};
 use crate::motion::{AxisMove, Move, Timeline};
 use crate::units::TICK_HZ;
 
-/// A timeline that can be looked at from any second.
+/// A timeline with an index by time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
     timeline: Timeline,
@@ -22,86 +21,69 @@ pub struct Playback {
     milled: Vec<Milled>,
 }
 
-/// Where a leg begins.
+/// Start of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LegStart {
     /// Index of the leg in the program.
     pub leg: u32,
-    /// What it is for.
+    /// Purpose of the leg.
     pub mark: Mark,
-    /// When it begins.
     pub start_s: f64,
-    /// The bit in the spindle during it, if one was put in (index into the program's bits).
+    /// Bit in the spindle during the leg (index into the program's bits), if any.
     pub bit: Option<u32>,
 }
 
-/// A hole and when it is through.
+/// A hole and its completion time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrilledHole {
     /// Index into the board's holes.
     pub hole: u32,
-    /// When the bit has been through.
+    /// Time of breakthrough.
     pub done_s: f64,
 }
 
-/// A toolpath and when it is milled.
+/// A toolpath and its times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Milled {
     /// Index into the job's toolpaths.
     pub toolpath: u32,
-    /// When its leg begins.
+    /// Start of its leg.
     pub from_s: f64,
-    /// When its leg is done.
+    /// End of its leg.
     pub done_s: f64,
 }
 
-/// What is seen at one moment.
+/// State at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// Tip of the bit in work coordinates: X, Y, Z.
+    /// Tip in work coordinates: X, Y, Z.
     pub position_mm: [f64; 3],
     /// Speed along the path, mm/s.
     pub speed_mm_per_s: f64,
     /// Index of the leg in the program.
     pub leg: u32,
-    /// What the leg is for.
+    /// Purpose of the leg.
     pub mark: Mark,
-    /// What is being done.
     pub stage: Stage,
-    /// How many holes are through: that many of [`Playback::drilled`].
+    /// Number of complete holes: the first ones of [`Playback::drilled`].
     pub holes_done: u32,
-    /// How many toolpaths are milled: that many of [`Playback::milled`].
+    /// Number of complete toolpaths: the first ones of [`Playback::milled`].
     pub toolpaths_done: u32,
-    /// The bit in the spindle, if one was put in.
+    /// Bit in the spindle, if any.
     pub bit: Option<u32>,
 }
 
-/// Which of how many is in work at a moment, counted from one in the order of running.
+/// Progress at one time, counted from one in order of execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counted {
-    /// Nothing is made yet.
+    /// Nothing is complete yet.
     Nothing,
-    /// A hole: the one that is drilled, else the last that is through.
-    Hole {
-        /// Which.
-        number: u32,
-        /// Of how many.
-        total: u32,
-    },
-    /// A toolpath: the one that is milled, else the last that is done.
-    Toolpath {
-        /// Which.
-        number: u32,
-        /// Of how many.
-        total: u32,
-    },
-    /// All holes and toolpaths are made.
-    All {
-        /// Holes.
-        holes: u32,
-        /// Toolpaths.
-        toolpaths: u32,
-    },
+    /// The current hole, else the last complete one.
+    Hole { number: u32, total: u32 },
+    /// The current toolpath, else the last complete one.
+    Toolpath { number: u32, total: u32 },
+    /// All holes and toolpaths are complete.
+    All { holes: u32, toolpaths: u32 },
 }
 
 fn seconds(ticks: u64) -> f64 {
@@ -109,7 +91,6 @@ fn seconds(ticks: u64) -> f64 {
 }
 
 impl Playback {
-    /// Of `timeline`.
     pub fn new(timeline: Timeline) -> Self {
         let (mut legs, mut drilled) = (Vec::<LegStart>::new(), Vec::<DrilledHole>::new());
         let (mut milled, mut milled_leg) = (Vec::<Milled>::new(), None);
@@ -123,6 +104,7 @@ impl Playback {
                 legs.push(LegStart { leg, mark, start_s, bit });
             }
             if let (Some(tick), Mark::Hole(hole)) = (planned.drilled_tick(), planned.mark) {
+                // In peck drilling, the last plunge completes the hole.
                 if drilled_leg == Some(planned.leg) {
                     drilled.pop();
                 }
@@ -142,66 +124,66 @@ impl Playback {
         Self { timeline, legs, drilled, milled }
     }
 
-    /// What is played.
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }
 
-    /// How long all of it takes.
+    /// Total time.
     pub fn total_s(&self) -> f64 {
         self.timeline.total_s()
     }
 
-    /// All legs that take any time, in order.
+    /// All legs with a duration above zero, in order.
     pub fn legs(&self) -> &[LegStart] {
         &self.legs
     }
 
-    /// All holes in the order in which they are drilled.
+    /// All holes in drilling order.
     pub fn drilled(&self) -> &[DrilledHole] {
         &self.drilled
     }
 
-    /// All toolpaths in the order in which they are milled.
+    /// All toolpaths in milling order.
     pub fn milled(&self) -> &[Milled] {
         &self.milled
     }
 
-    /// The bit in the spindle during leg `leg`.
+    /// Bit in the spindle during leg `leg`.
     pub fn bit_of_leg(&self, leg: u32) -> Option<u32> {
         let begun = self.legs.partition_point(|start| start.leg <= leg);
         self.legs.get(begun.checked_sub(1)?)?.bit
     }
 
-    /// When leg `leg` begins.
+    /// Start time of leg `leg`.
     pub fn time_of_leg(&self, leg: u32) -> Option<f64> {
         let index = self.legs.binary_search_by_key(&leg, |start| start.leg).ok()?;
         self.legs.get(index).map(|start| start.start_s)
     }
 
-    /// When hole `hole` is through.
+    /// Completion time of hole `hole`.
     pub fn time_of_hole(&self, hole: u32) -> Option<f64> {
         self.drilled.iter().find(|drilled| drilled.hole == hole).map(|drilled| drilled.done_s)
     }
 
-    /// When toolpath `toolpath` begins.
+    /// Start time of toolpath `toolpath`.
     pub fn time_of_toolpath(&self, toolpath: u32) -> Option<f64> {
         self.milled.iter().find(|milled| milled.toolpath == toolpath).map(|milled| milled.from_s)
     }
 
-    /// The command that is done at second `t_s`; none for an empty timeline.
+    /// The command at second `t_s`; none for an empty timeline.
     pub fn command_at(&self, t_s: f64) -> Option<CommandPlace> {
         let (planned, within_s) = self.move_at(t_s)?;
         Some(CommandPlace { leg: planned.leg, command: planned.command_at(within_s) })
     }
 
-    /// The second at which a command begins, or what follows where it takes no time; the end where nothing does.
+    /// Start time of a command, in seconds. If the command takes no time, the start of the next one, or the
+    /// end.
     pub fn time_of_command(&self, place: CommandPlace) -> f64 {
         let moves = &self.timeline.moves;
         let of = |planned: &Move| CommandPlace { leg: planned.leg, command: planned.command };
         let begun = moves.partition_point(|planned| of(planned) < place);
         let next = moves.get(begun);
-        // Commands that mill and follow each other are one move, that of the first.
+        // Consecutive mill commands form one move, with the index of the first.
         let inside = moves.get(begun.wrapping_sub(1)).filter(|before| before.leg == place.leg);
         let within_s = inside.and_then(|before| Some((before, before.start_of_command_s(place.command)?)));
         match within_s.filter(|_| next.is_none_or(|next| of(next) != place)) {
@@ -210,7 +192,7 @@ impl Playback {
         }
     }
 
-    /// What moves at second `t_s`, and how long it has.
+    /// The move at second `t_s`, and the time since its start.
     fn move_at(&self, t_s: f64) -> Option<(&Move, f64)> {
         let tick = (t_s.max(0.0) * TICK_HZ as f64) as u64;
         let begun = self.timeline.moves.partition_point(|planned| planned.start_tick <= tick);
@@ -218,7 +200,7 @@ impl Playback {
         Some((planned, t_s.max(0.0) - seconds(planned.start_tick)))
     }
 
-    /// What is counted at the moment `now`.
+    /// Progress at `now`.
     pub fn counted(&self, now: &Moment) -> Counted {
         let (holes, toolpaths) = (self.drilled.len() as u32, self.milled.len() as u32);
         let (drilled, milled) = (now.holes_done, now.toolpaths_done);
@@ -227,7 +209,7 @@ impl Playback {
         }
         let last_milled = self.milled.get((milled as usize).wrapping_sub(1)).map(|last| last.toolpath);
         let last_drilled = self.drilled.get((drilled as usize).wrapping_sub(1)).map(|last| last.hole);
-        // The one that is through but not yet left counts as the one in work.
+        // A hole that is complete but not left yet counts as current.
         let in_work = |done: u32, is_last: bool, total: u32| if is_last { done } else { total.min(done + 1) };
         match now.mark {
             Mark::Toolpath(toolpath) => {
@@ -244,7 +226,7 @@ impl Playback {
         }
     }
 
-    /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
+    /// The state at second `t_s`, clamped to the timeline. None for an empty timeline.
     pub fn at(&self, t_s: f64) -> Option<Moment> {
         let (planned, within_s) = self.move_at(t_s)?;
         let steps = planned.at(within_s);
@@ -263,7 +245,7 @@ impl Playback {
     }
 }
 
-/// What is being done: on the way from hole to hole, what its part does; a stroke down over the board is an approach.
+/// Current stage. Between holes, the stage of the moving part; a plunge above the board is an approach.
 fn stage_at(planned: &Move, part: Option<&AxisMove>, height: f64) -> Stage {
     match (planned.stage, part.map(|part| part.stage)) {
         (Stage::NextHole, Some(Stage::Drill)) if height > 0.0 => Stage::Approach,
@@ -313,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn every_moment_is_where_the_plan_is() {
+    fn sampled_moments_follow_the_plan() {
         let play = two_holes();
         let start = play.at(-1.0).unwrap();
         assert_eq!((start.position_mm, start.stage, start.bit), ([0.0, 0.0, 2.0], Stage::Dwell, Some(0)));
@@ -331,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_are_counted_while_they_are_milled() {
+    fn toolpaths_are_counted_when_milled() {
         let mill = |x, height| Command::Mill { to: Point::from_mm(x, 5.0), height, feed_um_per_s: 10_000 };
         let toolpath = |index, x| Leg {
             mark: Mark::Toolpath(index),
@@ -363,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn the_one_in_work_is_counted_and_at_the_end_all_are() {
+    fn current_feature_is_counted_and_all_at_the_end() {
         let mill = |index: u32| Leg {
             mark: Mark::Toolpath(index),
             commands: vec![
@@ -395,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_jumps_while_it_plays() {
+    fn playback_has_no_jumps() {
         let play = two_holes();
         let (dt, mut before) = (1e-3, play.at(0.0).unwrap());
         for index in 1..=(play.total_s() / dt) as u32 {

@@ -1,53 +1,50 @@
-//! A job in numbers.
-//!
-//! Comes in: a timeline, its stream and its machine. Goes out: times and step counts. Knows no format.
+//! Statistics of a job.
 
-use crate::job::{Mark, Stage, Switching};
+use crate::diagnostic::Diagnostic;
+use crate::job::{Mark, Program, Stage, Switching};
 use crate::machine::{AXES, Machine};
 use crate::magazine;
-use crate::motion::{AxisMove, Move, Timeline};
+use crate::motion::{AxisMove, Move, Timeline, each_leg};
 use crate::steps::StepStream;
 use crate::units::TICK_HZ;
 
-/// Where the time goes, s. All of it together is the time of the job.
+/// Time by activity, s. The sum is the time of the job.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spent {
-    /// All of the legs that drill holes.
+    /// All legs that drill holes.
     pub drill_s: f64,
-    /// Along toolpaths and down to them, in legs that mill.
+    /// Along toolpaths and plunges, in legs that mill.
     pub mill_s: f64,
-    /// The rest of the legs that mill: from way to way, up, and down to the board.
+    /// Vertical plunges; part of `mill_s`.
+    pub plunge_s: f64,
+    /// Rest of the legs that mill: travel, retracts, approaches.
     pub between_s: f64,
-    /// Changes of bits, without the waits for people: with a magazine all of them.
+    /// Tool changes without waits for the user; complete changes with a magazine.
     pub change_s: f64,
-    /// Before the first and after the last.
+    /// Before the first leg and after the last.
     pub other_s: f64,
 }
 
-/// What people want to know of a job before they start it.
+/// Statistics of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Time of the whole job without the waits for people, s.
+    /// Time of the whole job without waits for the user, s.
     pub total_s: f64,
-    /// Where it goes.
     pub spent: Spent,
-    /// How many toolpaths are milled.
     pub toolpaths: u32,
-    /// How many holes.
     pub holes: u32,
-    /// Holes per minute while drilling, changes of bit not counted: strokes of one spindle.
+    /// Holes per minute while drilling, without tool changes; one spindle counts.
     pub holes_per_min: f64,
-    /// The same if Z and XY never moved together.
+    /// Holes per minute if Z and XY never moved together.
     pub holes_per_min_sequential: f64,
-    /// Median time of a hole, from leaving the one before, s.
+    /// Median time of a hole from the end of the previous one, s.
     pub median_hole_s: f64,
     /// Longest time of a hole, s.
     pub longest_hole_s: f64,
-    /// Steps of every axis, both ways together.
+    /// Steps of each axis, in both directions.
     pub steps: [u64; AXES],
 }
 
-/// The numbers of a job.
 pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> Summary {
     let mut holes: Vec<(u32, u64)> = Vec::new();
     let mut sequential_s = 0.0;
@@ -87,7 +84,8 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
     }
 }
 
-/// How long the machine's own changes of tools take, s: the first from an empty spindle. None where people change them.
+/// Total time of the machine's own tool changes, s; the first from an empty spindle. Zero if the user changes
+/// tools.
 fn changes_s(timeline: &Timeline, machine: &Machine) -> f64 {
     let bits = timeline.moves.iter().filter_map(|planned| match planned.effect {
         Switching::AwaitBit { bit } => Some(bit),
@@ -107,27 +105,59 @@ fn spent(timeline: &Timeline) -> Spent {
             (Mark::ToolChange(_), _) => &mut spent.change_s,
             (Mark::Prepare | Mark::Finish, _) => &mut spent.other_s,
         };
-        *place += planned.duration_ticks as f64 / TICK_HZ as f64;
+        let takes_s = planned.duration_ticks as f64 / TICK_HZ as f64;
+        *place += takes_s;
+        if matches!((planned.mark, planned.stage), (Mark::Toolpath(_), Stage::Drill)) {
+            spent.plunge_s += takes_s;
+        }
     }
     spent
 }
 
-/// How long each bit of a program is in work, s, from its change on; what comes before the first counts to it.
+/// Time of each bit of a program, s, from its tool change on. Time before the first change counts for the
+/// first bit.
 pub fn time_by_bit_s(timeline: &Timeline) -> Vec<f64> {
-    let mut times: Vec<f64> = Vec::new();
-    let mut now = 0;
-    for planned in &timeline.moves {
-        if let Mark::ToolChange(bit) = planned.mark {
-            now = bit as usize;
-        }
-        if times.len() <= now {
-            times.resize(now + 1, 0.0);
-        }
-        if let Some(time) = times.get_mut(now) {
-            *time += planned.duration_ticks as f64 / TICK_HZ as f64;
+    let mut times = BitTimes::default();
+    times.add(&timeline.moves);
+    times.seconds()
+}
+
+/// Time of a program and of each of its bits, s. Plans one leg at a time, to save memory.
+pub fn times_s(program: &Program, machine: &Machine) -> Result<(f64, Vec<f64>), Diagnostic> {
+    let mut times = BitTimes::default();
+    each_leg(program, machine, |moves| {
+        times.add(moves);
+        Ok(())
+    })?;
+    let total: u64 = times.ticks.iter().sum();
+    Ok((total as f64 / TICK_HZ as f64, times.seconds()))
+}
+
+/// Ticks of each bit.
+#[derive(Default)]
+struct BitTimes {
+    ticks: Vec<u64>,
+    bit: usize,
+}
+
+impl BitTimes {
+    fn add(&mut self, moves: &[Move]) {
+        for planned in moves {
+            if let Mark::ToolChange(bit) = planned.mark {
+                self.bit = bit as usize;
+            }
+            if self.ticks.len() <= self.bit {
+                self.ticks.resize(self.bit + 1, 0);
+            }
+            if let Some(ticks) = self.ticks.get_mut(self.bit) {
+                *ticks += planned.duration_ticks;
+            }
         }
     }
-    times
+
+    fn seconds(&self) -> Vec<f64> {
+        self.ticks.iter().map(|ticks| *ticks as f64 / TICK_HZ as f64).collect()
+    }
 }
 
 fn toolpaths(timeline: &Timeline) -> u32 {
@@ -137,13 +167,13 @@ fn toolpaths(timeline: &Timeline) -> u32 {
     u32::try_from(legs.len()).unwrap_or(u32::MAX)
 }
 
-/// How long a move would take if its parts came one after the other, the plane settling before the spindles go down, s.
+/// Time of a move if its parts were sequential, with XY settled before the spindles go down, s.
 fn alone_s(planned: &Move, machine: &Machine) -> f64 {
     let duration_s = planned.duration_ticks as f64 / TICK_HZ as f64;
     if planned.stage != Stage::NextHole {
         return duration_s;
     }
-    // Spindles that go up, or down, each their own way do so at once.
+    // Spindles that move in one direction do so at one time.
     let longest_s = |stage: Stage| {
         let parts = planned.parts.iter().filter(|part| part.stage == stage);
         parts.map(AxisMove::duration_s).fold(0.0, f64::max)

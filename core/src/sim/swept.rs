@@ -1,12 +1,11 @@
-//! What is cut when: the moves of a timeline as ways of the tip below the surface, each with the seconds that it takes.
+//! Cuts by time: the moves of a timeline as tip paths below the surface, each with its seconds.
 //!
 //! ```text
-//! move   |--- part: Path ---------------|  |- part: down -|     times are those of the stream that is played
-//! ways   |line |arc     |line           |  |straight down |
+//! move   |--- part: Path ---------------|  |- part: down -|     times are those of the played stream
+//! paths  |line |arc     |line           |  |vertical plunge|
 //! ```
 //!
-//! Comes in: one [`Move`], millimetres of a step. Goes out: its [`Swept`] ways in order of time, and how much of one is done at
-//! a second. What goes up, or stays above the surface, cuts nothing and is left out. Does not know bits.
+//! Upward moves, and moves above the surface, cut nothing and are omitted.
 
 use super::cuts::{CutShape, Way};
 use crate::job::Stage;
@@ -15,18 +14,17 @@ use crate::motion::path::Curve;
 use crate::motion::{AxisMove, Motion, MotorPath, Move};
 use crate::units::TICK_HZ;
 
-/// A way of the tip in the board, and when.
+/// A path of the tip in the board, with its times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swept {
-    /// Where it goes.
     pub way: Way,
-    /// Second at which it begins.
+    /// Start time, s.
     pub from_s: f64,
-    /// Second at which it ends.
+    /// End time, s.
     pub to_s: f64,
-    /// The plane goes at rapid speed.
+    /// XY moves at rapid speed.
     pub rapid: bool,
-    /// Which part of the move, and the stretch of its path, mm.
+    /// Index of the part in the move, and the range of its path, mm.
     part: u32,
     stretch_mm: Option<(f64, f64)>,
 }
@@ -35,7 +33,7 @@ pub(super) fn start_s(planned: &Move) -> f64 {
     planned.start_tick as f64 / TICK_HZ as f64
 }
 
-/// What `planned` cuts, in order of time.
+/// The cuts of `planned`, in order of time.
 pub fn swept(planned: &Move, mm_per_step: &[f64; AXES]) -> Vec<Swept> {
     let mut found = Vec::new();
     for (number, part) in (0..).zip(&planned.parts) {
@@ -49,7 +47,7 @@ pub fn swept(planned: &Move, mm_per_step: &[f64; AXES]) -> Vec<Swept> {
     found
 }
 
-/// The tip `t_s` seconds after the start of a move: of several spindles the lowest.
+/// The lowest tip of all spindles, `t_s` seconds after the start of a move.
 fn tip(planned: &Move, t_s: f64, mm_per_step: &[f64; AXES]) -> [f64; 3] {
     let steps = planned.at(t_s);
     let mm = |axis: usize| steps[axis] * mm_per_step[axis];
@@ -59,12 +57,12 @@ fn tip(planned: &Move, t_s: f64, mm_per_step: &[f64; AXES]) -> [f64; 3] {
 fn straight(planned: &Move, (number, part): (u32, &AxisMove), mm_per_step: &[f64; AXES]) -> Option<Swept> {
     let [first, last] = [part.start_s(), part.end_s()];
     let (from, to) = (tip(planned, first, mm_per_step), tip(planned, last, mm_per_step));
-    // While play is taken up the motors turn and the axes stand.
+    // While backlash is removed, motors turn but axes don't move.
     let rapid = (part.moves(0) || part.moves(1)) && part.stage != Stage::Mill;
-    // A stroke begins while the plane still comes to rest: it is over its place once it is in the board.
+    // A plunge may start while XY is still settling, but XY is at rest once the tip is in the board.
     let from = if rapid { from } else { [to[0], to[1], from[2]] };
     let cuts = if rapid { from[2].min(to[2]) < 0.0 } else { to[2] < 0.0 && to[2] < from[2] };
-    // While spindles go up and down beside it, the plane moves above the board: those strokes are parts of their own.
+    // While spindles move next to it, XY is above the board; their plunges are separate parts.
     let to = if rapid { [to[0], to[1], from[2]] } else { to };
     let begin = start_s(planned);
     cuts.then_some(Swept {
@@ -107,7 +105,7 @@ fn along(planned: &Move, (number, part): (u32, &AxisMove), route: &MotorPath, fo
 }
 
 impl Swept {
-    /// How much of it is done at second `t_s`, 0 … 1; `planned` is the move that it is of.
+    /// Completed share at second `t_s`, 0 … 1; `planned` is its move.
     pub fn share(&self, planned: &Move, t_s: f64) -> f64 {
         if t_s >= self.to_s {
             return 1.0;
@@ -126,7 +124,7 @@ impl Swept {
     }
 }
 
-/// The second at which the tip is nearest to a place in the plane while it cuts, and how far away it is then, mm.
+/// Time at which a cutting tip is nearest to a position in XY, in seconds, and its distance then, mm.
 pub fn nearest<'a>(
     moves: impl IntoIterator<Item = &'a Move>,
     mm_per_step: &[f64; AXES],

@@ -1,13 +1,10 @@
-//! What is wrong in a playback, and when: marks on its time.
+//! Finds problems in a playback and their times.
 //!
 //! ```text
-//!  safe height ┄┄┄┄┄┄┄┄┄╲┄┄┄┄┄┄┄┄┄┄┄┄┄┄        low: the plane moves before the tip is up
+//!  safe height ┄┄┄┄┄┄┄┄┄╲┄┄┄┄┄┄┄┄┄┄┄┄┄┄        low: XY moves before the tip is up
 //!                         ╲__________  ┌───┐
-//!  surface     ────────────────────────┤   ├─   clamp: the tip is over a zone that no bit enters, or in it
+//!  surface     ────────────────────────┤   ├─   clamp: the tip is over or in a forbidden zone
 //! ```
-//!
-//! Comes in: a [`Playback`], bits, the room there is ([`ToolRoom`]). Goes out: [`Warning`]s in order of time, the first of every
-//! kind in a leg. Does not know why anything is done.
 
 use super::playback::Playback;
 use super::swept::{Swept, start_s, swept};
@@ -19,60 +16,57 @@ use crate::motion::{AxisMove, Motion, Move};
 use crate::units::Length;
 use std::ops::Range;
 
-/// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fault {
-    /// The head would leave the travel of the machine.
+    /// The tool would leave the travel of the machine.
     Outside,
-    /// The tip goes deeper than it may.
+    /// The tip is deeper than allowed.
     TooDeep,
-    /// The plane moves at rapid speed with the tip in the board.
+    /// XY moves at rapid speed with the tip in the board.
     RapidInMaterial,
-    /// The plane moves at rapid speed with the tip over the board and too near to it.
+    /// XY moves at rapid speed with the tip above the board, but too low.
     Low,
-    /// The bit is over a zone that no bit enters, as that of a clamp, or in it.
+    /// The bit is over or in a forbidden zone, for example a clamp.
     Clamp,
-    /// Something is cut with no tool in, or milled with a drill.
+    /// Cutting without a tool, or milling with a drill.
     WrongTool,
 }
 
-/// The room that the tool has, in work coordinates.
+/// Limits of the tool's motion, in work coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolRoom {
-    /// Where the head can go; none where nobody knows.
+    /// Travel of the machine; none if unknown.
     pub travel: Option<Bounds>,
-    /// How far below the surface the tip may go.
+    /// Greatest depth of the tip below the surface.
     pub deepest: Length,
-    /// Holes for pins, which go into the bed.
+    /// Indices of the holes for pins, which go into the bed.
     pub pins: Range<u32>,
-    /// How far the tip may go there.
+    /// Greatest depth in those holes.
     pub deepest_pin: Length,
-    /// How high over the surface the tip is at least while the plane moves at rapid speed.
+    /// Least height of the tip over the surface while XY moves at rapid speed.
     pub lowest: Length,
-    /// Zones that no bit enters.
+    /// Forbidden zones.
     pub zones: Vec<Bounds>,
 }
 
-/// Something wrong at one moment.
+/// A problem at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warning {
-    /// When it begins.
     pub at_s: f64,
-    /// What.
     pub fault: Fault,
-    /// The leg of the program.
+    /// Index of the leg in the program.
     pub leg: u32,
-    /// How deep the tip is then, mm; over the board less than 0.
+    /// Depth of the tip, mm; negative above the board.
     pub depth_mm: f64,
 }
 
-/// The most warnings that are made.
+/// Greatest number of warnings.
 const MOST: usize = 500;
 
-/// An arc is looked at in so many pieces.
+/// Pieces for the check of an arc.
 const ARC_PIECES: u32 = 24;
 
-/// A straight way of the tip, and when it begins.
+/// A straight path of the tip, and its start time.
 struct Course {
     from_mm: [f64; 3],
     to_mm: [f64; 3],
@@ -80,13 +74,13 @@ struct Course {
     rapid: bool,
 }
 
-/// What is wrong in `playback`, whose program has these `bits`.
+/// Problems in `playback`, for a program with these `bits`.
 pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warning> {
     let timeline = playback.timeline();
     let mut found: Vec<Warning> = Vec::new();
-    // Where the motors rest is up to half a step off what the program says.
+    // Motors rest up to half a step off the programmed position.
     let [x_mm, y_mm, z_mm, ..] = timeline.mm_per_step.map(f64::abs);
-    // Spindles that the machine does not have stand at the surface.
+    // Spindles that the machine lacks stay at the surface.
     let spindles: Vec<usize> = (2..AXES).filter(|axis| timeline.start[*axis] != 0).collect();
     let travel = room.travel.map(|travel| travel.grown(Length::from_mm(x_mm.max(y_mm))));
     for planned in &timeline.moves {
@@ -94,6 +88,7 @@ pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warni
         let end = |axis: usize| Length::from_mm(planned.to[axis] as f64 * timeline.mm_per_step[axis]);
         let beyond = travel.is_some_and(|travel| !travel.contains(Point::new(end(0), end(1))));
         let mut told = |fault, at_s, depth_mm| {
+            // One warning of each kind per leg.
             let known = found.iter().rev().take_while(|one| one.leg == planned.leg);
             if found.len() < MOST && !known.into_iter().any(|one| one.fault == fault) {
                 found.push(Warning { at_s, fault, leg: planned.leg, depth_mm });
@@ -113,7 +108,7 @@ pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warni
         let radius = bit.map_or(Length::ZERO, |bit| Length::from_nm(bit.diameter.nm() / 2));
         for course in courses(planned, &timeline.mm_per_step, &spindles, !room.zones.is_empty()) {
             let low_mm = course.from_mm[2].min(course.to_mm[2]);
-            // From hole to hole both move at once: the tip is down when the plane has settled.
+            // Between holes, XY and Z move together; the tip is down only once XY has settled.
             let low = planned.stage != Stage::NextHole && (0.0..room.lowest.mm() - z_mm).contains(&low_mm);
             if course.rapid && low {
                 told(Fault::Low, course.at_s, -low_mm);
@@ -135,7 +130,7 @@ fn faults(one: &Swept, bit: Option<&Bit>, mark: Mark, deep: bool) -> impl Iterat
     rows.into_iter().filter(|row| row.0).map(|row| row.1)
 }
 
-/// All ways of the tip in a move, over the board and in it.
+/// All paths of the tip in a move, above the board and in it.
 fn courses(planned: &Move, mm_per_step: &[f64; AXES], spindles: &[usize], on_paths: bool) -> Vec<Course> {
     let begin_s = start_s(planned);
     let tip = |t_s: f64| {
@@ -146,7 +141,7 @@ fn courses(planned: &Move, mm_per_step: &[f64; AXES], spindles: &[usize], on_pat
     let straight = |part: &AxisMove| {
         let [from_mm, to_mm] = [part.start_s(), part.end_s()].map(tip);
         let (over, down) = (part.moves(0) || part.moves(1), to_mm[2] < from_mm[2]);
-        // While the plane moves beside it, a stroke stands over its hole as long as it is in the board.
+        // While XY moves next to it, a plunge is over its hole for as long as it is in the board.
         let (from_mm, to_mm) = match (over, down) {
             (true, _) => (from_mm, to_mm),
             (false, true) => ([to_mm[0], to_mm[1], from_mm[2]], to_mm),
@@ -161,7 +156,7 @@ fn courses(planned: &Move, mm_per_step: &[f64; AXES], spindles: &[usize], on_pat
             found.push(straight(part));
             continue;
         };
-        // Only zones are looked for there.
+        // Paths are only checked against zones.
         if !on_paths {
             continue;
         }
@@ -176,7 +171,7 @@ fn courses(planned: &Move, mm_per_step: &[f64; AXES], spindles: &[usize], on_pat
     found
 }
 
-/// Whether a way passes a box, as seen from above.
+/// True if a path crosses a box in XY.
 fn enters(course: &Course, zone: Bounds) -> bool {
     let (low, high) = ([zone.min.x.mm(), zone.min.y.mm()], [zone.max.x.mm(), zone.max.y.mm()]);
     let (mut first, mut last) = (0.0_f64, 1.0_f64);

@@ -1,6 +1,4 @@
-//! What the benchmark measures beside the time: how good the runs of a stream are.
-//!
-//! Comes in: a plan and its stream. Goes out: counts, and the furthest any step is from its time. Knows no clock.
+//! Quality of the runs of a stream, for the benchmark.
 
 use super::digest::RUN_BYTES;
 use super::replay::replay;
@@ -8,23 +6,22 @@ use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::machine::AXES;
 use crate::motion::{Motion, Move, Timeline};
 
-/// What came of turning a timeline into steps.
+/// Result of converting a timeline into steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Yield {
     /// Steps of all axes.
     pub steps: u64,
-    /// Runs.
     pub runs: u64,
-    /// Bytes of the stream as it would be sent.
+    /// Bytes of the compact stream.
     pub bytes: u64,
-    /// Furthest any step is from its planned time, in µs.
+    /// Greatest deviation of a step from its planned time, in µs.
     pub worst_us: f64,
-    /// Bytes of runs a second of the busiest axis, over any one segment in which it moves for more than 50 ms. Axes that
-    /// step together share theirs.
+    /// Highest rate of run bytes per second and axis, over any segment with more than 50 ms of motion. Axes
+    /// that step together share the bytes.
     pub busiest_bytes_per_s: f64,
 }
 
-/// Bytes of runs a second of the busiest axis of a segment, counted over the time in which it moves.
+/// Bytes of runs per second of the busiest axis of a segment, over the time in which it moves.
 fn busiest(segment: &Segment) -> f64 {
     let rate = |runs: &[Run]| {
         let ticks = runs.iter().map(|run| run.ticks()).sum::<i128>() as f64;
@@ -35,7 +32,7 @@ fn busiest(segment: &Segment) -> f64 {
     segment.runs.chunk_by(|a, b| a.axes == b.axes).map(rate).fold(0.0, f64::max)
 }
 
-/// Counts steps and runs of `stream` and measures it against its plan.
+/// Counts steps and runs of `stream`, and compares it with its plan.
 pub fn measure(plan: &Timeline, stream: &StepStream) -> Yield {
     let mut sum = Yield { bytes: super::compact(stream).len() as u64, ..Yield::default() };
     for (planned, segment) in plan.moves.iter().zip(&stream.segments) {
@@ -54,8 +51,8 @@ pub fn measure(plan: &Timeline, stream: &StepStream) -> Yield {
     sum
 }
 
-/// Second of a move at which the plan crosses the half of step `index` of `axis`; no number on a path, where turns leave out
-/// steps.
+/// Time in a move at which the plan crosses the middle of step `index` of `axis`, in seconds. NaN on a path,
+/// where reversals skip steps.
 fn planned_s(planned: &Move, axis: usize, mut index: u64) -> f64 {
     for part in &planned.parts {
         let count = (part.to[axis] - part.from[axis]).unsigned_abs();

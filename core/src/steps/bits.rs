@@ -1,18 +1,16 @@
-//! Numbers bit by bit, the first bit highest in its byte.
+//! Variable-length numbers, bit by bit, most significant bit of a byte first.
 //!
 //! ```text
-//! small     as many 0 as its bits without the first, then its bits        1 → 1   2 → 010   3 → 011   4 → 00100
-//! usual     how many bits it has, off how many such numbers usually have (small), and its bits without the first
+//! small     one 0 for each bit after the first, then the bits        1 → 1   2 → 010   3 → 011   4 → 00100
+//! usual     difference of the length from the usual length (small), then the bits without the first
 //! ```
-//!
-//! Comes in: numbers, or bytes. Goes out: bytes, or numbers, none where the bytes are at an end. Does not know what they say.
 
-/// How many bits numbers of a kind have had of late, in sixteenths.
+/// Running mean of the lengths of numbers of one kind, in sixteenths of a bit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Usual(i64);
 
 impl Usual {
-    /// As if they had always had so many.
+    /// Starts at this length in bits.
     pub(super) fn new(bits: i64) -> Self {
         Self(16 * bits)
     }
@@ -26,10 +24,9 @@ impl Usual {
     }
 }
 
-/// Writes onto bytes.
 pub(super) struct Writer<'a> {
     bytes: &'a mut Vec<u8>,
-    /// Bits not yet written, the latest lowest, and how many they are: fewer than 8.
+    /// Bits not yet written, the latest lowest, and their number: less than 8.
     held: u64,
     count: u32,
 }
@@ -39,7 +36,7 @@ impl<'a> Writer<'a> {
         Self { bytes, held: 0, count: 0 }
     }
 
-    /// The lowest `count` bits of a number, 64 at most.
+    /// Writes the lowest `count` bits of a number, at most 64.
     pub(super) fn put(&mut self, number: u64, count: u32) {
         if count > 32 {
             self.put(number >> 32, count - 32);
@@ -53,14 +50,14 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A number that is small mostly, below 2⁶³.
+    /// Writes a usually small number, below 2⁶³.
     pub(super) fn put_small(&mut self, number: u64) {
         let bits = u64::BITS - (number + 1).leading_zeros();
         self.put(0, bits - 1);
         self.put(number + 1, bits);
     }
 
-    /// A number about as long as usual.
+    /// Writes a number of about the usual length.
     pub(super) fn put_usual(&mut self, number: i64, usual: &mut Usual) {
         let folded = fold(number);
         let bits = u64::BITS - folded.leading_zeros();
@@ -69,16 +66,15 @@ impl<'a> Writer<'a> {
         usual.learn(i64::from(bits));
     }
 
-    /// Fills the last byte.
+    /// Pads the last byte.
     pub(super) fn end(mut self) {
         self.put(0, (8 - self.count) % 8);
     }
 }
 
-/// Reads from bytes.
 pub(super) struct Reader<'a> {
     bytes: &'a [u8],
-    /// Bits read from there and not yet taken, the next highest of so many.
+    /// Bits read but not yet returned, the next one highest, and their number.
     held: u64,
     count: u32,
 }
@@ -123,13 +119,13 @@ impl<'a> Reader<'a> {
         Some(unfold(number))
     }
 
-    /// The bytes after the one that the last bit was of.
+    /// The bytes after the one with the last bit.
     pub(super) fn rest(self) -> &'a [u8] {
         self.bytes
     }
 }
 
-/// A number without a sign: that becomes its lowest bit.
+/// Zigzag encoding: the sign becomes the lowest bit.
 fn fold(number: i64) -> u64 {
     ((number << 1) ^ (number >> 63)) as u64
 }
@@ -143,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_any_length_come_back_and_no_bit_too_many() {
+    fn numbers_of_any_length_survive_a_round_trip() {
         let mut numbers = vec![0, i64::MAX, i64::MIN];
         numbers.extend((0..63).flat_map(|bits| [1_i64 << bits, -(1_i64 << bits), (1 << bits) - 1]));
         let mut bytes = vec![7];
@@ -167,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_longer_than_any_is_refused() {
+    fn overlong_number_is_refused() {
         // 63 zeros, a one, and ones: a length of almost 2⁶⁴ bits.
         let bytes = [&[0; 7][..], &[1], &[0xFF; 24]].concat();
         let (mut reader, mut usual) = (Reader::of(&bytes), Usual::new(5));

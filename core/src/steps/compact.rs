@@ -1,39 +1,38 @@
-//! A stream in few bytes, as it would be sent: what the digest hashes has fixed widths, this has not.
+//! Compact encoding of a stream, for storage and transmission. The digest uses a fixed-width encoding
+//! instead.
 //!
 //! ```text
-//! segment   its data (postcard)   how many runs   run run run … to the end of a byte
-//! run       head   what the interval is off the guess     what the change is off the guess
-//! head      1                                       the same axes the same way, coarse
-//!           0  axes follow? axes  way  grain        whatever differs
-//!           how many steps
+//! segment   its data (postcard)   number of runs   run run run … padded to a byte
+//! run       head   interval − guess     change − guess
+//! head      1                                       same axes, same direction, coarse
+//!           0  axes follow? axes  direction  grain  anything else
+//!           number of steps
 //! ```
 //!
-//! The guess of an interval is what it would be had the run before of the same axes gone on; that of a change, what leads
-//! from the last interval of that run to the first of this one as steadily. Both are counted in the fineness that runs of so
-//! many steps are made with (`fineness`), those of other runs in ticks or in parts of one: the grain.
+//! The guessed interval continues the previous run of these axes. The guessed change leads evenly from the
+//! last interval of that run to the first of this one. Both are multiples of the grain: the fineness with
+//! which runs of that many steps are made (`fineness`), or ticks, or parts of a tick.
 //!
-//! A number off a guess is written as how many bits it has, against how many such numbers had of late, and then those bits:
-//! numbers that are alike cost little more than what is in them.
-//!
-//! Comes in: a stream. Goes out: bytes, and the same stream from them. Does not know how runs are made.
+//! A difference from a guess is written as its length, relative to the recent mean length, followed by its
+//! bits. So similar numbers cost little more than their information.
 
 use super::bits::{Reader, Usual, Writer};
 use super::stream::{PARTS, Run, Segment, StepStream, fineness};
 
-/// No interval is longer, in parts of a tick, and no guess: whatever a run says, nothing overflows.
+/// Longest interval and guess, in parts of a tick, so that no run can cause an overflow.
 const LONGEST: i64 = 1 << 48;
 
-/// What the numbers of a run are multiples of.
+/// Unit of the numbers of a run.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Grain {
-    /// What runs of so many steps are made with.
+    /// The grid of [`fineness`] for the run's number of steps.
     Coarse = 0,
     Ticks = 1,
     Parts = 2,
 }
 
 impl Grain {
-    /// The coarsest that a run can be told in.
+    /// The coarsest unit that represents the run exactly.
     fn of(run: &Run) -> Self {
         let fits = |grain: Self| {
             let (interval_bits, change_bits) = grain.bits(run.count);
@@ -44,7 +43,7 @@ impl Grain {
         [Self::Coarse, Self::Ticks].into_iter().find(|grain| fits(*grain)).unwrap_or(Self::Parts)
     }
 
-    /// Of a run of `count` steps the powers of two for interval and change.
+    /// Powers of two for interval and change of a run of `count` steps.
     fn bits(self, count: u32) -> (u32, u32) {
         match self {
             Self::Coarse => fineness(count),
@@ -53,38 +52,38 @@ impl Grain {
         }
     }
 
-    /// Whether the change of a run of `count` steps is told.
+    /// True if the change of a run of `count` steps is encoded.
     fn tells_change(self, count: u32) -> bool {
         count > 1 || self == Self::Parts
     }
 }
 
-/// What is known of the runs before, for one after the other.
+/// Prediction from the previous runs.
 struct Guess {
     axes: u8,
     forward: bool,
-    /// Interval before the last step, and what the next one would be.
+    /// Interval before the last step, and the predicted next one.
     last: i64,
     next: i64,
-    /// How long such numbers were, grain by grain.
+    /// Usual lengths of differences, by grain.
     interval_bits: [Usual; 3],
     change_bits: [Usual; 3],
 }
 
 impl Guess {
-    /// At the start of a segment.
+    /// State at the start of a segment.
     fn new() -> Self {
         let usual = [7, 12, 24].map(Usual::new);
         Self { axes: 0, forward: false, last: 0, next: 0, interval_bits: usual, change_bits: usual }
     }
 
-    /// Learns from a run: how it would go on.
+    /// Updates the prediction from a run.
     fn learn(&mut self, run: &Run) {
         let before = |index: u32| run.parts_before(index).clamp(0, i128::from(LONGEST)) as i64;
         (self.last, self.next) = (before(run.count.saturating_sub(1)), before(run.count));
     }
 
-    /// Which axes go which way. Of others than before nothing is known.
+    /// Sets axes and direction. For different axes the prediction starts at zero.
     fn turn(&mut self, axes: u8, forward: bool) {
         if axes != self.axes {
             (self.last, self.next) = (0, 0);
@@ -92,14 +91,14 @@ impl Guess {
         (self.axes, self.forward) = (axes, forward);
     }
 
-    /// The change of a run of `count` steps that begins with `interval`.
+    /// Predicted change of a run of `count` steps that starts with `interval`.
     fn change(&self, interval: i64, count: u32, grain: Grain) -> i64 {
-        // Whole ticks are those of steps, which come evenly.
+        // Runs in whole ticks usually have even intervals.
         if grain == Grain::Coarse { 2 * (interval - self.last) / (i64::from(count) + 1) } else { 0 }
     }
 }
 
-/// The bytes of a stream.
+/// Encodes a stream.
 pub fn compact(stream: &StepStream) -> Vec<u8> {
     let mut bytes = postcard::to_allocvec(&(stream.start, stream.segments.len() as u64)).unwrap_or_default();
     for segment in &stream.segments {
@@ -125,7 +124,7 @@ fn bare(segment: &Segment) -> Segment {
     Segment { leg, mark, stage, duration_ticks, runs: Vec::new(), effect, gate, end }
 }
 
-/// The stream of such bytes; none where they are not all of one.
+/// Decodes a stream; none if the bytes are invalid.
 pub fn expand(bytes: &[u8]) -> Option<StepStream> {
     let ((start, count), mut bytes): ((_, u64), &[u8]) = postcard::take_from_bytes(bytes).ok()?;
     let mut stream = StepStream { start, segments: Vec::new() };
@@ -135,13 +134,13 @@ pub fn expand(bytes: &[u8]) -> Option<StepStream> {
     bytes.is_empty().then_some(stream)
 }
 
-/// Takes a segment off the front of `bytes`; none where they do not begin with one.
+/// Decodes a segment from the front of `bytes`; none if that fails.
 pub(super) fn take_segment(bytes: &mut &[u8]) -> Option<Segment> {
     let (mut segment, rest): (Segment, &[u8]) = postcard::take_from_bytes(bytes).ok()?;
     *bytes = rest;
     let runs = take(bytes)?;
     let (mut guess, mut bits) = (Guess::new(), Reader::of(bytes));
-    // Most runs have two bytes or more; what says that it has many more runs than bytes may be damaged.
+    // Most runs need two bytes or more, so a much higher count may come from damaged data.
     segment.runs.reserve_exact(usize::try_from(runs).unwrap_or(usize::MAX).min(bytes.len()));
     for _ in 0..runs {
         segment.runs.push(take_run(&mut guess, &mut bits)?);
@@ -163,7 +162,7 @@ fn put_run(run: &Run, guess: &mut Guess, bits: &mut Writer) {
         bits.put(grain as u64, 2);
     }
     guess.turn(run.axes, run.forward);
-    // Two is the most usual.
+    // Two is the most frequent count; XOR gives it the shortest code.
     bits.put_small(u64::from(run.count ^ 2));
     let (interval_bits, change_bits) = grain.bits(run.count);
     let interval = run.first_parts();
@@ -215,12 +214,12 @@ fn take_run(guess: &mut Guess, bits: &mut Reader<'_>) -> Option<Run> {
     Some(run)
 }
 
-/// A number times a power of two; none where it is greater than any interval.
+/// `number` · 2^`bits`; none if it exceeds any interval.
 fn within(number: i64, bits: u32) -> Option<i64> {
     number.checked_mul(1 << bits).filter(|parts| (-LONGEST..=LONGEST).contains(parts))
 }
 
-/// A number in groups of seven bits, the lowest first; the highest bit says that more follow.
+/// Appends a number in groups of seven bits, lowest first; the highest bit of a byte means that more follow.
 pub(super) fn put(mut number: u64, bytes: &mut Vec<u8>) {
     while number >= 0x80 {
         bytes.push(number as u8 | 0x80);

@@ -1,16 +1,15 @@
-//! The digest of a stream: what page and bridge compare before Start (N13).
+//! The digest of a stream: page and bridge compare it before Start.
 //!
-//! The canonical encoding is fixed-width and little-endian, fields in this order, so that 32-bit wasm and 64-bit
-//! native code hash the same bytes:
+//! The canonical encoding has fixed widths and is little-endian, with fields in this order. So 32-bit wasm
+//! and 64-bit native code hash identical bytes:
 //!
 //! ```text
 //! "annulus stream 3"  start 8 × i64  segments u64
-//! segment: leg u32  mark u8 u32  stage u8  duration u64  effect u8 u32  gate u8 [input u8 deadline u32 otherwise u8]
+//! segment: leg u32  mark u8 u32  stage u8  duration u64  effect u8 u32
+//!          gate u8 [input u8 deadline u32 otherwise u8]
 //!          end 8 × i64  runs u32
 //! run:     axes u8  forward u8  interval u32  fraction u16  count u32  change i32
 //! ```
-//!
-//! Comes in: a stream. Goes out: SHA-256 in hexadecimal, the length of the encoding, the first runs as text.
 
 use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::job::{Gate, Mark, Otherwise, Stage, Switching};
@@ -21,7 +20,7 @@ use std::fmt::Write;
 
 const HEADER: &[u8; 16] = b"annulus stream 3";
 
-/// Somewhere for the bytes to go.
+/// Receiver of the bytes.
 trait Sink {
     fn put(&mut self, bytes: &[u8]);
 }
@@ -32,19 +31,18 @@ impl Sink for Sha256 {
     }
 }
 
-/// Counts bytes.
 impl Sink for u64 {
     fn put(&mut self, bytes: &[u8]) {
         *self += bytes.len() as u64;
     }
 }
 
-/// SHA-256 of the canonical encoding, in hexadecimal.
+/// SHA-256 of the canonical encoding, hexadecimal.
 pub fn digest(stream: &StepStream) -> String {
     digest_of(&stream.start, stream.segments.len(), &stream.segments)
 }
 
-/// The same of a stream that is not there as a whole: `count` segments, one after the other.
+/// Like [`digest`], for a stream that is never in memory as a whole: `count` segments in order.
 pub fn digest_of(start: &Steps, count: usize, segments: impl IntoIterator<Item: Borrow<Segment>>) -> String {
     let mut hash = Sha256::new();
     put_head(start, count, &mut hash);
@@ -52,7 +50,7 @@ pub fn digest_of(start: &Steps, count: usize, segments: impl IntoIterator<Item: 
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// How many bytes the canonical encoding has.
+/// Length of the canonical encoding in bytes.
 pub fn encoded_len(stream: &StepStream) -> u64 {
     let mut length = 0_u64;
     put_head(&stream.start, stream.segments.len(), &mut length);
@@ -131,7 +129,7 @@ const fn stage_tag(stage: Stage) -> u8 {
     }
 }
 
-/// Bytes of a run in the canonical encoding.
+/// Length of a run in the canonical encoding, bytes.
 pub const RUN_BYTES: usize = 16;
 
 fn run_bytes(run: &Run) -> [u8; RUN_BYTES] {
@@ -145,7 +143,7 @@ fn run_bytes(run: &Run) -> [u8; RUN_BYTES] {
     bytes
 }
 
-/// The first `most` runs as lines of text, each below its segment, so that two builds can find where they part.
+/// The first `most` runs as text, each below its segment, to find where two builds differ.
 pub fn trace(stream: &StepStream, most: usize) -> String {
     let mut text = String::new();
     let mut left = most;
@@ -168,7 +166,7 @@ pub fn trace(stream: &StepStream, most: usize) -> String {
     text
 }
 
-/// The axes of a set, as people say them.
+/// The names of a set of axes.
 fn axes_text(axes: u8) -> String {
     let names = (0..crate::machine::AXES).filter(|axis| axes >> axis & 1 == 1).map(axis_name);
     names.collect::<Vec<_>>().join(" ")

@@ -4,65 +4,61 @@
 //! tick ^                      |  |     every step has a window, time ± TOLERANCE_TICKS
 //!      |              |   | --o--      a run is a parabola:
 //!      |        | ----o---             tick(i) = last + i·interval + change·i(i−1)/2, in parts of a tick
-//!      |  |--o--                       it goes on for as long as it stays in the windows
+//!      |  |--o--                       a run continues while it stays in the windows
 //!      +-----------------------> step
 //! ```
 //!
-//! How much the parabola bends is read off the last tick, the middle and the end of the stretch it is tried on. Every window
-//! then says between which intervals the run must have begun, and the coarsest grid that runs of so many steps are told in
-//! (`fineness`) has one of them or not: nothing is told finer than the windows ask for. Where none is left, the step that it
-//! failed at says how long the next trial should be: two or three find the longest run. Where the times are known to lie
-//! evenly, one run takes them all and only its ends are looked at.
-//!
-//! Comes in: times of the steps of one axis in one segment, in ticks. Goes out: runs. Knows no profiles.
+//! The bend of the parabola is estimated from the last tick, the middle and the end of the tried stretch.
+//! Every window then limits the first interval of the run. The run uses the coarsest grid for that number of
+//! steps (`fineness`), if the grid has a value within the limits. If not, the step that failed gives the
+//! length of the next trial; two or three trials find the longest run. If the times are known to be even, one
+//! run covers them all, and only its ends are checked.
 
 use super::stream::{PARTS, Run, fineness};
 
-/// Greatest distance of a run from the time of a step, in ticks: 1 µs, less half a tick for the whole tick that the step
-/// comes in, and a little for rounding.
+/// Greatest deviation of a run from the time of a step, in ticks: 1 µs, less half a tick of rounding to whole
+/// ticks, and a margin for rounding.
 const TOLERANCE_TICKS: f64 = 9.49;
 
-/// The same in parts of a tick.
+/// [`TOLERANCE_TICKS`] in parts of a tick.
 const ROOM_PARTS: f64 = TOLERANCE_TICKS * PARTS as f64;
 
-/// The longest run through times that are not known to lie evenly, and the length of the look ahead.
+/// Longest run through uneven times, and the look-ahead.
 const LONGEST: usize = 1024;
 
-/// The longest run through times that lie evenly: its interval is exact to half a part, its end to half a tick.
+/// Longest run through even times: its interval is exact to half a part, its end to half a tick.
 const LONGEST_EVEN: u64 = 1 << 16;
 
-/// Times computed at once.
+/// Times computed in one batch.
 const BLOCK: u64 = 4096;
 
-/// A trial is not repeated for less than this share more steps.
+/// A trial is repeated only for at least this factor more steps.
 const WORTH_FACTOR: f64 = 1.06;
 
-/// Buffers that are used again for every axis and move.
+/// Buffers, reused for every axis and move.
 #[derive(Debug, Default)]
 pub(super) struct Fitter {
     times: Vec<f64>,
 }
 
-/// What is the same for all steps of one axis in one segment.
+/// Properties of all steps of one axis in one segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
-    /// Which axes, one bit each.
+    /// Set of axes, one bit each.
     pub axes: u8,
-    /// Whether it counts up.
     pub forward: bool,
-    /// How many steps.
     pub count: u64,
     /// Fewest ticks between two steps.
     pub least_interval: i64,
     /// Tick of the step before the first one, or 0.
     pub from: i64,
-    /// Whether the first step is a run by itself.
+    /// The first step is a run by itself.
     pub first_alone: bool,
-    /// The first and the last step between which the times lie evenly; nothing where the last comes before the first.
+    /// First and last step between which the times are even. Empty if the last is before the first.
     pub even: Option<(u64, u64)>,
 }
 
-/// A run without its axis. In parts of a tick, whole numbers.
+/// A run without its axes, in whole parts of a tick.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     interval: f64,
@@ -70,7 +66,7 @@ struct Found {
     count: u32,
 }
 
-/// Where the runs have got to.
+/// Output position.
 struct Pen<'a> {
     track: Track,
     last_tick: i64,
@@ -78,8 +74,8 @@ struct Pen<'a> {
 }
 
 impl Fitter {
-    /// Appends runs for the steps 1 … count of `track`; `time_of` gives the time of a step in ticks. The times rise,
-    /// and no two are closer than the least interval. Gives the tick of the last step.
+    /// Appends runs for the steps 1 … count of `track`; `time_of` gives the time of a step in ticks. Times
+    /// must increase by at least the least interval. Returns the tick of the last step.
     pub(super) fn fit(&mut self, track: Track, time_of: impl Fn(u64) -> f64, runs: &mut Vec<Run>) -> i64 {
         let mut pen = Pen { track, last_tick: track.from, runs };
         let mut next = 1;
@@ -98,12 +94,13 @@ impl Fitter {
         pen.last_tick
     }
 
-    /// The steps `next` to `last`, whatever way their times lie.
+    /// Appends runs for the steps `next` to `last` with any times.
     fn curved(&mut self, mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'_>) {
         let mut guess = 4_usize;
         let mut begin = 0;
         self.times.clear();
         while next <= last {
+            // Refill if less than a full look-ahead is left.
             if self.times.len() - begin < LONGEST {
                 let known = next + (self.times.len() - begin) as u64;
                 self.times.drain(..begin);
@@ -121,13 +118,13 @@ impl Fitter {
     }
 }
 
-/// The steps `next` to `last`, whose times lie evenly.
+/// Appends runs for the steps `next` to `last` with even times.
 fn even(mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'_>) {
     while next <= last {
         let count = (last - next + 1).min(LONGEST_EVEN);
         let (begin, end) = (time_of(next), time_of(next + count - 1));
         let base = pen.last_tick as f64;
-        // Both lie on lines: what lies between is no further off.
+        // Run and times are both linear, so deviations between the ends are no larger.
         let [(low, high), (least, most)] =
             [(1.0, begin), (count as f64, end)].map(|(steps, time)| window(time - base, steps));
         let (interval_bits, _) = fineness(count as u32);
@@ -148,7 +145,7 @@ impl Pen<'_> {
         (self.track.least_interval * PARTS) as f64
     }
 
-    /// A single step, as near to `time` as may be.
+    /// Appends a single step, as near to `time` as possible.
     fn one(&mut self, time: f64) {
         self.write(single(time, self.last_tick as f64, self.least()));
     }
@@ -168,20 +165,21 @@ impl Pen<'_> {
     }
 }
 
-/// Between which even intervals a run reaches a time in so many steps, in parts of a tick.
+/// Range of even intervals, in parts of a tick, with which a run reaches a time after this many steps.
 fn window(ticks: f64, steps: f64) -> (f64, f64) {
     let (mean, room) = (ticks * PARTS as f64 / steps, ROOM_PARTS / steps);
     (mean - room, mean + room)
 }
 
-/// The number next to the middle between two that is a multiple of a power of two; none where there is no such number.
+/// The multiple of 2^`bits` between two numbers that is nearest to their middle; none if there is none.
 fn on_grid((low, high): (f64, f64), bits: u32) -> Option<f64> {
     let each = f64::from(1_u32 << bits);
     let (first, last) = (libm::ceil(low / each), libm::floor(high / each));
     (first <= last).then(|| libm::round(0.5 * (low + high) / each).clamp(first, last) * each)
 }
 
-/// A run of one step after the tick `base`: coarsely, or else in the whole tick nearest to `time` that is not too close.
+/// A run of one step after the tick `base`. Uses the coarse grid if possible, else the nearest whole tick
+/// that is not too close.
 fn single(time: f64, base: f64, least: f64) -> Found {
     let (low, high) = window(time - base, 1.0);
     let coarse = on_grid((low.max(least), high), fineness(1).0);
@@ -189,12 +187,13 @@ fn single(time: f64, base: f64, least: f64) -> Found {
     Found { interval, change: 0.0, count: 1 }
 }
 
-/// The longest run that a few trials find after the tick `base`; the first trial is `guess` steps long.
+/// The longest run that a few trials find after the tick `base`; the first trial has `guess` steps.
 fn longest(times: &[f64], base: f64, least: f64, guess: usize) -> Found {
     let mut best = single(times[0], base, least);
     let (mut fits, mut fails) = (1, times.len() + 1);
     let mut trial = guess;
     while fits + 1 < fails {
+        // Grow by half while trials succeed; between a success and a failure, bisect.
         trial = trial.clamp(fits + 1, fails - 1);
         match parabola(&times[..trial], base, least) {
             Ok(found) => {
@@ -216,7 +215,8 @@ fn longest(times: &[f64], base: f64, least: f64, guess: usize) -> Found {
     best
 }
 
-/// A run through the windows of all `times` after the tick `base`; or how many of them a run may well be found for.
+/// A run through the windows of all `times` after the tick `base`; else the likely number of times for which
+/// a run exists.
 fn parabola(times: &[f64], base: f64, least: f64) -> Result<Found, usize> {
     if let [first, second] = *times {
         return pair(first - base, second - base, least).ok_or(1);
@@ -229,6 +229,7 @@ fn parabola(times: &[f64], base: f64, least: f64) -> Result<Found, usize> {
     let bend = 2.0 * (end / steps - mid / half) / (steps - half) * PARTS as f64 / each;
     let near = libm::round(bend);
     let mut good = 1;
+    // Try both neighbours on the grid, the nearer one first.
     for change in [near, if bend > near { near + 1.0 } else { near - 1.0 }].map(|change| change * each) {
         match intervals(times, base, change, least) {
             Ok(between) => match on_grid(between, interval_bits).map(|interval| (interval, change)) {
@@ -243,7 +244,8 @@ fn parabola(times: &[f64], base: f64, least: f64) -> Result<Found, usize> {
     Err(good)
 }
 
-/// A run of two steps, so many ticks after the one before: the first interval is free, and the change then says the second.
+/// A run of two steps, at these ticks after the previous one. The first interval is free; the change then
+/// sets the second.
 fn pair(first: f64, second: f64, least: f64) -> Option<Found> {
     let (interval_bits, change_bits) = fineness(2);
     let (low, high) = window(first, 1.0);
@@ -253,13 +255,13 @@ fn pair(first: f64, second: f64, least: f64) -> Option<Found> {
     sayable(interval, change).then_some(Found { interval, change, count: 2 })
 }
 
-/// Whether a run can be written down so.
+/// True if the encoding of a run can hold these numbers.
 fn sayable(interval: f64, change: f64) -> bool {
     interval < PARTS as f64 * f64::from(u32::MAX) && change.abs() < f64::from(i32::MAX)
 }
 
-/// Between which intervals a run that changes by `change` begins if it goes through the windows of all `times`, no step closer
-/// than `least`; or how many of them one goes through.
+/// Range of first intervals for a run with `change` through the windows of all `times`, with no step closer
+/// than `least`. Else the number of times that a run can reach.
 fn intervals(times: &[f64], base: f64, change: f64, least: f64) -> Result<(f64, f64), usize> {
     let (bend, last) = (0.5 * change, times.len() as f64 - 1.0);
     let (mut low, mut high) = (least.max(least - change * last), f64::INFINITY);

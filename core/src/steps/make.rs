@@ -1,18 +1,16 @@
-//! A timeline as a step stream.
+//! Converts a timeline into a step stream.
 //!
 //! ```text
 //! steps ^          3 ┌──      the plan is the smooth line, the motor the stairs:
-//!       |        2 ┌─┘        step k comes when the plan crosses k − ½,
+//!       |        2 ┌─┘        step k is due when the plan crosses k − ½,
 //!       |     1 ┌──┘          so the motor is never more than half a step away
 //!       |  0 ───┘
 //!       +-----------------> time
 //! ```
 //!
-//! A part goes from whole step to whole step, so all its steps are done when it ends, and the first and last come half a
-//! step's time inside. Axes of one straight line share their path: step k of n is at (k − ½)/n of the length. Spindles
-//! that move alike share their runs.
-//!
-//! Comes in: a timeline, a machine. Goes out: a [`StepStream`]. Does not know programs.
+//! A part moves from whole step to whole step, so all its steps are inside it: the first and last are half a
+//! step from its ends. Axes of a straight line share one path: step k of n is at (k − ½)/n of the length.
+//! Spindles with equal moves share their runs.
 
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
@@ -23,18 +21,18 @@ use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
 use crate::motion::{AxisMove, Motion, MotorPath, Move, TableSteps, Timeline, each_leg};
 
-/// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
+/// Most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
 
-/// Both steps at a turn may be 1 µs off their time.
+/// Least time at a reversal: both steps may be 1 µs off.
 const TURN_ROOM_S: f64 = 2.1e-6;
 
-/// The whole timeline as a stream.
+/// Converts the whole timeline.
 pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Diagnostic> {
     stream_telling(timeline, machine, &mut |_, _| {})
 }
 
-/// The same; `progress` is told how many moves are in the stream, and how many there are.
+/// Like [`stream`]; `progress` gets the number of converted moves and their total.
 pub fn stream_telling(
     timeline: &Timeline,
     machine: &Machine,
@@ -50,15 +48,16 @@ pub fn stream_telling(
     Ok(StepStream { start: timeline.start, segments: pile.segments })
 }
 
-/// A program as a stream, leg by leg: the same as by its timeline, which is never there as a whole.
+/// Converts a program leg by leg. The result equals the stream of its timeline, but the timeline is never in
+/// memory as a whole.
 pub fn stream_of(program: &Program, machine: &Machine) -> Result<StepStream, Diagnostic> {
     let mut pile = Pile { maker: Maker::new(machine), segments: Vec::new(), runs: 0 };
     let start = each_leg(program, machine, |moves| pile.take(moves))?;
     Ok(StepStream { start, segments: pile.segments })
 }
 
-/// A program as segments, leg by leg: `take` is given those of each, which are forgotten afterwards. Gives where all axes stand
-/// before the first.
+/// Converts a program leg by leg: `take` gets the segments of each, which are dropped afterwards. Returns the
+/// position of all axes before the first.
 pub(super) fn leg_by_leg(
     program: &Program,
     machine: &Machine,
@@ -73,7 +72,7 @@ pub(super) fn leg_by_leg(
     })
 }
 
-/// Segments, as they are made.
+/// Collects the segments.
 struct Pile {
     maker: Maker,
     segments: Vec<Segment>,
@@ -95,23 +94,23 @@ impl Pile {
     }
 }
 
-/// One move as a segment.
+/// Converts one move.
 pub fn segment(planned: &Move, machine: &Machine) -> Segment {
     Maker::new(machine).segment(planned)
 }
 
-/// Makes segments, one after the other.
+/// Converts moves, one after the other.
 struct Maker {
     fitter: Fitter,
     least_interval: i64,
-    /// Least time between the last step one way and the first one back, s.
+    /// Least time between the last step in one direction and the first one back, s.
     turn_s: f64,
-    /// The last different strokes: every hole of a bit is made with the same two of each spindle.
+    /// The latest different strokes, because every hole of a bit repeats two of each spindle.
     known: [Option<Known>; 2 * AXES],
     oldest: usize,
 }
 
-/// A stroke over so many steps, and its runs from its own beginning.
+/// A stroke over this many steps, and its runs relative to its start.
 struct Known {
     way: i64,
     stroke: Stroke,
@@ -119,7 +118,7 @@ struct Known {
     last_tick: i64,
 }
 
-/// Where the runs of one set of axes have got to in a segment.
+/// Output position of one set of axes in a segment.
 struct Cursor<'a> {
     axes: u8,
     last_tick: i64,
@@ -169,20 +168,20 @@ impl Maker {
         runs
     }
 
-    /// An axis' share of a line.
+    /// One axis of a straight line.
     fn line(&mut self, part: &AxisMove, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
         let way = part.to[axis] - part.from[axis];
         self.fit(way, stroke, part.start_tick, false, cursor);
     }
 
-    /// A stroke of spindles: fitted once, then only moved in time. Its first step is a run by itself, whose interval
-    /// alone depends on when the stroke begins.
+    /// A stroke of spindles: fitted once, then only shifted in time. Its first step is a run by itself,
+    /// because only that interval depends on the start time.
     fn stroke(&mut self, part: &AxisMove, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
         let way = part.to[axis] - part.from[axis];
         let same = |known: &Known| known.way == way && known.stroke == *stroke;
         let found = self.known.iter().position(|known| known.as_ref().is_some_and(same));
         let place = found.unwrap_or(self.oldest);
-        // Far enough from its beginning that the first step is not pushed later.
+        // Late enough that the least interval doesn't delay the first step.
         let lead = self.least_interval;
         if found.is_none() {
             let mut runs = Vec::new();
@@ -193,6 +192,7 @@ impl Maker {
             self.oldest = (self.oldest + 1) % self.known.len();
         }
         let Some(known) = &self.known[place] else { return };
+        // The cached runs assume a start at `lead`.
         let begin = part.start_tick as i64 - lead;
         let from = cursor.runs.len();
         cursor.runs.extend(known.runs.iter().map(|run| Run { axes: cursor.axes, ..*run }));
@@ -203,7 +203,7 @@ impl Maker {
         cursor.last_tick = begin + known.last_tick;
     }
 
-    /// An axis' share of a path: steps one way, then the other.
+    /// One axis of a path: steps in one direction, then in the other.
     fn path(&mut self, part: &AxisMove, axis: usize, route: &MotorPath, cursor: &mut Cursor<'_>) {
         let start = part.start_tick as f64;
         let Some(of) = route.coordinate(axis) else { return };
@@ -223,7 +223,7 @@ impl Maker {
         }
     }
 
-    /// Runs of `way` steps along `stroke`, which begins at `start_tick`.
+    /// Appends runs of `way` steps along `stroke`, which starts at `start_tick`.
     fn fit(
         &mut self,
         way: i64,
@@ -262,8 +262,8 @@ impl Maker {
     }
 }
 
-/// The sets of axes that step together all through a move, each with one of its axes: X, Y, and spindles whose parts are
-/// all alike.
+/// Sets of axes that step together throughout a move, each with one of its axes: X, Y, and spindles with
+/// equal parts.
 fn sets(planned: &Move) -> Vec<(usize, u8)> {
     let mut sets: Vec<(usize, u8)> = Vec::new();
     let way = |part: &AxisMove, axis: usize| part.to[axis] - part.from[axis];
@@ -287,6 +287,7 @@ fn step_runs(part: &AxisMove, axis: usize, steps: &TableSteps, cursor: &mut Curs
     for some in &steps.stretches {
         let interval = i64::from(some.interval) * steps.interrupt_ticks as i64;
         let mut left = some.count;
+        // The first interval starts at the previous step, not at the start of the part.
         if offset != 0 && left > 0 {
             cursor.push(forward, interval + offset, 1);
             left -= 1;

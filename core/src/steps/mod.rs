@@ -1,13 +1,11 @@
-//! Step times. A planned move becomes runs of steps; runs are what the pins replay.
+//! Step times: planned moves become runs of steps, which the pins replay.
 //!
 //! ```text
 //! Timeline ─ stream ─▶ StepStream ─┬─ replay ─▶ pulse, pulse, pulse …   (pins, sim)
 //!      fit: times → runs           ├─ digest ─▶ SHA-256                 (page = bridge?)
-//!                                  ├─ compact ─▶ bytes                   (as sent; packed: as kept)
+//!                                  ├─ compact ─▶ bytes                   (to send; packed: to store)
 //!                                  └─ check
 //! ```
-//!
-//! Comes in: a timeline. Goes out: a [`StepStream`]. Does not know why a move is made.
 
 pub mod bench;
 mod bits;

@@ -1,13 +1,12 @@
-//! A stream as it is kept while a job is in work: in few bytes, any leg of which is had at once.
+//! Compact storage of a stream during a job, with random access to any leg.
 //!
 //! ```text
-//! bytes     leg 0 │ leg 1 │ leg 2 │ …        a board of 100,000 holes: a fiftieth of what its runs would take
+//! bytes     leg 0 │ leg 1 │ leg 2 │ …        a board of 100,000 holes: 1/50 of the size of its runs
 //!                 ▲ leg(1) ─▶ segments
-//! strokes   a, b, c                          runs of spindles that come again with every hole, each kept once
+//! strokes   a, b, c                          spindle runs that repeat with every hole, each stored once
 //! ```
 //!
-//! Comes in: a program, a machine. Goes out: its segments, leg by leg or one after the other. The stream is never there as a
-//! whole. Does not know how segments are made nor what they are for.
+//! The whole stream is never in memory.
 
 use super::compact::{put, put_segment, take, take_segment};
 use super::make::leg_by_leg;
@@ -17,42 +16,42 @@ use crate::job::{Program, Switching};
 use crate::machine::{Machine, Steps};
 use std::ops::Range;
 
-/// The most strokes that are kept. A bit has two.
+/// Most stored strokes. A bit has two.
 const MOST_STROKES: usize = 64;
 
-/// Fewer runs one way than this are no stroke.
+/// Fewer runs in one direction are not worth storing as a stroke.
 const SHORTEST_STROKE: usize = 8;
 
-/// A whole program as step times, in few bytes.
+/// A whole program as step times, compact.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Packed {
     start: Steps,
     bytes: Vec<u8>,
-    /// Runs of spindles one way, but for the first: it says when they begin.
+    /// Spindle runs in one direction, without the first run: that sets the start time.
     strokes: Vec<Vec<Run>>,
     legs: Vec<Place>,
-    /// Segments that switch something, and what.
+    /// Segments with a switching effect.
     effects: Vec<(usize, Switching)>,
 }
 
-/// A leg among the others.
+/// Location of a leg.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Place {
-    /// How many bytes, and how many segments, there are up to its end.
+    /// Bytes, and segments, up to the end of the leg.
     bytes: usize,
     segments: usize,
-    /// Where all axes stand at its end.
+    /// Position of all axes at the end of the leg.
     end: Steps,
-    /// How long it takes.
+    /// Duration in ticks.
     ticks: u64,
 }
 
 impl Packed {
-    /// The stream of `program` on `machine`: that of [`super::stream_of`].
+    /// The stream of `program` on `machine`, equal to [`super::stream_of`].
     pub fn of(program: &Program, machine: &Machine) -> Result<Self, Diagnostic> {
         let mut packed = Self { legs: Vec::with_capacity(program.legs.len()), ..Self::default() };
         packed.start = leg_by_leg(program, machine, |segments| packed.push(segments))?;
-        // A leg before the first that moves ends where everything starts.
+        // Legs without motion at the start of the program end at the start position.
         let start = packed.start;
         packed.legs.iter_mut().take_while(|leg| leg.segments == 0).for_each(|leg| leg.end = start);
         packed.bytes.shrink_to_fit();
@@ -76,7 +75,7 @@ impl Packed {
         });
     }
 
-    /// Appends a segment without its strokes, and before it which strokes come after how many of its runs.
+    /// Appends a segment without its strokes, preceded by the strokes and their positions among its runs.
     fn put(&mut self, segment: &Segment) {
         let (mut runs, mut strokes) = (Vec::with_capacity(segment.runs.len()), Vec::new());
         for way in segment.runs.chunk_by(|a, b| (a.axes, a.forward) == (b.axes, b.forward)) {
@@ -97,7 +96,7 @@ impl Packed {
         put_segment(&Segment { leg, mark, stage, duration_ticks, runs, effect, gate, end }, &mut self.bytes);
     }
 
-    /// The number of the stroke that `runs` are; none where they are none, or one too many.
+    /// Index of the stroke with these `runs`; none if they are no stroke, or if too many are stored.
     fn stroke(&mut self, runs: &[Run]) -> Option<usize> {
         if runs.len() < SHORTEST_STROKE || runs[0].axes & 0b11 != 0 {
             return None;
@@ -110,22 +109,22 @@ impl Packed {
         known
     }
 
-    /// Where all axes stand before the first segment, in steps from the work zero.
+    /// Position of all axes before the first segment, in steps from the work zero.
     pub fn start(&self) -> Steps {
         self.start
     }
 
-    /// How many segments there are.
+    /// Number of segments.
     pub fn count(&self) -> usize {
         self.legs.last().map_or(0, |leg| leg.segments)
     }
 
-    /// How many legs there are.
+    /// Number of legs.
     pub fn legs(&self) -> usize {
         self.legs.len()
     }
 
-    /// The segments of leg `leg`, counted from the first of the stream; none, at the end, beyond the last leg.
+    /// Indices of the segments of leg `leg`; an empty range at the end for a missing leg.
     pub fn range(&self, leg: usize) -> Range<usize> {
         let before = leg
             .checked_sub(1)
@@ -133,22 +132,22 @@ impl Packed {
         before..self.legs.get(leg).map_or(before, |leg| leg.segments)
     }
 
-    /// Where all axes stand before leg `leg`, in steps from the work zero; beyond the last, at the end.
+    /// Position of all axes before leg `leg`, in steps from the work zero; the final one for a missing leg.
     pub fn before(&self, leg: usize) -> Steps {
         self.legs[..leg.min(self.legs.len())].last().map_or(self.start, |before| before.end)
     }
 
-    /// How long leg `leg` takes, in ticks.
+    /// Duration of leg `leg`, in ticks.
     pub fn ticks(&self, leg: usize) -> u64 {
         self.legs.get(leg).map_or(0, |leg| leg.ticks)
     }
 
-    /// What the segments before segment `first` switch, in order.
+    /// Switching effects of all segments before `first`, in order.
     pub fn effects_before(&self, first: usize) -> impl Iterator<Item = Switching> {
         self.effects.iter().take_while(move |(index, _)| *index < first).map(|(_, effect)| *effect)
     }
 
-    /// The segments of leg `leg`; none beyond the last.
+    /// The segments of leg `leg`; empty for a missing leg.
     pub fn leg(&self, leg: usize) -> Vec<Segment> {
         let Some(place) = self.legs.get(leg) else { return Vec::new() };
         let begin =
@@ -157,20 +156,20 @@ impl Packed {
         Segments { bytes, strokes: &self.strokes }.collect()
     }
 
-    /// All segments, one after the other.
+    /// All segments in order.
     pub fn segments(&self) -> impl Iterator<Item = Segment> {
         Segments { bytes: &self.bytes, strokes: &self.strokes }
     }
 }
 
-/// Segments, one after the other.
+/// Iterator over segments.
 struct Segments<'a> {
     bytes: &'a [u8],
     strokes: &'a [Vec<Run>],
 }
 
 impl Segments<'_> {
-    /// The next one; none at the end of the bytes.
+    /// The next segment; none at the end of the bytes.
     fn take(&mut self) -> Option<Segment> {
         let count = take(&mut self.bytes)?;
         let mut number = || usize::try_from(take(&mut self.bytes)?).ok();

@@ -1,30 +1,28 @@
-//! Runs played back as pulses in order of time.
+//! Plays runs as pulses in order of time.
 //!
 //! ```text
-//! X  .   .  . . . .  .   .        each set of axes walks through its own runs;
-//! Y    .     .   .     .          the earliest next step is played, steps of several
-//!    ──────────────────────▶      axes in the same tick together
+//! X  .   .  . . . .  .   .        each set of axes advances through its own runs;
+//! Y    .     .   .     .          the earliest next step is played; steps of several
+//!    ──────────────────────▶      axes in one tick are played together
 //! ```
 //!
-//! Where the plane may not leave yet although it was planned to, it is put off, and with it the strokes down that follow it: what goes
-//! up goes on meanwhile.
-//!
-//! Comes in: a segment or a stream. Goes out: [`Pulse`]s, as [`crate::pins::Pins::step`] takes them. Knows nothing else.
+//! If XY may not start as planned, it is delayed, and so are the downward strokes after it. Upward strokes
+//! continue meanwhile.
 
 use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::machine::AXES;
 
-/// Axes of the plane.
+/// The X and Y axes.
 const PLANE: u8 = 0b11;
 
-/// Steps that come in the same tick.
+/// Steps in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pulse {
-    /// When, in ticks from the start of the segment or stream.
+    /// Time in ticks from the start of the segment or stream.
     pub tick: u64,
-    /// The axes that step, one bit each.
+    /// Axes that step, one bit each.
     pub axes: u8,
-    /// Those of them that count up.
+    /// Axes that count up; all others in `axes` count down.
     pub forward: u8,
 }
 
@@ -32,44 +30,44 @@ pub struct Pulse {
 #[derive(Clone, Debug)]
 pub struct Replay<'a> {
     cursors: [Cursor<'a>; AXES],
-    /// Axes with steps left.
+    /// Number of sets with steps left.
     active: usize,
 }
 
-/// The place of a set of axes in their runs.
+/// Position of a set of axes in its runs.
 #[derive(Clone, Copy, Debug)]
 struct Cursor<'a> {
     axes: u8,
     forward: bool,
-    /// Tick of the next step, and of the one before it.
+    /// Tick of the next step, and of the previous one.
     tick: i64,
     before: i64,
     /// Tick before the run.
     base: i64,
-    /// From there to the next step, and half a tick, in parts of a tick; and the interval before it.
+    /// Time from there to the next step plus half a tick, in parts of a tick; and the interval before it.
     parts: i64,
     interval: i64,
     change: i64,
-    /// So many ticks later than planned come its steps down.
+    /// Delay of downward steps, in ticks.
     put_off: i64,
-    /// Steps left in this run, the next one included.
+    /// Steps left in this run, including the next one.
     left: u32,
     later: &'a [Run],
 }
 
 impl Replay<'_> {
-    /// The axes that have steps left.
+    /// Axes with steps left.
     pub fn pending(&self) -> u8 {
         self.cursors[..self.active].iter().fold(0, |axes, cursor| axes | cursor.axes)
     }
 
-    /// Those of them whose next step counts up.
+    /// Pending axes with a next step that counts up.
     pub fn forward(&self) -> u8 {
         let up = self.cursors[..self.active].iter().filter(|cursor| cursor.forward);
         up.fold(0, |axes, cursor| axes | cursor.axes)
     }
 
-    /// The tick of the next step, where it is one of the plane.
+    /// Tick of the next step, if that is the first step of XY.
     pub fn leaves(&self) -> Option<u64> {
         let cursors = &self.cursors[..self.active];
         let first = |plane: bool| {
@@ -80,27 +78,29 @@ impl Replay<'_> {
         first(false).is_none_or(|other| tick <= other).then(|| u64::try_from(tick).unwrap_or(0))
     }
 
-    /// Puts the plane off to just after the next step up, and all strokes down as much. Gives by how many ticks; none where nothing
-    /// goes up any more.
+    /// Delays XY to just after the next upward step, and all downward strokes by equal time. Returns the
+    /// ticks; none if nothing rises.
     pub fn put_off(&mut self) -> Option<u64> {
         let cursors = &mut self.cursors[..self.active];
         let is_plane = |cursor: &Cursor<'_>| cursor.axes & PLANE != 0;
         let rises = cursors.iter().filter(|cursor| !is_plane(cursor) && cursor.forward);
         let rise = rises.map(|cursor| cursor.tick).min()?;
         let leaves = cursors.iter().filter(|cursor| is_plane(cursor)).map(|cursor| cursor.tick).min()?;
+        // Just after the next rising step, so that the contact is checked again with higher tips.
         let ticks = (rise + 1 - leaves).max(1);
         for cursor in cursors {
             if is_plane(cursor) || !cursor.forward {
                 cursor.base += ticks;
                 cursor.tick += ticks;
             } else {
+                // A rising set is delayed only when it turns downwards.
                 cursor.put_off += ticks;
             }
         }
         u64::try_from(ticks).ok()
     }
 
-    /// For every set of axes with steps left: the axes, whether they count up, and the tick of their last step.
+    /// For every set of axes with steps left: the axes, the direction, and the tick of the previous step.
     pub fn sets(&self) -> impl Iterator<Item = (u8, bool, u64)> {
         self.cursors[..self.active]
             .iter()
@@ -108,7 +108,7 @@ impl Replay<'_> {
     }
 }
 
-/// The pulses of `segment` in order of time, ticks counted from its start.
+/// The pulses of `segment` in order of time, in ticks from its start.
 pub fn replay(segment: &Segment) -> Replay<'_> {
     let idle = Cursor {
         axes: 0,
@@ -135,7 +135,7 @@ pub fn replay(segment: &Segment) -> Replay<'_> {
     replay
 }
 
-/// The pulses of a whole stream, ticks counted from its start.
+/// The pulses of a whole stream, in ticks from its start.
 pub fn replay_stream(stream: &StepStream) -> impl Iterator<Item = Pulse> {
     let starts = stream.segments.iter().scan(0_u64, |now, segment| {
         let start = *now;
@@ -148,7 +148,7 @@ pub fn replay_stream(stream: &StepStream) -> impl Iterator<Item = Pulse> {
 }
 
 impl Cursor<'_> {
-    /// Goes to the first step of the next run that has any; false when there is none.
+    /// Advances to the first step of the next run with steps; false if there is none.
     fn next_run(&mut self) -> bool {
         while let Some((run, later)) = self.later.split_first() {
             self.later = later;
@@ -166,7 +166,7 @@ impl Cursor<'_> {
         false
     }
 
-    /// Goes to the next step; false when there is none.
+    /// Advances to the next step; false if there is none.
     #[inline]
     fn advance(&mut self) -> bool {
         self.left -= 1;
@@ -179,7 +179,7 @@ impl Cursor<'_> {
         true
     }
 
-    /// The whole tick of the next step.
+    /// Computes the whole tick of the next step.
     #[inline]
     fn find_tick(&mut self) {
         self.before = self.tick;

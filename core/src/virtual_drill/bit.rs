@@ -1,69 +1,68 @@
-//! The bit and the board: what is cut, how fast, and what breaks.
+//! The bit and the board: cutting, wear and breakage.
 //!
 //! ```text
-//! fastest way down through the board
+//! fastest plunge through the board
 //!   1.5 × feed ────────┐ life          a sharp bit has a reserve
 //!                      └─╲_            past its life it cuts ever slower
 //!                          ╲__
-//!                             ╲____    the motor is held back, the lower sensor comes late
+//!                             ╲____    the motor is held back, the lower switch comes late
 //! ```
 //!
-//! A bit breaks when it is pushed in without turning; when a drill is dragged sideways; when it cuts deeper than its edges
-//! are long; and when it goes on by more than a quarter of the width that it cuts with each turn. How long the edges are is
-//! nowhere written: they are taken to be 12 diameters of a drill, 5 of a mill, and the cone of a vee.
+//! A bit breaks in any of these cases:
+//! - pushed in without turning,
+//! - a drill dragged sideways,
+//! - deeper than its edges are long,
+//! - an advance of more than a quarter of its cutting width per turn.
 //!
-//! Comes in: heights of the tip in Z steps and its place in mm, the spindle's speed, the kind of bit where it is known. Goes
-//! out: whether the bit holds the motor back, when a hole came through, and why it broke. Does not know motors.
+//! No source gives the length of edges. Assumed are 12 diameters of a drill, 5 of an end mill, and the cone
+//! of a V-bit.
 
 use crate::job::bite::MOST_BITE_SHARE;
 use crate::job::{self, Cutter};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
 
-/// How much faster than the feed a sharp bit cuts.
+/// Speed of a sharp bit, relative to the feed.
 const SHARP_FACTOR: f64 = 1.5;
 
-/// How soon a bit gets slower once its life is over: at a quarter more holes it cuts half as fast.
+/// Loss of speed once the life is over: at a quarter more holes the bit cuts half as fast.
 const WEAR_FACTOR: f64 = 4.0;
 
-/// No cut is taken to be narrower than this, mm.
+/// Narrowest cut assumed, mm.
 const LEAST_WIDTH_MM: f64 = 0.05;
 
-/// Way over which its speed is measured, mm.
+/// Distance over which the speed is measured, mm.
 const MEASURED_MM: f64 = 0.1;
 
-/// A motor that is held back is thrown back by a turn of the current: so far above the bottom of its hole a bit is still
-/// held, mm.
+/// Height above the bottom of its hole up to which the board holds a bit, mm. Needed because a held motor
+/// falls back by an electrical cycle, which lifts the bit a little.
 const BOTTOM_MM: f64 = 0.3;
 
-/// A bit that stands still may be pressed so far into the copper: it touches the board.
+/// Depth to which a bit that does not turn may press into the copper without breaking, mm.
 const PRESSED_MM: f64 = 0.05;
 
-/// Edges of a drill and of a mill, in diameters.
+/// Length of the edges of a drill and of an end mill, in diameters.
 const DRILL_EDGE_DIAMETERS: f64 = 12.0;
 const MILL_EDGE_DIAMETERS: f64 = 5.0;
 
-/// Why a bit broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Breakage {
-    /// It was pushed in without turning.
+    /// Pushed in without turning.
     Still,
     /// A drill was dragged sideways.
     Dragged,
-    /// It went on faster than it can cut.
+    /// Advanced faster than it can cut.
     TooFast,
-    /// It was deeper than its edges are long.
+    /// Deeper than the length of its edges.
     TooDeep,
-    /// It was dropped, or pushed onto something, at the magazine.
+    /// Dropped, or pushed onto something, at the magazine.
     Crashed,
 }
 
-/// Where the tip is.
+/// Position of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
-    /// When, in ticks.
     pub tick: u64,
-    /// Steps of Z.
     pub z: i64,
     /// X, Y, Z in mm.
     pub mm: [f64; 3],
@@ -72,45 +71,44 @@ pub struct Tip {
 /// The bit in the spindle, and the board below it.
 #[derive(Clone, Debug)]
 pub struct MountedBit {
-    /// Heights of the board's upper and lower side where the tip is, Z steps.
+    /// Upper and lower side of the board at the tip, in Z steps.
     board: (i64, i64),
-    /// The same of a board that is flat.
+    /// Upper and lower side of a flat board, in Z steps.
     flat: (i64, i64),
-    /// So much higher the board lies here, and so much further than it should the bit stands out, Z steps.
+    /// Excess height of the board here, and excess length of the bit, in Z steps.
     raised: i64,
     stands_out: i64,
     mm_per_step: f64,
     /// Feed through the board, steps per second.
     feed_hz: f64,
-    /// Holes until it gets dull; none for a bit that stays sharp.
+    /// Holes until the bit gets dull; none for a bit that stays sharp.
     life: Option<u32>,
-    /// Fastest it gets through the board, whatever its wear.
+    /// Upper limit of the speed through the board, independent of wear.
     dull_hz: Option<f64>,
-    /// Of which kind, once somebody said so.
+    /// Kind of bit; none until [`Self::change`].
     kind: Option<job::Bit>,
-    /// Turning, rpm.
+    /// Spindle speed, rpm.
     pub rpm: u32,
-    /// Holes it made.
     pub holes: u32,
-    /// Why it makes no more holes, if so.
+    /// Cause of breakage; a broken bit makes no holes.
     pub broken: Option<Breakage>,
-    /// There is no bit in the spindle.
+    /// The spindle is empty.
     is_out: bool,
     inside: bool,
-    /// Over the edge of the board.
+    /// The tip is outside the board in XY.
     beside: bool,
     through: bool,
-    /// Moved sideways since it went in.
+    /// Moved sideways since it entered the board.
     dragged: bool,
-    /// The lowest it was at this place, Z steps.
+    /// Lowest Z at this XY position, in steps.
     deepest: i64,
     held_tick: u64,
-    /// From where its speed is measured, while it cuts.
+    /// Start of the current speed measurement, while the bit cuts.
     measured: Option<Tip>,
 }
 
 impl MountedBit {
-    /// A sharp bit over a `board`, that is to be fed at `feed_hz`; heights in steps of `mm_per_step`.
+    /// A sharp bit over a `board`, for a feed of `feed_hz`; heights in steps of `mm_per_step`.
     pub fn new(
         (board, mm_per_step): ((i64, i64), f64),
         feed_hz: f64,
@@ -141,58 +139,58 @@ impl MountedBit {
         }
     }
 
-    /// A new, sharp one of this kind.
+    /// Inserts a new, sharp bit of this kind.
     pub fn change(&mut self, kind: &job::Bit) {
         (self.holes, self.broken, self.kind, self.is_out) = (0, None, Some(kind.clone()), false);
         self.stands_out = 0;
         self.lies();
     }
 
-    /// It is taken out of the spindle.
+    /// Removes the bit from the spindle.
     pub fn take_out(&mut self) {
         (self.kind, self.is_out) = (None, true);
     }
 
-    /// From now on it stays sharp for so many holes more, and gets through the board no faster than that.
+    /// Sets the holes until wear starts and the highest speed through the board.
     pub fn blunt(&mut self, life: Option<u32>, dull_hz: Option<f64>) {
         self.life = life;
         self.dull_hz = dull_hz;
     }
 
-    /// The board lies so many steps higher at the place where the tip is now.
+    /// Raises the board under the tip by this many steps.
     pub fn raise(&mut self, steps: i64) {
         self.raised = steps;
         self.lies();
     }
 
-    /// It slips so many steps out of its collet.
+    /// The bit slips out of its collet by this many steps.
     pub fn slip(&mut self, steps: i64) {
         self.stands_out += steps;
         self.lies();
     }
 
-    /// The board is where its tip meets it.
+    /// Updates the board's height relative to the tip.
     fn lies(&mut self) {
         let up = self.raised + self.stands_out;
         self.board = (self.flat.0 + up, self.flat.1 + up);
     }
 
-    /// It is over the edge of the board from now on, or over the board again.
+    /// Sets whether the tip is outside the board in XY.
     pub fn beside(&mut self, beside: bool) {
         self.beside = beside;
     }
 
-    /// Whether the tip at `z` is below the board's surface and not beside it.
+    /// True if the tip at `z` is below the surface of the board, within its outline.
     pub fn touches(&self, z: i64) -> bool {
         z < self.board.0 && !self.beside
     }
 
-    /// Whether there is a whole tip, and it touches the board at `z`.
+    /// True if an unbroken bit touches the board at `z`.
     pub fn contacts(&self, z: i64) -> bool {
         self.touches(z) && self.broken.is_none() && !self.is_out
     }
 
-    /// The fastest it cuts, steps per second; none when it never holds the motor back.
+    /// Highest cutting speed, steps per second; none if the bit never holds the motor back.
     pub fn cuts_hz(&self) -> Option<f64> {
         let worn = self.life.map(|life| {
             let life = f64::from(life.max(1));
@@ -203,7 +201,7 @@ impl MountedBit {
         limits.into_iter().flatten().reduce(f64::min)
     }
 
-    /// Whether it holds back a step down at `z`. Well above the bottom of its own hole nothing does.
+    /// True if the board stops a step down at `z`. Well above the bottom of its hole the bit moves freely.
     pub fn holds(&mut self, tick: u64, z: i64) -> bool {
         let Some(hz) = self.cuts_hz() else { return false };
         let free = (z - self.deepest) as f64 * self.mm_per_step > BOTTOM_MM;
@@ -217,8 +215,9 @@ impl MountedBit {
         held
     }
 
-    /// The head moved in the plane.
+    /// Updates the bit after a move in XY.
     pub fn slid(&mut self, tip: Tip) {
+        // At a new XY position, the depth starts again.
         self.deepest = tip.z.min(self.board.0);
         if !self.inside {
             return;
@@ -230,13 +229,13 @@ impl MountedBit {
         }
     }
 
-    /// The tip went up or down. Gives the depth in steps when a hole just came through.
+    /// Updates the bit after a move in Z. Returns the depth in steps if the tip just broke through.
     pub fn moved(&mut self, tip: Tip) -> Option<i64> {
         let below = tip.z < self.board.0;
         self.inside = self.touches(tip.z);
         if tip.z < self.deepest && !self.beside {
             self.deepest = tip.z;
-            // Out of its own hole it comes whole, turning or not.
+            // Only new depth can break it: a bit leaves its own hole unharmed, turning or not.
             if self.rpm == 0 && self.depth_mm(tip.z) > PRESSED_MM {
                 self.breaks(Breakage::Still);
             }
@@ -245,12 +244,14 @@ impl MountedBit {
                 self.breaks(Breakage::TooDeep);
             }
         } else {
+            // Not cutting: the next measurement of the speed starts later.
             self.measured = None;
         }
         if !below {
             (self.through, self.dragged) = (false, false);
         } else if tip.z <= self.board.1 && !self.through {
             self.through = true;
+            // A broken, stationary or dragged bit makes no proper hole.
             if self.broken.is_none() && self.rpm > 0 && !self.dragged {
                 self.holes += 1;
                 return Some(self.board.0 - tip.z);
@@ -259,7 +260,7 @@ impl MountedBit {
         None
     }
 
-    /// How deep it went below the surface at this place, mm.
+    /// Greatest depth below the surface at this XY position, mm.
     pub fn deepest_mm(&self) -> f64 {
         self.depth_mm(self.deepest).max(0.0)
     }
@@ -272,7 +273,7 @@ impl MountedBit {
         self.broken.get_or_insert(why);
     }
 
-    /// How long its edges are, mm, where its kind is known.
+    /// Length of the edges, mm, if the kind is known.
     fn edges_mm(&self) -> Option<f64> {
         let kind = self.kind.as_ref()?;
         Some(match kind.cutter {
@@ -282,7 +283,7 @@ impl MountedBit {
         })
     }
 
-    /// It cuts its way to `tip`: too fast?
+    /// Breaks the bit if it cuts its way to `tip` too fast.
     fn goes_on(&mut self, tip: Tip) {
         let Some(kind) = &self.kind else { return };
         let from = *self.measured.get_or_insert(tip);

@@ -1,36 +1,38 @@
-//! Clamp, presser foot and magazine of the virtual drill, as they are: a clamp that opens lets go of the tool wherever it is.
+//! Clamp, presser foot and magazine of the virtual drill. A clamp that opens drops its tool, at any position.
 //!
 //! ```text
-//! output  ____██████████████______      a cylinder is there when 0.6 of its time is over
-//! clamp   ________██████████████__      open over an empty place at its height: the tool stands there; elsewhere it falls
+//! output  ____██████████████______      a cylinder arrives after 0.6 of its time
+//! clamp   ________██████████████__      the tool stays in an empty slot below it, and falls elsewhere
 //! ```
 //!
-//! What must not be breaks the tool and is counted: two tools in one place, a closed clamp or a tool pushed onto another one, a clamp that
-//! opens while the spindle turns, a head that goes sideways among the places.
+//! These crashes break the tool and are counted:
+//! - two tools in one slot,
+//! - a closed clamp, or a tool, pushed onto another tool,
+//! - a clamp that opens while the spindle turns,
+//! - a sideways move among the slots.
 //!
-//! Comes in: outputs, where the head really is, ticks. Goes out: inputs, which tool the spindle holds. Machine steps. Does not know the
-//! steps of a change, nor what anybody believes.
+//! Positions in machine steps.
 
 use crate::job::Input;
 use crate::machine::Machine;
 use crate::magazine::{Held, StockedTool, ToolStock};
 
-/// Share of its time after which a cylinder is there.
+/// Share of its time after which a cylinder arrives.
 const ARRIVES_SHARE: f64 = 0.6;
 
-/// A head this near to a place, in mm, stands over it.
+/// XY tolerance for a spindle over a slot, mm.
 const OVER_MM: f64 = 0.2;
 
-/// A tool stands in its place this far, in mm, over the height of the magazine and below it.
+/// Z tolerance of a tool in its slot, over and under the height of the magazine, mm.
 const STANDS_MM: f64 = 0.2;
 
-/// The head is among the places this far, in mm, over their height.
+/// Height over the magazine up to which the spindle is among the slots, mm.
 const AMONG_MM: f64 = 2.0;
 
-/// A cylinder with an output.
+/// A pneumatic cylinder with an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Cylinder {
-    /// Its output; none where there is no such cylinder.
+    /// None if the machine lacks this cylinder.
     output: Option<u8>,
     ticks: u64,
     wanted: bool,
@@ -49,7 +51,7 @@ impl Cylinder {
         }
     }
 
-    /// Whether it arrives just now.
+    /// True at the moment it arrives.
     fn arrives(&mut self, tick: u64) -> bool {
         let there = self.is_out != self.wanted && tick >= self.since + self.ticks;
         if there {
@@ -59,51 +61,46 @@ impl Cylinder {
     }
 }
 
-/// Where the head really is: X, Y and Z in steps, and whether the spindle turns.
+/// Real position of the spindle: X, Y and Z in steps, and whether it turns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Head {
     pub(super) at: [i64; 3],
     pub(super) turns: bool,
 }
 
-/// What came of it.
+/// Result of a move or a switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Happened {
-    /// Nothing.
     Nothing,
-    /// The spindle holds another tool, or none.
+    /// The spindle's tool changed, or it is now empty.
     Held,
-    /// Something broke.
     Crashed,
 }
 
-/// All of it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Changer {
     clamp: Cylinder,
     foot: Cylinder,
-    /// Where the places are, X and Y.
+    /// X and Y of the slots.
     places: Vec<[i64; 2]>,
     height: i64,
     steps_per_mm: [f64; 3],
     tools: Vec<Option<StockedTool>>,
     held: Option<StockedTool>,
-    /// Where the tool in the spindle was taken from, and it has not left it yet.
+    /// Slot of the tool in the spindle, until the spindle has left that slot.
     fetched: Option<usize>,
-    /// The clamp does not move any more.
+    /// The clamp is stuck.
     pub(super) stuck: bool,
-    /// The next tool that is fetched falls out of the spindle.
+    /// The next fetched tool falls out of the clamp.
     pub(super) drops: bool,
-    /// Something lies in the place of the next tool that is fetched.
+    /// Something occupies the slot of the next fetched tool, after the spindle has left it.
     pub(super) occupied: bool,
-    /// There is no air.
     pub(super) no_air: bool,
-    /// The cover is open.
     pub(super) open: bool,
 }
 
 impl Changer {
-    /// That of `machine`, empty.
+    /// Empty magazine of `machine`.
     pub(super) fn new(machine: &Machine) -> Self {
         let has = machine.has_magazine();
         let magazine = &machine.magazine;
@@ -128,22 +125,22 @@ impl Changer {
         }
     }
 
-    /// Whether the spindle's tool comes from a magazine.
+    /// True if the machine has a magazine.
     pub(super) fn changes(&self) -> bool {
         self.clamp.output.is_some()
     }
 
-    /// The tool in the spindle.
+    /// Tool in the spindle.
     pub(super) fn held(&self) -> Option<&StockedTool> {
         self.held.as_ref()
     }
 
-    /// The tools in the places.
+    /// Tools in the slots.
     pub(super) fn lie(&self) -> &[Option<StockedTool>] {
         &self.tools
     }
 
-    /// The tools lie as a person says.
+    /// Arranges the tools as the user stated.
     pub(super) fn lay(&mut self, stock: &ToolStock) {
         let count = self.places.len();
         self.tools = stock.places.iter().take(count).cloned().collect();
@@ -152,9 +149,10 @@ impl Changer {
         self.held = match &stock.spindle {
             Held::Tool { tool, .. } => Some(tool.clone()),
             Held::Nothing => None,
-            // What nobody knows stands where it stood.
+            // With the location unknown, the drill assumes that the tool in doubt is in the spindle.
             Held::Unknown => stock.change.as_ref().map(|change| change.uncertain().0.clone()),
         };
+        // A tool can't be both in the spindle and in a slot.
         let held = self.held.as_ref().map(|tool| tool.number);
         self.tools
             .iter_mut()
@@ -162,7 +160,6 @@ impl Changer {
             .for_each(|lies| *lies = None);
     }
 
-    /// An output is switched.
     pub(super) fn output(&mut self, tick: u64, place: u8, on: bool) {
         for cylinder in [&mut self.clamp, &mut self.foot] {
             if cylinder.output == Some(place) && !self.no_air {
@@ -171,7 +168,7 @@ impl Changer {
         }
     }
 
-    /// Every output is off.
+    /// Switches every output off.
     pub(super) fn safe(&mut self) {
         let tick = self.clamp.since.max(self.foot.since);
         [&mut self.clamp, &mut self.foot].into_iter().for_each(|cylinder| cylinder.switch(tick, false));
@@ -181,12 +178,11 @@ impl Changer {
         steps.unsigned_abs() as f64 <= mm * self.steps_per_mm.get(axis).copied().unwrap_or(1.0).abs()
     }
 
-    /// The place over which the head stands.
+    /// The slot under the spindle.
     fn over(&self, at: [i64; 3], mm: f64) -> Option<usize> {
         self.places.iter().position(|[x, y]| self.near(0, at[0] - x, mm) && self.near(1, at[1] - y, mm))
     }
 
-    /// Time has passed.
     pub(super) fn attend(&mut self, tick: u64, head: Head) -> Happened {
         self.foot.arrives(tick);
         if self.stuck || !self.clamp.arrives(tick) {
@@ -211,12 +207,12 @@ impl Changer {
                 *place = Some(tool);
                 Happened::Held
             }
-            // It falls, or onto another one.
+            // The tool falls, or lands on another one.
             _ => Happened::Crashed,
         }
     }
 
-    /// The head made a step along `axis`, down where `down`.
+    /// Updates the state after a step along `axis`; `down` if Z moved down.
     pub(super) fn moved(&mut self, head: Head, axis: usize, down: bool) -> Happened {
         let is_low = head.at[2] - self.height <= (AMONG_MM * self.steps_per_mm[2].abs()) as i64;
         if self.places.is_empty() || !is_low {
@@ -231,7 +227,8 @@ impl Changer {
         if down && lies && pushes { Happened::Crashed } else { Happened::Nothing }
     }
 
-    /// The head is above the places: what was fetched has left its place, and then the head leaves it too.
+    /// Injects faults after a fetch, with the spindle above the slots. The tool drops on the way up, or the
+    /// slot is occupied once the spindle has left it.
     fn left(&mut self, head: Head, axis: usize) -> Happened {
         let Some(place) = self.fetched else { return Happened::Nothing };
         if axis < 2 && self.over(head.at, AMONG_MM) != Some(place) {
@@ -248,7 +245,7 @@ impl Changer {
         Happened::Nothing
     }
 
-    /// What its sensors say.
+    /// Sensor states.
     pub(super) fn inputs(&self, at: [i64; 3]) -> u32 {
         let under = self.over(at, OVER_MM).and_then(|place| self.tools.get(place));
         let rows = [

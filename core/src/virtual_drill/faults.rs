@@ -1,38 +1,36 @@
-//! What can be broken of the virtual drill on demand: one table, for the command line, the manual and the tests (N20).
+//! Faults that can be injected into the virtual drill: one table for the command line, the manual and the
+//! tests.
 //!
 //! ```text
-//!  broken-bit        from the usual hole on
-//!  broken-bit@12     from the twelfth hole on
-//!  stuck-switch@0    from the beginning
+//!  broken-bit        starts at its default hole
+//!  broken-bit@12     starts at the twelfth hole
+//!  stuck-switch@0    starts at once
 //! ```
-//!
-//! Comes in: words. Goes out: [`Faults`]. Does not know who asks.
 
 use super::{Faults, UnevenBoard};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::job::Input;
 use crate::steps::TICK_HZ;
 
-/// Most holes before a fault comes.
+/// Highest number of holes before a fault.
 const MOST_HOLES: u32 = 1_000_000;
 
-/// How far a bit slips, mm: less than the tip is clear of the board when the plane moves.
+/// Slip of a bit, mm: less than the tip's clearance over the board while XY moves.
 const SLIPS_MM: f64 = 0.25;
 
-/// A fault that can be provoked.
+/// A fault that can be injected.
 #[derive(Clone, Copy, Debug)]
 pub struct FaultRow {
-    /// Its name.
     pub name: &'static str,
-    /// After how many holes it usually comes; 0 is from the beginning.
+    /// Default number of holes before the fault starts; 0 is at once.
     pub after: u32,
-    /// The code of the alarm or refusal that tells of it; none where nothing has to be told.
+    /// Code of the alarm or problem that the fault must cause; none if it causes none.
     pub seen: Option<&'static str>,
     put: fn() -> Faults,
 }
 
 impl FaultRow {
-    /// Key of what it is, in the locale tables.
+    /// Message key of the description.
     pub fn sentence_key(&self) -> String {
         format!("fault.{}", self.name.replace('-', "_"))
     }
@@ -42,7 +40,7 @@ fn none() -> Faults {
     Faults::default()
 }
 
-/// All of them, in the order of the manual.
+/// All faults, in the order of the manual.
 pub const FAULTS: &[FaultRow] = &[
     FaultRow {
         name: "lost-step",
@@ -155,7 +153,7 @@ pub const FAULTS: &[FaultRow] = &[
     },
 ];
 
-/// The fault of a word, `NAME` or `NAME@HOLES`, and after how many holes it comes.
+/// Parses `NAME` or `NAME@HOLES`: the fault, and the number of holes before it starts.
 pub fn named(word: &str) -> Result<(&'static FaultRow, u32), Diagnostic> {
     let (name, after) = word.split_once('@').map_or((word, None), |(name, after)| (name, Some(after)));
     let row = FAULTS.iter().find(|row| row.name == name).ok_or_else(|| {
@@ -170,12 +168,12 @@ pub fn named(word: &str) -> Result<(&'static FaultRow, u32), Diagnostic> {
             .filter(|holes| *holes <= MOST_HOLES)
             .ok_or_else(|| Diagnostic::error("fault.when").with("word", word))?,
     };
-    // How late a computer is belongs to its clock, from the beginning.
+    // Lateness belongs to the clock, which can't change during a run.
     let after = if (row.put)().late_host.is_some() { 0 } else { after };
     Ok((row, after))
 }
 
-/// The faults of these words, each `NAME` or `NAME@HOLES`; of several words with one name the last one counts.
+/// The faults of these words, each `NAME` or `NAME@HOLES`. If a name repeats, the last word counts.
 pub fn read<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Faults, Diagnostic> {
     let mut wanted: Vec<(&'static FaultRow, u32)> = Vec::new();
     for word in words {
@@ -197,7 +195,7 @@ pub fn read<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Faults, Diag
 }
 
 impl Faults {
-    /// What is broken besides.
+    /// Adds the faults of `other`.
     pub(super) fn add(&mut self, other: Self) {
         self.stuck_on |= other.stuck_on;
         self.stuck_off |= other.stuck_off;
@@ -219,7 +217,7 @@ impl Faults {
         self.cover_open |= other.cover_open;
     }
 
-    /// What comes now that so many holes are made.
+    /// Activates the faults that are due after this many holes. True if there were any.
     pub(super) fn come(&mut self, holes: u32) -> bool {
         let (now, later) =
             std::mem::take(&mut self.later).into_iter().partition(|(after, _)| *after <= holes);
@@ -237,7 +235,7 @@ mod tests {
     use crate::locale;
 
     #[test]
-    fn every_fault_has_a_name_a_sentence_and_comes_when_it_is_asked_for() {
+    fn every_fault_has_a_text_and_occurs_on_request() {
         for row in FAULTS {
             for language in ["en", "pl", "zh"] {
                 assert!(!locale::text(language, &row.sentence_key(), &[]).is_empty(), "{}", row.name);

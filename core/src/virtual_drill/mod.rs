@@ -1,20 +1,20 @@
-//! The virtual drill: a pin board whose motors can slip, whose sensors can fail and whose board can really be drilled.
+//! The virtual drill: pins with simulated motors that can lose steps, sensors that can fail, and a board that
+//! gets holes.
 //!
 //! ```text
 //!      travel of one axis (steps)
-//!      hard stop   sensor on                                   sensor on   hard stop
+//!      hard stop   switch on                                   switch on   hard stop
 //!  ────────┤─────────|◀────────── working range ──────────▶|─────────├────────
 //! ```
 //!
-//! It knows its own rotors, not the executor's count: the two agree only as long as no step is lost. What it does depends
-//! only on the calls made. It starts at a place nobody told the executor, all spindles equally high.
+//! The model tracks its own rotors, not the executor's count: the two agree only while no step is lost. Its
+//! behaviour depends only on the calls. The start position is unknown to the executor, with all spindles
+//! equally high.
 //!
-//! Where X or Y has play, the axis is pushed up by its motor, and down the play behind it. Every spindle has its own motor, its
-//! own bit, as long as it is said to be, and its own board; all are read by one switch at each end, which is on below when the first
-//! is down and above when the last is up, and by one contact, which is on while any tip touches.
-//!
-//! Comes in: calls of [`Pins`]. Goes out: inputs, every hole that the spinning tip really made, and where steps were lost.
-//! Does not know programs.
+//! X or Y with backlash follows its motor: pushed at once upwards, and after the backlash downwards. Every
+//! spindle has its own motor, bit and board. All spindles share one switch at each end: the lower is on if
+//! any spindle is down, the upper if all are up. They also share one contact sensor, which is on while any
+//! tip touches.
 
 mod bit;
 mod changer;
@@ -40,136 +40,133 @@ use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
 
-/// Way beyond the end sensors before an axis hits its hard stop.
+/// Distance beyond the limit switches to the hard stop of an axis.
 const OVERTRAVEL: Length = Length::from_um(8_000);
 
-/// So far inside of its travel the board ends that lies on it.
+/// The board ends this far inside the travel.
 const RIM: Length = Length::from_um(200);
 
-/// Most slips that are remembered; what later ones lost is counted with the last.
+/// Number of recorded slips. Later losses are added to the last one.
 const MOST_SLIPS: usize = 64;
 
-/// Turns of the current that are lost one after the other are so many steps apart.
+/// Steps between two injected losses.
 const THROWS_APART: u64 = 100;
 
-/// Losses of one axis this close together are one slip, in ticks: 0.5 s.
+/// Losses of one axis within this time count as one slip, in ticks: 0.5 s.
 const ONE_SLIP: u64 = TICK_HZ / 2;
 
-/// The inputs that are switches.
+/// Inputs that are limit switches.
 const SWITCHES: [Input; 6] =
     [Input::XMin, Input::XMax, Input::YMin, Input::YMax, Input::ZTop, Input::ZBottom];
 
-/// A hole as the board itself knows it.
+/// A hole in the simulated board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualHole {
-    /// Where the tip was, machine mm.
+    /// Position of the tip, machine mm.
     pub x_mm: f64,
-    /// The same away from the person.
+    /// Y of the tip, machine mm.
     pub y_mm: f64,
-    /// How deep below the surface when it came through.
+    /// Depth below the surface at breakthrough.
     pub depth_mm: f64,
-    /// When, in ticks.
     pub tick: u64,
-    /// By which spindle: 0 is Z1.
+    /// Spindle index: 0 is Z1.
     pub spindle: u8,
-    /// Diameter of the tool that made it, mm, where that came from a magazine.
+    /// Diameter of the tool, mm, if it came from the magazine.
     pub bit_mm: Option<f64>,
 }
 
-/// Where the holes are written down, one by one, the moment they are made.
+/// Receives each hole at the moment of breakthrough.
 pub type DrilledBoard = Box<dyn FnMut(&VirtualHole) + Send>;
 
-/// A place where a motor lost steps.
+/// One loss of steps of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slip {
-    /// Which axis: 0 X, 1 Y, 2 … 7 Z1 … Z6.
+    /// 0 X, 1 Y, 2 … 7 Z1 … Z6.
     pub axis: usize,
-    /// When it began, in ticks.
+    /// Start, in ticks.
     pub tick: u64,
-    /// Which step since the start of the drill, from 1.
+    /// Index of the step since the start of the drill, from 1.
     pub step: u64,
-    /// Where the axis really was, machine steps.
+    /// Real position of the axis, machine steps.
     pub place: i64,
-    /// Steps lost there, until now.
+    /// Steps lost until now.
     pub lost: u64,
-    /// Why.
     pub cause: Cause,
-    /// The latest loss that belongs to it, in ticks.
+    /// Latest loss that belongs to this slip, in ticks.
     pub until: u64,
 }
 
-/// Who is told that a bit broke, and why.
+/// Receives the cause when a bit breaks.
 pub type BreakWatch = Box<dyn FnMut(Breakage) + Send>;
 
-/// Who is told all slips whenever there is more to tell.
+/// Receives all slips after each change.
 pub type SlipWatch = Box<dyn FnMut(&[Slip]) + Send>;
 
-/// What is broken, on demand.
+/// Injected faults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Inputs that are always on.
     pub stuck_on: u32,
     /// Inputs that are never on.
     pub stuck_off: u32,
-    /// Share of single readings of every input that say the opposite, 0 … 1.
+    /// Share of wrong readings of each input, 0 … 1.
     pub glitches: f64,
-    /// How far from their edges end switches close, anew each time, in steps at most.
+    /// Greatest distance between a limit switch's edge and the point where it closes, in steps. Drawn again
+    /// each time.
     pub scatter_steps: u32,
-    /// Steps that are lost, with the turn of the current they belong to: axis, and which step of it since the start, from 1;
-    /// sorted or not.
+    /// Injected losses of one electrical cycle each: axis, and index of its step since the start, from 1. In
+    /// any order.
     pub lost_steps: Vec<(usize, u64)>,
-    /// Highest step rate that the motors of X, Y, Z follow, where it is less than it should be.
+    /// Highest step rate that the motors of X, Y, Z follow, if reduced.
     pub weak_motors_hz: [Option<f64>; 3],
     /// Bits of the phase bytes that do not reach the motors of X, Y, Z: broken wires.
     pub dead_wires: [u8; 3],
-    /// Fastest the bit gets through the board, steps per second; none for a sharp bit.
+    /// Highest step rate of the bit through the board; none for a sharp bit.
     pub dull_bit_hz: Option<f64>,
-    /// Holes until a bit begins to cut slower; none for bits that stay sharp.
+    /// Holes until a bit starts to cut slower; none for bits that stay sharp.
     pub bit_life: Option<u32>,
-    /// How late the computer is with every step, in ticks: judged as on a real machine. Otherwise the drill keeps its own time.
+    /// Delay of the computer at every step, in ticks, judged as on a real machine. If none, the drill's own
+    /// clock is never late.
     pub late_host: Option<u64>,
-    /// The board is not flat.
     pub uneven: Option<UnevenBoard>,
-    /// So many turns of the current are lost by Y from now on, a hundred steps apart.
+    /// Number of losses still to inject into Y, `THROWS_APART` steps apart. Each loses one electrical
+    /// cycle.
     pub throws: u32,
-    /// The bit breaks.
     pub bit_breaks: bool,
-    /// The bit slips so far out of its collet, mm.
+    /// The bit slips out of its collet by this much, mm.
     pub bit_slips_mm: f64,
-    /// The spindle stands still, whatever it is told.
+    /// The spindle does not turn, even if switched on.
     pub spindle_stands: bool,
-    /// No pulse reaches the machine, and no sensor is heard.
+    /// No pulse reaches the machine, and all inputs read as off.
     pub unplugged: bool,
     /// The clamp of the spindle does not move.
     pub clamp_stuck: bool,
-    /// The next tool that is fetched from the magazine falls.
+    /// The next tool fetched from the magazine falls out of the clamp.
     pub tool_drops: bool,
-    /// Something lies in the place of the next tool that is fetched.
+    /// Something occupies the slot of the next fetched tool, after the spindle has left it.
     pub place_occupied: bool,
-    /// There is no air for clamp and foot.
+    /// The clamp and the foot have no compressed air.
     pub no_air: bool,
-    /// The cover is open.
     pub cover_open: bool,
-    /// What comes later: after so many holes.
+    /// Later faults, each with the number of holes after which it starts.
     pub later: Vec<(u32, Faults)>,
-    /// The words that all of it was read from ([`faults::read`]), each `NAME@HOLES`.
+    /// Source words ([`faults::read`]), each `NAME@HOLES`.
     pub named: Vec<String>,
 }
 
-/// The virtual drill.
 pub struct VirtualDrill {
     /// X, Y and the spindles.
     rotors: Vec<Rotor>,
-    /// What the motors of X and Y push.
+    /// Tables moved by the motors of X and Y.
     tables: [Table; 2],
-    /// First step of X, Y and the spindles at which their sensors are on: low end, high end.
+    /// Steps at which the limit switches of X, Y and the spindles turn on: low end, high end.
     edges: [(i64, i64); 3],
-    /// A step of X, Y and Z1 at which the index pulse of the motor comes, and how many steps there are to the next; where homing
-    /// ends at it.
+    /// For X, Y and Z1: a step with an index pulse of the motor, and the steps between pulses. None if homing
+    /// does not use the index pulse.
     pulses: [Option<(i64, i64)>; 3],
     scatter: Scatter,
     steps_per_mm: [f64; 3],
-    /// The first and the last step of X and Y over the board.
+    /// First and last step of X and Y over the board.
     board: [(i64, i64); 2],
     switches: Switches,
     /// One for each spindle.
@@ -178,14 +175,14 @@ pub struct VirtualDrill {
     changer: Changer,
     faults: Faults,
     slips: Vec<Slip>,
-    /// Holes that all bits made.
+    /// Holes made by all bits.
     made: u32,
     drilled: DrilledBoard,
     watch: Option<SlipWatch>,
     breaks: Option<BreakWatch>,
 }
 
-/// An axis with play: it stands where its motor last pushed it.
+/// An axis with backlash: its position follows the motor only after the backlash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Table {
     at: i64,
@@ -198,8 +195,8 @@ impl Table {
     }
 }
 
-/// A step at which the index pulse of each motor comes, and how many steps there are to the next: in the middle between the edge of the
-/// end switch and a turn from it.
+/// For each motor, a step with an index pulse and the steps between pulses. The first pulse is half a turn
+/// away from the limit switch, so that a scattered switch can't reach it.
 fn pulses(axes: [&Axis; 3], edges: [(i64, i64); 3]) -> [Option<(i64, i64)>; 3] {
     std::array::from_fn(|index| {
         let (axis, (low, high)) = (axes[index], edges[index]);
@@ -210,7 +207,8 @@ fn pulses(axes: [&Axis; 3], edges: [(i64, i64); 3]) -> [Option<(i64, i64)>; 3] {
 }
 
 impl VirtualDrill {
-    /// The twin of `machine`, at a place that depends on `seed`. Holes are told to `drilled`.
+    /// The simulated twin of `machine`, at a start position that depends on `seed`. `drilled` receives the
+    /// holes.
     pub fn new(machine: &Machine, seed: u64, faults: Faults, drilled: DrilledBoard) -> Self {
         let axes = [&machine.x, &machine.y, &machine.z];
         let mut edges: [(i64, i64); 3] = std::array::from_fn(|index| {
@@ -227,14 +225,15 @@ impl VirtualDrill {
             let (axis, (low, high)) = (axes[index], edges[index]);
             let beyond = axis.scale.steps(OVERTRAVEL).abs();
             let acceleration = axis.max_acceleration_mm_per_s2 * axis.scale.steps_per_mm();
-            // No axis of acceleration A changes its speed in a corner of deviation d by more than √(8·A·d).
+            // √(8·A·d) is the largest change of speed of an axis with acceleration A in a corner of deviation
+            // d.
             let jump_mm_per_s = libm::sqrt(8.0 * axis.max_acceleration_mm_per_s2 * machine.motion.corner_mm);
             let pull = (acceleration, jump_mm_per_s * axis.scale.steps_per_mm());
-            // Faults are those of the first spindle.
+            // Faults affect only the first spindle.
             let weak = faults.weak_motors_hz[index].filter(|_| number < 3);
             let fastest = weak.unwrap_or(f64::from(machine.max_step_hz));
             let mixed = seed.wrapping_add(index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
-            // Somewhere in the middle half in the plane; high over the board in Z.
+            // Start in the middle half of the XY travel, and with Z high over the board.
             let span = (high - low).max(4);
             let start = match index {
                 2 => high - 1 - span / 10 - (mixed as i64) % (span / 8).max(1),
@@ -281,8 +280,8 @@ impl VirtualDrill {
         drill
     }
 
-    /// Whether the drills of two machines have the same motors, tables and sensors at the same places; the feed that a sharp bit
-    /// is made for is no part of that.
+    /// True if two machines have identical motors, tables and sensors. The feed of a sharp bit does not
+    /// count.
     pub fn is_the_same_for(one: &Machine, other: &Machine) -> bool {
         let [one, other] =
             [one, other].map(|machine| Self::new(machine, 0, Faults::default(), Box::new(|_| {})));
@@ -294,62 +293,63 @@ impl VirtualDrill {
             && one.changer == other.changer
     }
 
-    /// The same, with somebody who is told where steps are lost, the moment they are.
+    /// Sets the receiver of slips.
     #[must_use]
     pub fn watched(mut self, watch: SlipWatch) -> Self {
         self.watch = Some(watch);
         self
     }
 
-    /// The same, with somebody who is told when a bit breaks.
+    /// Sets the receiver of bit breakages.
     #[must_use]
     pub fn watched_for_breaks(mut self, watch: BreakWatch) -> Self {
         self.breaks = Some(watch);
         self
     }
 
-    /// Where X, Y and the first spindle really are, in steps.
+    /// Real position of X, Y and the first spindle, in steps.
     pub fn real(&self) -> [i64; 3] {
         [self.tables[0].at, self.tables[1].at, self.rotors[2].at]
     }
 
-    /// Where every spindle really is, in steps.
+    /// Real position of every spindle, in steps.
     pub fn heights(&self) -> Vec<i64> {
         self.rotors.iter().skip(2).map(|rotor| rotor.at).collect()
     }
 
-    /// How deep every tip went below the board's surface at this place, mm; 0 where it did not.
+    /// Greatest depth of each tip below the surface at the current XY position, mm; 0 if it didn't reach the
+    /// board.
     pub fn depths_mm(&self) -> Vec<f64> {
         self.bits.iter().map(MountedBit::deepest_mm).collect()
     }
 
-    /// Steps that were sent to X, Y and all spindles together, and not made.
+    /// Steps sent but not made: X, Y, and the sum of all spindles.
     pub fn lost(&self) -> [u64; 3] {
         let spindles = self.rotors.iter().skip(2).map(|rotor| rotor.lost).sum();
         [self.rotors[0].lost, self.rotors[1].lost, spindles]
     }
 
-    /// Where steps were lost, the first 64 times.
+    /// The first 64 slips.
     pub fn slips(&self) -> &[Slip] {
         &self.slips
     }
 
-    /// What the drivers put out to X, Y, Z.
+    /// Phase bytes at the drivers of X, Y, Z.
     pub fn phases(&self) -> [u8; 3] {
         [0, 1, 2].map(|axis| self.rotors[axis].byte())
     }
 
-    /// Why the first bit that broke did, if one did.
+    /// Cause of the first broken bit, if any.
     pub fn broken(&self) -> Option<Breakage> {
         self.bits.iter().find_map(|bit| bit.broken)
     }
 
-    /// The tool in the spindle, where it comes from a magazine.
+    /// Tool in the spindle, if it came from a magazine.
     pub fn held(&self) -> Option<&StockedTool> {
         self.changer.held()
     }
 
-    /// The tools in the places of the magazine.
+    /// Tools in the slots of the magazine.
     pub fn lie(&self) -> &[Option<StockedTool>] {
         self.changer.lie()
     }
@@ -391,7 +391,6 @@ impl VirtualDrill {
         self.happened(happened);
     }
 
-    /// Cylinders go on.
     fn cylinders(&mut self, tick: u64) {
         let head = self.head();
         let happened = self.changer.attend(tick, head);
@@ -413,7 +412,7 @@ impl VirtualDrill {
         }
     }
 
-    /// What is broken from now on shows.
+    /// Applies the current faults.
     fn faults_came(&mut self) {
         self.changer.stuck = self.faults.clamp_stuck;
         self.changer.drops |= std::mem::take(&mut self.faults.tool_drops);
@@ -435,7 +434,7 @@ impl VirtualDrill {
         }
     }
 
-    /// The board under the bits is as high as it lies there, where there is any.
+    /// Updates the board's height under the bits, and whether there is any board.
     fn lie_under(&mut self) {
         let over = |axis: usize| (self.board[axis].0..=self.board[axis].1).contains(&self.tables[axis].at);
         let beside = !(over(0) && over(1));
@@ -446,7 +445,7 @@ impl VirtualDrill {
         self.bits.iter_mut().for_each(|bit| bit.raise(steps));
     }
 
-    /// A spindle went up or down.
+    /// Updates the bit after a Z step, and records breakthrough and breakage.
     fn stroked(&mut self, tick: u64, spindle: usize) {
         let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
         let came_through = self.bits[spindle].moved(tip);
@@ -463,7 +462,7 @@ impl VirtualDrill {
         }
     }
 
-    /// Says so if a bit that was whole broke.
+    /// Reports a bit that just broke.
     fn broke(&mut self, spindle: usize, was_whole: bool) {
         let why = self.bits[spindle].broken.filter(|_| was_whole);
         if let (Some(why), Some(watch)) = (why, &mut self.breaks) {
@@ -478,7 +477,7 @@ impl VirtualDrill {
         Tip { tick, z, mm: [mm(0, x), mm(1, y), mm(2, z)] }
     }
 
-    /// Writes a loss down: as part of the slip going on, or as a new one.
+    /// Records a loss: as part of the current slip, or as a new one.
     fn slipped(&mut self, slip: Slip) {
         let latest = self.slips.iter().rposition(|known| known.axis == slip.axis);
         let same = |known: &Slip| known.cause == slip.cause && slip.tick <= known.until + ONE_SLIP;
@@ -488,7 +487,7 @@ impl VirtualDrill {
         } else if self.slips.len() < MOST_SLIPS {
             self.slips.push(slip);
         } else if let Some(last) = self.slips.last_mut() {
-            // No step is lost out of the count.
+            // The list is full; the count must still be complete.
             last.lost += slip.lost;
         }
         if let Some(watch) = &mut self.watch {
@@ -496,7 +495,7 @@ impl VirtualDrill {
         }
     }
 
-    /// The index pulses at which motors are.
+    /// Index pulses at the current positions.
     fn pulse_inputs(&self) -> u32 {
         let is_at = |(axis, pulse): (usize, &Option<(i64, i64)>)| {
             let (first, turn) = (*pulse)?;
@@ -506,14 +505,14 @@ impl VirtualDrill {
         self.pulses.iter().enumerate().filter_map(is_at).fold(0, |inputs, input| inputs | input)
     }
 
-    /// What the sensors ought to say.
+    /// Ideal sensor states, without chatter and faults.
     fn sensed(&self) -> u32 {
         let on = |axis: usize, lowest: i64, (low, high): (Input, Input)| {
             let (first, last) = self.scatter.edges(axis, self.edges[axis]);
             (if lowest <= first { low.bit() } else { 0 }) | (if lowest >= last { high.bit() } else { 0 })
         };
         let [x, y, _] = self.real();
-        // The lowest spindle is the first that is down, and the last that is up.
+        // The lowest spindle reaches the lower switch first and leaves the upper one last.
         let lowest = self.rotors.iter().skip(2).map(|rotor| rotor.at).min().unwrap_or(0);
         let heights = self.rotors.iter().skip(2).map(|rotor| rotor.at);
         let touches = self.bits.iter().zip(heights).any(|(bit, height)| bit.contacts(height));

@@ -1,64 +1,63 @@
-//! One two-phase stepping motor: its rotor follows the field of its windings while it can.
+//! One two-phase stepper motor: its rotor follows the field of its windings while it can.
 //!
 //! ```text
-//! rate │        ______ a tenth above its limit it only shakes, until the steps come slowly enough to start from rest
-//!      │      /‾‾‾‾‾‾‾ a little above its limit it loses a turn of the current now and then, and runs on
-//!      │    /  jump between two steps: at most what the motor's torque gives in that time, and its elasticity
+//! rate │        ______ 10 % above its limit it only shakes, until the steps are slow enough for a start
+//!      │      /‾‾‾‾‾‾‾ a little above its limit it loses an electrical cycle now and then, and keeps turning
+//!      │    /  change of rate between two steps: limited by torque in that time, plus elasticity
 //!      └──────────▶ time      the faster it turns, the less torque is left
 //!
-//! field   1 ──▶ 3 ──▶ 5 ──▶ 7 ──▶ 1      eighths of a turn of the current, four full steps a turn
-//! rotor   1     3     3     3     3      it missed two: the field is straight across, then nearer from behind …
-//! pulled        +2    +2    ±4    −2     … so what is lost is lost by whole turns of the current
+//! field   1 ──▶ 3 ──▶ 5 ──▶ 7 ──▶ 1      eighths of an electrical cycle, four full steps a cycle
+//! rotor   1     3     3     3     3      missed two: the field is straight across, then nearer from behind …
+//! pulled        +2    +2    ±4    −2     … so losses are always whole electrical cycles
 //!
-//! field   1 ──▶ 3 ──▶ 1 ──▶ 7            a step back brings the field to where it was: between the two the motor stands, however
-//!               ╰─────╯                  soon the one follows the other; how fast it turns shows with the next
+//! field   1 ──▶ 3 ──▶ 1 ──▶ 7            a step back returns the field: between the two steps the motor is
+//!               ╰─────╯                  at rest, however fast they follow; the next step shows its rate
 //! ```
 //!
-//! Comes in: steps with their ticks. Goes out: where the rotor really is, in steps, and what it lost. The field is that of the
-//! bytes really put out, so a wrong table or a broken wire shows. Does not know what it drives.
+//! The field follows the actual phase bytes, so a wrong table or a broken wire has its real effect.
 
 use crate::machine::PhaseTable;
 use crate::machine::phases::{Commutator, angle, turn, turns};
 use crate::steps::TICK_HZ;
 
-/// How much more torque a motor has than the machine's owner asks of it.
+/// Torque reserve of the motor over the machine's settings.
 const RESERVE_FACTOR: f64 = 3.0;
 
-/// Share of its rate that a turning rotor takes as a jump.
+/// Share of its rate by which a turning rotor may change at once.
 const ELASTICITY_SHARE: f64 = 0.15;
 
-/// Steps a second that any stepping motor makes at once from rest.
+/// Step rate that any stepper motor reaches at once from rest.
 const PULL_IN_HZ: f64 = 300.0;
 
-/// What a motor falls behind by above its limit, in steps a step for each part of its rate that is too much: it stalls where
-/// it would fall behind by all of them.
+/// Steps lost per step above the limit rate, for each part of excess rate. At 1 step lost per step the motor
+/// stalls.
 const BEHIND_PER_SHARE: f64 = 10.0;
 
-/// How far above its limit a motor is really pulled out, where pulses may come some time beside their time.
+/// Real pull-out rate, relative to the limit. The margin covers pulses with jitter.
 const PULL_OUT_FACTOR: f64 = 1.03;
 
-/// The same where steps come by interrupts, which are exact but for a whole number of ticks.
+/// Real pull-out rate, relative to the limit, if steps come by interrupts and are exact to the tick.
 const PULL_OUT_BY_INTERRUPTS_FACTOR: f64 = 1.001;
 
-/// Why a rotor fell behind.
+/// Cause of lost steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The steps came faster than it can turn.
+    /// The step rate is above the limit.
     TooFast,
-    /// The steps' rate changed more than its torque allows.
+    /// The step rate changed faster than the torque allows.
     TooSteep,
-    /// It stood at a hard stop.
+    /// At a hard stop.
     Blocked,
-    /// Something held it: a dull bit in the board.
+    /// A dull bit in the board held the motor.
     Held,
-    /// The windings did not pull it on: a wrong table, a broken wire.
+    /// The windings did not pull the rotor: wrong table or broken wire.
     NoPull,
-    /// A fault that was asked for.
+    /// Injected fault.
     Fault,
 }
 
 impl Cause {
-    /// Its word in tables: a key of `page.slip`.
+    /// Key in `page.slip`.
     pub fn name(self) -> &'static str {
         match self {
             Self::TooFast => "too_fast",
@@ -71,68 +70,67 @@ impl Cause {
     }
 }
 
-/// One step as the motor meets it.
+/// One step, as the motor meets it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Push {
-    /// When.
     pub tick: u64,
-    /// Whether the table goes forward.
+    /// Direction in the phase table.
     pub forward: bool,
-    /// Something keeps the rotor where it is.
+    /// The load blocks the rotor.
     pub held: bool,
-    /// The load throws it back by a turn of the current.
+    /// The load throws the rotor back by an electrical cycle.
     pub thrown: bool,
 }
 
 impl Push {
-    /// Nothing in the way.
+    /// A step without load.
     pub fn free(tick: u64, forward: bool) -> Self {
         Self { tick, forward, held: false, thrown: false }
     }
 }
 
-/// A stepping motor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rotor {
-    /// Where it really is, in steps.
+    /// Real position, in steps.
     pub at: i64,
-    /// Steps that it was sent.
+    /// Steps received.
     pub sent: u64,
-    /// Steps that it fell behind, all together.
+    /// Steps lost in total.
     pub lost: u64,
     driver: Commutator,
-    /// 5 V and 24 V bits that reach the motor.
+    /// Mask of the 5 V and 24 V bits that reach the motor.
     wires: u8,
     start: i64,
-    /// Steps in a cycle of the table, and turns of the current in it.
+    /// Steps in a cycle of the table, and electrical cycles in it.
     cycle: (i64, i64),
-    /// Its angle in eighths of a turn of the current, and the angle it began at.
+    /// Rotor angle in eighths of an electrical cycle, and its start angle.
     angle: i64,
     zero: i64,
-    /// Turns of the current that it is off its steps.
+    /// Electrical cycles between rotor and steps.
     off: i64,
     stops: (i64, i64),
     fastest_hz: f64,
-    /// Beyond this rate it is pulled out.
+    /// Pull-out rate: above it the motor stalls or loses steps.
     pull_out_hz: f64,
     hz_per_s: f64,
     start_hz: f64,
-    /// Rate it turns at, signed.
+    /// Current rate, signed.
     rate_hz: f64,
     last_tick: Option<u64>,
-    /// Whether the last step went forward.
+    /// Direction of the latest step.
     last_forward: bool,
-    /// What it is behind by above its limit, in steps.
+    /// Steps by which the rotor lags above its limit.
     behind: f64,
-    /// Why it does not follow the field, if it does not.
+    /// Why the rotor doesn't follow the field, if so.
     stalled: Option<Cause>,
-    /// Why it does not point where the field does, since it last did.
+    /// Why rotor and field differ, since they last agreed.
     cause: Option<Cause>,
 }
 
 impl Rotor {
-    /// At rest at `at`, between two hard stops. It follows up to `fastest_hz`, and the acceleration that is asked for with
-    /// a reserve; and a jump by `corner_hz`, which is what its machine gives way to in a corner.
+    /// At rest at `at`, between two hard stops. The motor follows up to `fastest_hz`, and the given
+    /// acceleration with a reserve. Its rate may change at once by `corner_hz`, the greatest change that the
+    /// machine allows in a corner.
     pub fn new(
         table: &PhaseTable,
         at: i64,
@@ -140,7 +138,7 @@ impl Rotor {
         fastest_hz: f64,
         (acceleration_hz_per_s, corner_hz): (f64, f64),
     ) -> Self {
-        // From rest, the rate reached within the width of one step.
+        // Rate reached from rest within one step.
         let within_a_step = 2.0 * libm::sqrt(2.0 * acceleration_hz_per_s);
         let start_hz = within_a_step.max(corner_hz).max(PULL_IN_HZ).min(fastest_hz);
         let driver = Commutator::new(table.clone(), 0);
@@ -170,26 +168,26 @@ impl Rotor {
         }
     }
 
-    /// The same motor with broken wires: only these bits reach it.
+    /// Limits the phase bits that reach the motor: broken wires.
     #[must_use]
     pub fn wired(mut self, wires: u8) -> Self {
         self.wires = wires;
         self
     }
 
-    /// The same motor where a table makes its steps, interrupt by interrupt.
+    /// For a motor driven by a table, interrupt by interrupt.
     #[must_use]
     pub fn by_interrupts(mut self) -> Self {
         self.pull_out_hz = self.fastest_hz * PULL_OUT_BY_INTERRUPTS_FACTOR;
         self
     }
 
-    /// What its driver puts out.
+    /// Phase byte of the driver.
     pub fn byte(&self) -> u8 {
         self.driver.byte()
     }
 
-    /// One step. Gives what was lost by it, if anything, and why.
+    /// Makes one step. Returns the steps lost by it and the cause, if any.
     pub fn step(&mut self, push: Push) -> Option<(u64, Cause)> {
         self.sent += 1;
         let field = angle(self.driver.step(push.forward) & self.wires);
@@ -214,7 +212,7 @@ impl Rotor {
         lost
     }
 
-    /// Whether the rotor keeps up with a step at this moment.
+    /// Checks that the rotor keeps up with a step now.
     fn follows(&mut self, push: Push) -> Result<(), Cause> {
         let since = self.last_tick.replace(push.tick).map_or(TICK_HZ, |last| push.tick.saturating_sub(last));
         let time_s = since.max(1) as f64 / TICK_HZ as f64;
@@ -223,7 +221,7 @@ impl Rotor {
         let asked = if back { 0.0 } else { way / time_s };
         let jump = (asked - self.rate_hz).abs();
         let rate = asked.abs() / self.pull_out_hz;
-        // The back voltage grows with the rate: less current, less torque.
+        // Back EMF grows with the rate: less current, less torque.
         let torque = (1.0 - rate * rate).max(0.0);
         let most = self.start_hz + self.hz_per_s * torque * time_s + ELASTICITY_SHARE * asked.abs();
         let missing = BEHIND_PER_SHARE * (rate - 1.0);
@@ -238,7 +236,7 @@ impl Rotor {
         self.stalled.map_or(Ok(()), Err)
     }
 
-    /// Whether it is so far behind that the field pulls it on only from the next turn of the current.
+    /// True if the rotor lags enough that the field pulls it on only from the next electrical cycle.
     fn slips(&mut self) -> bool {
         let (length, turns) = self.cycle;
         let turn = length as f64 / turns.max(1) as f64;
@@ -249,7 +247,7 @@ impl Rotor {
         slips
     }
 
-    /// Turns, or says what is in the way.
+    /// Turns the rotor, or returns the obstacle.
     fn turn_by(&mut self, eighths: i64) -> Option<Cause> {
         let turned = self.angle + eighths;
         let at = self.place(self.turns_off(turned));
@@ -261,7 +259,7 @@ impl Rotor {
         }
     }
 
-    /// How many turns of the current a rotor at `angle` is off its steps, to the nearest.
+    /// Electrical cycles between a rotor at `angle` and its steps, rounded.
     fn turns_off(&self, angle: i64) -> i64 {
         let (length, turns) = self.cycle;
         let eighths = (angle - self.zero) * length - 8 * turns * self.driver.steps();
@@ -273,7 +271,7 @@ impl Rotor {
         self.start + self.driver.steps() + off * length / turns
     }
 
-    /// Works out where it is, and what the step cost.
+    /// Updates the position and returns the losses of this step.
     fn settle(&mut self) -> Option<(u64, Cause)> {
         let (length, turns) = self.cycle;
         let off = self.turns_off(self.angle);

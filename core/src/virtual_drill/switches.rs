@@ -1,13 +1,13 @@
-//! End switches as they are: they chatter for a moment after they close or open, and a bad line flips single readings.
+//! Realistic limit switches: chatter for a moment after each change, and a noisy line that flips single
+//! readings.
 //!
 //! ```text
-//! on the switch  ______█████████████████
-//! what is read   ______█_██_█_██████████      chatter: up to 3 ms, closed at the first touch
-//! bad line       ___█__█_██_█__█████_███      1 % of the readings say the opposite
+//! switch         ______█████████████████
+//! reading        ______█_██_█_██████████      chatter: up to 3 ms, closed at the first touch
+//! noisy line     ___█__█_██_█__█████_███      1 % of the readings are inverted
 //! ```
 //!
-//! Comes in: what the switches should say, with ticks. Goes out: what is read. All of it depends only on the seed and the
-//! calls. Does not know places.
+//! Deterministic: depends only on the seed and the calls.
 
 use crate::chance::Chance;
 use crate::steps::TICK_HZ;
@@ -15,38 +15,36 @@ use crate::steps::TICK_HZ;
 /// Longest chatter, in ticks: 3 ms.
 const CHATTER: u64 = TICK_HZ * 3 / 1000;
 
-/// A reading lasts this long while a switch chatters, in ticks: 0.2 ms.
+/// Length of one reading during chatter, in ticks: 0.2 ms.
 const CELL: u64 = TICK_HZ / 5000;
 
-/// Inputs of a machine.
+/// Number of inputs.
 const INPUTS: usize = 32;
 
-/// All inputs of the drill.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Switches {
     seed: u64,
-    /// Share of single readings that are flipped.
+    /// Share of inverted readings.
     flips: f64,
-    /// Inputs that chatter.
     bouncing: u32,
     word: Option<u32>,
-    /// When each input changed.
+    /// Tick of the latest change of each input.
     changed: [Option<u64>; INPUTS],
     readings: u64,
 }
 
 impl Switches {
-    /// `bouncing` inputs chatter; of all inputs a share `flipped_share` of the readings is wrong.
+    /// `bouncing` is the set of inputs that chatter; `flipped_share` of all readings is wrong.
     pub fn new(seed: u64, bouncing: u32, flipped_share: f64) -> Self {
         Self { seed, flips: flipped_share, bouncing, word: None, changed: [None; INPUTS], readings: 0 }
     }
 
-    /// From now on such a share of the readings is wrong.
+    /// Sets the share of wrong readings.
     pub fn flip(&mut self, flipped_share: f64) {
         self.flips = flipped_share;
     }
 
-    /// The switches stand like `word` from `tick` on.
+    /// The switches have the states `word` from `tick` on.
     pub fn stand(&mut self, tick: u64, word: u32) {
         let before = self.word.replace(word).unwrap_or(word);
         if word == before {
@@ -59,7 +57,7 @@ impl Switches {
         }
     }
 
-    /// What is read at `tick` while the switches stand like `word`.
+    /// Reading at `tick`, with the switches in the states `word`.
     pub fn read(&mut self, tick: u64, word: u32) -> u32 {
         self.stand(tick, word);
         self.readings += 1;

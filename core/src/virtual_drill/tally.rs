@@ -1,14 +1,11 @@
-//! What was drilled, against what the program says.
+//! Compares the drilled holes with the program.
 //!
 //! ```text
-//! program   ○   ○   ○   ○        where a leg goes straight down through the board
-//! record    ●   ●      ◉ ●●      as the board itself has it
+//! program   ○   ○   ○   ○        vertical plunges through the board
+//! record    ●   ●      ◉ ●●      holes in the simulated board
 //!               missing ┘ │└ doubled
 //!                 shifted ┘
 //! ```
-//!
-//! Comes in: a program, a machine, which legs were run, and the holes that the virtual drill wrote down. Goes out: how many are
-//! missing, doubled or elsewhere, and which legs did not make theirs. Does not know the executor's count, nor the journal.
 
 use super::VirtualHole;
 use crate::geometry::Point;
@@ -17,58 +14,55 @@ use crate::machine::Machine;
 use crate::units::Length;
 use std::ops::Range;
 
-/// A hole this far from its place, besides [`STEPS`], is elsewhere, mm.
+/// Tolerance of a hole's position in addition to [`STEPS`], mm.
 const BESIDE_MM: f64 = 0.02;
 
-/// A place is a whole number of steps, and so is where homing finds the zero: so many may lie between them.
+/// Tolerance in steps: both the hole and the homed zero are rounded to whole steps.
 const STEPS: f64 = 1.5;
 
-/// How a board differs from its program. All zero where it does not.
+/// Differences between a board and its program. All zero if there are none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Holes of the program that are not in the board.
     pub missing: u32,
-    /// Holes made again in their place.
+    /// Holes drilled again at a drilled position.
     pub doubled: u32,
-    /// Holes where none should be.
+    /// Holes at positions where the program has none.
     pub shifted: u32,
-    /// Bits that broke.
     pub broken: u32,
     /// Steps that motors lost.
     pub slipped_steps: u64,
 }
 
 impl Tally {
-    /// Whether the board is as programmed.
     pub fn is_clean(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Holes of a run that had been made before it.
+/// Holes of a run that the board already had.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Again {
-    /// Those of the leg at which the job was taken up, which nobody can know to be there: by their order of drilling, the first
-    /// is 1.
+    /// Holes of the leg at which the job resumed, by order of drilling from 1. Whether they existed was
+    /// unknown, so they are no error.
     pub by_design: Vec<u32>,
-    /// How many others.
     pub besides: u32,
 }
 
-/// A hole as the program wants it: place from the work zero, and spindle.
+/// A hole of the program: position from the work zero, and spindle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Wanted {
     x_mm: f64,
     y_mm: f64,
     spindle: u8,
-    /// The leg that makes it.
+    /// Index of the leg that drills it.
     leg: usize,
-    /// Its leg came to its end: it has to be there.
+    /// The leg was completed, so the hole must exist.
     certain: bool,
 }
 
-/// Compares `drilled` with the legs `done` of `program`, and the one in work behind them, of which nobody can say whether it
-/// made its hole. `zero_mm` is the work zero in machine coordinates.
+/// Compares `drilled` with the completed legs `done` of `program`, and the next leg, which may or may not
+/// have made its hole. `zero_mm` is the work zero in machine coordinates.
 pub fn tally(
     program: &Program,
     machine: &Machine,
@@ -78,14 +72,14 @@ pub fn tally(
 ) -> Tally {
     let (wanted, made, shifted) = matched(program, machine, done, zero_mm, drilled);
     let missing = wanted.iter().zip(&made).filter(|(hole, made)| hole.certain && **made == 0).count();
-    // A hole that lies elsewhere is not missing besides.
+    // A shifted hole also counts as missing at its planned position; count it once.
     let missing = u32::try_from(missing).unwrap_or(u32::MAX).saturating_sub(shifted);
     let doubled = made.iter().map(|made| made.saturating_sub(1)).sum();
     Tally { missing, doubled, shifted, broken: 0, slipped_steps: 0 }
 }
 
-/// The legs of the same that have a hole missing, in their order; none where holes lie elsewhere, because then nobody can say
-/// which is which.
+/// Legs of `done` with a missing hole, in order. Empty if any hole is shifted, because the legs can't be
+/// matched then.
 pub fn missing_legs(
     program: &Program,
     machine: &Machine,
@@ -100,8 +94,8 @@ pub fn missing_legs(
     if shifted > 0 { Vec::new() } else { legs }
 }
 
-/// Which holes of the legs `run`, and of the one in work behind them, are in `drilled` although they were in the board `before`,
-/// when the job was taken up at the first of these legs.
+/// Holes of the legs `run` and the next one that `drilled` repeats although the board `before` had them. The
+/// job resumed at the first of these legs.
 pub fn made_again(
     program: &Program,
     machine: &Machine,
@@ -129,7 +123,7 @@ pub fn made_again(
     again
 }
 
-/// The holes that are wanted, how often each was made, and how many were made elsewhere.
+/// The wanted holes, the number of times each was drilled, and the number of shifted holes.
 fn matched(
     program: &Program,
     machine: &Machine,
@@ -155,7 +149,7 @@ fn matched(
     (wanted, made, shifted)
 }
 
-/// The holes of the legs `done`, and of the one after them.
+/// The holes of the legs `done`, and of the leg after them.
 fn wanted(program: &Program, machine: &Machine, done: Range<usize>) -> Vec<Wanted> {
     let in_use = machine.spindle_axes().filter(|axis| program.spindles >> (axis - 2) & 1 == 1);
     let in_use: Vec<usize> = in_use.collect();
@@ -186,7 +180,7 @@ fn wanted(program: &Program, machine: &Machine, done: Range<usize>) -> Vec<Wante
     wanted
 }
 
-/// Where a leg that begins at `at` goes straight down through the board.
+/// Positions at which a leg plunges vertically through the board, starting at `at`.
 fn straight_down(leg: &Leg, at: &mut Point, through: &impl Fn(Length) -> bool) -> Vec<Point> {
     let mut places = Vec::new();
     let (mut in_board, mut dragged, mut came_through) = (false, false, false);
@@ -216,10 +210,10 @@ fn straight_down(leg: &Leg, at: &mut Point, through: &impl Fn(Length) -> bool) -
     places
 }
 
-/// The wanted holes in squares, so that a hundred thousand are found quickly.
+/// The wanted holes in a square grid, for fast lookup.
 struct Cells {
     size: [f64; 2],
-    /// Square, spindle and index, sorted.
+    /// Square (x, y), spindle and index, sorted.
     rows: Vec<(i64, i64, u8, usize)>,
 }
 
@@ -240,9 +234,11 @@ impl Cells {
         (libm::floor(x_mm / self.size[0]) as i64, libm::floor(y_mm / self.size[1]) as i64)
     }
 
-    /// The wanted hole that `hole` is: in its place, of its spindle, one that is not made yet before one that is.
+    /// The wanted hole nearest to `hole`, for its spindle and within tolerance. Prefers one that is not
+    /// drilled yet.
     fn nearest(&self, wanted: &[Wanted], hole: &VirtualHole, made: &[u32]) -> Option<usize> {
         let (x, y) = self.square(hole.x_mm, hole.y_mm);
+        // Cells are as large as the tolerance, so the adjacent ones suffice.
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (x + dx, y + dy)));
         let within = around.flat_map(|(x, y)| {
             let first = self.rows.partition_point(|row| (row.0, row.1, row.2) < (x, y, hole.spindle));
@@ -319,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_as_programmed_is_clean_and_every_difference_is_counted_once() {
+    fn every_difference_from_the_program_is_counted_once() {
         let good = [at(1.0, 1.0), at(2.01, 0.99), at(20.0, 9.0), at(3.0, 1.0)];
         assert_eq!(found(0..4, &good), [0, 0, 0]);
         assert_eq!(found(0..4, &good[..2]), [2, 0, 0], "two are missing");
@@ -334,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_made_again_is_by_design_where_the_job_was_taken_up_and_nowhere_else() {
+    fn hole_drilled_again_is_expected_only_at_the_resume() {
         let machine = virtual_drill();
         let again = |run: Range<usize>, before: &[VirtualHole], drilled: &[VirtualHole]| {
             let found = made_again(&program(&machine), &machine, run, [5.0, 7.0], before, drilled);
@@ -357,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn the_legs_whose_holes_are_missing_are_named_unless_holes_lie_elsewhere() {
+    fn missing_legs_are_named_unless_holes_are_misplaced() {
         let machine = virtual_drill();
         let legs =
             |drilled: &[VirtualHole]| missing_legs(&program(&machine), &machine, 0..4, [5.0, 7.0], drilled);
@@ -369,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_legs_that_were_run_count_and_the_one_in_work_may_have_its_hole() {
+    fn only_executed_legs_count() {
         assert_eq!(found(1..2, &[at(2.0, 1.0)]), [0, 0, 0]);
         assert_eq!(found(1..2, &[at(2.0, 1.0), at(20.0, 9.0)]), [0, 0, 0], "stopped at the bottom");
         assert_eq!(found(1..2, &[at(20.0, 9.0)]), [1, 0, 0]);

@@ -1,32 +1,30 @@
-//! A board that is not flat: bowed, lying askew, of two pieces.
+//! A board that isn't flat: bowed, tilted, or with a step.
 //!
 //! ```text
 //!  bow    ╭──────╮     step  ────┐        tilt  ╱╱╱
 //!       ──╯      ╰──             └────       ──╱
 //! ```
-//!
-//! Comes in: places of the machine, mm. Goes out: how far the board lies above where it should, mm. Does not know bits.
 
 use std::f64::consts::PI;
 
-/// What a board is like that is not flat; 0 everywhere is one that is.
+/// Shape of the board's surface; all zeros is a flat board.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UnevenBoard {
-    /// How high it is in the middle of every 100 mm, mm.
+    /// Height in the middle of every 100 mm, mm.
     pub bow_mm: f64,
-    /// How much it rises in a mm along X and along Y, mm.
+    /// Slope along X and along Y, mm per mm.
     pub tilt_slope: [f64; 2],
-    /// How much higher its right piece is, mm, and where that begins, mm.
+    /// Extra height of the right part of the board, mm.
     pub step_mm: f64,
-    /// Where that piece begins along X, machine mm.
+    /// Start of the right part along X, machine mm.
     pub step_at_mm: f64,
 }
 
 impl UnevenBoard {
-    /// The one of the exercise: it bows, and its right side lies so low that holes do not go through.
+    /// Shape in the exercise: bowed, with the right side so low that holes do not break through.
     pub const BOWED: Self = Self { bow_mm: 0.15, tilt_slope: [-0.018, 0.001], step_mm: 0.0, step_at_mm: 0.0 };
 
-    /// How much higher it lies at a place than it should, mm.
+    /// Extra height at a position, mm.
     pub fn raised_mm(&self, x_mm: f64, y_mm: f64) -> f64 {
         let wave = |mm: f64| libm::sin(mm * PI / 100.0);
         let bow = self.bow_mm * wave(x_mm) * wave(y_mm);

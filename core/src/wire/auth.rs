@@ -1,6 +1,4 @@
-//! Proof that one has the session key without sending it.
-//!
-//! Comes in: key and challenge. Goes out: HMAC-SHA256 in hexadecimal. Does not know where keys are kept.
+//! Proves knowledge of the session key without sending it.
 
 use hmac::{Hmac, Mac};
 use sha2::{Digest, Sha256};
@@ -16,25 +14,26 @@ pub fn proof(key: &[u8], message: &[u8]) -> String {
     }
 }
 
-/// Whether `claimed` is the proof of `message` under `key`, compared in constant time.
+/// True if `claimed` is the proof of `message` under `key`. The comparison takes constant time.
 pub fn verify(key: &[u8], message: &[u8], claimed: &str) -> bool {
     same(proof(key, message).as_bytes(), claimed.as_bytes())
 }
 
-/// Whether two secrets are the same, in a time that does not tell where they differ. Empty ones never are.
+/// Compares two secrets in constant time, so that timing reveals no position of a difference. Two empty
+/// secrets never match.
 pub fn same(a: &[u8], b: &[u8]) -> bool {
     !a.is_empty()
         && a.len() == b.len()
         && a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
 }
 
-/// What `Hello` carries: the proof of the challenge's nonce, taken as the text it was sent as, under the session key
-/// (`key` in hexadecimal, as pairing gave it).
+/// Proof for `Hello`: HMAC of the challenge's nonce, as the text that was sent. `key` is in hexadecimal, as
+/// pairing returned it.
 pub fn hello(key: &str, nonce: &str) -> String {
     proof(&unhex(key).unwrap_or_default(), nonce.as_bytes())
 }
 
-/// What a request carries: the proof of its first line, for example `PUT /api/jobs/0123…`.
+/// Proof for a request: HMAC of its first line, for example `PUT /api/jobs/0123…`.
 pub fn request(key: &str, method: &str, path: &str) -> String {
     proof(&unhex(key).unwrap_or_default(), format!("{method} {path}").as_bytes())
 }
@@ -44,12 +43,11 @@ pub fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
-/// Lower-case hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Bytes from hexadecimal; none if it is not.
+/// Decodes hexadecimal; none if `text` isn't hexadecimal.
 pub fn unhex(text: &str) -> Option<Vec<u8>> {
     if !text.is_ascii() || !text.len().is_multiple_of(2) {
         return None;
@@ -71,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn secrets_compare_by_content_and_nothing_equals_nothing_less() {
+    fn secrets_compare_by_content_and_empty_ones_never_match() {
         for (a, b, equal) in
             [("", "", false), ("a", "a", true), ("a", "b", false), ("a", "ab", false), ("ab", "a", false)]
         {
@@ -80,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_proof_belongs_to_its_request() {
+    fn proof_is_bound_to_its_request() {
         let key = "00ff";
         assert_eq!(request(key, "PUT", "/api/jobs/1"), proof(&[0, 255], b"PUT /api/jobs/1"));
         assert_ne!(request(key, "PUT", "/api/jobs/1"), request(key, "GET", "/api/jobs/1"));
@@ -89,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn hexadecimal_round_trip_and_refusals() {
+    fn hexadecimal_survives_a_round_trip_or_is_refused() {
         assert_eq!(unhex(&hex(&[0, 255, 16])), Some(vec![0, 255, 16]));
         assert_eq!(unhex("abc"), None);
         assert_eq!(unhex("zz"), None);

@@ -1,11 +1,9 @@
-//! Frames as they come in: text that somebody sent.
-//!
-//! Comes in: text. Goes out: an ask, or why it is none. Does not know who sent it.
+//! Parses incoming text frames.
 
 use super::Ask;
 use crate::diagnostic::Diagnostic;
 
-/// What a frame asks; one that cannot be understood asks nothing.
+/// Parses one frame, and explains why it can't be understood.
 pub fn understand(text: &str) -> Result<Ask, Diagnostic> {
     if let Ok(ask) = serde_json::from_str(text) {
         return Ok(ask);
@@ -22,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_that_are_no_asks_are_named() {
+    fn invalid_frames_have_an_error_code() {
         let rows = [
             ("", "socket.malformed"),
             ("{", "socket.malformed"),

@@ -1,17 +1,14 @@
-//! What lies in the magazine and the spindle, and how a change of tools stands, as a page hears of it.
-//!
-//! Comes in and goes out: plain data. Does not know who changes tools.
+//! Message about the magazine, the spindle and the state of a tool change.
 
 use crate::magazine::{ChangeStep, ToolStock};
 use serde::{Deserialize, Serialize};
 
-/// Which tool lies where.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MagazineReport {
-    /// What is known.
     pub stock: ToolStock,
-    /// A change is in work; its step is in `stock`.
+    /// A tool change is running; `stock` holds its step.
     pub changes: bool,
-    /// The step with which a change that stopped goes on; none where a person has to look first, or none stopped.
+    /// Step with which a stopped change resumes. None if the user must check the tool first, or if no change
+    /// stopped.
     pub goes_on_with: Option<ChangeStep>,
 }

@@ -1,4 +1,4 @@
-//! What page and bridge say to each other: JSON text frames on one socket, and programs as bytes over HTTP.
+//! Messages between page and bridge: JSON text frames on one socket, and programs as bytes over HTTP.
 //!
 //! ```text
 //! page                                    bridge
@@ -8,17 +8,18 @@
 //!                                ◀──        Tell::Challenge {nonce}
 //!  Ask::Hello {session, proof}   ──▶        proof = auth::hello(key, nonce), within 2 s
 //!                                ◀──        Tell::Welcome, Tell::Machine, Tell::Status …
-//!  PUT  /api/jobs/SHA256 bytes   ──▶        headers SESSION_HEADER, PROOF_HEADER = auth::request(key, method, path)
+//!  PUT  /api/jobs/SHA256 bytes   ──▶        headers SESSION_HEADER, PROOF_HEADER: auth::request(…)
 //!  GET  /api/jobs/SHA256         ──▶        the same bytes back, for a page that opened later
 //!                                ◀──        every refusal: {ok: false, error: {code, message, advice}}
 //! ```
 //!
-//! Comes in and goes out: messages. Does not know how they travel. With `project`, the only floor whose types are
-//! promised to stay readable: append only, never renumber.
+//! Saved pages and bridges of other versions read these types: append only, never renumber. `project` has the
+//! same rule.
 
 pub mod auth;
 mod check;
 mod frames;
+mod job;
 mod lab;
 mod level;
 mod magazine;
@@ -27,13 +28,16 @@ mod status;
 
 pub use check::CheckModeReport;
 pub use frames::understand;
+pub use job::{ArmedJob, InterruptedJob, JobEnd, PreflightRow, RowVerdict};
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 pub use level::HeightMapReport;
 pub use magazine::MagazineReport;
-pub use status::{DrilledReport, MissingReport, OtherFirmware, SlipReport, Status, ToolsReport};
+pub use status::{
+    ChangeReport, Control, ControllerReport, DrilledReport, LengthKnown, MissingReport, OtherFirmware,
+    SlipReport, Status, ToolsReport,
+};
 
-use crate::control::{Ending, Timing};
-use crate::controller::{ResetOnOpen, ToolLengths};
+use crate::control::Timing;
 use crate::diagnostic::Diagnostic;
 use crate::level::ProbeGrid;
 use crate::machine::Value;
@@ -41,7 +45,7 @@ use crate::magazine::{Held, Seen, StockedTool};
 use crate::queue::Mode;
 use serde::{Deserialize, Serialize};
 
-/// Version of these messages. Both sides state theirs and the oldest they still understand.
+/// Version of these messages. Each side also sends the oldest version that it understands.
 pub const PROTOCOL: u16 = 1;
 
 /// Largest text frame either side sends or accepts, in bytes.
@@ -50,34 +54,33 @@ pub const FRAME_LIMIT: usize = 64 * 1024;
 /// Largest program, in bytes.
 pub const PROGRAM_LIMIT: usize = 32 * 1024 * 1024;
 
-/// What one [`Ask::Jog`] or [`Ask::JogOn`] grants of motion at most, in ms.
+/// Longest motion that one [`Ask::Jog`] or [`Ask::JogOn`] permits, in ms.
 pub const JOG_GRANT_MS: u64 = 150;
 
-/// Oldest version of these messages that this build still understands.
+/// Oldest version of these messages that this build understands.
 pub const OLDEST_PROTOCOL: u16 = 1;
 
-/// Header of a request: the session id.
+/// Request header with the session id.
 pub const SESSION_HEADER: &str = "x-annulus-session";
 
-/// Header of a request: [`auth::request`] for it.
+/// Request header with the proof from [`auth::request`].
 pub const PROOF_HEADER: &str = "x-annulus-proof";
 
 /// Body of `POST /api/pair`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PairBody {
-    /// The one-time token: what follows `#t=` in the address.
+    /// One-time token: the part after `#t=` in the address.
     pub token: String,
 }
 
 /// Answer to `POST /api/pair`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Paired {
-    /// Always true.
     pub ok: bool,
-    /// Session id, to be said.
+    /// Session id; sent in the clear.
     pub session: String,
-    /// Session key in hexadecimal, never to be said again.
+    /// Session key, hexadecimal. Sent only here: later messages prove it instead of sending it.
     pub key: String,
 }
 
@@ -85,158 +88,161 @@ pub struct Paired {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkBody {
-    /// What the page that uses the address may do.
+    /// Permissions of the page that opens the address.
     pub scope: Scope,
 }
 
-/// What a session may do; each includes those before it. Whoever asks for an address chooses (`annulus link --scope`).
+/// Permissions of a session; each scope includes those before it. `annulus link --scope` sets it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
-    /// Watch, and stop.
     View,
-    /// Take control, move by hand, home, set the zero.
+    /// Take control, jog, home, set the zero.
     Jog,
-    /// Bring and run jobs.
+    /// Upload and run jobs.
     Run,
     /// Change the machine's settings.
     #[default]
     Configure,
 }
 
-/// What a page asks of the bridge. Stop is taken from any page that said hello; the rest needs control, except
-/// `Hello`, `TakeControl` and `Ping`.
+/// Requests from the page. After its hello, any page may send `Ping`, `TakeControl`, `ReleaseControl` and
+/// `Stop`. All others need control.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "t", rename_all = "snake_case")]
 pub enum Ask {
-    /// First frame: who is speaking.
+    /// First frame: identifies the session.
     Hello {
-        /// Its protocol version.
         proto: u16,
-        /// Oldest version it understands.
+        /// Oldest protocol version that the page understands.
         min: u16,
-        /// Its build.
         app: String,
         /// Session id from pairing.
         session: String,
         /// HMAC-SHA256 of the challenge under the session key, hexadecimal.
         proof: String,
     },
-    /// Still here. Control lapses 3 s after the last frame.
+    /// Keep-alive. Control lapses 3 s after the last frame.
     Ping {
-        /// Echoed, so that the page can measure the way.
+        /// Echoed, so that the page can measure the round trip.
         stamp: f64,
     },
-    /// Become the controller, if nobody is or the other one agreed by going silent.
+    /// Take control if no page has it, or if the page that had it went silent.
     TakeControl {
-        /// Take it even though another page has it.
+        /// Take control even if another page has it.
         force: bool,
     },
-    /// Give control back.
     ReleaseControl,
-    /// Home: Z up, then to the end sensors.
+    /// Home: Z up, then to the limit switches.
     Home,
-    /// Base: the place the head is at becomes work zero. Nothing moves.
+    /// Make the current XY position the work zero. Nothing moves.
     SetZero,
-    /// Work zero as it was before the last `SetZero`.
+    /// Restore the work zero from before the last `SetZero`.
     UndoZero,
-    /// Move one axis a little; Z only upwards of the safe height when XY moves. It goes for [`JOG_GRANT_MS`] at most, then
-    /// comes to rest on its way: whoever wants the rest of it says [`Ask::JogOn`] in time, again and again.
+    /// Jog one axis. X and Y are refused while the tip may be in the board, unless `anyway`. Motion lasts
+    /// [`JOG_GRANT_MS`] at most, then decelerates to a stop. [`Ask::JogOn`] must arrive in time, repeatedly,
+    /// to reach the full distance.
     Jog {
         /// 0 X, 1 Y, 2 Z.
         axis: u8,
-        /// How far, in µm, signed.
+        /// Signed distance, µm.
         distance_um: i32,
+        /// Move X and Y even if the tip may be in the board. The user confirmed it.
+        #[serde(default)]
+        anyway: bool,
     },
-    /// The page is still there and still wants the move by hand: [`JOG_GRANT_MS`] more from now on. Without one, nothing.
+    /// Jog keep-alive: extends a running jog by [`JOG_GRANT_MS`]. No-op if no jog is running.
     JogOn,
-    /// Check this uploaded job and make it ready to start.
+    /// Check this uploaded job and prepare it for start.
     Arm {
         /// SHA-256 of the program's bytes.
         job: String,
-        /// First leg to run, as it will be said to [`Ask::Start`]: the pre-flight is about the rest of the job from there.
+        /// First leg to run, as [`Ask::Start`] will send it. The pre-flight covers the job from that leg on.
         #[serde(default)]
         from_leg: u32,
     },
-    /// Start the armed job, or go on with an interrupted one.
+    /// Start the armed job, or resume an interrupted one.
     Start {
-        /// The same.
         job: String,
         /// SHA-256 of the step stream as the page computed it.
         stream_digest: String,
-        /// First leg to run; 0, or what [`Tell::Interrupted`] offered.
+        /// First leg to run: 0, or the leg that [`Tell::Interrupted`] offered.
         from_leg: u32,
     },
-    /// Finish the stroke, then hold.
+    /// Hold. On a toolpath the machine decelerates at once and waits there. A hole is finished first.
     Pause,
-    /// Go on after a pause.
+    /// Continue after a pause.
     Resume,
-    /// Finish this hole, then end.
+    /// Lift the tool off the toolpath on which it is paused, and switch the spindle off. [`Ask::Resume`]
+    /// returns to the paused point.
+    LiftTool,
+    /// Finish this hole, then end the job.
     StopAfterHole,
-    /// Go at this many percent of the planned feed, 10 … 200. The path stays the same. Up to 100 from now on, by slower
-    /// time; above, with higher feeds from the next rest of the job in work on, planned and checked anew.
+    /// Feed in percent of the planned feed, 10 … 200. The path doesn't change. Up to 100, stream time is
+    /// stretched at once. Above 100, the job is planned and checked again with higher feeds, from its next
+    /// stop on.
     FeedOverride {
-        /// Percent.
         percent: u8,
     },
-    /// The spindle at this many percent of the programmed speed, 10 … 200. Controllers of the GRBL family alone.
+    /// Spindle speed in percent of the programmed speed, 10 … 200. GRBL-family controllers only.
     SpindleOverride {
-        /// Percent.
         percent: u8,
     },
-    /// Moves without cutting at this many percent of the fastest: 25, 50 or 100. Controllers of the GRBL family alone.
+    /// Rapids in percent of the fastest: 25, 50 or 100. GRBL-family controllers only.
     RapidOverride {
-        /// Percent.
         percent: u8,
     },
-    /// Have a controller of the GRBL family read this uploaded job in its check mode, line by line and without a move. What comes of it is
-    /// told by [`Tell::Checked`].
+    /// Run this uploaded job through the check mode of a GRBL-family controller, line by line and without a
+    /// move. [`Tell::Checked`] reports the result.
     Check {
         /// SHA-256 of the program's bytes.
         job: String,
     },
-    /// Stop now.
     Stop,
-    /// The bit that was asked for is in.
+    /// The requested tool is in the spindle.
     ToolChanged,
-    /// A new tool is in the rack, or in the spindle, under this number: what the one before did is not its.
+    /// The user declares that the new tool is exactly as long as the previous one. During a tool change on
+    /// a machine that Annulus drives itself; not on a controller.
+    SameLength,
+    /// Measure the length of the tool in the spindle at the tool setter. During a tool change on a
+    /// machine that Annulus drives itself; not on a controller.
+    MeasureTool,
+    /// A new tool has this number, in the tool list or in the spindle. Its wear starts at zero.
     NewTool {
-        /// Number in the rack.
+        /// Number in the tool list.
         number: u32,
     },
-    /// What lies in the places of the magazine and in the spindle, as a person says. Refused while anything moves, and where there is no
-    /// magazine.
+    /// The user states which tools the magazine and the spindle hold. Refused while anything moves, and if
+    /// there is no magazine.
     Stock {
-        /// The tool in each place, from the first on.
+        /// Tool in each slot, from the first on.
         places: Vec<Option<StockedTool>>,
-        /// What the spindle holds.
+        /// Tool in the spindle.
         spindle: Held,
     },
-    /// What a person sees where a change of tools stopped. The clamp closes where the tool is in the spindle.
+    /// The user states where the tool is after a tool change stopped. The clamp closes if the tool is in the
+    /// spindle.
     ToolSeen {
-        /// Where the tool is.
         seen: Seen,
     },
-    /// The clamp of the spindle opens where a change of tools stopped, or where a tool that is worn waits for a new one: what it
-    /// holds falls out, so a person has it in the hand. Refused while anything moves or turns.
+    /// The tool falls out: the clamp of the spindle opens, and a hand must hold the tool. Allowed if a tool
+    /// change stopped, or if a worn tool waits for a new one. Refused while anything moves or turns.
     OpenClamp,
-    /// The alarm was read.
+    /// The user has read the alarm.
     AcknowledgeAlarm,
     /// Forget an interrupted job.
     ForgetInterrupted,
-    /// Check this queue of work commands against the machine as it stands, and keep it ready.
+    /// Check this queue of work commands against the current state of the machine, and hold it ready.
     Queue {
-        /// Its text ([`crate::queue::read`]).
+        /// Source text for [`crate::queue::read`].
         text: String,
     },
-    /// Begin the queue or go on with it.
+    /// Start or continue the queue.
     QueueRun {
-        /// How far.
         mode: Mode,
     },
-    /// Forget the queue.
     QueueClear,
-    /// Unlock the outputs for so long, or for so long from now on; 0 locks them. They lock by themselves when the time is
+    /// Unlock the outputs for this time from now; 0 locks them. They lock automatically when the time is
     /// over, when control changes hands, and when anything moves.
     OutputLease {
         /// At most 5.
@@ -244,68 +250,65 @@ pub enum Ask {
     },
     /// Switch an unlocked output while nothing moves.
     Output {
-        /// Its name in [`Outputs::names`].
+        /// A name from [`Outputs::names`].
         name: String,
-        /// On or off.
         on: bool,
-        /// Only for so long; then it goes back.
+        /// If set, the output switches back after this time.
         pulse_ms: Option<u32>,
     },
     /// Change machine settings. Refused while anything moves.
     Configure {
-        /// Keys and new values.
         changes: Vec<(String, Value)>,
     },
-    /// The virtual drill has these faults from now on, and no others ([`crate::virtual_drill::faults`]); it has to be homed anew.
-    /// Refused while anything moves, and by every other machine.
+    /// Replace the injected faults of the virtual drill with these ([`crate::virtual_drill::faults`]). The
+    /// drill must be homed again. Refused while anything moves, and by every other machine.
     Provoke {
-        /// Each `NAME` or `NAME@HOLES`.
         faults: Vec<String>,
     },
-    /// The tip touches the board here: this height becomes zero of Z.
+    /// Make the current height the zero of Z: the tip touches the board.
     SetHeight,
-    /// The same where the contact finds the board, or a plate on it, at most so far below.
+    /// Move down until the probe input finds the board, or a plate on it, and set the zero of Z there.
     Probe {
-        /// How far down at most, µm.
+        /// Greatest distance down, µm.
         depth_um: u32,
-        /// Thickness of the plate that the tip meets, µm; 0 for the bare copper.
+        /// Thickness of the plate on the board, µm; 0 for bare copper.
         plate_um: u32,
     },
-    /// The tip stands beside the board, below its surface, and goes along an axis to where the contact finds its edge: that becomes
-    /// work zero of the axis.
+    /// Find the edge of the board with the probe input and set the work zero of this axis there. The tip must
+    /// already be next to the board, below its surface.
     Edge {
         /// 0 X, 1 Y.
         axis: u8,
-        /// Upwards in its numbers.
+        /// Direction of travel: towards larger coordinates.
         up: bool,
-        /// How far at most, µm.
+        /// Greatest travel, µm.
         reach_um: u32,
-        /// Diameter of the tool, µm: half of it is between its axis and the edge.
+        /// Tool diameter, µm. The edge is half of it away from the tool's axis.
         tool_um: u32,
     },
-    /// Touch the board at every place of this grid, for its height map.
+    /// Probe the board at every point of this grid, for its height map.
     Survey {
-        /// Where, work coordinates.
         grid: ProbeGrid,
-        /// For which job ([`crate::level::key_of`]).
+        /// Key of the job ([`crate::level::key_of`]).
         job: String,
-        /// How far over the highest place touched the tip goes from place to place, µm.
+        /// Height of travel between points, over the highest point found, µm.
         clear_um: u32,
-        /// How far one place may lie below the one before, µm.
+        /// Greatest drop from one point to the next, µm.
         depth_um: u32,
-        /// What time it is, seconds since 1970.
+        /// Current time, seconds since 1970.
         now_s: u64,
     },
     /// Forget the height map.
     ForgetHeightMap,
-    /// Unlock without homing: the position stays unknown, and moves by hand are allowed. Controllers alone.
+    /// Unlock without homing: the position stays unknown, and jogging is allowed. Controllers only.
     Unlock,
-    /// Park: Z all the way up, spindle off, X and Y to where the settings say. It goes to its end by itself, or to where it is stopped.
+    /// Park: Z all the way up, spindle off, X and Y to the park position of the settings. Runs to its end
+    /// unless stopped.
     Park,
 }
 
 impl Ask {
-    /// What a session must be allowed for this.
+    /// The scope that a session needs to send this.
     pub fn scope(&self) -> Scope {
         match self {
             Self::Hello { .. } | Self::Ping { .. } | Self::Stop => Scope::View,
@@ -325,6 +328,8 @@ impl Ask {
             | Self::Survey { .. }
             | Self::ForgetHeightMap
             | Self::Unlock
+            | Self::SameLength
+            | Self::MeasureTool
             | Self::Stock { .. }
             | Self::ToolSeen { .. }
             | Self::OpenClamp
@@ -333,6 +338,7 @@ impl Ask {
             | Self::Start { .. }
             | Self::Pause
             | Self::Resume
+            | Self::LiftTool
             | Self::StopAfterHole
             | Self::FeedOverride { .. }
             | Self::SpindleOverride { .. }
@@ -348,7 +354,7 @@ impl Ask {
         }
     }
 
-    /// Whether only the page in control may ask this. Stop is everybody's.
+    /// True if only the page in control may send this.
     pub fn needs_control(&self) -> bool {
         !matches!(
             self,
@@ -361,169 +367,72 @@ impl Ask {
     }
 }
 
-/// What the bridge tells a page.
+/// Messages from the bridge to a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "t", rename_all = "snake_case")]
 pub enum Tell {
-    /// First frame: prove who you are.
+    /// First frame: the page must prove its key.
     Challenge {
-        /// Bridge's protocol version.
         proto: u16,
-        /// Oldest version it understands.
+        /// Oldest protocol version that the bridge understands.
         min: u16,
-        /// Its build.
         bridge: String,
-        /// To be signed, hexadecimal.
+        /// Random challenge to sign, hexadecimal.
         nonce: String,
     },
-    /// Hello accepted.
     Welcome {
-        /// Number of this page among the viewers.
+        /// Number of this page among the connected pages.
         viewer: u32,
     },
-    /// The machine's settings, all of them; again after every change.
+    /// All settings of the machine; sent again after every change.
     Machine {
-        /// Keys and values.
         settings: Vec<(String, Value)>,
         /// [`crate::machine::Machine::fingerprint`].
         fingerprint: String,
-        /// The faults that were provoked; none on a machine that has none on demand.
+        /// Faults injected into the virtual drill; none on any other machine.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         faults: Option<Vec<String>>,
     },
-    /// How things stand, 10 times a second and after every change.
+    /// Current state, 10 times a second and after every change.
     Status(Box<Status>),
-    /// Who has control now.
-    Control {
-        /// This page has it.
-        yours: bool,
-        /// Somebody has it.
-        taken: bool,
-        /// Pages connected.
-        viewers: u32,
-    },
-    /// The verdict on a job: ready to start, or why not.
-    Armed {
-        /// SHA-256 of the program's bytes.
-        job: String,
-        /// SHA-256 of its step stream as the bridge computed it.
-        stream_digest: String,
-        /// Its depth follows the height map that there is; so do the steps of which that is the digest.
-        #[serde(default)]
-        levelled: bool,
-        /// Pre-flight, row by row.
-        checks: Vec<PreflightRow>,
-    },
-    /// A job ended.
-    Ended {
-        /// Which.
-        job: String,
-        /// Why.
-        ending: Ending,
-        /// Holes drilled.
-        holes_done: u32,
-        /// Toolpaths milled.
-        #[serde(default)]
-        toolpaths_done: u32,
-    },
-    /// What became of the tools of the rack, when a page comes and after every change.
+    Control(Control),
+    Armed(ArmedJob),
+    Ended(JobEnd),
+    /// Wear of the tools in the tool list; sent to a new page and after every change.
     Tools(ToolsReport),
-    /// A job was interrupted and can be taken up.
-    Interrupted {
-        /// Which.
-        job: String,
-        /// Its name.
-        name: String,
-        /// Leg to go on with.
-        next_leg: u32,
-        /// Holes done for certain.
-        holes_done: u32,
-        /// Holes in all.
-        holes_total: u32,
-        /// Toolpaths done for certain.
-        #[serde(default)]
-        toolpaths_done: u32,
-        /// Toolpaths in all.
-        #[serde(default)]
-        toolpaths_total: u32,
-    },
-    /// What the bridge found out about its clock; only where time is real.
+    Interrupted(InterruptedJob),
+    /// How punctual the bridge's clock is; sent only if time is real.
     Timing(Box<Timing>),
-    /// The text of the queue that is ready, when a page comes and after every change.
+    /// Source text of the queue; sent to a new page and after every change.
     QueueText {
-        /// As it was sent; empty where there is none.
+        /// As the page sent it; empty if there is no queue.
         text: String,
     },
-    /// How the queue stands.
     Queue(Box<QueueStatus>),
-    /// The outputs and their lock.
     Outputs(Outputs),
-    /// A controller of the GRBL family is the machine: who it is, with its numbered settings. Such a one plans its own motion: in
-    /// [`Tell::Armed`] it has no digest.
-    Controller {
-        /// `GRBL`, `grblHAL` or `FluidNC`.
-        flavour: String,
-        /// Its version.
-        version: String,
-        /// Settings by their numbers, as `$$` lists them.
-        values: Vec<(u16, f64)>,
-        /// The mill that a person said it is ([`crate::machine::mill`]).
-        #[serde(default)]
-        mill: Option<String>,
-        /// How the length of a tool is found.
-        #[serde(default)]
-        lengths: ToolLengths,
-        /// What opening its port may do to the board.
-        #[serde(default)]
-        reset_on_open: ResetOnOpen,
-        /// The lines by which it changes tools itself; none where a person does.
-        #[serde(default)]
-        changer: Vec<String>,
-    },
-    /// A stroke of the job in work ended on a sensor.
+    Controller(ControllerReport),
+    /// A plunge of the running job ended on a sensor.
     Touched {
-        /// Its leg.
         leg: u32,
         /// Height of the tip over the work zero, µm.
         height_um: f64,
     },
-    /// What is known of the surface of the board; when a page comes and after every change.
+    /// Height map of the board; sent to a new page and after every change.
     HeightMap(Box<HeightMapReport>),
-    /// What lies in the magazine and how a change of tools stands; when a page comes and after every step. Machines with a magazine alone.
+    /// Contents of the magazine and state of a tool change; sent to a new page and after every step. Only
+    /// from machines with a magazine.
     Magazine(Box<MagazineReport>),
-    /// How far a controller has read a job in its check mode, and what it refuses of it; while it reads, and when that is over.
+    /// Progress of the check mode and the refused lines; sent during the check and at its end.
     Checked(Box<CheckModeReport>),
-    /// An ask was refused; nothing changed.
+    /// A request was refused; nothing changed.
     Refused {
-        /// Why and what to do.
+        /// Reason and advice.
         why: Diagnostic,
     },
-    /// Answer to `Ping`.
     Pong {
-        /// The page's stamp.
+        /// Copied from the ping.
         stamp: f64,
     },
-}
-
-/// One line of the pre-flight.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PreflightRow {
-    /// What was looked at and what was found; the code names the row.
-    pub finding: Diagnostic,
-    /// Whether it lets the job start.
-    pub verdict: RowVerdict,
-}
-
-/// What a pre-flight row means for Start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RowVerdict {
-    /// Good.
-    Pass,
-    /// A person must tick it.
-    Warn,
-    /// No start.
-    Fail,
 }
 
 #[cfg(test)]
@@ -531,8 +440,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stop_is_everybodys_and_what_moves_is_not() {
-        let jog = Ask::Jog { axis: 0, distance_um: 1 };
+    fn stop_needs_no_control_and_motion_does() {
+        let jog = Ask::Jog { axis: 0, distance_um: 1, anyway: false };
         let start = Ask::Start { job: String::new(), stream_digest: String::new(), from_leg: 0 };
         let rows = [
             (Ask::Stop, Scope::View, false),

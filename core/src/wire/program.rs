@@ -1,10 +1,8 @@
-//! A program as bytes, and back: what is uploaded, hashed and saved by `plan -o FILE`.
+//! A program as bytes, and back. Uploads, hashes and `plan -o FILE` use this form.
 //!
 //! ```text
 //! "ANNULUS PROGRAM\n"  version u8  postcard(Program)
 //! ```
-//!
-//! Comes in: a [`Program`]. Goes out: bytes, key (SHA-256). Does not know files or sockets.
 
 use super::{PROGRAM_LIMIT, auth};
 use crate::diagnostic::Diagnostic;
@@ -13,7 +11,7 @@ use crate::job::Program;
 const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
 const VERSION: u8 = 4;
 
-/// The program as bytes. Equal programs give equal bytes.
+/// Encodes the program. Equal programs give equal bytes.
 pub fn encode(program: &Program) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.push(VERSION);
@@ -23,7 +21,7 @@ pub fn encode(program: &Program) -> Vec<u8> {
     bytes
 }
 
-/// The program in `bytes`, or why there is none.
+/// Decodes `bytes`, or explains why that fails.
 pub fn decode(bytes: &[u8]) -> Result<Program, Diagnostic> {
     let refuse = |code: &str| Err(Diagnostic::error(code));
     if bytes.len() > PROGRAM_LIMIT {
@@ -40,12 +38,12 @@ pub fn decode(bytes: &[u8]) -> Result<Program, Diagnostic> {
     }
 }
 
-/// Whether `bytes` claim to be a program.
+/// True if `bytes` start like a program.
 pub fn looks_like_one(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// The key of a program: SHA-256 of its bytes, hexadecimal.
+/// Key of a program: SHA-256 of its bytes, hexadecimal.
 pub fn key(bytes: &[u8]) -> String {
     auth::sha256(bytes)
 }
@@ -79,12 +77,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_encoded_decodes() {
+    fn program_survives_encoding() {
         assert_eq!(decode(&encode(&example())), Ok(example()));
     }
 
     #[test]
-    fn every_truncation_and_every_flipped_byte_gives_a_program_or_a_diagnostic() {
+    fn damaged_program_decodes_or_is_an_error() {
         let bytes = encode(&example());
         for end in 0..bytes.len() {
             assert!(decode(&bytes[..end]).is_err(), "cut at {end}");

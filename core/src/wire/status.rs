@@ -1,9 +1,7 @@
-//! How things stand with the machine, as the bridge tells it; and what the virtual drill found in its board.
-//!
-//! Goes out: messages. Does not know who makes them.
+//! Messages about the state of the machine, and what the virtual drill recorded about its board.
 
 use crate::control::{Alarm, State, Trust};
-use crate::controller::SetterStep;
+use crate::controller::{ResetOnOpen, SetterStep, ToolLengths};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::machine::ToolWear;
@@ -11,54 +9,88 @@ use crate::pins::{ShortTouches, SpindleState};
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
 
-/// A place where a motor of the virtual drill lost steps.
+/// Which page has control.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Control {
+    pub yours: bool,
+    pub taken: bool,
+    pub viewers: u32,
+}
+
+/// The machine is a GRBL-family controller, with these numbered settings. Controllers plan their own motion, so
+/// their [`super::ArmedJob`] has no digest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControllerReport {
+    /// `GRBL`, `grblHAL` or `FluidNC`.
+    pub flavour: String,
+    pub version: String,
+    /// Settings by number, as `$$` lists them.
+    pub values: Vec<(u16, f64)>,
+    /// Machine model that the user chose ([`crate::machine::mill`]).
+    #[serde(default)]
+    pub mill: Option<String>,
+    /// How tool lengths are found.
+    #[serde(default)]
+    pub lengths: ToolLengths,
+    /// Whether opening the port may reset the controller.
+    #[serde(default)]
+    pub reset_on_open: ResetOnOpen,
+    /// G-code lines of the automatic tool changer; empty if the user changes tools.
+    #[serde(default)]
+    pub changer: Vec<String>,
+}
+
+impl ControllerReport {
+    /// True if homing is on (`$22`).
+    pub fn homes(&self) -> bool {
+        self.values.iter().any(|(number, value)| *number == 22 && *value != 0.0)
+    }
+}
+
+/// One loss of steps of a motor of the virtual drill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlipReport {
     /// 0 X, 1 Y, 2 Z.
     pub axis: u8,
-    /// Where the axis really was, machine mm.
+    /// Real position of the axis, machine mm.
     pub place_mm: f64,
-    /// Steps lost there.
     pub lost: u64,
-    /// Why: a key of `page.slip`.
+    /// Cause: a key of `page.slip`.
     pub cause: String,
 }
 
-/// How a board differs from its program, by the virtual drill's own record. All zero where it does not.
+/// Differences between the board and its program, as the virtual drill recorded them. All zero if there are
+/// none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DrilledReport {
-    /// Holes that are not there.
     pub missing: u32,
-    /// Holes made again.
     pub doubled: u32,
-    /// Holes where none should be.
+    /// Holes at positions where the program has none.
     pub shifted: u32,
-    /// Bits that broke.
     pub broken: u32,
     /// Steps that motors lost.
     pub slipped_steps: u64,
 }
 
-/// Legs of the last run whose holes are not in the board, by the virtual drill's own record.
+/// Legs of the last run without a hole in the board, as the virtual drill recorded them.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MissingReport {
     /// SHA-256 of the program's bytes.
     pub job: String,
-    /// The first leg and the one behind the last, run by run.
+    /// Half-open ranges of legs: first leg, and one past the last.
     pub legs: Vec<(u32, u32)>,
 }
 
-/// The firmware of a USB step adapter that is not the one of this program (N18).
+/// The firmware of the USB step adapter doesn't belong to this version of Annulus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OtherFirmware {
-    /// What the adapter has: CRC-32C of its sources.
+    /// Firmware in the adapter: CRC-32C of its sources.
     pub found: u32,
-    /// What belongs to this program.
+    /// Firmware that belongs to this version.
     pub wanted: u32,
 }
 
 impl OtherFirmware {
-    /// The same as a sentence.
     pub fn warning(self) -> Diagnostic {
         let number = |firmware: u32| format!("{firmware:08x}");
         let why = Diagnostic::warning("firmware.other").with("found", number(self.found));
@@ -66,23 +98,46 @@ impl OtherFirmware {
     }
 }
 
-/// What became of the tools of the rack (C3).
+/// State of the tools in the tool list.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolsReport {
-    /// What each has done since it was new; one that is not here has done nothing.
+    /// Wear of each tool since it was new; a tool without an entry is unused.
     pub wear: Vec<ToolWear>,
-    /// Number of the tool that the job in work has in the spindle.
+    /// Number of the tool that the running job has in the spindle.
     pub in_spindle: Option<u32>,
-    /// Number of the one that is asked for; a new one of its kind where the life of that one is over.
+    /// Number of the requested tool. If its life is over, this is another tool of its kind.
     pub wanted: Option<u32>,
 }
 
-/// How things stand with the machine (A10).
+/// How the length of the tool in the spindle is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LengthKnown {
+    /// Unknown: the tool must not cut.
+    No,
+    /// Zero of Z was set with this tool, or the user declared it as long as the previous tool.
+    Measured,
+    /// The settings declare that all tools have equal length.
+    Equal,
+}
+
+/// State of a manual tool change on a machine that Annulus drives itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChangeReport {
+    /// Requested tool: index into the program's bits.
+    pub bit: u32,
+    /// The tip is at or above the change height.
+    pub is_up: bool,
+    /// X and Y are at the change position.
+    pub is_at_place: bool,
+    pub length: LengthKnown,
+}
+
+/// State of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// What it is doing.
     pub state: State,
-    /// How well the position is known.
+    /// How reliable the position is.
     pub trust: Trust,
     /// Machine position in steps.
     pub steps: Steps,
@@ -90,92 +145,96 @@ pub struct Status {
     pub machine_mm: [f64; 3],
     /// Work position in mm: X, Y from the work zero, Z from the board's surface.
     pub work_mm: [f64; 3],
-    /// Where the work zero is, machine mm; none before it was set.
+    /// Position of the work zero, machine mm; none if it isn't set.
     pub zero_mm: Option<[f64; 2]>,
-    /// Where the head is going in the plane, work mm.
+    /// Target of the current move in XY, work mm.
     pub target_mm: Option<[f64; 2]>,
-    /// Lowest point of the stroke, work mm.
+    /// Bottom of stroke, work mm.
     pub lower_dead_point_mm: Option<f64>,
-    /// SHA-256 of the job in work.
+    /// SHA-256 of the running job.
     pub job: Option<String>,
-    /// Its name.
     pub job_name: Option<String>,
-    /// Leg in work.
     pub leg: Option<u32>,
-    /// Hole in work (index into the board's holes).
+    /// Current hole: index into the board's holes.
     pub hole: Option<u32>,
-    /// Holes drilled.
     pub holes_done: u32,
-    /// Holes in all.
     pub holes_total: u32,
-    /// Toolpath in work (index into the job's toolpaths).
+    /// Current toolpath: index into the job's toolpaths.
     #[serde(default)]
     pub toolpath: Option<u32>,
-    /// Toolpaths milled.
     #[serde(default)]
     pub toolpaths_done: u32,
-    /// Toolpaths in all.
     #[serde(default)]
     pub toolpaths_total: u32,
-    /// What is being done.
     pub stage: Option<Stage>,
-    /// What of the measurement of a tool is being done, in the middle of its change.
+    /// Step of a tool measurement during a tool change.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measuring: Option<SetterStep>,
-    /// The line of the tool changer that is in work, from 1, and how many there are.
+    /// Current line of the tool changer's macro, from 1, and the number of lines.
     #[serde(default)]
     pub changing: Option<[u32; 2]>,
-    /// The work command, by its name.
+    /// Manual tool change that waits for the user.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<ChangeReport>,
+    /// Name of the current work command.
     pub command: Option<String>,
-    /// Bit in the spindle: index into the program's bits.
+    /// Tool in the spindle: index into the program's bits.
     pub bit: Option<u32>,
-    /// Its diameter in mm.
+    /// Diameter of the tool, mm.
     pub bit_mm: Option<f64>,
     /// Spindle speed commanded, rpm.
     pub spindle_rpm: u32,
-    /// What the spindle tells of itself.
+    /// State that the spindle itself reports.
     #[serde(default)]
     pub spindle: SpindleState,
     /// Percent of the planned feed.
     #[serde(default = "full_override")]
     pub feed_override_percent: u8,
-    /// Percent of the programmed spindle speed, where the machine has such an override.
+    /// Percent of the programmed spindle speed; none without this override.
     #[serde(default)]
     pub spindle_override_percent: Option<u8>,
-    /// Percent of the fastest in moves without cutting, where the machine has such an override.
+    /// Percent of the fastest rapid; none without this override.
     #[serde(default)]
     pub rapid_override_percent: Option<u8>,
-    /// Inputs, one bit each ([`crate::job::Input::bit`]).
+    /// Bit set of the active inputs ([`crate::job::Input::bit`]).
     pub inputs: u32,
-    /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter; none where nothing is filtered and counted.
+    /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter; none if nothing filters and
+    /// counts them.
     #[serde(default)]
     pub touches: Option<[ShortTouches; Input::OF_AXES.len()]>,
-    /// The firmware of the USB step adapter, where it is another one than belongs to this program.
+    /// How far Z must rise before X and Y jog without confirmation, mm; none if the tip isn't in the board.
+    #[serde(default)]
+    pub lift_first_mm: Option<f64>,
+    /// True if the tool was lifted off the toolpath on which the job is paused. None if the job isn't paused
+    /// on a toolpath, and on controllers that plan their own motion.
+    #[serde(default)]
+    pub paused_on_path: Option<bool>,
+    /// Firmware of the USB step adapter, if it doesn't belong to this version.
     #[serde(default)]
     pub other_firmware: Option<OtherFirmware>,
-    /// Phase bytes put out to X, Y, Z.
+    /// Phase bytes sent to the drivers of X, Y, Z.
     pub phases: [u8; 3],
-    /// Where the virtual drill lost steps, since it was built.
+    /// Losses of steps of the virtual drill since it was created.
     #[serde(default)]
     pub slips: Vec<SlipReport>,
-    /// How the board of the last run differs from its program, by the virtual drill's own record; none before one ended.
+    /// Differences between the board of the last run and its program, as the virtual drill recorded them.
+    /// None until a run ended.
     #[serde(default)]
     pub drilled: Option<DrilledReport>,
-    /// What of it is missing, where that can be said.
+    /// Missing legs of the last run, if they are known.
     #[serde(default)]
     pub missing: Option<MissingReport>,
-    /// Holes that the board of the last run had already when the job was taken up, and that were drilled again: by their order
-    /// of drilling, the first is 1. By design one at most, and no fault.
+    /// Holes drilled again after a resume, by order of drilling from 1. At most one by design; not an error.
     #[serde(default)]
     pub drilled_twice: Vec<u32>,
     /// Time since Start, s.
     pub elapsed_s: f64,
     /// Time left, s.
     pub left_s: f64,
-    /// Share of the job's own time that is behind it, 0 to 1, by whole legs: toolpaths count as holes do.
+    /// Completed share of the job's planned time, 0 to 1, in whole legs: toolpaths and holes.
     #[serde(default)]
     pub done_share: f64,
-    /// What went wrong, until acknowledged.
+    /// Current alarm, until acknowledged.
     pub alarm: Option<Alarm>,
 }
 

@@ -1,12 +1,12 @@
-//! Alarms whose line may have been changed on its way: what is believed of the place behind one, and how a board is taken up again that
-//! waits for its reset.
+//! Tests of alarms whose line may have been damaged on the way: whether the position stays trusted, and how
+//! a waiting controller is used again.
 
 use super::survey::found;
 use super::{Bench, Faults, job};
 use annulus_core::control::Trust;
 use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase};
 
-/// Down into the air.
+/// A probe in the air: nothing is touched for a long time.
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 60.0, plate_mm: 0.0, up_mm: 1.0 };
 
 fn ready() -> Bench {
@@ -16,7 +16,7 @@ fn ready() -> Bench {
     bench
 }
 
-/// The probe is on its way down.
+/// A bench whose probe is on its way down.
 fn probing() -> Bench {
     let mut bench = ready();
     bench.asked(PROBE);
@@ -26,15 +26,15 @@ fn probing() -> Bench {
 }
 
 impl Bench {
-    /// A line comes that the board did not say.
+    /// Feeds a line to the engine that the controller did not send.
     fn heard(&mut self, line: &str) {
         self.event(EngineEvent::Bytes(format!("{line}\r\n").into_bytes()));
     }
 }
 
 #[test]
-fn an_alarm_of_the_probe_or_of_a_soft_limit_is_believed_where_one_can_be() {
-    let jog = EngineAsk::Jog { axis: 2, um: -5_000, mm_per_min: 60.0 };
+fn probe_and_soft_limit_alarms_count_only_when_possible() {
+    let jog = EngineAsk::Jog { axis: 2, um: -5_000, mm_per_min: 60.0, anyway: false };
     for alarm in [2, 4, 5] {
         let mut rests = ready();
         let mut jogs = ready();
@@ -46,7 +46,7 @@ fn an_alarm_of_the_probe_or_of_a_soft_limit_is_believed_where_one_can_be() {
         let mut changes = ready();
         changes.start_as(job(0));
         changes.phases(EnginePhase::ToolChange);
-        // No soft limits are on.
+        // Soft limits are off.
         let mut probes = probing();
         for (bench, believed) in [
             (&mut rests, false),
@@ -68,25 +68,25 @@ fn an_alarm_of_the_probe_or_of_a_soft_limit_is_believed_where_one_can_be() {
 }
 
 #[test]
-fn behind_a_soft_limit_the_place_stays_known() {
+fn soft_limit_alarm_preserves_the_position() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.settings.push((20, 1.0));
     assert!(bench.ready());
-    // Past the lower end, as the board itself counts.
+    // Deeper than the lower end of the travel in the controller's own coordinates.
     bench.asked(EngineAsk::Probe { depth_mm: 400.0, mm_per_min: 60.0, plate_mm: 0.0, up_mm: 1.0 });
     assert!(bench.until(2_000, |bench| bench.engine().phase == EnginePhase::Locked));
     assert_eq!((found(&bench), bench.engine().trust), (vec!["grbl.alarm_2".to_owned()], Trust::Trusted));
     bench.asked(EngineAsk::Unlock);
     bench.phases(EnginePhase::Ready);
     assert_eq!((found(&bench), bench.engine().trust), (Vec::new(), Trust::Trusted));
-    // The same number where nothing moves is another one's.
+    // Without a move the same number can't be a soft limit: the line was damaged.
     bench.heard("ALARM:2");
     assert_eq!(bench.engine().trust, Trust::Lost);
 }
 
 #[test]
-fn a_switch_whose_alarm_was_heard_as_that_of_the_probe_has_lost_the_place() {
-    // It says that it waits for a reset.
+fn misheard_limit_switch_alarm_loses_the_position() {
+    // The controller reports that it waits for a reset.
     let mut bench = probing();
     bench.heard_instead = Some(("ALARM:1", "ALARM:5"));
     bench.board.is_stopped(1);
@@ -95,7 +95,8 @@ fn a_switch_whose_alarm_was_heard_as_that_of_the_probe_has_lost_the_place() {
     bench.asked(EngineAsk::Unlock);
     bench.phases(EnginePhase::Ready);
     assert_eq!(bench.engine().trust, Trust::Lost);
-    // That was lost too, and the board reports or does not: it is unlocked, or begun anew.
+    // If that message is lost too, the user unlocks or stops. The controller reports its state meanwhile,
+    // or does not.
     for reports in [true, false] {
         for ask in [EngineAsk::Unlock, EngineAsk::Stop] {
             if reports && ask_is_stop(&ask) {
@@ -119,7 +120,7 @@ fn ask_is_stop(ask: &EngineAsk) -> bool {
 }
 
 #[test]
-fn after_a_real_alarm_of_the_probe_the_place_is_known_however_it_is_taken_up() {
+fn probe_alarm_preserves_the_position() {
     for ask in [EngineAsk::Unlock, EngineAsk::Stop] {
         let mut bench = ready();
         bench.asked(EngineAsk::Probe { depth_mm: 2.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 1.0 });
@@ -132,7 +133,7 @@ fn after_a_real_alarm_of_the_probe_the_place_is_known_however_it_is_taken_up() {
 }
 
 #[test]
-fn a_board_that_waits_for_its_reset_is_there_and_says_nothing() {
+fn silent_controller_that_awaits_reset_is_not_closed() {
     for heard in ["ALARM:1", "ALARN:1"] {
         let mut bench = ready();
         bench.start(0);

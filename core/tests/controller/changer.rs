@@ -1,5 +1,6 @@
-//! A machine that changes its tools itself, by the lines of its owner: the right tool with its own length at every hole, and an end of the
-//! job where the lines do anything else than that. The judge knows which tool is in and how long it is, the engine does not.
+//! Tests of a machine that changes its tools by lines that its owner configured. Every hole must be made
+//! with the right tool at the right height; if the lines do anything else, the job must end. Only the judge
+//! knows the fitted tool and its length; the engine does not.
 
 use super::setter::{STEP_MM, ready, setter};
 use super::survey::found;
@@ -9,7 +10,7 @@ use annulus_core::controller::{
     BoardHeight, Changer, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, ToolMacro,
 };
 
-/// How much further a tool stands out than the one with which zero was set.
+/// Length of a tool relative to the one with which zero was set, in mm.
 fn lengths(tool: u32) -> f64 {
     match tool {
         7 => 1.5,
@@ -24,22 +25,21 @@ fn alike(_: u32) -> f64 {
 
 pub(super) const FETCHES: [&str; 3] = ["G53 G0 Z-1", "M6 T{tool}", "G53 G0 X-200 Y-100"];
 
-fn changer(lines: &[&str]) -> Option<Changer> {
+pub(super) fn changer(lines: &[&str]) -> Option<Changer> {
     let lines = ToolMacro::of_lines(lines.iter().copied()).unwrap();
     Some(Changer { lines, numbers: vec![Some(7), Some(9)] })
 }
 
-/// A job whose tools the machine changes by these lines, measured on the tool setter.
+/// A job whose tools are changed by these lines and measured on the tool setter.
 pub(super) fn measured(lines: &[&str], from: usize) -> EngineStart {
     EngineStart { changer: changer(lines), setter: Some(setter()), ..job(from) }
 }
 
-/// The same, unmeasured.
 fn trusted(lines: &[&str]) -> EngineStart {
     EngineStart { changer: changer(lines), ..job(0) }
 }
 
-/// Zero is set, and the machine has this rack.
+/// A bench with a set zero and this rack.
 fn with_rack(rack: fn(u32) -> f64) -> Bench {
     let mut bench = ready();
     bench.board.rack = Some(rack);
@@ -55,7 +55,7 @@ impl Bench {
         tools.collect()
     }
 
-    /// Waits for a phase, of a job that is not over before.
+    /// Waits for a phase that must come before the job ends.
     fn comes_to(&mut self, phase: EnginePhase) {
         let there = self.until(600_000, |bench| bench.engine().phase == phase || bench.ended().is_some());
         assert!(there && self.engine().phase == phase, "{phase:?}: {:?}", self.words());
@@ -63,7 +63,7 @@ impl Bench {
 }
 
 #[test]
-fn every_tool_that_the_machine_fetches_is_measured_before_it_cuts() {
+fn every_fetched_tool_is_measured_before_it_cuts() {
     let mut bench = with_rack(lengths);
     bench.start_as(measured(&FETCHES, 0));
     assert_eq!(bench.is_over(), Some(Ending::Done), "{:?}", bench.words());
@@ -74,7 +74,7 @@ fn every_tool_that_the_machine_fetches_is_measured_before_it_cuts() {
 }
 
 #[test]
-fn without_a_setter_the_lines_leave_the_length_in_an_offset_or_all_are_alike() {
+fn changer_without_setter_uses_offsets_or_equal_lengths() {
     type Row = (fn(u32) -> f64, &'static [&'static str]);
     let rows: [Row; 2] = [(lengths, &["M6 T{tool}", "G43 H{tool}"]), (alike, &FETCHES)];
     for (rack, lines) in rows {
@@ -90,7 +90,7 @@ fn without_a_setter_the_lines_leave_the_length_in_an_offset_or_all_are_alike() {
 }
 
 #[test]
-fn lines_are_sent_alone_each_after_the_one_before_has_come_to_rest() {
+fn changer_lines_are_sent_one_at_a_time_at_rest() {
     let mut bench = with_rack(alike);
     bench.start_as(trusted(&FETCHES));
     bench.comes_to(EnginePhase::Changing);
@@ -119,7 +119,7 @@ fn lines_are_sent_alone_each_after_the_one_before_has_come_to_rest() {
 }
 
 #[test]
-fn a_line_that_is_refused_ends_the_job_with_its_text() {
+fn refused_changer_line_ends_the_job_with_its_text() {
     let mut bench = with_rack(alike);
     bench.start_as(trusted(&["G53 G0 Z-1", "G65 P3", "M6 T{tool}"]));
     assert_eq!(bench.is_over(), Some(Ending::Alarm), "{:?}", bench.words());
@@ -132,7 +132,7 @@ fn a_line_that_is_refused_ends_the_job_with_its_text() {
 }
 
 #[test]
-fn stop_ends_a_change_in_its_middle_and_nothing_moves_afterwards() {
+fn stop_ends_a_tool_change_and_nothing_moves_afterwards() {
     let mut bench = with_rack(alike);
     bench.start_as(trusted(&["G53 G0 Z-1", "G53 G0 X-290 Y-290", "M6 T{tool}"]));
     bench.comes_to(EnginePhase::Changing);
@@ -147,7 +147,7 @@ fn stop_ends_a_change_in_its_middle_and_nothing_moves_afterwards() {
 }
 
 #[test]
-fn lines_that_move_the_zero_or_fetch_another_tool_end_the_job_before_anything_is_cut() {
+fn changer_line_that_moves_zero_ends_the_job_before_a_cut() {
     let rows: [(&[&str], &str); 4] = [
         (&["M6 T{tool}", "G10 L2 P1 X-149"], "changer.moved_zero"),
         (&["M6 T{tool}", "T3"], "changer.other_tool"),
@@ -164,28 +164,28 @@ fn lines_that_move_the_zero_or_fetch_another_tool_end_the_job_before_anything_is
 }
 
 #[test]
-fn a_tool_whose_number_nobody_knows_is_refused_before_anything_moves() {
+fn unknown_tool_number_is_refused_before_motion() {
     let mut bench = with_rack(alike);
     let mut start = trusted(&FETCHES);
     start.changer.as_mut().unwrap().numbers = vec![Some(7), None];
     bench.start_as(start.clone());
     assert_eq!((bench.engine().phase, found(&bench)[0].as_str()), (EnginePhase::Ready, "changer.no_number"));
-    // Lines that do not want to know it go without.
+    // Lines that don't use the number don't need one.
     start.changer.as_mut().unwrap().lines = ToolMacro::of_lines(["M6"]).unwrap();
     assert!(bench.engine().check(&start).iter().all(|why| why.code != "changer.no_number"));
 }
 
 #[test]
-fn a_job_that_is_taken_up_fetches_its_tool_anew_and_a_person_touches_it_off_where_nothing_is_known() {
+fn resumed_job_fetches_its_tool_again() {
     let mut bench = with_rack(lengths);
-    // The link was opened anew: by the switches zero is where it was, but nothing was measured.
+    // The link was reopened: homing restores zero, but no tool has been measured.
     bench.start_as(EngineStart { zero_mm: Some(ZERO), ..measured(&FETCHES, 3) });
     bench.comes_to(EnginePhase::Measuring);
     assert_eq!(bench.board.fetched, Vec::<u32>::new(), "the tool that is in is the one to go by");
     assert_eq!(bench.is_over(), Some(Ending::Done), "{:?}", bench.words());
     assert_eq!(bench.board.fetched, [7, 9]);
     assert_eq!(bench.wrong(), Vec::<[f64; 3]>::new());
-    // Once more: the tool that is in is of nobody knows what length.
+    // Once more: now the length of the fitted tool is unknown.
     bench.start_as(EngineStart { zero_mm: bench.engine().zero_mm, ..measured(&FETCHES, 3) });
     bench.event(annulus_core::controller::EngineEvent::Ask(EngineAsk::NewBit));
     bench.comes_to(EnginePhase::Measuring);
@@ -194,7 +194,7 @@ fn a_job_that_is_taken_up_fetches_its_tool_anew_and_a_person_touches_it_off_wher
 }
 
 #[test]
-fn the_first_change_of_another_board_asks_a_person_to_touch_off_what_was_fetched() {
+fn first_change_on_another_board_asks_for_touch_off() {
     let mut bench = with_rack(lengths);
     bench.event(annulus_core::controller::EngineEvent::Ask(EngineAsk::NewBit));
     bench.start_as(measured(&FETCHES, 0));
@@ -210,7 +210,7 @@ fn the_first_change_of_another_board_asks_a_person_to_touch_off_what_was_fetched
 }
 
 #[test]
-fn whatever_is_damaged_on_the_way_nothing_is_cut_where_nothing_is_wanted() {
+fn damaged_changer_lines_never_fetch_with_spindle_on() {
     for seed in 1..=40 {
         let faults = Faults { lost: 0.000_7, damaged: 0.000_7, back: 0.000_7 };
         let mut bench = Bench::new(seed, faults);
@@ -227,7 +227,7 @@ fn whatever_is_damaged_on_the_way_nothing_is_cut_where_nothing_is_wanted() {
 }
 
 #[test]
-fn a_worn_tool_is_not_replaced_by_one_whose_length_nobody_knows() {
+fn worn_tool_without_known_length_ends_the_job() {
     let mut bench = with_rack(lengths);
     bench.start_as(trusted(&["M6 T{tool}", "G43 H{tool}"]));
     bench.event(EngineEvent::Ask(EngineAsk::ToolBefore { section: 1 }));

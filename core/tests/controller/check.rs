@@ -1,18 +1,19 @@
-//! A job that is read in check mode, at the board that has one, at one that has none, and where something ends it.
+//! Tests of a job that is read in check mode: with a controller that supports it, without one, and with
+//! interruptions.
 
 use super::survey::found;
 use super::*;
 use annulus_core::controller::CheckNews;
 use annulus_core::diagnostic::Diagnostic;
 
-/// A program whose lines 8 and 13 are M7, which not every controller has.
+/// A program whose lines 8 and 13 are M7, which some controllers lack.
 fn misty() -> Arc<Routine> {
     let text = "G21 G90\nG0 Z8\nG0 X0 Y0\n(MSG, tool 1)\nM0\nM3 S9000\nG4 P60\nM7\nG0 X3 Y4\nG1 Z-1.7 F600\nG0 Z2\n\
                 M9\nM7\nG0 X7 Y4\nG1 Z-1.7\nG0 Z2\nM5\nG0 Z8\nM2\n";
     Arc::new(read("misty", &[("misty.nc".to_owned(), text.to_owned())]).unwrap())
 }
 
-/// One that takes seconds to be read.
+/// A program that takes seconds to read.
 fn long() -> Arc<Routine> {
     let mut text = "G21 G90\nG0 Z8\nG0 X0 Y0\nM3 S9000\n".to_owned();
     for hole in 0..300 {
@@ -24,7 +25,7 @@ fn long() -> Arc<Routine> {
 impl Bench {
     fn check(&mut self, routine: Arc<Routine>) {
         self.told.clear();
-        self.event(EngineEvent::Ask(EngineAsk::Check { routine }));
+        self.event(EngineEvent::Ask(EngineAsk::Check { routine, written: Arc::default() }));
     }
 
     fn over(&self) -> Option<(u32, u32, u32, Option<Diagnostic>)> {
@@ -40,12 +41,12 @@ impl Bench {
         self.over().and_then(|(.., why)| why).map(|why| why.code)
     }
 
-    /// Where the tip is, and how often it has moved.
+    /// Position of the tool, and number of recorded positions.
     fn stands(&self) -> ([f64; 3], usize) {
         (self.board.place(), self.board.cuts.len())
     }
 
-    /// Once it is over: at rest, with the place known as before.
+    /// After the check: at rest, and the position still known.
     fn rests_as_before(&mut self, stood: ([f64; 3], usize)) {
         assert!(self.until(10_000, |bench| {
             bench.engine().phase == EnginePhase::Ready && bench.engine().place().is_some()
@@ -56,7 +57,7 @@ impl Bench {
 }
 
 impl Bench {
-    /// Until it reads moves of a long job.
+    /// Waits until moves of a long job are being read.
     fn reads_long(&mut self) {
         self.check(long());
         let is_move =
@@ -66,7 +67,7 @@ impl Bench {
 }
 
 #[test]
-fn a_job_is_read_to_its_end_without_a_move_and_is_run_afterwards() {
+fn checked_job_runs_without_motion_and_then_for_real() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     let stood = bench.stands();
@@ -83,7 +84,7 @@ fn a_job_is_read_to_its_end_without_a_move_and_is_run_afterwards() {
 }
 
 #[test]
-fn every_line_that_is_refused_is_told_with_its_line_of_the_program() {
+fn refused_lines_are_reported_by_program_line() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.has_mist = false;
     assert!(bench.ready());
@@ -109,7 +110,7 @@ fn every_line_that_is_refused_is_told_with_its_line_of_the_program() {
 }
 
 #[test]
-fn a_refused_line_of_several_programs_is_told_with_its_program() {
+fn refused_line_names_its_program() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.has_mist = false;
     assert!(bench.ready());
@@ -128,8 +129,8 @@ fn a_refused_line_of_several_programs_is_told_with_its_program() {
 }
 
 #[test]
-fn no_line_is_sent_to_a_controller_that_does_not_say_that_it_is_in_check_mode() {
-    // It has none; what was asked for was changed on the way, and answered with `ok`.
+fn missing_check_mode_sends_no_line() {
+    // Check mode is missing, or the request was damaged on the way and answered with `ok`.
     for (checks, instead) in [(false, None), (true, Some("$G\n")), (true, Some("\n")), (true, Some("$X\n"))] {
         let mut bench = Bench::new(1, Faults::default());
         bench.board.checks = checks;
@@ -149,7 +150,7 @@ fn no_line_is_sent_to_a_controller_that_does_not_say_that_it_is_in_check_mode() 
 }
 
 #[test]
-fn stop_ends_it_at_any_moment_and_nothing_has_moved() {
+fn stop_ends_the_check_at_any_moment_without_motion() {
     for after_ms in [0, 5, 60, 150, 250, 300, 700] {
         let mut bench = Bench::new(1, Faults::default());
         assert!(bench.ready());
@@ -164,7 +165,7 @@ fn stop_ends_it_at_any_moment_and_nothing_has_moved() {
 }
 
 #[test]
-fn stop_with_answers_that_come_late_or_are_lost_leaves_it_at_rest_and_out_of_check_mode() {
+fn stop_with_late_answers_leaves_check_mode_at_rest() {
     for after_ms in (0..700).step_by(23) {
         for (late_ms, lost) in [(0, false), (80, false), (400, false), (0, true), (80, true)] {
             let told = format!("after {after_ms} ms, {late_ms} ms late, lost {lost}");
@@ -183,7 +184,7 @@ fn stop_with_answers_that_come_late_or_are_lost_leaves_it_at_rest_and_out_of_che
             assert_eq!(bench.told.iter().filter(refused).count(), 0, "{told}");
             bench.heard_instead = None;
             bench.rests_as_before(stood);
-            // It is out of check mode, unlocked, and every answer is that of its line.
+            // Check mode is off, the machine is unlocked, and every answer belongs to its line.
             bench.start(0);
             assert!(bench.run(), "{told}");
             assert_eq!((bench.ended(), bench.missing()), (Some(Ending::Done), vec![]), "{told}");
@@ -192,7 +193,7 @@ fn stop_with_answers_that_come_late_or_are_lost_leaves_it_at_rest_and_out_of_che
 }
 
 #[test]
-fn stop_where_it_has_left_check_mode_by_itself_holds_it_first_and_says_so() {
+fn stop_after_lost_check_mode_holds_first_and_reports() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     let cuts = bench.board.cuts.len();
@@ -208,7 +209,7 @@ fn stop_where_it_has_left_check_mode_by_itself_holds_it_first_and_says_so() {
 }
 
 #[test]
-fn a_board_that_begins_anew_or_is_gone_meanwhile_has_lost_its_place() {
+fn reset_or_unplugging_during_a_check_loses_the_position() {
     for (unplugged, code) in [(false, "grbl.check_reset"), (true, "grbl.check_unplugged")] {
         let mut bench = Bench::new(1, Faults::default());
         assert!(bench.ready());
@@ -229,7 +230,7 @@ fn a_board_that_begins_anew_or_is_gone_meanwhile_has_lost_its_place() {
 }
 
 #[test]
-fn a_board_that_leaves_check_mode_by_itself_is_held_and_reset() {
+fn lost_check_mode_is_held_and_reset() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.reads_long();
@@ -243,7 +244,7 @@ fn a_board_that_leaves_check_mode_by_itself_is_held_and_reset() {
 }
 
 #[test]
-fn where_soft_limits_mean_nothing_nothing_is_read() {
+fn check_without_homing_is_refused_with_soft_limits() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.settings.push((20, 1.0));
     bench.plug();

@@ -1,4 +1,5 @@
-//! A contact that is closed before anything touches: nothing goes down, nothing goes aside, and no job ends over it.
+//! Tests of a probe contact that is closed before anything touches: no downward and no sideways move
+//! follows, and no job ends because of it.
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job};
@@ -19,13 +20,13 @@ fn ready() -> Bench {
 }
 
 impl Bench {
-    /// A lead has a short, or has none any more: the board has reported so.
+    /// Closes or opens a short in the probe's wires, and waits until the controller has reported it.
     fn short(&mut self, shorted: bool) {
         self.board.shorted = shorted;
         self.until(500, |_| false);
     }
 
-    /// What was sent, questions apart.
+    /// All bytes sent, without status queries.
     fn sent(&self) -> Vec<String> {
         let lines = self.told.iter().filter_map(|action| match action {
             EngineAction::Write(bytes) if bytes != b"?" => Some(String::from_utf8_lossy(bytes).into_owned()),
@@ -36,7 +37,7 @@ impl Bench {
 }
 
 #[test]
-fn nothing_is_touched_with_a_contact_that_is_closed_already() {
+fn closed_probe_input_refuses_probing() {
     let edge = EngineAsk::Edge { axis: 0, reach_mm: 5.0, mm_per_min: 100.0, radius_mm: 0.5, back_mm: 2.0 };
     for ask in [PROBE, edge] {
         let mut bench = ready();
@@ -56,7 +57,7 @@ fn nothing_is_touched_with_a_contact_that_is_closed_already() {
 }
 
 #[test]
-fn a_closed_contact_in_a_tool_change_ends_no_job() {
+fn closed_probe_input_in_a_tool_change_does_not_end_the_job() {
     let mut bench = ready();
     bench.start_as(job(0));
     bench.phases(EnginePhase::ToolChange);
@@ -75,10 +76,10 @@ fn a_closed_contact_in_a_tool_change_ends_no_job() {
 }
 
 #[test]
-fn a_tip_that_rests_on_the_board_is_lifted_before_it_goes_aside() {
-    let jog = |axis, um| EngineAsk::Jog { axis, um, mm_per_min: 300.0 };
+fn touching_tool_is_lifted_before_xy_motion() {
+    let jog = |axis, um| EngineAsk::Jog { axis, um, mm_per_min: 300.0, anyway: false };
     let mut bench = ready();
-    // Down to it, by hand.
+    // Jog down to the board.
     let down = ((ZERO[2] - bench.board.place()[2]) * 1e3) as i32;
     bench.asked(jog(2, down));
     bench.phases(EnginePhase::Ready);
@@ -101,7 +102,7 @@ fn a_tip_that_rests_on_the_board_is_lifted_before_it_goes_aside() {
 }
 
 #[test]
-fn a_survey_whose_contact_stays_closed_with_the_tip_up_ends_there_and_locks_nothing() {
+fn survey_with_closed_probe_input_ends_without_a_lock() {
     for before in [0, 2] {
         let mut bench = ready();
         bench.event(EngineEvent::Ask(EngineAsk::Survey(super::survey::start())));

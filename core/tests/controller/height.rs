@@ -1,12 +1,14 @@
-//! The height of the board, for the bit that is in: who was touched off cuts, nobody else; a zero that was refused, damaged or touched
-//! wrongly is none; what stops a tool change ends the job.
+//! Tests of the board's height for the fitted tool: only a tool that was touched off may cut. A zero that
+//! was refused, damaged or touched wrongly does not count. Every interruption of a tool change ends the
+//! job.
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job};
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{BoardHeight, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart};
 
-/// The physical height of a plate of 1.5 mm on the board; half of what a touch goes in a millisecond off a place that it comes to.
+/// Physical height of a plate of 1.5 mm on the board, less half of the distance that a probe moves in a
+/// millisecond.
 fn plate(_: f64, _: f64) -> f64 {
     ZERO[2] + 1.5 - 0.002_5
 }
@@ -31,13 +33,13 @@ impl Bench {
         self.until(1_000, |bench| bench.engine().place().is_some());
     }
 
-    /// Says that the tool is in; why that was refused.
+    /// Confirms the tool. Returns the codes of refusal.
     pub(super) fn tool_ready(&mut self) -> Vec<String> {
         self.asked(EngineAsk::ToolReady);
         found(self)
     }
 
-    /// Zero of Z as if the tip touched the board at its own zero.
+    /// Sets zero of Z as if the tool touched the board at its true zero.
     fn touch_off(&mut self) {
         let height_mm = self.engine().place().unwrap()[2];
         self.asked(EngineAsk::SetZero { axes: [false, false, true], height_mm });
@@ -45,7 +47,7 @@ impl Bench {
         self.until(1_000, |bench| bench.engine().place().is_some());
     }
 
-    /// Goes on to the end, each tool touched off.
+    /// Runs the job to its end, touching off each tool.
     fn finish(&mut self) -> Option<Ending> {
         let mut ended = None;
         while ended.is_none() {
@@ -61,7 +63,7 @@ impl Bench {
         ended
     }
 
-    /// In the change to the second tool.
+    /// Enters the change to the second tool.
     fn second_change(&mut self) {
         self.start_as(job(0));
         self.phases(EnginePhase::ToolChange);
@@ -72,7 +74,7 @@ impl Bench {
 }
 
 #[test]
-fn a_tool_that_was_not_touched_off_cuts_nothing() {
+fn tool_without_touch_off_cuts_nothing() {
     let mut bench = ready();
     bench.second_change();
     let cuts = bench.board.cuts.len();
@@ -84,7 +86,7 @@ fn a_tool_that_was_not_touched_off_cuts_nothing() {
 }
 
 #[test]
-fn the_first_tool_of_the_next_job_is_another_one_than_the_last_of_this() {
+fn next_job_requires_touch_off_of_its_first_tool() {
     let mut bench = ready();
     bench.second_change();
     assert_eq!(bench.finish(), Some(Ending::Done));
@@ -92,7 +94,7 @@ fn the_first_tool_of_the_next_job_is_another_one_than_the_last_of_this() {
     bench.phases(EnginePhase::ToolChange);
     assert_eq!(bench.tool_ready(), ["grbl.height_first"]);
     assert_eq!(bench.finish(), Some(Ending::Done));
-    // Touched off between two jobs it is the one that is in.
+    // If touched off between two jobs, the height belongs to the fitted tool.
     bench.touch_off();
     bench.start_as(job(0));
     bench.phases(EnginePhase::ToolChange);
@@ -100,7 +102,7 @@ fn the_first_tool_of_the_next_job_is_another_one_than_the_last_of_this() {
 }
 
 #[test]
-fn a_job_that_goes_on_asks_for_its_tool_before_it_cuts() {
+fn resumed_job_asks_for_its_tool_before_cutting() {
     let mut bench = ready();
     bench.start_as(job(0));
     bench.phases(EnginePhase::ToolChange);
@@ -109,8 +111,8 @@ fn a_job_that_goes_on_asks_for_its_tool_before_it_cuts() {
     bench.asked(EngineAsk::Stop);
     bench.phases(EnginePhase::Ready);
     assert_eq!(bench.ended(), Some(Ending::Stopped));
-    // A person takes the tip up, and puts in a bit that is longer by so much.
-    bench.asked(EngineAsk::Jog { axis: 2, um: 15_000, mm_per_min: 2_000.0 });
+    // The user lifts the tool and fits a longer one.
+    bench.asked(EngineAsk::Jog { axis: 2, um: 15_000, mm_per_min: 2_000.0, anyway: false });
     bench.phases(EnginePhase::Ready);
     let (cuts, high) = (bench.board.cuts.len(), bench.board.place()[2]);
     bench.start_as(EngineStart { zero_mm: Some(ZERO), ..job(3) });
@@ -124,7 +126,7 @@ fn a_job_that_goes_on_asks_for_its_tool_before_it_cuts() {
 }
 
 #[test]
-fn where_all_tools_are_alike_a_job_goes_on_with_the_zero_that_it_had() {
+fn equal_tool_lengths_resume_with_the_saved_zero() {
     let mut bench = ready();
     bench.start(0);
     bench.phases(EnginePhase::ToolChange);
@@ -137,7 +139,7 @@ fn where_all_tools_are_alike_a_job_goes_on_with_the_zero_that_it_had() {
     assert!(bench.until(5_000, |bench| bench.engine().trust == Trust::Trusted));
     bench.phases(EnginePhase::Ready);
     assert_eq!(bench.engine().height(), BoardHeight::Unknown);
-    // Another zero of Z than it had, and none that is known at all.
+    // A zero of Z that differs from the previous one, and an unknown one.
     let [x, y, z] = ZERO;
     for (zero_mm, code) in [(Some([x, y, z + 0.1]), "grbl.zero_moved"), (None, "grbl.no_height")] {
         bench.start_as(EngineStart { zero_mm, same_length: true, ..job(3) });
@@ -149,7 +151,7 @@ fn where_all_tools_are_alike_a_job_goes_on_with_the_zero_that_it_had() {
 }
 
 #[test]
-fn a_zero_that_was_moved_since_is_told_and_nothing_begins() {
+fn moved_zero_refuses_resume() {
     let mut bench = ready();
     let [x, y, z] = ZERO;
     for zero_mm in [[x + 0.8, y, z], [x, y - 0.8, z]] {
@@ -159,13 +161,13 @@ fn a_zero_that_was_moved_since_is_told_and_nothing_begins() {
             (vec!["grbl.zero_moved".to_owned()], EnginePhase::Ready)
         );
     }
-    // That of Z was set with the bit that is in.
+    // This zero of Z was set with the fitted tool.
     bench.start_as(EngineStart { zero_mm: Some([x, y, z - 3.0]), ..job(3) });
     assert_eq!((found(&bench), bench.engine().phase), (vec![], EnginePhase::Running));
 }
 
 #[test]
-fn the_height_is_where_the_probe_met_the_board_and_not_where_it_came_to_rest() {
+fn height_is_the_contact_position_not_the_rest_position() {
     let mut bench = ready();
     bench.board.surface = Some(plate);
     bench.board.coast_ms = 45;
@@ -175,13 +177,13 @@ fn the_height_is_where_the_probe_met_the_board_and_not_where_it_came_to_rest() {
     bench.phases(EnginePhase::Ready);
     let (zero, place) = (bench.engine().zero_mm.unwrap(), bench.board.place());
     assert!((zero[2] - ZERO[2]).abs() < 0.007, "{zero:?}");
-    // It coasted, and was lifted by 2 mm from there.
+    // The machine coasted, and was then lifted by 2 mm from there.
     assert!((place[2] - (ZERO[2] + 1.5 + 2.0 - 0.225)).abs() < 0.02, "{place:?}");
     assert_eq!((found(&bench), bench.engine().height()), (vec![], BoardHeight::OfThisBit));
 }
 
 #[test]
-fn a_place_of_contact_that_was_misheard_is_no_height() {
+fn misheard_contact_position_sets_no_height() {
     let mut bench = ready();
     bench.board.surface = Some(plate);
     bench.heard_instead = Some(("[PRB:-1.000,-1.000,-28.5", "[PRB:-1.000,-1.000,-29.5"));
@@ -193,9 +195,9 @@ fn a_place_of_contact_that_was_misheard_is_no_height() {
 }
 
 #[test]
-fn a_touch_that_failed_in_a_change_leaves_the_tool_unknown() {
+fn failed_touch_off_leaves_the_tool_unknown() {
     for (line, instead) in [
-        // Refused by the board, and written elsewhere.
+        // Refused by the controller, and written to another coordinate system.
         (b"G91G38.2Z-40F300\n".as_slice(), b"G91G38.2Z-40F\n".as_slice()),
         (b"G21G10L2P1Z-29.505\n", b"G21G10L2P2Z-29.505\n"),
     ] {
@@ -203,7 +205,7 @@ fn a_touch_that_failed_in_a_change_leaves_the_tool_unknown() {
         bench.board.surface = Some(plate);
         bench.second_change();
         bench.instead = Some((line, instead));
-        // Half a millimetre off where zero of Z is.
+        // Half a millimetre from the true zero of Z.
         bench.asked(EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 1.0, up_mm: 2.0 });
         bench.until(100, |_| false);
         bench.phases(EnginePhase::ToolChange);
@@ -215,7 +217,7 @@ fn a_touch_that_failed_in_a_change_leaves_the_tool_unknown() {
 }
 
 #[test]
-fn whoever_goes_on_right_after_zero_was_set_waits_for_it_and_no_longer() {
+fn continue_after_set_zero_waits_for_the_controller() {
     let zero = |bench: &Bench| {
         let height_mm = bench.engine().place().unwrap()[2];
         EngineAsk::SetZero { axes: [false, false, true], height_mm }
@@ -228,7 +230,7 @@ fn whoever_goes_on_right_after_zero_was_set_waits_for_it_and_no_longer() {
     assert_eq!(bench.engine().phase, EnginePhase::ToolChange, "and waits");
     bench.phases(EnginePhase::Running);
     assert_eq!(bench.engine().height(), BoardHeight::OfThisBit);
-    // A zero that is not taken is none.
+    // A zero that the controller does not accept does not count.
     let mut bench = ready();
     bench.second_change();
     bench.instead = Some((b"G21G10L20P1Z8\n", b"G21G10L20P1Z2\n"));
@@ -238,7 +240,7 @@ fn whoever_goes_on_right_after_zero_was_set_waits_for_it_and_no_longer() {
     let told = format!("{:?}", bench.words());
     assert_eq!(found(&bench), ["grbl.zero_not_taken", "grbl.height_first"], "{told}");
     assert_eq!(bench.engine().phase, EnginePhase::ToolChange);
-    // STOP is STOP.
+    // STOP must also end the job.
     bench.instead = None;
     bench.event(EngineEvent::Ask(ask));
     bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
@@ -250,7 +252,7 @@ fn whoever_goes_on_right_after_zero_was_set_waits_for_it_and_no_longer() {
 }
 
 #[test]
-fn a_line_that_moved_the_zero_of_the_plane_ends_the_job() {
+fn moved_xy_zero_ends_the_job() {
     let mut bench = ready();
     bench.second_change();
     let place = bench.engine().place().unwrap();
@@ -263,7 +265,7 @@ fn a_line_that_moved_the_zero_of_the_plane_ends_the_job() {
 }
 
 #[test]
-fn where_a_machine_could_know_its_place_and_does_not_no_zero_is_set() {
+fn unhomed_machine_with_switches_refuses_zero() {
     let mut bench = Bench::new(1, Faults::default());
     bench.plug();
     bench.phases(EnginePhase::Locked);
@@ -285,14 +287,14 @@ fn where_a_machine_could_know_its_place_and_does_not_no_zero_is_set() {
 }
 
 #[test]
-fn what_moves_is_held_where_a_board_does_not_answer_any_more() {
+fn unanswering_controller_is_held_before_closing() {
     let mut bench = ready();
     bench.start_as(job(0));
     bench.phases(EnginePhase::ToolChange);
     assert_eq!(bench.tool_ready(), Vec::<String>::new());
     bench.phases(EnginePhase::Running);
     bench.told.clear();
-    // Its answers are lost, not what is said to it.
+    // The answers are lost, but the requests arrive.
     for _ in 0..8_000 {
         bench.now_ms += 1;
         bench.event(EngineEvent::Tick);
@@ -304,7 +306,7 @@ fn what_moves_is_held_where_a_board_does_not_answer_any_more() {
 }
 
 #[test]
-fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
+fn machine_without_switches_knows_its_position_by_zero() {
     let mut bench = Bench::without_switches();
     let plane = EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 };
     bench.instead = Some((b"G21G10L20P1X0Y0\n", b"G21G10L20P1X0Y\n"));
@@ -319,8 +321,9 @@ fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
     assert_eq!(bench.engine().trust, Trust::Trusted);
     bench.touch_off();
     assert_eq!(bench.engine().height(), BoardHeight::OfThisBit);
-    // Asked for where it is already, and one letter changed: X stays, but zero of Z is elsewhere now.
-    bench.asked(EngineAsk::Jog { axis: 2, um: 5_000, mm_per_min: 2_000.0 });
+    // The zero is requested at its present position, and one letter is damaged: X stays, but zero of Z has
+    // moved.
+    bench.asked(EngineAsk::Jog { axis: 2, um: 5_000, mm_per_min: 2_000.0, anyway: false });
     bench.phases(EnginePhase::Ready);
     bench.instead = Some((b"G21G10L20P1X0Y0\n", b"G21G10L20P1Z0Y0\n"));
     bench.asked(plane);
@@ -332,7 +335,7 @@ fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
 }
 
 #[test]
-fn a_report_that_was_damaged_on_the_way_makes_no_zero() {
+fn damaged_report_sets_no_zero() {
     let mut bench = ready();
     bench.event(EngineEvent::Bytes(b"<Idle|MPos:-1.000,-2.000,-3.000|FS:0,0>\r\n".to_vec()));
     bench.asked(EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 });
@@ -341,8 +344,8 @@ fn a_report_that_was_damaged_on_the_way_makes_no_zero() {
 }
 
 #[test]
-fn stop_in_a_tool_change_ends_the_job_whatever_moves_there() {
-    let jog = EngineAsk::Jog { axis: 2, um: 20_000, mm_per_min: 300.0 };
+fn stop_in_a_tool_change_ends_the_job_and_all_motion() {
+    let jog = EngineAsk::Jog { axis: 2, um: 20_000, mm_per_min: 300.0, anyway: false };
     for (ask, phase) in
         [(jog, EnginePhase::Jogging), (TOUCH, EnginePhase::Probing), (TOUCH, EnginePhase::Jogging)]
     {

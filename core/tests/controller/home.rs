@@ -1,4 +1,5 @@
-//! Homing with a GRBL of our own: where it left the axes has to agree with the settings, and up is up however the places count.
+//! Tests of homing with a simulated controller. The position after homing must agree with the settings, and
+//! up must be up with every origin.
 
 use super::automaton::Counts;
 use super::survey::found;
@@ -6,7 +7,7 @@ use super::{Bench, Faults};
 use annulus_core::control::Trust;
 use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase};
 
-/// A board that counts so, its axes homed low by this mask, homed; then some way towards the middle.
+/// A homed controller with this origin and this mask of axes homed low, moved some way towards the middle.
 fn homed(counts: Counts, low: u32) -> Bench {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.settings.extend([(27, 1.0), (23, f64::from(low))]);
@@ -20,8 +21,8 @@ fn homed(counts: Counts, low: u32) -> Bench {
 }
 
 #[test]
-fn parking_goes_up_however_the_places_count() {
-    // Z homes up on each; X and Y to the low ends on every second.
+fn parking_lifts_first_for_every_coordinate_sign() {
+    // Z always homes up; X and Y home to the low ends in every second case.
     for counts in [Counts::Down, Counts::Up, Counts::FromThere] {
         for low in [0, 3] {
             let mut bench = homed(counts, low);
@@ -30,7 +31,12 @@ fn parking_goes_up_however_the_places_count() {
                 |bench: &Bench| [0, 1, 2].map(|axis| bench.board.origin[axis] + bench.board.at[axis]);
             let away = if low == 0 { -50_000 } else { 50_000 };
             for (axis, um) in [(0, away), (1, away), (2, -30_000)] {
-                bench.event(EngineEvent::Ask(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 }));
+                bench.event(EngineEvent::Ask(EngineAsk::Jog {
+                    axis,
+                    um,
+                    mm_per_min: 6_000.0,
+                    anyway: false,
+                }));
                 assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
             }
             let mut highest_before = physical(&bench)[2];
@@ -47,7 +53,8 @@ fn parking_goes_up_however_the_places_count() {
                     break;
                 }
             }
-            // From the low ends of the travel, wherever zero is; an axis whose zero is where it is left has its ends a millimetre off.
+            // Distance from the low ends of the travel, for any origin. Where zero is the position after
+            // homing, the ends are shifted by a millimetre.
             let off = match (counts, low) {
                 (Counts::FromThere, 0) => -1.0,
                 (Counts::FromThere, _) => 1.0,
@@ -63,7 +70,7 @@ fn parking_goes_up_however_the_places_count() {
 }
 
 #[test]
-fn an_axis_that_did_not_look_for_its_switch_is_not_known() {
+fn axis_that_skipped_its_switch_is_not_homed() {
     for axis in 0..3 {
         let mut bench = Bench::new(1, Faults::default());
         bench.board.settings.push((27, 1.0));
@@ -85,7 +92,7 @@ fn an_axis_that_did_not_look_for_its_switch_is_not_known() {
 }
 
 #[test]
-fn one_report_that_was_damaged_is_no_reason_not_to_know_the_place() {
+fn one_damaged_report_does_not_spoil_homing() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.settings.push((27, 1.0));
     bench.plug();

@@ -1,15 +1,17 @@
-//! Moves by hand with a GRBL of our own: how even they are, and how far they go on when nobody feeds them.
+//! Tests of jogs with a simulated controller: how steady they are, and how far they continue without new
+//! commands.
 
 use super::{Bench, Faults};
 use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase};
 
-/// The fastest move by hand of the page, and the farthest.
-const FAST: EngineAsk = EngineAsk::Jog { axis: 0, um: -100_000, mm_per_min: 1_000.0 };
+/// The fastest and farthest jog of the page.
+const FAST: EngineAsk = EngineAsk::Jog { axis: 0, um: -100_000, mm_per_min: 1_000.0, anyway: false };
 const SPEED_MM_PER_MS: f64 = 1.0 / 60.0;
-/// What the board may have: 0.2 s of the way, a piece of it, and what was on its way.
+/// Maximum distance that the controller may hold: 0.2 s of travel, one segment, and the segments in
+/// transit.
 const MOST_MM: f64 = 0.25 * 1e3 * SPEED_MM_PER_MS;
 
-/// Homed, its zero set, and a millisecond into a move.
+/// Homed, zero set, and one millisecond into a jog.
 fn moving() -> (Bench, f64) {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
@@ -20,13 +22,13 @@ fn moving() -> (Bench, f64) {
     (bench, from)
 }
 
-/// Only the board goes on.
+/// Advances only the controller.
 fn left_alone(bench: &mut Bench, ms: u32) {
     (0..ms).for_each(|_| bench.board.tick());
 }
 
 #[test]
-fn a_move_by_hand_is_even_and_ends_where_it_was_to_end() {
+fn jog_speed_is_constant_until_its_end() {
     let (mut bench, from) = moving();
     let (mut before, mut ms) = (bench.board.place()[0], 0);
     while bench.engine().phase == EnginePhase::Jogging && before > from - 100.0 + 0.02 {
@@ -43,7 +45,7 @@ fn a_move_by_hand_is_even_and_ends_where_it_was_to_end() {
 }
 
 #[test]
-fn without_a_cable_a_move_by_hand_ends_soon() {
+fn unplugged_jog_ends_soon() {
     for after_ms in [3, 50, 200, 1_000, 3_000] {
         let (mut bench, _) = moving();
         bench.until(after_ms, |_| false);
@@ -57,7 +59,7 @@ fn without_a_cable_a_move_by_hand_ends_soon() {
 }
 
 #[test]
-fn let_go_of_it_ends_at_once_and_nothing_follows() {
+fn cancelled_jog_stops_within_50_ms_of_travel() {
     let (mut bench, _) = moving();
     bench.until(777, |_| false);
     let from = bench.board.place()[0];
@@ -69,8 +71,8 @@ fn let_go_of_it_ends_at_once_and_nothing_follows() {
 }
 
 #[test]
-fn after_a_computer_that_was_late_it_goes_on_to_its_end() {
-    // The board came to rest at the end of what it had.
+fn jog_continues_to_its_end_after_a_late_computer() {
+    // The controller had stopped at the end of the last segment it received.
     let (mut bench, from) = moving();
     bench.until(1_000, |_| false);
     left_alone(&mut bench, 1_500);
@@ -79,7 +81,7 @@ fn after_a_computer_that_was_late_it_goes_on_to_its_end() {
 }
 
 #[test]
-fn a_piece_that_is_refused_ends_it_where_the_others_end() {
+fn refused_jog_segment_ends_the_jog() {
     let (mut bench, from) = moving();
     bench.until(300, |_| false);
     bench.board.refuses_jogs = true;
@@ -90,10 +92,26 @@ fn a_piece_that_is_refused_ends_it_where_the_others_end() {
     assert_eq!(said.iter().filter(|code| *code == "grbl.error_15").count(), 1, "{said:?}");
     bench.until(1_000, |_| false);
     assert_eq!(bench.board.place()[0], rests);
-    // And the next one is one of its own.
+    // The next jog is a separate one.
     bench.board.refuses_jogs = false;
     let height = bench.board.place()[2];
-    bench.event(EngineEvent::Ask(EngineAsk::Jog { axis: 2, um: -500, mm_per_min: 300.0 }));
+    bench.event(EngineEvent::Ask(EngineAsk::Jog { axis: 2, um: -500, mm_per_min: 300.0, anyway: false }));
     assert!(bench.until(2_000, |bench| bench.engine().phase == EnginePhase::Ready));
     assert!((height - bench.board.place()[2] - 0.5).abs() < 1e-6 && bench.board.place()[0] == rests);
+}
+
+#[test]
+fn cancelled_jog_leaves_the_controller_listening() {
+    let (mut bench, _) = moving();
+    bench.board.deaf_after_cancel = true;
+    for _ in 0..3 {
+        bench.until(300, |_| false);
+        bench.event(EngineEvent::Ask(EngineAsk::JogCancel));
+        assert!(bench.until(1_000, |bench| bench.engine().phase == EnginePhase::Ready));
+        let from = bench.board.place()[0];
+        bench.event(EngineEvent::Ask(FAST));
+        assert!(bench.until(300, |bench| bench.board.place()[0] != from), "the next jog moves at once");
+    }
+    let said = super::survey::found(&bench);
+    assert!(said.is_empty(), "{said:?}");
 }

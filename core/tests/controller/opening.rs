@@ -1,4 +1,5 @@
-//! A port that is opened at a board which does not begin anew by that: made to greet, or only asked, as its owner chose.
+//! Tests of opening a port whose controller does not restart on opening: reset or only queried, as
+//! configured.
 
 use super::survey::found;
 use super::{Bench, Faults};
@@ -6,7 +7,7 @@ use annulus_core::control::Trust;
 use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase};
 
 impl Bench {
-    /// The port is opened, and the board goes on with what it does.
+    /// Opens the port while the controller continues its work.
     fn opens(&mut self, event: EngineEvent) {
         self.board.said();
         self.told.clear();
@@ -14,7 +15,7 @@ impl Bench {
         self.event(event);
     }
 
-    /// Real-time characters that were written, questions apart.
+    /// Real-time characters that were written, without status queries.
     fn signs(&self) -> Vec<u8> {
         let written = self.told.iter().filter_map(|told| match told {
             EngineAction::Write(bytes) => Some(bytes.as_slice()),
@@ -24,7 +25,7 @@ impl Bench {
         written.flatten().copied().filter(is_sign).collect()
     }
 
-    /// A board that somebody else has unlocked.
+    /// A controller that another program has unlocked.
     fn unlocked() -> Self {
         let mut bench = Self::new(1, Faults::default());
         bench.board.hear(b"$X\n");
@@ -42,7 +43,7 @@ impl Bench {
 }
 
 #[test]
-fn a_board_that_does_not_greet_is_reset_where_that_may_be() {
+fn silent_controller_is_reset_if_allowed() {
     let mut bench = Bench::unlocked();
     bench.opens(EngineEvent::Opened);
     assert!(bench.rests(), "{:?}", bench.words());
@@ -51,7 +52,7 @@ fn a_board_that_does_not_greet_is_reset_where_that_may_be() {
 }
 
 #[test]
-fn a_board_that_is_spared_is_only_asked_who_it_is_and_its_place_is_believed_of_nobody() {
+fn controller_opened_without_reset_is_only_queried() {
     for locked in [false, true] {
         let mut bench = if locked { Bench::new(1, Faults::default()) } else { Bench::unlocked() };
         bench.opens(EngineEvent::OpenedSparing);
@@ -60,14 +61,14 @@ fn a_board_that_is_spared_is_only_asked_who_it_is_and_its_place_is_believed_of_n
         let phase = if locked { EnginePhase::Locked } else { EnginePhase::Ready };
         assert_eq!((bench.engine().phase, bench.engine().info.flavour()), (phase, "GRBL"));
         assert_eq!(bench.engine().info.values.get(&110), Some(&6000.0));
-        // It is homed and used as any other.
+        // From here on, homing and use are as usual.
         bench.event(EngineEvent::Ask(EngineAsk::Home));
         assert!(bench.until(5_000, |bench| bench.engine().trust == Trust::Trusted), "{:?}", bench.words());
     }
 }
 
 #[test]
-fn a_board_that_moves_when_its_port_is_opened_is_waited_for_and_stop_holds_it() {
+fn moving_controller_at_opening_is_awaited_and_can_be_held() {
     for stops in [false, true] {
         let mut bench = Bench::unlocked();
         bench.board.hear(b"$J=G91G21X-40F300\n");
@@ -90,7 +91,7 @@ fn a_board_that_moves_when_its_port_is_opened_is_waited_for_and_stop_holds_it() 
 }
 
 #[test]
-fn a_board_that_is_silent_is_not_held_where_it_is_spared() {
+fn silent_controller_opened_without_reset_is_not_held() {
     for (event, signs) in [(EngineEvent::OpenedSparing, vec![]), (EngineEvent::Opened, vec![0x85, b'!'])] {
         let mut bench = Bench::unlocked();
         bench.opens(event);
@@ -101,7 +102,7 @@ fn a_board_that_is_silent_is_not_held_where_it_is_spared() {
 }
 
 #[test]
-fn settings_that_were_not_said_are_asked_for_again() {
+fn missing_settings_are_requested_again() {
     let mut bench = Bench::unlocked();
     bench.instead = Some((b"$$\n", b"$Q\n"));
     bench.opens(EngineEvent::OpenedSparing);

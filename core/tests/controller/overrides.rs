@@ -1,4 +1,5 @@
-//! Feed, rapids and spindle of a controller that sees to its real-time characters every few milliseconds: two of a kind are one by then.
+//! Tests of the feed, rapid and spindle overrides. The controller processes real-time characters every few
+//! milliseconds, and two of the same kind within that time count as one.
 
 use super::survey::found;
 use super::*;
@@ -11,7 +12,7 @@ impl Bench {
 }
 
 #[test]
-fn overrides_are_reached_at_a_board_that_takes_two_steps_at_once_for_one() {
+fn overrides_reach_their_values_and_stay() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.told.clear();
@@ -21,7 +22,7 @@ fn overrides_are_reached_at_a_board_that_takes_two_steps_at_once_for_one() {
         bench.wish(OverrideOf::Spindle, spindle);
         let wanted = [feed, rapid, spindle].map(u16::from);
         assert!(bench.until(10_000, |bench| bench.board.overrides == wanted), "{:?}", bench.board.overrides);
-        // And there they stay; what is reported is what they are.
+        // The values must stay there, and the reports must agree.
         bench.until(5_000, |_| false);
         let reported = bench.engine().status.as_ref().and_then(|status| status.overrides);
         assert_eq!((bench.board.overrides, reported), (wanted, Some(wanted)));
@@ -30,7 +31,7 @@ fn overrides_are_reached_at_a_board_that_takes_two_steps_at_once_for_one() {
 }
 
 #[test]
-fn a_slower_feed_is_reached_by_no_faster_one_and_another_wish_takes_over_at_once() {
+fn lower_feed_override_never_overshoots() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.wish(OverrideOf::Feed, 50);
@@ -47,7 +48,7 @@ fn a_slower_feed_is_reached_by_no_faster_one_and_another_wish_takes_over_at_once
 }
 
 #[test]
-fn characters_that_are_lost_are_made_up_for_and_ones_that_never_come_are_told() {
+fn lost_override_characters_are_resent_then_reported() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.told.clear();
@@ -68,7 +69,7 @@ fn characters_that_are_lost_are_made_up_for_and_ones_that_never_come_are_told() 
 }
 
 #[test]
-fn what_no_controller_can_is_refused_and_a_reset_ends_what_was_on_its_way() {
+fn invalid_override_is_refused_and_reset_ends_pending_ones() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     for (of, percent, code) in [
@@ -94,7 +95,7 @@ fn what_no_controller_can_is_refused_and_a_reset_ends_what_was_on_its_way() {
 }
 
 #[test]
-fn what_stands_of_the_job_before_is_told_before_the_next_one() {
+fn remaining_overrides_are_reported_before_the_next_job() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     let told = |bench: &Bench| {

@@ -1,4 +1,4 @@
-//! Parking with a GRBL of our own: up first, away only from there, and STOP in it.
+//! Tests of parking with a simulated controller: up first, sideways only from there, and STOP during it.
 
 use super::survey::found;
 use super::{Bench, Faults};
@@ -7,20 +7,25 @@ use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase};
 
 const APART: EngineAsk = EngineAsk::Park { from_low_mm: Some([250.0, 40.0]) };
 
-/// Homed, X and Y where its switches left them, its tip some way down.
+/// Homed, X and Y at their switches, the tool some way down.
 fn down() -> Bench {
     let mut bench = Bench::new(1, Faults::default());
-    // How far homing leaves it from its switches.
+    // Distance to the switches after homing.
     bench.board.settings.push((27, 1.0));
     assert!(bench.ready());
     bench.until(500, |_| false);
-    bench.event(EngineEvent::Ask(EngineAsk::Jog { axis: 2, um: -20_000, mm_per_min: 6_000.0 }));
+    bench.event(EngineEvent::Ask(EngineAsk::Jog {
+        axis: 2,
+        um: -20_000,
+        mm_per_min: 6_000.0,
+        anyway: false,
+    }));
     assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
     bench.told.clear();
     bench
 }
 
-/// Until it rests; the lowest place of the tip while X or Y moved.
+/// Waits until the machine rests. Returns the lowest position of the tool while X or Y moved.
 fn rests(bench: &mut Bench) -> f64 {
     let mut lowest = f64::INFINITY;
     let mut before = bench.board.at;
@@ -39,7 +44,7 @@ fn rests(bench: &mut Bench) -> f64 {
 }
 
 #[test]
-fn it_goes_up_first_and_then_to_its_place() {
+fn parking_lifts_before_xy_motion() {
     let home = EngineAsk::Park { from_low_mm: None };
     for (ask, [x, y]) in [(APART, [-50.0, -260.0]), (home, [-1.0, -1.0])] {
         let mut bench = down();
@@ -55,11 +60,16 @@ fn it_goes_up_first_and_then_to_its_place() {
 }
 
 #[test]
-fn one_that_does_not_say_how_far_homing_leaves_it_from_its_switches_keeps_off_them_all_the_same() {
+fn parking_avoids_switches_without_a_reported_pull_off() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.until(500, |_| false);
-    bench.event(EngineEvent::Ask(EngineAsk::Jog { axis: 2, um: -20_000, mm_per_min: 6_000.0 }));
+    bench.event(EngineEvent::Ask(EngineAsk::Jog {
+        axis: 2,
+        um: -20_000,
+        mm_per_min: 6_000.0,
+        anyway: false,
+    }));
     assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
     for (ask, [x, y]) in [
         (EngineAsk::Park { from_low_mm: None }, [-1.0, -1.0]),
@@ -73,7 +83,7 @@ fn one_that_does_not_say_how_far_homing_leaves_it_from_its_switches_keeps_off_th
 }
 
 #[test]
-fn one_that_is_not_up_stays_where_it_is() {
+fn failed_lift_prevents_parking() {
     let mut bench = down();
     bench.instead = Some((b"$J=G53G90G21Z-1F6000\n", b"$J=G53G90G21Z-9F6000\n"));
     bench.event(EngineEvent::Ask(APART));
@@ -83,7 +93,7 @@ fn one_that_is_not_up_stays_where_it_is() {
 }
 
 #[test]
-fn stop_ends_it_wherever_it_is() {
+fn stop_ends_parking_at_any_moment() {
     for after_ms in [50, 350, 900] {
         let mut bench = down();
         bench.event(EngineEvent::Ask(APART));
@@ -98,7 +108,7 @@ fn stop_ends_it_wherever_it_is() {
 }
 
 #[test]
-fn one_that_does_not_know_where_it_is_stays_there() {
+fn parking_is_refused_at_an_unknown_position() {
     let mut bench = down();
     bench.board.power_up();
     bench.until(3_000, |_| false);

@@ -1,5 +1,5 @@
-//! The place that is believed in, with a GRBL of our own: a zero that was damaged on its way, a board that began anew unheard, and STOP
-//! that is pressed again because the first one was lost.
+//! Tests of the trusted position with a simulated controller: a damaged zero, an unnoticed restart, and
+//! STOP pressed again after the first one was lost.
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job};
@@ -12,11 +12,11 @@ fn ready() -> Bench {
     bench
 }
 
-/// One without switches, its zero set by hand far from where it was switched on.
+/// A controller without switches, whose zero was set manually, far from its position at power-on.
 fn away() -> Bench {
     let mut bench = Bench::without_switches();
     for (axis, um) in [(0, -100_000), (1, -100_000), (2, -20_000)] {
-        bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 });
+        bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0, anyway: false });
         bench.phases(EnginePhase::Ready);
     }
     bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 5.0 });
@@ -25,7 +25,7 @@ fn away() -> Bench {
     bench
 }
 
-/// A report of where it is, with a zero whose Y lost its first digit.
+/// A status report whose work offset lost the first digit of Y.
 fn damaged(bench: &Bench) -> EngineEvent {
     let [x, y, z] = bench.engine().status.as_ref().and_then(|status| status.machine_mm).unwrap();
     let text = format!("<Idle|MPos:{x:.3},{y:.3},{z:.3}|FS:0,0|WCO:-150.000,-50.000,-30.000>\r\n");
@@ -33,7 +33,7 @@ fn damaged(bench: &Bench) -> EngineEvent {
 }
 
 #[test]
-fn no_job_begins_by_a_zero_that_the_board_has_not_stored() {
+fn job_start_is_refused_if_the_stored_zero_differs() {
     let mut bench = ready();
     let report = damaged(&bench);
     bench.event(report);
@@ -42,14 +42,14 @@ fn no_job_begins_by_a_zero_that_the_board_has_not_stored() {
         (found(&bench), bench.engine().phase),
         (vec!["grbl.zero_differs".to_owned()], EnginePhase::Ready)
     );
-    // The next report is right.
+    // The next report is correct.
     bench.until(1_000, |_| false);
     bench.start(0);
     assert_eq!((found(&bench), bench.engine().phase), (vec![], EnginePhase::Running));
 }
 
 #[test]
-fn a_zero_that_was_damaged_is_told_again_before_a_tool_goes_down_by_it() {
+fn damaged_zero_is_read_again_before_a_tool_plunges() {
     let mut bench = ready();
     bench.start_as(EngineStart { same_length: true, ..job(0) });
     let so = |bench: &Bench| bench.ended().is_some() || bench.engine().phase == EnginePhase::ToolChange;
@@ -68,10 +68,10 @@ fn a_zero_that_was_damaged_is_told_again_before_a_tool_goes_down_by_it() {
 }
 
 #[test]
-fn a_zero_of_another_program_is_not_the_one_of_the_job_and_one_that_is_set_is() {
+fn zero_of_another_coordinate_system_is_refused() {
     let mut bench = ready();
     let zero = bench.engine().zero_mm.unwrap();
-    // A line that the board runs as it starts, or a button at it.
+    // Caused, for example, by a startup line of the controller or a button at the machine.
     bench.board.zeros[1] = [-100.0, -100.0, -20.0];
     bench.board.leaves_in_force(2);
     bench.until(1_000, |_| false);
@@ -87,7 +87,7 @@ fn a_zero_of_another_program_is_not_the_one_of_the_job_and_one_that_is_set_is() 
 }
 
 #[test]
-fn without_switches_a_board_that_began_anew_unheard_knows_no_place() {
+fn unheard_reset_without_switches_loses_the_position() {
     for in_a_change in [false, true] {
         let mut bench = away();
         if in_a_change {
@@ -106,16 +106,16 @@ fn without_switches_a_board_that_began_anew_unheard_knows_no_place() {
 }
 
 #[test]
-fn a_second_stop_in_a_long_move_by_hand_does_not_wait_for_a_rest() {
+fn second_stop_during_parking_resets_at_once() {
     let mut bench = ready();
-    bench.asked(EngineAsk::Jog { axis: 2, um: 25_000, mm_per_min: 6_000.0 });
+    bench.asked(EngineAsk::Jog { axis: 2, um: 25_000, mm_per_min: 6_000.0, anyway: false });
     bench.phases(EnginePhase::Ready);
-    // The line swallows every jog cancel.
+    // The line loses every jog cancel.
     bench.instead = Some((b"\x85", b""));
     bench.asked(EngineAsk::Park { from_low_mm: Some([10.0, 10.0]) });
     assert!(bench.until(5_000, |bench| bench.board.at[0] < -20.0), "{:?}", bench.words());
     bench.asked(EngineAsk::Stop);
-    bench.until(100, |_| false);
+    bench.until(460, |_| false);
     let from = bench.board.at;
     bench.until(50, |_| false);
     assert_ne!(bench.board.at, from, "it was not heard");
@@ -127,9 +127,9 @@ fn a_second_stop_in_a_long_move_by_hand_does_not_wait_for_a_rest() {
 }
 
 #[test]
-fn a_stop_after_a_key_that_was_let_go_is_the_first_one() {
+fn stop_after_a_cancelled_jog_counts_as_the_first() {
     let mut bench = ready();
-    bench.asked(EngineAsk::Jog { axis: 0, um: -100_000, mm_per_min: 1_000.0 });
+    bench.asked(EngineAsk::Jog { axis: 0, um: -100_000, mm_per_min: 1_000.0, anyway: false });
     bench.until(500, |_| false);
     bench.event(EngineEvent::Ask(EngineAsk::JogCancel));
     bench.event(EngineEvent::Ask(EngineAsk::Stop));
@@ -138,7 +138,7 @@ fn a_stop_after_a_key_that_was_let_go_is_the_first_one() {
 }
 
 #[test]
-fn a_zero_counts_without_an_offset_that_another_program_left() {
+fn zero_ignores_leftover_offsets() {
     fn board(_: f64, _: f64) -> f64 {
         ZERO[2]
     }
@@ -148,7 +148,7 @@ fn a_zero_counts_without_an_offset_that_another_program_left() {
         let mut bench = ready();
         bench.board.surface = Some(board);
         (bench.board.length, bench.board.shift) = (3.25, [0.0, 1.5, 0.0]);
-        // It is listed with what is set next.
+        // The engine reads the offsets when a zero is set.
         bench.asked(EngineAsk::ZeroAt { place_mm: [Some(ZERO[0]), None, None] });
         bench.until(3_000, |_| false);
         bench.asked(ask.clone());
@@ -166,7 +166,7 @@ fn a_zero_counts_without_an_offset_that_another_program_left() {
 }
 
 #[test]
-fn a_board_that_began_anew_unheard_in_mid_job_is_not_trusted_behind_its_end() {
+fn unheard_reset_in_a_job_loses_the_position() {
     for held in [false, true] {
         let mut bench = away();
         bench.start(0);
@@ -185,7 +185,7 @@ fn a_board_that_began_anew_unheard_in_mid_job_is_not_trusted_behind_its_end() {
 }
 
 #[test]
-fn a_stop_behind_a_wish_to_home_ends_that_wish() {
+fn stop_cancels_a_requested_homing() {
     let mut bench = ready();
     bench.board.lock_unheard();
     bench.phases(EnginePhase::Locked);

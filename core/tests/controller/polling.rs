@@ -1,9 +1,9 @@
-//! How often the status is asked for, where what is between stands in the way.
+//! Tests of the rate of status queries on a slow link.
 
 use super::*;
 
 #[test]
-fn where_reports_come_late_they_are_asked_for_less_often() {
+fn late_reports_are_queried_less_often() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.questions.clear();
@@ -14,7 +14,7 @@ fn where_reports_come_late_they_are_asked_for_less_often() {
             bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
         }
         bench.tick();
-        // Whatever is said behind a question comes an eighth of a second later.
+        // Every answer after a query arrives an eighth of a second late.
         if bench.questions.len() > asked {
             asked = bench.questions.len();
             bench.on_the_way_until_ms = bench.now_ms + 125;

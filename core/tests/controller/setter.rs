@@ -1,5 +1,6 @@
-//! Tools that are measured on a tool setter: whatever their lengths, and whatever is stopped, pulled, lost or damaged on the way, none is
-//! in the board with a zero that is not its own. The judge knows how long each tool is, the engine does not.
+//! Tests of tools measured on a tool setter. With any lengths, stops, pulled cables, lost or damaged bytes,
+//! no tool may cut with a zero that belongs to another. Only the judge knows the length of each tool; the
+//! engine does not.
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job, text};
@@ -9,13 +10,13 @@ use annulus_core::controller::{
 };
 use std::sync::Arc;
 
-/// Where the pin stands, and how high it is.
+/// Position and height of the pin.
 const PIN: [f64; 3] = [-250.0, -20.0, -25.0];
-/// A step of Z.
+/// One step of Z.
 pub(super) const STEP_MM: f64 = 0.01;
 pub(super) const NOTHING: Vec<String> = Vec::new();
 
-/// The pin, and everywhere else the board: what is touched beside the pin looks like a tool of another length.
+/// The pin, and the board everywhere else: a touch outside the pin looks like a tool of another length.
 pub(super) fn surface(x: f64, y: f64) -> f64 {
     if is_at_pin(x, y) { PIN[2] } else { ZERO[2] }
 }
@@ -38,7 +39,7 @@ pub(super) fn start(from: usize) -> EngineStart {
     EngineStart { setter: Some(setter()), ..job(from) }
 }
 
-/// Homed, zero set with the first tool.
+/// Homed, with zero set by the first tool.
 pub(super) fn ready() -> Bench {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.surface = Some(surface);
@@ -47,7 +48,7 @@ pub(super) fn ready() -> Bench {
 }
 
 impl Bench {
-    /// The steps that the measurement in work goes through, until it is over.
+    /// Steps of the running measurement until its end.
     fn steps(&mut self) -> Vec<SetterStep> {
         let mut steps = Vec::new();
         for _ in 0..200_000 {
@@ -60,7 +61,7 @@ impl Bench {
         panic!("for ever: {steps:?}");
     }
 
-    /// In the change to the first tool; what zero of Z was set with is measured.
+    /// Enters the change to the first tool, with the reference tool measured.
     fn reference_is_measured(&mut self) {
         self.start_as(start(0));
         self.phases(EnginePhase::Measuring);
@@ -69,7 +70,7 @@ impl Bench {
         assert_eq!((self.done, found(self)), (0, vec!["setter.reference".to_owned()]), "{:?}", self.words());
     }
 
-    /// In the change to the second tool; the first is measured.
+    /// Enters the change to the second tool, with the first one measured.
     fn first_is_measured(&mut self) {
         self.reference_is_measured();
         assert_eq!(self.tool_ready(), NOTHING);
@@ -78,13 +79,13 @@ impl Bench {
         assert_eq!((self.done, found(self)), (6, NOTHING), "{:?}", self.words());
     }
 
-    /// Until a job is over whose tool is in.
+    /// Waits for the end of a job that needs no further tool.
     pub(super) fn is_over(&mut self) -> Option<Ending> {
         assert!(self.until(600_000, |bench| bench.ended().is_some()), "{:?}", self.words());
         self.ended()
     }
 
-    /// How far the bottom of any hole is from where it should be.
+    /// Largest depth error of a hole.
     pub(super) fn off_mm(&self) -> f64 {
         let deepest = |hole: i32| {
             let at = [f64::from(hole % 3 * 4), f64::from(hole / 3 * 4)];
@@ -94,7 +95,7 @@ impl Bench {
         (0..9).map(|hole| (deepest(hole) + 1.7).abs()).fold(0.0, f64::max)
     }
 
-    /// Tells the height of the tip as a person does who lowers it to the board.
+    /// Sets the height as a user does who lowers the tool to the board.
     pub(super) fn touched_off(&mut self) {
         let height_mm = self.board.place()[2] - ZERO[2];
         self.asked(EngineAsk::SetZero { axes: [false, false, true], height_mm });
@@ -104,7 +105,7 @@ impl Bench {
 }
 
 #[test]
-fn a_tool_is_as_high_over_the_board_as_the_first_one_was() {
+fn every_tool_cuts_at_the_height_of_the_first() {
     use SetterStep::{Again, Back, Lift, Near, Over, Ready, Same, Touch, Up, Zero};
     for (first_mm, longer_mm) in
         [(0.0, -4.0), (0.0, -0.37), (5.1, 0.0), (-2.2, 0.013), (0.0, 2.5), (3.0, 6.0)]
@@ -112,7 +113,7 @@ fn a_tool_is_as_high_over_the_board_as_the_first_one_was() {
         let mut bench = ready();
         bench.start_as(start(0));
         bench.phases(EnginePhase::Measuring);
-        // Zero was set with a probing pin, and no tool is asked for before that is measured.
+        // Zero was set with a probe pin, and no tool may be requested before that is measured.
         assert!(!bench.told.iter().any(|told| matches!(told, EngineAction::ToolWanted { .. })));
         assert_eq!(bench.steps(), [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift]);
         bench.phases(EnginePhase::ToolChange);
@@ -130,7 +131,7 @@ fn a_tool_is_as_high_over_the_board_as_the_first_one_was() {
         );
         let zero = bench.engine().zero_mm.unwrap();
         assert!((zero[2] - ZERO[2] - longer_mm).abs() <= STEP_MM, "{longer_mm}: {zero:?}");
-        // No tool goes further down than to the pin.
+        // No tool may go deeper than to the pin.
         let below = |place: &&[f64; 3]| is_at_pin(place[0], place[1]) && place[2] < PIN[2] - 0.02;
         assert_eq!(bench.board.cuts[cuts..].iter().filter(below).count(), 0, "{longer_mm}");
         assert_eq!(bench.is_over(), Some(Ending::Done), "{:?}", bench.words());
@@ -140,7 +141,7 @@ fn a_tool_is_as_high_over_the_board_as_the_first_one_was() {
 }
 
 #[test]
-fn a_setter_that_cannot_be_keeps_a_job_from_being_started() {
+fn invalid_tool_setter_refuses_the_start() {
     let bench = ready();
     let codes = |setter: ToolSetter| -> Vec<String> {
         let found = bench.engine().check(&EngineStart { setter: Some(setter), ..job(0) });
@@ -159,7 +160,7 @@ fn a_setter_that_cannot_be_keeps_a_job_from_being_started() {
     ] {
         assert_eq!(codes(setter), [code], "{setter:?}");
     }
-    // Where no tool is measured, it does not matter.
+    // Irrelevant if no tool is measured.
     let far = ToolSetter { place_mm: [5.0, -20.0], ..good };
     let alike = EngineStart { setter: Some(far), same_length: true, ..job(0) };
     assert!(bench.engine().check(&alike).is_empty());
@@ -173,7 +174,7 @@ fn a_setter_that_cannot_be_keeps_a_job_from_being_started() {
 }
 
 #[test]
-fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
+fn tool_setter_contact_too_early_or_missing_sets_nothing() {
     fn hangs(x: f64, y: f64) -> f64 {
         if is_at_pin(x, y) { -5.0 } else { ZERO[2] }
     }
@@ -189,7 +190,7 @@ fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
         bench.phases(EnginePhase::ToolChange);
         assert_eq!((found(&bench), bench.ended()), (vec!["setter.early".to_owned()], None));
         assert!(bench.board.place()[2] > -1.001, "the tip is up: {:?}", bench.board.place());
-        // The chip is away.
+        // The chip has been removed.
         bench.board.surface = Some(surface);
         assert_eq!(bench.tool_ready(), NOTHING);
         bench.steps();
@@ -202,7 +203,7 @@ fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
     let rows: [Row; 2] = [("setter.early", Some(always)), ("grbl.alarm_5", None)];
     for (code, pin) in rows {
         let mut bench = ready();
-        // What a board that reports its pins comes to is below.
+        // Controllers that report their pins are tested below.
         bench.board.hides_pins = true;
         bench.reference_is_measured();
         bench.board.surface = pin;
@@ -214,8 +215,8 @@ fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
 }
 
 #[test]
-fn a_contact_that_is_closed_before_a_touch_measures_nothing_and_ends_no_job() {
-    // From the beginning; over the setter; after the first touch, as a pin that hangs.
+fn closed_tool_setter_measures_nothing_and_the_job_continues() {
+    // At the start, over the setter, and after the first touch (a sticking pin).
     for step in [SetterStep::Ready, SetterStep::Over, SetterStep::Back] {
         let mut bench = ready();
         bench.reference_is_measured();
@@ -238,7 +239,7 @@ fn a_contact_that_is_closed_before_a_touch_measures_nothing_and_ends_no_job() {
 }
 
 #[test]
-fn what_all_tools_go_by_is_measured_at_the_start_or_nothing_is_begun() {
+fn reference_tool_is_measured_at_the_start_or_the_job_ends() {
     fn chip(x: f64, y: f64) -> f64 {
         if is_at_pin(x, y) { -10.2 } else { ZERO[2] }
     }
@@ -255,7 +256,8 @@ fn what_all_tools_go_by_is_measured_at_the_start_or_nothing_is_begun() {
         assert_eq!((bench.done, bench.engine().trust), (0, Trust::Trusted), "{code}");
         bench.phases(EnginePhase::Ready);
     }
-    // A program that begins without a change has its tool in: it is measured, and goes on; where no other follows, not even that.
+    // A program that begins without a change has its tool fitted. The tool is measured before the job
+    // continues, or not even that if no other tool follows.
     let begins = text().replacen("(MSG, tool 1)\nM0\n", "", 1);
     let alone = begins.replacen("(MSG, tool 2)\nM0\n", "", 1);
     for (text, measured, changes) in [(begins, true, 1), (alone, false, 0)] {
@@ -284,7 +286,7 @@ fn what_all_tools_go_by_is_measured_at_the_start_or_nothing_is_begun() {
 }
 
 #[test]
-fn what_leads_elsewhere_or_is_misheard_measures_nothing() {
+fn damaged_setter_lines_measure_nothing() {
     type Row = (&'static [u8], &'static [u8], &'static str);
     let rows: [Row; 7] = [
         (b"G21G17G90G94\n", b"G20G17G90G94\n", "grbl.modes_differ"),
@@ -309,7 +311,7 @@ fn what_leads_elsewhere_or_is_misheard_measures_nothing() {
         assert_eq!(bench.is_over(), Some(Ending::Done), "{code}: {:?}", bench.words());
         assert!(bench.off_mm() <= STEP_MM, "{code}: {}", bench.off_mm());
     }
-    // The first time it is only where it is looked for again; the second time it is the height.
+    // The first result only determines where to touch again; the second one is the height.
     for (heard, instead) in [("-25.000:1]", "-26.000:1]"), ("[PRB:-250.000", "[PRB:-210.000")] {
         let mut bench = ready();
         bench.first_is_measured();
@@ -326,7 +328,7 @@ fn what_leads_elsewhere_or_is_misheard_measures_nothing() {
 }
 
 #[test]
-fn stop_in_any_step_ends_the_job_and_the_rest_is_made_with_the_right_height() {
+fn stop_in_any_measuring_step_allows_a_correct_resume() {
     use SetterStep::{Again, Back, Lift, Near, Over, Ready, Same, Touch, Up, Zero};
     for step in [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift, Zero] {
         for after_ms in [0, 40, 900] {
@@ -342,7 +344,7 @@ fn stop_in_any_step_ends_the_job_and_the_rest_is_made_with_the_right_height() {
             bench.phases(EnginePhase::Ready);
             bench.until(3_000, |_| false);
             assert_eq!((bench.board.place(), bench.engine().trust), (place, Trust::Trusted), "{step:?}");
-            // Another tool is in, and the setter still knows how high the board is.
+            // Another tool is fitted, and the setter still has the reference.
             bench.start_as(start(bench.done));
             bench.phases(EnginePhase::ToolChange);
             bench.board.tool_mm = 4.2;
@@ -354,8 +356,8 @@ fn stop_in_any_step_ends_the_job_and_the_rest_is_made_with_the_right_height() {
 }
 
 #[test]
-fn without_a_reference_no_tool_is_measured() {
-    // Another board: the job begins anew with the tool that was the last of the one before.
+fn tool_is_not_measured_without_a_reference() {
+    // For another board, the job is restarted with the last tool of the previous one.
     let mut bench = ready();
     bench.first_is_measured();
     bench.tool_ready();
@@ -365,12 +367,12 @@ fn without_a_reference_no_tool_is_measured() {
     bench.phases(EnginePhase::ToolChange);
     assert_eq!(bench.tool_ready(), ["setter.no_reference"]);
     assert_eq!(bench.engine().phase, EnginePhase::ToolChange);
-    // Touched off, it is the reference.
+    // After touching off, this tool is the reference.
     bench.touched_off();
     assert_eq!(bench.tool_ready(), NOTHING);
     assert!(!bench.steps().is_empty());
     bench.phases(EnginePhase::ToolChange);
-    // Zero set by hand in the change: that tool is the reference from now on.
+    // The user sets zero during the change: this tool becomes the new reference.
     bench.board.tool_mm = 0.6;
     bench.touched_off();
     assert_eq!(bench.tool_ready(), NOTHING);
@@ -380,14 +382,14 @@ fn without_a_reference_no_tool_is_measured() {
 }
 
 #[test]
-fn a_job_that_goes_on_after_the_cable_was_out_measures_the_tool_that_zero_was_set_with() {
+fn job_resumed_after_unplugging_measures_the_zero_tool() {
     let mut bench = ready();
     bench.start_as(start(0));
     bench.phases(EnginePhase::ToolChange);
     assert_eq!(bench.tool_ready(), NOTHING);
     assert!(bench.until(100_000, |bench| bench.done == 3));
     assert!(bench.ready());
-    // The height is known for this tool; there are others behind it.
+    // The height is known for this tool, and other tools follow.
     bench.start_as(start(3));
     bench.phases(EnginePhase::ToolChange);
     assert_eq!(bench.tool_ready(), NOTHING);
@@ -400,8 +402,8 @@ fn a_job_that_goes_on_after_the_cable_was_out_measures_the_tool_that_zero_was_se
 }
 
 impl Bench {
-    /// Whoever stands at the machine: leaves in the tool whose height is known, puts in another one else, and goes on; what is refused for
-    /// want of a reference is touched off.
+    /// The user at the machine: keeps the tool if the height belongs to it, fits another one if not, and
+    /// confirms. If this is refused for lack of a reference, the user touches off.
     fn attends(&mut self) {
         if self.engine().height() != BoardHeight::OfThisBit {
             self.board.tool_mm = self.chance.unit() * 6.0;
@@ -415,7 +417,7 @@ impl Bench {
         }
     }
 
-    /// Whatever is in the board is so with a zero of Z that is its own.
+    /// A tool inside the board must have its own zero of Z.
     fn judge(&self, seed: u64) {
         let in_board = self.board.place()[2] < ZERO[2] - 0.001;
         if in_board && self.engine().phase == EnginePhase::Running {
@@ -424,7 +426,7 @@ impl Bench {
         }
     }
 
-    /// Runs on until then, or until the job is over.
+    /// Runs until the given time or the end of the job.
     fn goes_on(&mut self, seed: u64, until_ms: u64) {
         let is_over = |bench: &Self| {
             bench.ended().is_some()
@@ -441,7 +443,7 @@ impl Bench {
 }
 
 #[test]
-fn no_tool_is_in_the_board_with_a_zero_that_is_not_its_own() {
+fn no_tool_cuts_with_the_zero_of_another() {
     let (mut measured, mut stops) = (0, 0);
     for seed in 0..45 {
         let faults = match seed % 3 {
@@ -456,7 +458,7 @@ fn no_tool_is_in_the_board_with_a_zero_that_is_not_its_own() {
             rounds += 1;
             assert!(rounds < 80, "seed {seed} never ends: {:?}", bench.words());
             if !again {
-                // Whoever sets the zero has the first tool in.
+                // Zero is set with the first tool.
                 bench.board.tool_mm = 0.0;
                 if !bench.ready() {
                     continue;

@@ -1,4 +1,5 @@
-//! Settings of the board that a job depends on: motors that are let go of, reports in inches.
+//! Tests of controller settings that a job depends on: motors that are switched off when idle, and reports
+//! in inches.
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job, text};
@@ -7,7 +8,7 @@ use annulus_core::controller::{EngineAction, EngineAsk, EnginePhase, EngineStart
 use std::sync::Arc;
 
 #[test]
-fn motors_that_are_let_go_of_are_told_before_a_job_and_keep_none_from_being_started() {
+fn released_motors_give_a_warning_before_a_job() {
     for (ms, told) in [(25.0, true), (0.0, true), (254.0, true), (255.0, false)] {
         let mut bench = Bench::new(1, Faults::default());
         bench.board.settings.push((1, ms));
@@ -19,24 +20,24 @@ fn motors_that_are_let_go_of_are_told_before_a_job_and_keep_none_from_being_star
     }
 }
 
-/// A probe, by hand and in a job.
+/// A probe, used manually and in a job.
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
 
 #[test]
-fn a_board_that_reports_in_inches_is_where_it_is_from_its_first_report_on() {
+fn position_is_correct_with_reports_in_inches() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.zeros[0] = ZERO;
     bench.board.settings.retain(|(number, _)| *number != 13);
     bench.board.settings.push((13, 1.0));
     bench.board.rarely_tells_zero = true;
-    // It greets later than a question is due: its first report comes before its settings.
+    // The greeting arrives later than the first status query: the first report arrives before the settings.
     bench.until(1_000, |_| false);
     bench.plug();
     let near = |bench: &Bench, place: [f64; 3]| {
         let at = bench.engine().place();
         at.is_none_or(|at| (0..3).all(|axis| (at[axis] - place[axis]).abs() < 0.01))
     };
-    // The place is never told in another unit, from the greeting on.
+    // From the greeting on, the position is never given in the wrong unit.
     for _ in 0..3_000 {
         bench.tick();
         let machine = bench.board.at;
@@ -46,7 +47,7 @@ fn a_board_that_reports_in_inches_is_where_it_is_from_its_first_report_on() {
     assert!(bench.engine().place().is_some());
     bench.asked(EngineAsk::Home);
     bench.phases(EnginePhase::Ready);
-    // Its unit is changed, and back, whenever a report comes between.
+    // The unit is switched forth and back, with a report at any time between.
     for (value, wait_ms) in [0.0, 1.0].into_iter().cycle().zip((0..200).step_by(3)) {
         bench.until(wait_ms, |_| false);
         bench.asked(EngineAsk::Set { number: 13, value });
@@ -62,7 +63,7 @@ fn a_board_that_reports_in_inches_is_where_it_is_from_its_first_report_on() {
 }
 
 #[test]
-fn a_whole_job_with_a_board_that_reports_in_inches() {
+fn job_completes_with_reports_in_inches() {
     fn board(_: f64, _: f64) -> f64 {
         ZERO[2]
     }
@@ -79,14 +80,14 @@ fn a_whole_job_with_a_board_that_reports_in_inches() {
     bench.asked(EngineAsk::ZeroAt { place_mm: ZERO.map(Some) });
     assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)), "{:?}", bench.words());
     bench.until(3_000, |bench| bench.engine().place().is_some());
-    // A feed that its reports round by more than a millimetre in a minute.
+    // The reports round this feed by more than a millimetre per minute.
     let slow = text().replace("F600", "F14");
     let routine = Arc::new(read("board", &[("board.nc".to_owned(), slow)]).unwrap());
     bench.start_as(EngineStart { routine, ..job(0) });
     for _ in 0..2 {
         bench.phases(EnginePhase::ToolChange);
         bench.until(3_000, |bench| bench.engine().place().is_some());
-        bench.asked(EngineAsk::Jog { axis: 2, um: 3_000, mm_per_min: 1_000.0 });
+        bench.asked(EngineAsk::Jog { axis: 2, um: 3_000, mm_per_min: 1_000.0, anyway: false });
         bench.phases(EnginePhase::ToolChange);
         bench.asked(PROBE);
         assert!(

@@ -1,5 +1,5 @@
-//! What a person does at the board itself while no job is on its path: told once, led on by Resume, ended by STOP, and never waited for in
-//! silence.
+//! Tests of user actions at the machine itself, outside of a job's path. They are reported once, end by
+//! Resume or STOP, and are never waited for silently.
 
 use super::setter::{NOTHING, ready, start};
 use super::survey::found;
@@ -9,11 +9,11 @@ use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase
 
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 120.0, plate_mm: 0.0, up_mm: 2.0 };
 
-/// What it reports, and what is told of that.
+/// State that the controller reports, and the code of its message.
 const ROWS: [(&str, &str); 3] =
     [("Door:0", "grbl.door"), ("Hold:0", "grbl.held_there"), ("Tool", "grbl.tool_there")];
 
-/// How it is brought to a phase, and which.
+/// How the bench enters a phase, and the phase.
 type Way = (fn(&mut Bench), EnginePhase);
 
 fn probes(bench: &mut Bench) {
@@ -21,7 +21,7 @@ fn probes(bench: &mut Bench) {
 }
 
 fn jogs(bench: &mut Bench) {
-    bench.asked(EngineAsk::Jog { axis: 0, um: 20_000, mm_per_min: 300.0 });
+    bench.asked(EngineAsk::Jog { axis: 0, um: 20_000, mm_per_min: 300.0, anyway: false });
 }
 
 fn surveys(bench: &mut Bench) {
@@ -54,7 +54,7 @@ const WAYS: [Way; 6] = [
 ];
 
 impl Bench {
-    /// On its way, and then held at the board itself for as long as a person takes to come back.
+    /// Enters the phase, then holds the machine locally for as long as a user may be away.
     fn held_as(&mut self, (leads, phase): Way, word: &'static str) {
         leads(self);
         self.until(700, |_| false);
@@ -68,7 +68,7 @@ impl Bench {
 }
 
 #[test]
-fn what_a_door_or_a_button_holds_is_told_once_and_goes_on_by_resume() {
+fn door_or_button_hold_is_reported_once_and_can_be_resumed() {
     for way in WAYS {
         for (word, code) in ROWS {
             let mut bench = ready();
@@ -106,7 +106,7 @@ fn what_a_door_or_a_button_holds_is_told_once_and_goes_on_by_resume() {
 }
 
 #[test]
-fn what_a_door_or_a_button_holds_is_ended_by_stop_with_its_place_known() {
+fn stop_ends_a_door_or_button_hold_with_a_known_position() {
     for way in WAYS {
         for (word, _) in ROWS {
             let mut bench = ready();
@@ -124,7 +124,7 @@ fn what_a_door_or_a_button_holds_is_ended_by_stop_with_its_place_known() {
 }
 
 #[test]
-fn a_board_that_sleeps_knows_no_place_and_says_so() {
+fn sleeping_controller_loses_the_position_and_is_reported() {
     let mut ways = WAYS.to_vec();
     ways.push((|_| {}, EnginePhase::Ready));
     ways.push((
@@ -151,7 +151,7 @@ fn a_board_that_sleeps_knows_no_place_and_says_so() {
             "{phase:?}"
         );
         assert_eq!(bench.ended(), runs.then_some(Ending::Alarm), "{phase:?}");
-        // Homing wakes it.
+        // Homing wakes the controller.
         bench.asked(EngineAsk::Home);
         assert!(
             bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready),
@@ -160,7 +160,7 @@ fn a_board_that_sleeps_knows_no_place_and_says_so() {
         );
         assert_eq!(bench.engine().trust, Trust::Trusted, "{phase:?}: {:?}", bench.words());
     }
-    // STOP in a job that comes to rest just then.
+    // STOP at the moment when the job stops.
     let mut bench = ready();
     bench.start_as(job(0));
     bench.phases(EnginePhase::ToolChange);
@@ -170,7 +170,7 @@ fn a_board_that_sleeps_knows_no_place_and_says_so() {
     assert_eq!(bench.engine().trust, Trust::Lost, "{:?}", bench.words());
 }
 
-/// In a job, so long after its first tool was in, and held.
+/// A job that is held this long after its first tool was fitted.
 fn held_in_job(after_ms: u64) -> Bench {
     let mut bench = ready();
     bench.start_as(job(0));
@@ -183,10 +183,10 @@ fn held_in_job(after_ms: u64) -> Bench {
     bench
 }
 
-/// A hold that was written twice, the second time on its way with the word that leads on, as behind a page that stood still: the board looks
-/// at both at once, and passes over the latter.
+/// A hold was sent twice, and the second one travels together with the cycle start, as from a page that
+/// froze. The controller processes both at once and ignores the cycle start.
 #[test]
-fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on_later() {
+fn unheard_resume_is_reported_and_can_be_repeated() {
     let mut bench = held_in_job(300);
     for _ in 0..3 {
         bench.told.clear();
@@ -199,7 +199,7 @@ fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on
     }
     bench.told.clear();
     bench.event(EngineEvent::Ask(EngineAsk::Resume));
-    // Once it was on its way, a hold that nobody here asked for is one.
+    // While the machine moves again, a hold that this program did not request is reported.
     bench.until(400, |_| false);
     assert_eq!((found(&bench), bench.engine().phase), (NOTHING.to_vec(), EnginePhase::Running));
     bench.board.hear(b"!");
@@ -208,11 +208,11 @@ fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on
 }
 
 #[test]
-fn a_job_that_goes_on_while_its_link_stands_still_is_not_taken_for_one_that_was_held_there() {
+fn resume_during_a_stalled_link_is_not_taken_for_a_hold() {
     for late_ms in (200..3_000).step_by(140) {
         let mut bench = held_in_job(1_500);
         bench.event(EngineEvent::Ask(EngineAsk::Resume));
-        // What is written waits on its way, and so do the answers.
+        // Writes wait on the way, and so do the answers.
         bench.asleep_until_ms = bench.now_ms + late_ms;
         bench.until(late_ms + 2_000, |_| false);
         assert_eq!(found(&bench), NOTHING, "{late_ms} ms");

@@ -1,4 +1,4 @@
-//! Touching a board with a GRBL of our own: heights, hold, stop, what stands in the way, damaged lines.
+//! Tests of probing a board with a simulated controller: heights, hold, stop, refusals, damaged lines.
 
 use super::{Bench, Faults, ZERO, routine};
 use annulus_core::align::{BoardFit, FoundHole};
@@ -11,7 +11,7 @@ use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE};
 use annulus_core::units::Length;
 
-/// Height over the work zero at a physical place: it bows, and it is askew.
+/// Height above work zero at a physical place: bowed and tilted.
 fn bow(x: f64, y: f64) -> f64 {
     let (x, y) = (x - ZERO[0], y - ZERO[1]);
     ZERO[2] + 0.02 * x - 0.3 + 0.001 * (14.0 - x) * x + 0.002 * (18.0 - y) * y
@@ -65,7 +65,7 @@ fn map(survey: &Survey) -> HeightMap {
 }
 
 #[test]
-fn a_board_is_touched_at_every_place_and_followed() {
+fn surveyed_board_is_followed_by_the_job() {
     let mut bench = bench(Some(bow));
     bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
     assert!(bench.until(600_000, |bench| survey_of(bench).is_some()), "{:?}", bench.words());
@@ -82,7 +82,7 @@ fn a_board_is_touched_at_every_place_and_followed() {
     assert!(correction.largest().mm() > 0.2, "{correction:?}");
     assert_eq!(levelled.levelled, Some(map.key()));
     assert_eq!(level_routine(&levelled, &map, TOLERANCE).unwrap_err().code, "level.twice");
-    // The same sections, each begun where the one before leaves off.
+    // The same sections, each beginning where the previous one ends.
     assert_eq!(levelled.sections.len(), routine().sections.len());
     assert_eq!((levelled.counted(99), &levelled.key), (routine().counted(99), &routine().key));
     for (before, section) in levelled.sections.iter().zip(levelled.sections.iter().skip(1)) {
@@ -94,7 +94,7 @@ fn a_board_is_touched_at_every_place_and_followed() {
         };
         assert_eq!(entry(section).unwrap_or(before.end()), section.entry, "{:?}", section.kind);
     }
-    // Run, every bottom is as deep below the board as it was planned.
+    // When run, every bottom must be as deep below the board as planned.
     bench.told.clear();
     let start = annulus_core::controller::EngineStart {
         routine: std::sync::Arc::new(levelled),
@@ -115,7 +115,7 @@ fn a_board_is_touched_at_every_place_and_followed() {
         let at = [ZERO[0] + f64::from(hole % 3 * 4), ZERO[1] + f64::from(hole / 3 * 4)];
         let there = |place: &&[f64; 3]| (place[0] - at[0]).abs() < 0.02 && (place[1] - at[1]).abs() < 0.02;
         let depth = bench.board.cuts.iter().filter(there).map(deep).fold(0.0, f64::max);
-        // At the corner the surface goes on beyond the grid.
+        // At the corner the surface extends beyond the grid.
         assert!((depth - 1.7).abs() < 0.025, "hole {hole}: {depth}");
     }
     let path = |place: &&[f64; 3]| {
@@ -127,7 +127,7 @@ fn a_board_is_touched_at_every_place_and_followed() {
 }
 
 #[test]
-fn it_holds_between_two_touches_and_goes_on_and_stops_where_it_is_told() {
+fn survey_pauses_resumes_and_stops() {
     let mut bench = bench(Some(bow));
     bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
     let touches = |bench: &Bench| {
@@ -156,7 +156,7 @@ fn it_holds_between_two_touches_and_goes_on_and_stops_where_it_is_told() {
 }
 
 #[test]
-fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
+fn failed_survey_ends_with_its_problem() {
     fn wall(x: f64, _: f64) -> f64 {
         if x - ZERO[0] > 6.0 { ZERO[2] + 5.0 } else { ZERO[2] }
     }
@@ -168,7 +168,7 @@ fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
         [("level.no_board", None), ("level.in_the_way", Some(wall)), ("grbl.alarm_4", Some(always))];
     for (code, surface) in rows {
         let mut bench = bench(surface);
-        // One that reports its pins would be refused at once.
+        // A controller that reports its pins would be refused at once.
         bench.board.hides_pins = true;
         bench.until(500, |_| false);
         bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
@@ -176,7 +176,7 @@ fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
         assert_eq!((survey_of(&bench), found(&bench)), (Some(None), vec![code.to_owned()]));
         assert_eq!(bench.engine().trust, Trust::Trusted, "{code}");
     }
-    // Beyond the travel, or with numbers that are none: nothing is sent.
+    // Beyond the travel, or with invalid numbers: nothing is sent.
     let mut bench = bench(Some(bow));
     let wide = ProbeGrid { low: annulus_core::geometry::Point::from_mm(-200.0, 0.0), ..start().grid };
     for (code, start) in [
@@ -197,7 +197,7 @@ fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
     }
 }
 
-/// Lets a millisecond after the other pass until the tip goes up.
+/// Advances millisecond by millisecond until the tool rises.
 fn rises(bench: &mut Bench) {
     let mut low = bench.board.place()[2];
     for _ in 0..200_000 {
@@ -212,7 +212,7 @@ fn rises(bench: &mut Bench) {
 }
 
 #[test]
-fn the_way_up_after_a_touch_that_failed_and_after_a_probe_ends_at_stop() {
+fn stop_ends_the_lift_after_a_touch() {
     let deep = |_: f64, _: f64| ZERO[2] - 2.0;
     let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
     let survey = EngineAsk::Survey(SurveyStart { clear_mm: 10.0, ..start() });
@@ -236,7 +236,7 @@ fn the_way_up_after_a_touch_that_failed_and_after_a_probe_ends_at_stop() {
 }
 
 #[test]
-fn a_stop_before_the_way_up_began_is_heard_too() {
+fn stop_before_the_lift_is_obeyed() {
     let mut bench = bench(Some(|_, _| ZERO[2] - 2.0));
     let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
     bench.event(EngineEvent::Ask(probe));
@@ -250,7 +250,7 @@ fn a_stop_before_the_way_up_began_is_heard_too() {
 }
 
 #[test]
-fn a_stop_that_crosses_the_touch_is_not_forgotten() {
+fn stop_that_crosses_the_touch_is_obeyed() {
     let probe = || EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
     let mut whole = bench(Some(|_, _| ZERO[2] - 0.5));
     let begin_ms = whole.now_ms;
@@ -261,7 +261,7 @@ fn a_stop_that_crosses_the_touch_is_not_forgotten() {
         let mut bench = bench(Some(|_, _| ZERO[2] - 0.5));
         bench.event(EngineEvent::Ask(probe()));
         bench.until(touched_ms - early_ms, |bench| bench.engine().phase == EnginePhase::Jogging);
-        // What either says is 80 ms on its way: the touch and STOP cross.
+        // Both directions have 80 ms of delay, so that the touch and STOP cross.
         bench.on_the_way_until_ms = bench.now_ms + 80;
         let place = bench.board.place();
         bench.event(EngineEvent::Ask(EngineAsk::Stop));
@@ -274,13 +274,13 @@ fn a_stop_that_crosses_the_touch_is_not_forgotten() {
 }
 
 #[test]
-fn an_alarm_whose_line_was_lost_ends_the_trust_whatever_is_done() {
+fn unheard_alarm_loses_the_position() {
     let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 60.0, plate_mm: 0.0, up_mm: 1.0 };
     let rows: [(Option<EngineAsk>, EnginePhase); 4] = [
         (None, EnginePhase::Ready),
         (Some(EngineAsk::Survey(start())), EnginePhase::Surveying),
         (Some(probe), EnginePhase::Probing),
-        (Some(EngineAsk::Jog { axis: 2, um: -5_000, mm_per_min: 60.0 }), EnginePhase::Jogging),
+        (Some(EngineAsk::Jog { axis: 2, um: -5_000, mm_per_min: 60.0, anyway: false }), EnginePhase::Jogging),
     ];
     for (ask, phase) in rows {
         let mut bench = bench(Some(|_, _| ZERO[2] - 9.0));
@@ -300,7 +300,7 @@ fn an_alarm_whose_line_was_lost_ends_the_trust_whatever_is_done() {
 }
 
 #[test]
-fn a_survey_that_a_cable_or_a_reset_ends_is_told() {
+fn survey_ended_by_unplugging_or_reset_is_reported() {
     for (code, pulled) in [("level.unplugged", true), ("level.reset", false)] {
         let mut bench = bench(Some(bow));
         bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
@@ -317,14 +317,14 @@ fn a_survey_that_a_cable_or_a_reset_ends_is_told() {
 }
 
 #[test]
-fn one_report_of_rest_is_not_believed_while_a_survey_comes_to_rest() {
+fn survey_stop_needs_more_than_one_report_of_rest() {
     let mut bench = bench(Some(bow));
     bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
     bench.until(3_000, |_| false);
     bench.event(EngineEvent::Ask(EngineAsk::Hold));
     assert!(bench.until(100_000, |bench| bench.engine().phase == EnginePhase::Held));
     bench.told.clear();
-    // Every feed hold is lost on its way, so that all it says is that it rests.
+    // Every feed hold is lost, so that the only sign is a report of rest.
     bench.instead = Some((b"!", b""));
     bench.event(EngineEvent::Ask(EngineAsk::Stop));
     assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready), "{:?}", bench.words());
@@ -333,7 +333,7 @@ fn one_report_of_rest_is_not_believed_while_a_survey_comes_to_rest() {
 }
 
 #[test]
-fn no_damaged_line_leaves_a_wrong_height() {
+fn damaged_lines_leave_no_wrong_survey_height() {
     let (mut whole, mut ended) = (0, 0);
     for seed in 0..24 {
         let faults = Faults { lost: 1e-4, damaged: 1e-4, back: 1e-4 };
@@ -357,7 +357,8 @@ fn no_damaged_line_leaves_a_wrong_height() {
         for (index, height) in map.heights.iter().enumerate() {
             let place = map.grid.nth(index);
             let wanted = bow(place.x.mm() + ZERO[0], place.y.mm() + ZERO[1]) - ZERO[2];
-            // A feed that was lost leaves the one before in force: this board stops within its millisecond, some 13 µm.
+            // A lost feed leaves the previous one in force: this controller stops within a millisecond,
+            // about 13 µm.
             assert!((height.mm() - wanted).abs() < 0.02, "seed {seed}: {index}: {height:?} not {wanted}");
         }
     }
@@ -365,12 +366,12 @@ fn no_damaged_line_leaves_a_wrong_height() {
 }
 
 #[test]
-fn a_job_goes_along_with_a_board_that_lies_elsewhere() {
+fn job_follows_a_moved_and_rotated_board() {
     let hole = |planned: [f64; 2], found: [f64; 2]| FoundHole {
         planned: Point::from_mm(planned[0], planned[1]),
         found: Point::from_mm(found[0], found[1]),
     };
-    // Three in four: a turn by some 0.57 degrees, and a shift.
+    // A rotation by about 0.57 degrees and a shift.
     let fit = BoardFit::of(&[hole([0.0, 0.0], [1.0, -2.0]), hole([100.0, 0.0], [100.995, -1.0])]).unwrap();
     let text =
         "G21 G90\nG0 Z5\nG0 X2 Y3\nM3 S9000\nG1 Z-0.1 F100\nG2 X6 Y3 I2 J0 F300\nG1 X9 Y7\nG0 Z5\nM5\nM2\n";

@@ -1,4 +1,4 @@
-//! The checker passes what was planned, and refuses each fault with its own code.
+//! Tests that the checker accepts planned streams and refuses each fault with its own code.
 
 use crate::programs::{Chance, machines, one_by_one, random_program, rounds};
 use annulus_core::check::{corner_zero, verify};
@@ -15,7 +15,7 @@ fn planned(machine: &Machine, seed: u64, holes: u32) -> StepStream {
 }
 
 #[test]
-fn every_planned_stream_passes_with_the_right_numbers() {
+fn every_planned_stream_passes_the_check() {
     for seed in 0..rounds(2_000) {
         for machine in machines() {
             let stream = planned(&machine, seed, 6);
@@ -29,12 +29,12 @@ fn every_planned_stream_passes_with_the_right_numbers() {
     }
 }
 
-/// The first segment of a hole with this stage.
+/// First segment of a hole with this stage.
 fn first(stream: &mut StepStream, stage: Stage) -> &mut Segment {
     stream.segments.iter_mut().find(|segment| segment.stage == stage && !segment.runs.is_empty()).unwrap()
 }
 
-/// Even steps over the same way in `ticks` for each step.
+/// Evenly spaced steps over the same distance, `ticks` apart.
 fn evenly(segment: &mut Segment, axes: u8, interval: u32) {
     let count = segment.runs.iter().filter(|run| run.axes == axes).map(|run| run.count).sum();
     let forward = segment.runs.iter().any(|run| run.axes == axes && run.forward);
@@ -130,7 +130,7 @@ fn every_fault_is_refused_with_its_own_code() {
 }
 
 #[test]
-fn a_speed_that_an_axis_may_not_have_is_refused() {
+fn excessive_axis_speed_is_refused() {
     let mut machine = one_by_one();
     let stream = planned(&machine, 2, 3);
     machine.z.max_speed_mm_per_s *= 0.5;
@@ -140,7 +140,7 @@ fn a_speed_that_an_axis_may_not_have_is_refused() {
 }
 
 #[test]
-fn a_leg_that_ends_low_is_refused() {
+fn leg_that_ends_low_is_refused() {
     let machine = one_by_one();
     let mut stream = planned(&machine, 2, 1);
     let up = stream.segments.iter().position(|segment| segment.stage == Stage::Retract).unwrap();
@@ -150,10 +150,10 @@ fn a_leg_that_ends_low_is_refused() {
 }
 
 #[test]
-fn play_lowers_the_range_of_x_and_y_and_not_that_of_z() {
+fn backlash_reduces_the_range_of_xy_only() {
     let mut machine = virtual_drill();
     let stream = planned(&machine, 2, 1);
-    // The bottom of the hole is the lowest place that Z has.
+    // The bottom of the hole is the lowest position of Z.
     let process = &machine.process;
     machine.z.min = process.surface - process.board_thickness - process.breakthrough;
     assert!(verify(&stream, &machine, corner_zero(&machine)).is_ok());
@@ -164,7 +164,7 @@ fn play_lowers_the_range_of_x_and_y_and_not_that_of_z() {
 }
 
 #[test]
-fn a_start_outside_the_machine_is_refused_and_nothing_overflows() {
+fn start_outside_the_machine_is_refused_without_overflow() {
     let machine = virtual_drill();
     for start in [i64::MIN, -1, 24_001, i64::MAX] {
         let mut stream = planned(&machine, 2, 1);
@@ -175,7 +175,7 @@ fn a_start_outside_the_machine_is_refused_and_nothing_overflows() {
 }
 
 #[test]
-fn damaged_streams_are_refused_or_pass_but_never_panic() {
+fn damaged_streams_never_panic_the_check() {
     let machine = virtual_drill();
     let sound = planned(&machine, 2, 1);
     for seed in 0..rounds(5_000) {
@@ -197,13 +197,13 @@ fn damaged_streams_are_refused_or_pass_but_never_panic() {
     }
 }
 
-/// The second hop of a chain, which goes from bottom to bottom.
+/// The second rapid of a chain, from bottom to bottom.
 fn hop(stream: &mut StepStream) -> &mut Segment {
     stream.segments.iter_mut().filter(|segment| segment.stage == Stage::NextHole).nth(1).unwrap()
 }
 
 #[test]
-fn a_plane_that_leaves_too_early_or_a_chain_that_stays_low_is_refused() {
+fn early_xy_motion_and_low_chain_are_refused() {
     let machine = virtual_drill();
     let early: Fault = |s| {
         let x = hop(s).runs.iter_mut().find(|run| run.axes == X).unwrap();
@@ -226,8 +226,8 @@ fn a_plane_that_leaves_too_early_or_a_chain_that_stays_low_is_refused() {
     }
 }
 
-/// By how much the steps of `axis` in `segment` break the law of its acceleration, as a multiple of what it and steps that
-/// are 1 µs off their time allow: from mean speeds over as many steps before a step as after it.
+/// Factor by which the steps of `axis` exceed its acceleration, relative to what the limit and timing
+/// errors of 1 µs per step allow. Compares mean speeds over equally many steps before and after each step.
 fn broken(segment: &Segment, axis: usize, machine: &Machine) -> f64 {
     let settings = machine.axis(axis);
     let down = if axis < 2 { 0.0 } else { machine.down.max_acceleration_mm_per_s2 };
@@ -250,7 +250,8 @@ fn broken(segment: &Segment, axis: usize, machine: &Machine) -> f64 {
     worst
 }
 
-/// A run whose intervals are another multiple, or change by more ticks with every step.
+/// A run with its speed multiplied by `faster`, and with an additional change of the interval in ticks per
+/// step.
 fn altered(run: Run, faster: f64, bent: i32) -> Run {
     let parts = (run.first_parts() as f64 / faster) as u64;
     let change = (f64::from(run.change) / faster) as i32 + bent * 65_536;
@@ -258,7 +259,7 @@ fn altered(run: Run, faster: f64, bent: i32) -> Run {
 }
 
 #[test]
-fn runs_made_faster_or_bent_by_three_ticks_are_found_where_they_break_a_law() {
+fn check_finds_runs_that_break_a_limit() {
     let kinds = [("40 % faster", 1.4, 0), ("bent up", 1.0, 3), ("bent down", 1.0, -3)];
     let mut counted = [(0_u64, 0_u64, 0_u64); 3];
     for seed in 0..rounds(2_000) {
@@ -289,9 +290,10 @@ fn runs_made_faster_or_bent_by_three_ticks_are_found_where_they_break_a_law() {
     }
 }
 
-/// What is as fast as the axis may be is too fast when it is faster, by however little a step's time tells.
+/// A move at the maximum speed must be refused when accelerated by the smallest amount that step times can
+/// show.
 #[test]
-fn runs_at_the_greatest_speed_made_faster_are_found() {
+fn check_finds_faster_runs_at_maximum_speed() {
     let mut tried = 0;
     for seed in 0..rounds(400) {
         for machine in machines().iter().filter(|machine| machine.drive == DriveKind::Planned) {

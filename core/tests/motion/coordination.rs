@@ -1,5 +1,6 @@
-//! Plane and spindles together: the reference's timelines, the cycle formula on a million random cycles, and that no plane ever
-//! moves over a low bit: on the streams of two hundred thousand random cycles, half of them stopped anywhere.
+//! Tests of XY and the spindles together: the reference's timelines, and the cycle formula on a million
+//! random cycles. XY must never move over a low tool: tested on the streams of 200,000 random cycles, half
+//! of them stopped at random.
 
 use super::vectors::{limits, near, number};
 use crate::operator::{OnTime, Orders};
@@ -17,7 +18,7 @@ use annulus_core::steps::{self, Stage, Steps};
 use annulus_core::units::Length;
 use serde_json::Value;
 
-/// The times of a spindle of the reference.
+/// Spindle times of the reference.
 fn spindle(row: &Value) -> SpindleTimes {
     let (height, depth) = (number(row, "H"), number(row, "D"));
     let shape = MotionLaw::Power(number(&row["down"], "alpha"));
@@ -31,7 +32,7 @@ fn spindle(row: &Value) -> SpindleTimes {
     }
 }
 
-/// The longer time of two axes that go by themselves.
+/// The longer duration of two axes that move independently.
 fn hop_s(case: &Value, way: &Value) -> f64 {
     let axis = |index: usize, name: &str| {
         let limits = limits(&case["xy"][name], ["V", "A", "J"]);
@@ -41,7 +42,7 @@ fn hop_s(case: &Value, way: &Value) -> f64 {
 }
 
 #[test]
-fn timelines_agree_with_the_reference() {
+fn timelines_match_the_reference() {
     let file = vectors("xyz_timeline.json");
     let room = number(&file["tolerance"], "time_abs");
     let mut instants = 0;
@@ -100,7 +101,7 @@ fn random_spindle(chance: &mut Chance) -> SpindleTimes {
     }
 }
 
-/// The invariants of C2.3 for one cycle and the one before it.
+/// Checks the invariants of C2.3 for a cycle and its predecessor.
 fn keeps_the_rules(
     cycle: &Cycle,
     before: Option<&Cycle>,
@@ -122,7 +123,7 @@ fn keeps_the_rules(
 }
 
 #[test]
-fn a_million_random_cycles_keep_the_rules_as_formulas() {
+fn random_cycles_follow_the_rules_and_the_formula() {
     let mut done = 0;
     for seed in 0..rounds(20_000) {
         let mut chance = Chance::new(seed);
@@ -145,7 +146,7 @@ fn a_million_random_cycles_keep_the_rules_as_formulas() {
 }
 
 #[test]
-fn times_that_cannot_be_are_refused_by_name() {
+fn invalid_spindle_times_are_refused_by_name() {
     let good =
         SpindleTimes { down_s: 0.1, up_s: 0.1, contact_s: 0.05, leave_s: 0.05, ..SpindleTimes::default() };
     let rows = [
@@ -162,7 +163,7 @@ fn times_that_cannot_be_are_refused_by_name() {
     assert!(cycles(&[0.1], SpindleRules::default(), &[]).is_err());
 }
 
-/// Whether the plane stepped while a spindle was lower than `clear` over `surface`.
+/// Returns `true` if XY stepped while a spindle was lower than `clear` above `surface`.
 fn dragged(pins: &Recorder, start: Steps, spindles: usize, clear: i64) -> bool {
     let mut at = start;
     pins.written.iter().any(|call| {
@@ -179,7 +180,7 @@ fn overlapped() -> Vec<Machine> {
 }
 
 #[test]
-fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
+fn xy_never_moves_over_a_low_tool_when_stopped_or_held() {
     let (mut stopped, mut held) = (0, 0);
     for seed in 0..rounds(700) {
         for machine in overlapped() {
@@ -223,7 +224,7 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
     assert!(stopped > least && held > least, "{stopped} stopped, {held} held");
 }
 
-/// A random machine whose plane and spindles move together, coarse enough that its steps are soon counted.
+/// A random machine whose XY and spindles overlap, with coarse steps so that few have to be replayed.
 fn coarse(chance: &mut Chance) -> Machine {
     let mut machine = super::random_machine(chance);
     machine.overlap.on = true;
@@ -234,7 +235,7 @@ fn coarse(chance: &mut Chance) -> Machine {
 }
 
 #[test]
-fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_a_bit() {
+fn random_cycles_pass_the_check_and_stop_safely() {
     let (wanted, mut cycles, mut stopped, mut early) = (rounds(200_000), 0, 0, 0);
     for seed in 0.. {
         let mut chance = Chance::new(seed);
@@ -277,7 +278,7 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
 }
 
 #[test]
-fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
+fn guarded_spindle_in_the_board_blocks_xy() {
     use annulus_core::job::Input;
     for machine in overlapped() {
         let program = random_program(&mut Chance::new(5), &machine, 3);

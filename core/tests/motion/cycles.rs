@@ -1,4 +1,4 @@
-//! Homing and moves by hand: the right way, gated, ending where they should.
+//! Tests of homing and jogs: direction, gates and end positions.
 
 use crate::programs::machines;
 use annulus_core::job::{Input, Otherwise, Stage};
@@ -7,7 +7,7 @@ use annulus_core::motion::{cycles, laws};
 use annulus_core::steps;
 
 #[test]
-fn homing_seeks_backs_off_locates_and_rests() {
+fn homing_seeks_backs_off_locates_and_offsets() {
     for machine in machines() {
         let homing = cycles::home(&machine).unwrap();
         assert_eq!(homing.iter().map(|(axis, _)| *axis).collect::<Vec<_>>(), [2, 0, 1]);
@@ -34,7 +34,7 @@ fn homing_seeks_backs_off_locates_and_rests() {
 }
 
 #[test]
-fn homing_with_an_index_pulse_goes_on_to_it_by_a_turn_at_most() {
+fn homing_with_an_index_pulse_adds_one_index_move() {
     let on = ("x.index".to_owned(), Value::Text("yes".to_owned()));
     let machine = apply(&virtual_drill(), &[on]).unwrap();
     let plan = cycles::home_axis(&machine, 0).unwrap();
@@ -48,7 +48,7 @@ fn homing_with_an_index_pulse_goes_on_to_it_by_a_turn_at_most() {
 }
 
 #[test]
-fn going_somewhere_lifts_first_and_lowers_last() {
+fn go_to_lifts_first_and_lowers_last() {
     let mut from = Steps::default();
     from[..3].copy_from_slice(&[100, 200, -50]);
     let mut to = Steps::default();

@@ -1,4 +1,5 @@
-//! One small program, printed station by station: moves in time, runs, digest. `ANNULUS_BLESS=1` accepts a change.
+//! Golden files of one small program at every stage: moves in time, runs, digest. `ANNULUS_BLESS=1` accepts
+//! a change.
 
 use crate::programs::{Chance, random_program};
 use annulus_core::machine::virtual_drill;
@@ -25,7 +26,7 @@ fn printed(plan: &Timeline) -> String {
 }
 
 #[test]
-fn a_small_program_gives_the_timeline_and_runs_it_always_gave() {
+fn small_program_matches_its_golden_timeline() {
     let machine = virtual_drill();
     let plan = timeline(&random_program(&mut Chance::new(4), &machine, 2), &machine).unwrap();
     let stream = steps::stream(&plan, &machine).unwrap();

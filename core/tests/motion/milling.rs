@@ -1,4 +1,5 @@
-//! Milled paths as moves and steps: within half a step of the plan, passed by the checker, stopped and slowed on the path.
+//! Tests of milled paths as moves and steps: within half a step of the plan, accepted by the checker,
+//! stopped and slowed on the path.
 
 use crate::programs::{Chance, one_by_one};
 use annulus_core::check::{corner_zero, verify};
@@ -9,21 +10,21 @@ use annulus_core::motion::{Timeline, laws, timeline};
 use annulus_core::steps::{self, Segment, Stage, TICK_HZ};
 use annulus_core::units::Length;
 
-/// What a random leg may do.
+/// Options for a random leg.
 #[derive(Clone, Copy)]
 struct Kind {
-    /// Ramps and helices too.
+    /// Ramps and helices are included.
     heights: bool,
-    /// Out of the board and in again between the commands.
+    /// Between the commands the tool may leave the board and enter it again.
     pecks: bool,
     commands: u32,
-    /// Longest reach of a command, mm.
+    /// Longest distance of a command in mm.
     reach: f64,
 }
 
 const FLAT: Kind = Kind { heights: false, pecks: false, commands: 20, reach: 20.0 };
 
-/// A leg of random lines and arcs around the middle of the machine, the tip in the board.
+/// A leg of random lines and arcs around the middle of the machine, with the tool in the board.
 fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
     let process = &machine.process;
     let mut height = Length::from_um(-100);
@@ -47,7 +48,7 @@ fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
         let before = commands.len();
         match chance.bits() % 5 {
             0 => {
-                // A full circle around a place nearby.
+                // A full circle around a nearby point.
                 let center = [at[0] + 0.2 * (away[0] - at[0]), at[1] + 0.2 * (away[1] - at[1])];
                 let (to, center) = (Point::from_mm(at[0], at[1]), Point::from_mm(center[0], center[1]));
                 commands.push(Command::MillArc { to, height, center, ccw, feed_um_per_s });
@@ -60,7 +61,7 @@ fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
                 at = away;
             }
             2 if kind.pecks => {
-                // Up, in the board or over it, and deeper again, perhaps milled on from there.
+                // Up, inside the board or above it, then deeper again; a path may follow directly.
                 height = tip + Length::from_um(100 + (chance.bits() as i64 & 0x3FF));
                 commands.push(Command::Retract { to: height });
                 if !chance.bits().is_multiple_of(3) {
@@ -93,7 +94,8 @@ fn milling(chance: &mut Chance, machine: &Machine, kind: Kind) -> Program {
     }
 }
 
-/// Every step of a milled segment lies within half a step of the plan, and 1 µs and what a turn may leave out beside.
+/// Every step of a milled segment must be within half a step of the plan. Tolerated in addition: the motion
+/// in 1 µs, and an omitted reversal.
 fn on_the_path(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
     let planned = &plan.moves[index];
     let mut at = planned.from;
@@ -108,7 +110,7 @@ fn on_the_path(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
     assert_eq!(at, planned.to, "seed {seed}");
 }
 
-/// Plans, times and checks a program; how many of its segments mill.
+/// Plans, times and checks a program. Returns the number of milled segments.
 fn run(program: &Program, machine: &Machine, seed: u64) -> u32 {
     let plan = timeline(program, machine).unwrap_or_else(|why| panic!("seed {seed}: {why:?}"));
     laws::laws(&plan, machine).unwrap_or_else(|why| panic!("seed {seed}: {:?}", why[0]));
@@ -126,7 +128,7 @@ fn run(program: &Program, machine: &Machine, seed: u64) -> u32 {
 }
 
 #[test]
-fn paths_become_steps_that_keep_the_plan_and_pass_the_check() {
+fn toolpaths_become_steps_that_pass_the_check() {
     let mut milled = 0;
     for seed in 0..60 {
         for machine in [virtual_drill(), one_by_one(), six_spindles()] {
@@ -137,7 +139,7 @@ fn paths_become_steps_that_keep_the_plan_and_pass_the_check() {
 }
 
 #[test]
-fn ramps_helices_pecks_and_tabs_become_steps_that_keep_the_plan_and_pass_the_check() {
+fn ramps_helices_pecks_and_tabs_pass_the_check() {
     let mut milled = 0;
     let kind = Kind { heights: true, pecks: true, ..FLAT };
     for seed in 0..60 {
@@ -148,9 +150,9 @@ fn ramps_helices_pecks_and_tabs_become_steps_that_keep_the_plan_and_pass_the_che
     assert!(milled >= 360, "{milled} paths, several to a leg");
 }
 
-/// Half-way between two steps either is as near: the path and its move take the same one.
+/// Halfway between two steps both are equally near: the path and its move must choose the same one.
 #[test]
-fn paths_between_half_steps_end_where_they_are_told_to() {
+fn toolpaths_between_half_steps_end_on_the_chosen_step() {
     let machine = virtual_drill();
     let half = |steps: i64| Length::from_nm(steps * 6_250);
     assert_eq!(machine.x.scale.steps(Length::from_mm(1.0)), 80, "a step is 12.5 µm");
@@ -175,9 +177,9 @@ fn paths_between_half_steps_end_where_they_are_told_to() {
     }
 }
 
-/// The groove around a ground plane is metres long, and a small router takes its time for it.
+/// The groove around a ground plane is metres long, and a small router needs a quarter of an hour for it.
 #[test]
-fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest() {
+fn long_toolpath_is_split_into_moves_below_300_seconds() {
     let machine = hobby_3018();
     let (height, feed_um_per_s) = (Length::from_um(-100), 2_000);
     let at = |x: f64, y: f64| Point::from_mm(x, y);
@@ -211,7 +213,7 @@ fn a_way_that_takes_a_quarter_of_an_hour_is_driven_as_several_from_rest_to_rest(
 }
 
 #[test]
-fn what_cannot_be_milled_is_refused_with_a_sentence() {
+fn impossible_milling_is_refused() {
     let machine = virtual_drill();
     let mut down = milling(&mut Chance::new(3), &machine, FLAT);
     let last = down.legs[0].commands.len() - 2;
@@ -226,7 +228,7 @@ fn what_cannot_be_milled_is_refused_with_a_sentence() {
     }
 }
 
-/// The way that a leg's mill commands describe, in short straight lines, mm.
+/// The path of a leg's mill commands as short straight lines, in mm.
 fn outline(program: &Program) -> Vec<[f64; 2]> {
     let mm = |at: Point| [at.x.mm(), at.y.mm()];
     let mut line: Vec<[f64; 2]> = Vec::new();
@@ -265,9 +267,10 @@ fn distance(line: &[[f64; 2]], at: [f64; 2]) -> f64 {
     line.windows(2).map(to).fold(f64::INFINITY, f64::min)
 }
 
-/// The axes of a machine with play stand where the motors push them: up with the motor, and down the play behind it.
+/// With backlash the position of an axis is that of its motor when moving up, and lags by the backlash when
+/// moving down.
 #[test]
-fn with_play_the_axes_keep_to_the_path_because_it_is_taken_up_at_every_turn() {
+fn backlash_is_taken_up_at_every_turn_of_a_toolpath() {
     let mut looked = 0;
     for seed in 0..40 {
         let mut chance = Chance::new(seed);
@@ -278,7 +281,7 @@ fn with_play_the_axes_keep_to_the_path_because_it_is_taken_up_at_every_turn() {
         let program = milling(&mut chance, &machine, kind);
         let line = outline(&program);
         let mut away = program.clone();
-        // From either side.
+        // Approach from both sides.
         away.legs[0]
             .commands
             .insert(2, Command::Rapid { to: Point::from_mm(chance.between(50.0, 70.0), 70.0) });

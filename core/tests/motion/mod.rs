@@ -1,4 +1,4 @@
-//! The laws of motion and steps, tried on many random moves and programs. Every failure prints its seed.
+//! Tests of the laws of motion and steps on many random moves and programs. A failure prints its seed.
 
 use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
@@ -24,8 +24,8 @@ mod vectors;
 
 use crate::programs::{Chance, machines, random_program, rounds};
 
-/// Replays a segment beside its plan: before and after every step the motor is within half a step of the plan, and
-/// as much more as the plan goes in 1 µs. Steps are where they are.
+/// Replays a segment against its plan. Before and after every step the motor must be within half a step of
+/// the plan, plus the plan's motion in 1 µs.
 fn replay_keeps_to_the_plan(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
     let planned = &plan.moves[index];
     let mut at = planned.from;
@@ -54,7 +54,8 @@ fn replay_keeps_to_the_plan(plan: &Timeline, index: usize, segment: &Segment, se
     assert_eq!(at, segment.end, "seed {seed}: ends elsewhere than it says");
 }
 
-/// Steps that the plan of `axis` goes in a microsecond around second `t_s`; half a step more for steps.
+/// Distance in steps that the plan of `axis` covers in a microsecond around `t_s`; half a step for moves by
+/// state table.
 fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
     let near =
         |part: &AxisMove| part.moves(axis) && part.start_s() <= t_s + 1e-6 && t_s - 1e-6 <= part.end_s();
@@ -72,7 +73,7 @@ fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
 }
 
 #[test]
-fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
+fn replay_is_within_half_a_step_of_the_plan_and_ends_exactly() {
     let (mut moves, mut seed) = (0, 0);
     while moves < rounds(100_000) {
         seed += 1;
@@ -90,7 +91,7 @@ fn replay_stays_within_half_a_step_of_the_plan_and_ends_exactly() {
     }
 }
 
-/// Any machine that the settings allow, its speeds as high as its drives take.
+/// A random machine within the permitted settings, with speeds up to the limit of its drives.
 fn random_machine(chance: &mut Chance) -> Machine {
     let mut machine = virtual_drill();
     machine.max_step_hz = chance.scale(200.0, 1e6) as u32;
@@ -129,7 +130,7 @@ fn random_machine(chance: &mut Chance) -> Machine {
 }
 
 #[test]
-fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
+fn random_machines_get_streams_that_pass_the_check() {
     for seed in 0..rounds(3_000) {
         let mut chance = Chance::new(seed);
         let machine = random_machine(&mut chance);
@@ -151,9 +152,10 @@ fn every_machine_gets_streams_that_keep_the_plan_and_pass_the_check() {
 }
 
 #[test]
-fn a_move_that_takes_too_long_is_refused_with_its_length() {
+fn overlong_move_is_refused_with_its_length() {
     let base = virtual_drill();
-    // A stroke of 4.1 mm together with a hop, and one by one at its feed; 200 mm by table.
+    // A drill cycle of 4.1 mm overlapping a rapid, one without overlap at its feed, and 200 mm by state
+    // table.
     let slow = |on: bool| Machine { overlap: Overlap { on, ..base.overlap }, ..base.clone() };
     let table = Machine { interrupt_hz: 10, x: Axis { max_speed_mm_per_s: 0.01, ..lab().x }, ..lab() };
     for (machine, to_mm, feed_um_per_s, length) in
@@ -208,7 +210,7 @@ fn any_program_gives_a_timeline_or_a_diagnostic() {
 }
 
 #[test]
-fn a_hop_takes_as_long_as_its_slower_axis_needs() {
+fn rapid_takes_the_time_of_its_slower_axis() {
     let machine = virtual_drill();
     let hop = |x, y| rapid_time_s(&machine, Point::default(), Point::from_mm(x, y));
     assert_eq!(hop(0.0, 0.0), 0.0);

@@ -1,4 +1,4 @@
-//! The laws of paths of lines and arcs, tried on many random ones. Every failure prints its seed.
+//! Tests of the laws for paths of lines and arcs on many random ones. A failure prints its seed.
 
 use crate::programs::{Chance, rounds};
 use annulus_core::motion::path::{
@@ -21,7 +21,7 @@ pub(super) fn random_axes(chance: &mut Chance) -> [Limits; 3] {
     })
 }
 
-/// Coordinates as files have them: whole nanometres.
+/// Rounds to whole nanometres, as coordinates in files are.
 fn rounded(mm: f64) -> f64 {
     libm::round(mm * 1e6) * 1e-6
 }
@@ -82,7 +82,7 @@ pub(super) fn random_chain(chance: &mut Chance, most: u64) -> Chain {
     chain
 }
 
-/// A curve that was cut into many short lines, as drawings often are.
+/// A curve split into many short lines, as is common in drawings.
 pub(super) fn flattened(chance: &mut Chance) -> Chain {
     let (radius, wave) = (chance.scale(0.3, 20.0), chance.between(0.0, 0.4));
     let (waves, piece_mm) = (libm::floor(chance.between(1.0, 9.0)), chance.scale(0.005, 0.5));
@@ -135,7 +135,7 @@ pub(super) fn keeps_its_laws(
 }
 
 #[test]
-fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
+fn random_paths_obey_every_axis_limit() {
     let mut pieces = 0;
     for seed in 0..rounds(60_000) {
         let mut chance = Chance::new(seed);
@@ -150,10 +150,10 @@ fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
     assert!(pieces > rounds(200_000), "only {pieces} pieces");
 }
 
-/// Speeds of the axes are the slopes of their places, accelerations those of the speeds, wherever both sides of a moment
-/// are in one span.
+/// Speeds must be the derivatives of positions, and accelerations those of speeds, if both sides of a
+/// moment are in one span.
 #[test]
-fn places_speeds_and_accelerations_of_a_path_belong_together() {
+fn path_position_speed_and_acceleration_are_consistent() {
     let mut tried = 0;
     for seed in 0..rounds(20_000) {
         let mut chance = Chance::new(seed);
@@ -190,7 +190,7 @@ fn places_speeds_and_accelerations_of_a_path_belong_together() {
 }
 
 #[test]
-fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
+fn path_steps_are_made_half_way_and_end_at_the_path_end() {
     let mut steps = 0;
     for seed in 0..rounds(6_000) {
         let mut chance = Chance::new(seed);
@@ -221,7 +221,8 @@ fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
                 }
                 forward = Some(sweep.forward);
             }
-            // Where a last turn was left out, the axis may stand a step aside of a place near the line between two.
+            // If a last reversal was omitted, the axis may end one step away from a position near the
+            // middle between two steps.
             let off = path.end()[axis] / mm - at as f64;
             assert!(off.abs() <= 0.5 + 1e-6, "seed {seed}: axis {axis} ends {off} steps off");
         }
@@ -240,7 +241,7 @@ fn planned(pieces: Vec<WantedPiece>, axes: &[Limits; 3]) -> PlannedPath {
 }
 
 #[test]
-fn one_piece_alone_is_the_profile_from_rest_to_rest() {
+fn single_piece_path_equals_the_profile() {
     let axes = axes(50.0, 1000.0, 5e4);
     for length in [1e-3, 0.1, 3.0, 80.0] {
         let path = planned(vec![line(length, 0.0)], &axes);
@@ -251,7 +252,7 @@ fn one_piece_alone_is_the_profile_from_rest_to_rest() {
 }
 
 #[test]
-fn corners_slow_down_as_much_as_they_turn() {
+fn sharper_corners_are_slower() {
     let axes = axes(50.0, 1000.0, 5e4);
     let corner = |angle: f64| {
         let beyond = [20.0 + 20.0 * libm::cos(angle), 20.0 * libm::sin(angle)];
@@ -262,10 +263,11 @@ fn corners_slow_down_as_much_as_they_turn() {
     assert!(corner(PI) < 1e-6, "back is a stop");
     let speeds: Vec<f64> = (0..=18).map(|part| corner(PI * f64::from(part) / 18.0)).collect();
     assert!(speeds.is_sorted_by(|a, b| a >= b), "{speeds:?}");
-    // A right angle: R = d·(1 + √2), and the pull of both axes together, 800·√2.
+    // Right angle: R = d·(1 + √2), and the acceleration of both axes together, 800·√2.
     let right = libm::sqrt(800.0 * libm::sqrt(2.0) * 0.01 * (1.0 + libm::sqrt(2.0)));
     assert!((corner(0.5 * PI) - right).abs() <= 1e-9, "{} instead of {right}", corner(0.5 * PI));
-    // A circle of many corners is hardly faster than a circle: 0.6 of 800 mm/s² pull to its centre.
+    // A polygon with many corners may be hardly faster than a circle, whose centripetal acceleration is 0.6
+    // of 800 mm/s².
     let points = (1..=2000).map(|part| TAU * f64::from(part) / 2000.0);
     let pieces = points.map(|angle| WantedPiece {
         to: To::Line([1.0 - libm::cos(angle), libm::sin(angle), 0.0]),
@@ -277,7 +279,7 @@ fn corners_slow_down_as_much_as_they_turn() {
 }
 
 #[test]
-fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
+fn full_circles_reversals_and_empty_pieces_are_planned() {
     let axes = axes(50.0, 1000.0, 5e4);
     let circle = |feed| WantedPiece {
         to: To::Arc { to: [0.0; 3], center: [3.0, 0.0], ccw: true },
@@ -288,15 +290,16 @@ fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
     let half = path.at(path.time_at_length(3.0 * PI));
     assert!((half[0] - 6.0).abs() < 1e-9 && half[1].abs() < 1e-9, "{half:?}");
     assert_eq!(path.at(path.duration_s()), [0.0; 3]);
-    // Only so fast that 0.9 of 0.8 of the acceleration pull to the centre; from rest to rest a little slower is sooner.
+    // The centripetal acceleration may be 0.9 of 0.8 of the limit. From rest to rest, a slightly lower
+    // speed takes less time.
     let fastest =
         (0..1000).map(|part| path.speed(path.duration_s() * f64::from(part) / 1000.0)).fold(0.0, f64::max);
     let most = libm::sqrt(0.72 * 1000.0 * 3.0);
     assert!(fastest <= most * (1.0 + 1e-9) && fastest > 0.6 * most, "{fastest} of {most}");
     let there_and_back = planned(vec![line(5.0, 0.0), line(0.0, 0.0)], &axes);
     let one_way = planned(vec![line(5.0, 0.0)], &axes);
-    // Where it turns back it stops, and is pulled the same way all the time: it never loses the 20 ms in which the acceleration
-    // would go and the 20 ms in which it would come.
+    // At the reversal the speed is zero, but the acceleration continues in the same direction. This saves
+    // the 20 ms of its decrease and the 20 ms of its increase.
     let (both_s, each_s) = (there_and_back.duration_s(), one_way.duration_s());
     assert!(both_s < 2.0 * each_s - 0.015 && both_s > 2.0 * each_s - 0.04, "{both_s} of twice {each_s}");
     let nothing = planned(vec![line(0.0, 0.0), line(0.0, 0.0)], &axes);
@@ -313,7 +316,7 @@ fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
 }
 
 #[test]
-fn a_helix_is_its_circle_from_above_and_rises_evenly() {
+fn helix_is_a_circle_that_rises_evenly() {
     let axes = axes(50.0, 1000.0, 5e4);
     for (ccw, rise, turns) in [(true, -1.5, 1.0), (false, 2.0, 1.0), (true, 0.25, 0.5), (false, -40.0, 0.5)] {
         let end = if turns == 1.0 { [0.0, 0.0, rise] } else { [4.0, 0.0, rise] };
@@ -329,7 +332,7 @@ fn a_helix_is_its_circle_from_above_and_rises_evenly() {
             assert!(at.iter().zip(meant).all(|(a, b)| (a - b).abs() < 1e-7), "{at:?} instead of {meant:?}");
         }
     }
-    // Steep ones are as fast as the height allows, flat ones as the circle.
+    // Steep helices are as fast as the height allows, flat ones as fast as the circle.
     let top = |rise: f64| {
         let to = To::Arc { to: [0.0, 0.0, rise], center: [2.0, 0.0], ccw: true };
         let path = planned(vec![WantedPiece { to, feed_mm_per_s: f64::INFINITY }], &axes);
@@ -346,7 +349,7 @@ fn a_helix_is_its_circle_from_above_and_rises_evenly() {
 }
 
 #[test]
-fn a_square_with_lookahead_is_faster_than_with_stops_and_slower_than_without_corners() {
+fn square_with_lookahead_is_faster_than_with_stops() {
     let axes = axes(50.0, 1000.0, 5e4);
     let square = [(10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)];
     let path = planned(square.map(|(x, y)| line(x, y)).to_vec(), &axes);
@@ -356,7 +359,7 @@ fn a_square_with_lookahead_is_faster_than_with_stops_and_slower_than_without_cor
 }
 
 #[test]
-fn broken_chains_are_refused_with_the_piece() {
+fn invalid_chains_are_refused_with_the_piece() {
     let good = axes(50.0, 1000.0, 5e4);
     let refused = |piece: WantedPiece| {
         let chain = Chain { start: [0.0; 3], pieces: vec![line(1.0, 0.0), piece] };
@@ -387,7 +390,7 @@ fn broken_chains_are_refused_with_the_piece() {
 }
 
 #[test]
-fn a_path_that_was_tampered_with_breaks_the_laws() {
+fn altered_path_fails_the_laws() {
     let axes = axes(50.0, 1000.0, 5e4);
     let good = planned(vec![line(10.0, 0.0), line(10.0, 10.0)], &axes);
     let mut path = good.clone();

@@ -1,12 +1,12 @@
-//! What can be measured of random paths from outside, by their places alone: speeds, accelerations, jerks, and what is left for a
-//! change of the override. Every failure prints its seed.
+//! Tests of random paths measured by their positions alone: speeds, accelerations, jerks, and the reserve
+//! for changes of the override. A failure prints its seed.
 
 use super::paths::{RULES, end_of, flattened, keeps_its_laws, random_axes, random_chain};
 use crate::programs::{Chance, rounds};
 use annulus_core::motion::path::{Chain, PathPoint, PathRules, PlannedPath, override_change_per_s, plan};
 use annulus_core::motion::profile::Limits;
 
-/// Whether it has short lines alone, what it goes along, its axes, and the path.
+/// Returns whether the path consists of short lines only, its pieces, its axes and the planned path.
 fn random_path(chance: &mut Chance) -> (bool, Chain, [Limits; 3], PlannedPath) {
     let lines = chance.bits().is_multiple_of(2);
     let chain = if lines { flattened(chance) } else { random_chain(chance, 12) };
@@ -15,10 +15,10 @@ fn random_path(chance: &mut Chance) -> (bool, Chain, [Limits; 3], PlannedPath) {
     (lines, chain, axes, path)
 }
 
-/// What can be seen of a path in its steps: mean speeds of an axis over neighbouring stretches of 5 ms differ by what its
-/// acceleration does in that time, and by a corner's jump.
+/// Mean speeds of an axis, measured by steps over adjacent intervals of 5 ms, may differ only by its
+/// acceleration and a corner's jump.
 #[test]
-fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
+fn mean_speed_changes_are_within_axis_and_corner_limits() {
     let window_s = 5e-3;
     let (mut worst, mut alike, mut runs) = (0.0_f64, 0, 0);
     for seed in 0..rounds(3_000) {
@@ -48,9 +48,10 @@ fn mean_speeds_change_no_faster_than_the_axes_and_a_corner_allow() {
     assert!(runs * 5 < alike, "short pieces gather speed together: {alike} in {runs} runs");
 }
 
-/// A hold brings the rate from 1 to 0, an override to anything between: with what the plan has left for it.
+/// A hold changes the rate from 1 to 0, an override to any value between: the reserve of the plan must be
+/// enough.
 #[test]
-fn the_reserve_is_enough_for_every_change_of_pace() {
+fn path_reserve_covers_every_feed_override_change() {
     for seed in 0..rounds(10_000) {
         let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
@@ -74,13 +75,13 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
     }
 }
 
-/// Place, speed, acceleration and jerk of an axis by nothing but its places at t, t + h, t + 2h, t + 3h.
+/// Speed, acceleration and jerk of an axis from its positions at t, t + h, t + 2h, t + 3h.
 fn differentiated(path: &PlannedPath, axis: usize, t: f64, h: f64) -> [f64; 3] {
     let [a, b, c, d] = [0.0, 1.0, 2.0, 3.0].map(|times| path.at(t + times * h)[axis]);
     [(d - a) / (3.0 * h), (d - c - b + a) / (2.0 * h * h), (d - 3.0 * c + 3.0 * b - a) / (h * h * h)]
 }
 
-/// The moments at which pieces and spans of a path meet: between them everything goes evenly on.
+/// The times at which pieces and spans of a path meet. Between them the motion is smooth.
 fn joints(path: &PlannedPath) -> Vec<f64> {
     let pieces = (0..path.pieces.len()).map(|piece| path.start_of_piece_s(piece));
     let spans = path.runs.iter().flat_map(|run| run.spans.iter().map(|span| run.start_s + span.end_s()));
@@ -98,11 +99,11 @@ fn joints(path: &PlannedPath) -> Vec<f64> {
     all
 }
 
-/// A differentiator that knows only places: between the moments where pieces or spans meet every axis keeps its speed,
-/// acceleration and jerk; over every such moment its speed jumps by what a corner allows at most, and its acceleration by no
-/// more than it may have. Lines are kept to a nanometre, and the end is exact.
+/// Differentiates positions only. Between joints every axis must keep its limits of speed, acceleration and
+/// jerk. At a joint the speed may jump by what a corner allows, and the acceleration by at most its limit.
+/// Lines are followed within a nanometre, and the end is exact.
 #[test]
-fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept() {
+fn path_positions_alone_obey_all_limits() {
     let (mut even, mut over, mut pulled) = (0, 0, 0);
     for seed in 0..rounds(4_000) {
         let mut chance = Chance::new(seed);
@@ -114,7 +115,7 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
             let t = pair[0] + chance.unit() * (pair[1] - pair[0] - 3.0 * h);
             for (axis, own) in axes.iter().take(3).enumerate() {
                 let [v, a, j] = differentiated(&path, axis, t, h).map(f64::abs);
-                // Places are exact to about 1e-14 mm.
+                // Positions are exact to about 1e-14 mm.
                 let noise = 1e-13 / h;
                 let most = RULES.share * own.acceleration_mm_per_s2;
                 assert!(
@@ -155,7 +156,8 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
                 let [_, after, _] = differentiated(&path, axis, trio[1], h);
                 let pull = RULES.share * own.acceleration_mm_per_s2;
                 let room = 3.0 * own.jerk_mm_per_s3 * h + 1e-13 / h / h;
-                // From line to line an axis gets another acceleration by no more than it may have; an arc pulls besides.
+                // From line to line the acceleration of an axis changes by at most its limit; an arc adds
+                // its centripetal acceleration.
                 let most = if lines { pull } else { 2.0 * pull };
                 assert!((after - before).abs() <= most + room, "seed {seed}: axis {axis} at {}", trio[1]);
                 let tiny = 1e-6;

@@ -1,4 +1,5 @@
-//! Axes with play: whatever way a hole is come to, the table stands where it was meant to.
+//! Tests of axes with backlash: from every direction of approach the table must reach the intended
+//! position.
 
 use crate::programs::{Chance, machines, random_program};
 use annulus_core::job::{Command, Mark};
@@ -7,7 +8,7 @@ use annulus_core::motion::timeline;
 use annulus_core::steps;
 use annulus_core::units::Length;
 
-/// A table behind a motor with play: it follows upwards at once, downwards when the play is taken up.
+/// A table moved by a motor with backlash: it follows upwards at once, and downwards after the backlash.
 struct Table {
     at: i64,
     play: i64,
@@ -20,7 +21,7 @@ impl Table {
 }
 
 #[test]
-fn every_hole_is_where_it_was_meant_from_whatever_side_it_is_come_to() {
+fn backlash_does_not_shift_holes_from_any_direction() {
     let mut holes = 0;
     let planned = || machines().into_iter().filter(|machine| machine.drive == DriveKind::Planned);
     for seed in 0..400 {

@@ -1,4 +1,4 @@
-//! The laws of profiles, tried on millions of random moves. Every failure prints its seed.
+//! Tests of the laws of profiles on millions of random moves. A failure prints its seed.
 
 use crate::programs::{Chance, rounds};
 use annulus_core::motion::profile::bounds::{fifteen_phases_s, least_duration_s};
@@ -7,7 +7,7 @@ use annulus_core::motion::profile::{
     two_speeds,
 };
 
-/// Room for rounding, as a share.
+/// Allowance for rounding, as a share.
 const ROUNDING: f64 = 1e-9;
 
 fn random_limits(chance: &mut Chance) -> Limits {
@@ -29,7 +29,7 @@ fn random_shape(chance: &mut Chance) -> MotionLaw {
     }
 }
 
-/// Lengths that a hand would try, and lengths on the boundaries between the cases.
+/// Lengths that a user would try, and lengths at the boundaries between the cases.
 fn random_length(chance: &mut Chance, limits: Limits) -> f64 {
     let boundaries = choose(1.0, limits).unwrap();
     match chance.bits() % 8 {
@@ -70,7 +70,7 @@ fn keeps_its_laws(plan: &Profile, limits: Limits, seed: u64) {
 }
 
 #[test]
-fn profiles_keep_their_limits_and_end_exactly() {
+fn profiles_obey_their_limits_and_end_exactly() {
     for seed in 0..rounds(1_000_000) {
         let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
@@ -80,7 +80,7 @@ fn profiles_keep_their_limits_and_end_exactly() {
 }
 
 #[test]
-fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
+fn move_times_are_bounded_and_monotonic() {
     for seed in 0..rounds(1_000_000) {
         let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));
@@ -117,7 +117,7 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
 }
 
 #[test]
-fn closed_forms_are_each_other_s_derivatives() {
+fn profile_formulas_are_derivatives_of_each_other() {
     let mut tried = 0;
     for seed in 0..rounds(200_000) {
         let mut chance = Chance::new(seed);
@@ -147,7 +147,7 @@ fn closed_forms_are_each_other_s_derivatives() {
     assert!(tried > rounds(50_000), "only {tried} moments");
 }
 
-/// A stroke and what it was planned from, where one is possible.
+/// A random drill cycle with the height and limits of its plan, if one is possible.
 fn random_stroke(chance: &mut Chance) -> Option<(Stroke, f64, Limits)> {
     let limits = random_limits(chance);
     let (height, depth) = (chance.scale(0.05, 50.0), chance.scale(0.05, 20.0));
@@ -160,7 +160,7 @@ fn random_stroke(chance: &mut Chance) -> Option<(Stroke, f64, Limits)> {
 }
 
 #[test]
-fn strokes_keep_their_limits_and_arrive_with_the_feed() {
+fn strokes_obey_their_limits_and_arrive_at_the_feed() {
     let mut two = 0;
     for seed in 0..rounds(400_000) {
         let mut chance = Chance::new(seed);
@@ -206,9 +206,9 @@ fn strokes_keep_their_limits_and_arrive_with_the_feed() {
     assert!(two > rounds(100_000), "only {two} strokes with two speeds");
 }
 
-/// The stop is the fall from the speed to rest: planned with the same limits, nothing may be left and nothing missing.
+/// Stopping is the deceleration to rest, planned with the same limits: its distance must match exactly.
 #[test]
-fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
+fn stopping_distance_is_exact_at_any_moment() {
     for seed in 0..rounds(200_000) {
         let mut chance = Chance::new(seed);
         let Limits { acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk, .. } =
@@ -217,20 +217,20 @@ fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
             Limits { speed_mm_per_s: 1e9, acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk };
         let speed = chance.scale(1e-3, 1e3);
         let stop = |v: f64, a: f64| stopping_mm(MotionLaw::SCurve, v, a, limits);
-        // A way of rest to rest is the stop from its top twice.
+        // A move from rest to rest consists of two stops from its top speed.
         let steady = stop(speed, 0.0);
         let there_and_back = plan(MotionLaw::SCurve, 2.0 * steady, limits).unwrap();
         assert!(
             (there_and_back.speed_mm_per_s - speed).abs() <= 1e-9 * speed,
             "seed {seed}: {there_and_back:?}"
         );
-        // A stop that already goes on is what is left of it, at every moment.
+        // Within a stop, the stopping distance is the remaining distance at every moment.
         let half = plan(MotionLaw::SCurve, 2.0 * steady, limits).unwrap();
         let t = half.duration_s() * chance.between(0.5, 1.0);
         let left = 2.0 * steady - half.position_mm(t);
         let found = stop(half.speed(t), half.acceleration(t));
         assert!((found - left).abs() <= 1e-9 * steady, "seed {seed}: {found} instead of {left} at {t}");
-        // Still speeding up, the stop goes on with what is left of the rise to zero acceleration.
+        // During acceleration, the stop begins with the decrease of the acceleration to zero.
         let a = (acceleration * chance.between(0.0, 1.0)).min(libm::sqrt(2.0 * jerk * speed));
         let t0 = a / jerk;
         let on = speed * t0 + a * t0 * t0 / 3.0 + stop(speed + 0.5 * a * t0, 0.0);
@@ -239,7 +239,7 @@ fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
 }
 
 #[test]
-fn before_the_point_of_no_return_every_stop_ends_over_the_gap() {
+fn stop_before_the_point_of_no_return_ends_above_the_gap() {
     for seed in 0..rounds(20_000) {
         let mut chance = Chance::new(seed);
         let Some((stroke, height, limits)) = random_stroke(&mut chance) else { continue };
@@ -261,7 +261,7 @@ fn before_the_point_of_no_return_every_stop_ends_over_the_gap() {
 }
 
 #[test]
-fn the_choice_has_the_peaks_of_the_profiles() {
+fn law_choice_has_the_peak_speeds_of_the_profiles() {
     for seed in 0..rounds(300_000) {
         let mut chance = Chance::new(seed);
         let limits = random_limits(&mut chance);
@@ -279,9 +279,9 @@ fn the_choice_has_the_peaks_of_the_profiles() {
     }
 }
 
-/// The table of D.1: V 500, A 10⁴, J 10⁶, S 10⁹; milliseconds, as printed there.
+/// Table of D.1: V 500, A 10⁴, J 10⁶, S 10⁹; in milliseconds, as printed there.
 #[test]
-fn the_table_of_bounds_is_the_reference_s() {
+fn duration_bounds_match_the_reference_table() {
     let limits = Limits { speed_mm_per_s: 500.0, acceleration_mm_per_s2: 1e4, jerk_mm_per_s3: 1e6 };
     let rows = [
         (0.1, [6.32, 14.74, 16.20, 16.87, 18.57], 0.005),
@@ -308,7 +308,7 @@ fn the_table_of_bounds_is_the_reference_s() {
 }
 
 #[test]
-fn numbers_that_cannot_be_planned_with_are_named() {
+fn invalid_profile_numbers_are_named() {
     let good = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1e3, jerk_mm_per_s3: 1e5 };
     let bad = [f64::NAN, f64::INFINITY, 0.0, -1.0, 1e300, 5e-324];
     for value in bad {
@@ -360,7 +360,7 @@ fn numbers_that_cannot_be_planned_with_are_named() {
 }
 
 #[test]
-fn a_profile_is_the_same_after_it_was_written_down() {
+fn profile_survives_serialization() {
     for shape in [MotionLaw::Linear, MotionLaw::SCurve, MotionLaw::Power(0.5)] {
         let limits = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1e3, jerk_mm_per_s3: 1e5 };
         let profile = plan(shape, 20.0, limits).unwrap();
@@ -374,9 +374,9 @@ fn a_profile_is_the_same_after_it_was_written_down() {
     }
 }
 
-/// The table of D.2: L 10 mm, V 500, A 10⁴, J 10⁶; micrometres, as printed there.
+/// Table of D.2: L 10 mm, V 500, A 10⁴, J 10⁶; in micrometres, as printed there.
 #[test]
-fn the_table_of_swinging_is_the_reference_s() {
+fn residual_vibration_matches_the_reference_table() {
     let limits = Limits { speed_mm_per_s: 500.0, acceleration_mm_per_s2: 1e4, jerk_mm_per_s3: 1e6 };
     let rows = [
         (MotionLaw::Linear, 1e6, [2119.0, 346.0, 28.0, 27.0, 25.0, 23.0], 63.3),
@@ -400,9 +400,9 @@ fn the_table_of_swinging_is_the_reference_s() {
     assert_eq!(residual_mm(&Profile::default(), 0.0).unwrap_err().code, "motion.bad_frequency");
 }
 
-/// The closed form against the integral itself, summed over every phase.
+/// Compares the closed form with the integral, summed over every phase.
 #[test]
-fn what_is_left_swinging_is_the_transform_of_the_acceleration() {
+fn residual_vibration_is_the_transform_of_the_acceleration() {
     for seed in 0..rounds(2_000) {
         let mut chance = Chance::new(seed);
         let (limits, shape) = (random_limits(&mut chance), random_shape(&mut chance));

@@ -1,5 +1,6 @@
-//! The plane is released by the plan, and where the contact sensor still tells of the board then, by its edge: late, all that follows is
-//! as much later; early, it changes nothing; never, the plane does not move at all.
+//! Tests of the release of XY: by the plan, or by the edge of the contact sensor if that still reports the
+//! board. A late edge delays all that follows by the same time, an early one changes nothing, and without
+//! an edge XY does not move.
 
 use crate::operator::{OnTime, Orders};
 use crate::programs::{Chance, random_program, rounds};
@@ -10,10 +11,10 @@ use annulus_core::pins::{Motors, Order, Outcome, Playhead, Recorder, Written, pl
 use annulus_core::steps::{self, Segment, Stage, Steps};
 use annulus_core::units::Length;
 
-/// Steps of one axis: when, and whether up.
+/// Steps of one axis: tick, and `true` for up.
 type AxisSteps = Vec<(u64, bool)>;
 
-/// A move from hole to hole, and where it begins.
+/// A rapid from hole to hole, and its start.
 struct Hop {
     machine: Machine,
     from: Steps,
@@ -21,7 +22,8 @@ struct Hop {
 }
 
 impl Hop {
-    /// Plays it with a contact that opens at `edge`, with `orders`: how it ended, the tick, and what was written.
+    /// Plays the rapid with a contact that opens at `edge`, with `orders`. Returns the outcome, the
+    /// playhead and the written steps.
     fn played(&self, edge: u64, orders: [(u64, Order); 2]) -> (Outcome, Playhead, Recorder) {
         let mut line = Playhead { position: self.from, ..Playhead::default() };
         let script = vec![(0, Input::Contact.bit()), (edge, 0)];
@@ -32,7 +34,8 @@ impl Hop {
         (outcome, line, pins)
     }
 
-    /// The tick of the first step of the plane; none where it did not move. It never moves over a low tip, nor begins before `edge`.
+    /// Tick of the first step of XY, or `None` if it did not move. Panics if XY moves over a low tool or
+    /// before `edge`.
     fn left(&self, pins: &Recorder, edge: u64) -> Option<u64> {
         let clear = self.machine.z.scale.steps(Length::from_mm(self.machine.overlap.clear_mm));
         let (mut at, mut left) = (self.from, None);
@@ -64,7 +67,7 @@ fn by_axis(pins: &Recorder) -> [AxisSteps; AXES] {
     std::array::from_fn(steps)
 }
 
-/// Hops of every machine whose plane and spindles move together, and of one whose spindles go each their own way.
+/// Rapids of every preset whose XY and spindles overlap, and of one machine whose spindles differ.
 fn hops(seed: u64) -> Vec<Hop> {
     let own = [
         ("spindle.deeper".to_owned(), Value::Numbers(vec![0.0, 0.6, -0.4])),
@@ -85,7 +88,7 @@ fn hops(seed: u64) -> Vec<Hop> {
 const GO: [(u64, Order); 2] = [(u64::MAX, Order::Go); 2];
 
 #[test]
-fn a_late_edge_puts_off_the_plane_and_what_follows_it_and_an_early_one_changes_nothing() {
+fn late_contact_edge_delays_xy_and_an_early_one_does_not() {
     let (mut early, mut late, mut never) = (0, 0, 0);
     for seed in 0..rounds(1_000) {
         let mut chance = Chance::new(seed);
@@ -129,7 +132,7 @@ fn a_late_edge_puts_off_the_plane_and_what_follows_it_and_an_early_one_changes_n
 }
 
 #[test]
-fn stopped_slowed_or_held_while_it_waits_for_the_edge_the_plane_never_moves_over_a_low_tip() {
+fn xy_never_moves_over_a_low_tool_while_waiting_for_the_edge() {
     let mut moved = 0;
     for seed in 0..rounds(1_000) {
         let mut chance = Chance::new(seed);

@@ -1,5 +1,5 @@
-//! Spindles with a depth, a length and a margin of their own (P4): each goes its own way, no plane moves over a low tip, and what is
-//! alike is as if nothing was said.
+//! Tests of spindles with individual depth, length and margin. Each moves independently, XY never moves
+//! over a low tool, and equal values give the same stream as none.
 
 use crate::programs::{Chance, random_program, rounds};
 use annulus_core::check::{corner_zero, verify};
@@ -14,7 +14,7 @@ fn list(key: &str, numbers: Vec<f64>) -> (String, Value) {
     (format!("spindle.{key}"), Value::Numbers(numbers))
 }
 
-/// A machine of 2 to 6 spindles, each with its own.
+/// A machine of 2 to 6 spindles with individual values.
 fn random_own(chance: &mut Chance) -> Machine {
     let spindles = 2 + chance.bits() % 5;
     let mut some = |low: f64, high: f64| {
@@ -42,14 +42,15 @@ fn stream_of(program: &Program, machine: &Machine) -> StepStream {
     steps::stream(&timeline(program, machine).unwrap(), machine).unwrap()
 }
 
-/// How often X and Y stepped with a spindle on its way, and how many bottoms were other than that of the first spindle.
+/// Number of steps of X and Y during a spindle's motion, and of bottoms that differ from that of the first
+/// spindle.
 #[derive(Default)]
 struct Seen {
     together: u64,
     apart: u64,
 }
 
-/// Every tip goes to its own bottom in every hole, and X and Y step only over tips that are clear.
+/// Every tool must reach its own bottom in every hole, and X and Y may step only over tools that are clear.
 fn keeps_its_own(program: &Program, machine: &Machine, seed: u64, seen: &mut Seen) {
     let stream = stream_of(program, machine);
     let z = machine.z.scale;
@@ -87,7 +88,7 @@ fn keeps_its_own(program: &Program, machine: &Machine, seed: u64, seen: &mut See
 }
 
 #[test]
-fn no_tip_is_low_when_the_plane_moves_and_each_goes_to_its_own_bottom() {
+fn every_spindle_reaches_its_own_bottom_with_xy_at_rest() {
     let mut seen = Seen::default();
     for seed in 0..rounds(3_000) {
         let mut chance = Chance::new(seed);
@@ -114,7 +115,7 @@ fn no_tip_is_low_when_the_plane_moves_and_each_goes_to_its_own_bottom() {
 }
 
 #[test]
-fn all_so_much_deeper_is_the_program_that_goes_so_much_deeper() {
+fn equal_extra_depth_equals_a_deeper_program() {
     let machine = six_spindles();
     let program = random_program(&mut Chance::new(11), &machine, 6);
     let own = machine::apply(&machine, &[list("deeper", vec![0.4; 6])]).unwrap();
@@ -130,14 +131,14 @@ fn all_so_much_deeper_is_the_program_that_goes_so_much_deeper() {
 }
 
 #[test]
-fn a_margin_of_its_own_holds_one_tip_back_and_no_other() {
+fn spindle_margin_delays_only_its_own_tool() {
     let machine = six_spindles();
     let late = machine::apply(&machine, &[list("margin", vec![0.0, 0.0, 25.0])]).unwrap();
     let mut program = random_program(&mut Chance::new(2), &machine, 2);
     let to = Point::from_mm(90.0, 120.0);
     let hole = program.legs.iter_mut().rfind(|leg| matches!(leg.mark, Mark::Hole(_))).unwrap();
     hole.commands[0] = Command::Rapid { to };
-    // From the plane's last step to the first below the surface, of Z1 and of Z3, in ticks.
+    // Ticks from the last step of XY to the first step below the surface, for Z1 and Z3.
     let waits = |machine: &Machine| {
         let stream = stream_of(&program, machine);
         let hop = stream.segments.iter().rfind(|segment| segment.stage == Stage::NextHole).unwrap();
@@ -162,9 +163,10 @@ fn a_margin_of_its_own_holds_one_tip_back_and_no_other() {
 }
 
 #[test]
-fn every_spindle_has_its_own_time_to_the_board() {
+fn every_spindle_has_its_own_contact_time() {
     let changes = [list("deeper", vec![0.0, 3.0]), list("margin", vec![0.0, 0.0, 9.0])];
-    // As fast through the board as above it: one stroke, which the depth stretches from its beginning on.
+    // The feed in the board equals that above it, so a drill cycle is a single move that the depth
+    // stretches from its beginning.
     let fast = machine::apply(&six_spindles(), &[("stroke.feed".to_owned(), Value::Number(400.0))]).unwrap();
     let own = machine::apply(&fast, &changes).unwrap();
     let times = drill_cycles::own_times(&own).unwrap();

@@ -1,4 +1,4 @@
-//! How good the streams of every preset are, and what becomes of runs that no planner writes.
+//! Tests of the streams of every preset, and of runs that no planner writes.
 
 use crate::programs::{Chance, machines, random_program, rounds};
 use annulus_core::job::{Bit, Cutter, Handling, Mark, Stage, Switching};
@@ -7,11 +7,11 @@ use annulus_core::motion::{bench::board, timeline};
 use annulus_core::steps::{self, Run, Segment, bench::measure};
 use annulus_core::units::Length;
 
-/// Bytes a second of a moving axis, on any preset.
+/// Maximum number of bytes per second of a moving axis, on any preset.
 const MOST_BYTES_PER_S: f64 = 16_000.0;
 
 #[test]
-fn streams_of_every_preset_are_small_exact_and_complete() {
+fn preset_streams_are_small_exact_and_complete() {
     for (name, machine) in presets() {
         let plan = timeline(&board(&machine, 24), &machine).unwrap();
         let stream = steps::stream(&plan, &machine).unwrap();
@@ -28,9 +28,10 @@ fn streams_of_every_preset_are_small_exact_and_complete() {
     }
 }
 
-/// What is sent is what was made, to the last run: of planned streams, and of runs that no planner writes.
+/// The transmitted stream must equal the planned one to the last run: for planned streams, and for runs
+/// that no planner writes.
 #[test]
-fn a_stream_in_few_bytes_is_the_same_stream() {
+fn compact_stream_expands_to_the_same_stream() {
     for seed in 0..rounds(600) {
         let mut chance = Chance::new(seed);
         for machine in machines() {
@@ -69,17 +70,17 @@ fn segment(runs: Vec<Run>) -> Segment {
 }
 
 #[test]
-fn parts_of_a_tick_add_up_within_a_run_and_are_dropped_after_it() {
+fn tick_fractions_add_up_within_a_run_only() {
     let third = Run { fraction: 21_845, ..Run::even(1, true, 10, 4) };
     let fast = Run { fraction: 0, change: -32_768, ..Run::even(1, true, 20, 3) };
     let ticks: Vec<u64> = steps::replay(&segment(vec![third, fast])).map(|pulse| pulse.tick).collect();
-    // 10.33, 20.67, 31.0, 41.33; then 20, 39.5, 58.5 from 41 on, a half going up.
+    // 10.33, 20.67, 31.0, 41.33; then 20, 39.5, 58.5 after 41, with halves rounded up.
     assert_eq!(ticks, [10, 21, 31, 41, 61, 81, 100]);
     assert_eq!((third.ticks(), fast.ticks()), (41, 59));
 }
 
 #[test]
-fn runs_that_no_planner_writes_are_replayed_to_their_end_without_a_panic() {
+fn extreme_runs_are_replayed_without_a_panic() {
     let wild = Run {
         axes: 1,
         forward: true,
@@ -95,9 +96,10 @@ fn runs_that_no_planner_writes_are_replayed_to_their_end_without_a_panic() {
     }
 }
 
-/// A tool that is to be lifted slowly is, on every machine whether its plane moves along or not; by the pulses themselves.
+/// A tool with a slow lift must be lifted slowly on every machine, with overlap or without, measured by the
+/// pulses.
 #[test]
-fn a_bit_goes_up_no_faster_than_it_may() {
+fn tool_lift_speed_is_limited() {
     const UP_MM_PER_S: f64 = 3.0;
     for (name, machine) in presets() {
         let usual = board(&machine, 12);

@@ -1,4 +1,4 @@
-//! Profiles against reference numbers computed elsewhere. They lie beside the repository, not in it.
+//! Tests of profiles against reference numbers computed elsewhere, in `tests/data/vectors`.
 
 use crate::reference::vectors;
 use annulus_core::motion::profile::{
@@ -27,7 +27,7 @@ pub(crate) fn limits(row: &Value, [speed, acceleration, jerk]: [&str; 3]) -> Lim
     }
 }
 
-/// One profile against everything that is said of it; the number of samples.
+/// Compares one profile with all its expected values. Returns the number of samples.
 fn agrees(profile: &Profile, limits: Limits, expected: &Value, tolerance: &Value, id: &str) -> usize {
     let room = |key: &str, by: f64| number(tolerance, key) * by;
     let total = number(expected, "total_time");
@@ -76,7 +76,7 @@ fn agrees(profile: &Profile, limits: Limits, expected: &Value, tolerance: &Value
 }
 
 #[test]
-fn linear_and_s_curves_agree_with_the_reference() {
+fn linear_and_s_curves_match_the_reference() {
     let file = vectors("trapezoid_scurve.json");
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
@@ -91,7 +91,7 @@ fn linear_and_s_curves_agree_with_the_reference() {
 }
 
 #[test]
-fn power_laws_agree_with_the_reference() {
+fn power_laws_match_the_reference() {
     let file = vectors("power11.json");
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
@@ -111,7 +111,7 @@ fn power_laws_agree_with_the_reference() {
 }
 
 #[test]
-fn the_choice_agrees_with_the_reference() {
+fn law_choice_matches_the_reference() {
     let file = vectors("trapezoid_scurve.json");
     let law = |shape: MotionLaw| if shape == MotionLaw::SCurve { "S" } else { "T" };
     let profiles = file["cases"].as_array().unwrap().iter().map(|case| (case, &case["selection"]));
@@ -150,7 +150,7 @@ fn the_choice_agrees_with_the_reference() {
 }
 
 #[test]
-fn move_times_agree_with_an_independent_generator() {
+fn move_times_match_an_independent_generator() {
     let file = vectors("oracle_durations.json");
     let cases = file["cases"].as_array().unwrap();
     assert!(!cases.is_empty());
@@ -176,7 +176,7 @@ fn move_times_agree_with_an_independent_generator() {
     }
 }
 
-/// The down stroke of a row of the throughput file: `["s", V, A, J]` or `["2", V, A, J, feed]`.
+/// The downward move of a row of the throughput file: `["s", V, A, J]` or `["2", V, A, J, feed]`.
 fn down(row: &Value, height: f64, depth: f64) -> Stroke {
     let given = numbers(row);
     let limits =
@@ -188,7 +188,7 @@ fn down(row: &Value, height: f64, depth: f64) -> Stroke {
 }
 
 #[test]
-fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
+fn stroke_and_rapid_times_match_the_reference() {
     let file = vectors("throughput.json");
     let rel = number(&file["tolerance"], "rel");
     for (name, class) in file["z"].as_object().unwrap() {
@@ -240,7 +240,7 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
 }
 
 #[test]
-fn the_last_moment_to_stop_agrees_with_the_reference() {
+fn point_of_no_return_matches_the_reference() {
     let file = vectors("xyz_timeline.json");
     let mut spindles = 0;
     for z in file["cases"].as_array().unwrap().iter().flat_map(|case| case["z"].as_array().unwrap()) {

@@ -1,9 +1,9 @@
-//! A clock and an operator for segments played in tests.
+//! A clock and an operator for segments that are played in tests.
 
 use annulus_core::machine::Steps;
 use annulus_core::pins::{Clock, Operator, Order};
 
-/// Time that is always on time.
+/// A clock that is never late.
 pub(crate) struct OnTime(pub(crate) u64);
 
 impl Clock for OnTime {
@@ -16,7 +16,7 @@ impl Clock for OnTime {
     }
 }
 
-/// One order from a tick on, another from a later one on; then the tick it is.
+/// One order from a tick on, another from a later tick on; then the current tick.
 pub(crate) struct Orders(pub(crate) [(u64, Order); 2], pub(crate) u64);
 
 impl Operator for Orders {

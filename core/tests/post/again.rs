@@ -1,5 +1,5 @@
-//! Written files against the program that they were written from (N8, C6): every dialect that ships does what its program does, and
-//! every single fault that a template, a tool table or a hand can put into a file is found, with its kind.
+//! Tests of written files against their program. Every shipped dialect does what the program does; every
+//! single fault of a template, a tool table or a manual edit is found and classified.
 
 use super::programs;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -40,7 +40,8 @@ fn arc(x: f64, y: f64, centre: (f64, f64), z: f64, ccw: bool) -> Command {
     Command::MillArc { to: Point::from_mm(x, y), height: mm(z), center, ccw, feed_um_per_s: 5_000 }
 }
 
-/// A V-bit round a corner and round a circle with an overlap, two drilled holes, a helix of a mill and a way after it.
+/// A V-bit around a corner and around a circle with an overlap, two drilled holes, a milled helix and a
+/// path after it.
 fn job() -> Program {
     let bit = |diameter: f64, cutter| Bit {
         diameter: mm(diameter),
@@ -102,7 +103,7 @@ fn job() -> Program {
 }
 
 #[test]
-fn every_dialect_that_ships_does_what_its_program_does() {
+fn every_postprocessor_reproduces_its_program() {
     let mut jobs = vec![("job".to_owned(), job()), ("small".to_owned(), programs::small())];
     jobs.extend((0..40).map(|seed| (format!("seed {seed}"), programs::random_program(seed, None))));
     let manners = [
@@ -128,7 +129,7 @@ fn every_dialect_that_ships_does_what_its_program_does() {
 }
 
 #[test]
-fn a_drill_file_does_what_it_can_say() {
+fn drill_file_without_milling_passes_the_read_back() {
     let mut program = job();
     program.legs.remove(2);
     program.legs.remove(1);
@@ -154,7 +155,7 @@ fn a_drill_file_does_what_it_can_say() {
     assert_eq!(errors(&proved(None, &program, &left_out)), ["written.missing"]);
 }
 
-/// A fault put into the files, by what it is called; and the kinds of errors it must be told as.
+/// Name of a fault, a function that applies it to the files, and the codes of the expected errors.
 type Fault<'f> = (&'f str, &'f dyn Fn(&mut Vec<OutputFile>), &'f [&'f str]);
 
 fn replaced(files: &mut [OutputFile], from: &str, to: &str) {
@@ -164,7 +165,7 @@ fn replaced(files: &mut [OutputFile], from: &str, to: &str) {
 }
 
 #[test]
-fn every_single_fault_in_files_is_found() {
+fn every_single_file_fault_is_found() {
     let program = job();
     let dialect = post::dialect("grbl").unwrap().unwrap().in_manner(&Manner::on(&virtual_drill()));
     let good = post::write_with(&dialect, &program).unwrap();
@@ -223,7 +224,7 @@ fn every_single_fault_in_files_is_found() {
 }
 
 #[test]
-fn a_shift_is_known_where_the_template_says_it_and_found_where_it_does_not() {
+fn template_shift_is_noted_and_an_unknown_shift_is_an_error() {
     let program = job();
     let text = post::shipped().find(|(name, _)| *name == "grbl").unwrap().1;
     let says = text.replace("shift_mm = [0.0, 0.0]", "shift_mm = [0.05, 0.0]");
@@ -231,7 +232,7 @@ fn a_shift_is_known_where_the_template_says_it_and_found_where_it_does_not() {
     let files = post::write_with(&dialect, &program).unwrap();
     let told = proved(Some(&dialect), &program, &files);
     assert_eq!((errors(&told), told[0].code.as_str()), (Vec::new(), "written.moved"));
-    // The same files, as if the template did not say it.
+    // The same files with a dialect whose template lacks this setting.
     let plain = Dialect::parse("own.toml", text).unwrap();
     let told = proved(Some(&plain), &program, &files);
     assert_eq!(errors(&told), ["written.shifted"]);
@@ -239,7 +240,7 @@ fn a_shift_is_known_where_the_template_says_it_and_found_where_it_does_not() {
 }
 
 #[test]
-fn a_template_that_drops_a_word_or_speaks_otherwise_is_found() {
+fn template_that_drops_or_changes_a_word_is_found() {
     let program = job();
     let text = post::shipped().find(|(name, _)| *name == "grbl").unwrap().1;
     let told = |text: &str| {
@@ -264,7 +265,7 @@ fn a_template_that_drops_a_word_or_speaks_otherwise_is_found() {
         assert_ne!(changed, text, "{from}");
         assert_ne!(errors(&told(&changed)), Vec::<&str>::new(), "{from} → {to}");
     }
-    // Words that are not followed: nobody can say what it does.
+    // The reader does not follow this word, so the result is uncertain.
     let other = told(&text.replace("G21 G17", "G21 G68 G17"));
     assert_eq!((errors(&other), other.last().unwrap().code.as_str()), (Vec::new(), "written.unread"));
 }

@@ -1,7 +1,7 @@
-//! Drill files with routes, read by the house's own reader of drill files.
+//! Tests of drill files with routes, read back by this project's own reader.
 
 use super::programs::{change, program, random_program, small};
-use annulus_core::artwork::{DrillFile, read_drill};
+use annulus_core::artwork::{DrillFile, OURS, read_drill};
 use annulus_core::geometry::{Path, PathSegment, Point};
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::post;
@@ -18,7 +18,7 @@ fn in_file(program: &Program, at: Point) -> Point {
     Point::new(at.x + program.origin.x, at.y + program.origin.y)
 }
 
-/// The routes that the milling of a flat program wants.
+/// The routes that the milling of a flat program requires.
 fn wanted(program: &Program) -> Vec<Path> {
     let mut out = Vec::new();
     for leg in &program.legs {
@@ -42,7 +42,13 @@ fn wanted(program: &Program) -> Vec<Path> {
 }
 
 #[test]
-fn routes_and_holes_come_back() {
+fn first_comment_names_annulus() {
+    let text = post::excellon(&small(), None).unwrap();
+    assert_eq!(text.lines().find(|line| line.starts_with(';')), Some(OURS));
+}
+
+#[test]
+fn excellon_routes_and_holes_read_back_equal() {
     for seed in 0..300 {
         let program = random_program(seed, Some(Length::from_um(-1_800)));
         let file = read(&post::excellon(&program, None).unwrap());
@@ -68,7 +74,7 @@ fn routes_and_holes_come_back() {
 }
 
 #[test]
-fn every_corner_comes_back_to_a_nanometre() {
+fn excellon_corners_read_back_to_a_nanometre() {
     let program = random_program(7, Some(Length::from_nm(-1_234_567)));
     let file = read(&post::excellon(&program, Some(0.01)).unwrap());
     let mut ends = file.routes.iter().flat_map(|route| route.segments.iter().map(|segment| segment.to()));
@@ -100,7 +106,7 @@ fn steps(heights: &[i64]) -> Program {
 }
 
 #[test]
-fn steps_of_depth_become_one_route_and_tabs_stay() {
+fn depth_passes_become_one_route_and_tabs_split_it() {
     let file = read(&post::excellon(&steps(&[-600, -1_200, -1_800]), None).unwrap());
     assert_eq!((file.routes.len(), file.routes[0].segments.len()), (1, 4));
     // A tab: up at 4 mm along the first side, down again at 6 mm.
@@ -118,7 +124,7 @@ fn steps_of_depth_become_one_route_and_tabs_stay() {
 }
 
 #[test]
-fn what_a_drill_file_cannot_say_is_refused() {
+fn excellon_refuses_shallow_cuts_and_v_bits() {
     let mut program = steps(&[-600]);
     let shallow = steps(&[-100]).legs;
     program.legs.extend(shallow);
@@ -133,11 +139,12 @@ fn what_a_drill_file_cannot_say_is_refused() {
 }
 
 #[test]
-fn the_text_is_plain() {
+fn excellon_text_is_plain() {
     let mut program = small();
     program.legs.truncate(4);
     let expected = "\
 M48
+;Written by Annulus
 ;FORMAT={-:-/ absolute / metric / decimal}
 FMAT,2
 METRIC

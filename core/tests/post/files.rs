@@ -1,5 +1,5 @@
-//! Files that a person runs one after the other: a file for every tool, their names and heads, the run sheet; the height at
-//! which tools are changed, and that Z goes nowhere without a tool's length.
+//! Tests of files that the user runs one after the other: one file per tool, names, headers, run sheet,
+//! tool change height. Z must not move without a tool length.
 
 use super::seen::{Seen, compare};
 use super::{exactness, one, programs, read};
@@ -9,17 +9,17 @@ use annulus_core::machine::{Axis, Machine, hobby_3018, lab, six_spindles, virtua
 use annulus_core::post::{self, Dialect, FileSplit, Manner, OutputFile};
 use annulus_core::units::Length;
 
-/// The controllers that cannot change tools.
+/// Controllers without automatic tool change.
 const NO_CHANGER: [&str; 2] = ["grbl", "marlin"];
 
-/// Which tool the head of a file is for.
+/// Number of the tool in a file's header.
 fn tool_in_head(text: &str) -> u32 {
     let head = text.lines().find_map(|line| line.split_once("tool ").map(|(_, rest)| rest)).unwrap();
     head.split(':').next().unwrap().parse().unwrap()
 }
 
 #[test]
-fn every_tool_has_a_file_of_its_own_where_none_can_be_changed() {
+fn machines_without_changer_get_one_file_per_tool() {
     for name in NO_CHANGER {
         let dialect = post::dialect(name).unwrap().unwrap().in_manner(&Manner::on(&virtual_drill()));
         for seed in 0..60 {
@@ -35,7 +35,7 @@ fn every_tool_has_a_file_of_its_own_where_none_can_be_changed() {
                 assert_eq!(file.bits.len(), 1, "{name}, seed {seed}");
                 let tool = tool_in_head(&file.text);
                 assert_eq!(vec![tool], file.numbers);
-                // The person puts it in before the file begins.
+                // The user fits the tool before the file begins.
                 seen.push(Seen::Bit(tool));
                 seen.extend(read(name, file, 2.0).unwrap_or_else(|why| panic!("{name}, seed {seed}: {why}")));
             }
@@ -47,7 +47,7 @@ fn every_tool_has_a_file_of_its_own_where_none_can_be_changed() {
 }
 
 #[test]
-fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
+fn tool_changes_in_one_file_are_high_above_the_board() {
     let rows: [(Machine, f64); 4] =
         [(virtual_drill(), 20.0), (hobby_3018(), 20.0), (lab(), 12.25), (six_spindles(), 20.0)];
     for (machine, height) in rows {
@@ -56,7 +56,8 @@ fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
     let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&virtual_drill()) };
     for name in post::targets().into_iter().filter(|name| *name != "excellon") {
         let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
-        // Before each of its two tools is asked for, the tip is 20 mm over the board, or at the reference point.
+        // Before each of the two tool requests, the tool is 20 mm above the board or at the reference
+        // point.
         let high = |text: &str| {
             ["Z20", "Z+20", "Z 20", "G28 Z0", "G53 Z0", "SUPA G0 Z0", "M91", ",20]", "Z = 20"]
                 .iter()
@@ -81,9 +82,9 @@ fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
 }
 
 #[test]
-fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
+fn z_moves_without_tool_length_are_rejected_by_the_reader() {
     let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&virtual_drill()) };
-    // What was written before, and a reader that knows the controller's rule finds it.
+    // The output of a previous version; a reader that knows the controller's rule must refuse it.
     let rows = [
         ("fanuc", "G91 G28 Z0.\r\nN70 G90", "G0 Z2.0000\r\nN70 G90"),
         ("fanuc", "G0 G43 Z20.0000 H1", "G0 Z20.0000"),
@@ -91,11 +92,11 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
         ("linuxcnc", "G94\nG43", "G94 G49"),
         ("sinumerik", "M6\nN150 D1", "M6\nN150 G90"),
         ("mach3", "M6 T1\r\nG43 H1", "M6 T1"),
-        // The first move of Z before there is a length.
+        // The first move of Z before a tool length is active.
         ("mach3", "G0 G53 Z0", "G0 Z20.0"),
         ("sinumerik", "SUPA G0 Z0 D0", "G0 Z20.0"),
         ("heidenhain", "L Z+0 R0 FMAX M91", "L Z+20 R0 FMAX"),
-        // X and Y before Z, under a length that is new.
+        // X and Y move before Z after a new tool length.
         ("grbl", "M0\nG0 Z20.0000", "M0"),
         ("marlin", "M0\nG0 Z20.0000 F300", "M0"),
         ("linuxcnc", "S24000\nZ2", "S24000"),
@@ -121,7 +122,7 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
     }
 }
 
-/// The first line that goes to the reference point, and the next, with their numbers.
+/// The first line that moves to the reference point, and the next one, with their line numbers.
 fn numbered(text: &str) -> String {
     let lines: Vec<&str> = text.split("\r\n").collect();
     let at = lines.iter().position(|line| line.ends_with("G91 G28 Z0.")).unwrap();
@@ -129,7 +130,7 @@ fn numbered(text: &str) -> String {
 }
 
 #[test]
-fn every_place_has_four_digits() {
+fn every_postprocessor_writes_at_least_four_decimals() {
     for (name, text) in post::shipped() {
         assert!(Dialect::parse(name, text).unwrap().numbers.base.decimals >= 4, "{name}");
     }
@@ -139,7 +140,7 @@ fn bit(um: i64, cutter: Cutter) -> Bit {
     Bit { diameter: Length::from_um(um), name: "whatever".to_owned(), cutter, handling: Default::default() }
 }
 
-/// A job of two sides, and the program of either.
+/// A job with two sides, and the program of each.
 fn two_sides() -> (Briefing, Vec<Program>) {
     let vee = bit(3_175, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 });
     let (drill, mill) = (bit(800, Cutter::Drill), bit(800, Cutter::Mill));
@@ -180,7 +181,7 @@ fn two_sides() -> (Briefing, Vec<Program>) {
 }
 
 #[test]
-fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
+fn file_names_sort_in_running_order_and_headers_list_tools() {
     let (briefing, programs) = two_sides();
     let files: Vec<Vec<OutputFile>> = programs
         .iter()
@@ -215,7 +216,7 @@ fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
     );
     assert!(files[0][0].text.contains("(tool 1: V-bit 30 deg, tip 0.1)\n"), "{}", files[0][0].text);
     assert!(files[0][0].text.contains("(time: 13 min)\n"), "{}", files[0][0].text);
-    // With a changer a side is one file.
+    // With a tool changer each side is one file.
     let fanuc = post::write_for("fanuc", &programs[1], &Manner::default(), &briefing, 1).unwrap().unwrap();
     let fanuc = one(fanuc);
     assert!(
@@ -224,11 +225,12 @@ fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
     assert_eq!((fanuc.bits, fanuc.numbers), (vec![0, 1], vec![2, 3]));
 }
 
-/// A tool stands at its place for the whole job: a number is one tool, a tool one number, on all sides.
+/// A tool stays in its place for the whole job: on all sides, one number is one tool, and one tool has one
+/// number.
 #[test]
-fn tools_are_numbered_once_a_job_and_sides_are_different_programs() {
+fn tool_numbers_are_shared_by_both_sides() {
     let (mut briefing, mut programs) = two_sides();
-    // The mill of the top goes in on the bottom first, under another name.
+    // On the bottom, the mill of the top side is first and has another name.
     let mill = bit(800, Cutter::Mill);
     let (tools, bits) = (&mut briefing.sides[0].tools, &mut programs[0].bits);
     tools.push(ToolBriefing { tool: mill.clone(), operations: Vec::new(), time_s: None });
@@ -263,7 +265,7 @@ fn tools_are_numbered_once_a_job_and_sides_are_different_programs() {
 }
 
 #[test]
-fn the_foot_of_the_run_sheet_says_how_tools_come_in() {
+fn run_sheet_footer_explains_the_tool_changes() {
     let (briefing, programs) = two_sides();
     let rows = [
         ("grbl", None, "Before every file: put its tool in"),
@@ -281,7 +283,7 @@ fn the_foot_of_the_run_sheet_says_how_tools_come_in() {
             .collect();
         let sheet = post::run_sheet("en", &briefing, &written);
         assert!(sheet.foot.contains(wanted), "{name}: {}", sheet.foot);
-        // GRBL does not let a person move the machine at M0: head and sheet say so.
+        // GRBL does not allow jogs at M0: header and run sheet must say so.
         let stops = wanted.contains("stops");
         assert_eq!(sheet.foot.contains("GRBL"), stops, "{name}");
         let several = written.iter().flatten().find(|file| file.bits.len() > 1);
@@ -290,9 +292,9 @@ fn the_foot_of_the_run_sheet_says_how_tools_come_in() {
     }
 }
 
-/// A remark of a TP program has at most 32 letters, its name 8, and the sides keep different ones.
+/// In a TP program a remark has at most 32 characters and a name at most 8; the sides have different names.
 #[test]
-fn a_robots_program_says_what_it_is_for() {
+fn robot_program_states_job_zero_blank_and_time() {
     let (mut briefing, mut programs) = two_sides();
     briefing.job = "a job with a name that is longer than one line has room for".to_owned();
     let mut names = Vec::new();
@@ -314,9 +316,9 @@ fn a_robots_program_says_what_it_is_for() {
     assert_eq!(names, ["USBKVM_B.LS", "USBKVM_T.LS"]);
 }
 
-/// Marlin is told how fast rapid moves are: never faster than the machine.
+/// Marlin needs the speed of rapid moves, which must not exceed the machine's.
 #[test]
-fn rapid_moves_that_are_told_are_within_the_machine() {
+fn marlin_rapids_are_within_the_machine_speed() {
     let slow = Machine { x: Axis { max_speed_mm_per_s: 20.0, ..lab().x }, ..lab() };
     let slow = Machine { z: Axis { max_speed_mm_per_s: 2.0, ..slow.z }, ..slow };
     for (manner, over, up) in [(Manner::default(), 3_000, 300), (Manner::on(&slow), 1_200, 120)] {
@@ -331,7 +333,7 @@ fn rapid_moves_that_are_told_are_within_the_machine() {
 }
 
 #[test]
-fn the_run_sheet_has_all_that_a_person_needs_in_order() {
+fn run_sheet_lists_everything_in_order() {
     let (briefing, programs) = two_sides();
     let files: Vec<Vec<OutputFile>> = (0..2)
         .map(|side| {
@@ -368,7 +370,7 @@ fn the_run_sheet_has_all_that_a_person_needs_in_order() {
 }
 
 #[test]
-fn names_that_are_too_long_keep_their_last_word_whole() {
+fn long_program_names_end_with_their_last_word() {
     for (job, name) in [
         ("4.0-multivibrator.bottom", "P4_0_MULTIVIBRATOR.NC"),
         ("4_0-multivibrator_bottom", "P4_0_MULTIVIBRATO_BOTTOM"),

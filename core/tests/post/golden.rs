@@ -1,4 +1,4 @@
-//! One small board in every dialect, as files. `ANNULUS_BLESS=1` accepts a change.
+//! Golden files of one small board in every dialect. `ANNULUS_BLESS=1` accepts a change.
 
 use super::{one, programs};
 use annulus_core::machine::virtual_drill;
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 #[test]
-fn the_small_board_in_every_dialect() {
+fn small_board_matches_the_golden_file_of_every_target() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/post");
     let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&virtual_drill()) };
     for name in post::targets() {

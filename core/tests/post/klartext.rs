@@ -10,20 +10,20 @@ struct State {
     seen: Vec<Seen>,
     name: String,
     ended: bool,
-    /// A tool was called, and with it its length.
+    /// A tool was called, and its length is active.
     length: bool,
-    /// Z has not gone anywhere with the length that is new.
+    /// Z has not moved since the tool length became active.
     z_open: bool,
 }
 
-/// Where the zero of the machine is, in mm over the board: higher than anything that is written.
+/// Height of machine zero above the board in mm: higher than anything that is written.
 const REFERENCE: f64 = 100.0;
 
 fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| format!("{text:?} is no number"))
 }
 
-/// A number that has its sign.
+/// A number with an explicit sign.
 fn signed(text: &str) -> Result<f64, String> {
     if text.starts_with(['+', '-']) { number(text) } else { Err(format!("{text:?} has no sign")) }
 }
@@ -101,7 +101,7 @@ impl State {
         Ok(())
     }
 
-    /// Z goes with a tool's length only, and before X and Y where that is new.
+    /// Z may move only with a tool length, and must move before X and Y after a new one.
     fn goes(&mut self, words: &[&str]) -> Result<(), String> {
         let says = |letters: &[char]| words.iter().any(|word| word.starts_with(letters));
         if says(&['Z']) && !self.length {
@@ -122,7 +122,7 @@ impl State {
         Ok(())
     }
 
-    /// Coordinates, sense, R0 and feed, in this order.
+    /// Coordinates, direction, R0 and feed, in this order.
     #[allow(clippy::type_complexity)]
     fn rest(&self, words: &[&str]) -> Result<([f64; 3], Option<f64>, Option<bool>), String> {
         let (mut to, mut feed, mut sense, mut r0) = (self.at, None, None, false);

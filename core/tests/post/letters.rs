@@ -1,26 +1,26 @@
-//! Readers for controllers whose programs are letters with numbers: RS-274 and its families. Written from their manuals'
-//! rules, strict: whatever a controller does not know stops the reading.
+//! Readers for controllers whose programs consist of letters with numbers: RS-274 and its relatives. They
+//! follow the controllers' manuals and are strict: an unknown word is an error.
 
 use super::seen::{By, Seen};
 
-/// What a controller of this kind knows.
+/// Rules of a controller of this kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rules {
-    /// G and M codes.
+    /// Known G and M codes.
     pub(crate) codes: &'static [&'static str],
-    /// What begins a comment; brackets are always one, but for Sinumerik.
+    /// A semicolon begins a comment. Parentheses always enclose comments, except with Sinumerik.
     pub(crate) semicolon: bool,
-    /// The letter of G4 and how many seconds its unit is.
+    /// The letter of the pause in G4, and its unit in seconds.
     pub(crate) pause: (char, f64),
     /// Unit of P in G82, in seconds.
     pub(crate) cycle_pause: f64,
-    /// Longest line, in signs.
+    /// Maximum line length in characters.
     pub(crate) longest: usize,
-    /// Rapid moves take the feed that was said last: it must be said with every move.
+    /// Rapid moves use the last feed: every move must contain one.
     pub(crate) feed_in_every_move: bool,
-    /// Numbers of places must have a point.
+    /// Coordinates must contain a decimal point.
     pub(crate) points: bool,
-    /// Lines are numbered, by this much.
+    /// Lines are numbered in steps of this.
     pub(crate) numbered: Option<u64>,
 }
 
@@ -34,20 +34,20 @@ struct State {
     line_number: u64,
     seen: Vec<Seen>,
     ended: bool,
-    /// Z is not that of the tool that is in: its length is not counted.
+    /// The length of the fitted tool is not active.
     no_length: bool,
-    /// A tool's length is new and Z has not gone anywhere with it.
+    /// Z has not moved since the tool length became active.
     z_open: bool,
-    /// Places count from where it stands.
+    /// Coordinates are relative.
     incremental: bool,
-    /// Height of rapid moves over the board.
+    /// Height of rapid moves above the board in mm.
     safe: f64,
 }
 
-/// Where the reference point of Z is, in mm over the board: higher than anything that is written.
+/// Height of the reference point of Z above the board in mm: higher than anything that is written.
 const REFERENCE: f64 = 100.0;
 
-/// A line taken apart into letters and numbers.
+/// Splits a line into letters and numbers.
 fn words(line: &str) -> Result<Vec<(char, String)>, String> {
     let mut out: Vec<(char, String)> = Vec::new();
     for letter in line.chars().filter(|c| !c.is_whitespace()) {
@@ -64,16 +64,15 @@ fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| format!("{text:?} is no number"))
 }
 
-/// What a message asks for: `put in tool 3`.
+/// Number of the tool that a message requests: `put in tool 3`.
 fn bit_in(text: &str) -> Option<u32> {
     let lower = text.to_lowercase();
     let behind = &lower[lower.find("put in tool ")? + 12..];
     behind.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
-/// Reads a program.
 pub(crate) fn read(text: &str, safe: f64, rules: &Rules) -> Result<Vec<Seen>, String> {
-    // Where tools have lengths, none counts before one is taken.
+    // On controllers with tool lengths, no length is active until one is selected.
     let no_length = rules.codes.contains(&"M6");
     let mut state = State { at: [0.0, 0.0, safe], safe, no_length, ..State::default() };
     for line in text.lines() {
@@ -106,7 +105,7 @@ impl State {
             }
             rest = behind.to_owned();
         }
-        // Comments, of which those that name a bit are for the person.
+        // Comments: those that name a tool are requests to the user.
         let mut asked = None;
         if rules.semicolon {
             if let Some((code, comment)) = rest.clone().split_once(';') {
@@ -128,7 +127,7 @@ impl State {
         if rules.codes.contains(&"CYCLE82") && self.siemens(&rest)? {
             return Ok(());
         }
-        // A controller with M6 hears of the bit by T.
+        // A controller with M6 learns the tool from T.
         if !rules.codes.contains(&"M6") {
             self.z_open |= asked.is_some();
             self.seen.extend(asked.map(Seen::Bit));
@@ -141,7 +140,7 @@ impl State {
         if line.starts_with("MSG(") {
             return Ok(true);
         }
-        // To the top, in the machine's own places and without a length.
+        // To the top, in machine coordinates and without a tool length.
         if line == "SUPA G0 Z0 D0" {
             (self.no_length, self.motion) = (true, 0);
             self.to([self.at[0], self.at[1], REFERENCE], None);
@@ -173,6 +172,10 @@ impl State {
         self.seen.push(Seen::Move { to, feed });
     }
 
+    #[allow(
+        clippy::too_many_lines,
+        reason = "a reader written apart from the product, one letter after the other"
+    )]
     fn words(&mut self, words: &[(char, String)], rules: &Rules) -> Result<(), String> {
         let value = |letter: char| -> Result<Option<f64>, String> {
             let mut found = words.iter().filter(|(known, _)| *known == letter);
@@ -210,7 +213,8 @@ impl State {
         self.feed = value('F')?.or(self.feed);
         self.rpm = value('S')?.unwrap_or(self.rpm);
         if has("G91") {
-            // Back to the reference point, from where it stands: the only thing that is said so.
+            // A return to the reference point from the current position is the only permitted relative
+            // move.
             let said: Vec<&str> = codes.iter().map(String::as_str).collect();
             let z = value('Z')?.filter(|way| *way == 0.0 && words.len() == 3);
             if said != ["G91", "G28"] || z.is_none() {
@@ -221,7 +225,7 @@ impl State {
             return Ok(());
         }
         if has("G53") {
-            // A place of the machine, only in this line and only with G0 or G1: to the top.
+            // A machine coordinate, for this line only and with G0 or G1 only: to the top.
             if !has("G0") || value('Z')? != Some(0.0) || words.len() != 3 {
                 return Err("G53 without G0 and Z0".to_owned());
             }
@@ -301,7 +305,7 @@ impl State {
         let centre = [self.at[0] + i, self.at[1] + j];
         let radius = |at: [f64; 3]| libm::hypot(at[0] - centre[0], at[1] - centre[1]);
         let (first, last) = (radius(self.at), radius(to));
-        // What the strictest of them lets through.
+        // The tolerance of the strictest controller.
         if first == 0.0 || (first - last).abs() > 0.005_f64.min(0.001 * first).max(0.002_1) {
             return Err(format!("radius {first} at the start, {last} at the end"));
         }
@@ -311,7 +315,7 @@ impl State {
         Ok(())
     }
 
-    /// Drill, wait, rapid out to where Z was (G98).
+    /// Drill, wait, and rapid out to the previous Z (G98).
     fn cycle(&mut self, to: [f64; 3], start: f64, pause: f64) -> Result<(), String> {
         let before = self.at[2];
         if before > self.safe {

@@ -1,4 +1,4 @@
-//! Every line that is written knows which commands it does, and with them its second and its place: both ways (S10 N21).
+//! Tests that every written line knows its commands, and with them its time and place, in both directions.
 
 use super::{one, programs};
 use annulus_core::job::{Command, CommandPlace, Leg, Program};
@@ -19,7 +19,7 @@ fn of_leg(program: &Program, place: CommandPlace) -> Option<(&Leg, Option<&Comma
 }
 
 #[test]
-fn each_line_of_each_target_is_of_a_command_and_each_cut_has_a_line() {
+fn every_line_has_a_command_and_every_cut_a_line() {
     for target in post::targets() {
         for seed in 0..40 {
             let program = if seed == 0 { programs::small() } else { programs::random_program(seed, None) };
@@ -32,7 +32,7 @@ fn each_line_of_each_target_is_of_a_command_and_each_cut_has_a_line() {
                 .zip(&program.legs)
                 .flat_map(|(leg, whole)| whole.placed(leg))
                 .filter(|(_, command)| matches!(command, Command::Mill { .. } | Command::MillArc { .. }));
-            // A drill file leaves out what it has no words for.
+            // A drill file omits commands that it can't express.
             for (place, command) in cuts.filter(|_| target != "excellon") {
                 assert!(
                     file.commands.contains(&place),
@@ -43,7 +43,7 @@ fn each_line_of_each_target_is_of_a_command_and_each_cut_has_a_line() {
     }
 }
 
-/// X and Y after each line, as the words of grbl say them.
+/// X and Y after each line, read from GRBL's words.
 fn places(text: &str) -> Vec<[f64; 2]> {
     let mut at = [0.0; 2];
     let lines = text.lines().map(|line| {
@@ -61,7 +61,7 @@ fn places(text: &str) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn a_line_leads_to_its_second_and_place_and_back() {
+fn line_and_playback_position_find_each_other() {
     let machine = virtual_drill();
     let mut seen = 0;
     for seed in 0..30 {
@@ -76,7 +76,7 @@ fn a_line_leads_to_its_second_and_place_and_back() {
         let starts: Vec<f64> = (0..lines.len()).map(|line| lines.start_s(line, &playback)).collect();
         assert!(starts[0] == 0.0 && starts.is_sorted(), "seed {seed}: {starts:?}");
         for (line, start_s) in starts.iter().enumerate() {
-            // Where it ends another begins; those that are done together end together.
+            // A line ends when the next one begins; lines that are executed together end together.
             let last =
                 (line..lines.len()).take_while(|other| lines.are_together(line, *other)).last().unwrap();
             let end_s = starts.get(last + 1).copied().unwrap_or(playback.total_s());
@@ -99,7 +99,7 @@ fn a_line_leads_to_its_second_and_place_and_back() {
 }
 
 #[test]
-fn lines_that_stand_at_the_end_of_a_file_are_found_when_they_are_gone_to() {
+fn declaration_at_the_file_end_maps_to_its_command() {
     let at = |leg, command| CommandPlace { leg, command };
     // The third line declares the place of the first.
     let lines = ProgramLines::new(vec![at(1, 2), at(2, 2), at(1, 2), at(4, 0)]);

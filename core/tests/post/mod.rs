@@ -1,5 +1,5 @@
-//! Programs in other controllers' words, read back by readers that were written from the controllers' rules and compared with
-//! the program within a micrometre (S6 S7 S8 S9). Every failure prints its seed.
+//! Tests of programs in other controllers' languages: read back by readers that follow the controllers'
+//! rules, then compared with the program within a micrometre. A failure prints its seed.
 
 use annulus_core::job::Program;
 use annulus_core::post::{self, Dialect, FileSplit, Helix, OutputFile};
@@ -9,6 +9,7 @@ use seen::{Exactness, Seen, compare};
 mod again;
 mod excellon;
 mod files;
+mod firmware_lines;
 mod golden;
 mod klartext;
 mod letters;
@@ -18,12 +19,12 @@ mod robots;
 mod seen;
 mod templates;
 
-/// Random programs through each dialect.
+/// Number of random programs per dialect.
 const PROGRAMS: u64 = 300;
 
 const ISO: &[&str] = &["G0", "G1", "G2", "G3", "G4", "G17", "G21", "G90", "G91.1", "G94", "M2", "M3", "M5"];
 
-/// What a dialect's controller makes of a file.
+/// Reads a file as the dialect's controller would.
 fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
     let iso = letters::Rules {
         codes: ISO,
@@ -81,14 +82,14 @@ fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
     }
 }
 
-/// How exactly a dialect says things.
+/// Precision of a dialect.
 fn exactness(name: &str, dialect: &Dialect) -> Exactness {
     let arcs = &dialect.arcs;
     let lines = arcs.lines_only || arcs.helix == Helix::Lines || arcs.smallest_mm > 0.0;
     let chord = if lines { arcs.chord_error_mm } else { 0.0 };
     let fall_to = dialect.fall_to.map(Length::mm);
     match name {
-        // One digit of mm/s, two of a second.
+        // One digit of mm/s, two digits of a second.
         "fanuc_tp" => Exactness { feed: 3.001, wait: 0.005_1, chord, fall_to },
         _ => Exactness { feed: 0.050_1, wait: 0.000_51, chord, fall_to },
     }
@@ -107,11 +108,11 @@ fn through(name: &str, dialect: &Dialect, program: &Program) -> Result<(), Strin
 }
 
 #[test]
-fn every_dialect_says_what_the_program_does() {
+fn every_postprocessor_reads_back_as_its_program() {
     for (name, text) in post::shipped() {
         let slow = Dialect::parse(name, text).unwrap();
         for seed in 0..PROGRAMS {
-            // Every second one falls fast to just over the board.
+            // In every second program the tool falls rapidly to just above the board.
             let fall_to = (seed % 2 == 1).then_some(Length::from_um(300));
             let dialect = slow.clone().falling_to(fall_to);
             let program = programs::random_program(seed, None);
@@ -123,7 +124,7 @@ fn every_dialect_says_what_the_program_does() {
 }
 
 #[test]
-fn every_dialect_can_do_without_arcs() {
+fn every_postprocessor_can_write_without_arcs() {
     for (name, text) in post::shipped() {
         let dialect = Dialect::parse(name, text).unwrap().with_lines(Some(0.02));
         let dialect = dialect.in_files(Some(FileSplit::Job));
@@ -140,8 +141,8 @@ fn every_dialect_can_do_without_arcs() {
 }
 
 #[test]
-fn a_wrong_word_is_found() {
-    // The readers and the comparison would not let these through.
+fn wrong_word_is_found() {
+    // Faults that the readers and the comparison must find.
     let dialect = post::dialect("grbl").unwrap().unwrap().in_files(Some(FileSplit::Job));
     let program = programs::small();
     let file = one(post::write_with(&dialect, &program).unwrap());

@@ -1,4 +1,4 @@
-//! Programs that drill and mill, made by chance from a seed.
+//! Random programs that drill and mill, generated from a seed.
 
 use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
@@ -77,7 +77,8 @@ fn hole(chance: &mut Chance, index: u32) -> Leg {
     Leg { mark: Mark::Hole(index), commands }
 }
 
-/// An arc from `from`: any radius, any direction, any angle that three micrometres tell from none.
+/// An arc from `from` with any radius, direction and angle that differs from zero by three micrometres or
+/// more.
 pub(crate) fn arc(chance: &mut Chance, from: Point, height: Length, feed_um_per_s: u32) -> Command {
     let radius = chance.between(-2.9, 3.4);
     let radius = libm::exp(radius);
@@ -109,7 +110,7 @@ fn way(chance: &mut Chance, index: u32, flat: Option<Length>) -> Leg {
     let mut at = some_place(chance);
     let mut height = flat.unwrap_or_else(|| some_height(chance));
     let mut commands = vec![Command::Rapid { to: at }];
-    // A way may also come down on a ramp.
+    // A path may also begin with a ramp.
     if flat.is_some() || chance.below(4) > 0 {
         commands.push(Command::Plunge { to: height, feed_um_per_s: some_feed(chance), gate: None });
     }
@@ -136,7 +137,7 @@ fn way(chance: &mut Chance, index: u32, flat: Option<Length>) -> Leg {
     Leg { mark: Mark::Toolpath(index), commands }
 }
 
-/// Drilling and milling in any order; `flat` keeps all milling at one height.
+/// Drilling and milling in random order; `flat` keeps all milling at one height.
 pub(crate) fn random_program(seed: u64, flat: Option<Length>) -> Program {
     let mut chance = Chance::new(seed);
     let mut legs = Vec::new();
@@ -147,7 +148,7 @@ pub(crate) fn random_program(seed: u64, flat: Option<Length>) -> Program {
         legs.push(change(bit, [24_000, 30_000][chance.below(2)], wait));
         for index in 0..=chance.below(4) as u32 {
             if chance.below(10) == 0 {
-                // Another speed without another bit.
+                // A new speed without a new tool.
                 let rpm = 10_000 + 1_000 * chance.below(9) as u32;
                 legs.push(Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm }] });
             }
@@ -157,7 +158,7 @@ pub(crate) fn random_program(seed: u64, flat: Option<Length>) -> Program {
     program(legs)
 }
 
-/// The small board of the golden files: two holes, one pecked, and a way with every kind of move.
+/// The small board of the golden files: two holes, one of them pecked, and a path with every kind of move.
 pub(crate) fn small() -> Program {
     let at = Point::from_mm;
     let um = Length::from_um;

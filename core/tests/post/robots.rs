@@ -1,9 +1,10 @@
-//! Readers of the robots' languages: KRL, RAPID, TP. Rapid moves are those at 100 mm/s, the speed of the shipped files.
+//! Readers of the robots' languages KRL, RAPID and TP. Rapid moves are those at 100 mm/s, the speed of the
+//! shipped files.
 
 use super::seen::{By, Seen};
 use std::collections::BTreeMap;
 
-/// mm/min of a rapid move.
+/// Speed of a rapid move in mm/min.
 const QUICK: f64 = 6_000.0;
 
 fn number(text: &str) -> Result<f64, String> {
@@ -19,7 +20,7 @@ fn moved(to: [f64; 3], feed: f64) -> Seen {
     Seen::Move { to, feed: (feed != QUICK).then_some(feed) }
 }
 
-/// `X 1.0, Y 2.0, Z 3.0, A 0, B 0, C 180`
+/// Parses `X 1.0, Y 2.0, Z 3.0, A 0, B 0, C 180`.
 fn frame(text: &str) -> Result<[f64; 3], String> {
     let rows: Vec<&str> = text.split(',').map(str::trim).collect();
     let [x, y, z, "A 0", "B 0", "C 180"] = rows[..] else { return Err(format!("the frame {text:?}")) };
@@ -41,7 +42,7 @@ pub(crate) fn krl(text: &str, name: &str) -> Result<Vec<Seen>, String> {
         match line {
             "END" => return Ok(seen),
             "$BASE = BASE_DATA[1]" | "$TOOL = TOOL_DATA[1]" | "HALT" => {}
-            // Speeds, accelerations and advance as the controller needs them before it may move.
+            // Speeds, accelerations and advance, which the controller needs before it may move.
             "BAS(#INITMOV,0)" => ready = true,
             "PTP $AXIS_ACT" if !ready => return Err("a move before BAS(#INITMOV,0)".to_owned()),
             "PTP $AXIS_ACT" => started = true,
@@ -68,14 +69,14 @@ pub(crate) fn krl(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     Err("no END".to_owned())
 }
 
-/// `[1,2,3],down,free,none`
+/// Parses `[1,2,3],down,free,none`.
 fn target(text: &str) -> Result<[f64; 3], String> {
     let place = between(text, "[", "],down,free,none")?;
     let rows: Vec<f64> = place.split(',').map(number).collect::<Result<_, _>>()?;
     rows.try_into().map_err(|rows| format!("{rows:?}"))
 }
 
-/// RAPID: the procedure main.
+/// RAPID: the procedure `main`.
 pub(crate) fn rapid(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     let body = between(text, &format!("MODULE {name}\n"), "ENDMODULE\n")?;
     let (_, main) = body.split_once("  PROC main()\n").ok_or("no main")?;
@@ -100,7 +101,7 @@ pub(crate) fn rapid(text: &str, name: &str) -> Result<Vec<Seen>, String> {
                     _ => number(between(speed, "", ",100,100,100]")?)? * 60.0,
                 };
                 match points.split_once("],[") {
-                    // The places are in brackets of their own, so `],[` divides targets only.
+                    // Each position has separate brackets, so `],[` only separates targets.
                     Some((middle, to)) if verb == "MoveC" => {
                         let by = By::Through(target(middle)?);
                         seen.push(Seen::Arc { to: target(to)?, by, feed });
@@ -138,7 +139,7 @@ fn points(text: &str) -> Result<BTreeMap<u32, [f64; 3]>, String> {
     Ok(out)
 }
 
-/// TP: numbered lines, and the points behind them.
+/// TP: numbered lines, followed by the points.
 pub(crate) fn tp(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     let head = between(text, &format!("/PROG  {name}\n"), "/END\n")?;
     let (_, behind) = head.split_once("/MN\n").ok_or("no /MN")?;
@@ -151,7 +152,7 @@ pub(crate) fn tp(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     let mut seen = Vec::new();
     let mut rpm = 0.0;
     let mut used = 0;
-    // A circle's second line has no number.
+    // The second line of a circle has no number.
     for (index, line) in lines.replace("\n    :", "").lines().enumerate() {
         let (count, statement) = line.split_once(':').ok_or("no number")?;
         if count != (index + 1).to_string() {

@@ -1,56 +1,62 @@
-//! What a controller would do, and what a program wants done, as one and the same list; and the comparison.
+//! The actions of a controller and the actions that a program requires in one common form, and their
+//! comparison.
 //!
-//! Comes in: moves read back from text, and a program. Goes out: the first difference, in words. Lengths are mm.
+//! Lengths are mm.
 
 use annulus_core::job::{Command, Mark, Program};
 use std::f64::consts::{PI, TAU};
 
-/// A millionth of a metre.
+/// One micrometre in mm.
 pub(crate) const MICROMETRE: f64 = 1e-3;
 
-/// What the digits of a place may leave out, in mm: half of the fourth, and where a helix ends by its angle those of its
-/// centre and of the angle too. A fifth of a micrometre.
+/// Rounding error of a coordinate's digits in mm: half of the fourth digit. For a helix that ends by its
+/// angle, the errors of its centre and its angle are included. A fifth of a micrometre.
 const DIGITS: f64 = 2e-4;
 
-/// Shorter moves go nowhere, in mm: the end of a helix by angle is no whole digit.
+/// Moves shorter than this count as none, in mm: the end of a helix by angle is not exact.
 const NOWHERE: f64 = 2e-4;
 
-/// Something that happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Seen {
-    /// This bit is asked for; they count from 1.
+    /// A request for this tool, counted from 1.
     Bit(u32),
-    /// The spindle turns with so many rpm.
+    /// Spindle speed in rpm.
     Spindle(f64),
-    /// Nothing for so many seconds.
+    /// A pause in seconds.
     Wait(f64),
-    /// Straight there; with a feed in mm/min, or rapidly.
-    Move { to: [f64; 3], feed: Option<f64> },
-    /// Along an arc.
-    Arc { to: [f64; 3], by: By, feed: f64 },
+    /// A straight move with a feed in mm/min, or a rapid.
+    Move {
+        to: [f64; 3],
+        feed: Option<f64>,
+    },
+    Arc {
+        to: [f64; 3],
+        by: By,
+        feed: f64,
+    },
 }
 
-/// How an arc is told.
+/// Definition of an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum By {
-    /// Around a centre; counter-clockwise or not.
+    /// Around a centre; `true` for counter-clockwise.
     Centre([f64; 2], bool),
-    /// Through a point between.
+    /// Through an intermediate point.
     Through([f64; 3]),
 }
 
-/// How exactly a dialect says things.
+/// Precision of a dialect.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exactness {
     pub(crate) feed: f64,
     pub(crate) wait: f64,
-    /// Lines that stand for arcs may be this far off; 0 where there must be none.
+    /// Maximum deviation of lines that approximate arcs; 0 if there must be none.
     pub(crate) chord: f64,
-    /// How near to the board bits fall fast, in mm; none where they go down at feed all the way.
+    /// Height above the board to which tools fall rapidly, in mm; `None` if they always move down at feed.
     pub(crate) fall_to: Option<f64>,
 }
 
-/// What the program wants, straight from its commands.
+/// Actions that the program requires, directly from its commands.
 pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
     let mut out = Vec::new();
     let mut at = [0.0, 0.0, program.safe_height.mm()];
@@ -63,7 +69,7 @@ pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
                     out.push(Seen::Move { to: at, feed: None });
                 }
                 Command::Plunge { to, feed_um_per_s, .. } => {
-                    // Never rapidly below that height, and never up to it.
+                    // Rapids never go below that height, and never upwards to it.
                     let fallen = fall_to.map_or(at[2], |fall_to| fall_to.min(at[2])).max(to.mm());
                     out.push(Seen::Move { to: [at[0], at[1], fallen], feed: None });
                     at[2] = to.mm();
@@ -92,7 +98,7 @@ pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
     out
 }
 
-/// Without moves that go nowhere and speeds that were said before. How far over the safe height a tip goes does not matter.
+/// Removes empty moves and repeated speeds. Heights above the safe height are irrelevant.
 fn plain(list: &[Seen], start: [f64; 3]) -> Vec<Seen> {
     let (mut at, mut rpm) = (start, 0.0);
     let mut out = Vec::new();
@@ -120,12 +126,12 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     libm::sqrt(x * x + y * y + z * z)
 }
 
-/// Within the digits along every axis.
+/// Equal within the rounding of the digits, for every axis.
 fn near(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= DIGITS)
 }
 
-/// Compares what was read with what is wanted.
+/// Compares the read actions with the required ones.
 pub(crate) fn compare(read: &[Seen], program: &Program, exact: Exactness) -> Result<(), String> {
     let start = [0.0, 0.0, program.safe_height.mm()];
     let (read, wanted) = (plain(read, start), plain(&wanted(program, exact.fall_to), start));
@@ -170,14 +176,15 @@ pub(crate) fn compare(read: &[Seen], program: &Program, exact: Exactness) -> Res
     if next == read.len() { Ok(()) } else { Err(format!("more than wanted: {:#?}", &read[next..])) }
 }
 
-/// The angle from `a` to `b` around `centre`, in the sense of turning, from 0 up to a full turn.
+/// The angle from `a` to `b` around `centre` in the given direction, from 0 to a full turn.
 fn turned(a: [f64; 3], b: [f64; 3], centre: [f64; 2], ccw: bool) -> f64 {
     let angle = |at: [f64; 3]| libm::atan2(at[1] - centre[1], at[0] - centre[0]);
     let turn = if ccw { angle(b) - angle(a) } else { angle(a) - angle(b) };
     if turn < 0.0 { turn + TAU } else { turn }
 }
 
-/// Follows an arc by whatever pieces were read, each of them on the circle and onward. Out: how many, and where they end.
+/// Follows an arc through the pieces that were read. Each must be on the circle and continue forwards.
+/// Returns the number of pieces and their end.
 #[allow(clippy::too_many_arguments)]
 fn follow(
     read: &[Seen],
@@ -233,7 +240,7 @@ fn follow(
         }
         done += step;
         let height = from[2] + (to[2] - from[2]) * done / whole;
-        // A hair along the circle is a hair along the slope.
+        // A small error along the circle causes a small error along the slope.
         let slope = (to[2] - from[2]).abs() / whole * slack;
         if (end[2] - height).abs() > 2.0 * MICROMETRE + slope {
             return Err(format!("height {} instead of {height}", end[2]));

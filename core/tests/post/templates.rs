@@ -1,4 +1,4 @@
-//! What the template language and the settings of a dialect do.
+//! Tests of the template language and the settings of a dialect.
 
 use super::programs::{change, program, random_program, small};
 use super::{one, seen};
@@ -20,7 +20,7 @@ fn written(text: &str, program: &Program) -> String {
     one(post::write_with(&dialect(text), program).unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"))).text
 }
 
-/// An engraving template that says everything about a move.
+/// An engraving template that writes every parameter of a move.
 fn engrave(more: &str, line: &str, arc: &str) -> String {
     format!(
         "{more}{EMPTY_DRILL}[engrave]\nstart = ''\napproach = '''\n{line}\n'''\nline = '''\n{line}\n'''\n\
@@ -33,7 +33,7 @@ fn way(commands: Vec<Command>) -> Program {
 }
 
 #[test]
-fn shifts_numbers_and_counts() {
+fn template_shifts_numbers_and_line_numbers_are_applied() {
     let text = "shift_mm = [100.0, -0.5]\n[number]\ndecimals = 2\ntrailing_zeros = \"one\"\n[number.S]\ndecimals = 1\n\
         [lines]\nfirst = 5\nstep = 2\n[drill]\nstart = \"N@N@ H@H@@@ @PROGRAM@\"\n\
         change = \"N@N@ T@T@ D@D@ TR@TR@ S@S/1000@ W@W:1@ (@BIT@)\"\nhole = \"N@N@ X@X+10@ Y@Y*-1@ T@T@ F@F@ V@V@ W@W@ U@U@\"\n\
@@ -46,7 +46,7 @@ fn shifts_numbers_and_counts() {
 }
 
 #[test]
-fn what_was_said_is_not_said_again() {
+fn modal_words_are_not_repeated() {
     let lines = "[comments]\nopen = \"(\"\nclose = \")\"\n[modal]\nparameters = [\"X\", \"Y\", \"Z\", \"F\"]\ngroups = [\"G1 G2 G3\"]\n";
     let text = engrave(lines, "(X1.000) G1 X@X@ Y@Y@ Z@Z@ F@F@", "G2 X@X@ Y@Y@ Z@Z@ I@I@ J@J@ F@F@");
     let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);
@@ -71,7 +71,7 @@ fn what_was_said_is_not_said_again() {
 }
 
 #[test]
-fn words_that_hold_several_numbers_are_forgotten_with_care() {
+fn modal_memory_is_cleared_by_words_with_several_numbers() {
     let text = engrave("[modal]\nparameters = [\"X\", \"Y\"]\n", "X@X@ Y@Y@ X@X@Y@Y@ G0 Y9.000 Y@Y@", "");
     let at = Point::from_mm;
     let height = Length::from_um(-100);
@@ -88,7 +88,7 @@ fn words_that_hold_several_numbers_are_forgotten_with_care() {
 }
 
 #[test]
-fn lines_are_numbered_skipped_and_ended_as_told() {
+fn lines_are_numbered_skipped_and_ended_as_configured() {
     let text = "[lines]\nnumbered = true\nunnumbered = [\"%\"]\nending = \"crlf\"\nskippable = [\"drill.change\"]\n\
         [drill]\nstart = \"%\\nG21\\n\\n\"\nchange = \"M0\\n@?W@G4 P@W@\"\nhole = \"\"\npeck = \"\"\nend = \"M2\\n%\"\n";
     let mut program = small();
@@ -97,7 +97,7 @@ fn lines_are_numbered_skipped_and_ended_as_told() {
 }
 
 #[test]
-fn points_go_to_the_end_part() {
+fn template_points_go_to_the_end_section() {
     let text = "[drill]\nstart = ''\nchange = ''\npeck = ''\nhole = '''\nL P[@K+1@] P[@K+2@]\n@>P[@K+1@] @X@\n@>P[@K+2@] @Z@\n'''\n\
         end = '''\n/POS\n@<\n/END @K@\n'''\n";
     let hole = |x| Leg {
@@ -113,14 +113,14 @@ fn points_go_to_the_end_part() {
     assert_eq!(written(text, &program(vec![hole(1.0), hole(2.0)])), expected);
 }
 
-/// Every parameter of an arc, as numbers.
+/// Every parameter of an arc as numbers.
 fn told(line: &str) -> Vec<f64> {
     line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect()
 }
 
 #[test]
-fn every_parameter_of_an_arc_means_what_the_paper_says() {
-    // Both directions, every eighth of a turn to begin at, angles under, at and over 180°.
+fn every_arc_parameter_has_its_documented_meaning() {
+    // Both directions, starts at every eighth of a turn, angles below, at and above 180°.
     let all = "@X@ @Y@ @AX@ @AY@ @I@ @J@ @R@ @CR@ @P@ @CX@ @CY@ @DX@ @DY@";
     let text = engrave("[number]\ndecimals = 6\n[number.P]\ndecimals = 6\n", "", all);
     let (radius, centre) = (5.0, (3.0, -4.0));
@@ -167,7 +167,7 @@ fn every_parameter_of_an_arc_means_what_the_paper_says() {
                     to.1 - from.1,
                 ];
                 for (index, (found, meant)) in told(line).iter().zip(expected).enumerate() {
-                    // At exactly half a circle the sign of CR is free.
+                    // At exactly half a circle the sign of CR is undefined.
                     let free = index == 7 && degrees == 180.0;
                     let found = if free { found.abs() } else { *found };
                     let slack = if index == 8 { 1e-4 } else { 3e-6 };
@@ -181,7 +181,7 @@ fn every_parameter_of_an_arc_means_what_the_paper_says() {
     }
 }
 
-/// The centre that a controller finds from both ends and the radius.
+/// The centre that a controller calculates from both ends and the radius.
 fn centre_of(from: (f64, f64), to: (f64, f64), radius: f64, ccw: bool) -> (f64, f64) {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let chord = libm::hypot(dx, dy);
@@ -191,7 +191,7 @@ fn centre_of(from: (f64, f64), to: (f64, f64), radius: f64, ccw: bool) -> (f64, 
 }
 
 #[test]
-fn a_radius_alone_is_enough_where_arcs_are_cut_for_it() {
+fn radius_alone_defines_an_arc_when_arcs_are_split() {
     for (name, wide) in [("R", false), ("CR", true)] {
         let text = engrave("[number]\ndecimals = 4\n", "line @X@ @Y@", &format!("@X@ @Y@ @{name}@"));
         let dialect = dialect(&text);
@@ -220,7 +220,7 @@ fn a_radius_alone_is_enough_where_arcs_are_cut_for_it() {
                 let turn = if turn < 0.0 { turn + TAU } else { turn };
                 turned += turn;
                 assert_eq!(turn > PI, radius < 0.0, "seed {seed}: {line}");
-                // The way itself, which is what is cut: a point half way must be on the true circle.
+                // Only the path matters for the cut: its midpoint must be on the true circle.
                 let half = angle(at) + if ccw { turn / 2.0 } else { -turn / 2.0 };
                 let point =
                     (middle.0 + radius.abs() * libm::cos(half), middle.1 + radius.abs() * libm::sin(half));
@@ -236,7 +236,7 @@ fn a_radius_alone_is_enough_where_arcs_are_cut_for_it() {
 }
 
 #[test]
-fn increments_do_not_add_up_errors() {
+fn increments_do_not_accumulate_errors() {
     let text = engrave("[number]\ndecimals = 2\n[arcs]\nlines_only = true\n", "@DX@ @DY@", "");
     let mut program = random_program(3, None);
     program.legs.retain(|leg| matches!(leg.mark, Mark::Toolpath(_)));
@@ -259,7 +259,7 @@ fn increments_do_not_add_up_errors() {
 }
 
 #[test]
-fn files_begin_where_the_dialect_says() {
+fn files_are_split_as_the_postprocessor_requires() {
     let part =
         |name: &str, more: &str| format!("[{name}]\nstart = '{name} @PROGRAM@ T@T@'\nend = 'end'\n{more}");
     let drill = part("drill", "change = 'bit @T@'\nhole = 'hole'\npeck = 'peck'\n");
@@ -293,7 +293,7 @@ fn files_begin_where_the_dialect_says() {
 }
 
 #[test]
-fn what_a_dialect_cannot_say_is_refused() {
+fn missing_template_parts_are_refused() {
     let only_drill = dialect(EMPTY_DRILL);
     assert_eq!(post::write_with(&only_drill, &small()).unwrap_err().code, "post.milling");
     let text = engrave("", "", "");
@@ -314,7 +314,7 @@ fn what_a_dialect_cannot_say_is_refused() {
 }
 
 #[test]
-fn a_preview_shows_every_block_that_ships() {
+fn preview_shows_every_block() {
     for (name, text) in post::shipped() {
         let dialect = Dialect::parse(name, text).unwrap();
         let samples = post::preview(&dialect).unwrap();
@@ -330,7 +330,7 @@ fn a_preview_shows_every_block_that_ships() {
 }
 
 #[test]
-fn the_manual_has_the_table() {
+fn manual_lists_blocks_parameters_and_targets() {
     let manual = include_str!("../../../docs/manual/postprocessor.md");
     let hint = |key: &str| annulus_core::locale::text("en", key, &[]);
     for row in post::BLOCKS {

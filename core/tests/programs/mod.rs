@@ -1,4 +1,4 @@
-//! Programs for the tests of motion: seeded, the same natively and in a browser.
+//! Random programs for the tests of motion: from a seed, and equal natively and in a browser.
 
 pub(crate) use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
@@ -6,19 +6,18 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::{Machine, Overlap, presets, virtual_drill};
 use annulus_core::units::Length;
 
-/// How many rounds a test of chance goes: a tenth of `long` on every push, all of them when asked for with
-/// `cargo xtask test --long`.
+/// Number of rounds of a random test: a tenth of `long` normally, all with `cargo xtask test --long`.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn rounds(long: u64) -> u64 {
     if std::env::var_os("ANNULUS_LONG").is_some() { long } else { long / 10 }
 }
 
-/// All machines that ship, and the virtual drill with nothing at the same time.
+/// All presets, and the virtual drill without overlap.
 pub(crate) fn machines() -> Vec<Machine> {
     presets().into_iter().map(|(_, machine)| machine).chain([one_by_one()]).collect()
 }
 
-/// The virtual drill, the plane waiting for the spindle.
+/// The virtual drill without overlap: XY waits for the spindle.
 pub(crate) fn one_by_one() -> Machine {
     let base = virtual_drill();
     let overlap = Overlap { on: false, ..base.overlap };

@@ -1,4 +1,6 @@
-//! The queue of work commands: text, refusals with their places, the dry check, and whole runs on the virtual drill (A8).
+//! Tests of the queue of work commands: text, refusals with their positions, the dry check, and whole runs
+//! on the virtual drill.
 
+mod change;
 mod runs;
 mod words;

@@ -1,4 +1,4 @@
-//! Queues on the virtual drill, without any bridge.
+//! Tests of queues on the virtual drill, without a bridge.
 
 use super::words::{one_in, random_row};
 use crate::programs::{Chance, machines};
@@ -14,7 +14,7 @@ use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
 use std::sync::{Arc, Mutex};
 
-/// A virtual drill and what it drilled.
+/// A virtual drill, and the holes that it drilled.
 fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<VirtualHole>>>) {
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
@@ -41,7 +41,7 @@ END
 ";
 
 #[test]
-fn holes_are_where_the_queue_says() {
+fn queue_drills_holes_at_its_positions() {
     for machine in machines() {
         let (mut twin, holes) = twin(&machine, Faults::default());
         let bench = Rig::homed(&machine, &mut twin).unwrap();
@@ -90,7 +90,7 @@ fn holes_are_where_the_queue_says() {
 }
 
 #[test]
-fn a_parked_head_is_up_before_it_goes_away_and_its_spindle_is_off() {
+fn parking_lifts_first_with_the_spindle_off() {
     let place = |machine: Machine, more: &[(&str, Value)]| {
         let own = [
             ("park.at", Value::Text("place".to_owned())),
@@ -123,7 +123,7 @@ fn a_parked_head_is_up_before_it_goes_away_and_its_spindle_is_off() {
 }
 
 #[test]
-fn a_queue_is_stepped_row_by_row_and_run_from_breakpoint_to_breakpoint() {
+fn queue_runs_by_rows_and_to_breakpoints() {
     let machine = virtual_drill();
     let text = "* SPINDLE 9000\nREPEAT 2\n* MOVE_BY 10 0\nEND\nMOVE_BY 0 7\nWAIT 20\n";
     let (mut twin, _) = twin(&machine, Faults::default());
@@ -158,7 +158,7 @@ fn a_queue_is_stepped_row_by_row_and_run_from_breakpoint_to_breakpoint() {
 }
 
 #[test]
-fn a_page_that_breathes_between_pieces_gets_the_same() {
+fn queue_in_short_pieces_gives_the_same_result() {
     let machine = lab();
     let play = |pieces: usize| {
         let (mut twin, holes) = twin(&machine, Faults::default());
@@ -182,7 +182,7 @@ fn a_page_that_breathes_between_pieces_gets_the_same() {
     assert!(whole.5 == 1 && parts.5 > 10);
 }
 
-/// Pins that note how far each axis ever went, and whether X or Y moved with the tip low.
+/// Pins that record the range of each axis, and whether X or Y moved with the tool low.
 struct Watched<'a> {
     twin: &'a mut VirtualDrill,
     lowest: [i64; 3],
@@ -212,7 +212,7 @@ impl Pins for Watched<'_> {
     }
 }
 
-/// A random queue without waits for inputs and, half of the time, sensible enough to pass.
+/// A random queue without waits for inputs. About half of them pass the dry check.
 fn random_text(chance: &mut Chance) -> String {
     let mut text = String::from("SPINDLE 20000\n");
     let mut open = 0;
@@ -246,7 +246,7 @@ fn random_text(chance: &mut Chance) -> String {
 }
 
 #[test]
-fn what_was_checked_never_leaves_the_range_on_the_drill() {
+fn checked_queue_never_leaves_the_range() {
     let (mut passed, mut refused, mut strokes) = (0, 0, 0);
     let outputs = ["lamp", "vacuum", "pump"].map(str::to_owned);
     for machine in [virtual_drill(), lab()] {
@@ -274,7 +274,7 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
             let homes = text.contains("HOME");
             for axis in 0..3 {
                 let settings = machine.axis(axis);
-                // Homing goes to the end sensor, a little beyond the range.
+                // Homing moves to the limit switch, slightly beyond the range.
                 let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
                 let inside = pins.lowest[axis] >= low && pins.highest[axis] <= high;
                 assert!(homes || inside, "{axis}: {:?} {:?} {told}", pins.lowest, pins.highest);
@@ -293,14 +293,14 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
     );
 }
 
-/// Homing of it ends at index pulses.
+/// A machine whose homing ends at index pulses.
 fn indexed() -> Machine {
     let on = ["x.index", "y.index", "z.index"].map(|key| (key.to_owned(), Value::Text("yes".to_owned())));
     apply(&virtual_drill(), &on).unwrap()
 }
 
 #[test]
-fn an_index_pulse_is_found_at_the_same_step_however_the_switch_scatters() {
+fn index_pulse_homing_ignores_switch_scatter() {
     let play =
         [("x.backlash".to_owned(), Value::Number(0.1)), ("y.home_end".to_owned(), Value::Text("max".into()))];
     let scatters = Faults { scatter_steps: 25, ..Faults::default() };
@@ -317,7 +317,7 @@ fn an_index_pulse_is_found_at_the_same_step_however_the_switch_scatters() {
                 Some(Rest::Failed { why, .. }) => why.code.clone(),
                 rest => format!("{rest:?}"),
             };
-            // Where there is none, the count differs from what the switch says.
+            // Without an index pulse, the count differs from the position of the switch.
             let is_well = rest == Some(Rest::Done) || !has_index && found(&rest) == "control.lost_count";
             assert!(is_well, "round {round}: {rest:?}");
             bench = run.bench();
@@ -337,7 +337,7 @@ fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsa
     let (mut sound, _) = twin(machine, Faults::default());
     let bench = Rig::homed(machine, &mut sound).unwrap();
     let (mut faulty, _) = twin(machine, faults);
-    // The faulty drill is brought to the same place first.
+    // First, the faulty drill moves to the same place.
     let here = faulty.real();
     let mut tick = 0;
     for (axis, here) in here.into_iter().enumerate() {
@@ -354,7 +354,7 @@ fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsa
 }
 
 #[test]
-fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
+fn faults_stop_the_queue_at_its_row_with_a_named_alarm() {
     let stuck = |input: Input| Faults { stuck_on: input.bit(), ..Faults::default() };
     let never = |input: Input| Faults { stuck_off: input.bit(), ..Faults::default() };
     let drill = "SPINDLE 20000\nMOVE_BY 50 0\nDRILL_DOWN\nDRILL_UP\n";
@@ -409,7 +409,7 @@ fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
 }
 
 #[test]
-fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
+fn queue_outputs_are_switched_pulsed_and_cleared_at_the_end() {
     let machine = virtual_drill();
     let text = "OUTPUT lamp ON\nOUTPUT vacuum ON 20\nWAIT 10\nOUTPUT pump ON\nOUTPUT lamp OFF";
     let mut pins = Recorder::default();
@@ -419,7 +419,7 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
     let switched =
         [(0, 0, true), (0, 1, true), (20, 1, false), (30, 2, true), (30, 0, false), (30, 2, false)];
     assert_eq!(pins.written, switched.map(|(at, place, on)| Written::Output { tick: at * ms, place, on }));
-    // A wait for an input ends when it comes, and a stop turns off what is on.
+    // A wait for an input ends when the input changes, and a stop turns off active outputs.
     let text = "OUTPUT pump ON\nWAIT_INPUT CONTACT ON 500\nWAIT 900";
     let mut pins = Recorder { script: vec![(42 * ms, Input::Contact.bit())], ..Recorder::default() };
     let mut run = rehearse(text, Rig::default());
@@ -430,7 +430,7 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
 }
 
 #[test]
-fn a_row_that_no_longer_fits_is_refused_when_its_turn_comes() {
+fn row_out_of_range_is_refused_at_its_turn() {
     let machine = virtual_drill();
     let (mut twin, _) = twin(&machine, Faults::default());
     let bench = Rig::homed(&machine, &mut twin).unwrap();
@@ -448,7 +448,7 @@ fn a_row_that_no_longer_fits_is_refused_when_its_turn_comes() {
 }
 
 #[test]
-fn a_stroke_by_hand_takes_each_spindle_to_its_own_bottom() {
+fn queue_stroke_takes_each_spindle_to_its_own_bottom() {
     let deeper = ("spindle.deeper".to_owned(), Value::Numbers(vec![0.0, 0.3, -0.2]));
     let longer = ("spindle.longer".to_owned(), Value::Numbers(vec![0.0, 0.0, 0.0, 0.8]));
     let machine = apply(&six_spindles(), &[deeper, longer]).unwrap();

@@ -1,4 +1,4 @@
-//! Text of a queue: what is read, printed and refused.
+//! Tests of a queue's text: parsing, printing and refusals.
 
 use crate::programs::{Chance, rounds};
 use annulus_core::job::Input;
@@ -8,7 +8,7 @@ use annulus_core::queue::{
 };
 use annulus_core::units::Length;
 
-/// A queue with everything in it, as people write it.
+/// A queue with every command, as users write it.
 const WHOLE: &str = "\
 ; the paper's three
 home all
@@ -53,7 +53,7 @@ fn queue(text: &str) -> Queue {
 }
 
 #[test]
-fn a_whole_queue_is_read_and_printed() {
+fn whole_queue_is_read_and_printed() {
     let whole = queue(WHOLE);
     assert_eq!(print(&whole), PRINTED);
     assert_eq!(queue(PRINTED), whole);
@@ -67,9 +67,9 @@ fn a_whole_queue_is_read_and_printed() {
 }
 
 #[test]
-fn every_refused_row_says_what_where_and_which_field() {
+fn every_refused_row_has_its_position_and_field() {
     let long = format!("CALL {}", "x".repeat(33));
-    // Text, code, line, column, field (or word, or what was found).
+    // Text, code, line, column, and field, word or found text.
     let rows: &[(&str, &str, u32, u32, &str)] = &[
         ("MOVE_BY 1 1000001", "queue.out_of_range", 1, 11, "dY"),
         ("MOVE_BY -1000001 0", "queue.out_of_range", 1, 9, "dX"),
@@ -133,7 +133,7 @@ fn every_refused_row_says_what_where_and_which_field() {
 }
 
 #[test]
-fn a_mistyped_word_is_told_its_neighbour() {
+fn mistyped_word_suggests_the_nearest_one() {
     for (typed, near) in [
         ("DRIL_DOWN", "DRILL_DOWN"),
         ("moveby", "MOVE_BY"),
@@ -149,13 +149,13 @@ fn a_mistyped_word_is_told_its_neighbour() {
 }
 
 #[test]
-fn all_refusals_of_a_text_are_told_at_once() {
+fn all_errors_of_a_text_are_reported_at_once() {
     let refusals = read("q", "FLY\nWAIT 1\nWAIT x\nMOVE_BY 1\n").unwrap_err();
     let rows: Vec<_> = refusals.iter().map(|why| why.place.as_ref().unwrap().line).collect();
     assert_eq!(rows, [1, 3, 4]);
 }
 
-/// Once in so many times.
+/// Returns `true` once in `times` calls on average.
 pub(crate) fn one_in(chance: &mut Chance, times: u64) -> bool {
     chance.bits().is_multiple_of(times)
 }
@@ -196,7 +196,7 @@ pub(crate) fn random_row(chance: &mut Chance) -> QueueRow {
 }
 
 #[test]
-fn random_queues_are_printed_and_read_back_the_same() {
+fn random_queues_are_printed_and_read_back_equal() {
     for seed in 0..rounds(3_000) {
         let mut chance = Chance::new(seed);
         let mut text = String::new();
@@ -258,7 +258,7 @@ fn no_text_panics() {
     }
 }
 
-/// Homed, over the middle of the range, with a work zero there.
+/// A homed machine above the middle of its range, with work zero there.
 pub(crate) fn standing(machine: &Machine) -> Standing {
     let middle = |axis: usize| {
         let settings = machine.axis(axis);
@@ -271,7 +271,7 @@ pub(crate) fn standing(machine: &Machine) -> Standing {
 }
 
 #[test]
-fn what_must_not_be_is_refused_before_anything_moves() {
+fn unsafe_queue_is_refused_before_motion() {
     let rows: &[(&str, &str, u32, &str)] = &[
         ("MOVE_TO 151 0", "queue.outside", 1, "X"),
         ("MOVE_TO 0 -100.5", "queue.outside", 1, "Y"),
@@ -309,7 +309,7 @@ fn what_must_not_be_is_refused_before_anything_moves() {
 }
 
 #[test]
-fn without_homing_and_zero_little_is_allowed() {
+fn queue_without_homing_or_zero_is_limited() {
     let machine = lab();
     let unknown = Standing::default();
     let known = Standing { zero: None, ..standing(&machine) };
@@ -332,14 +332,14 @@ fn without_homing_and_zero_little_is_allowed() {
 }
 
 #[test]
-fn a_queue_says_beforehand_what_it_will_do() {
+fn queue_check_predicts_rows_strokes_and_range() {
     let machine = virtual_drill();
     let text =
         "SPINDLE 9000\nREPEAT 4\nMOVE_BY 80 -160\nCALL hole\nEND\nSUB hole\nDRILL_DOWN\nDRILL_UP\nEND\n";
     let from = standing(&machine);
     let done = check(&queue(text), &machine, &[], &from).unwrap();
     let [x, y] = [from.position[0], from.position[1]];
-    // One row of its own, REPEAT, and four times: move, call, down, up, END of the part, END of the repeat.
+    // One separate row, REPEAT, and four times: move, call, down, up, END of the part, END of the repeat.
     assert_eq!((done.rows, done.strokes), (2 + 4 * 6, 4));
     assert_eq!(done.lowest, Some([x + 80, y - 640]));
     assert_eq!(done.highest, Some([x + 320, y - 160]));
@@ -347,7 +347,7 @@ fn a_queue_says_beforehand_what_it_will_do() {
 }
 
 #[test]
-fn the_manual_names_every_command_in_every_spelling() {
+fn manual_lists_every_command_spelling() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/manual/lab.md");
     let manual = std::fs::read_to_string(path).unwrap();
     for name in WORDS.iter().flat_map(|word| word.spellings()) {

@@ -1,9 +1,9 @@
-//! Reference numbers computed elsewhere; they lie in `tests/data/vectors`.
+//! Reference numbers computed elsewhere, in `tests/data/vectors`.
 
 use serde_json::Value;
 use std::path::Path;
 
-/// The vectors of that name.
+/// The vectors with this name.
 pub(crate) fn vectors(name: &str) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors").join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

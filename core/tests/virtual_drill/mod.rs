@@ -1,4 +1,4 @@
-//! The virtual drill: motors that slip when overdriven, sensors, a board that is really drilled (N20).
+//! Tests of the virtual drill: motors that slip when overdriven, sensors, and a simulated board.
 
 mod sensors;
 mod spindles;
@@ -21,7 +21,7 @@ fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Virtu
     (VirtualDrill::new(machine, 1, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
 }
 
-/// Steps one axis evenly until it stands at `to`, or `most` steps.
+/// Steps one axis evenly to `to`, at most `most` steps.
 fn drive(twin: &mut VirtualDrill, tick: &mut u64, axis: usize, to: i64, most: u64) {
     for _ in 0..most {
         let at = twin.real()[axis];
@@ -35,8 +35,8 @@ fn drive(twin: &mut VirtualDrill, tick: &mut u64, axis: usize, to: i64, most: u6
 }
 
 #[test]
-fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
-    // (start rate, end rate in steps/s, steps, why it falls behind): fastest 10 kHz, 100 kHz/s asked of it.
+fn rotor_follows_ramps_and_slips_if_overdriven() {
+    // (start rate, end rate in steps/s, steps, reason for slipping). The limits are 10 kHz and 100 kHz/s.
     let rows = [
         (100.0, 100.0, 500, None),
         (9_900.0, 9_900.0, 500, Some(Cause::TooSteep)),
@@ -51,7 +51,7 @@ fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
         let turn = table.columns.len() as u64;
         let (mut time_s, mut cause) = (0.0, None);
         for step in 0..count {
-            // Even acceleration: the square of the rate grows evenly with the way.
+            // Constant acceleration: the square of the rate grows linearly with the distance.
             let share = f64::from(step) / f64::from(count);
             let square = from * from * (1.0 - share) + to * to * share;
             time_s += 1.0 / square.sqrt();
@@ -61,7 +61,7 @@ fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
         assert_eq!(cause, why, "{from} to {to} in {count}: {} lost", rotor.lost);
         assert_eq!(rotor.at + rotor.lost as i64, i64::from(count));
         assert_eq!(rotor.lost % turn, 0, "what is lost is lost by whole turns of the current");
-        // Slow pulses are followed again; until they are, one more turn may be lost.
+        // Slow pulses are followed again; until then, one more revolution of the current may be lost.
         let lost = rotor.lost;
         for _ in 0..2 * turn {
             time_s += 0.01;
@@ -72,7 +72,7 @@ fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
 }
 
 #[test]
-fn end_sensors_turn_on_one_step_beyond_the_range_and_hard_stops_hold() {
+fn limit_switches_close_beyond_the_range_and_stops_hold() {
     let machine = virtual_drill();
     let (mut twin, _) = twin(&machine, Faults::default());
     let mut tick = 0;
@@ -86,7 +86,7 @@ fn end_sensors_turn_on_one_step_beyond_the_range_and_hard_stops_hold() {
 }
 
 #[test]
-fn only_a_turning_whole_tip_that_comes_through_makes_a_hole() {
+fn only_a_turning_whole_tool_through_the_board_makes_a_hole() {
     let machine = virtual_drill();
     let z = |mm: f64| machine.z.scale.steps(annulus_core::units::Length::from_mm(mm));
     let (mut drill, holes) = twin(&machine, Faults::default());
@@ -116,7 +116,7 @@ fn only_a_turning_whole_tip_that_comes_through_makes_a_hole() {
 }
 
 #[test]
-fn a_bit_that_came_to_a_stand_in_its_hole_is_lifted_whole_and_breaks_where_it_goes_deeper() {
+fn tool_stopped_in_its_hole_breaks_only_when_driven_deeper() {
     let (mut drill, _) = twin(&virtual_drill(), Faults::default());
     let (z, mut tick) = (|mm| virtual_drill().z.scale.steps(Length::from_mm(mm)), 0);
     drill.spindle(tick, 30_000);
@@ -132,7 +132,7 @@ fn bit(diameter_um: i64, cutter: Cutter) -> Bit {
     Bit { diameter: Length::from_um(diameter_um), name: String::new(), cutter, handling: Default::default() }
 }
 
-/// Steps an axis evenly at so many steps a second.
+/// Steps an axis evenly at `hz` steps per second.
 fn drive_at(twin: &mut VirtualDrill, tick: &mut u64, axis: usize, to: i64, hz: u64) {
     while twin.real()[axis] != to {
         *tick += TICK_HZ / hz;
@@ -142,18 +142,18 @@ fn drive_at(twin: &mut VirtualDrill, tick: &mut u64, axis: usize, to: i64, hz: u
 }
 
 #[test]
-fn mills_and_vees_are_dragged_through_the_board_and_break_where_they_are_driven_too_hard() {
+fn end_mills_and_v_bits_break_if_overloaded() {
     let machine = virtual_drill();
     let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 };
-    // (bit, depth in µm, steps a second sideways, rpm, why it breaks); a step in the plane is 12.5 µm.
+    // (tool, depth in µm, sideways steps per second, rpm, reason for breaking); a step of XY is 12.5 µm.
     let rows = [
         (bit(800, Cutter::Mill), 1_700, 800, 30_000, None),
         (bit(800, Cutter::Drill), 1_700, 800, 30_000, Some(Breakage::Dragged)),
         (bit(3_175, vee), 100, 800, 30_000, None),
-        // A quarter of 0.8 mm a turn at 1000 rpm is 3.3 mm/s or 267 steps/s.
+        // A quarter of 0.8 mm per revolution at 1000 rpm is 3.3 mm/s or 267 steps/s.
         (bit(800, Cutter::Mill), 500, 200, 1_000, None),
         (bit(800, Cutter::Mill), 500, 300, 1_000, Some(Breakage::TooFast)),
-        // Edges of five diameters.
+        // Cutting edges of five diameters in length.
         (bit(300, Cutter::Mill), 1_450, 400, 30_000, None),
         (bit(300, Cutter::Mill), 1_550, 400, 30_000, Some(Breakage::TooDeep)),
         (bit(300, Cutter::Drill), 1_700, 0, 30_000, None),
@@ -167,7 +167,7 @@ fn mills_and_vees_are_dragged_through_the_board_and_break_where_they_are_driven_
         drill.bit(tick, &bit);
         drill.spindle(tick, rpm);
         drive_at(&mut drill, &mut tick, 2, z(50), 300);
-        // Slowly enough for 1000 rpm.
+        // Slow enough for 1000 rpm.
         drive_at(&mut drill, &mut tick, 2, z(-depth_um), 300);
         if hz > 0 {
             let aside = drill.real()[0] + 400;
@@ -183,7 +183,7 @@ fn mills_and_vees_are_dragged_through_the_board_and_break_where_they_are_driven_
 }
 
 #[test]
-fn a_worn_bit_is_held_back_only_where_it_has_not_been() {
+fn worn_tool_is_slowed_only_in_fresh_material() {
     let machine = virtual_drill();
     let z = |um: i64| machine.z.scale.steps(machine.process.surface + Length::from_um(um));
     let dull = Faults { dull_bit_hz: Some(100.0), ..Faults::default() };
@@ -192,7 +192,7 @@ fn a_worn_bit_is_held_back_only_where_it_has_not_been() {
     let mut tick = TICK_HZ;
     drive_at(&mut drill, &mut tick, 2, z(-800), 90);
     assert_eq!(drill.lost(), [0; 3]);
-    // A peck: fast where it has been, slowly on.
+    // A peck: fast in the existing hole, then slowly.
     drive_at(&mut drill, &mut tick, 2, z(500), 400);
     drive_at(&mut drill, &mut tick, 2, z(-450), 400);
     drive_at(&mut drill, &mut tick, 2, z(-1_700), 90);
@@ -200,12 +200,12 @@ fn a_worn_bit_is_held_back_only_where_it_has_not_been() {
 }
 
 #[test]
-fn an_axis_with_play_stays_until_its_motor_has_taken_it_up() {
+fn axis_with_backlash_waits_for_its_takeup() {
     let mut machine = virtual_drill();
     machine.x.backlash = Length::from_um(125);
     let (mut drill, _) = twin(&machine, Faults::default());
     let (start, mut tick) = (drill.real()[0], TICK_HZ);
-    // (steps of the motor, where the axis is then): the play is ten steps.
+    // (steps of the motor, resulting position of the axis): the backlash is ten steps.
     let rows = [(30, 30), (-4, 30), (4, 30), (-10, 30), (-5, 25), (8, 25), (2, 25), (3, 28)];
     for (way, place) in rows {
         for _ in 0..i32::abs(way) {
@@ -218,7 +218,7 @@ fn an_axis_with_play_stays_until_its_motor_has_taken_it_up() {
 }
 
 #[test]
-fn every_spindle_has_its_motor_its_bit_and_its_board() {
+fn every_spindle_has_its_own_motor_tool_and_board() {
     let machine = six_spindles();
     let z = |mm: f64| machine.z.scale.steps(Length::from_mm(mm) + machine.process.surface);
     let (mut drill, holes) = twin(&machine, Faults { lost_steps: vec![(3, 40)], ..Faults::default() });
@@ -243,7 +243,7 @@ fn every_spindle_has_its_motor_its_bit_and_its_board() {
 }
 
 #[test]
-fn the_same_calls_give_the_same_drill() {
+fn virtual_drill_is_deterministic() {
     for machine in [virtual_drill(), Machine { stroke_end: StrokeEnd::Sensor, ..lab() }] {
         let run = || {
             let (mut twin, holes) =
@@ -263,7 +263,7 @@ fn the_same_calls_give_the_same_drill() {
     }
 }
 
-/// Moves an axis through the automaton, there and back, at so many interrupts a second.
+/// Moves an axis back and forth through the automaton at this interrupt rate.
 fn shuttle(
     twin: &mut VirtualDrill,
     tick: &mut u64,
@@ -286,7 +286,7 @@ fn shuttle(
 }
 
 #[test]
-fn the_laboratory_drill_is_clean_up_to_580_interrupts_a_second_slips_above_and_stalls_at_last() {
+fn lab_drill_slips_above_580_hz_and_then_stalls() {
     for axis in [0, 1] {
         for (interrupt_hz, clean, stalls) in [
             (250, true, false),
@@ -314,7 +314,8 @@ fn the_laboratory_drill_is_clean_up_to_580_interrupts_a_second_slips_above_and_s
                     (3..30).contains(&way),
                     "where full speed is reached: {slip:?} from {start}"
                 );
-                // Whole turns of the current; short of a stall it goes most of its way, to a wrong place.
+                // Losses are whole revolutions of the current. Without a stall, the axis covers most of the
+                // distance but ends in a wrong position.
                 assert!(slip.lost.is_multiple_of(12) && way < 400, "{interrupt_hz} Hz: {slip:?}");
                 let lost = twin.lost()[axis];
                 println!("{interrupt_hz} Hz: {lost} steps lost");
@@ -325,8 +326,9 @@ fn the_laboratory_drill_is_clean_up_to_580_interrupts_a_second_slips_above_and_s
 }
 
 #[test]
-fn a_table_that_speeds_up_too_steeply_loses_steps() {
-    // (periods, whether 500 interrupts a second are followed): the jump from state to state is what counts.
+fn too_steep_step_table_loses_steps() {
+    // (periods, whether the motor follows at 500 interrupts per second): the jump from state to state
+    // decides.
     let rows: [(&[u32], bool); 4] =
         [(&[7, 4, 2, 1], true), (&[7, 2, 1], true), (&[7, 1], false), (&[1], false)];
     for (period, clean) in rows {
@@ -346,14 +348,14 @@ fn a_table_that_speeds_up_too_steeply_loses_steps() {
 }
 
 #[test]
-fn a_wrong_phase_table_slips_or_runs_backwards() {
+fn wrong_phase_table_slips_or_runs_backwards() {
     let good = PhaseTable::arendt();
     let reversed = PhaseTable { columns: good.columns.iter().rev().copied().collect() };
     let mut swapped = good.clone();
     for step in 3..6 {
         swapped.columns.swap(step, step + 3);
     }
-    // (table, wires that are broken, least and most of the way really made of 120 steps)
+    // (table, broken wires, range of the distance really covered by 120 steps)
     let rows = [
         (good.clone(), 0, 120..=120),
         (reversed, 0, -126..=-114),
@@ -379,7 +381,7 @@ fn a_wrong_phase_table_slips_or_runs_backwards() {
 }
 
 #[test]
-fn a_lost_step_costs_a_turn_of_the_current_and_is_remembered() {
+fn lost_step_costs_one_revolution_of_the_current() {
     for (machine, turn) in [(virtual_drill(), 4), (lab(), 12)] {
         let faults = Faults { lost_steps: vec![(1, 50)], ..Faults::default() };
         let (mut twin, _) = twin(&machine, faults);
@@ -396,7 +398,7 @@ fn a_lost_step_costs_a_turn_of_the_current_and_is_remembered() {
 }
 
 #[test]
-fn no_more_slips_are_kept_than_somebody_would_read() {
+fn slip_records_are_limited_to_64() {
     let faults = Faults { lost_steps: (1..=100).map(|step| (0, step)).collect(), ..Faults::default() };
     let told = Arc::new(Mutex::new(0));
     let sink = Arc::clone(&told);

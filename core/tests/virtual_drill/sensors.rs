@@ -1,4 +1,4 @@
-//! Sensors that chatter, glitch and stick, and gated moves that live with them.
+//! Tests of sensors that chatter, glitch and stick, and of gated moves with them.
 
 use super::{bit, drive, twin};
 use crate::operator::{OnTime, Orders};
@@ -10,7 +10,7 @@ use annulus_core::steps::{Segment, TICK_HZ, segment};
 use annulus_core::virtual_drill::{Cause, Faults, Switches, VirtualDrill};
 
 #[test]
-fn switches_chatter_from_the_edge_on_and_only_for_a_moment() {
+fn switches_chatter_briefly_from_the_edge() {
     let mut switches = Switches::new(7, 1, 0.0);
     let ms = TICK_HZ / 1000;
     let closed: Vec<bool> = (0..100 * ms)
@@ -29,7 +29,8 @@ fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut 
     play(segment, &Motors::of(machine), line, pins, &mut clock, &mut operator)
 }
 
-/// Looks for the low end of X as homing does. Gives how it ended, and how far from the edge the gate was met.
+/// Searches for the low end of X as homing does. Returns the outcome, and the distance between the edge and
+/// the gate.
 fn seek(machine: &Machine, pins: &mut dyn Pins, start: i64) -> (Outcome, i64) {
     let (_, timeline) = cycles::home(machine).unwrap().into_iter().find(|(axis, _)| *axis == 0).unwrap();
     let mut line = Playhead::default();
@@ -40,7 +41,7 @@ fn seek(machine: &Machine, pins: &mut dyn Pins, start: i64) -> (Outcome, i64) {
 }
 
 #[test]
-fn glitches_end_a_seek_early_where_readings_are_believed_at_once_and_not_where_they_are_confirmed() {
+fn confirmed_readings_make_a_seek_immune_to_glitches() {
     let machine = virtual_drill();
     let mut fooled = 0;
     for seed in 1..=20 {
@@ -53,7 +54,7 @@ fn glitches_end_a_seek_early_where_readings_are_believed_at_once_and_not_where_t
         let mut steady = Steady::new(VirtualDrill::new(&machine, seed, faults, Box::new(|_| {})));
         let (outcome, off) = seek(&machine, &mut steady, start);
         assert!(matches!(outcome, Outcome::Gated(_)), "seed {seed}: {outcome:?}");
-        // A true edge may be confirmed late, by the chatter at most.
+        // Chatter may delay the confirmation of a true edge, at most by its duration.
         assert!((-12..=0).contains(&off), "seed {seed}: {off} steps off the edge");
         assert_eq!(steady.inner().lost(), [0; 3]);
     }
@@ -81,7 +82,7 @@ fn stuck_sensors_end_moves_by_name() {
 }
 
 #[test]
-fn a_worn_bit_slows_the_stroke_until_its_time_is_over() {
+fn worn_tool_slows_the_stroke_until_it_times_out() {
     let mut machine = Machine { stroke_end: StrokeEnd::Sensor, ..virtual_drill() };
     machine.process.feed_mm_per_s = 4.0;
     let z = |mm: f64| machine.z.scale.steps(annulus_core::units::Length::from_mm(mm));

@@ -1,4 +1,4 @@
-//! A board for every spindle, each drilled as deep as its spindle is said to go (P4).
+//! Tests of one board per spindle, each drilled to the depth of its spindle.
 
 use super::twin;
 use crate::operator::{OnTime, Orders};
@@ -18,15 +18,15 @@ fn own(base: &Machine, lists: &[(&str, &[f64])]) -> Machine {
     machine::apply(base, &lists.iter().map(list).collect::<Vec<_>>()).unwrap()
 }
 
-/// What a board is like afterwards.
+/// A drilled board.
 struct Drilled {
     holes: Vec<VirtualHole>,
-    /// How deep each tip went, hole by hole, mm.
+    /// Depth of each tool for every hole, in mm.
     depths_mm: Vec<Vec<f64>>,
     zero_mm: [f64; 2],
 }
 
-/// `program` as `machine` plans it, on the twin of `real`.
+/// Drills `program`, planned for `machine`, on the virtual drill of `real`.
 fn drilled(program: &Program, machine: &Machine, real: &Machine) -> Drilled {
     let (mut drill, holes) = twin(real, Faults::default());
     let stream = stream(&timeline(program, machine).unwrap(), machine).unwrap();
@@ -57,7 +57,7 @@ fn drilled(program: &Program, machine: &Machine, real: &Machine) -> Drilled {
 }
 
 #[test]
-fn holes_of_a_spindle_with_its_own_depth_are_so_deep() {
+fn spindle_with_its_own_depth_drills_that_deep() {
     let lists: [(&str, &[f64]); 3] = [
         ("deeper", &[0.0, 0.4, 0.0, -0.7, 0.4]),
         ("longer", &[0.0, 0.0, 1.5, -2.25, 0.8]),
@@ -66,7 +66,7 @@ fn holes_of_a_spindle_with_its_own_depth_are_so_deep() {
     let six = six_spindles();
     for overlap in ["yes", "no"] {
         let on = ("overlap.on".to_owned(), Value::Text(overlap.to_owned()));
-        // And no tip of another length is taken for one that touches too early, or not at all.
+        // Tools of different lengths must not be reported as touching too early or never.
         let looks = ("stroke.contact_tolerance".to_owned(), Value::Number(0.1));
         let machine = own(&machine::apply(&six, &[on, looks]).unwrap(), &lists);
         let step_mm = 1.0 / machine.z.scale.steps_per_mm();
@@ -79,7 +79,7 @@ fn holes_of_a_spindle_with_its_own_depth_are_so_deep() {
                 let off = |depths: &Vec<f64>| (depths[spindle] - through_mm - deeper).abs() > 1.5 * step_mm;
                 let wrong = board.depths_mm.iter().find(|depths| off(depths));
                 assert_eq!(wrong, None, "seed {seed}: spindle {spindle} of {overlap}");
-                // What is not as deep as the board is thick makes no hole.
+                // A cut that is shallower than the board is thick makes no hole.
                 let made = board.holes.iter().filter(|hole| usize::from(hole.spindle) == spindle).count();
                 assert_eq!(made, if spindle == 3 { 0 } else { 4 }, "seed {seed}: spindle {spindle}");
             }
@@ -95,13 +95,13 @@ fn holes_of_a_spindle_with_its_own_depth_are_so_deep() {
     }
 }
 
-/// Holes that are missing on the board where all spindles were to go through.
+/// Number of missing holes on the board if all spindles should have drilled through.
 fn tally_of_alike(program: &Program, machine: &Machine, board: &Drilled) -> u32 {
     tally(program, machine, 0..program.legs.len(), board.zero_mm, &board.holes).missing
 }
 
 #[test]
-fn a_bit_that_is_longer_than_was_said_is_told_by_its_board() {
+fn longer_tool_than_configured_drills_deeper() {
     let machine = own(&six_spindles(), &[("longer", &[0.0, 1.0])]);
     let real = own(&six_spindles(), &[("longer", &[0.0, 1.25])]);
     let program = random_program(&mut Chance::new(1), &machine, 2);
@@ -113,7 +113,7 @@ fn a_bit_that_is_longer_than_was_said_is_told_by_its_board() {
 }
 
 #[test]
-fn spindles_that_stand_apart_are_homed_as_they_stand_to_each_other_and_rest_alike() {
+fn spindles_at_different_heights_are_homed_to_one_height() {
     let machine = six_spindles();
     let (mut drill, _) = twin(&machine, Faults::default());
     let mut line = Playhead::default();
@@ -124,7 +124,7 @@ fn spindles_that_stand_apart_are_homed_as_they_stand_to_each_other_and_rest_alik
         let (position, inputs) = (line.position, drill.inputs(line.tick));
         (QueueReport { outcome, position, inputs, ticks: 0 }, drill.heights())
     };
-    // Z1 and Z4 are 2 mm lower, and Z2 is 3 mm.
+    // Z1 and Z4 are 2 mm lower, and Z2 is 3 mm lower.
     let mut apart = line.position;
     for (axis, mm) in [(2, 2.0), (5, 2.0), (3, 3.0)] {
         apart[axis] -= machine.z.scale.steps(Length::from_mm(mm));
@@ -132,7 +132,7 @@ fn spindles_that_stand_apart_are_homed_as_they_stand_to_each_other_and_rest_alik
     for planned in &cycles::go_to(&machine, line.position, apart).unwrap().moves {
         played(&segment(planned, &machine), &mut line);
     }
-    // What all of them counted is off by the same.
+    // All counts of the spindles have the same error.
     machine.spindle_axes().for_each(|axis| line.position[axis] += 777);
     let rests = Standing::just_homed(&machine).position;
     let mut homing = Homing::new(&[2], [false; 3]);

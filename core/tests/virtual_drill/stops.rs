@@ -1,4 +1,5 @@
-//! Stops and other paces at any moment of a move: the motors keep up, whatever the two axes of the plane ask together.
+//! Tests of stops and override changes at any moment of a move: the motors must follow, for any combined
+//! demand of X and Y.
 
 use super::twin;
 use crate::operator::{OnTime, Orders};
@@ -11,7 +12,7 @@ use annulus_core::steps::{Segment, segment, stream};
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 
-/// What is ordered at some moment, and half a second of stream time later.
+/// The orders at a random moment, and half a second of stream time later.
 const ORDERS: [[Order; 2]; 4] = [
     [Order::Stop; 2],
     [Order::Hold, Order::Go],
@@ -19,7 +20,7 @@ const ORDERS: [[Order; 2]; 4] = [
     [Order::At { percent: 70 }; 2],
 ];
 
-/// A twin, and where it stands.
+/// A virtual drill and its position.
 fn drill(machine: &Machine) -> (VirtualDrill, Playhead) {
     let (drill, _) = twin(machine, Faults::default());
     let mut line = Playhead::default();
@@ -27,7 +28,7 @@ fn drill(machine: &Machine) -> (VirtualDrill, Playhead) {
     (drill, line)
 }
 
-/// Plays `segment` with `orders` from `share` of its time on.
+/// Plays `segment` with `orders`, beginning at `share` of its duration.
 fn ordered(
     machine: &Machine,
     segment: &Segment,
@@ -41,7 +42,7 @@ fn ordered(
 }
 
 #[test]
-fn ordered_at_any_moment_of_a_travel_no_motor_loses_a_step() {
+fn orders_during_a_travel_never_lose_a_step() {
     for machine in [virtual_drill(), six_spindles()] {
         for way_mm in [[23.5, 3.5], [23.5, 23.4], [60.0, 0.3], [0.4, 0.9]] {
             let (_, at) = drill(&machine);
@@ -90,7 +91,7 @@ fn two_holes(machine: &Machine, way_mm: [f64; 2]) -> Program {
 }
 
 #[test]
-fn ordered_at_any_moment_of_a_hop_no_motor_loses_a_step() {
+fn orders_during_a_rapid_never_lose_a_step() {
     let mut machine = virtual_drill();
     (machine.x.backlash, machine.y.backlash) = (Length::from_um(150), Length::from_um(90));
     assert!(machine.overlap.on, "plane and spindle move together");
@@ -121,11 +122,11 @@ fn ordered_at_any_moment_of_a_hop_no_motor_loses_a_step() {
 }
 
 #[test]
-fn after_a_jog_the_motor_stands_where_the_table_does() {
+fn motor_position_matches_the_table_after_a_jog() {
     let mut machine = virtual_drill();
     (machine.x.backlash, machine.y.backlash) = (Length::from_um(150), Length::from_um(90));
     let (mut drill, mut line) = drill(&machine);
-    // Up first, so that what is counted and where the table stands agree.
+    // First move up, so that the counts agree with the position of the table.
     for (axis, steps) in [(0, 4_000), (1, 4_000), (0, -300), (1, -1), (0, 7), (1, -500), (0, -1_000), (0, -5)]
     {
         let timeline = cycles::jog(&machine, line.position, axis, steps, 20.0).unwrap();

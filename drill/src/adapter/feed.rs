@@ -1,6 +1,6 @@
-//! What is left to be fed of some segments: pieces of path, one behind the other.
+//! Cuts segments into the pieces of path that the adapter still has to receive.
 //!
-//! Comes in: segments. Goes out: pieces, numbered on from what the adapter has. Ticks, machine steps. Does not know frames.
+//! Ticks, machine steps.
 
 use super::path::{rule, runs};
 use annulus_core::pins::Motors;
@@ -12,39 +12,41 @@ use annulus_link::message::Status;
 use annulus_link::run::Run;
 use std::collections::VecDeque;
 
-/// A segment as it is fed.
+/// A segment, prepared for feeding.
 pub(super) struct Path {
     runs: [Vec<Run>; AXES],
     ticks: u64,
     rule: Rule,
 }
 
-/// What is left to be fed.
+/// The path that is still to be sent, and the pieces on their way.
 pub(super) struct Feed<'a> {
     paths: &'a [Path],
     cutter: Option<(ChunkCutter<'a>, Rule)>,
-    /// Cut, and not yet offered.
+    /// The next piece: cut, but not yet offered to the line.
     pub(super) piece: Option<Piece>,
     number: u32,
-    /// Index of every axis behind what was cut.
+    /// Index of every axis after the last cut piece.
     pub(super) index: [i32; AXES],
-    /// Ticks of the pieces that were offered and did not come yet, the number of the first of them, and ticks of those that came.
+    /// Ticks of each piece that was offered but has not arrived; the number of the first of them; total
+    /// ticks that arrived.
     on_the_way: VecDeque<u32>,
     first: u32,
     came: u64,
-    /// Ticks in which any of it comes to rest: so much has to be there behind what is played.
+    /// Longest stopping time of any segment, in ticks: at least this much path must be ahead of the played
+    /// position.
     pub(super) tail: u32,
 }
 
 impl Path {
-    /// Of `segment`, so that a hold stays within what the motors can do.
+    /// Prepares `segment` so that a hold stays within the limits of the motors.
     pub(super) fn of(segment: &Segment, motors: &Motors) -> Self {
         Self { runs: runs(segment), ticks: segment.duration_ticks, rule: rule(segment, motors) }
     }
 }
 
 impl<'a> Feed<'a> {
-    /// All of `paths`, from where the adapter is.
+    /// Feeds all of `paths`, starting at the adapter's current chunk number and index.
     pub(super) fn new(paths: &'a [Path], status: &Status) -> Self {
         let (number, index) = (status.chunk, status.index);
         let tail = paths.iter().map(|path| stopping(path.rule.fall)).max().unwrap_or_default();
@@ -52,12 +54,13 @@ impl<'a> Feed<'a> {
         Self { paths, cutter: None, piece: None, number, index, on_the_way, first, came: 0, tail }
     }
 
-    /// The piece that was cut was offered.
+    /// Records that the line accepted the current piece.
     pub(super) fn offered(&mut self) {
         self.on_the_way.extend(self.piece.take().map(|piece| piece.head.ticks));
     }
 
-    /// How much of the path is behind an adapter that is so, in ticks: what came and is not ahead of it.
+    /// Returns how much of the path the adapter has played, in ticks: what arrived, less what is still
+    /// resident.
     pub(super) fn passed(&mut self, status: &Status) -> u64 {
         while self.first != status.chunk
             && let Some(ticks) = self.on_the_way.pop_front()
@@ -68,7 +71,8 @@ impl<'a> Feed<'a> {
         self.came.saturating_sub(u64::from(status.resident))
     }
 
-    /// Cuts until a piece is there or nothing is left. False where the path is too dense for a frame.
+    /// Cuts until a piece is ready or nothing is left. Returns `false` if the path is too dense for a
+    /// frame.
     pub(super) fn cut(&mut self) -> bool {
         while self.piece.is_none() {
             if let Some((cutter, rule)) = &mut self.cutter
@@ -86,7 +90,7 @@ impl<'a> Feed<'a> {
         true
     }
 
-    /// Whether everything was offered.
+    /// Returns `true` if every piece was offered.
     pub(super) fn is_over(&self) -> bool {
         let is_cut = self.cutter.as_ref().is_none_or(|(cutter, _)| cutter.is_done());
         self.paths.is_empty() && self.piece.is_none() && is_cut
@@ -103,7 +107,7 @@ mod tests {
     use annulus_link::frame::ON_LINE;
     use annulus_link::sender::Sender;
 
-    /// Bytes of all chunks of a stream as they go over the cable, a step.
+    /// Bytes per step on the cable, for all chunks of a program.
     fn bytes_a_step(machine: &Machine, program: &Program) -> f64 {
         let (motors, mut bytes, mut steps) = (Motors::of(machine), 0, 0);
         let paths: Vec<Path> = stream_of(program, machine)
@@ -128,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drilled_board_takes_a_quarter_of_a_byte_a_step() {
+    fn drilled_board_takes_a_quarter_byte_per_step() {
         for machine in [virtual_drill(), hobby_3018()] {
             let found = bytes_a_step(&machine, &holes(&machine, 100, 10, |_| 800));
             println!("{}: {found:.3} byte a step", machine.name);

@@ -1,10 +1,8 @@
-//! An adapter is greeted and set, or a sentence says why not.
+//! Identifies an adapter and configures it, or reports why that failed.
 //!
 //! ```text
-//! hello ─▶ Welcome: version, clock, axes, fastest steps ─ Windings, Configure ─▶ settings in force, at rest, nothing pressed
+//! hello ─▶ Welcome: version, clock, axes, fastest steps ─ Windings, Configure ─▶ configured, stopped
 //! ```
-//!
-//! Comes in: a machine, a line. Goes out: a line that is ready. Does not know what will move.
 
 use super::line::{AdapterLine, Lost};
 use annulus_core::diagnostic::Diagnostic;
@@ -20,31 +18,30 @@ use annulus_link::phases::{MOTORS, tables_crc};
 use annulus_link::{CYCLES_PER_TICK, NEWEST, OLDEST, TICK_HZ};
 use std::time::Duration;
 
-/// How long an adapter may take to say what it is: it may have to come up first.
+/// How long an adapter may take to identify itself: it may have to boot first.
 const ANSWER: Duration = Duration::from_secs(5);
 
-/// How long it may take to come to rest, and to do what it is told.
+/// How long the adapter may take to stop, and to carry out a request.
 const OBEY: Duration = Duration::from_secs(10);
 
-/// How long it may take to say how often inputs were touched.
+/// How long the adapter may take to report its touch counters.
 const COUNTS: Duration = Duration::from_secs(2);
 
-/// Ticks in a microsecond.
 const TICKS_PER_US: f64 = 10.0;
 
-/// Why a line is of no use any more.
+/// A diagnostic about the line at `port`.
 pub(super) fn trouble(code: &str, port: &str) -> Diagnostic {
     Diagnostic::error(code).with("port", port)
 }
 
-/// The settings of `machine` as an adapter takes them. No input stops before it is said which.
+/// The settings of `machine` in the adapter's form. No input stops motion until a `Guard` names it.
 pub(super) fn settings(machine: &Machine) -> Configure {
     let bits = |numbers: &[i8]| {
         numbers.iter().enumerate().filter(|(_, bit)| **bit == 1).fold(0, |all, (axis, _)| all | 1 << axis)
     };
     let pulse = (machine.pulse_width_us * TICKS_PER_US).ceil();
     let windings = windings(machine);
-    // Windings have no pulses, and no direction to be set up.
+    // Windings need no step pulse and no direction setup time.
     let (pulse, setup) = match windings {
         Some(_) => (2, 0),
         None => (pulse as u8, (f64::from(machine.direction_setup_us) * TICKS_PER_US) as u16),
@@ -60,8 +57,8 @@ pub(super) fn settings(machine: &Machine) -> Configure {
     }
 }
 
-/// The phases of the motors of `machine`, where its adapter drives windings. They are forced as long as on an I/O card: for an
-/// interrupt.
+/// The phase tables of the motors of `machine`, if its adapter drives windings. The forcing pulse lasts one
+/// interrupt period, as on an I/O card.
 fn windings(machine: &Machine) -> Option<[Windings; MOTORS]> {
     let interrupt = TICK_HZ.div_ceil(machine.interrupt_hz.max(1));
     let of = |axis: usize| {
@@ -73,7 +70,7 @@ fn windings(machine: &Machine) -> Option<[Windings; MOTORS]> {
     (machine.adapter.outputs == AdapterOutputs::Phases).then(|| std::array::from_fn(of))
 }
 
-/// What an adapter calls these settings.
+/// The checksum by which an adapter names these settings.
 pub(super) fn settings_crc(settings: &Configure) -> u32 {
     let mut bytes = [0; 32];
     let mut out = Writer::new(&mut bytes);
@@ -82,11 +79,12 @@ pub(super) fn settings_crc(settings: &Configure) -> u32 {
     crc32c(bytes.get(..length).unwrap_or_default()).max(1)
 }
 
-/// Makes the adapter at the end of `line` ready for `machine`: at rest, its settings in force, nothing pressed. What it is.
+/// Makes the adapter on `line` ready for `machine`: stopped, configured, no emergency stop pressed. Returns
+/// its identity.
 pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<Welcome, Diagnostic> {
     let welcome = who(line).await?;
     fits(&welcome, machine, line.port())?;
-    // An adapter that moves for somebody who is gone comes to rest first.
+    // The adapter may still be moving for an earlier session: wait until it stops.
     until(line, |status| status.state != State::Running).await?;
     for table in windings(machine).into_iter().flatten() {
         let status = say(line, table.into()).await?;
@@ -101,7 +99,7 @@ pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<W
         return Err(refused(line, &status, "Configure"));
     }
     filter(line, machine).await?;
-    // Where the emergency stop is pressed, it shows as soon as the inputs are watched.
+    // A pressed emergency stop shows only after the inputs are watched.
     let status = until(line, |status| status.settings == crc && status.state != State::Unset).await?;
     if status.inputs >> 15 == 1 {
         return Err(trouble("adapter.emergency_stop", line.port()));
@@ -112,8 +110,8 @@ pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<W
     Ok(welcome)
 }
 
-/// Says how long inputs have to be touched, where one has a filter. Firmware that knows no filters is refused then: it would stop at
-/// every touch, and nobody would know why.
+/// Sends how long each input must be touched, if any input has a filter. Firmware without filters is
+/// refused: every short touch would stop it, with no visible cause.
 async fn filter(line: &mut AdapterLine, machine: &Machine) -> Result<(), Diagnostic> {
     let least_us = machine.adapter.filters_us();
     line.is_filtered = least_us.iter().any(|filter_us| *filter_us > 0);
@@ -130,14 +128,14 @@ async fn filter(line: &mut AdapterLine, machine: &Machine) -> Result<(), Diagnos
     }
 }
 
-/// Hears and says, and gives way.
+/// Sends and receives once, then yields.
 async fn turn(line: &mut AdapterLine) -> Result<(), Diagnostic> {
     let turned = line.turn().map_err(|why| lost(line, &why));
     give_way().await;
     turned
 }
 
-/// Who is at the end of `line`. An adapter that moves for somebody else comes to rest by being asked.
+/// Identifies the adapter on `line`. The request itself stops an adapter that moves for another session.
 pub async fn who(line: &mut AdapterLine) -> Result<Welcome, Diagnostic> {
     let since = line.now();
     loop {
@@ -166,14 +164,15 @@ pub fn own_firmware() -> u32 {
     env!("ANNULUS_FIRMWARE_SOURCES").parse().unwrap_or_default()
 }
 
-/// That who is so has another one. It is obeyed as long as it speaks the same version.
+/// Reports firmware that differs from [`own_firmware`]. The adapter is still used if it speaks our protocol
+/// version.
 pub fn other_firmware(welcome: Welcome) -> Option<OtherFirmware> {
     let (found, wanted) = (welcome.firmware, own_firmware());
     (found != wanted).then_some(OtherFirmware { found, wanted })
 }
 
-/// How often the inputs of the adapter at the end of `line`, which said who it is, were touched for less than their filter; none where
-/// its firmware does not count.
+/// Counts of touches that were shorter than the input's filter, from the identified adapter on `line`.
+/// `None` if its firmware does not count them.
 pub async fn touches(line: &mut AdapterLine) -> Result<Option<Touches>, Diagnostic> {
     line.is_filtered = true;
     let since = line.now();
@@ -183,7 +182,7 @@ pub async fn touches(line: &mut AdapterLine) -> Result<Option<Touches>, Diagnost
     Ok(line.touches)
 }
 
-/// Whether the adapter can do what the machine asks of it.
+/// Checks that the adapter can do everything that the machine needs.
 fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnostic> {
     let clock_hz = TICK_HZ * CYCLES_PER_TICK;
     if welcome.clock_hz != clock_hz {
@@ -197,7 +196,7 @@ fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnost
     Ok(())
 }
 
-/// Why a line is of no use any more.
+/// The diagnostic for a lost line.
 pub(super) fn lost(line: &AdapterLine, why: &Lost) -> Diagnostic {
     match why {
         Lost::Silent => trouble("adapter.no_answer", line.port()),
@@ -205,13 +204,13 @@ pub(super) fn lost(line: &AdapterLine, why: &Lost) -> Diagnostic {
     }
 }
 
-/// An adapter that will not do what it is asked.
+/// The diagnostic for a request that the adapter refused.
 pub(super) fn refused(line: &AdapterLine, status: &Status, what: &str) -> Diagnostic {
-    let reason = format!("{:?}, {:?}", status.refusal, status.state);
+    let reason = format!("{}, {}", status.refusal.name(), status.state.name());
     trouble("adapter.refused", line.port()).with("what", what).with("reason", reason)
 }
 
-/// Waits until the adapter is so.
+/// Waits until the status satisfies `so`.
 async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<Status, Diagnostic> {
     let since = line.now();
     loop {
@@ -225,13 +224,13 @@ async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<S
     }
 }
 
-/// Says it, and waits until the adapter has it.
+/// Sends `ask`, and waits until the adapter confirms it.
 async fn say(line: &mut AdapterLine, ask: Ask) -> Result<Status, Diagnostic> {
     line.offer(ask);
     heard(line).await
 }
 
-/// Waits until the adapter has what was said.
+/// Waits until the adapter has confirmed every frame.
 async fn heard(line: &mut AdapterLine) -> Result<Status, Diagnostic> {
     let since = line.now();
     while line.pending() > 0 || line.status.is_none() {
@@ -250,7 +249,7 @@ mod tests {
     use annulus_core::machine::{AdapterWiring, lab, virtual_drill};
 
     #[test]
-    fn an_adapter_with_another_clock_too_few_axes_or_too_slow_steps_is_refused() {
+    fn adapter_with_other_clock_axes_or_rate_is_refused() {
         let able = Welcome { clock_hz: 120_000_000, axes: 4, max_rate_hz: 500_000, ..Welcome::default() };
         let of = |welcome: Welcome| fits(&welcome, &virtual_drill(), "port").err().map(|why| why.code);
         assert_eq!(of(able), None);
@@ -261,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_those_of_the_machine_in_ticks_and_bits() {
+    fn adapter_settings_match_the_machine_in_ticks_and_bits() {
         let adapter = AdapterWiring {
             sensors_low: vec![0, 0, 1, 0, 0, 0, 0],
             steps_low: vec![0, 1, 0, 0],
@@ -284,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn phases_are_the_tables_of_the_machine_forced_for_one_interrupt() {
+    fn phase_tables_are_sent_with_forcing_of_one_interrupt() {
         let mut machine = lab();
         assert_eq!(windings(&machine), None);
         machine.adapter.outputs = AdapterOutputs::Phases;

@@ -1,6 +1,4 @@
-//! Tasks and orders, one after the other, on an adapter.
-//!
-//! Comes in: a line, messages. Goes out: one report a task, at rest; the latest place. Does not know who gives the tasks.
+//! Plays the owner's tasks and orders on an adapter, one after the other.
 
 use super::greet;
 use super::line::AdapterLine;
@@ -17,28 +15,28 @@ use annulus_link::message::Welcome;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long a tip in the board waits for the task that was to follow at once.
+/// How long a tool in the board waits for the task that was announced to follow at once.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What remembers from task to task.
+/// State that lasts from task to task.
 #[derive(Default)]
 struct Memory {
-    /// Where the tip may be lifted to, as the last task said, as long as nothing unforeseen happened.
+    /// Height to which the tool may be lifted, from the last task; `None` after anything unexpected.
     lift_to: Option<i64>,
-    /// Since when the tip is in the board and another task was to follow at once.
+    /// Since when the tool waits in the board for an announced task.
     follows: Option<Duration>,
-    /// It did not come: the tip was lifted.
+    /// The announced task did not arrive, and the tool was lifted.
     starved: bool,
 }
 
-/// Greets the adapter at the end of `line`, makes it ready for `machine`, and says what it is.
+/// Identifies the adapter on `line`, makes it ready for `machine`, and returns its identity.
 pub async fn greeted(line: &mut AdapterLine, machine: &Machine) -> Result<Welcome, Diagnostic> {
     greet::ready(line, machine).await
 }
 
-/// Does what is ordered until the end, on the adapter of `machine` behind `line`, which was greeted; `report` is called once a task. An
-/// error means that nothing more can be done: nobody has to make anything safe then, an adapter that hears nothing comes to rest
-/// and turns its outputs off by itself. `orders` are not waited for: the line is.
+/// Carries out orders until the last one, on the adapter of `machine` on `line`, which [`greeted`] made
+/// ready. Calls `report` once per task. After an error the caller has nothing to make safe: an adapter that
+/// hears nothing stops and turns its outputs off. Never blocks on `orders`; only the line is awaited.
 pub async fn attend(
     line: AdapterLine,
     machine: &Machine,
@@ -100,7 +98,7 @@ async fn run(
             Instruction::Finish => break,
         }
     }
-    // Whether it hears this or nothing: its outputs go off.
+    // Send "outputs off" in case the adapter still listens; without a line it turns them off itself.
     let _ = adapter.safe().await;
     Ok(())
 }
@@ -136,13 +134,14 @@ async fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result
     Ok(report_of(adapter, task, completed, ended))
 }
 
-/// Whether the tip is about to go down to a hole.
+/// Returns `true` if the tool is about to go down to a hole.
 fn is_stroke(segment: &Segment) -> bool {
     matches!(segment.stage, Stage::Approach | Stage::Drill | Stage::NextHole)
         && matches!(segment.mark, Mark::Hole(_))
 }
 
-/// Waits until every earlier leg is durable where the tip is about to go down; whether it was not stopped.
+/// Before the tool goes down, waits until every earlier leg is durable. Returns `false` if the task was
+/// stopped.
 async fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Result<bool, Diagnostic> {
     loop {
         if adapter.shared.stopped() >= task.id {
@@ -155,8 +154,9 @@ async fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Res
     }
 }
 
-/// How many of the segments are played without a rest for the adapter: up to one that switches something or has a gate, whose
-/// tip has to wait, whose sensors are on while the first begins, or which may touch the board where the one before must not.
+/// How many segments the adapter may play without a stop. The series ends before a segment that switches an
+/// output, has a gate or must wait for the journal. The series also ends if a guarded sensor is already on,
+/// or if only one of two segments may touch the board.
 fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
     let (inputs, is_durable) = (adapter.inputs(), adapter.shared.durable() >= task.needs_durable);
     let wiring = &adapter.machine.adapter;
@@ -175,7 +175,7 @@ fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
     }
 }
 
-/// Lifts the tip where the position is trusted, whatever was ordered to stop.
+/// Lifts the tool if the position is trusted, even after a stop.
 async fn lift(adapter: &mut Adapter, to: Option<i64>) -> Result<(), Diagnostic> {
     let Some(top) = to.filter(|top| adapter.position[2] < *top) else { return Ok(()) };
     let Ok(way) = cycles::retract(&adapter.machine, adapter.position, top) else { return Ok(()) };

@@ -1,11 +1,11 @@
-//! The line to an adapter: frames out of a cable and into it, and what the adapter said last.
+//! The line to an adapter: frames to and from a cable, and the adapter's last messages.
 //!
 //! ```text
-//! offered ─▶ Sender ─ due by the adapter's own clock ─▶ cable       a line that stands still has no time: nothing is sent twice
-//! cable ─ bytes ─▶ frames ─▶ Welcome, Refused, Status ─▶ Sender     into it
+//! offered ─▶ Sender ─ due by the adapter's own clock ─▶ cable     a stalled line sends nothing twice
+//! cable ─ bytes ─▶ frames ─▶ Welcome, Refused, Status ─▶ Sender
 //! ```
 //!
-//! Comes in: messages, bytes, the time. Goes out: the same. A cable that fails says so and is left. Does not know what moves.
+//! A cable that fails returns an error, and the session ends or reconnects.
 
 use crate::executor::Time;
 use annulus_link::cobs::Unstuffer;
@@ -15,42 +15,43 @@ use annulus_link::message::{Ask, Beat, CountTouches, Refused, Status, Tell, Touc
 use annulus_link::sender::Sender;
 use std::time::Duration;
 
-/// How often something is said: outputs go off after 250 ms of silence.
+/// Longest time between two frames that we send: outputs go off after 250 ms of silence.
 const BEAT: Duration = Duration::from_millis(50);
 
-/// How often it is asked how often inputs were touched.
+/// How often the touch counters are requested.
 const ASKS: Duration = Duration::from_secs(1);
 
-/// So long an adapter may say nothing: a hub that stands still does not last longer.
+/// Longest silence of the adapter before the line counts as lost: longer than any pause of a USB hub.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// Bytes to an adapter and from it.
+/// Bytes to and from an adapter.
 pub trait Cable: Send {
-    /// What people call the port.
+    /// The port's name, as users know it.
     fn name(&self) -> &str;
 
-    /// What came since; why nothing comes any more. Who waits by itself waits a few milliseconds where nothing came.
+    /// Returns the bytes that arrived since the last call, or why none can arrive. A blocking cable waits a
+    /// few milliseconds for them.
     fn read(&mut self) -> Result<Vec<u8>, String>;
 
-    /// Takes bytes to be written; with none, goes on with those that wait.
+    /// Queues bytes to be written; called with none, continues with those that wait.
     fn write(&mut self, bytes: &[u8]) -> Result<(), String>;
 
-    /// Whether some of what was written waits for room.
+    /// Returns `true` if written bytes still wait for room.
     fn is_full(&self) -> bool;
 
-    /// Lets go of what failed, so that its name is free, and looks whether the adapter is there again. Who waits by itself waits a
-    /// moment first.
+    /// Releases the failed port, so that its name is free, and checks whether the adapter is back. A
+    /// blocking cable waits a moment first.
     fn again(&mut self) -> bool;
 }
 
-/// Why a line is of no use now.
+/// Why a line is unusable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Lost {
-    /// Nothing was heard for so long that nobody can be there.
+    /// The adapter sent nothing for [`SILENCE`].
     Silent,
-    /// The cable says so.
+    /// The cable failed.
     Cable {
-        /// In its own words.
+        /// The cable's own words.
         reason: String,
     },
 }
@@ -61,27 +62,27 @@ pub struct AdapterLine {
     time: Time,
     sender: Sender,
     unstuffer: Unstuffer<FRAME>,
-    /// What the adapter is, once it said so.
+    /// The adapter's identity, after it responded.
     pub(super) welcome: Option<Welcome>,
-    /// Versions of an adapter that does not speak ours.
+    /// Protocol versions of an adapter that does not speak ours.
     pub(super) refused: Option<Refused>,
-    /// How it was last; none since the cable was plugged in.
+    /// The latest status; `None` until the first one after the cable was connected.
     pub(super) status: Option<Status>,
-    /// How often inputs were touched for less than their filter, as it said last; asked for where one has a filter.
+    /// Latest count of touches shorter than their filter. Requested only if an input has a filter.
     pub(super) touches: Option<Touches>,
     pub(super) is_filtered: bool,
     asked: Duration,
-    /// The adapter's own clock at that, and how long it has been running in this session, in µs.
+    /// The adapter's clock in the last status, and its running time in this session, µs.
     clock_us: (u32, u64),
     heard: Duration,
-    /// When something was said last; nothing was in this session at first.
+    /// When we last sent a frame; `None` before the first.
     spoke: Option<Duration>,
-    /// Something came that may be no adapter's.
+    /// Bytes arrived, perhaps from a device that is no adapter.
     pub(super) hears_bytes: bool,
 }
 
 impl AdapterLine {
-    /// A new session on `cable`, whose number nobody used before.
+    /// A new session on `cable`. The `session` number must not have been used before.
     pub fn new(cable: Box<dyn Cable>, session: u32, time: Time) -> Self {
         Self {
             cable,
@@ -101,12 +102,11 @@ impl AdapterLine {
         }
     }
 
-    /// What time it is.
     pub(super) fn now(&self) -> Duration {
         (self.time)()
     }
 
-    /// The same session, where the adapter is there again. How it is has to be heard again.
+    /// Continues the session if the adapter is connected again. Its status must arrive again first.
     pub(super) fn again(&mut self) -> bool {
         (self.unstuffer, self.status) = (Unstuffer::new(), None);
         let is_there = self.cable.again();
@@ -114,27 +114,26 @@ impl AdapterLine {
         is_there
     }
 
-    /// The port's name.
     pub(super) fn port(&self) -> &str {
         self.cable.name()
     }
 
-    /// How many frames the adapter has not confirmed.
+    /// Number of frames that the adapter has not confirmed.
     pub(super) fn pending(&self) -> u32 {
         self.sender.pending()
     }
 
-    /// Takes a message to be sent; its number, none while too many are on their way.
+    /// Queues a message. Returns its number, or `None` if too many are on their way.
     pub(super) fn offer(&mut self, ask: impl Into<Ask>) -> Option<u32> {
         self.sender.offer(&ask.into())
     }
 
-    /// The same for a piece of path.
+    /// Queues a piece of path, like [`Self::offer`].
     pub(super) fn offer_piece(&mut self, piece: &Piece) -> Option<u32> {
         self.sender.offer_chunk(&piece.head, piece.slices())
     }
 
-    /// Hears what came and sends what is due.
+    /// Reads what arrived and sends what is due.
     pub(super) fn turn(&mut self) -> Result<(), Lost> {
         self.carry().map_err(|reason| Lost::Cable { reason })?;
         if self.now().saturating_sub(self.heard) >= SILENCE { Err(Lost::Silent) } else { Ok(()) }

@@ -1,11 +1,12 @@
-//! A segment as an adapter takes it: runs of its axes, how it may be left, and which sensors must stay off meanwhile.
+//! Translates a segment for the adapter: runs of its axes, how it may brake, and which sensors must stay
+//! off meanwhile.
 //!
 //! ```text
-//! axes of the stream    X  Y  Z1 Z2         a run of several axes is one of each of them
+//! axes of the stream    X  Y  Z1 Z2         a run of several axes becomes one run of each
 //! axes of the adapter   0  1  2  3
 //! ```
 //!
-//! Comes in: segments. Goes out: runs. Ticks, machine steps. Does not know frames.
+//! Ticks, machine steps.
 
 use annulus_core::job::{Input, Stage};
 use annulus_core::machine;
@@ -16,13 +17,14 @@ use annulus_link::chunk::LONGEST;
 use annulus_link::cutter::Rule;
 use annulus_link::run::{HALF, Run};
 
-/// A hold brakes with half of what an axis may: where the plan brakes too, both together are half as much again.
+/// Share of an axis's braking limit that a hold uses. If the plan brakes at the same moment, both together
+/// reach one and a half times the limit.
 const SHARE: f64 = 0.5;
 
-/// Steepest and gentlest hold, in ticks from full feed to rest: 2 ms, and what a tail has room for.
+/// Shortest and longest hold, in ticks from full feed to a stop: 2 ms, and the room in a tail.
 const RESTS: (f64, f64) = (2e4, 1.6e7);
 
-/// Runs of the adapter's axes, each in order of time.
+/// Runs of each adapter axis, in order of time.
 pub(super) fn runs(segment: &Segment) -> [Vec<Run>; AXES] {
     std::array::from_fn(|axis| {
         let own = segment.runs.iter().filter(|run| run.axes >> axis & 1 == 1 && run.count > 0);
@@ -38,7 +40,7 @@ pub(super) fn runs(segment: &Segment) -> [Vec<Run>; AXES] {
     })
 }
 
-/// How chunks of `segment` are to be so that a hold stays within what the motors can do.
+/// How to cut `segment` into chunks so that a hold stays within the limits of the motors.
 pub(super) fn rule(segment: &Segment, motors: &Motors) -> Rule {
     let mut longest = RESTS.0;
     for run in &segment.runs {
@@ -48,13 +50,14 @@ pub(super) fn rule(segment: &Segment, motors: &Motors) -> Rule {
             longest = longest.max(speed / (SHARE * motors.braking_steps_per_tick2[axis]));
         }
     }
-    // As long as may be: what a chunk says of itself is most of the bytes of a slow one. One that is too long for a frame is cut
-    // shorter.
+    // As long as possible: the chunk header is most of the bytes of a slow chunk. A chunk too long for a
+    // frame is cut shorter.
     Rule { ticks: LONGEST, ..Rule::resting_within(longest.min(RESTS.1) as u32) }
 }
 
-/// Sensors that must stay off all through a segment, one bit each: those in the direction of motion; and the contact where
-/// the plane moves outside the board and touches nothing on purpose.
+/// Sensors that must stay off during the whole segment, one bit each. These are the limit switches in the
+/// direction of motion. The contact sensor is included if X or Y moves off the board without intending to
+/// touch.
 pub(super) fn guard(segment: &Segment) -> u32 {
     const ENDS: [[Input; 2]; 3] =
         [[Input::XMin, Input::XMax], [Input::YMin, Input::YMax], [Input::ZBottom, Input::ZTop]];
@@ -70,7 +73,7 @@ pub(super) fn guard(segment: &Segment) -> u32 {
     guard & !segment.gate.map_or(0, |gate| gate.input.bit())
 }
 
-/// Of every axis that moves in `segment`, whether its last step counts down; one bit each: those that move, those down.
+/// Two axis sets: the axes that move in `segment`, and those whose last step counts down.
 pub(super) fn last_steps(segment: &Segment) -> (u8, u8) {
     let last = |(moves, down): (u8, u8), run: &annulus_core::steps::Run| {
         (moves | run.axes, if run.forward { down & !run.axes } else { down | run.axes })
@@ -94,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_of_several_axes_are_one_of_each_and_sensors_ahead_are_guarded() {
+    fn path_runs_are_split_by_axis_and_guard_sensors_ahead() {
         let even = steps::Run::even;
         let both = segment(Stage::Travel, vec![even(0b01, true, 500, 3), even(0b10, false, 600, 2)]);
         let of = runs(&both);
@@ -109,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hold_brakes_with_half_of_what_the_slowest_axis_may_and_fits_into_a_tail() {
+    fn hold_brakes_with_half_acceleration_and_fits_a_tail() {
         let motors = Motors::of(&virtual_drill());
         // 150 mm/s at 80 steps/mm and 2,000 mm/s²: 75 ms with all of it.
         let fast = segment(Stage::Travel, vec![steps::Run::even(1, true, 833, 100)]);
@@ -121,7 +124,7 @@ mod tests {
         );
         let slow = Motors { braking_steps_per_tick2: [1e-15; machine::AXES], ..motors };
         assert!(stopping(rule(&fast, &slow).fall) <= LONGEST_TAIL);
-        // However gently it comes to rest when nobody is heard, it stands before its spindle does.
+        // Even at the gentlest hold after a lost connection, motion stops before the spindle does.
         let patience_ticks = f64::from(OUTPUTS_AT_LAST_US - OUTPUTS_US) * 10.0;
         assert!(patience_ticks > f64::from(stopping(rule(&fast, &slow).fall)));
     }

@@ -1,13 +1,13 @@
-//! Segments played by an adapter: fed as it has room, held, slowed or stopped as ordered, ended where a sensor says so.
+//! Plays segments on an adapter: feeds path as there is room, and holds, slows or stops on order or at a
+//! sensor.
 //!
 //! ```text
-//! Ready ─ chunks of 250 ms, Begin ─▶ Running ─ path rests ─▶ Ready                 as planned
-//!                                      │ Stopped: as ordered   Limit: a sensor, at its very step   RanDry: the line was cut
+//! Ready ─ chunks of 250 ms, Begin ─▶ Running ─ path ends ─▶ Ready          as planned
+//!                                      │ Stopped: as ordered   Limit: a sensor, at its step   RanDry: line cut
 //!                                      └─ Clear ─▶ Ready, the index exact
 //! ```
 //!
-//! Comes in: segments, what is shared with the owner. Goes out: how they ended, at rest, with every step counted. An error means
-//! that nobody knows any more where the machine is. Does not know tasks.
+//! An error means that the machine's position is unknown.
 
 use super::feed::{Feed, Path};
 use super::greet::{self, lost, refused, trouble};
@@ -15,7 +15,7 @@ use super::line::{AdapterLine, Lost};
 use super::path::{guard, last_steps};
 use crate::executor::{Ended, Glimpse, Shared};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::{Gate, Input, Otherwise};
+use annulus_core::job::{Gate, Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::{AxisSet, Motors, Order, ShortTouches, give_way};
 use annulus_core::steps::{Segment, Stage};
@@ -28,24 +28,24 @@ use annulus_link::{AXES, FULL_RATE};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// So much path beside that in which it comes to rest is there before it begins, and is kept there while it goes, in ticks: a chunk;
-/// a chunk and 350 ms, in which nobody has to be heard.
+/// Path in the adapter beyond its stopping distance, in ticks. One chunk before the start; one chunk and
+/// 350 ms during the run, to bridge a silence of the host.
 const FIRST: u32 = LONGEST;
 const AHEAD: u32 = LONGEST + 3_500_000;
 
-/// Frames of path on their way at once: what is ordered waits behind them.
+/// Most unconfirmed path frames: a stop queues after them, so few keep it prompt.
 const ON_THE_WAY: u32 = 4;
 
-/// How long an unplugged adapter is waited for.
+/// How long to wait for an unplugged adapter.
 const ABSENT: Duration = Duration::from_secs(20);
 
-/// The output of the spindle.
+/// Output bit of the spindle.
 const SPINDLE: u8 = 1;
 
-/// A task that is no task: only the end of everything stops it.
+/// Task number outside any task: no stop order reaches it, only the end of the session.
 pub(super) const NO_TASK: u64 = u64::MAX;
 
-/// An adapter that is ready, and where its machine is.
+/// A ready adapter, and the position of its machine.
 pub(super) struct Adapter {
     pub(super) machine: Machine,
     pub(super) line: AdapterLine,
@@ -53,22 +53,25 @@ pub(super) struct Adapter {
     motors: Motors,
     settings_crc: u32,
     other_firmware: Option<OtherFirmware>,
-    /// Steps counted, machine coordinates.
+    /// Steps counted in machine coordinates.
     pub(super) position: Steps,
     /// Axes whose latest step counted down.
     pub(super) down: AxisSet,
-    /// The task in work.
+    /// Number of the current task.
     pub(super) task: u64,
-    /// Stream time that was played, in ticks.
+    /// Stream time played, in ticks.
     pub(super) ticks: u64,
     rpm: u32,
     outputs: u8,
     limits: u8,
     rate: u32,
+    /// Number of the hold that stopped it on its path; 0 if none.
+    held: u64,
 }
 
 impl Adapter {
-    /// An adapter behind `line`, which was greeted and set. It stands where nobody knows: at 0.
+    /// An adapter on `line`, already identified and configured. Its position is unknown, so it counts from
+    /// 0.
     pub(super) fn new(machine: &Machine, line: AdapterLine, shared: Arc<Shared>) -> Self {
         Self {
             other_firmware: line.welcome.and_then(greet::other_firmware),
@@ -85,6 +88,7 @@ impl Adapter {
             outputs: 0,
             limits: 0,
             rate: FULL_RATE,
+            held: 0,
         }
     }
 
@@ -92,12 +96,13 @@ impl Adapter {
         self.line.status.unwrap_or_default()
     }
 
-    /// The inputs, one bit each.
+    /// State of the inputs, one bit each.
     pub(super) fn inputs(&self) -> u32 {
         self.machine.adapter.inputs(self.status().inputs)
     }
 
-    /// Touches of the sensors that were shorter than their filter; none where no sensor has one, and before it was told.
+    /// Touches shorter than the sensor's filter. `None` before the first report, or if no sensor has a
+    /// filter.
     fn touches(&self) -> Option<[ShortTouches; Input::OF_AXES.len()]> {
         let told = self.line.touches?;
         let of = |input: Input| {
@@ -109,7 +114,7 @@ impl Adapter {
         Some(Input::OF_AXES.map(of))
     }
 
-    /// Hears what came, sends what is due, gives way. An adapter that was unplugged is waited for.
+    /// Receives, sends and yields once. Waits for an adapter that was unplugged.
     pub(super) async fn turn(&mut self) -> Result<Status, Diagnostic> {
         if let Err(why) = self.line.turn() {
             self.wait_for_it(&why).await?;
@@ -125,7 +130,8 @@ impl Adapter {
         }
     }
 
-    /// Waits until it is plugged in again, and goes on with the same session: it knows what of it is done.
+    /// Waits until the adapter is plugged in, then continues the same session: the adapter knows which
+    /// frames it has.
     async fn wait_for_it(&mut self, why: &Lost) -> Result<(), Diagnostic> {
         let since = self.line.now();
         while self.line.now().saturating_sub(since) < ABSENT && self.shared.stopped() < self.task {
@@ -142,7 +148,7 @@ impl Adapter {
         Err(lost(&self.line, why))
     }
 
-    /// Says it, and waits until the adapter did it.
+    /// Sends `ask`, and waits until the adapter has carried it out.
     async fn say(&mut self, ask: impl Into<Ask>) -> Result<Status, Diagnostic> {
         let ask = ask.into();
         let number = loop {
@@ -156,19 +162,19 @@ impl Adapter {
             status = self.turn().await?;
         }
         if status.refusal != Refusal::None && status.refused == number {
-            return Err(refused(&self.line, &status, &format!("{ask:?}")));
+            return Err(refused(&self.line, &status, ask.name()));
         }
         Ok(status)
     }
 
-    /// Sets the spindle's speed: it turns or not.
+    /// Sets the spindle speed. Without speed control, any `rpm` above 0 switches it on.
     pub(super) async fn spindle(&mut self, rpm: u32) -> Result<(), Diagnostic> {
         self.rpm = rpm;
         let others = self.outputs & !SPINDLE;
         self.switch(others | if rpm > 0 { SPINDLE } else { 0 }).await
     }
 
-    /// Switches the output that has a name.
+    /// Switches the named output.
     pub(super) async fn output(&mut self, on: bool) -> Result<(), Diagnostic> {
         const NAMED: u8 = 2;
         self.switch(self.outputs & !NAMED | if on { NAMED } else { 0 }).await
@@ -179,13 +185,12 @@ impl Adapter {
         self.say(Outputs { on }).await.map(drop)
     }
 
-    /// Everything off.
     pub(super) async fn safe(&mut self) -> Result<(), Diagnostic> {
         self.rpm = 0;
         self.switch(0).await
     }
 
-    /// Where the adapter is to be: its index is the machine's.
+    /// The index that the adapter should have: its index is the machine position.
     fn place(&self) -> Result<[i32; AXES], Diagnostic> {
         let mut index = self.status().index;
         for (own, place) in index.iter_mut().zip(self.position).take(self.axes()) {
@@ -195,12 +200,12 @@ impl Adapter {
         Ok(index)
     }
 
-    /// Axes that there are.
+    /// Number of axes.
     fn axes(&self) -> usize {
         (2 + self.machine.spindles as usize).min(AXES)
     }
 
-    /// Takes up where the adapter is.
+    /// Takes over the adapter's position.
     fn follow(&mut self, status: &Status) {
         for axis in 0..self.axes() {
             let now = i64::from(status.index[axis]);
@@ -213,28 +218,32 @@ impl Adapter {
         }
     }
 
-    /// Leaves the latest place for people to look at.
+    /// Publishes the latest position for display.
     pub(super) fn leave(&self, segment: Option<&Segment>) {
         let before = self.shared.glimpse();
-        self.shared.set_glimpse(Glimpse {
-            position: self.position,
-            inputs: self.inputs(),
-            touches: self.touches(),
-            other_firmware: self.other_firmware,
-            rpm: self.rpm,
-            spindle: before.spindle,
-            stage: segment.map(|segment| segment.stage),
-            end: segment.map_or(before.end, |segment| segment.end),
+        self.shared.change_glimpse(|glimpse| {
+            *glimpse = Glimpse {
+                position: self.position,
+                inputs: self.inputs(),
+                touches: self.touches(),
+                other_firmware: self.other_firmware,
+                rpm: self.rpm,
+                spindle: before.spindle,
+                held: self.held,
+                lifted: false,
+                stage: segment.map(|segment| segment.stage),
+                end: segment.map_or(before.end, |segment| segment.end),
+            }
         });
     }
 
-    /// Nothing more is played: what people look at says so.
+    /// Publishes that nothing is being played.
     pub(super) fn rest(&mut self) {
-        self.rpm = 0;
+        (self.rpm, self.held) = (0, 0);
         self.leave(None);
     }
 
-    /// Plays segments one behind the other, from rest to rest; only the last may have a gate.
+    /// Plays segments without a break, from stop to stop. Only the last may have a gate.
     pub(super) async fn play(&mut self, segments: &[Segment], granted: bool) -> Result<Ended, Diagnostic> {
         let status = self.status();
         if status.state == State::Limit {
@@ -262,7 +271,8 @@ impl Adapter {
         let paths: Vec<Path> = segments.iter().map(|segment| Path::of(segment, &self.motors)).collect();
         let (before, feed) = (self.ticks, Feed::new(&paths, &status));
         let (stopping, late, dry, path, begun) = (false, false, false, None, 0);
-        let played = Play { gate, watched, granted, feed, stopping, late, dry, path, begun };
+        let on_path = segments.iter().any(|segment| matches!(segment.mark, Mark::Toolpath(_)));
+        let played = Play { gate, watched, granted, on_path, feed, stopping, late, dry, path, begun };
         let ended = self.run(played, segments).await?;
         if ended == Ended::Completed {
             let all = segments.iter().map(|segment| segment.duration_ticks);
@@ -287,15 +297,20 @@ impl Adapter {
             self.order(&mut play);
             let status = self.turn().await?;
             self.follow(&status);
+            let rests = status.state == State::Running && status.rate == 0 && self.rate == 0;
+            let is_held = rests && play.on_path && self.shared.is_held(self.task);
+            self.held = if is_held { self.shared.holds() } else { 0 };
             self.leave(shown);
-            // At rest nothing is ahead of it because the rest was forgotten.
+            // When stopped, nothing is resident because the adapter dropped the rest: count only while it
+            // runs.
             if status.state == State::Running {
                 let passed = play.feed.passed(&status);
                 self.ticks = before.saturating_add(passed);
                 let deadline = play.gate.map_or(u64::MAX, |gate| u64::from(gate.deadline_us) * 10);
                 play.late |= passed > deadline;
             }
-            // Outputs that went off by themselves: nobody was heard for a while. What cuts may stand still.
+            // The outputs went off by themselves after a silence, so the spindle may have stopped: end
+            // here.
             play.dry |= self.line.pending() == 0 && status.outputs != self.outputs;
             if let Some(ended) = self.ended(&play, &status).await? {
                 return Ok(ended);
@@ -303,12 +318,12 @@ impl Adapter {
         }
     }
 
-    /// Offers path as there is room, and begins where it rests with path ahead.
+    /// Offers path as there is room, and starts the adapter if it is stopped with enough path ahead.
     fn feed(&mut self, play: &mut Play<'_>) -> Result<(), Diagnostic> {
         let status = self.status();
         let ahead = play.feed.tail + if status.state == State::Running { AHEAD } else { FIRST };
         let mut is_full = false;
-        // What follows a piece that was refused would be refused too.
+        // After a refused piece every later piece would be refused too.
         let goes_on = !play.stopping && !play.is_refused(&status);
         while goes_on && status.resident < ahead && self.line.pending() < ON_THE_WAY {
             if !play.feed.cut() {
@@ -331,7 +346,7 @@ impl Adapter {
         Ok(())
     }
 
-    /// Hands on what is ordered: a stop once, a rate when it changes.
+    /// Passes on orders: a stop once, a rate when it changes.
     fn order(&mut self, play: &mut Play<'_>) {
         if play.stopping {
             return;
@@ -339,7 +354,8 @@ impl Adapter {
         let granted = if play.granted { self.shared.granted() } else { Order::Go };
         let is_over = self.shared.stopped() >= self.task || granted == Order::Stop;
         let full = FULL_RATE * u32::from(self.shared.feed_override()) / 100;
-        let rate = if granted == Order::Hold { 0 } else { full };
+        let holds = play.on_path && self.shared.is_held(self.task);
+        let rate = if granted == Order::Hold || holds { 0 } else { full };
         if is_over || play.late || play.dry {
             play.stopping = self.line.offer(Stop {}).is_some();
         } else if rate != self.rate && self.line.offer(Rate { wanted: rate }).is_some() {
@@ -347,7 +363,7 @@ impl Adapter {
         }
     }
 
-    /// Whether it came to its end, and how.
+    /// Returns how the play ended, or `None` while it runs.
     async fn ended(&mut self, play: &Play<'_>, status: &Status) -> Result<Option<Ended>, Diagnostic> {
         let stopped = match (play.late, play.gate) {
             (true, Some(gate)) => Ended::Unmet(gate),
@@ -386,7 +402,7 @@ impl Adapter {
         if play.is_refused(status) {
             return Err(refused(&self.line, status, "Chunk"));
         }
-        // A sensor turned on in the moment in which it was to begin.
+        // A sensor turned on at the moment of the start.
         if status.refusal == Refusal::Input
             && status.refused == play.begun
             && let Some(hit) = first(play.watched & self.inputs())
@@ -401,7 +417,7 @@ impl Adapter {
         Ok((play.stopping && status.resident == 0).then_some(stopped))
     }
 
-    /// A sensor stopped the pulses: at this very step.
+    /// A sensor stopped the pulses, at this very step.
     async fn limited(&mut self, gate: Option<Gate>, status: &Status) -> Result<Ended, Diagnostic> {
         let is_it = |input: &Input| self.machine.adapter.sensor(*input) == Some(status.input);
         let Some(input) = Input::ALL.into_iter().find(is_it) else {
@@ -409,7 +425,8 @@ impl Adapter {
         };
         self.clear().await?;
         let ended = self.hit(input, gate);
-        // The adapter turned everything off: where the sensor was looked for, it goes on.
+        // The adapter turned everything off. If this sensor was the aim of the move, they are switched on
+        // again.
         if matches!(ended, Ended::Gated(_)) {
             self.switch(self.outputs).await?;
         } else {
@@ -418,7 +435,7 @@ impl Adapter {
         Ok(ended)
     }
 
-    /// It came to rest because nothing newer came, or nobody was heard: what is off stays off.
+    /// The adapter stopped because the line was silent: the outputs stay off.
     async fn ran_dry(&mut self) -> Result<Ended, Diagnostic> {
         self.safe().await?;
         Ok(Ended::RanDry)
@@ -432,7 +449,7 @@ impl Adapter {
         }
     }
 
-    /// Ready again after what stopped it: a sensor may still be on.
+    /// Makes the adapter ready again after a stop, without guards: a sensor may still be on.
     async fn clear(&mut self) -> Result<(), Diagnostic> {
         self.limits = 0;
         self.say(Guard { limits: 0 }).await?;
@@ -442,34 +459,36 @@ impl Adapter {
     }
 }
 
-/// Some segments in play.
+/// Segments being played.
 struct Play<'a> {
     gate: Option<Gate>,
-    /// Inputs that end it, one bit each.
+    /// Inputs that end the play, one bit each.
     watched: u32,
     granted: bool,
+    /// The play follows a toolpath, on which it can be held.
+    on_path: bool,
     feed: Feed<'a>,
-    /// It was told to stop.
+    /// A stop was sent.
     stopping: bool,
     /// The gate's deadline passed.
     late: bool,
-    /// Nobody was heard for so long that the outputs went off.
+    /// The outputs went off after a silence.
     dry: bool,
-    /// Numbers of the frame that brought the first of its path, and of the one with which it began.
+    /// Numbers of the first path frame, and of the frame that started it.
     path: Option<u32>,
     begun: u32,
 }
 
 impl Play<'_> {
-    /// Whether an adapter that is so refused a piece of this path, or to begin it, for what it is. In which state it was, and which
-    /// sensors were on then, is looked at elsewhere.
+    /// Returns `true` if the adapter refused a piece of this path, or its start, because of the content.
+    /// Refusals because of its state or of a sensor are handled elsewhere.
     fn is_refused(&self, status: &Status) -> bool {
         let is_ours = self.path.is_some_and(|first| status.refused.wrapping_sub(first) as i32 >= 0);
         is_ours && !matches!(status.refusal, Refusal::None | Refusal::State | Refusal::Input)
     }
 }
 
-/// The first of some inputs.
+/// The first input in a bit set.
 fn first(inputs: u32) -> Option<Input> {
     Input::ALL.into_iter().find(|input| inputs & input.bit() != 0)
 }

@@ -1,15 +1,14 @@
-//! A drill without threads, virtual or behind a USB step adapter: the same owner, the same executor, taken by turns by whoever has
-//! it, a page's worker.
+//! A drill without threads, virtual or on a USB step adapter: owner and executor take turns whenever the
+//! caller, a page's worker, calls.
 //!
 //! ```text
-//! page ── text ──▶ line ── Message ──▶ owner ── orders ──▶ place (a coroutine: as far as time is granted), or adapter ══▶ port
-//!   ◀── frames ────┘                     │ left behind: tells, records, settings, holes
+//! page ── text ──▶ line ── Message ──▶ owner ── orders ──▶ place (a coroutine) or adapter ══▶ port
+//!   ◀── frames ────┘                     │ outbox: reports, records, settings, holes
 //!                                        └──▶ advance: journal in two slots, drilled-board record, settings
 //! ```
 //!
-//! Comes in: frames of `wire`, programs, files, the time. Goes out: frames of `wire`, and how long it needs nothing. Stream time
-//! of the virtual drill passes as [`Alone::advance`] is called: while nobody calls, because a page is hidden or a computer sleeps, none
-//! passes. An adapter has a time of its own: while nobody calls, it comes to rest. Does not know a browser.
+//! Stream time of the virtual drill passes only in [`Alone::advance`]: none passes while a page is hidden
+//! or a computer sleeps. An adapter keeps its own time: if the calls cease, it stops.
 
 mod outside;
 mod port;
@@ -43,22 +42,21 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::task::{Context, Waker};
 use std::time::Duration;
 
-/// The most that passes in one turn, however long nobody called.
+/// Most time that one turn may grant, however long the pause before it.
 const LONGEST_TURN: Duration = Duration::from_millis(50);
 
-/// How often it wants to be called while something moves.
+/// Delay until the next call while something moves.
 const TURN: Duration = Duration::from_millis(8);
 
-/// A drilled-board record longer than this is begun anew where no job needs it, in bytes.
+/// Size in bytes above which the drilled-board record is cleared when no job needs it.
 const LONGEST_RECORD: usize = 1024 * 1024;
 
-/// How often owner and executor take turns at most before whoever calls is heard again.
+/// Most rounds of owner and executor in one call, so that the caller can hear new input.
 const MOST_ROUNDS: usize = 1_000;
 
-/// What is played.
 type Play = Pin<Box<dyn Future<Output = ()>>>;
 
-/// A virtual drill and the one page that it belongs to.
+/// A drill and the one page that controls it.
 pub struct Alone<F> {
     owner: Owner,
     inbox: Receiver<Message>,
@@ -68,19 +66,19 @@ pub struct Alone<F> {
     play: Option<Play>,
     slots: Slots<F>,
     recording: Recording,
-    /// How much of the drilled-board record is in its file.
+    /// Bytes of the drilled-board record that are already in its file.
     written: usize,
     programs: Programs,
     line: Line,
     speed: f64,
     time: Time,
-    /// When it was called last.
+    /// Time of the last call.
     called: Duration,
 }
 
 impl<F: Files> Alone<F> {
-    /// The drill whose journal, settings and record lie in `files`. Nothing moves. `speed` is how many times faster than life it
-    /// runs.
+    /// Opens the virtual drill whose journal, settings and record are in `files`. Nothing moves. `speed` is
+    /// the time scale, 1 for real time.
     pub fn open(files: F, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             return Err(Diagnostic::error("control.speed_range").with("speed", speed));
@@ -88,8 +86,8 @@ impl<F: Files> Alone<F> {
         Self::with(files, Letters::default(), speed, seed, time)
     }
 
-    /// The machine whose adapter is at `port`, with the same files. Nothing moves; who is at the port is asked in the first turns.
-    /// `seed` is never the same twice.
+    /// Opens the machine whose adapter is at `port`, with the same files. Nothing moves; the first turns
+    /// identify the adapter. Never pass the same `seed` twice: it gives the session number.
     pub fn at_port(files: F, port: Port, seed: u64, time: Time) -> Result<Self, Diagnostic> {
         let session = Arc::new(AtomicU32::new(Chance::new(seed).bits() as u32));
         let mut letters = Letters::default();
@@ -105,7 +103,7 @@ impl<F: Files> Alone<F> {
         let mut drilled = String::from_utf8_lossy(&drilled).into_owned();
         let (mut slots, contents, program) = Slots::open(files)?;
         if contents.job.is_none() && drilled.len() > LONGEST_RECORD {
-            // Nobody asks for what was drilled before the last job.
+            // No interrupted job needs the earlier holes.
             drilled.clear();
             let _ = slots.files.write(File::Drilled, &[]);
         }
@@ -150,36 +148,35 @@ impl<F: Files> Alone<F> {
         })
     }
 
-    /// A page is there, and says hello next.
+    /// A page connected; its hello comes next.
     pub fn connect(&mut self) {
         self.line.challenge();
     }
 
-    /// The page says `text`.
+    /// Handles `text` from the page.
     pub fn hear(&mut self, text: &str) {
         let now = (self.time)();
         let asked = self.line.heard(text, now);
         self.see_to(asked);
     }
 
-    /// The frames that are to go to the page, in their order.
+    /// Takes the frames for the page, in order.
     pub fn frames(&mut self) -> Vec<String> {
         self.line.frames()
     }
 
-    /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
+    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
-        // That of a job that is in work, or was broken off, stays.
+        // The program of a running or interrupted job must not be dropped.
         self.programs.keep(key, bytes, self.slots.job())
     }
 
-    /// The bytes kept under `key`.
+    /// The program saved under `key`.
     pub fn job(&self, key: &str) -> Option<&[u8]> {
         self.programs.bytes(key)
     }
 
-    /// Time went by, or something was heard: does what is to be done now. Gives after which time it wants to be called again
-    /// where nothing is heard before.
+    /// Does everything that is due now. Returns the delay until the next call, if nothing arrives before.
     pub fn advance(&mut self) -> Duration {
         let now = (self.time)();
         let passed = now.saturating_sub(std::mem::replace(&mut self.called, now)).min(LONGEST_TURN);
@@ -208,11 +205,11 @@ impl<F: Files> Alone<F> {
         if self.owner.moves() || self.letters.plugged.is_some() { TURN } else { self.owner.idle() }
     }
 
-    /// Lets the executor go on as far as it may.
+    /// Runs the executor as far as the granted time allows.
     fn poll(&mut self) {
         let fresh = self.letters.left().executor.take();
         if let Some((fresh, ring)) = fresh {
-            // The one before lets go first.
+            // The previous executor must finish first.
             self.play_on();
             self.play = Some(Box::pin(play(fresh, ring, self.messages.clone())));
         }
@@ -224,7 +221,7 @@ impl<F: Files> Alone<F> {
         self.play.take_if(|play| play.as_mut().poll(&mut context).is_ready());
     }
 
-    /// Hands on what the page asked, after what is said of it.
+    /// Passes on the page's requests, in order.
     fn see_to(&mut self, asked: Vec<line::Asked>) {
         for asked in asked {
             match asked {
@@ -254,7 +251,8 @@ impl<F: Files> Alone<F> {
         Ok(())
     }
 
-    /// Plans the job in work at higher feeds, where those are wanted; the owner takes the plan over at the next rest.
+    /// Plans the running job at a higher feed, if that is requested. The owner switches to the new plan at
+    /// the next stop.
     fn plan_feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
         let feed = percent.max(100);
         let (reply, answer) = channel();
@@ -269,7 +267,7 @@ impl<F: Files> Alone<F> {
         }
     }
 
-    /// Sees to everything that the owner left: holes first, then what the journal says of them.
+    /// Writes everything in the owner's outbox: holes first, then the journal records that refer to them.
     fn clear_up(&mut self) {
         loop {
             self.write_drilled();
@@ -296,7 +294,7 @@ impl<F: Files> Alone<F> {
         }
     }
 
-    /// Writes the holes down that were made since.
+    /// Appends new holes to the record file.
     fn write_drilled(&mut self) {
         let letters = self.letters.left();
         let Some(new) = letters.drilled.get(self.written..).filter(|new| !new.is_empty()) else { return };
@@ -316,8 +314,7 @@ impl<F: Files> Alone<F> {
     }
 }
 
-/// The machine as it was set last. Settings that cannot be believed, or that this version does not know, are those of the
-/// virtual drill.
+/// The machine as last saved. Unreadable or unknown settings fall back to those of the virtual drill.
 fn machine_in(files: &mut impl Files, output: Output) -> Machine {
     let settings = files.read(File::Settings).unwrap_or_default();
     let settings: Vec<(String, Value)> = unsealed(&settings).unwrap_or_default();
@@ -326,13 +323,13 @@ fn machine_in(files: &mut impl Files, output: Output) -> Machine {
     Machine { output, ..machine }
 }
 
-/// The height map that was kept last; one that cannot be believed is none.
+/// The saved height map; `None` if it is damaged.
 fn surface_in(files: &mut impl Files) -> Option<KeptSurface> {
     let bytes = files.read(File::Surface).unwrap_or_default();
     unsealed::<Option<KeptSurface>>(&bytes).ok().flatten().filter(KeptSurface::is_whole)
 }
 
-/// Plays what is ordered until the end.
+/// Plays orders until the end.
 async fn play(fresh: Fresh, ring: Ring, messages: Sender<Message>) {
     let report = |report: Report| drop(messages.send(Message::Report(report)));
     let (mut line, machine, shared) = match fresh {
@@ -349,7 +346,7 @@ async fn play(fresh: Fresh, ring: Ring, messages: Sender<Message>) {
     }
 }
 
-/// Writes a hole down the moment it is made.
+/// Appends each hole to the record as soon as it is drilled.
 fn record(letters: &Letters) -> DrilledBoard {
     let letters = letters.clone();
     Box::new(move |hole| letters.left().drilled.push_str(&board::line(hole)))

@@ -1,6 +1,5 @@
-//! The place where a drill without threads runs: everything is left in one box, and whoever has the drill sees to it.
-//!
-//! Comes in: what the owner wants done. Goes out: the same, for [`super::Alone`]. Does nothing itself, and waits for nothing.
+//! The host of a drill without threads: it collects the owner's output in one box, which [`super::Alone`]
+//! empties. Nothing here blocks.
 
 use super::port::Port;
 use crate::adapter::AdapterLine;
@@ -19,30 +18,29 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// What the owner left.
+/// Output of the owner since the last turn.
 #[derive(Default)]
 pub(super) struct Left {
     pub(super) tells: Vec<Tell>,
     pub(super) records: VecDeque<Record>,
-    /// Changed settings.
     pub(super) settings: Option<Machine>,
-    /// Another height map, or none any more.
+    /// A changed height map; `Some(None)` if it was forgotten.
     pub(super) surface: Option<Option<KeptSurface>>,
-    /// The drilled-board record, as long as it is known.
+    /// The whole drilled-board record.
     pub(super) drilled: String,
-    /// An executor that nobody plays yet.
+    /// A new executor that has not started yet.
     pub(super) executor: Option<(Fresh, Ring)>,
 }
 
-/// What an executor plays on.
+/// The hardware of a new executor.
 pub(super) enum Fresh {
-    /// Pins of this program.
+    /// Simulated pins in this program.
     Pins(Box<Place>),
-    /// An adapter, nobody has greeted it.
+    /// An adapter that is not identified yet.
     Adapter { line: Box<AdapterLine>, machine: Box<Machine>, shared: Arc<Shared> },
 }
 
-/// A port of the page with an adapter at it.
+/// A serial port of the page, with an adapter.
 #[derive(Clone)]
 pub(super) struct Plugged {
     pub(super) port: Port,
@@ -51,12 +49,12 @@ pub(super) struct Plugged {
     pub(super) session: Arc<AtomicU32>,
 }
 
-/// The box, and how far the executor's clock may go.
+/// The owner's outbox, and the time that the executor may use.
 #[derive(Clone, Default)]
 pub(super) struct Letters {
     left: Arc<Mutex<Left>>,
     pub(super) allowance: Arc<Allowance>,
-    /// The way to a machine that is not virtual.
+    /// The port of a real machine; `None` for the virtual drill.
     pub(super) plugged: Option<Plugged>,
 }
 
@@ -66,7 +64,7 @@ impl Letters {
     }
 }
 
-/// How far stream time may pass, and whether somebody waits for more.
+/// How far stream time may pass, and whether the executor waits for more.
 #[derive(Default)]
 pub(super) struct Allowance {
     granted: AtomicU64,
@@ -74,18 +72,18 @@ pub(super) struct Allowance {
 }
 
 impl Allowance {
-    /// Whether somebody waited for more since this was asked last.
+    /// Returns `true` if the executor waited for more time since the last call.
     pub(super) fn was_wanted(&self) -> bool {
         self.wanted.swap(false, Ordering::Relaxed)
     }
 
-    /// So many ticks more.
+    /// Grants more ticks.
     pub(super) fn grant(&self, ticks: u64) {
         self.granted.fetch_add(ticks, Ordering::Relaxed);
     }
 }
 
-/// A clock that is told the time. It is never late: while nobody is there to tell it, none passes.
+/// A clock that is set by its caller. The clock is never late: without calls no time passes.
 struct Told {
     allowance: Arc<Allowance>,
     tick: u64,
@@ -110,7 +108,7 @@ impl Clock for Told {
     }
 }
 
-/// Orders on their way to an executor that is played by turns.
+/// Orders for an executor that runs in turns.
 #[derive(Clone, Default)]
 pub(super) struct Ring {
     orders: Arc<Mutex<VecDeque<Order>>>,
@@ -118,7 +116,7 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Nobody takes orders from it any more.
+    /// Marks the executor as ended.
     pub(super) fn leave(&self) {
         self.gone.store(true, Ordering::Relaxed);
     }
@@ -140,7 +138,7 @@ impl Seat for Ring {
         self.gone.load(Ordering::Relaxed)
     }
 
-    /// Pins of this program switch nothing, and an adapter that hears nothing turns its outputs off by itself.
+    /// Simulated pins switch nothing, and an adapter that hears nothing turns its outputs off.
     fn make_safe(&self) -> Result<(), Diagnostic> {
         Ok(())
     }
@@ -201,7 +199,7 @@ impl Outside for Letters {
         Ok(Box::new(ring))
     }
 
-    /// There are no wires here but those of an adapter at a port.
+    /// The only real outputs here are those of an adapter at a port.
     fn real_seat(
         &self,
         machine: &Machine,

@@ -1,17 +1,15 @@
-//! A port of the page, whose bytes somebody else carries.
-//!
-//! Comes in: bytes, that it was opened, that it is gone. Goes out: bytes; a cable that never waits. Does not know what they mean.
+//! A serial port of the page: other code carries its bytes.
 
 use crate::adapter::Cable;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What messages call it: a browser does not tell a page the names of ports.
+/// Name of the port in messages: browsers do not reveal the real one.
 const NAME: &str = "USB";
 
-/// Bytes that wait to be written, beyond which nothing more is said.
+/// Most bytes that may wait to be written; then the port counts as full.
 const MOST_WAITING: usize = 16 * 1024;
 
-/// Bytes that came and wait to be read, at most.
+/// Most received bytes that may wait to be read.
 const MOST_HEARD: usize = 64 * 1024;
 
 #[derive(Default)]
@@ -21,7 +19,7 @@ struct Wire {
     written: Vec<u8>,
 }
 
-/// The port. Every copy is the same port.
+/// The port. All clones share it.
 #[derive(Clone, Default)]
 pub struct Port(Arc<Mutex<Wire>>);
 
@@ -30,24 +28,24 @@ impl Port {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It is open now, for the first time or again.
+    /// The port was opened, for the first time or again.
     pub fn opened(&self) {
         *self.wire() = Wire { is_open: true, ..Wire::default() };
     }
 
-    /// It is gone.
     pub fn gone(&self) {
         *self.wire() = Wire::default();
     }
 
-    /// Bytes came from it. What has no room is lost: it is noise, or nobody reads, and frames that are lost are said again.
+    /// Takes received bytes. Excess bytes are dropped: they are noise, or nothing reads them, and lost
+    /// frames are repeated.
     pub fn bytes(&self, bytes: &[u8]) {
         let came = &mut self.wire().came;
         let room = MOST_HEARD.saturating_sub(came.len()).min(bytes.len());
         came.extend_from_slice(&bytes[..room]);
     }
 
-    /// The bytes that are to go to it, in their order.
+    /// Takes the bytes to send, in order.
     pub fn written(&self) -> Vec<u8> {
         std::mem::take(&mut self.wire().written)
     }
@@ -82,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_nobody_reads_does_not_grow_without_end() {
+    fn unread_bytes_are_limited() {
         let mut port = Port::default();
         port.opened();
         (0..100).for_each(|_| port.bytes(&[7; 1_000]));

@@ -1,12 +1,12 @@
-//! A journal in two files that take turns: one of them is always whole (N16).
+//! A journal in two files that are written in turn, so that one of them is always intact.
 //!
 //! ```text
-//! slot 0 │ 41 sealed │           │ 43 sealed │          the highest number that is whole is what holds;
-//! slot 1 │           │ 42 sealed │           │ 44 se     one that was broken off in mid-writing is not believed
+//! slot 0 │ 41 sealed │           │ 43 sealed │          the intact slot with the highest number holds;
+//! slot 1 │           │ 42 sealed │           │ 44 se     a slot interrupted while writing is ignored
 //! ```
 //!
-//! Comes in: what is to be kept. Goes out: what was kept. Files where neither can be believed are put aside, and the next journal
-//! says so until somebody has read it. Does not know where files lie.
+//! If both files are damaged, they are saved aside, and the new journal reports that until the user
+//! acknowledges it.
 
 use crate::files::{File, Files};
 use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, unsealed};
@@ -16,23 +16,22 @@ use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::magazine::ToolStock;
 use serde::{Deserialize, Serialize};
 
-/// What a slot holds.
+/// Contents of a slot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Slot {
     number: u64,
     job: Option<(JobRecord, Progress)>,
     zero: Option<WorkZero>,
-    /// What tools have done; nothing in a journal that is older than that.
+    /// Tool wear; missing in older journals.
     #[serde(default)]
     wear: Vec<ToolWear>,
     damage: Option<Damage>,
     #[serde(default)]
     stock: Option<ToolStock>,
-    /// Which file has the program of the job.
+    /// Which of the two program files holds the job's program.
     program: bool,
 }
 
-/// The journal, open.
 pub(super) struct Slots<F> {
     pub(super) files: F,
     last: Slot,
@@ -47,7 +46,7 @@ fn unreadable(file: File, reason: String) -> Diagnostic {
 }
 
 impl<F: Files> Slots<F> {
-    /// The journal in `files`, what it holds, and the program of its job.
+    /// Opens the journal in `files`. Returns its contents and the program of its job.
     pub(super) fn open(mut files: F) -> Result<(Self, Contents, Option<Vec<u8>>), Diagnostic> {
         let mut read = |file: File| files.read(file).map_err(|why| unreadable(file, why));
         let slots = [read(File::Slot(false))?, read(File::Slot(true))?];
@@ -63,12 +62,12 @@ impl<F: Files> Slots<F> {
         Ok((slots, Contents { job, zero, wear, damage, stock }, program))
     }
 
-    /// The key of the job that it has.
+    /// The key of the recorded job.
     pub(super) fn job(&self) -> Option<&String> {
         self.last.job.as_ref().map(|(job, _)| &job.key)
     }
 
-    /// Keeps what cannot be believed where nothing is written over it, and begins anew.
+    /// Copies both damaged slots into a separate file, then starts an empty journal.
     fn put_aside(&mut self) -> Result<(), Diagnostic> {
         let mut all = Vec::new();
         for file in [File::Slot(false), File::Slot(true)] {
@@ -79,7 +78,7 @@ impl<F: Files> Slots<F> {
         self.change(|slot| slot.damage = Some(damage))
     }
 
-    /// Writes what `change` makes of it. Only what is written is believed to be so.
+    /// Writes the changed slot. Memory changes only after the write succeeded.
     fn change(&mut self, change: impl FnOnce(&mut Slot)) -> Result<(), Diagnostic> {
         let mut next = self.last.clone();
         next.number += 1;

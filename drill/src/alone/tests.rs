@@ -1,11 +1,15 @@
-//! The drill without threads in a time of its own: nothing here waits, and every run is the same run.
+//! Tests of the drill without threads, with a simulated clock: no waiting, and every run is identical.
 
 mod clamp;
 mod deaths;
+mod depth;
 mod foot;
+mod homing;
 mod park;
+mod pause;
 mod port;
 mod refused;
+mod tool_length;
 mod touch;
 mod wired;
 mod world;
@@ -18,7 +22,7 @@ use annulus_core::job::Program;
 use annulus_core::machine::virtual_drill;
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::tally;
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, Control, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -32,8 +36,8 @@ fn now() -> Duration {
     NOW.get()
 }
 
-/// Files in memory that outlive a drill. They can be full, and can be torn: the write after so many is half made, and no later
-/// one is made at all.
+/// Files in memory that outlive a drill. They can be full, or torn: the write after a given number is
+/// incomplete, and later ones are lost.
 #[derive(Clone, Default)]
 struct Memory(Rc<RefCell<Disk>>);
 
@@ -45,7 +49,7 @@ struct Disk {
 }
 
 impl Disk {
-    /// How much of what is to be written is.
+    /// How many of `length` bytes are written.
     fn room(&mut self, length: usize) -> usize {
         match &mut self.left {
             _ if self.full => 0,
@@ -83,11 +87,11 @@ impl Files for Memory {
     }
 }
 
-/// A drill, its page, and what the page heard.
+/// A drill, its page, and the page's received messages.
 struct Bench {
     drill: Alone<Memory>,
     heard: Vec<Tell>,
-    /// What is at its port, where it is no virtual drill.
+    /// The adapter and machine at its port; `None` for the virtual drill.
     world: Option<World>,
 }
 
@@ -100,7 +104,7 @@ impl Bench {
         Self::of(Alone::open(files.clone(), speed, 7, now).unwrap(), None)
     }
 
-    /// A page that says hello and takes control.
+    /// Connects a page that takes control.
     fn of(drill: Alone<Memory>, world: Option<World>) -> Self {
         let mut bench = Self { drill, heard: Vec::new(), world };
         bench.drill.connect();
@@ -116,7 +120,7 @@ impl Bench {
         self.turn(Duration::ZERO);
     }
 
-    /// A turn after so long.
+    /// Lets `after` pass, then takes one turn.
     fn turn(&mut self, after: Duration) {
         NOW.set(NOW.get() + after);
         if let Some(world) = &mut self.world {
@@ -134,7 +138,7 @@ impl Bench {
         told.next().unwrap()
     }
 
-    /// Takes turns until the status is so; the page lives meanwhile.
+    /// Takes turns until the status satisfies `what`; the page keeps its session alive.
     fn until(&mut self, what: impl Fn(&Status) -> bool) -> Status {
         for turn in 0..200_000 {
             self.turn(TURN);
@@ -153,7 +157,7 @@ impl Bench {
         self.until(|status| matches!(status.state, State::Ready | State::Alarm));
     }
 
-    /// Brings the program, has it checked, and starts it.
+    /// Uploads the program, arms it and starts it.
     fn start(&mut self, program: &Program, from_leg: u32) {
         let bytes = program::encode(program);
         let key = program::key(&bytes);
@@ -164,7 +168,9 @@ impl Bench {
     fn start_again(&mut self, key: &str, from_leg: u32) {
         self.ask(&Ask::Arm { job: key.to_owned(), from_leg });
         let armed = self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Armed { stream_digest, checks, .. } => Some((stream_digest.clone(), checks.clone())),
+            Tell::Armed(ArmedJob { stream_digest, checks, .. }) => {
+                Some((stream_digest.clone(), checks.clone()))
+            }
             _ => None,
         });
         let (stream_digest, checks) = armed.unwrap();
@@ -172,7 +178,7 @@ impl Bench {
         self.ask(&Ask::Start { job: key.to_owned(), stream_digest, from_leg });
     }
 
-    /// Sees to tool changes, each after 30 s, until the job ended.
+    /// Confirms every tool change after 30 s, until the job ends.
     fn finish(&mut self) -> (Ending, u32) {
         loop {
             let status = self.until(|status| status.state == State::ToolChange || status.job.is_none());
@@ -183,7 +189,7 @@ impl Bench {
                 continue;
             }
             let ended = self.heard.iter().rev().find_map(|tell| match tell {
-                Tell::Ended { ending, holes_done, .. } => Some((*ending, *holes_done)),
+                Tell::Ended(JobEnd { ending, holes_done, .. }) => Some((*ending, *holes_done)),
                 _ => None,
             });
             return ended.unwrap();
@@ -197,7 +203,7 @@ impl Bench {
 
     fn offer(&self) -> Option<(String, u32)> {
         self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Interrupted { job, next_leg, .. } => Some((job.clone(), *next_leg)),
+            Tell::Interrupted(InterruptedJob { job, next_leg, .. }) => Some((job.clone(), *next_leg)),
             _ => None,
         })
     }
@@ -214,7 +220,7 @@ fn holes(count: usize) -> Program {
     drilled::holes(&virtual_drill(), count, 8, |_| 800)
 }
 
-/// Homed and with its work zero, on these files.
+/// A homed drill with a work zero, on these files.
 fn ready(files: &Memory) -> Bench {
     let mut bench = Bench::open(files);
     bench.home();
@@ -223,7 +229,7 @@ fn ready(files: &Memory) -> Bench {
     bench
 }
 
-/// In the middle of `program`, its first bit in, with so many holes at least.
+/// A drill in the middle of `program`, with its first tool and at least this many holes.
 fn drilling(files: &Memory, program: &Program, holes: u32) -> Bench {
     let mut bench = ready(files);
     bench.start(program, 0);
@@ -233,7 +239,8 @@ fn drilling(files: &Memory, program: &Program, holes: u32) -> Bench {
     bench
 }
 
-/// What the drilled-board record has against the whole program: holes missing, and drilled more than once.
+/// Compares the drilled-board record with the whole program: number of missing holes, and of holes drilled
+/// more than once.
 fn against(files: &Memory, program: &Program, zero_mm: [f64; 2]) -> (u32, u32) {
     let text = files.clone().read(File::Drilled).unwrap();
     let text = String::from_utf8(text).unwrap();
@@ -244,7 +251,7 @@ fn against(files: &Memory, program: &Program, zero_mm: [f64; 2]) -> (u32, u32) {
 }
 
 #[test]
-fn a_board_is_drilled_as_the_program_says_and_a_person_may_be_slow() {
+fn board_is_drilled_as_programmed() {
     let (files, program) = (Memory::default(), holes(40));
     let mut bench = ready(&files);
     bench.start(&program, 0);
@@ -253,13 +260,13 @@ fn a_board_is_drilled_as_the_program_says_and_a_person_may_be_slow() {
     assert_eq!((status.trust, status.spindle_rpm, status.alarm.clone()), (Trust::Trusted, 0, None));
     assert_eq!(against(&files, &program, status.zero_mm.unwrap()), (0, 0));
     assert_eq!(status.drilled.map(|told| (told.missing, told.doubled)), Some((0, 0)));
-    // The next one knows the zero, and of no job.
+    // A reopened drill has the zero, and no job.
     let again = Bench::open(&files);
     assert_eq!((again.status().zero_mm, again.offer()), (status.zero_mm, None));
 }
 
 #[test]
-fn faults_are_provoked_on_demand_and_mended_again() {
+fn injected_faults_act_and_can_be_cleared() {
     let (files, program) = (Memory::default(), holes(12));
     let mut bench = ready(&files);
     let provoke = |bench: &mut Bench, words: &[&str]| {
@@ -301,7 +308,7 @@ fn faults_are_provoked_on_demand_and_mended_again() {
 }
 
 #[test]
-fn stop_in_mid_job_rests_and_the_job_is_taken_up() {
+fn stop_in_mid_job_stops_and_the_job_can_be_resumed() {
     let (files, program) = (Memory::default(), holes(30));
     let mut bench = drilling(&files, &program, 9);
     bench.ask(&Ask::Stop);
@@ -315,7 +322,7 @@ fn stop_in_mid_job_rests_and_the_job_is_taken_up() {
 }
 
 #[test]
-fn closed_at_any_moment_no_hole_is_left_out_and_at_most_one_is_made_twice_each_time() {
+fn closing_at_any_moment_repeats_at_most_one_hole_each_time() {
     let program = holes(16);
     for seed in 0..12 {
         let mut chance = Chance::new(seed);
@@ -325,7 +332,7 @@ fn closed_at_any_moment_no_hole_is_left_out_and_at_most_one_is_made_twice_each_t
         bench.start(&program, 0);
         let (mut closed, mut done) = (0, false);
         while !done {
-            // Every second time it is in the middle of a write that the page goes.
+            // Every second time, interrupt the page in the middle of a write.
             if closed % 2 == 1 {
                 files.0.borrow_mut().left = Some(1 + chance.below(8) as u32);
             }
@@ -337,8 +344,10 @@ fn closed_at_any_moment_no_hole_is_left_out_and_at_most_one_is_made_twice_each_t
                 if files.0.borrow().left == Some(0) {
                     break;
                 }
-                done |=
-                    bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Done, .. }));
+                done |= bench
+                    .heard
+                    .iter()
+                    .any(|tell| matches!(tell, Tell::Ended(JobEnd { ending: Ending::Done, .. })));
             }
             if done && files.0.borrow().left != Some(0) {
                 break;
@@ -350,7 +359,7 @@ fn closed_at_any_moment_no_hole_is_left_out_and_at_most_one_is_made_twice_each_t
             assert_eq!(bench.status().trust, Trust::Lost, "nobody knows where it stands");
             assert_eq!(bench.status().alarm, None, "seed {seed}: one of the slots is whole");
             let Some((key, leg)) = bench.offer() else {
-                // It was over, and only its end was still to be said.
+                // The job was complete; only its last record was missing.
                 assert!(done, "seed {seed}: forgotten");
                 break;
             };
@@ -366,10 +375,10 @@ fn closed_at_any_moment_no_hole_is_left_out_and_at_most_one_is_made_twice_each_t
 }
 
 #[test]
-fn a_page_that_is_hidden_for_long_loses_time_and_nothing_else() {
+fn hidden_page_loses_only_time() {
     let (files, program) = (Memory::default(), holes(12));
     let mut bench = drilling(&files, &program, 0);
-    // Called once a minute: no more passes than one turn may have, and control lapses; the job goes on.
+    // Called once a minute: each turn grants only its maximum and control lapses, but the job continues.
     let mut turns = 0;
     while bench.status().job.is_some() {
         bench.turn(Duration::from_secs(60));
@@ -377,18 +386,24 @@ fn a_page_that_is_hidden_for_long_loses_time_and_nothing_else() {
         assert!(turns < 10_000);
     }
     assert_eq!((bench.status().alarm.clone(), &bench.status().slips), (None, &Vec::new()));
-    let done = bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Done, .. }));
+    let done =
+        bench.heard.iter().any(|tell| matches!(tell, Tell::Ended(JobEnd { ending: Ending::Done, .. })));
     assert!(done);
     assert_eq!(against(&files, &program, bench.status().zero_mm.unwrap()), (0, 0));
-    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Control { yours: false, taken: false, .. })));
+    assert!(
+        bench
+            .heard
+            .iter()
+            .any(|tell| matches!(tell, Tell::Control(Control { yours: false, taken: false, .. })))
+    );
 }
 
 #[test]
-fn a_move_by_hand_rests_when_the_page_says_no_more() {
+fn jog_ends_when_the_page_stops_renewing_it() {
     let mut bench = Bench::open_at(&Memory::default(), 1.0);
     bench.home();
     let from = bench.status().steps[0];
-    bench.ask(&Ask::Jog { axis: 0, distance_um: 50_000 });
+    bench.ask(&Ask::Jog { axis: 0, distance_um: 50_000, anyway: false });
     let status = bench.until(|status| status.state != State::Jogging);
     assert_eq!(status.state, State::Ready);
     let (went, far) = (status.steps[0] - from, virtual_drill().x.scale.steps(Length::from_mm(50.0)));
@@ -396,7 +411,7 @@ fn a_move_by_hand_rests_when_the_page_says_no_more() {
 }
 
 #[test]
-fn a_full_store_stops_the_job_with_a_sentence_and_it_goes_on_once_there_is_room() {
+fn full_store_stops_the_job_until_there_is_room() {
     let (files, program) = (Memory::default(), holes(30));
     let mut bench = drilling(&files, &program, 5);
     files.0.borrow_mut().full = true;
@@ -412,7 +427,7 @@ fn a_full_store_stops_the_job_with_a_sentence_and_it_goes_on_once_there_is_room(
 }
 
 #[test]
-fn a_journal_that_cannot_be_believed_is_put_aside_and_told_until_it_is_read() {
+fn damaged_journal_is_set_aside_and_reported_until_accepted() {
     let files = Memory::default();
     drop(ready(&files));
     for slot in [File::Slot(false), File::Slot(true)] {
@@ -428,7 +443,7 @@ fn a_journal_that_cannot_be_believed_is_put_aside_and_told_until_it_is_read() {
 }
 
 #[test]
-fn settings_stay_and_hardware_is_not_among_them() {
+fn settings_are_saved_except_hardware() {
     let files = Memory::default();
     let mut bench = Bench::open(&files);
     let changes = vec![("stroke.feed".to_owned(), Value::Number(9.0))];
@@ -449,7 +464,7 @@ fn settings_stay_and_hardware_is_not_among_them() {
 }
 
 #[test]
-fn a_drill_that_is_built_otherwise_must_be_homed_and_no_other() {
+fn rebuilt_machine_must_be_homed() {
     let rows = [
         ("machine.spindles", Value::Number(2.0), true),
         ("motion.corner", Value::Number(0.05), true),
@@ -470,7 +485,7 @@ fn a_drill_that_is_built_otherwise_must_be_homed_and_no_other() {
 }
 
 #[test]
-fn nothing_is_done_for_who_did_not_say_hello_or_has_no_control() {
+fn requests_without_hello_or_control_are_refused() {
     let mut bench = Bench::open(&Memory::default());
     bench.ask(&Ask::ReleaseControl);
     bench.ask(&Ask::Home);
@@ -485,7 +500,7 @@ fn nothing_is_done_for_who_did_not_say_hello_or_has_no_control() {
     assert_eq!(bench.drill.job("00"), None);
 }
 
-/// What tools have done, by their numbers, as it was told last.
+/// Holes by tool number, from the latest tools report.
 fn hits(bench: &Bench) -> Vec<(u32, u64)> {
     let told = bench.heard.iter().rev();
     let mut told = told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
@@ -495,7 +510,7 @@ fn hits(bench: &Bench) -> Vec<(u32, u64)> {
 }
 
 #[test]
-fn a_worn_tool_is_changed_between_two_holes_and_what_tools_did_outlives_the_page() {
+fn worn_tool_is_changed_mid_job_and_wear_is_saved() {
     let (files, program) = (Memory::default(), holes(11));
     let mut bench = Bench::open(&files);
     let lines = ["T4 drill 0.8 life 4", "T5 mill 1"].map(str::to_owned).to_vec();
@@ -509,19 +524,20 @@ fn a_worn_tool_is_changed_between_two_holes_and_what_tools_did_outlives_the_page
         bench.ask(&Ask::ToolChanged);
     }
     bench.until(|status| status.holes_done >= 6);
-    // The page goes, and another one comes: 4 of the first, 2 or 3 of the second.
+    // The page disappears and another one opens the files, after 4 holes with the first tool and 2 or 3
+    // with the second.
     let mut again = Bench::open(&files);
     let (number, before) = hits(&again)[0];
     assert!(number == 4 && (2..=4).contains(&before), "{before}");
     again.home();
     let (key, leg) = again.offer().unwrap();
     again.start_again(&key, leg);
-    // It asks for the bit of the job that is taken up, then for a new one once four holes are made with it.
+    // The resumed job requests its current tool, then a new one after that tool's fourth hole.
     assert_eq!(again.finish(), (Ending::Done, 11));
     let status = again.until(|status| status.state == State::Ready);
     assert_eq!(against(&files, &program, status.zero_mm.unwrap()).0, 0);
     assert_eq!(hits(&again), [(4, 3)], "4, 4 and 3");
-    // The person says that a new one is in.
+    // The user reports a new tool.
     again.ask(&Ask::NewTool { number: 4 });
     again.turn(Duration::from_millis(200));
     assert_eq!(hits(&again), [(4, 0)]);

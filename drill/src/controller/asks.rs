@@ -1,6 +1,4 @@
-//! What the page asks of a controller: the same asks as of any drill, in the engine's words.
-//!
-//! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
+//! Translates the page's requests into those of the GRBL engine.
 
 use super::job_tools::{JobTools, SectionWear};
 use super::lengths::{self, is_of_controller};
@@ -13,18 +11,18 @@ use annulus_core::control::State;
 use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, OverrideOf, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, MILL_KEY, ParkAt, Value, is_in_file_only};
-use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
+use annulus_core::wire::{ArmedJob, Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
-/// How fast moves by hand are, mm/min: in the plane, and of Z.
+/// Jog speeds, mm/min: XY, and Z.
 const JOG_MM_PER_MIN: [f64; 2] = [1_000.0, 300.0];
-/// The furthest move by hand where nobody knows the travel, mm.
+/// Longest jog if the travel is unknown, mm.
 const FURTHEST_MM: f64 = 300.0;
-/// How fast the probe goes down, mm/min, how far it may at most, and how far it is lifted afterwards, mm.
+/// Probing speed (mm/min), greatest depth, and lift after contact (mm).
 const PROBE_MM_PER_MIN: f64 = 60.0;
 const DEEPEST_PROBE_MM: f64 = 50.0;
 const PROBE_UP_MM: f64 = 2.0;
-/// How far the tip goes off an edge that it touched, mm.
+/// How far the tool backs off a touched edge, mm.
 const EDGE_BACK_MM: f64 = 1.0;
 
 fn refusal<T>(code: &str) -> Result<T, Diagnostic> {
@@ -32,7 +30,7 @@ fn refusal<T>(code: &str) -> Result<T, Diagnostic> {
 }
 
 impl<F: Files> Station<F> {
-    /// Does what the page asks, or says why not.
+    /// Carries out a request of the page, or returns why not.
     pub(super) fn asked(&mut self, ask: Ask) -> Result<(), Diagnostic> {
         match ask {
             Ask::Home => self.engine_asked(grbl::EngineAsk::Home),
@@ -47,9 +45,9 @@ impl<F: Files> Station<F> {
             }
             Ask::ForgetHeightMap if self.work.is_some() => refusal("control.busy"),
             Ask::ForgetHeightMap => self.keep_surface(None),
-            Ask::Jog { axis, distance_um } => self.jog(axis, distance_um),
+            Ask::Jog { axis, distance_um, anyway } => self.jog(axis, distance_um, anyway),
             Ask::JogOn => {
-                // One that comes too late begins nothing anew.
+                // A late keep-alive must not start a new jog.
                 if self.hand.until.is_some_and(|until| (self.time)() <= until) {
                     self.hand.until = Some(self.granted());
                 }
@@ -76,7 +74,7 @@ impl<F: Files> Station<F> {
             }
             Ask::Unlock => {
                 self.hand.unlocked = true;
-                // Unlocked already: only moves by hand are to be allowed.
+                // Already unlocked: the user only wants jogging allowed.
                 if self.attended.controller().phase == EnginePhase::Ready {
                     return Ok(());
                 }
@@ -85,8 +83,10 @@ impl<F: Files> Station<F> {
             Ask::ForgetInterrupted => self.forget(),
             Ask::Configure { changes } => self.configure(&changes),
             Ask::Provoke { .. } => refusal("fault.of_virtual_drill"),
+            Ask::LiftTool => refusal("control.no_lift_on_path"),
             Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal("grbl.no_queue"),
             Ask::OutputLease { .. } | Ask::Output { .. } => refusal("grbl.no_outputs"),
+            Ask::SameLength | Ask::MeasureTool => refusal("control.drills_alone"),
             Ask::Stock { .. } | Ask::ToolSeen { .. } | Ask::OpenClamp => refusal("grbl.no_magazine"),
             // The line answers these itself.
             Ask::Arm { .. }
@@ -98,7 +98,8 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Asks the engine; the first error that it finds is why not. What else it finds is told.
+    /// Passes a request to the engine. The first error becomes the result; everything else is reported to
+    /// the page.
     pub(super) fn engine_asked(&mut self, ask: grbl::EngineAsk) -> Result<(), Diagnostic> {
         let mut refused = None;
         for why in self.engine(EngineEvent::Ask(ask)) {
@@ -115,8 +116,8 @@ impl<F: Files> Station<F> {
         (self.time)() + Duration::from_millis(JOG_GRANT_MS)
     }
 
-    /// Moves by hand as far as the page goes on wanting it, and not past the ends where those are known.
-    fn jog(&mut self, axis: u8, distance_um: i32) -> Result<(), Diagnostic> {
+    /// Jogs for as long as the page keeps renewing it, and within the travel limits if they are known.
+    fn jog(&mut self, axis: u8, distance_um: i32, anyway: bool) -> Result<(), Diagnostic> {
         let index = usize::from(axis);
         if index > 2 {
             return refusal("control.no_such_jog");
@@ -138,12 +139,12 @@ impl<F: Files> Station<F> {
         }
         let fastest = settings::axes(&controller.info.values, 110).map_or(f64::INFINITY, |rate| rate[index]);
         let mm_per_min = JOG_MM_PER_MIN[usize::from(index == 2)].min(fastest);
-        self.engine_asked(grbl::EngineAsk::Jog { axis, um, mm_per_min })?;
+        self.engine_asked(grbl::EngineAsk::Jog { axis, um, mm_per_min, anyway })?;
         self.hand.until = Some(self.granted());
         Ok(())
     }
 
-    /// Goes to where the head is parked: nobody has to go on wanting it, STOP ends it.
+    /// Moves to the park position. Needs no renewal by the page; STOP ends it.
     pub(super) fn park(&mut self) -> Result<(), Diagnostic> {
         if self.state() == State::NotHomed {
             return refusal("control.not_homed");
@@ -156,7 +157,7 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    /// The zero of a job in work stays where it is.
+    /// A running job keeps its zero.
     fn set_plane(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() {
             return refusal("control.busy");
@@ -174,7 +175,7 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    /// Zero of the plane as it was before; that of Z stays.
+    /// Restores the previous XY zero; Z keeps its zero.
     fn undo_zero(&mut self) -> Result<(), Diagnostic> {
         let Some([x, y, _]) = self.hand.zero_before_mm else { return refusal("control.no_zero_before") };
         self.engine_asked(grbl::EngineAsk::ZeroAt { place_mm: [Some(x), Some(y), None] })?;
@@ -191,7 +192,7 @@ impl<F: Files> Station<F> {
         let plate_mm = f64::from(plate_um) / 1e3 + surface_mm;
         let mm_per_min = PROBE_MM_PER_MIN;
         self.engine_asked(grbl::EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
-        // The way up afterwards is no move that somebody has to go on wanting.
+        // The lift after probing must not need a renewal by the page.
         self.hand.until = None;
         self.hand.zero_asked = Some(Zero::Height(set));
         Ok(())
@@ -201,7 +202,7 @@ impl<F: Files> Station<F> {
         if self.state() == State::NotHomed {
             return refusal("control.not_homed");
         }
-        // The zero of a job in work stays where it is.
+        // A running job keeps its zero.
         if self.work.is_some() {
             return refusal("control.busy");
         }
@@ -218,7 +219,7 @@ impl<F: Files> Station<F> {
             radius_mm: mm(tool_um) / 2.0,
             back_mm: EDGE_BACK_MM,
         })?;
-        // The way off the edge is no move that somebody has to go on wanting.
+        // Backing off the edge must not need a renewal by the page.
         self.hand.until = None;
         (self.hand.zero_asked, self.hand.zero_before_mm) = (Some(Zero::Edge), before);
         Ok(())
@@ -228,7 +229,7 @@ impl<F: Files> Station<F> {
         self.engine_asked(grbl::EngineAsk::Override { of, percent })
     }
 
-    /// Compares a job that was brought, or the one that was broken off, with the controller as it stands.
+    /// Checks an uploaded job, or the interrupted one, against the controller's current state.
     pub(super) fn arm(&mut self, job: &str, from_leg: u32) -> Result<Tell, Diagnostic> {
         if self.work.is_some() {
             return refusal("control.busy");
@@ -256,21 +257,21 @@ impl<F: Files> Station<F> {
         checks.extend(level);
         let (from_leg, zero_mm) = (from_leg as u32, self.attended.controller().zero_mm);
         self.armed = Some(Armed { order, from_leg, start, zero_mm, refused });
-        // There are no steps of ours whose digest could follow anything.
+        // The controller plans its own motion, so there is no stream digest.
         let levelled = false;
-        Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), levelled, checks })
+        Ok(Tell::Armed(ArmedJob { job: job.to_owned(), stream_digest: String::new(), levelled, checks }))
     }
 
-    /// Begins the job that was compared. It is durable before the first line is sent.
+    /// Starts the armed job. The job is durable before the first line is sent.
     fn start(&mut self, job: &str, from_leg: u32) -> Result<(), Diagnostic> {
-        // How far another zero is from the one before was not read then.
+        // If the zero moved since arming, the check compared with another zero.
         let zero_mm = self.attended.controller().zero_mm;
         let same =
             |armed: &Armed| armed.order.key == job && armed.from_leg == from_leg && armed.zero_mm == zero_mm;
         let Some(Armed { order, start, refused: level, .. }) = self.armed.take_if(|armed| same(armed)) else {
             return refusal("control.not_armed");
         };
-        // The controller is another one than it was, or stands elsewhere: it is compared once more.
+        // The controller's state may have changed since arming: check again.
         let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == RowVerdict::Fail);
         let refused =
             refused.map(|row| row.finding).or(level).or_else(|| self.unfollowed(&order, start.from));
@@ -283,7 +284,7 @@ impl<F: Files> Station<F> {
         let machine = (self.machine.name.as_str(), self.machine.rack.as_slice());
         self.attended.counts(Some(JobTools::new(sections, machine, self.ledger.wear().to_vec())));
         self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
-        // What there is to say of it was said, and read, before.
+        // The user has already read and accepted these problems.
         let accepted = start.accepted.clone();
         let found = self.engine(EngineEvent::Ask(grbl::EngineAsk::Start(start)));
         let refused = found.into_iter().find(|why| why.is_unacknowledged(&accepted));
@@ -306,7 +307,7 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    /// Changes what a person sets; what the controller says of itself is set there.
+    /// Changes Annulus' own settings. Settings that the controller holds itself must be changed there.
     fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
         if self.work.is_some() {
             return refusal("control.busy");
@@ -351,7 +352,7 @@ impl<F: Files> Station<F> {
     }
 }
 
-/// Whether it names a mill, or says that it is none of these.
+/// Returns `true` if `name` names a known mill or is empty, meaning none of them.
 fn is_mill(name: &Value) -> bool {
     matches!(name, Value::Text(name) if name.is_empty() || machine::mill(name).is_some())
 }

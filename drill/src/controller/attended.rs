@@ -1,8 +1,5 @@
-//! A controller that is attended: the engine of `core` with what is certainly done of its job, in the order in which that must be
-//! written and told. The same behind the bridge and in the page.
-//!
-//! Comes in: events of the engine, the time. Goes out: bytes for the port, what is to be durable before anybody hears of it, and what
-//! is told. Does not know ports, files or clocks.
+//! One GRBL controller and the progress of its job: turns engine actions into writes, saves and notices, in
+//! the order in which they must happen. Used by the bridge and by the page.
 
 use super::given::JobGiven;
 use super::job_tools::JobTools;
@@ -22,162 +19,156 @@ use std::sync::Arc;
 pub struct AttendedJob {
     /// SHA-256 of its programs.
     pub key: String,
-    /// Its name.
     pub name: String,
-    /// The programs it was read from, where those are files.
+    /// The program files that it was read from, if any.
     pub files: Vec<PathBuf>,
-    /// Sections that are certainly done.
+    /// Sections certainly completed.
     pub done: usize,
-    /// Holes among them.
     pub holes: u32,
-    /// Toolpaths among them.
     pub toolpaths: u32,
     /// Work zero in machine coordinates, mm.
     #[serde(rename = "zero")]
     pub zero_mm: Option<[f64; 3]>,
-    /// It came to its end.
+    /// The job ended normally.
     pub ended: bool,
-    /// The height map that its depth follows.
+    /// Key of the height map that its depths follow.
     #[serde(default)]
     pub levelled: Option<String>,
-    /// Where its tools are measured, if they are.
+    /// Position of the tool setter, if its tools are measured.
     #[serde(default)]
     pub setter: Option<ToolSetter>,
-    /// What else it was given that changes what is sent.
+    /// Other options that change the lines sent.
     #[serde(default)]
     pub given: JobGiven,
 }
 
-/// What the engine told.
+/// News from the engine.
 #[derive(Debug)]
 pub enum Told {
-    /// Who is there is known.
+    /// The controller is identified.
     Greeted(Box<Info>),
-    /// The work zero is where it was asked for.
+    /// The requested work zero is set.
     ZeroSet,
-    /// So many sections are done, and it is durable.
+    /// More sections are completed, and that is durable.
     Progress,
-    /// A tool is wanted: index into the routine's tools.
+    /// The user must insert a tool: index into the routine's tools.
     ToolWanted {
         /// Index into the routine's tools.
         tool: u32,
-        /// The one of the rack, and what it has done, where its life is over: a new one is to be put in.
+        /// The tool of the machine's list and its wear, if its life is over: insert a new one.
         worn: Option<Box<(RackTool, ToolWear)>>,
     },
-    /// The machine has put this tool in itself: index into the routine's tools.
+    /// The machine fetched this tool itself: index into the routine's tools.
     ToolFetched {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// What came of a board that is touched.
+    /// Progress or result of probing the board.
     Survey(SurveyNews),
-    /// What comes of a job that is read in check mode.
+    /// Progress or result of reading a job in check mode.
     Check(CheckNews),
     /// The job is over.
     Ended(Ending),
-    /// Something to be said.
+    /// A problem to report.
     Found(Diagnostic),
-    /// How it is now; after every change.
+    /// The controller's state; sent after every change.
     Now(Box<ControllerGlimpse>),
-    /// The port is gone; nothing follows.
+    /// The port is closed; no more news follow.
     Gone,
 }
 
-/// How the controller is.
+/// A snapshot of the controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerGlimpse {
-    /// What it does.
     pub phase: EnginePhase,
     /// How well its position is known.
     pub trust: Trust,
-    /// Where the tip is in work coordinates, mm.
+    /// Position of the tool in work coordinates, mm.
     pub place_mm: Option<[f64; 3]>,
     /// Work zero in machine coordinates, mm.
     pub zero_mm: Option<[f64; 3]>,
-    /// Overrides as they were reported last, percent: feed, rapids, spindle.
+    /// Overrides in the latest report, percent: feed, rapids, spindle.
     pub overrides: [u16; 3],
-    /// Something at the board itself holds it: it goes on by Resume.
+    /// A button or door at the machine holds it: Resume continues.
     pub stands: bool,
-    /// Lines of jobs that were sent.
+    /// Job lines sent.
     pub sent: u64,
-    /// Lines of jobs that were answered.
+    /// Job lines answered.
     pub answered: u64,
 }
 
-/// What is to be done, in this order.
+/// Work for the host, in this order.
 #[derive(Debug)]
 pub enum Due {
     /// Write these bytes to the port.
     Write(Vec<u8>),
-    /// Keep what is done of the job, and what of its tools where they are counted ([`Attended::tools`]): it is durable before the next of
-    /// these is seen to. Where that cannot be, `!` goes to the port.
+    /// Save the job's progress and, if counted, the wear of its tools ([`Attended::tools`]). The save must
+    /// be durable before the next entry is handled. If saving fails, send `!` to the port.
     Keep(Box<AttendedJob>),
-    /// Tell.
     Tell(Told),
-    /// Nobody answers: the port is to be closed.
+    /// The controller does not respond: close the port.
     Close,
 }
 
-/// A controller, and the job that it runs or ran last.
+/// A controller, and its current or last job.
 #[derive(Debug, Default)]
 pub struct Attended {
     controller: Controller,
     entry: AttendedJob,
     routine: Option<Arc<Routine>>,
-    /// The tools of its job, where they are counted.
+    /// The tools of the job, if their wear is counted.
     tools: Option<JobTools>,
-    /// The section before which the engine was asked for a new tool last.
+    /// The section before which a new tool was last requested.
     new_before: Option<usize>,
-    /// The tool that is wanted is worn: another one of its kind goes in.
+    /// The requested tool is worn: another one of its kind replaces it.
     replaces: bool,
-    /// A tool is wanted, and not in yet.
+    /// A tool was requested and is not in yet.
     waits: bool,
     before: Option<ControllerGlimpse>,
 }
 
 impl Attended {
-    /// One whose job is `entry`, not begun.
+    /// A session whose job is `entry`, not started.
     pub fn new(entry: AttendedJob) -> Self {
         Self { entry, ..Self::default() }
     }
 
-    /// Everything that is known of it.
     pub fn controller(&self) -> &Controller {
         &self.controller
     }
 
-    /// What is done of its job.
+    /// The progress of its job.
     pub fn entry(&self) -> &AttendedJob {
         &self.entry
     }
 
-    /// The tools of its job, where they are counted.
+    /// The tools of the job, if their wear is counted.
     pub fn tools(&self) -> Option<&JobTools> {
         self.tools.as_ref()
     }
 
-    /// Counts the tools of the job that is started next, or does not.
+    /// Sets the tools of the next job; `None` to count no wear.
     pub fn counts(&mut self, tools: Option<JobTools>) {
         self.tools = tools;
     }
 
-    /// That much a tool has done, by a person's word.
+    /// Sets the wear of a tool, as the user states it.
     pub fn set_wear(&mut self, wear: ToolWear) {
         if let Some(tools) = &mut self.tools {
             tools.set(wear);
         }
     }
 
-    /// Lets the engine think.
+    /// Feeds an event to the engine. Returns the resulting work.
     pub fn event(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
-        // Where the tool is measured first, it goes on by itself afterwards.
+        // After a tool length measurement the engine continues by itself, without `ToolReady`.
         use EnginePhase::{Changing, Measuring, ToolChange};
         let waited = matches!(self.controller.phase, ToolChange | Measuring | Changing);
         let mut due = self.let_think(now_ms, event);
         if std::mem::take(&mut self.replaces) {
             due.extend(self.let_think(now_ms, EngineEvent::Ask(EngineAsk::NewBit)));
         }
-        // What all tools go by is measured before one is wanted.
+        // The reference length is measured before any tool is requested, so check that one was.
         if waited && self.controller.phase == EnginePhase::Running && std::mem::take(&mut self.waits) {
             if let Some(tools) = &mut self.tools {
                 tools.is_in();
@@ -188,7 +179,7 @@ impl Attended {
         due
     }
 
-    /// Asks the engine for a change between two sections, where the life of the tool that is in ends there.
+    /// Requests a tool change between two sections, if the current tool's life ends there.
     fn ask_for_new_tool(&mut self, now_ms: u64) -> Vec<Due> {
         let runs = self.controller.phase == EnginePhase::Running;
         let wanted = self.tools.as_ref().filter(|_| runs).and_then(JobTools::new_before);
@@ -221,7 +212,7 @@ impl Attended {
             self.entry.zero_mm = self.controller.job_zero_mm().or(self.entry.zero_mm);
             due.push(self.keep());
         }
-        // Whoever is told what happened, a tool that is wanted or an end, knows already how it is now.
+        // Send the snapshot first: the receiver of any other notice already knows the current state.
         due.extend(self.glimpse().map(Due::Tell));
         for action in actions {
             self.act(action, &mut due);
@@ -271,7 +262,8 @@ impl Attended {
         due.push(Due::Tell(told));
     }
 
-    /// Zero of X and Y is where it was when the job began; that of Z goes with the bits, once they are touched off.
+    /// X and Y keep the zero from the start of the job. Z takes the zero of each new tool once it is
+    /// touched off.
     fn keep(&mut self) -> Due {
         let known = self.controller.height() == BoardHeight::OfThisBit;
         if let (Some(before), Some(now), true) =
@@ -282,7 +274,7 @@ impl Attended {
         Due::Keep(Box::new(self.entry.clone()))
     }
 
-    /// How it is, where that has changed.
+    /// A snapshot, if anything changed.
     fn glimpse(&mut self) -> Option<Told> {
         let controller = &self.controller;
         let now = ControllerGlimpse {

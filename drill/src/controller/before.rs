@@ -1,7 +1,5 @@
-//! Before the first move: what the job is compared with, row by row. A controller plans its own motion, so there is no digest; what
-//! is compared instead is said.
-//!
-//! Comes in: a job, how controller and person stand. Goes out: rows. Moves nothing.
+//! The pre-flight check of a job on a controller, row by row. A controller plans its own motion, so there
+//! is no digest; other facts are compared. Moves nothing.
 
 use super::job_tools::{JobTools, SectionWear};
 use super::lengths::length_row;
@@ -9,23 +7,25 @@ use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
 use crate::prepare::{accepted, bit_of_leg, far_below, missing_drills, rest, row, worn_tools};
+use annulus_core::cam::suits;
 use annulus_core::control::State;
 use annulus_core::controller::{BoardHeight, Changer, EngineStart, estimates_s};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::bite;
+use annulus_core::machine;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use std::sync::Arc;
 
-/// The finding that the work zero is not where a job had it.
+/// Code of the problem that the work zero differs from the job's.
 const ZERO_MOVED: &str = "grbl.zero_moved";
 
 impl<F: Files> Station<F> {
-    /// What the engine is asked for to run `order` from section `from` on.
+    /// The engine's start request to run `order` from section `from`.
     pub(super) fn start_of(&self, order: &Order, from: usize) -> EngineStart {
         let zero_mm = self.ledger.entry().zero_mm.filter(|_| from > 0);
         let spin_up_s = self.machine.process.spin_up_ms / 1e3;
         let mut accepted = order.program.accepted.clone();
-        // A zero that a person set anew is meant: how far it is from the one before is read and ticked.
+        // If the user set the zero again, the user must accept its distance from the old zero separately.
         accepted.retain(|code| code != ZERO_MOVED);
         accepted.extend(self.hand.zero_meant.then(|| ZERO_MOVED.to_owned()));
         let (routine, same_length, setter) = (Arc::clone(&order.routine), false, self.lengths.in_force());
@@ -33,7 +33,8 @@ impl<F: Files> Station<F> {
         EngineStart { routine, from, zero_mm, same_length, setter, changer, spin_up_s, accepted }
     }
 
-    /// How the machine changes the tools of `order` itself, by their numbers in the rack.
+    /// The tool-change macro for `order`, with tool numbers of the machine's list; `None` if the user
+    /// changes tools.
     fn changer_for(&self, order: &Order) -> Option<Changer> {
         let lines = Some(self.changer.clone()).filter(|lines| !lines.is_empty())?;
         let sections = SectionWear::by_legs(&order.program, order.legs.clone());
@@ -42,7 +43,7 @@ impl<F: Files> Station<F> {
         Some(Changer { lines, numbers: tools.numbers(&order.routine) })
     }
 
-    /// The rows of the pre-flight.
+    /// The rows of the pre-flight check.
     pub(super) fn rows(&self, order: &Order, start: &EngineStart) -> Vec<PreflightRow> {
         let controller = self.attended.controller();
         let leg = order.leg(start.from);
@@ -60,6 +61,7 @@ impl<F: Files> Station<F> {
             _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
         });
         rows.extend(self.height_row(order, start));
+        rows.extend(self.planned_for(order, start.from));
         rows.extend(length_row(&self.lengths));
         rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.own_motion")));
         rows.push(row(RowVerdict::Warn, Diagnostic::warning("grbl.page_feeds")));
@@ -69,8 +71,12 @@ impl<F: Files> Station<F> {
             rows.push(row(RowVerdict::Warn, why));
         }
         rows.extend(worn_tools(&order.program, &self.machine, (leg, self.ledger.wear())));
+        rows.extend(machine::warnings(&self.machine).into_iter().map(|why| row(RowVerdict::Warn, why)));
+        if order.program.hole_count() > 0 {
+            rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.broken_bits_unseen")));
+        }
         rows.extend(bite::judged_all(&order.program).into_iter().map(|why| row(RowVerdict::Warn, why)));
-        // A changer fetches it, whatever is in.
+        // A changer fetches the tool, whichever is in.
         let is_in = start.from > 0 && start.changer.is_none();
         if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| is_in) {
             let bit = bit.titled();
@@ -85,10 +91,27 @@ impl<F: Files> Station<F> {
         rows
     }
 
-    /// For which bit the height of the board is known; none where it is for no one, which is an error of its own.
+    /// Checks that the job was planned for this machine, and that its feeds and speeds suit it. A job for
+    /// another machine that is too fast here may not start. An interrupted one may still be finished.
+    fn planned_for(&self, order: &Order, from: usize) -> Vec<PreflightRow> {
+        let (program, machine) = (&order.program, &self.machine);
+        let too_fast = suits::judged(program, machine);
+        let first = if program.machine == machine.fingerprint() {
+            row(RowVerdict::Pass, Diagnostic::note("preflight.same_machine"))
+        } else if too_fast.is_empty() || from > 0 {
+            row(RowVerdict::Warn, Diagnostic::warning("preflight.planned_for_other"))
+        } else {
+            row(RowVerdict::Fail, Diagnostic::error("preflight.other_machine"))
+        };
+        let others = too_fast.into_iter().map(|why| row(RowVerdict::Warn, why));
+        std::iter::once(first).chain(others).collect()
+    }
+
+    /// States for which tool the board height is known. `None` if for no tool: another row reports that
+    /// error.
     fn height_row(&self, order: &Order, start: &EngineStart) -> Option<PreflightRow> {
         let height = self.attended.controller().height();
-        // What is in is measured first, and the first bit like every other: that is said by itself.
+        // With a tool setter, the current tool and every later one are measured: another row reports that.
         let measured = start.setter.is_some() && height == BoardHeight::OfThisBit;
         if measured && start.routine.changes_tools() {
             return None;
@@ -106,12 +129,13 @@ impl<F: Files> Station<F> {
         })
     }
 
-    /// Whether zero of Z is still where the job that is taken up had it: by the switches, a place is the same again.
+    /// Returns `true` if zero of Z is still where the resumed job had it. After homing, machine coordinates
+    /// are valid again.
     pub(super) fn height_as_left(&self, from: usize) -> bool {
         from > 0 && self.attended.controller().height_as_left(self.ledger.entry().zero_mm)
     }
 
-    /// Seconds of each section from `from` on, by the controller's own settings.
+    /// Seconds of each section from `from`, by the controller's own settings.
     pub(super) fn estimates(&self, order: &Order, from: usize) -> Option<Vec<f64>> {
         let controller = self.attended.controller();
         let blocks = usize::from(controller.info.options.blocks);
@@ -119,7 +143,8 @@ impl<F: Files> Station<F> {
         estimates_s(&order.routine, &controller.info.values, blocks, from, place)
     }
 
-    /// What is given up when this job begins there: another one that was broken off, or what is made of this one.
+    /// Warning about what a start from `from` discards: another interrupted job, or the progress of this
+    /// one.
     fn given_up(&self, order: &Order, from: usize) -> Option<Diagnostic> {
         let offered = self.offer.as_ref()?;
         if offered.key != order.key {

@@ -1,6 +1,4 @@
-//! A job that the controller reads in its check mode, line by line and without a move.
-//!
-//! Comes in: asks, what comes of the lines. Goes out: tells. Does not know how that is read.
+//! Checks a job in GRBL's check mode (`$C`): the controller reads every line, and nothing moves.
 
 use super::order::Order;
 use super::station::Station;
@@ -11,7 +9,7 @@ use annulus_core::wire::{CheckModeReport, Tell};
 use std::sync::Arc;
 
 impl<F: Files> Station<F> {
-    /// Has the job `job` read: as it was compared, where it was.
+    /// Starts the check of `job`. If the job is armed, the check uses its lines.
     pub(super) fn check(&mut self, job: &str) -> Result<(), Diagnostic> {
         if self.work.is_some() {
             return Err(Diagnostic::error("control.busy"));
@@ -24,14 +22,14 @@ impl<F: Files> Station<F> {
                 Order::written(job, bytes, &self.machine)?.routine
             }
         };
-        self.engine_asked(EngineAsk::Check { routine })?;
+        self.engine_asked(EngineAsk::Check { routine, written: Arc::default() })?;
         self.hand.until = None;
         self.checked = CheckModeReport { job: job.to_owned(), goes: true, ..CheckModeReport::default() };
         self.tell_checked();
         Ok(())
     }
 
-    /// What came of it, so far or in all.
+    /// Takes progress or the result.
     pub(super) fn was_read(&mut self, news: &CheckNews) {
         let report = &mut self.checked;
         match news {

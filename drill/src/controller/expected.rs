@@ -1,25 +1,26 @@
-//! What a mill is known to be, and what its controller says of itself: steps, speeds, accelerations, travel, firmware (N19).
+//! Compares the known data of a mill with its controller's settings: steps, speeds, accelerations, travel,
+//! firmware.
 //!
 //! ```text
-//! MillProfile ─ `$$` ─▶ a warning for each that is otherwise, and what it does to a board; motors that are let go of
+//! MillProfile ─ `$$` ─▶ a warning for each difference, and its effect on a board; motors that are not held
 //! ```
 //!
-//! Comes in: a profile, numbered settings. Goes out: warnings; none of them keeps a job from being started. What is not known is not
-//! compared. Lengths in mm, speeds in mm/min, accelerations in mm/s². Does not know who chose the profile.
+//! Unknown values are not compared. Lengths in mm, speeds in mm/min, accelerations in mm/s².
 
 use annulus_core::controller::settings::{self, Values};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::MillProfile;
 
-/// Steps in a millimetre that differ by less than this factor were trimmed by somebody who measured.
+/// Steps per mm within this factor of the expected value: the user trimmed them by measuring.
 const SAME_SCALE_FACTOR: f64 = 1.02;
-/// A speed or an acceleration above the expected one by less than this factor is not worth a word.
+/// Speeds and accelerations up to this factor above the expected value cause no warning.
 const SAME_RATE_FACTOR: f64 = 1.1;
-/// Travel that differs by less is the place of a switch.
+/// Travel that differs by less: the position of a switch.
 const SAME_TRAVEL_MM: f64 = 10.0;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
-/// Where a controller of this flavour, with these settings, is not as the `mill`: what falsifies a board first.
+/// Differences between the `mill` and a controller of this flavour with these settings; those that spoil a
+/// board come first.
 pub fn unlike_mill(mill: &MillProfile, flavour: &str, values: &Values) -> Vec<Diagnostic> {
     let more = |found: f64, expected: f64| found > expected * SAME_RATE_FACTOR;
     let other_scale =
@@ -48,7 +49,7 @@ pub fn unlike_mill(mill: &MillProfile, flavour: &str, values: &Values) -> Vec<Di
     all.chain(spindle(mill, values)).chain(settings::motors_let_go(values)).chain(firmware).collect()
 }
 
-/// The axis, the number of the setting, what it is and what it should be.
+/// Axis, number of the setting, found value, expected value.
 type Row = (char, u16, f64, f64);
 
 fn by_axis(
@@ -65,7 +66,7 @@ fn by_axis(
     rows.filter(|(_, _, found, expected)| differs(*found, *expected)).collect()
 }
 
-/// Another top speed in `$30` makes another speed of every S word.
+/// Every S word scales with `$30`: another top speed gives a wrong speed throughout.
 fn spindle(mill: &MillProfile, values: &Values) -> Option<Diagnostic> {
     let (found, expected) = (*values.get(&30)?, mill.rpm?);
     let same = found.max(expected) <= found.min(expected) * SAME_RATE_FACTOR;
@@ -78,7 +79,7 @@ mod tests {
     use super::*;
     use annulus_core::machine::mill;
 
-    /// A 3018-PRO as it is sold, with these settings otherwise.
+    /// A 3018-PRO with its factory settings, apart from `changes`.
     fn codes(changes: &[(u16, f64)], flavour: &str) -> Vec<String> {
         let mut values = Values::new();
         for axis in 0..3 {
@@ -93,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_that_is_set_up_for_another_mill_is_told_of() {
+    fn controller_set_up_for_another_machine_is_reported() {
         for (changes, expected) in [
             (vec![], vec![]),
             (vec![(100, 808.0)], vec![]),
@@ -109,7 +110,7 @@ mod tests {
             assert_eq!(codes(&changes, "GRBL"), expected, "{changes:?}");
         }
         assert_eq!(codes(&[], "FluidNC"), ["grbl.other_firmware "]);
-        // What is not known of a mill is not compared.
+        // Unknown data of a mill are not compared.
         let wide: Values = (0..3).flat_map(|axis| [(100 + axis, 1.0), (110 + axis, 9e9)]).collect();
         assert_eq!(unlike_mill(mill("genmitsu-4040-pro").unwrap(), "GRBL", &wide), []);
     }

@@ -1,30 +1,29 @@
-//! What a job was given by whoever began it, apart from where its zero is and how its tools are measured on a tool setter: kept with what is
-//! done of it, so that it is taken up as it was begun.
-//!
-//! Comes in: plain data. Goes out: the same. Does not know flags, nor who sends what.
+//! Options of a job that change the lines sent, saved with its progress so that it resumes with the same
+//! options.
 
 use annulus_core::align::FoundHole;
 use annulus_core::controller::{ResetOnOpen, ToolMacro};
 use serde::{Deserialize, Serialize};
 
-/// What of it changes what is sent; nothing where nobody said anything.
+/// The options of a job; each is empty if the user gave none. Work zero and tool setter are saved
+/// separately.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct JobGiven {
-    /// Seconds that the spindle takes to come up to speed.
+    /// Seconds that the spindle needs to reach its speed.
     pub spin_up_s: Option<f64>,
-    /// How far down the probe looks for the board after each change, mm.
+    /// How far down to probe for the board after each tool change, mm.
     pub probe_mm: Option<f64>,
-    /// Thickness of the plate under the probe, mm.
+    /// Thickness of the touch plate, mm.
     pub plate_mm: Option<f64>,
-    /// All bits stand out equally far.
+    /// All tools protrude equally far.
     pub same_length: bool,
-    /// Where its alignment holes were found.
+    /// Measured positions of its alignment holes.
     pub found: Vec<FoundHole>,
-    /// The lines by which the machine changes tools itself.
+    /// The tool-change macro.
     pub changer: Option<ToolMacro>,
-    /// What opening the port may do to the board.
+    /// Whether opening the port may reset the controller.
     pub reset_on_open: Option<ResetOnOpen>,
-    /// The name of the mill that the controller was said to be.
+    /// The mill profile that the user chose.
     pub mill: Option<String>,
 }

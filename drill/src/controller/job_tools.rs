@@ -1,13 +1,10 @@
-//! The tools of a job at a controller: which is in, what each has done section by section, and before which section a new one is wanted
-//! (C3). The same behind the bridge and in the page.
+//! Counts tool wear during a job on a controller, section by section, and decides before which section a
+//! new tool is needed. Used by the bridge and by the page.
 //!
 //! ```text
-//! section 17 in work │ life over once it is done ─▶ before section 18 a person puts in a new tool
-//!            done    │ counted with the entry that says so
+//! section 17 running │ life ends with it ─▶ before section 18 the user inserts a new tool
+//!            done    │ wear counted with the progress record of that section
 //! ```
-//!
-//! Comes in: a program with its routine, the rack, sections that are done. Goes out: what tools have done, what is wanted. Does not know
-//! the engine, nor where anything is kept.
 
 use super::order::legs;
 use crate::prepare::worn_tool;
@@ -18,27 +15,27 @@ use annulus_core::job::{Bit, Program};
 use annulus_core::machine::{RackTool, ToolWear, tool_of};
 use serde::{Deserialize, Serialize};
 
-/// The sections of a job with the bits that they are made with.
+/// Tool and wear of each section of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SectionWear {
-    /// The bits of the program.
+    /// The tools of the program.
     bits: Vec<Bit>,
-    /// Of each section its bit, holes and µm milled.
+    /// Of each section: tool index, holes, µm milled.
     sections: Vec<(u32, u64, u64)>,
 }
 
 impl SectionWear {
-    /// That of `program`, as `routine` has it where it was planned.
+    /// The wear of `program`, divided into the sections of `routine`.
     pub fn of(program: &Program, routine: &Routine) -> Self {
         Self::by_legs(program, legs(program, routine))
     }
 
-    /// That of `program`, whose sections have these legs.
+    /// The wear of `program`, whose sections begin with these legs.
     pub(super) fn by_legs(program: &Program, mut legs: Vec<usize>) -> Self {
         let by_leg = worn::by_leg(program);
         legs.push(program.legs.len());
         let sections = legs.windows(2).map(|ends| {
-            // A leg that is cut in two is worn by its second half.
+            // If two sections share a leg, its wear counts for the second.
             let own = by_leg.get(ends[0]..ends[1].max(ends[0])).unwrap_or_default();
             let bit = by_leg.get(ends[0]).map_or(0, |(bit, _)| *bit);
             let sum = own.iter().fold(Wear::default(), |sum, (_, wear)| sum.plus(*wear));
@@ -58,46 +55,46 @@ impl SectionWear {
     }
 }
 
-/// The tools of a job in work.
+/// The tools of a running job.
 #[derive(Clone, Debug)]
 pub struct JobTools {
     sections: SectionWear,
     rack: Vec<RackTool>,
     machine: String,
     known: Vec<ToolWear>,
-    /// Number of the tool that is in.
+    /// Number of the current tool.
     in_spindle: Option<u32>,
-    /// Number of the tool that was asked for, while it was not put in.
+    /// Number of the requested tool, until it is in.
     wanted: Option<u32>,
-    /// It was put in by the machine: the very one of that number, be it worn.
+    /// The machine fetched the tool: exactly that one, even if worn.
     is_fetched: bool,
-    /// Sections that are counted.
+    /// Sections already counted.
     counted: usize,
 }
 
 impl JobTools {
-    /// Those of a job on the machine of this name, with its rack, whose tools have done what is `known`.
+    /// The tools of a job on the machine of this name, with its tool list and the `known` wear.
     pub fn new(sections: SectionWear, (machine, rack): (&str, &[RackTool]), known: Vec<ToolWear>) -> Self {
         let (rack, machine) = (rack.to_vec(), machine.to_owned());
         Self { sections, rack, machine, known, in_spindle: None, wanted: None, is_fetched: false, counted: 0 }
     }
 
-    /// What tools have done.
+    /// The wear of all known tools.
     pub fn wear(&self) -> &[ToolWear] {
         &self.known
     }
 
-    /// Number of the tool that a person is asked for.
+    /// Number of the tool that the user is asked for.
     pub fn wanted(&self) -> Option<u32> {
         self.wanted
     }
 
-    /// That much a tool has done, by a person's word.
+    /// Sets the wear of a tool, as the user states it.
     pub fn set(&mut self, wear: ToolWear) {
         wear.keep(&mut self.known);
     }
 
-    /// It begins with section `from`, and with the tool that is in.
+    /// Starts counting at section `from`, whose tool is in the spindle.
     pub(super) fn begins(&mut self, from: usize) {
         (self.counted, self.wanted) = (from, None);
         self.in_spindle = self.number_for(from);
@@ -115,7 +112,8 @@ impl JobTools {
         self.counted = self.counted.max(done);
     }
 
-    /// The section before which a new tool is wanted, where the next one is in work or about to be: the tool that is in is worn, or will be.
+    /// The section before which a new tool is needed, if that is the current or the next one. The current
+    /// tool is worn, or will be.
     pub(super) fn new_before(&self) -> Option<usize> {
         let tool = self.tool(self.in_spindle).filter(|_| self.wanted.is_none())?;
         let (now, next) = (self.counted, self.counted + 1);
@@ -130,10 +128,11 @@ impl JobTools {
         (wears(next) && of.plus(self.sections.wear(now)).is_over(tool.life)).then_some(next)
     }
 
-    /// A person is asked for the tool of the next section. Gives it, where one of that number is worn: a new one has to go in.
+    /// The user is asked for the tool of the next section. Returns that tool if it is worn: a new one must
+    /// go in.
     pub(super) fn is_asked(&mut self) -> Option<(&RackTool, ToolWear)> {
         let wanted = self.number_for(self.counted);
-        // What the machine has put in is only touched off.
+        // A tool that the machine fetched only needs touching off.
         if self.is_fetched && self.wanted == wanted {
             return None;
         }
@@ -143,12 +142,12 @@ impl JobTools {
         wear.is_over(tool.life).then_some((tool, wear))
     }
 
-    /// The machine has put in the tool of the next section itself.
+    /// The machine fetched the tool of the next section itself.
     pub(super) fn is_fetched(&mut self) {
         (self.wanted, self.is_fetched) = (self.number_for(self.counted), true);
     }
 
-    /// The number of each tool of `routine`, where the rack has it.
+    /// The number of each tool of `routine`, if the machine's list has it.
     pub fn numbers(&self, routine: &Routine) -> Vec<Option<u32>> {
         let of = |tool: u32| {
             let is = |section: &Section| section.kind == SectionKind::Change(tool);
@@ -158,7 +157,7 @@ impl JobTools {
         (0..routine.tools.len() as u32).map(|tool| of(tool).or_else(|| said(tool))).collect()
     }
 
-    /// The tool that was asked for is in: a new one, where the one of that number was worn and a person put it in.
+    /// The requested tool is in. If that number was worn and the user inserted it, its wear starts at zero.
     pub(super) fn is_in(&mut self) {
         self.in_spindle = self.wanted.take();
         if std::mem::take(&mut self.is_fetched) {
@@ -170,7 +169,8 @@ impl JobTools {
         }
     }
 
-    /// The tools that are worn, or will be before the job is done from section `from` on, in the order in which it takes them.
+    /// Warns of tools that are worn, or will be before the job ends, counted from section `from`; in order
+    /// of use.
     pub fn worn_ahead(&self, from: usize) -> Vec<Diagnostic> {
         let mut needs: Vec<(u32, Wear)> = Vec::new();
         for section in from..self.sections.sections.len() {
@@ -196,7 +196,7 @@ impl JobTools {
         ToolWear::of(&self.known, &self.machine, tool)
     }
 
-    /// Number of the tool that section `section` is made with.
+    /// Number of the tool for section `section`.
     fn number_for(&self, section: usize) -> Option<u32> {
         let tool = tool_of(&self.rack, self.sections.bit(section)?, &self.machine, &self.known)?;
         Some(tool.number)
@@ -208,11 +208,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tools_that_are_worn_and_those_that_will_be_are_told_for_what_is_left_of_the_job() {
+    fn worn_tools_are_reported_for_the_rest_of_the_job() {
         let rack = ["T1 drill 0.8 life 6", "T2 drill 1 life 9", "T3 mill 2 life 3"];
         let rack = rack.map(|line| RackTool::read(line).unwrap());
         let bits = [1, 0, 2].map(|tool: usize| rack[tool].bit()).to_vec();
-        // Bit, holes, µm milled: 1 mm first, then 0.8 mm in two goes, then the mill.
+        // Tool, holes, µm milled: first 1 mm, then 0.8 mm in two parts, then the end mill.
         let sections = vec![(0, 4, 0), (1, 0, 0), (1, 3, 0), (2, 0, 2_900_000), (1, 3, 0)];
         let sections = SectionWear { bits, sections };
         let told = |done: [u64; 3], from| -> Vec<String> {

@@ -1,11 +1,10 @@
-//! What of a controller's job is done, and the job itself, in files that take turns: one half is always whole.
+//! The progress of a controller's job, and the job itself, in files that are written in turn: one half is
+//! always intact.
 //!
 //! ```text
-//! begin    program, text ─▶ the other half        not believed before the first entry names that half
-//! advance  entry, sealed, numbered ─▶ by turns    the highest number that is whole is what holds
+//! begin    program, text ─▶ the other half        ignored until the first entry names that half
+//! advance  entry, sealed, numbered ─▶ in turn     the intact entry with the highest number holds
 //! ```
-//!
-//! Comes in: entries, jobs. Goes out: the job that was broken off. Does not know where files lie.
 
 use super::attended::AttendedJob;
 use super::order::Order;
@@ -15,21 +14,20 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{ToolWear, Value};
 use serde::{Deserialize, Serialize};
 
-/// What a half holds.
+/// Contents of a half.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Half {
     number: u64,
-    /// SHA-256 of the program's bytes; empty before any job.
+    /// SHA-256 of the program; empty before the first job.
     job: String,
-    /// Which half has the program and the text.
+    /// Which half holds the program and the text.
     half: bool,
     entry: AttendedJob,
-    /// What tools have done; nothing in a ledger that is older than that.
+    /// Tool wear; missing in older ledgers.
     #[serde(default)]
     wear: Vec<ToolWear>,
 }
 
-/// The ledger, open.
 pub(super) struct Ledger<F> {
     files: F,
     last: Half,
@@ -56,17 +54,15 @@ impl<F: Files> Ledger<F> {
         Ok(Self { files, last })
     }
 
-    /// What is done.
     pub(super) fn entry(&self) -> &AttendedJob {
         &self.last.entry
     }
 
-    /// What tools have done.
     pub(super) fn wear(&self) -> &[ToolWear] {
         &self.last.wear
     }
 
-    /// The job that was broken off, where it can still be read as it was sent.
+    /// The interrupted job, if the lines that were sent can still be read.
     pub(super) fn broken_off(&mut self) -> Option<Order> {
         let Half { job, half, entry, .. } = &self.last;
         if job.is_empty() || entry.ended || entry.done == 0 {
@@ -77,7 +73,7 @@ impl<F: Files> Ledger<F> {
         Order::read(job, &bytes, text).ok().filter(|order| order.routine.key == entry.key)
     }
 
-    /// Puts the job into the half that nothing names: the next entry does.
+    /// Writes the job into the unused half. The next entry switches to it.
     pub(super) fn bring(&mut self, order: &Order) -> Result<Bringing, Diagnostic> {
         let half = !self.last.half;
         self.files.write(File::ControllerProgram(half), &order.bytes).map_err(full)?;
@@ -85,7 +81,7 @@ impl<F: Files> Ledger<F> {
         Ok(Bringing { job: order.key.clone(), half })
     }
 
-    /// Writes what is done, of the job that is being brought or of the one before, and what of its tools; afterwards it is durable.
+    /// Saves progress and tool wear, of the new job if there is one; durable when it returns.
     pub(super) fn write(
         &mut self,
         bringing: Option<Bringing>,
@@ -99,7 +95,7 @@ impl<F: Files> Ledger<F> {
         self.put(next)
     }
 
-    /// A tool has done that much now.
+    /// Saves the wear of one tool.
     pub(super) fn keep_wear(&mut self, wear: ToolWear) -> Result<(), Diagnostic> {
         let mut next = self.last.clone();
         wear.keep(&mut next.wear);
@@ -113,24 +109,23 @@ impl<F: Files> Ledger<F> {
         Ok(())
     }
 
-    /// What a person set; nothing where that cannot be believed.
+    /// The user's settings; empty if they are damaged.
     pub(super) fn settings(&mut self) -> Vec<(String, Value)> {
         let kept = self.files.read(File::ControllerSettings).unwrap_or_default();
         unsealed(&kept).unwrap_or_default()
     }
 
-    /// Puts `bytes` into a file of its own; afterwards they are durable.
+    /// Writes `bytes` into `file`; durable when it returns.
     pub(super) fn keep(&mut self, file: File, bytes: &[u8]) -> Result<(), Diagnostic> {
         self.files.write(file, bytes).map_err(full)
     }
 
-    /// Keeps what a person set.
     pub(super) fn keep_settings(&mut self, settings: &[(String, Value)]) -> Result<(), Diagnostic> {
         self.files.write(File::ControllerSettings, &sealed(&settings)).map_err(full)
     }
 }
 
-/// A job on its way into the ledger.
+/// A new job whose files are written, but which no entry names yet.
 pub(super) struct Bringing {
     job: String,
     half: bool,

@@ -1,7 +1,5 @@
-//! How the length of a tool is found at a controller, how tools are changed there, and what opening its port may do to the board, as a person
-//! chose it once: kept with the settings, said before a job.
-//!
-//! Comes in: settings. Goes out: the choice, refusals, a row of the pre-flight. Does not know how a tool is measured.
+//! Settings that belong to the controller: how tool lengths are found, how tools are changed, and whether
+//! opening the port may reset it. The pre-flight check reports them.
 
 use crate::prepare::row;
 use annulus_core::controller::{
@@ -11,12 +9,13 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{MILL_KEY, Value};
 use annulus_core::wire::{PreflightRow, RowVerdict};
 
-/// Whether the setting `key` is one of the controller, and not of the machine that jobs are planned for.
+/// Returns `true` for settings of the controller, `false` for those of the machine that jobs are planned
+/// for.
 pub(super) fn is_of_controller(key: &str) -> bool {
     [MILL_KEY, LENGTH_KEY, SETTER_KEY, RESET_KEY, CHANGER_KEY].contains(&key)
 }
 
-/// What a person chose.
+/// How tool lengths are found.
 pub(super) fn lengths_of(kept: &[(String, Value)]) -> ToolLengths {
     let of = |wanted: &str| kept.iter().find(|(key, _)| key == wanted).map(|(_, value)| value);
     let setter = match of(SETTER_KEY) {
@@ -27,7 +26,7 @@ pub(super) fn lengths_of(kept: &[(String, Value)]) -> ToolLengths {
     ToolLengths { on_setter, setter }
 }
 
-/// What opening the port may do to the board.
+/// Whether opening the port may reset the controller.
 pub(super) fn reset_of(kept: &[(String, Value)]) -> ResetOnOpen {
     let of = kept.iter().find_map(|(key, value)| match value {
         Value::Text(word) if key == RESET_KEY => ResetOnOpen::of(word),
@@ -36,7 +35,7 @@ pub(super) fn reset_of(kept: &[(String, Value)]) -> ResetOnOpen {
     of.unwrap_or_default()
 }
 
-/// The lines by which the machine changes tools itself; none where a person does.
+/// The tool-change macro; empty if the user changes tools.
 pub(super) fn changer_of(kept: &[(String, Value)]) -> ToolMacro {
     let of = kept.iter().find_map(|(key, value)| match value {
         Value::Texts(lines) if key == CHANGER_KEY => {
@@ -47,12 +46,12 @@ pub(super) fn changer_of(kept: &[(String, Value)]) -> ToolMacro {
     of.unwrap_or_default()
 }
 
-/// Why a choice cannot be, if it cannot.
+/// Returns why a setting is invalid, if it is.
 pub(super) fn refused((key, value): &(String, Value)) -> Option<Diagnostic> {
     if key == CHANGER_KEY {
         return match value {
             Value::Texts(lines) => ToolMacro::of_lines(lines.iter().map(String::as_str)).err(),
-            // A list of nothing does not say of what.
+            // An empty list has no element type, so it arrives as numbers.
             Value::Numbers(none) if none.is_empty() => None,
             _ => Some(ToolMacro::bad(value)),
         };
@@ -69,7 +68,7 @@ pub(super) fn refused((key, value): &(String, Value)) -> Option<Diagnostic> {
     (!is_one).then(|| Diagnostic::error("setter.bad"))
 }
 
-/// What there is to say of it before a job.
+/// The pre-flight row about tool lengths.
 pub(super) fn length_row(lengths: &ToolLengths) -> Option<PreflightRow> {
     lengths.on_setter.then(|| match lengths.setter {
         None => row(RowVerdict::Fail, Diagnostic::error("setter.no_place")),

@@ -1,6 +1,4 @@
-//! The height map of the board on a controller: touched, kept, followed by jobs, forgotten.
-//!
-//! Comes in: asks, touches. Goes out: tells, the map in a file, orders whose depth follows it. Does not know how depth is corrected.
+//! The height map of the board on a controller: measured, saved, used by jobs, forgotten.
 
 use super::order::Order;
 use super::station::Station;
@@ -16,7 +14,7 @@ use annulus_core::level::{HeightMap, ProbeGrid, key_of, same_job};
 use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, PreflightRow, RowVerdict, Tell};
 
-/// What there is to be touched, and how.
+/// A request to measure the board.
 pub(super) struct SurveyWish {
     pub(super) grid: ProbeGrid,
     pub(super) job: String,
@@ -26,7 +24,7 @@ pub(super) struct SurveyWish {
 }
 
 impl<F: Files> Station<F> {
-    /// Begins to touch the board.
+    /// Starts to probe the board.
     pub(super) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
         if self.hand.height.is_none() {
             return Err(Diagnostic::error("grbl.no_height"));
@@ -34,7 +32,7 @@ impl<F: Files> Station<F> {
         let mm = |um: u32| f64::from(um) / 1e3;
         let start = SurveyStart::usual(wish.grid, mm(wish.clear_um), mm(wish.depth_um));
         self.engine_asked(EngineAsk::Survey(start))?;
-        // None of its ways is a move that somebody has to go on wanting.
+        // None of its moves needs a renewal by the page.
         self.hand.until = None;
         let count = wish.grid.count();
         let (job, now_s, grid) = (wish.job, wish.now_s, Some(wish.grid));
@@ -43,7 +41,7 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    /// A touch, or the end of all.
+    /// Takes one probed height, or the end of the measurement.
     pub(super) fn touched(&mut self, news: &SurveyNews) {
         match news {
             SurveyNews::Touched { index, height, done, of } => {
@@ -60,7 +58,7 @@ impl<F: Files> Station<F> {
                     let (job, measured_s, homed) = (touching.job, touching.now_s, self.homes());
                     let map = HeightMap { grid, heights, job, zero: self.zero_now(), homed, measured_s };
                     self.surface.fresh = true;
-                    // It was measured from this zero, whatever that goes by.
+                    // The map was measured from this zero, so the zero now refers to this map.
                     if let Some(height) = &mut self.hand.height {
                         height.map = Some(map.key());
                     }
@@ -73,7 +71,7 @@ impl<F: Files> Station<F> {
         self.tell_surface();
     }
 
-    /// Keeps the map, or forgets the one that there is.
+    /// Saves the map; `None` forgets it.
     pub(super) fn keep_surface(&mut self, map: Option<HeightMap>) -> Result<(), Diagnostic> {
         self.surface.map = map;
         let written = self.ledger.keep(File::HeightMap, &sealed(&self.surface.map));
@@ -81,7 +79,7 @@ impl<F: Files> Station<F> {
         written
     }
 
-    /// Without switches a place means nothing over a reset.
+    /// After a reset without limit switches, the map no longer matches the board's position.
     pub(super) fn surface_is_lost(&mut self) {
         self.surface.fresh = false;
         self.tell_surface();
@@ -96,15 +94,16 @@ impl<F: Files> Station<F> {
         [Length::from_mm(zero_mm[0]), Length::from_mm(zero_mm[1])]
     }
 
-    /// Why the map that there is does not fit to the zero; none where it does.
+    /// Why the map does not fit the work zero; `None` if it fits.
     fn misplaced(&self, map: &HeightMap) -> Option<Diagnostic> {
         let stale = (!map.homed && !self.surface.fresh)
             .then(|| Diagnostic::error("level.other_zero").with("mm", "?"));
         stale.or_else(|| map.refused(&map.job, self.zero_now(), self.homes()))
     }
 
-    /// How high over the work zero the board is where the tip is now, mm, and what a zero of Z that is set there goes by: the map of the
-    /// job in work, before a job the one that there is. Refused where nobody knows the place.
+    /// Height of the board over the work zero at the tool's position, mm, and the map that a Z zero set
+    /// there refers to. During a job that is the job's map, before it the saved one. Fails if the position
+    /// is unknown.
     pub(super) fn surface_mm(&self) -> Result<(f64, HeightSet), Diagnostic> {
         let controller = self.attended.controller();
         if self.homes() && controller.trust != Trust::Trusted {
@@ -120,21 +119,21 @@ impl<F: Files> Station<F> {
         Ok((height_mm, HeightSet { of_board: false, map: Some(map.key()) }))
     }
 
-    /// Whether it is the map of the job that was broken off, and the zero was set again by hand: without switches nothing else tells
-    /// where it was.
+    /// Returns `true` if `map` belongs to the interrupted job and the user has set the zero again. Without
+    /// limit switches nothing else locates the board.
     fn placed_by_hand(&self, map: &HeightMap) -> bool {
         let followed = self.offer.is_some() && self.ledger.entry().levelled == Some(map.key());
         followed && !self.homes() && self.hand.zero_set
     }
 
-    /// The order as it follows the map of its job, and what there is to read of that.
+    /// The order with depths that follow the map of its job, and the pre-flight rows about it.
     pub(super) fn levelled(&self, order: Order, from: usize, resumed: bool) -> (Order, Vec<PreflightRow>) {
         let fails = |order, why| (order, vec![row(RowVerdict::Fail, why)]);
         let before = self.ledger.entry().levelled.clone().filter(|_| resumed);
         let (map, told) = match (&self.surface.map, &before) {
             (Some(map), Some(key)) if map.key() == *key => (Some(map), None),
             (_, Some(_)) => return fails(order, Diagnostic::error("level.other_map")),
-            // It was begun without one.
+            // The job was started without a map.
             (_, None) if resumed => (None, None),
             (None, None) => (None, None),
             (Some(map), None) if !same_job(&map.job, &key_of(&order.program)) => {
@@ -156,14 +155,14 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Why an order may not begin with section `from`, as far as a height map goes: the one that it follows, or the one that zero of Z
-    /// goes by.
+    /// Height map reasons why an order may not start with section `from`. Compares the map that it follows
+    /// with the one that the Z zero refers to.
     pub(super) fn unfollowed(&self, order: &Order, from: usize) -> Option<Diagnostic> {
         let follows = order.routine.levelled.as_deref();
         if let Some(key) = follows {
             let map = self.surface.map.as_ref().filter(|map| map.key() == *key);
             let Some(map) = map else { return Some(Diagnostic::error("level.other_map")) };
-            // A zero that was set by hand is believed where the job goes on; one that begins anew may be on another board.
+            // A zero set by the user is accepted for a resumed job. A new job may be on another board.
             let goes_on = from > 0 && self.placed_by_hand(map);
             if let Some(why) = self.misplaced(map).filter(|_| !goes_on) {
                 return Some(why);
@@ -173,7 +172,7 @@ impl<F: Files> Station<F> {
         (!suits && !self.height_as_left(from)).then(|| Diagnostic::error("level.other_height"))
     }
 
-    /// How it stands, for the page.
+    /// The height map report for the page.
     pub(super) fn surface_tell(&self) -> Tell {
         let touching = &self.surface.touching;
         let goes = touching.grid.is_some();
@@ -197,7 +196,6 @@ impl<F: Files> Station<F> {
         }))
     }
 
-    /// Tells it.
     pub(super) fn tell_surface(&mut self) {
         let tell = self.surface_tell();
         self.line.tell(&tell);

@@ -1,13 +1,11 @@
-//! A controller of the GRBL family and who attends it: shared by the bridge (a thread with a serial port) and the page (a worker that
-//! is handed the bytes of Web Serial).
+//! The host of a GRBL controller. The bridge runs it in a thread with a serial port, the page in a worker
+//! that receives the bytes of Web Serial.
 //!
 //! ```text
 //! page ── text ──▶ line ── asks ──▶ station ── Event ──▶ attended (the engine of core) ── bytes ──▶ port
-//!   ◀── frames ────┘                   │  order: the program in its words, section by section and leg by leg
-//!                                      └─ ledger: what is done, in two halves, durable before it is told
+//!   ◀── frames ────┘                   │  order: the program as G-code, section by section and leg by leg
+//!                                      └─ ledger: progress in two halves, durable before it is reported
 //! ```
-//!
-//! Comes in: frames of `wire`, programs, bytes of a port, the time. Goes out: frames, bytes. Does not know browsers, ports or threads.
 
 mod asks;
 mod attended;

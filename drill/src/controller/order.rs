@@ -1,11 +1,10 @@
-//! A job in a controller's words: its program, the text that is sent, and which leg each section of that is.
+//! A job as G-code: its program, the text that is sent, and the leg of each section of that text. Moves
+//! nothing.
 //!
 //! ```text
 //! program   Prepare  ToolChange 0  Hole 4  Hole 17  …  Finish
-//! sections           Change 0     Hole 1  Hole 2   …  Finish      a section is found by the place where its leg begins
+//! sections           Change 0     Hole 1  Hole 2   …  Finish      the start of its leg identifies a section
 //! ```
-//!
-//! Comes in: a program's bytes, the machine that it is for. Goes out: an [`Order`]. Moves nothing.
 
 use crate::prepare::made;
 use annulus_core::controller::{self, EngineStart, Routine, SectionKind, TipPlace};
@@ -20,42 +19,40 @@ use annulus_core::units::Length;
 use annulus_core::wire::program;
 use std::sync::Arc;
 
-/// How far the place of a section may be from that of its leg: the last digit of the text.
+/// How far a section's start may be from the start of its leg: the last digit of the text.
 const SAME: Length = Length::from_um(1);
 
-/// A job in a controller's words.
+/// A job as G-code.
 #[derive(Clone)]
 pub(super) struct Order {
     /// SHA-256 of the program's bytes.
     pub(super) key: String,
-    /// These.
     pub(super) bytes: Vec<u8>,
-    /// The program.
     pub(super) program: Program,
-    /// What is sent, as text.
+    /// The text that is sent.
     pub(super) text: String,
-    /// The same, section by section.
+    /// The text, parsed into sections.
     pub(super) routine: Arc<Routine>,
     /// The leg of each section.
     pub(super) legs: Vec<usize>,
 }
 
-/// A job that was compared.
+/// A job that passed through the pre-flight check.
 pub(super) struct Armed {
-    /// The job.
     pub(super) order: Order,
-    /// The leg that was asked for.
+    /// The requested leg.
     pub(super) from_leg: u32,
-    /// What the engine is asked for.
+    /// The engine's start request.
     pub(super) start: EngineStart,
-    /// The work zero that it was compared with, machine coordinates.
+    /// The work zero at the time of the check, machine coordinates, mm.
     pub(super) zero_mm: Option<[f64; 3]>,
-    /// Why its depth cannot be what it should.
+    /// Why the height map forbids a start, if it does.
     pub(super) refused: Option<Diagnostic>,
 }
 
 impl Order {
-    /// The program `bytes` written for a controller that is `machine`.
+    /// Writes the program `bytes` as G-code for the controller of `machine`, and checks the result against
+    /// the program.
     pub(super) fn written(key: &str, bytes: &[u8], machine: &Machine) -> Result<Self, Diagnostic> {
         let program = program::decode(bytes)?;
         let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(machine) };
@@ -71,7 +68,7 @@ impl Order {
         Self::read(key, bytes, text)
     }
 
-    /// The program `bytes` with the text that was made of it.
+    /// Combines the program `bytes` with the text that was written for it.
     pub(super) fn read(key: &str, bytes: &[u8], text: String) -> Result<Self, Diagnostic> {
         let program = program::decode(bytes)?;
         let file = (program.name.clone(), text);
@@ -81,13 +78,13 @@ impl Order {
         Ok(Self { key, bytes, program, text: file.1, routine, legs })
     }
 
-    /// The same, its depth following the surface of `map`, and by how much it is corrected.
+    /// The same order with depths that follow `map`, and the size of the correction.
     pub(super) fn following(&self, map: &HeightMap) -> Result<(Self, Correction), Diagnostic> {
         let (routine, correction) = controller::level_routine(&self.routine, map, TOLERANCE)?;
         Ok((Self { routine: Arc::new(routine), ..self.clone() }, correction))
     }
 
-    /// The leg of section `section`; behind the last one, how many legs there are.
+    /// The leg of section `section`; after the last section, the number of legs.
     pub(super) fn leg(&self, section: usize) -> usize {
         self.legs.get(section).copied().unwrap_or(self.program.legs.len())
     }
@@ -98,7 +95,7 @@ impl Order {
     }
 }
 
-/// The leg of each section, in order: none goes back.
+/// The leg of each section, in ascending order.
 pub(super) fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
     let mut next = 0;
     let mut of = |section: &controller::Section| {
@@ -109,7 +106,7 @@ pub(super) fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
             }
             _ => false,
         };
-        // A leg that is cut in two, as where a path leaves the board on its way, is that of both.
+        // If a path leaves the board on its way, its leg is cut in two: both sections have this leg.
         let found = (next..program.legs.len()).find(is);
         let leg = found.unwrap_or(next.saturating_sub(1));
         next = found.map_or(next, |leg| leg + 1);
@@ -118,7 +115,7 @@ pub(super) fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
     routine.sections.iter().map(&mut of).collect()
 }
 
-/// Where leg `leg` goes down first.
+/// XY position where leg `leg` first plunges.
 fn begins(program: &Program, leg: usize) -> Point {
     let first = program.legs[leg].commands.iter().find_map(|command| match command {
         Command::Rapid { to } => Some(*to),

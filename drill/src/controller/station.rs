@@ -1,7 +1,7 @@
-//! A controller and the one page that it belongs to, without threads: taken by turns by whoever has port and time, a page's worker.
+//! A controller and the one page that uses it, without threads: the caller, a page's worker, owns port and
+//! time and calls in turn.
 //!
-//! Comes in: frames of `wire`, programs, bytes of the port, the time. Goes out: frames, bytes for the port. What is done of a job is
-//! durable before it is told. Does not know a browser.
+//! Job progress is durable before it is reported.
 
 use super::attended::{Attended, AttendedJob, Due, Told};
 use super::host::{HELD_AFTER, Host, HostNews};
@@ -22,47 +22,47 @@ use annulus_core::controller::{
 };
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Machine, MillProfile};
-use annulus_core::wire::{CheckModeReport, Status, Tell, ToolsReport};
+use annulus_core::wire::{CheckModeReport, JobEnd, Status, Tell, ToolsReport};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often it wants to be called.
+/// How often [`Station::advance`] wants to be called.
 const TURN: Duration = Duration::from_millis(10);
-/// How long a controller may take to say who it is: a line at the wrong speed says something for ever.
+/// How long a controller may take to identify itself: on a line at the wrong speed, noise never ends.
 const GREETING: Duration = Duration::from_secs(8);
 
-/// A job in work.
+/// A running job.
 pub(super) struct Work {
     pub(super) order: Order,
-    /// The section that it began with, and seconds of each from there on.
+    /// The section that this run started with, and seconds of each section from there.
     pub(super) from: usize,
     pub(super) each_s: Vec<f64>,
     pub(super) started: Duration,
 }
 
-/// What a person does by hand, and what is known by that.
+/// State of the manual actions.
 #[derive(Default)]
 pub(super) struct Hand {
-    /// The page wants a move by hand until then.
+    /// The page allows the current jog until then.
     pub(super) until: Option<Duration>,
-    /// Unlocked without homing.
     pub(super) unlocked: bool,
-    /// A zero was asked for: of Z, of X and Y, or of one of those.
+    /// The zero that was requested and not yet confirmed.
     pub(super) zero_asked: Option<Zero>,
-    /// Zero of X and Y was set since the port was opened; where it was before.
+    /// The user set zero of X and Y since the port was opened; the position of the zero before.
     pub(super) zero_set: bool,
     pub(super) zero_before_mm: Option<[f64; 3]>,
-    /// Zero of X or Y was set since the port was opened, in whichever way: that it is another one than a job had is a person's will.
+    /// The user set zero of X or Y since the port was opened, by any method: a difference from the job's
+    /// zero is intended.
     pub(super) zero_meant: bool,
-    /// A job is done, after which the head is parked: as soon as the controller rests, unless anything is asked before.
+    /// A job ended and parking is due: as soon as the controller is idle, unless a request arrives first.
     pub(super) parks: bool,
-    /// The job in work is to stop after its hole: no move that nobody wanted comes behind that, be it the last hole.
+    /// The job stops after the current hole: no automatic move may follow, not even after the last hole.
     pub(super) stops_after: bool,
-    /// What zero of Z goes by, where it was set since the port was opened and its place is not lost.
+    /// Reference of the Z zero, if it was set since the port was opened and is still valid.
     pub(super) height: Option<HeightSet>,
 }
 
-/// Which zero.
+/// A kind of zero.
 #[derive(Clone, PartialEq)]
 pub(super) enum Zero {
     Plane,
@@ -77,27 +77,27 @@ pub struct Station<F> {
     pub(super) ledger: Ledger<F>,
     pub(super) bringing: Option<Bringing>,
     pub(super) machine: Machine,
-    /// The mill that a person said it is.
+    /// The mill profile that the user chose.
     pub(super) mill: Option<&'static MillProfile>,
-    /// How the length of a tool is found.
+    /// How tool lengths are found.
     pub(super) lengths: ToolLengths,
-    /// What opening the port may do to the board.
+    /// Whether opening the port may reset the controller.
     pub(super) reset: ResetOnOpen,
-    /// The lines by which the machine changes tools itself; none where a person does.
+    /// The tool-change macro; empty if the user changes tools.
     pub(super) changer: ToolMacro,
     pub(super) programs: Programs,
     pub(super) armed: Option<Armed>,
     pub(super) work: Option<Work>,
-    /// The job that was broken off.
+    /// The interrupted job.
     pub(super) offer: Option<Order>,
     pub(super) alarm: Option<Diagnostic>,
     pub(super) hand: Hand,
     pub(super) surface: BoardSurface,
-    /// How the last job was read in check mode.
+    /// Result of the latest check in check mode.
     pub(super) checked: CheckModeReport,
     trust: Trust,
     written: Vec<u8>,
-    /// Somebody is there and said who.
+    /// The controller identified itself.
     pub(super) greeted: bool,
     over: bool,
     opened: Duration,
@@ -109,8 +109,8 @@ pub struct Station<F> {
 }
 
 impl<F: Files> Station<F> {
-    /// The station whose ledger lies in `files`; its port is open now. `speed` is how many times faster than life the controller
-    /// runs: simulated ones do.
+    /// Opens the station whose ledger is in `files`; its port is open. `speed` is the time scale of a
+    /// simulated controller, 1 for real time.
     pub fn open(mut files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             return Err(Diagnostic::error("control.speed_range").with("speed", speed));
@@ -157,25 +157,25 @@ impl<F: Files> Station<F> {
         Ok(station)
     }
 
-    /// A page is there, and says hello next.
+    /// A page connected; its hello comes next.
     pub fn connect(&mut self) {
         self.line.challenge();
     }
 
-    /// The page says `text`.
+    /// Handles `text` from the page.
     pub fn hear(&mut self, text: &str) {
         self.look_at_host();
         let asked = self.line.heard(text, (self.time)());
         self.see_to(asked);
     }
 
-    /// Bytes came from the port.
+    /// Takes bytes from the port.
     pub fn bytes(&mut self, bytes: Vec<u8>) {
         self.look_at_host();
         self.by_itself(EngineEvent::Bytes(bytes));
     }
 
-    /// The port is gone.
+    /// The port is closed.
     pub fn unplugged(&mut self) {
         self.by_itself(EngineEvent::Closed);
         self.over = true;
@@ -183,14 +183,14 @@ impl<F: Files> Station<F> {
         self.tell_status((self.time)());
     }
 
-    /// Nobody is there any more: what stood as an alarm is said, for no status follows.
+    /// No status follows after the end: report a pending alarm now.
     fn say_farewell(&mut self) {
         if let Some(why) = self.alarm.take() {
             self.line.answer(Err(why));
         }
     }
 
-    /// The bytes that are to go to the port, in their order. That they are on their way to the board is to be said by [`Self::carried`].
+    /// Takes the bytes for the port, in order. The caller confirms each batch with [`Self::carried`].
     pub fn written(&mut self) -> Vec<u8> {
         if !self.written.is_empty() {
             self.host.is_written((self.time)());
@@ -198,14 +198,14 @@ impl<F: Files> Station<F> {
         std::mem::take(&mut self.written)
     }
 
-    /// What was written, the oldest of it, is handed to the port.
+    /// The port accepted the oldest written batch.
     pub fn carried(&mut self) {
         self.look_at_host();
         self.host.is_carried((self.time)());
     }
 
-    /// Where the computer stood still for long, the board has run what it had, and stands: it goes on when a person wants that. The
-    /// place is known as before.
+    /// After a long stall of the host, the controller has run empty and stopped. The job is held until the
+    /// user resumes it. The position is still valid.
     fn look_at_host(&mut self) {
         let Some(news) = self.host.look((self.time)()) else { return };
         let phase = self.attended.controller().phase;
@@ -218,34 +218,34 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// The frames that are to go to the page, in their order.
+    /// Takes the frames for the page, in order.
     pub fn frames(&mut self) -> Vec<String> {
         self.line.frames()
     }
 
-    /// Whether nobody is there any more: the port is to be closed.
+    /// Returns `true` if the session ended and the port should be closed.
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// Whether a controller said who it is since the port was opened.
+    /// Returns `true` if the controller identified itself since the port was opened.
     pub fn greeted(&self) -> bool {
         self.greeted
     }
 
-    /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
+    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
-        // That of a job that was broken off stays.
+        // The program of an interrupted job must not be dropped.
         let stays = self.offer.as_ref().map(|order| &order.key);
         self.programs.keep(key, bytes, stays)
     }
 
-    /// The bytes kept under `key`.
+    /// The program saved under `key`.
     pub fn job(&self, key: &str) -> Option<&[u8]> {
         self.programs.bytes(key)
     }
 
-    /// Time went by, or something was heard. Gives after which time it wants to be called again.
+    /// Does everything that is due now. Returns the delay until the next call.
     pub fn advance(&mut self) -> Duration {
         self.look_at_host();
         let now = (self.time)();
@@ -261,7 +261,8 @@ impl<F: Files> Station<F> {
         if self.state() == State::Ready && std::mem::take(&mut self.hand.parks) {
             self.parks_after_job();
         }
-        // What is understood is no line at the wrong speed: a board that is not to be disturbed is waited for.
+        // An understood status proves that the line speed is right. A controller that must not be reset may
+        // take longer to identify itself.
         let is_waited_for = self.reset == ResetOnOpen::Never && self.attended.controller().status.is_some();
         let is_silent = !self.greeted && !is_waited_for;
         self.over |= is_silent && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
@@ -282,7 +283,7 @@ impl<F: Files> Station<F> {
                     let armed = self.line.tickets.check(ticket).and_then(|()| self.arm(&job, from_leg));
                     self.line.answer(armed.map(|tell| vec![tell]));
                 }
-                // The controller itself does that, from now on.
+                // The controller applies overrides itself: nothing to plan.
                 Asked::FeedOverride { .. } => {}
             }
         }
@@ -300,18 +301,18 @@ impl<F: Files> Station<F> {
             }
             Message::Stop => {
                 let found = self.engine(EngineEvent::Ask(EngineAsk::Stop));
-                // Which tool is held nobody knows then.
+                // A stop during a tool change leaves the held tool unknown: report that.
                 for why in found.into_iter().filter(|why| why.code == "changer.stopped") {
                     self.line.tell(&Tell::Refused { why });
                 }
             }
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
-            // Moves by hand end by themselves, and nothing else is only for whoever has control.
+            // Jogs end by themselves, and nothing else depends on control.
             _ => {}
         }
     }
 
-    /// Something that nobody asked for: what goes wrong then is an alarm where it ends what was in work.
+    /// Handles an event that no request caused. An error that ends the current activity becomes an alarm.
     fn by_itself(&mut self, event: EngineEvent) {
         for why in self.engine(event) {
             let phase = self.attended.controller().phase;
@@ -320,7 +321,7 @@ impl<F: Files> Station<F> {
                 EnginePhase::Stopping | EnginePhase::Locked | EnginePhase::Closed | EnginePhase::Greeting
             );
             if why.severity == Severity::Error && ends {
-                // That the cable is out says more than that nobody answers.
+                // "Unplugged" explains more than "no response", so it replaces that alarm.
                 if self.alarm.is_none() || why.code == "grbl.unplugged" {
                     self.alarm = Some(why);
                 }
@@ -330,7 +331,7 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Lets the engine think, and does what it says. Gives what it found.
+    /// Feeds an event to the engine and carries out the resulting work. Returns the problems found.
     pub(super) fn engine(&mut self, event: EngineEvent) -> Vec<Diagnostic> {
         let passed = (self.time)().saturating_sub(self.opened + self.host.stood());
         let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
@@ -350,10 +351,10 @@ impl<F: Files> Station<F> {
         found
     }
 
-    /// Writes down what is done. Where that cannot be, nothing new may be begun.
+    /// Saves the progress. If that fails, holds the controller with `!`.
     fn keep(&mut self, entry: &AttendedJob) -> Option<Diagnostic> {
         if self.bringing.is_none() && self.work.is_none() {
-            // Nothing of ours is in work: a reset alone came to its end.
+            // No job of ours is running, so this is not its end.
             return None;
         }
         let wear = self.wear_now();
@@ -405,7 +406,7 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Without switches, what was known of places is not known any more.
+    /// Forgets zero and height: without limit switches they do not survive a lost position.
     fn lost_place(&mut self) {
         (self.hand.height, self.hand.zero_set, self.hand.zero_before_mm) = (None, false, None);
         self.surface_is_lost();
@@ -425,7 +426,12 @@ impl<F: Files> Station<F> {
         let legs =
             if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
         let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));
-        self.line.tell(&Tell::Ended { job: work.order.key.clone(), ending, holes_done, toolpaths_done });
+        self.line.tell(&Tell::Ended(JobEnd {
+            job: work.order.key.clone(),
+            ending,
+            holes_done,
+            toolpaths_done,
+        }));
         self.armed = None;
         self.offer = (!done && self.attended.entry().done > 0).then_some(work.order);
         if let Some(offer) = self.offer_tell() {

@@ -1,6 +1,5 @@
-//! How things stand with a controller, in the words of every drill; and the machine that jobs are planned for, by its settings.
-//!
-//! Comes in: the engine's state, the job in work. Goes out: tells. Changes nothing but what was told.
+//! The status reports of a controller, in the same form as a drill's, and the machine model that jobs are
+//! planned for.
 
 use super::expected;
 use super::lengths::{changer_of, is_of_controller, lengths_of, reset_of};
@@ -13,20 +12,20 @@ use annulus_core::job::{Input, Mark};
 use annulus_core::machine::{self, AXES, MILL_KEY, Machine, MillProfile, Value};
 use annulus_core::pins::SpindleState;
 use annulus_core::steps::Stage;
-use annulus_core::wire::{Status, Tell};
+use annulus_core::wire::{ControllerReport, InterruptedJob, Status, Tell};
 use std::time::Duration;
 
-/// Small changes are told at most this often.
+/// Shortest time between two reports of small changes.
 const PACE: Duration = Duration::from_millis(40);
-/// At the latest this long after the one before.
+/// Longest time between two reports.
 const HEARTBEAT: Duration = Duration::from_millis(100);
 
-/// Settings of the machine that a controller says of itself, axis by axis, and the first number of each.
+/// Machine settings that the controller knows itself, per axis, and the number of its setting for X.
 const SAID: [(&str, u16); 5] =
     [("scale", 100), ("max_speed", 110), ("max_acceleration", 120), ("min", 130), ("max", 130)];
 const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// The number under which a controller has the machine's setting `key`, where it has it.
+/// The number of the controller's setting for the machine setting `key`, if it has one.
 pub(super) fn set_there(key: &str) -> Option<u16> {
     if key == "spindle.max_speed" {
         return Some(30);
@@ -37,7 +36,8 @@ pub(super) fn set_there(key: &str) -> Option<u16> {
     Some(first + axis as u16)
 }
 
-/// What a controller says of itself, as settings of the machine. Z lies above the board as far as it can.
+/// The controller's settings as settings of the machine. The board is assumed as far below Z's top as is
+/// plausible.
 fn said(info: &Info) -> Vec<(String, Value)> {
     let mut said = Vec::new();
     let mut set = |key: String, value: f64| said.push((key, Value::Number(value)));
@@ -72,7 +72,7 @@ fn said(info: &Info) -> Vec<(String, Value)> {
     said
 }
 
-/// The mill that a person said it is.
+/// The mill profile that the user chose.
 fn mill_of(kept: &[(String, Value)]) -> Option<&'static MillProfile> {
     kept.iter().find_map(|(key, value)| match value {
         Value::Text(name) if key == MILL_KEY => machine::mill(name),
@@ -80,8 +80,8 @@ fn mill_of(kept: &[(String, Value)]) -> Option<&'static MillProfile> {
     })
 }
 
-/// The machine that jobs are planned for: the mill that a person said it is, what the controller says of itself where that makes a
-/// machine, and what a person set.
+/// The machine that jobs are planned for: the user's mill profile, then the controller's settings if they
+/// are valid, then the user's settings.
 fn machine_of(kept: &[(String, Value)], info: &Info) -> Machine {
     let name: String = format!("{} {}", info.flavour(), info.version).chars().take(60).collect();
     let mill = mill_of(kept).map_or_else(machine::hobby_3018, MillProfile::machine);
@@ -93,7 +93,7 @@ fn machine_of(kept: &[(String, Value)], info: &Info) -> Machine {
 }
 
 impl<F: Files> Station<F> {
-    /// Makes the machine of what is known now.
+    /// Rebuilds the machine from the current settings.
     pub(super) fn describe(&mut self) {
         let kept = self.ledger.settings();
         (self.mill, self.lengths, self.reset) = (mill_of(&kept), lengths_of(&kept), reset_of(&kept));
@@ -101,14 +101,14 @@ impl<F: Files> Station<F> {
         self.machine = machine_of(&kept, &self.attended.controller().info);
     }
 
-    /// Where the controller is not as the mill that a person said it is.
+    /// Differences between the controller and the chosen mill profile.
     pub(super) fn unlike_mill(&self) -> Vec<Diagnostic> {
         let info = &self.attended.controller().info;
         let unlike = self.mill.map(|mill| expected::unlike_mill(mill, info.flavour(), &info.values));
         unlike.unwrap_or_default()
     }
 
-    /// Who the controller is.
+    /// The controller's identity and settings.
     pub(super) fn controller_tell(&self) -> Tell {
         let info = &self.attended.controller().info;
         let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
@@ -116,7 +116,7 @@ impl<F: Files> Station<F> {
         let mill = self.mill.map(|mill| mill.name.to_owned());
         let (lengths, reset_on_open) = (self.lengths, self.reset);
         let changer = self.changer.lines().to_vec();
-        Tell::Controller { flavour, version, values, mill, lengths, reset_on_open, changer }
+        Tell::Controller(ControllerReport { flavour, version, values, mill, lengths, reset_on_open, changer })
     }
 
     pub(super) fn machine_tell(&self) -> Tell {
@@ -127,13 +127,13 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// The job that was broken off, if there is one and nothing runs.
+    /// The interrupted job, if there is one and no job runs.
     pub(super) fn offer_tell(&self) -> Option<Tell> {
         let order = self.offer.as_ref().filter(|_| self.work.is_none())?;
         let done = self.ledger.entry().done;
         let (holes_done, toolpaths_done) = order.made(done);
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-        Some(Tell::Interrupted {
+        Some(Tell::Interrupted(InterruptedJob {
             job: order.key.clone(),
             name: order.program.name.clone(),
             next_leg: count(order.leg(done)),
@@ -141,10 +141,10 @@ impl<F: Files> Station<F> {
             holes_total: count(order.program.hole_count()),
             toolpaths_done,
             toolpaths_total: count(order.program.toolpath_count()),
-        })
+        }))
     }
 
-    /// What a newcomer must know, once a controller said who it is.
+    /// Messages for a newly connected page, once the controller is identified.
     pub(super) fn greeting(&self) -> Vec<Tell> {
         if !self.greeted {
             return Vec::new();
@@ -157,7 +157,7 @@ impl<F: Files> Station<F> {
         tells
     }
 
-    /// Tells the status when it is time, or when something changed that people wait for.
+    /// Reports the status when it is due, or when the state, trust or alarm changed.
     pub(super) fn tell_status(&mut self, now: Duration) {
         if !self.greeted {
             return;
@@ -175,16 +175,16 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// What it is doing, in the words of the banner.
+    /// The state as the page shows it.
     pub(super) fn state(&self) -> State {
         let controller = self.attended.controller();
         let homes = settings::on(&controller.info.values, 22);
         let homed = self.told.0.as_ref().is_some_and(|told| told.state == State::Homing);
         match controller.phase {
-            // A door or a button at the board itself.
+            // A door or a button at the machine.
             _ if controller.stands() => State::Paused,
             EnginePhase::Homing => State::Homing,
-            // Until it has said where it is now.
+            // Until the first report after homing.
             EnginePhase::Ready if controller.status.is_none() && homed => State::Homing,
             EnginePhase::Ready if controller.status.is_none() => State::Stopping,
             EnginePhase::Jogging if controller.parks() => State::Parking,
@@ -194,7 +194,7 @@ impl<F: Files> Station<F> {
             EnginePhase::Holding => State::Pausing,
             EnginePhase::Held => State::Paused,
             EnginePhase::ToolChange | EnginePhase::Measuring | EnginePhase::Changing => State::ToolChange,
-            // A reset ends it: the board greets anew.
+            // A reset ends it: the controller sends its banner again.
             EnginePhase::Stopping | EnginePhase::Greeting => State::Stopping,
             _ if self.alarm.is_some() => State::Alarm,
             EnginePhase::Ready if !homes || self.hand.unlocked || controller.trust == Trust::Trusted => {
@@ -248,6 +248,7 @@ impl<F: Files> Station<F> {
             stage: mark.and_then(|mark| self.stage(mark, work_mm[2])),
             measuring: controller.measuring(),
             changing: controller.changing(),
+            change: None,
             command: None,
             bit,
             bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),
@@ -258,6 +259,8 @@ impl<F: Files> Station<F> {
             rapid_override_percent: Some(rapid as u8),
             inputs: report.map_or(0, |report| inputs(&report.pins)),
             touches: None,
+            lift_first_mm: controller.lift_first_mm(),
+            paused_on_path: None,
             other_firmware: None,
             phases: [0; 3],
             slips: Vec::new(),
@@ -271,7 +274,7 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// What is being done, as far as the height of the tip tells.
+    /// The stage, as far as the tool's height reveals it.
     fn stage(&self, mark: Mark, height_mm: f64) -> Option<Stage> {
         let moves = self.attended.controller().phase == EnginePhase::Running;
         match mark {
@@ -282,7 +285,7 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// The speed of the spindle as it was told last; 0 where that says that it is off.
+    /// The spindle speed in the last report; 0 if that report shows the spindle off.
     fn rpm(&self) -> u32 {
         let report = self.attended.controller().status.as_ref();
         let off = report
@@ -292,7 +295,7 @@ impl<F: Files> Station<F> {
     }
 }
 
-/// The bit that is in at leg `at`.
+/// The tool in the spindle at leg `at`.
 fn bit_at(legs: &[annulus_core::job::Leg], at: usize) -> Option<u32> {
     legs.iter().take(at).rev().find_map(|leg| match leg.mark {
         Mark::ToolChange(bit) => Some(bit),
@@ -300,7 +303,7 @@ fn bit_at(legs: &[annulus_core::job::Leg], at: usize) -> Option<u32> {
     })
 }
 
-/// Seconds that are left of a job whose first `done` sections are done, and the share that is behind it.
+/// Seconds left of a job with `done` completed sections, and the completed share.
 fn times(work: &Work, done: usize, feed_percent: u16) -> (f64, f64) {
     let whole: f64 = work.each_s.iter().sum();
     let left: f64 = work.each_s.iter().skip(done.saturating_sub(work.from)).sum();
@@ -308,7 +311,8 @@ fn times(work: &Work, done: usize, feed_percent: u16) -> (f64, f64) {
     (left * 100.0 / f64::from(feed_percent.max(1)), share)
 }
 
-/// Switches and probe, by their letters; which end a switch stands at it does not say, and most home to the far one.
+/// Input bits from GRBL's pin letters. A letter does not identify the end of a limit switch; most machines
+/// home to the far end.
 fn inputs(pins: &str) -> u32 {
     let of = |letter| match letter {
         'X' => Input::XMax.bit(),

@@ -1,13 +1,11 @@
-//! What is known of the surface of the board on a controller: the map that was kept, and the one that is being measured.
-//!
-//! Comes in: files. Goes out: plain data. Does not know who touches the board.
+//! Board surface data on a controller: the saved map, and a measurement in progress.
 
 use crate::files::{File, Files};
 use crate::journal::unsealed;
 use annulus_core::level::{HeightMap, ProbeGrid};
 use annulus_core::units::Length;
 
-/// A board that is being touched.
+/// A measurement in progress.
 #[derive(Default)]
 pub(super) struct Touching {
     pub(super) job: String,
@@ -18,34 +16,34 @@ pub(super) struct Touching {
     pub(super) of: usize,
 }
 
-/// What a zero of Z goes by.
+/// Reference of a Z zero.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct HeightSet {
-    /// The board itself, where the tip was: good for what follows no map.
+    /// The board itself at the tool's position: valid for jobs without a height map.
     pub(super) of_board: bool,
-    /// The key of the height map that it goes together with.
+    /// Key of the height map that it belongs to.
     pub(super) map: Option<String>,
 }
 
 impl HeightSet {
-    /// Whether it is the zero of a job that follows this map, or none.
+    /// Returns `true` if this zero fits a job that follows the map with this key, or no map.
     pub(super) fn suits(&self, follows: Option<&str>) -> bool {
         follows.map_or(self.of_board, |key| self.map.as_deref() == Some(key))
     }
 }
 
-/// What is known of the surface of the board.
+/// Board surface data.
 #[derive(Default)]
 pub(super) struct BoardSurface {
-    /// The map that was kept.
+    /// The saved map.
     pub(super) map: Option<HeightMap>,
-    /// It was measured since the port was opened, and the place of the zero was not lost since.
+    /// The map was measured since the port was opened, and the zero is still valid.
     pub(super) fresh: bool,
     pub(super) touching: Touching,
 }
 
 impl BoardSurface {
-    /// As it was kept.
+    /// Loads the saved map.
     pub(super) fn kept(files: &mut impl Files) -> Self {
         let bytes = files.read(File::HeightMap).unwrap_or_default();
         let map = unsealed::<Option<HeightMap>>(&bytes).ok().flatten().filter(HeightMap::is_whole);

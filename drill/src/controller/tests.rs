@@ -1,6 +1,7 @@
-//! A station with a board of our own behind it, in a time of its own: what a page asks, and what the tip really did.
+//! Tests of a station with a simulated GRBL controller and a simulated clock: the page's requests, and the
+//! tool's real motion.
 
-// The same board that the engine's own tests have.
+// Shared with the engine's own tests.
 #[allow(dead_code)]
 #[path = "../../../core/tests/controller/automaton/mod.rs"]
 mod automaton;
@@ -23,7 +24,7 @@ use annulus_core::control::{Ending, State, Trust};
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::{Value, hobby_3018};
 use annulus_core::magazine::{Held, Seen};
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
 use automaton::Automaton;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -34,7 +35,7 @@ thread_local! {
     static NOW: Cell<Duration> = const { Cell::new(Duration::ZERO) };
 }
 
-/// A hole is there when the tip was so near to its bottom, mm.
+/// A hole counts as made if the tool came this close to its bottom, mm.
 const NEAR: f64 = 0.02;
 /// Work zero in machine coordinates.
 const ZERO: [f64; 3] = [-150.0, -120.0, -40.0];
@@ -43,7 +44,7 @@ const ZERO: [f64; 3] = [-150.0, -120.0, -40.0];
 #[derive(Clone, Default)]
 struct Memory(Rc<RefCell<Kept>>);
 
-/// What is written, and whether nothing more can be.
+/// The contents, and whether the storage is full.
 type Kept = (BTreeMap<File, Vec<u8>>, bool);
 
 impl Files for Memory {
@@ -65,7 +66,7 @@ impl Files for Memory {
     }
 }
 
-/// A page, a station, a board.
+/// A page, a station, a controller.
 struct Bench {
     files: Memory,
     station: Station<Memory>,
@@ -84,12 +85,12 @@ impl Bench {
         bench.ask(&hello);
         bench.ask(&Ask::TakeControl { force: false });
         bench.until(|status| matches!(status.state, State::NotHomed | State::Ready));
-        // Until it has reported.
+        // Until the first report.
         (0..1_000).for_each(|_| bench.millisecond());
         bench
     }
 
-    /// The cable is pulled, the board loses its power, and both come back.
+    /// Unplugs the cable and power-cycles the controller, then reconnects.
     fn replug(mut self) -> Self {
         self.station.unplugged();
         self.turn();
@@ -103,7 +104,7 @@ impl Bench {
         self.turn();
     }
 
-    /// Asks, and gives why not, if it was refused.
+    /// Sends a request. Returns the reason if it was refused.
     fn refused(&mut self, ask: &Ask) -> Option<String> {
         self.heard.retain(|tell| !matches!(tell, Tell::Refused { .. }));
         self.ask(ask);
@@ -159,9 +160,9 @@ impl Bench {
         self.until(|status| status.state == state)
     }
 
-    /// Moves by hand as far as is wanted, with a page that goes on wanting it.
+    /// Jogs the full distance, and keeps renewing the permission.
     fn jog(&mut self, axis: u8, distance_mm: f64) {
-        self.ask(&Ask::Jog { axis, distance_um: (distance_mm * 1e3) as i32 });
+        self.ask(&Ask::Jog { axis, distance_um: (distance_mm * 1e3) as i32, anyway: false });
         self.state(State::Jogging);
         while self.status().is_some_and(|status| status.state == State::Jogging) {
             (0..50).for_each(|_| self.millisecond());
@@ -169,7 +170,7 @@ impl Bench {
         }
     }
 
-    /// Homed, over the work zero, that set, and the tip on the board.
+    /// Homes, sets the work zero, and touches the board with the tool.
     fn ready(files: &Memory) -> Self {
         Self::ready_with(files, Automaton::new([-20.0, -30.0, -10.0]))
     }
@@ -200,12 +201,12 @@ impl Bench {
         key
     }
 
-    /// The pre-flight: codes of rows that fail.
+    /// Codes of the failing pre-flight rows.
     fn fails(&mut self, key: &str, from_leg: u32) -> Vec<String> {
-        self.heard.retain(|tell| !matches!(tell, Tell::Armed { .. }));
+        self.heard.retain(|tell| !matches!(tell, Tell::Armed(_)));
         self.ask(&Ask::Arm { job: key.to_owned(), from_leg });
         let armed = self.heard.iter().find_map(|tell| match tell {
-            Tell::Armed { stream_digest, checks, .. } => Some((stream_digest, checks)),
+            Tell::Armed(ArmedJob { stream_digest, checks, .. }) => Some((stream_digest, checks)),
             _ => None,
         });
         let (digest, checks) = armed.unwrap_or_else(|| panic!("{:?}", self.heard.last()));
@@ -220,7 +221,7 @@ impl Bench {
         assert_eq!(self.refused(&start), None);
     }
 
-    /// Touches every tool off and goes on, until the job ended.
+    /// Touches off every tool and continues, until the job ends.
     fn finish(&mut self) -> (Ending, u32) {
         loop {
             let status = self.until(|status| status.state == State::ToolChange || status.job.is_none());
@@ -237,7 +238,7 @@ impl Bench {
             self.until(|status| status.state != State::ToolChange);
         }
         let ended = self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Ended { ending, holes_done, .. } => Some((*ending, *holes_done)),
+            Tell::Ended(JobEnd { ending, holes_done, .. }) => Some((*ending, *holes_done)),
             _ => None,
         });
         ended.unwrap()
@@ -245,14 +246,14 @@ impl Bench {
 
     fn offer(&self) -> Option<(String, u32, u32)> {
         self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Interrupted { job, next_leg, holes_done, .. } => {
+            Tell::Interrupted(InterruptedJob { job, next_leg, holes_done, .. }) => {
                 Some((job.clone(), *next_leg, *holes_done))
             }
             _ => None,
         })
     }
 
-    /// How often the tip went down at each place of the program, and whether it was in the board anywhere else.
+    /// How often the tool reached each hole's bottom, and how often it was in the board elsewhere.
     fn made(&self, program: &Program) -> (Vec<usize>, usize) {
         let bottoms = bottoms(program);
         let cuts: Vec<[f64; 3]> = self
@@ -280,7 +281,7 @@ impl Bench {
     }
 }
 
-/// Where each hole of the program ends.
+/// The bottom of each hole of the program.
 fn bottoms(program: &Program) -> Vec<[f64; 3]> {
     let legs = program.legs.iter().enumerate().filter(|(_, leg)| matches!(leg.mark, Mark::Hole(_)));
     legs.map(|(index, leg)| {
@@ -294,13 +295,13 @@ fn bottoms(program: &Program) -> Vec<[f64; 3]> {
     .collect()
 }
 
-/// Holes of two sizes.
+/// Holes of two diameters.
 fn holes(count: usize) -> Program {
     drilled::holes(&hobby_3018(), count, 4, |n| if n.is_multiple_of(3) { 1_000 } else { 800 })
 }
 
 #[test]
-fn a_board_of_two_tools_is_made_as_the_program_says() {
+fn two_tool_board_is_drilled_as_programmed() {
     let (files, program) = (Memory::default(), holes(10));
     assert_eq!(program.bits.len(), 2);
     let mut bench = Bench::ready(&files);
@@ -308,7 +309,7 @@ fn a_board_of_two_tools_is_made_as_the_program_says() {
     bench.start(&key, 0);
     let first = bench.state(State::ToolChange);
     assert!(matches!(program.legs[first.leg.unwrap() as usize].mark, Mark::ToolChange(0)));
-    // The first is the one that was in when the height was set.
+    // The first tool is the one that was in when the height was set.
     assert_eq!(bench.refused(&Ask::ToolChanged), None);
     bench.until(|status| status.holes_done > 0);
     let second = bench.state(State::ToolChange);
@@ -318,13 +319,13 @@ fn a_board_of_two_tools_is_made_as_the_program_says() {
     let status = bench.state(State::Ready);
     assert_eq!((status.trust, status.spindle_rpm, status.alarm), (Trust::Trusted, 0, None));
     assert_eq!(bench.made(&program), (vec![1; 10], 0));
-    // Nothing is offered, now and after the next connection.
+    // No job is offered, now or after the next connection.
     assert_eq!(bench.offer(), None);
     assert_eq!(bench.replug().offer(), None);
 }
 
 #[test]
-fn a_pulled_cable_is_said_written_down_and_the_job_goes_on() {
+fn unplugged_job_is_recorded_and_resumed() {
     let (files, program) = (Memory::default(), holes(12));
     let mut bench = Bench::ready(&files);
     let key = bench.upload(&program);
@@ -335,7 +336,7 @@ fn a_pulled_cable_is_said_written_down_and_the_job_goes_on() {
     let mut again = bench.replug();
     let (job, next_leg, done) = again.offer().unwrap();
     assert_eq!((&job, done), (&key, 3));
-    // Its place is lost; once it was homed, zero is where it was. What is begun anew has its height set anew.
+    // The position is lost; after homing, zero is where it was. A restarted job needs its height set again.
     assert_eq!(again.fails(&job, next_leg), ["grbl.not_homed", "preflight.busy"]);
     again.ask(&Ask::Home);
     again.state(State::Ready);
@@ -355,7 +356,7 @@ fn a_pulled_cable_is_said_written_down_and_the_job_goes_on() {
 }
 
 #[test]
-fn the_cable_that_was_pulled_is_said() {
+fn unplugging_is_reported() {
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(8));
     bench.start(&key, 0);
@@ -367,7 +368,7 @@ fn the_cable_that_was_pulled_is_said() {
         .iter()
         .filter_map(|tell| match tell {
             Tell::Refused { why } => Some(why.code.as_str()),
-            Tell::Ended { ending: Ending::Alarm, .. } => Some("ended"),
+            Tell::Ended(JobEnd { ending: Ending::Alarm, .. }) => Some("ended"),
             _ => None,
         })
         .collect();
@@ -376,7 +377,7 @@ fn the_cable_that_was_pulled_is_said() {
 }
 
 #[test]
-fn stop_ends_it_and_the_rest_is_offered() {
+fn stop_ends_the_job_and_offers_the_rest() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     let key = bench.upload(&program);
@@ -406,20 +407,20 @@ fn stop_ends_it_and_the_rest_is_offered() {
 }
 
 #[test]
-fn a_move_by_hand_ends_when_the_page_does_not_want_it_any_more_and_at_the_ends() {
+fn unrenewed_jog_ends_and_travel_limits_hold() {
     let mut bench = Bench::plug(&Memory::default(), Automaton::new([-20.0, -30.0, -10.0]));
     assert_eq!(
-        bench.refused(&Ask::Jog { axis: 0, distance_um: 1_000 }).as_deref(),
+        bench.refused(&Ask::Jog { axis: 0, distance_um: 1_000, anyway: false }).as_deref(),
         Some("control.not_homed")
     );
     bench.ask(&Ask::Home);
     bench.state(State::Ready);
-    // Homing left it as far from its switch as it may come.
+    // Homing left X at its upper limit.
     assert_eq!(
-        bench.refused(&Ask::Jog { axis: 0, distance_um: 1_000_000 }).as_deref(),
+        bench.refused(&Ask::Jog { axis: 0, distance_um: 1_000_000, anyway: false }).as_deref(),
         Some("control.end_of_travel")
     );
-    assert_eq!(bench.refused(&Ask::Jog { axis: 0, distance_um: -1_000_000 }), None);
+    assert_eq!(bench.refused(&Ask::Jog { axis: 0, distance_um: -1_000_000, anyway: false }), None);
     let gone = bench.state(State::Ready).machine_mm[0];
     assert!((-6.0..-1.0).contains(&gone), "it went on without the page: {gone}");
     bench.jog(0, -1_000.0);
@@ -427,7 +428,7 @@ fn a_move_by_hand_ends_when_the_page_does_not_want_it_any_more_and_at_the_ends()
 }
 
 #[test]
-fn what_a_controller_is_not_asked_for_is_said_and_what_it_says_of_itself_is_set_there() {
+fn unsupported_requests_are_refused_and_settings_saved() {
     let mut bench = Bench::ready(&Memory::default());
     let number = |key: &str| vec![(key.to_owned(), Value::Number(1.0))];
     let rows = [
@@ -446,7 +447,7 @@ fn what_a_controller_is_not_asked_for_is_said_and_what_it_says_of_itself_is_set_
     for (ask, code) in rows {
         assert_eq!(bench.refused(&ask).as_deref(), code, "{ask:?}");
     }
-    // What was set is kept.
+    // The settings are saved.
     let bench = bench.replug();
     let feed = bench.heard.iter().find_map(|tell| match tell {
         Tell::Machine { settings, .. } => settings.iter().find(|(key, _)| key == "stroke.feed").cloned(),
@@ -456,7 +457,7 @@ fn what_a_controller_is_not_asked_for_is_said_and_what_it_says_of_itself_is_set_
 }
 
 #[test]
-fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
+fn magazine_and_foot_are_refused_but_their_advice_works() {
     let mut bench = Bench::ready(&Memory::default());
     let set = |changes: &[(&str, Value)]| {
         let changes = changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
@@ -487,7 +488,7 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
         (Ask::ToolSeen { seen: Seen::InPlace }, Some("grbl.no_magazine")),
         (Ask::OpenClamp, Some("grbl.no_magazine")),
         (set(&magazine), Some("grbl.no_magazine")),
-        // What it advises is taken, with all the rest of it.
+        // Its advice is followed, in one change.
         (set(&[&magazine[1..], &[("rack.change", word("manual"))]].concat()), None),
         (set(&[("foot.on", word("yes")), ("overlap.on", word("no"))]), Some("grbl.no_foot")),
         (set(&[("foot.on", word("no")), ("overlap.on", word("no"))]), None),
@@ -496,14 +497,14 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
     for (ask, code) in rows {
         assert_eq!(bench.refused(&ask).as_deref(), code, "{ask:?} {:?}", bench.heard.last());
     }
-    // And the job is done with tools that a person puts in.
+    // The job then runs with manual tool changes.
     let key = bench.upload(&holes(4));
     bench.start(&key, 0);
     assert_eq!(bench.finish(), (Ending::Done, 4));
 }
 
 #[test]
-fn where_nothing_can_be_written_down_nothing_is_begun() {
+fn unwritable_journal_refuses_the_start() {
     let files = Memory::default();
     let mut bench = Bench::ready(&files);
     let key = bench.upload(&holes(4));
@@ -517,7 +518,7 @@ fn where_nothing_can_be_written_down_nothing_is_begun() {
 }
 
 #[test]
-fn a_tool_whose_life_ends_in_mid_job_is_asked_for_between_two_holes() {
+fn worn_tool_is_replaced_between_two_holes() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     let lines = ["T1 drill 0.8 life 4", "T2 drill 1 life 100"].map(str::to_owned).to_vec();
@@ -533,7 +534,7 @@ fn a_tool_whose_life_ends_in_mid_job_is_asked_for_between_two_holes() {
         let hits = |number| report.wear.iter().find(|wear| wear.number == number).map_or(0, |wear| wear.hits);
         (report.wanted, hits(1), hits(2))
     };
-    // Up to the change in the middle of the holes of T1.
+    // Until the tool change between the holes of T1.
     loop {
         bench.state(State::ToolChange);
         (0..50).for_each(|_| bench.millisecond());
@@ -563,7 +564,7 @@ fn a_tool_whose_life_ends_in_mid_job_is_asked_for_between_two_holes() {
 }
 
 #[test]
-fn holes_are_counted_by_tool_and_a_worn_one_is_told_before_the_next_job() {
+fn holes_count_per_tool_and_a_worn_one_gives_a_warning() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     let lines = ["T1 drill 0.8 life 6", "T2 drill 1 life 100"].map(str::to_owned).to_vec();
@@ -592,7 +593,7 @@ fn holes_are_counted_by_tool_and_a_worn_one_is_told_before_the_next_job() {
     let worn = |bench: &mut Bench| {
         bench.fails(&key, 0);
         let armed = bench.heard.iter().find_map(|tell| match tell {
-            Tell::Armed { checks, .. } => Some(checks.clone()),
+            Tell::Armed(ArmedJob { checks, .. }) => Some(checks.clone()),
             _ => None,
         });
         armed.unwrap().iter().filter(|row| row.finding.code == "preflight.tool_worn").count()

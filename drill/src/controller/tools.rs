@@ -1,6 +1,4 @@
-//! The tools of a controller's jobs, as the page has them: what is written down with what is done of the job, and a person's word (C3).
-//!
-//! Comes in: a person's word. Goes out: what tools have done, which is asked for. Does not know how they are counted.
+//! Tool wear on a controller: saved with the job's progress, corrected by the user, reported to the page.
 
 use super::station::Station;
 use crate::files::Files;
@@ -11,26 +9,25 @@ use annulus_core::machine::ToolWear;
 use annulus_core::wire::{Tell, ToolsReport};
 
 impl<F: Files> Station<F> {
-    /// What tools have done, with the job in work as far as it is.
+    /// Wear of all tools, including the running job.
     pub(super) fn wear_now(&self) -> Vec<ToolWear> {
         let tools = self.attended.tools().filter(|_| self.work.is_some());
         tools.map_or_else(|| self.ledger.wear(), |tools| tools.wear()).to_vec()
     }
 
-    /// A new tool is in under this number.
+    /// The user inserted a new tool under this number.
     pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
         let why = || Diagnostic::error("control.no_such_tool").with("number", number);
         let tool = self.machine.rack.iter().find(|tool| tool.number == number).ok_or_else(why)?;
         let new = ToolWear::new(&self.machine.name, tool);
         self.ledger.keep_wear(new.clone())?;
         self.attended.set_wear(new);
-        // It is as long as it is: it is touched off before it cuts.
+        // Its length is unknown: it must be touched off before it cuts.
         self.engine_asked(EngineAsk::NewBit)?;
         self.tell_tools();
         Ok(())
     }
 
-    /// What everybody sees of the tools.
     pub(super) fn tools_report(&self) -> ToolsReport {
         let known = self.ledger.wear();
         let asks = self.work.is_some() && self.state() == State::ToolChange;
@@ -41,7 +38,7 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Tells it, where it is another one.
+    /// Sends the report if it changed.
     pub(super) fn tell_tools(&mut self) {
         let report = self.tools_report();
         if report != self.tools_told {

@@ -1,13 +1,9 @@
-//! A job is armed, begins and ends: it was checked for the drill as it stands, and its start is in the journal before anything
-//! moves (N16).
+//! Arms, starts and ends jobs. The start is durable in the journal before anything moves.
 //!
 //! ```text
-//! Start ─▶ may it? ─▶ journal ──── fsync ────▶ may it still? ─▶ moves ─▶ what waited
-//!                        meanwhile: STOP, alarms, the status, who is in control; what else is asked waits its turn
+//! Start ─▶ allowed? ─▶ journal ──── fsync ────▶ still allowed? ─▶ moves ─▶ queued messages
+//!                         meanwhile: STOP, alarms, status, change of control; other requests queue
 //! ```
-//!
-//! Comes in: a job that was prepared, a start that was asked for, the journal's answer. Goes out: how the drill stands, verdicts, the
-//! job in work, and how it ended. Does not know how a job is checked, nor how anything moves.
 
 use super::moves::ruler;
 use super::work::Work;
@@ -17,27 +13,27 @@ use crate::prepare::{Broken, Context, Prepared};
 use crate::ticket::Ticket;
 use annulus_core::control::{Action, Ending, Event, step};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::wire::{Ask, Tell};
+use annulus_core::wire::{Ask, JobEnd, Tell};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-/// Whoever asked for it waits for this.
+/// The requester waits for this answer.
 type Reply = Sender<Result<Vec<Tell>, Diagnostic>>;
 
-/// A job whose start is being written down.
+/// A job whose start is being written to the journal.
 pub(crate) struct Starting {
     event: Event,
     work: Work,
     record: JobRecord,
     asked: Ticket,
     reply: Reply,
-    /// Somebody stopped it before it began.
+    /// STOP was pressed before it started.
     stopped: bool,
-    /// What came after it.
+    /// Messages that arrived after the request.
     waits: Vec<Message>,
 }
 
-/// Whether `message` has to wait while the start of a job is being written down.
+/// Returns `true` if `message` must wait until the start of the job is durable.
 fn waits(message: &Message) -> bool {
     match message {
         Message::Ask { ask, .. } => *ask != Ask::Stop,
@@ -47,7 +43,7 @@ fn waits(message: &Message) -> bool {
 }
 
 impl Owner {
-    /// How the drill stands, for a job to be prepared.
+    /// The drill's state, as needed to prepare a job.
     pub fn context(&self) -> Context {
         let offer = self.interrupted.as_ref().filter(|_| self.work.is_none());
         Context {
@@ -66,10 +62,11 @@ impl Owner {
                 levelled: job.levelled.clone(),
             }),
             surface: self.surface.clone(),
+            known: self.known.clone(),
         }
     }
 
-    /// Takes a job that was prepared, and says what was found.
+    /// Arms a prepared job, and returns the result of its checks.
     pub fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Diagnostic> {
         if self.context() != prepared.context {
             return Err(diagnostic("control.changed_meanwhile"));
@@ -85,7 +82,7 @@ impl Owner {
         Ok(vec![tell])
     }
 
-    /// Has the start of the job that is armed written down, where it may start. However long the disk takes, nobody waits here.
+    /// Writes the start of the armed job to the journal, if it may start. Does not block on the disk.
     pub(crate) fn begin(&mut self, event: Event, asked: Ticket, reply: Reply) {
         match self.to_be_started(&event) {
             Ok((work, record)) => {
@@ -105,7 +102,7 @@ impl Owner {
         }
     }
 
-    /// Keeps `message` back where the start of a job comes first.
+    /// Queues `message` if the start of a job must come first.
     pub(crate) fn in_turn(&mut self, message: Message) -> Option<Message> {
         match &mut self.starting {
             Some(starting) if waits(&message) => {
@@ -116,7 +113,7 @@ impl Owner {
         }
     }
 
-    /// What is being started does not start.
+    /// Prevents the pending start.
     pub(crate) fn stop_start(&mut self) {
         if let Some(starting) = &mut self.starting {
             starting.stopped = true;
@@ -157,8 +154,8 @@ impl Owner {
         }
     }
 
-    /// The journal's answer: the job starts, unless it was stopped or may not start any more. Then it is a job that was
-    /// interrupted before its first move, which is what the journal says.
+    /// The journal's answer: starts the job, unless it was stopped or may no longer start. Then it counts
+    /// as interrupted before its first move, in agreement with the journal.
     pub(crate) fn begun(&mut self, written: Result<(), Diagnostic>) {
         let Some(starting) = self.starting.take() else { return };
         let Starting { event, mut work, record, asked, reply, stopped, waits } = starting;
@@ -173,6 +170,10 @@ impl Owner {
             Ok(()) => {
                 self.board_begins(&work, record_from);
                 work.begins(self.now());
+                if work.first == 0 {
+                    // A new board has another height, so the tool setter's reference is no longer valid.
+                    self.known.setter_steps = None;
+                }
                 self.work = Some(work);
                 self.try_event(event)
             }
@@ -186,7 +187,7 @@ impl Owner {
         waits.into_iter().for_each(|message| self.take(message));
     }
 
-    /// The job that did not come to its end: key, and the leg it would go on with.
+    /// The interrupted job: its key, and the leg where it would resume.
     fn left_over(&self) -> Option<(String, u32)> {
         self.interrupted.as_ref().map(|(job, progress)| (job.key.clone(), progress.done))
     }
@@ -206,7 +207,7 @@ impl Owner {
         }
         self.session.offer = self.left_over();
         let (holes_done, toolpaths_done) = (work.holes, work.toolpaths);
-        self.tell(Tell::Ended { job: work.job.key.clone(), ending, holes_done, toolpaths_done });
+        self.tell(Tell::Ended(JobEnd { job: work.job.key.clone(), ending, holes_done, toolpaths_done }));
         if let Some(offer) = self.offer() {
             self.tell(offer);
         }

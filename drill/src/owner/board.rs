@@ -1,15 +1,14 @@
-//! The board as the virtual drill made it, against the program, at the end of every run (N20).
+//! Compares the board that the virtual drill made with the program, after every run.
 //!
 //! ```text
-//! record   │ … other jobs … │ this job, before it was broken off │ this run
-//!                           └ where the job began: in the journal
+//! record   │ … other jobs … │ this job, before it was interrupted │ this run
+//!                           └ start of the job: in the journal
 //! ```
 //!
-//! The hole at which a job was taken up may be there already: by design one hole at most is drilled twice. That is told and is
-//! no alarm; any other hole made again is.
+//! The hole at which a job resumed may exist already: by design at most one hole is drilled twice. That is
+//! reported without an alarm; any other repeated hole raises one.
 //!
-//! Comes in: every hole and broken bit as it happens, and which legs were run. Goes out: what differs, for everybody, and an
-//! alarm where something does. Real machines keep no such record. Does not know the journal.
+//! Real machines keep no record.
 
 use super::Owner;
 use super::work::Work;
@@ -20,27 +19,28 @@ use annulus_core::virtual_drill::{VirtualHole, made_again, missing_legs, tally};
 use annulus_core::wire::{DrilledReport, MissingReport};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// More runs of legs than this are not told: what is missing then is half the board, and the job is run anew.
+/// Longest list of missing legs to report: beyond that, half the board is missing and the job must be run
+/// again.
 const MOST_RUNS: usize = 200;
 
-/// What happened to the board since the run began.
+/// Events on the board since the run started.
 #[derive(Default)]
 pub(crate) struct Log {
     pub(crate) holes: Vec<VirtualHole>,
     pub(crate) broken: u32,
 }
 
-/// The same, shared with the thread that drills.
+/// The log, shared with the drilling thread.
 pub(crate) type Board = Arc<Mutex<Log>>;
 
-/// What is known of the last run.
+/// Findings about the last run.
 #[derive(Default)]
 pub(crate) struct Judged {
-    /// Steps that were lost before it began.
+    /// Steps lost before the run.
     slipped_before: u64,
-    /// What this job drilled before it was taken up.
+    /// Holes that this job drilled before it resumed.
     before: Vec<VirtualHole>,
-    /// Holes that were there when it was taken up, and were drilled again: by their order, the first is 1.
+    /// Holes that existed when the job resumed and were drilled again: numbers in order, from 1.
     pub(crate) twice: Vec<u32>,
     pub(crate) told: Option<DrilledReport>,
     pub(crate) missing: Option<MissingReport>,
@@ -51,7 +51,7 @@ impl Owner {
         self.slips().iter().map(|slip| slip.lost).sum()
     }
 
-    /// A run begins, of a job that began when the drilled-board record was so long.
+    /// Starts the log of a run. `record_from` is the record's length when the job first started.
     pub(crate) fn board_begins(&mut self, work: &Work, record_from: Option<u64>) {
         *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner) = Log::default();
         let taken_up = record_from.filter(|_| work.first > 0 && self.machine.output == Output::Virtual);
@@ -63,7 +63,7 @@ impl Owner {
         self.judged = Judged { slipped_before: self.slipped(), before, ..Judged::default() };
     }
 
-    /// A run ended at rest.
+    /// Compares and reports, after a run ended.
     pub(crate) fn board_ends(&mut self, work: &Work) {
         if self.machine.output != Output::Virtual {
             return;
@@ -99,14 +99,14 @@ impl Owner {
     }
 }
 
-/// A hole as a line of the drilled-board record.
+/// Formats a hole as a line of the drilled-board record.
 pub fn line(hole: &VirtualHole) -> String {
     let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
     let bit = hole.bit_mm.map_or(String::new(), |mm| format!(" D{mm:.4}"));
     format!("{:.4} {:.4} {:.4}{spindle}{bit}\n", hole.x_mm, hole.y_mm, hole.depth_mm)
 }
 
-/// The hole of a line.
+/// Parses a line of the record.
 pub(crate) fn drilled(line: &str) -> Option<VirtualHole> {
     let mut words = line.split(' ');
     let mut number = || words.next()?.parse::<f64>().ok();
@@ -122,7 +122,7 @@ pub(crate) fn drilled(line: &str) -> Option<VirtualHole> {
     Some(VirtualHole { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)?, bit_mm })
 }
 
-/// Numbers in their order as runs: the first and the one behind the last.
+/// Groups sorted numbers into half-open ranges.
 fn runs(legs: &[usize]) -> Vec<(u32, u32)> {
     let mut runs: Vec<(u32, u32)> = Vec::new();
     for leg in legs.iter().filter_map(|leg| u32::try_from(*leg).ok()) {

@@ -1,13 +1,11 @@
-//! Tools that the machine changes by itself (C5): `core` knows the steps; here they become tasks, and what lies where is kept.
+//! Automatic tool changes: `core` defines the steps, which become tasks here, and the contents of magazine
+//! and spindle are saved.
 //!
 //! ```text
-//! bit wanted ─▶ step ─▶ report, looked at ─▶ step … ─▶ changed ─▶ the leg goes on
-//!                │ the clamp moves only when the journal has it
-//!                └ stop, alarm ─▶ tip up ─▶ what the sensors say is kept ─▶ offered as the way on
+//! tool wanted ─▶ step ─▶ report, checked ─▶ step … ─▶ changed ─▶ the leg continues
+//!                 │ the clamp moves only after the journal has it
+//!                 └ stop, alarm ─▶ tool up ─▶ sensor states are saved ─▶ offered to continue from
 //! ```
-//!
-//! Comes in: bits that are wanted, reports, what a person says lies where. Goes out: tasks, outputs, events, records, tells. Does not know
-//! what a step looks at.
 
 use super::clamp::ClampByHand;
 use super::moves::Doing;
@@ -20,20 +18,19 @@ use annulus_core::job::Bit;
 use annulus_core::magazine::{Change, Held, Seen, StepWork, StockedTool, ToolStock};
 use annulus_core::wire::{MagazineReport, Tell};
 
-/// What changes tools.
 #[derive(Default)]
 pub(crate) struct ToolChanger {
-    /// Which tool lies where.
+    /// Contents of magazine and spindle.
     pub(crate) stock: ToolStock,
-    /// The change in work.
+    /// The change in progress.
     change: Option<Change>,
-    /// Number of the latest record of what lies where.
+    /// Number of the latest magazine record.
     record: u32,
-    /// A step that waits until the record with this number is on the disk.
+    /// A step that waits until the record with this number is durable.
     waits: Option<(u32, StepWork)>,
-    /// What the inputs said at the last rest.
+    /// Inputs at the last stop.
     pub(super) inputs: u32,
-    /// The clamp by hand.
+    /// The manually operated clamp.
     pub(super) clamp: ClampByHand,
 }
 
@@ -44,14 +41,14 @@ impl ToolChanger {
 }
 
 impl Owner {
-    /// The bit that the job in work waits for.
+    /// The tool that the running job waits for.
     fn wanted_bit(&self) -> Option<Bit> {
         let work = self.work.as_ref()?;
         let bit = work.awaited().or(work.bit)?;
         work.job.program.bits.get(bit as usize).cloned()
     }
 
-    /// Fetches the bit that the job waits for.
+    /// Fetches the tool that the job waits for.
     pub(crate) fn change_tool(&mut self) -> Result<(), Diagnostic> {
         let Some(bit) = self.wanted_bit() else {
             self.pending.push_back(Event::Changed);
@@ -68,7 +65,7 @@ impl Owner {
         Ok(())
     }
 
-    /// Begins with the step of the change that is next.
+    /// Starts the next step of the change.
     fn change_step(&mut self) -> Result<(), Diagnostic> {
         let Some(change) = &self.tools.change else { return Ok(()) };
         let stands = (self.position, self.tools.inputs);
@@ -91,7 +88,7 @@ impl Owner {
         self.give(Doing::Change, work.segments);
     }
 
-    /// The record of what lies where with this number is on the disk.
+    /// The magazine record with this number is durable.
     pub(crate) fn stock_kept(&mut self, number: u32) {
         if let Some((_, work)) = self.tools.waits.take_if(|(wanted, _)| *wanted == number) {
             self.do_step(work);
@@ -99,7 +96,7 @@ impl Owner {
         self.clamp_kept(number);
     }
 
-    /// The job is over, and with it its change.
+    /// Ends the change, because its job ended.
     pub(super) fn change_over(&mut self) {
         self.tools.waits = None;
         if self.tools.change.take().is_some() {
@@ -107,7 +104,7 @@ impl Owner {
         }
     }
 
-    /// Nothing of a change moves: what waited for the disk does not begin.
+    /// Cancels a step that waits for the journal.
     pub(crate) fn brake_change(&mut self) {
         if self.tools.waits.take().is_some() {
             self.pending.push_back(Event::Rested);
@@ -124,7 +121,7 @@ impl Owner {
         let before = self.tools.stock.spindle.clone();
         let is_done = change.done(&self.machine, &mut self.tools.stock, report.inputs)?;
         if is_done {
-            // Over before it is told: who hears last that it changes waits for it.
+            // Clear it before the report: the page waits for the last report of this change.
             self.tools.change = None;
         }
         if is_done || self.tools.stock.spindle != before {
@@ -137,7 +134,7 @@ impl Owner {
         Ok(())
     }
 
-    /// At rest, with the tip up: what is in the spindle where a change stopped.
+    /// After a stop with the tool up: derives from the sensors what the spindle holds.
     pub(super) fn settle_stock(&mut self) {
         self.tools.change = None;
         if self.tools.stock.change.is_some() {
@@ -148,12 +145,12 @@ impl Owner {
         }
     }
 
-    /// How long a clamp that moves still needs, in ticks.
+    /// How long a moving clamp still needs, in ticks.
     pub(super) fn clamp_wait_ticks(&self) -> u64 {
         if self.tools.change.is_some() { self.tools.stock.wait_before_lift_ticks(&self.machine) } else { 0 }
     }
 
-    /// What is known to be in the spindle is held.
+    /// Keeps the clamp closed on a tool that is known to be in the spindle.
     fn clamp_holds(&self) {
         let clamp = self.machine.output_place(&self.machine.magazine.clamp);
         let holds = matches!(self.tools.stock.spindle, Held::Tool { .. });
@@ -162,7 +159,7 @@ impl Owner {
         }
     }
 
-    /// Has what lies where written down, and tells it. The number of its record.
+    /// Saves and reports the contents of magazine and spindle. Returns the number of the record.
     pub(super) fn keep_stock(&mut self) -> u32 {
         self.tools.record = self.tools.record.wrapping_add(1);
         let (stock, number) = (Box::new(self.tools.stock.clone()), self.tools.record);
@@ -171,7 +168,7 @@ impl Owner {
         number
     }
 
-    /// A person says what lies where.
+    /// The user states what is in magazine and spindle.
     pub(crate) fn stock_said(
         &mut self,
         places: Vec<Option<StockedTool>>,
@@ -181,7 +178,7 @@ impl Owner {
         self.stock_is(stock)
     }
 
-    /// A person says what the spindle holds where a change stopped.
+    /// The user states what the spindle holds after an interrupted change.
     pub(crate) fn tool_seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
         if self.waits_for_new_tool() {
             return self.close_clamp(seen);
@@ -205,14 +202,14 @@ impl Owner {
         Ok(())
     }
 
-    /// Whoever has no sensors but a model of everything is told how it lies.
+    /// Passes the contents to the pins: a simulated machine has no sensors to find out.
     pub(crate) fn stock_for_pins(&self) {
         if self.machine.has_magazine() {
             self.executor.stock(self.tools.stock.clone());
         }
     }
 
-    /// An output was switched by hand: where it is the clamp, nobody knows any more what the spindle holds.
+    /// An output was switched manually. If that was the clamp, the spindle's contents are unknown.
     pub(crate) fn switched_by_hand(&mut self, place: u8) {
         self.foot_switched(place);
         let clamp = self.machine.output_place(&self.machine.magazine.clamp);
@@ -222,7 +219,7 @@ impl Owner {
         }
     }
 
-    /// Somebody put a tool in by hand.
+    /// A tool was inserted by hand.
     pub(super) fn put_in_by_hand(&mut self) {
         if self.tools.stock.spindle != Held::Unknown {
             self.spindle_is_unknown();

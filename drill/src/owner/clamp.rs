@@ -1,11 +1,9 @@
-//! The clamp of a machine with a magazine, by a person's hand (C5): open where a change stopped, or where a tool that is worn waits for a
-//! new one. Whoever opens it has the tool in the hand.
+//! Opens the clamp for the user: after an interrupted tool change, or to replace a worn tool. The tool
+//! drops when the clamp opens, so the user must hold it. No axis moves.
 //!
 //! ```text
-//! rest, spindle still ─ OpenClamp ─▶ nobody knows the tool: on the disk ─▶ clamp opens ─ ToolSeen ─▶ closes where a tool is in
+//! stopped, spindle off ─ OpenClamp ─▶ "spindle unknown" durable ─▶ clamp opens ─ ToolSeen ─▶ closes
 //! ```
-//!
-//! Comes in: asks of a person at the machine. Goes out: the clamp's output, records, tells. No axis moves by them.
 
 use super::moves::{Doing, rest};
 use super::{Owner, diagnostic};
@@ -17,17 +15,17 @@ use annulus_core::steps::{Stage, Switching};
 use annulus_core::wire::Tell;
 use std::time::Duration;
 
-/// What is remembered of it.
+/// State of the clamp.
 #[derive(Debug, Default)]
 pub(crate) struct ClampByHand {
-    /// It opens when the record with this number is on the disk.
+    /// The clamp opens when the record with this number is durable.
     opens_with: Option<u32>,
-    /// When the spindle was seen turning last, by the clock outside.
+    /// When the spindle last turned, by the host's clock.
     turned: Option<Duration>,
 }
 
 impl ClampByHand {
-    /// It does not open any more.
+    /// Cancels a pending opening.
     pub(super) fn stays(&mut self) {
         self.opens_with = None;
     }
@@ -41,7 +39,8 @@ impl Owner {
         }
     }
 
-    /// Whether the spindle stands, by its time to come to rest, and by what it tells where it tells of itself.
+    /// Returns `true` if the spindle has stopped: its run-down time has passed, and its own report, if any,
+    /// agrees.
     fn spindle_stands(&self) -> bool {
         let wait = Duration::from_secs_f64(self.machine.magazine.spin_down_ms.max(0.0) / 1e3 / self.speed);
         let rests = |turned: Duration| self.now().saturating_sub(turned) >= wait;
@@ -50,7 +49,7 @@ impl Owner {
         glimpse.rpm == 0 && !tells_of_turns && self.tools.clamp.turned.is_none_or(rests)
     }
 
-    /// Whether a job rests because the tool in the clamp is worn, and a person puts in a new one.
+    /// Returns `true` if a job waits for the user to replace a worn tool in the clamp.
     pub(super) fn waits_for_new_tool(&self) -> bool {
         let is_worn = self.work.as_ref().is_some_and(|work| work.is_worn);
         let rests = self.session.state == State::ToolChange && !self.session.moving;
@@ -74,7 +73,7 @@ impl Owner {
         if self.spindle_stands() { Ok(()) } else { Err(diagnostic("magazine.spindle_turns")) }
     }
 
-    /// Opens the clamp, once it is on the disk that nobody knows what the spindle holds.
+    /// Opens the clamp once the journal records that the spindle's contents are unknown.
     pub(super) fn open_clamp(&mut self) -> Result<(), Diagnostic> {
         self.may_open_clamp()?;
         let mut stock = self.tools.stock.clone();
@@ -88,7 +87,7 @@ impl Owner {
         Ok(())
     }
 
-    /// The record of what lies where with this number is on the disk.
+    /// The magazine record with this number is durable.
     pub(super) fn clamp_kept(&mut self, number: u32) {
         let opens = self.tools.clamp.opens_with.take_if(|wanted| *wanted == number).is_some();
         if opens && self.may_open_clamp().is_ok() {
@@ -97,7 +96,7 @@ impl Owner {
         }
     }
 
-    /// The clamp moves; whoever has a model of everything is told first how it lies then.
+    /// Moves the clamp. Simulated pins get the new contents first.
     fn move_clamp(&mut self, opens: bool, lies: ToolStock) {
         let Some(place) = self.machine.output_place(&self.machine.magazine.clamp) else { return };
         self.executor.stock(lies);
@@ -107,7 +106,7 @@ impl Owner {
         self.give(Doing::Clamp { opens }, vec![moves]);
     }
 
-    /// A person holds the new tool in the clamp: it closes.
+    /// The user holds the new tool in the clamp: close it.
     pub(super) fn close_clamp(&mut self, seen: Seen) -> Result<(), Diagnostic> {
         if seen != Seen::InSpindle {
             return Err(diagnostic("control.busy"));
@@ -119,7 +118,7 @@ impl Owner {
         Ok(())
     }
 
-    /// The clamp had its time. A new tool is in where the sensors do not say otherwise.
+    /// The clamp's time has passed. The new tool is in, unless a sensor contradicts.
     pub(super) fn clamp_moved(&mut self, opens: bool) {
         if opens || !self.waits_for_new_tool() {
             return;
@@ -134,11 +133,12 @@ impl Owner {
         }
     }
 
-    /// A person says that the tool is in. Refused where the clamp was opened for it and is not closed.
+    /// The user confirms that the tool is in. Refused while the opened clamp is not closed.
     pub(super) fn tool_changed(&mut self) -> Result<(), Diagnostic> {
         if self.waits_for_new_tool() && self.tools.stock.spindle == Held::Unknown {
             return Err(diagnostic("magazine.clamp_by_hand"));
         }
+        self.may_go_on()?;
         self.try_event(Event::ToolChanged)
     }
 }

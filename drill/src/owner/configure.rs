@@ -1,7 +1,5 @@
-//! Settings that change while the drill stands: kept first, then in force; where it is built from them, it is built anew.
-//!
-//! Comes in: keys and values that somebody asked for. Goes out: the changed machine, kept and told; perhaps another executor. Does
-//! not know where settings are kept.
+//! Changes settings while the drill is stopped: saves them, applies them, and rebuilds the executor if it
+//! depends on them.
 
 use super::moves::ruler;
 use super::{Owner, diagnostic};
@@ -12,8 +10,8 @@ use annulus_core::machine::{self, Output, Steps, Value, is_in_file_only};
 use annulus_core::virtual_drill::{VirtualDrill, faults};
 use std::sync::Arc;
 
-/// Settings that say where a machine's places are: when one changes, it must be homed. So it must when its wiring is another one;
-/// what else a virtual drill is built from, it says itself.
+/// Settings that define positions on the machine: a change requires homing. Wiring changes require it too;
+/// other settings of the virtual drill are compared separately.
 const BUILT_FROM: [&str; 13] = [
     "machine.spindles",
     "x.",
@@ -30,14 +28,14 @@ const BUILT_FROM: [&str; 13] = [
     "stroke.breakthrough",
 ];
 
-/// Whether a drill is built from the setting `key`.
+/// Returns `true` if a drill is built from the setting `key`.
 fn is_built_from(key: &str) -> bool {
     is_in_file_only(key) || BUILT_FROM.iter().any(|start| key.starts_with(start))
 }
 
 impl Owner {
     pub(super) fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
-        // Which hardware is touched is said in the machine's file alone, whoever asks.
+        // Only the machine file may choose the hardware; no request may change it.
         let fixed = |key: &str| is_in_file_only(key) && !self.outside.may_rewire(key);
         if let Some((key, _)) = changes.iter().find(|(key, _)| fixed(key)) {
             return Err(diagnostic("control.in_file_only").with("key", key));
@@ -63,6 +61,10 @@ impl Owner {
             self.session.zeros.clear();
             self.outside.record(Record::Zero(None));
         }
+        if self.machine.process.surface != changed.process.surface {
+            // The height was typed, not touched: the tool that it is valid for is unknown.
+            self.known = Default::default();
+        }
         self.machine = changed;
         (self.prepared, self.lab) = (None, None);
         self.lock_outputs();
@@ -79,7 +81,7 @@ impl Owner {
         Ok(())
     }
 
-    /// The virtual drill has these faults and no others: another one is built in its place.
+    /// Rebuilds the virtual drill with exactly these faults.
     pub(super) fn provoke(&mut self, faults: &[String]) -> Result<(), Diagnostic> {
         if self.machine.output != Output::Virtual {
             return Err(diagnostic("fault.of_virtual_drill"));
@@ -93,7 +95,7 @@ impl Owner {
         Ok(())
     }
 
-    /// Another executor in the place of this one, for the machine as it is now. It knows no position.
+    /// Replaces the executor with one for the current machine. The new one has no position.
     pub(super) fn renew_executor(&mut self) -> Result<(), Diagnostic> {
         let shared = Arc::clone(&self.executor.shared);
         self.executor.finish();
@@ -110,16 +112,18 @@ impl Owner {
 mod tests {
     use super::*;
 
-    /// What every other setting is for: how it moves and in which order, nothing that it is built from.
-    const KEPT: [&str; 17] = [
+    /// All other settings: how the machine moves and in which order, not what it is built from.
+    const KEPT: [&str; 19] = [
         "machine.name",
         "machine.description",
         "motion.",
         "overlap.",
         "park.",
+        "change.",
         "stroke.longest_drilling",
         "stroke.settle",
         "stroke.touch_speed",
+        "stroke.lift_at_pause",
         "stroke.safe_height",
         "stroke.feed",
         "stroke.dwell_bottom",
@@ -132,7 +136,7 @@ mod tests {
     ];
 
     #[test]
-    fn of_every_setting_it_is_said_whether_the_drill_is_built_from_it() {
+    fn every_setting_is_classified_as_rebuilding_or_not() {
         let keys: Vec<&str> = machine::settings().map(|setting| setting.key).collect();
         for key in &keys {
             let kept = KEPT.iter().any(|start| key.starts_with(start));

@@ -1,12 +1,10 @@
-//! How fast a job goes: up to 100 % the executor lets stream time pass slower; above, the job is planned anew with higher feeds
-//! and taken over at the next rest.
+//! Feed override: up to 100 % the executor slows stream time. Above, the job is planned again at a higher
+//! feed and switched at the next stop.
 //!
 //! ```text
-//! leg 11 ─────────▶│ leg 12 ─────────▶│ leg 13 at 150 %     in both plans a leg begins at the same place
-//!     ▲ asked: 150 %   ▲ planned, checked   ▲ taken over
+//! leg 11 ─────────▶│ leg 12 ─────────▶│ leg 13 at 150 %     in both plans a leg starts at the same position
+//!     ▲ asked: 150 %   ▲ planned, checked   ▲ switched
 //! ```
-//!
-//! Comes in: a percentage, and the plan made for it. Goes out: the plan in work. Does not know how a plan is made.
 
 use super::Owner;
 use super::work::Work;
@@ -14,11 +12,11 @@ use crate::prepare::Prepared;
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;
 
-/// Least and most that can be ordered, percent of what was planned.
+/// Range of the override, percent of the planned feed.
 const RANGE: std::ops::RangeInclusive<u8> = 10..=200;
 
 impl Owner {
-    /// How fast the job goes from now on. More than 100 % comes with its plan.
+    /// Sets the override. Above 100 % it takes effect with the new plan.
     pub(crate) fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
         let refuse = |code| Err(Diagnostic::error(code).with("percent", percent));
         if !RANGE.contains(&percent) {
@@ -30,7 +28,7 @@ impl Owner {
         let mut slower = percent.min(100);
         if let Some(work) = &mut self.work {
             work.percent = percent;
-            // A plan that is not wanted any more, made or on its way, is not taken over.
+            // Drop a plan, finished or under way, that no longer matches the request.
             work.anew.take_if(|anew| anew.feed_percent != percent.max(100));
             slower = work.slower();
         }
@@ -38,7 +36,7 @@ impl Owner {
         Ok(())
     }
 
-    /// Keeps a plan of the job in work until its next rest.
+    /// Stores a new plan of the running job until the next stop.
     pub(crate) fn anew(&mut self, plan: Prepared) {
         let wanted =
             |work: &&mut Work| work.job.key == plan.key && work.percent.max(100) == plan.feed_percent;
@@ -47,26 +45,26 @@ impl Owner {
         }
     }
 
-    /// Percent of what was planned at first.
+    /// Percent of the job's original feed.
     pub(crate) fn feed_override_percent(&self) -> u8 {
         self.work.as_ref().map_or_else(|| self.executor.shared.feed_override(), |work| work.percent)
     }
 }
 
 impl Work {
-    /// The plan that was made last, in force or to come, and the feeds that are wanted.
+    /// The latest plan, in force or pending, and the requested feed.
     pub(crate) fn wanted(&self) -> (Arc<Prepared>, u8) {
         (Arc::clone(self.anew.as_ref().unwrap_or(&self.job)), self.percent.max(100))
     }
 
-    /// How slowly stream time has to pass, percent, so that the plan in force goes no faster than is wanted.
+    /// Percent at which stream time must pass, so that the current plan is no faster than requested.
     pub(crate) fn slower(&self) -> u8 {
         let slower = u32::from(self.percent) * 100 / u32::from(self.job.feed_percent.max(1));
         u8::try_from(slower.min(100)).unwrap_or(100)
     }
 
-    /// Before a leg begins: the plan to come, where it has this leg begin as the plan in force does. Gives whether it is in
-    /// force now.
+    /// Before a leg: switches to the pending plan if this leg starts at the same position in both. Returns
+    /// `true` if it did.
     pub(crate) fn take_over(&mut self) -> bool {
         let same = |anew: &Arc<Prepared>| {
             anew.zero == self.job.zero

@@ -1,11 +1,10 @@
-//! The presser foot outside of strokes (C7): down only while the machine drills, up before anything else moves over the board.
+//! The presser foot outside of drill cycles: down only while the machine drills, up before anything else
+//! moves over the board.
 //!
 //! ```text
-//! stroke ─ foot down … foot up ─▶ up        a stop that is held in the stroke ─▶ may be down ─▶ up, before X and Y move
-//!                                                                                            └▶ up, once the tip is out by hand
+//! drill cycle ─ foot down … up ─▶ up        a stop held in the cycle ─▶ may be down ─▶ up, before X and Y move
+//!                                                                                   └▶ up, once a jog lifts the tool
 //! ```
-//!
-//! Comes in: what is given to be played, how it ended. Goes out: segments with the foot up. Does not know who wants them.
 
 use super::Owner;
 use super::moves::{Doing, rest};
@@ -13,23 +12,23 @@ use crate::executor::Ended;
 use annulus_core::machine::Steps;
 use annulus_core::steps::{Segment, Stage, Switching};
 
-/// Whether the foot may be down: nobody asks its sensor, which it may not have.
+/// Whether the foot may be down. Its sensor is optional, so the state is tracked here.
 #[derive(Debug)]
 pub(crate) struct Foot {
     may_be_down: bool,
-    /// What was given lifts it last.
+    /// The current task ends with the foot lifted.
     is_lifted: bool,
 }
 
 impl Default for Foot {
-    /// How it was left nobody knows.
+    /// After a start its state is unknown.
     fn default() -> Self {
         Self { may_be_down: true, is_lifted: false }
     }
 }
 
 impl Foot {
-    /// These are played next.
+    /// Records the segments of the next task.
     pub(super) fn given(&mut self, segments: &[Segment]) {
         let switches = segments.iter().filter_map(|segment| match segment.effect {
             Switching::Foot { down } => Some(down),
@@ -42,7 +41,7 @@ impl Foot {
         }
     }
 
-    /// What was given ended so.
+    /// Records how the task ended.
     pub(super) fn played(&mut self, ended: Ended) {
         if ended == Ended::Completed && std::mem::take(&mut self.is_lifted) {
             self.may_be_down = false;
@@ -51,18 +50,19 @@ impl Foot {
 }
 
 impl Owner {
-    /// Whether there is a foot that may be down.
+    /// Returns `true` if there is a foot that may be down.
     pub(super) fn foot_may_be_down(&self) -> bool {
         self.machine.foot.on && self.foot.may_be_down
     }
 
-    /// An output was switched by hand, or by a queue.
+    /// An output was switched manually, or by a queue.
     pub(super) fn foot_switched(&mut self, place: u8) {
         self.foot.may_be_down |= self.machine.output_place(&self.machine.foot.output) == Some(place);
     }
 
-    /// Whoever moves X or Y otherwise than a program, a queue or a change of tools does has a foot lifted first that may be down: a
-    /// stop that was held may have left it so. A move by hand that takes the tip out of the board lifts it then.
+    /// Adds "foot up" before a move of X or Y, if the foot may be down, for example after a held stop.
+    /// Programs, queues, tool changes and parking have their own. A jog that lifts the tool out of the
+    /// board also lifts the foot.
     pub(super) fn with_foot_up(&self, doing: &Doing, mut moves: Vec<Segment>) -> Vec<Segment> {
         let has_its_own = matches!(doing, Doing::Leg | Doing::Queue | Doing::Change | Doing::Park);
         if has_its_own || !self.foot_may_be_down() {
@@ -83,7 +83,7 @@ impl Owner {
         moves
     }
 
-    /// The foot goes up, and the time that it takes.
+    /// Lifts the foot and waits for its time.
     pub(super) fn foot_up(&self, at: Steps) -> Segment {
         rest(Stage::Dwell, Switching::Foot { down: false }, self.machine.foot.ticks(), at)
     }

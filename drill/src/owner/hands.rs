@@ -1,7 +1,4 @@
-//! The executor of a machine: on the virtual drill that is built here, or on everything real.
-//!
-//! Comes in: a machine. Goes out: an executor that is ready, and what its clock is worth where time is real. Does not know
-//! what it is given to do, nor where it sits.
+//! Creates executors: on the virtual drill, or on real hardware through the host.
 
 use super::board::Board;
 use crate::executor::{Executor, Shared};
@@ -13,19 +10,19 @@ use annulus_core::pins::Steady;
 use annulus_core::virtual_drill::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, VirtualDrill};
 use std::sync::{Arc, Mutex};
 
-/// What every executor of one drill is made with.
+/// State that all executors of one drill share.
 pub(crate) struct Hands {
     pub(crate) faults: Faults,
     pub(crate) seed: u64,
     pub(crate) record: Arc<Mutex<DrilledBoard>>,
     /// Where the virtual drill lost steps since it was built.
     pub(crate) slips: Arc<Mutex<Vec<Slip>>>,
-    /// The board since the last run began.
+    /// The board since the last run started.
     pub(crate) board: Board,
 }
 
 impl Hands {
-    /// An executor for `machine`.
+    /// Creates an executor for `machine`.
     pub(crate) fn executor(
         &self,
         machine: &Machine,

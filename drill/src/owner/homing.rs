@@ -1,6 +1,4 @@
-//! Homing of the whole machine: Z up out of the way, then X, then Y. `core` knows the stages; here they become tasks.
-//!
-//! Comes in: reports of single segments. Goes out: tasks, corrections of the count, events. Does not know sensors.
+//! Homing of the whole machine: Z up, then X, then Y. `core` defines the stages, which become tasks here.
 
 use super::Owner;
 use super::moves::{Doing, segments};
@@ -11,7 +9,7 @@ use annulus_core::motion::cycles;
 use annulus_core::queue::{Harm, Homing, HomingNext};
 
 impl Owner {
-    /// Begins. `counted` says that the position was believed until now: what it was off by is worth an alarm.
+    /// Starts homing. If the position was `counted`, a deviation raises an alarm.
     pub(crate) fn home(&mut self, counted: bool) -> Result<(), Diagnostic> {
         let mut axes = Vec::new();
         for (axis, timeline) in cycles::home(&self.machine)? {
@@ -24,7 +22,7 @@ impl Owner {
         Ok(())
     }
 
-    /// What the report of a stage means.
+    /// Handles the report of a stage.
     pub(crate) fn homed(&mut self, mut homing: Homing, report: &Report) {
         if self.session.state == State::Stopping {
             return self.pending.push_back(Event::Rested);

@@ -1,17 +1,18 @@
-//! The owner: takes messages one by one, asks `control` what to do, and does it.
-//!
-//! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
-//! what segments a move is made of.
+//! The owner: takes messages one by one, passes them to the session (`control`), and carries out its
+//! actions. Only the owner changes the session.
 
 mod begin;
 pub(crate) mod board;
 mod change;
 mod clamp;
 mod configure;
+mod depth;
 mod faster;
 mod foot;
 mod hands;
+mod hold;
 mod homing;
+mod length;
 mod moves;
 mod outputs;
 mod park;
@@ -33,6 +34,7 @@ use self::status::HEARTBEAT;
 use self::touch::{SurveyWish, Touching};
 use self::work::Work;
 use crate::executor::{Executor, Report, Shared, Time};
+use crate::height::KnownHeight;
 use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;
 use crate::prepare::{Context, Prepared};
@@ -51,87 +53,78 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// What reaches the owner.
+/// A message to the owner.
 pub enum Message {
-    /// An ask, and what it was asked under where a page asks.
+    /// A request; the ticket if a page sent it.
     Ask {
-        /// What is asked.
         ask: Ask,
-        /// What it was asked under.
+        /// When the page sent it.
         ticket: Option<Ticket>,
-        /// Where the answer goes.
         reply: Sender<Result<Vec<Tell>, Diagnostic>>,
     },
-    /// Somebody pressed STOP. Nobody waits for an answer.
+    /// STOP. No answer is expected.
     Stop,
-    /// Who had control has it no more, or somebody has it now: what only he was allowed to leave on ends.
+    /// A page lost or gained control: jogs and manual outputs end.
     ControlChanged,
-    /// How the drill stands is wanted.
+    /// Requests the drill's state.
     Context(Sender<Context>),
     /// A job was prepared.
     Prepared {
-        /// The job.
         prepared: Box<Prepared>,
-        /// Where the answer goes.
         reply: Sender<Result<Vec<Tell>, Diagnostic>>,
     },
-    /// The plan that was made last for the job in work, and the feeds that are wanted.
+    /// Requests the latest plan of the running job and the requested feed.
     InWork(Sender<Option<(Arc<Prepared>, u8)>>),
-    /// The job in work at other feeds.
+    /// The running job, planned at another feed.
     Anew(Box<Prepared>),
-    /// The start of a job is in the journal, or cannot be.
+    /// The start of a job is durable, or could not be written.
     Begun(Result<(), Diagnostic>),
-    /// What a newcomer must know is wanted.
+    /// Requests the messages for a newly connected page.
     Greeting(Sender<Vec<Tell>>),
-    /// What lies in the magazine is on the disk.
+    /// The contents of the magazine are durable.
     StockKept {
         /// Number of its record.
         number: u32,
     },
-    /// A task ended.
     Report(Report),
-    /// The executor is no more; what it was doing was not reported.
+    /// The executor ended; its current task will not be reported.
     ExecutorGone(Diagnostic),
-    /// Journal or drilled-board record refuse.
+    /// The journal or the drilled-board record cannot be written.
     CannotRecord(Diagnostic),
-    /// It is to end, and comes to rest.
+    /// Stop and end.
     Shutdown,
 }
 
-/// What the owner is made of.
+/// The parts of an owner.
 pub struct Parts {
-    /// The machine.
     pub machine: Machine,
-    /// How many times faster than life the virtual drill runs.
+    /// Time scale of the virtual drill, 1 for real time.
     pub speed: f64,
-    /// What of the virtual drill is broken.
+    /// Injected faults of the virtual drill.
     pub faults: Faults,
-    /// Its chance.
     pub seed: u64,
-    /// Where it writes its holes down.
+    /// Receives each drilled hole.
     pub record: DrilledBoard,
-    /// What the journal held.
+    /// Contents of the journal.
     pub contents: Contents,
-    /// The height map that was kept.
+    /// The saved height map.
     pub surface: Option<KeptSurface>,
-    /// What stands as an alarm from the beginning.
+    /// An alarm to start with.
     pub alarm: Option<Diagnostic>,
-    /// What pages' asks are good for.
+    /// Decides which requests of pages are still valid.
     pub tickets: Arc<Tickets>,
-    /// What executor and journal share with it.
+    /// State shared with executor and journal.
     pub shared: Arc<Shared>,
-    /// The clock.
     pub time: Time,
-    /// The place where it runs.
     pub outside: Box<dyn Outside>,
 }
 
-/// Everything about the one drill.
+/// All state of the one drill.
 pub struct Owner {
     pub(crate) machine: Machine,
     pub(crate) speed: f64,
     pub(crate) hands: Hands,
-    /// What the clock is worth, where time is real.
+    /// Quality of the clock, on real hardware.
     pub timing: Option<Timing>,
     pub(crate) session: Session,
     pub(crate) executor: Executor,
@@ -139,46 +132,49 @@ pub struct Owner {
     pub(crate) time: Time,
     pub(crate) prepared: Option<Arc<Prepared>>,
     pub(crate) work: Option<Work>,
-    /// A job whose start is being written down.
+    /// A job whose start is being written to the journal.
     pub(crate) starting: Option<Starting>,
-    /// A job that did not come to its end.
+    /// The interrupted job.
     pub(crate) interrupted: Option<(JobRecord, Progress)>,
     pub(crate) doing: Doing,
-    /// The bit that the executor was told of last.
+    /// The tool last reported to the executor.
     pub(crate) in_spindle: Option<Bit>,
-    /// Number of the tool of the rack that a job put in last.
+    /// Number of the tool, in the machine's list, that a job last inserted.
     pub(crate) tool_in: Option<u32>,
-    /// What tools have done since they were new.
+    /// Tool wear.
     pub(crate) wear: Vec<ToolWear>,
-    /// What changes tools.
     pub(crate) tools: ToolChanger,
-    /// The queue of work commands.
+    /// The queue of commands.
     pub(crate) lab: Option<Lab>,
     /// The height map of the board.
     pub(crate) surface: Option<Arc<KeptSurface>>,
-    /// What is being touched.
+    /// The probing in progress.
     pub(crate) touching: Option<Touching>,
-    /// Outputs by hand.
+    /// The tool for which the board height is known.
+    pub(crate) known: KnownHeight,
     pub(crate) by_hand: ManualOutputs,
-    /// The last run's board.
+    /// Comparison of the last run's board with its program.
     pub(crate) judged: Judged,
     pub(crate) task: u64,
-    /// Machine steps at the last rest.
+    /// Number of the hold on the current task's path; 0 for none.
+    pub(crate) held: u64,
+    /// Machine steps at the last stop.
     pub(crate) position: Steps,
-    /// Axes that came there from above.
+    /// Steps that the tool must rise to be certainly out of the board, after the position was lost.
+    pub(crate) unseen_steps: i64,
+    /// Axes whose last step counted down.
     pub(crate) down: AxisSet,
-    /// The presser foot is down, or may be.
+    /// The presser foot.
     pub(crate) foot: Foot,
-    /// Events to come.
     pub(crate) pending: VecDeque<Event>,
-    /// The status that was told last, and when.
+    /// The last reported status, and when.
     pub(crate) told: (Option<Status>, Duration),
-    /// What was told of the tools.
+    /// The last reported tools.
     pub(crate) tools_told: ToolsReport,
     pub(crate) tickets: Arc<Tickets>,
 }
 
-/// The work zero of a job, where its steps still mean what they meant.
+/// The work zero of a job, if its steps still have the same meaning.
 pub(crate) fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
     (job.ruler.as_ref() == Some(&ruler(machine))).then_some(job.zero)
 }
@@ -188,7 +184,7 @@ pub(crate) fn diagnostic(code: &str) -> Diagnostic {
 }
 
 impl Owner {
-    /// The drill at rest, its position unknown. Nothing moves.
+    /// Creates a stopped drill with unknown position. Nothing moves.
     pub fn new(parts: Parts) -> Result<Self, Diagnostic> {
         let Parts { machine, speed, faults, seed, record, contents, .. } = parts;
         let Parts { surface, alarm, tickets, shared, time, outside, .. } = parts;
@@ -204,7 +200,7 @@ impl Owner {
         let begun = interrupted.as_ref().and_then(|(job, _)| zero_of(job, &machine));
         let kept = contents.zero.filter(|zero| zero.ruler == ruler(&machine)).map(|zero| zero.steps);
         session.zeros = begun.or(kept).into_iter().collect();
-        let owner = Self {
+        let mut owner = Self {
             machine,
             speed,
             hands,
@@ -225,10 +221,13 @@ impl Owner {
             lab: None,
             surface: surface.map(Arc::new),
             touching: None,
+            known: KnownHeight::default(),
             by_hand: ManualOutputs::default(),
             judged: Judged::default(),
             task: 0,
+            held: 0,
             position: Steps::default(),
+            unseen_steps: 0,
             down: 0,
             foot: Foot::default(),
             pending: VecDeque::new(),
@@ -237,34 +236,36 @@ impl Owner {
             tickets,
         };
         owner.stock_for_pins();
+        if owner.interrupted.is_some() {
+            owner.may_be_low();
+        }
         Ok(owner)
     }
 
-    /// How long it needs nothing where no message comes.
+    /// How long [`Self::beat`] may wait if no message arrives.
     pub fn idle(&self) -> Duration {
         let left = HEARTBEAT.saturating_sub(self.now().saturating_sub(self.told.1));
         self.outputs_due().map_or(left, |due| due.min(left))
     }
 
-    /// Does what it is time for. After every message, and when it was idle for so long.
+    /// Does what is due. Call it after every message, and after [`Self::idle`].
     pub fn beat(&mut self) {
         self.tick_outputs();
         self.look_at_spindle();
+        self.look_at_hold();
         self.tell_status();
     }
 
-    /// Whether anything moves.
     pub fn moves(&self) -> bool {
         self.session.moving
     }
 
-    /// Nothing is waited for any more: it ends.
+    /// Stops everything at the end of the program.
     pub fn over(&mut self) {
         self.executor.shared.stop(u64::MAX);
         self.tell_status();
     }
 
-    /// Takes a message.
     pub fn take(&mut self, message: Message) {
         let Some(message) = self.in_turn(message) else { return };
         match message {
@@ -297,23 +298,27 @@ impl Owner {
                 self.drain();
             }
             Message::ExecutorGone(why) => {
+                self.ended_unseen();
                 self.doing = Doing::Nothing;
                 self.happen(Event::Failed { alarm: why, left: Trust::Lost });
             }
             Message::CannotRecord(why) => self.happen(Event::CannotRecord(why)),
-            Message::Shutdown => self.happen(Event::Stop),
+            Message::Shutdown => self.happen(self.stop_event()),
         }
     }
 
     fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         match ask {
             Ask::Home => self.try_event(Event::Home)?,
-            Ask::Park => self.try_event(Event::Park)?,
+            Ask::Park => {
+                self.may_move_in_change()?;
+                self.try_event(Event::Park)?;
+            }
             Ask::SetZero => self.try_event(Event::SetZero { place_steps: self.table() })?,
             Ask::UndoZero => self.try_event(Event::UndoZero)?,
-            Ask::Jog { axis, distance_um } => {
-                self.jog_steps(axis, distance_um)?;
-                self.try_event(Event::Jog { axis, distance_um })?;
+            Ask::Jog { axis, distance_um, anyway } => {
+                self.may_move_in_change()?;
+                self.ask_jog(axis, distance_um, anyway)?;
             }
             Ask::JogOn if self.doing == Doing::Jog => self.executor.shared.grant(),
             Ask::JogOn => {}
@@ -321,6 +326,7 @@ impl Owner {
                 self.try_event(Event::Pause)?;
                 self.queue_hold();
             }
+            Ask::LiftTool => self.lift_off_path()?,
             Ask::Resume if self.touching.is_some() => self.touching_goes_on()?,
             Ask::Resume if self.session.queue => self.queue_run(Mode::ToBreakpoint)?,
             Ask::Resume => self.try_event(Event::Resume)?,
@@ -329,7 +335,7 @@ impl Owner {
             Ask::Stop => {
                 self.stop_start();
                 self.lock_outputs();
-                self.try_event(Event::Stop)?;
+                self.try_event(self.stop_event())?;
             }
             Ask::Queue { text } => return self.queue_load(text),
             Ask::QueueRun { mode } => self.queue_run(mode)?,
@@ -337,20 +343,13 @@ impl Owner {
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
             Ask::ToolChanged => self.tool_changed()?,
+            Ask::SameLength => self.same_length()?,
+            Ask::MeasureTool => self.measure_tool()?,
             Ask::NewTool { number } => self.new_tool(number)?,
             Ask::Stock { places, spindle } => self.stock_said(places, spindle)?,
             Ask::ToolSeen { seen } => self.tool_seen(seen)?,
             Ask::OpenClamp => self.open_clamp()?,
-            Ask::AcknowledgeAlarm => {
-                if self.executor.is_gone() {
-                    self.renew_executor()?;
-                }
-                let damaged = self.session.alarm.as_ref().is_some_and(Damage::is_told_by);
-                self.try_event(Event::Acknowledge)?;
-                if damaged {
-                    self.outside.record(Record::DamageRead);
-                }
-            }
+            Ask::AcknowledgeAlarm => self.acknowledge()?,
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
             Ask::Provoke { faults } => self.provoke(&faults)?,
@@ -376,8 +375,25 @@ impl Owner {
         Ok(Vec::new())
     }
 
-    /// Where the table stands, as the count of an axis that came from below says it: one that came from above has its play
-    /// between motor and table.
+    /// Clears an acknowledged alarm. Restarts the executor first, if it ended.
+    fn acknowledge(&mut self) -> Result<(), Diagnostic> {
+        if self.executor.is_gone() {
+            self.renew_executor()?;
+        }
+        let damaged = self.session.alarm.as_ref().is_some_and(Damage::is_told_by);
+        self.try_event(Event::Acknowledge)?;
+        if damaged {
+            self.outside.record(Record::DamageRead);
+        }
+        Ok(())
+    }
+
+    fn stop_event(&self) -> Event {
+        Event::Stop { now_ms: u64::try_from(self.now().as_millis()).unwrap_or(u64::MAX) }
+    }
+
+    /// Table position, as counted on an axis that moved up: after a move down, the backlash separates motor
+    /// and table.
     fn table(&self) -> [i64; 2] {
         [0, 1].map(|axis: usize| {
             let settings = self.machine.axis(axis);
@@ -386,20 +402,26 @@ impl Owner {
         })
     }
 
-    /// Does what follows from `event`, or says why it is refused.
+    /// Applies `event` to the session and carries out its actions, or returns why it is refused.
     pub(crate) fn try_event(&mut self, event: Event) -> Result<(), Diagnostic> {
         let (next, actions) = step(&self.session, event);
         if let [Action::Refuse(why)] = actions.as_slice() {
             return Err(why.clone());
         }
         let counted = self.session.trust != Trust::Lost;
+        let low = self.lift_first_steps();
         self.session = next;
+        match self.session.trust {
+            Trust::Lost => self.lost_low(low),
+            Trust::Trusted => self.unseen_steps = 0,
+            Trust::Suspect => {}
+        }
         if actions.iter().any(Action::moves) {
             self.lock_outputs();
         }
         for action in actions {
             if let Err(why) = self.act(action, counted) {
-                // Nothing was set in motion after all.
+                // Nothing started to move.
                 self.fails(why, self.session.trust);
             }
         }
@@ -427,6 +449,7 @@ impl Owner {
                 self.jog(usize::from(axis), steps)?;
             }
             Action::Approach { .. } => self.approach()?,
+            Action::Touched => self.touched_in_change()?,
             Action::Queue if self.touching.is_some() => self.touching_begins(),
             Action::Queue => self.queue_go(),
             Action::NextLeg => self.leg(Vec::new()),
@@ -440,6 +463,9 @@ impl Owner {
                 self.brake_change();
                 self.parks_no_more();
             }
+            Action::Hold => self.hold(),
+            Action::Go => self.goes_on(),
+            Action::LiftOffPath => self.executor.shared.lift(self.task),
             Action::KeepZero => {
                 self.prepared = None;
                 let ruler = ruler(&self.machine);

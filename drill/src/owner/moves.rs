@@ -1,11 +1,9 @@
-//! What each moving action means in segments, and what the executor's report of it means in events.
+//! Turns the session's motion actions into segments, and executor reports into session events.
 //!
 //! ```text
-//! leg   [ travel ][ dwell ][ approach ][ drill, gate ]│[ retract ]       a gate that ended a segment early parts the leg:
-//!       ───────────── task 17 ───────────────────────▶│ ── task 18 ──▶   what follows is planned anew from where it rests
+//! leg   [ travel ][ dwell ][ approach ][ drill, gate ]│[ retract ]       a gate that ends a segment splits the leg:
+//!       ───────────── task 17 ───────────────────────▶│ ── task 18 ──▶   the rest is planned again from there
 //! ```
-//!
-//! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
 
 use super::Owner;
 use crate::executor::{Ended, Report, Task};
@@ -20,46 +18,44 @@ use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
 
-/// What the executor has in hand.
+/// The executor's current action.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Doing {
-    /// Nothing.
     Nothing,
     /// One stage of homing.
     Homing(Homing),
-    /// A move by hand.
     Jog,
-    /// To where the head is parked.
+    /// To the park position.
     Park,
-    /// To where the job starts, or the spindle on again.
+    /// To the start of the job, or starting the spindle again.
     Approach,
-    /// Some segments of the leg in work.
+    /// Segments of the current leg.
     Leg,
-    /// Some segments of a row of the queue.
+    /// Segments of a queue row.
     Queue,
-    /// A move of what is being touched.
+    /// A probing move.
     Touch,
-    /// A step of a change of tools.
+    /// A step of an automatic tool change.
     Change,
-    /// The clamp by hand: nothing moves but that.
+    /// The clamp, on request of the user; no axis moves.
     Clamp {
-        /// It opens, else it closes.
+        /// `true` opens it, `false` closes it.
         opens: bool,
     },
-    /// Up from the bottom of a hole, because the next one does not follow at once.
+    /// Lifting the tool from the bottom of a hole, because the next leg does not follow at once.
     Lift {
-        /// That leg drilled a hole or milled a toolpath.
+        /// The completed leg drilled a hole or milled a toolpath.
         cut: bool,
-        /// It was the last one.
+        /// The completed leg was the last one.
         last: bool,
     },
-    /// Tip up, spindle off, because the tool is worn.
+    /// Tool up and spindle off, because the tool is worn.
     ToChange,
-    /// Tip up, spindle off.
+    /// Tool up, spindle off.
     Safe,
 }
 
-/// A pause with an effect.
+/// A dwell with an effect.
 pub(crate) fn rest(stage: Stage, effect: Switching, duration_ticks: u64, end: Steps) -> Segment {
     Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
@@ -73,7 +69,7 @@ fn home_edge(machine: &Machine, axis: usize) -> i64 {
     cycles::home_edge(machine, axis)
 }
 
-/// What the steps of X and Y are counted by.
+/// The meaning of one step of X and Y.
 pub(crate) fn ruler(machine: &Machine) -> Ruler {
     let scale = |axis: usize| machine.axis(axis).scale;
     let per_nm = |axis: usize| match scale(axis).per {
@@ -93,20 +89,17 @@ fn alarm(code: &str) -> Diagnostic {
     Diagnostic::error(code)
 }
 
-fn name(input: Input) -> String {
-    format!("{input:?}")
-}
-
 fn letter(axis: usize) -> &'static str {
     ["X", "Y", "Z"].get(axis).copied().unwrap_or("Z")
 }
 
 impl Owner {
-    /// Gives the executor something to do.
+    /// Gives the executor its next task.
     pub(crate) fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
         self.task += 1;
         if self.executor.is_gone() {
-            // Nobody will report: what was to be made safe is out of reach, and nothing else can begin.
+            // A dead executor never reports: what it should make safe is out of reach, and no other action
+            // can start.
             let dead = Event::Failed { alarm: alarm("output.executor_gone"), left: Trust::Lost };
             self.pending.push_back(if doing == Doing::Safe { Event::Safe } else { dead });
             return;
@@ -115,7 +108,7 @@ impl Owner {
         self.foot.given(&segments);
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
-        // While the clamp moves nobody but the owner lifts the head.
+        // While the clamp moves, the executor must not lift the head on its own.
         let may_lift = self.session.trust == Trust::Trusted && self.clamp_wait_ticks() == 0;
         let lift_to = may_lift.then(|| self.top());
         let follows = self.doing == Doing::Leg && self.goes_on_low();
@@ -136,15 +129,16 @@ impl Owner {
             lift_to,
             granted,
         });
+        self.hold_if_pausing();
     }
 
-    /// How many steps of Z the board lies higher than flat at the hole of the leg in work.
+    /// Height of the board at the current leg's hole above flat, in steps of Z.
     fn board_of_leg(&self) -> i64 {
         self.work.as_ref().map_or(0, |work| work.job.board_steps(&self.machine, work.leg))
     }
 
-    /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
-    /// person has no clock.
+    /// Returns `true` if the task ends with the tool in the board and the next task follows at once.
+    /// Waiting for the user takes unlimited time, so it does not count.
     fn goes_on_low(&self) -> bool {
         let Some(work) = &self.work else { return false };
         match work.next() {
@@ -153,7 +147,7 @@ impl Owner {
         }
     }
 
-    /// `segments`, where this computer can step them in time.
+    /// Returns `segments`, if this computer can step them in time.
     pub(crate) fn in_time(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, Diagnostic> {
         let safe_hz = self.timing.as_ref().map(|timing| timing.safe_hz);
         match safe_hz.and_then(|safe_hz| lateness::too_fast(&segments, safe_hz)) {
@@ -170,8 +164,8 @@ impl Owner {
         Ok(())
     }
 
-    /// The way of a jog in steps: inside the travel where the position is known, with the tip up where XY moves, else no
-    /// longer than the travel.
+    /// Length of a jog in steps: within the travel if the position is trusted, at most the whole travel if
+    /// not.
     pub(crate) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Diagnostic> {
         let index = usize::from(axis);
         if index > 2 || distance_um == 0 {
@@ -183,14 +177,7 @@ impl Owner {
         if self.session.trust != Trust::Trusted {
             return Ok(way.clamp(low - high, high - low));
         }
-        let process = &self.machine.process;
-        if index < 2
-            && self.machine.lowest(&self.position)
-                < self.machine.z.scale.steps(process.surface + process.safe_height)
-        {
-            return Err(alarm("control.tip_low"));
-        }
-        // Spindles go together, wherever each of them stands.
+        // Spindles move together: the least room of all limits the jog.
         let room = |axis: usize| (self.position[axis] + way).clamp(low, high) - self.position[axis];
         match cycles::together(&self.machine, index).map(room).min_by_key(|room| room.abs()) {
             None | Some(0) => Err(alarm("control.end_of_travel").with("axis", letter(index))),
@@ -198,27 +185,35 @@ impl Owner {
         }
     }
 
+    /// To the start of the job; first to the change position, if the user must insert a tool.
     pub(crate) fn approach(&mut self) -> Result<(), Diagnostic> {
+        if let Some((bit, turns)) = self.asked_first() {
+            return self.change_first(bit, turns);
+        }
         let Some(work) = &self.work else { return Ok(()) };
         let to = work.job.start_of_leg(work.leg);
+        let beside = work.job.before_start(&self.machine, work.leg);
         let (bit, asks) = (work.bit.unwrap_or(0), work.confirm_bit);
         if !asks {
             self.put_in(bit, false);
         }
-        let Some(work) = &self.work else { return Ok(()) };
-        let beside = work.job.before_start(&self.machine, work.leg);
+        self.approach_start(beside, to, !asks)
+    }
+
+    /// To `to` by way of `beside`; then starts the spindle, if it should turn.
+    pub(super) fn approach_start(&mut self, beside: Steps, to: Steps, turns: bool) -> Result<(), Diagnostic> {
         let there = cycles::go_to(&self.machine, self.position, beside)?;
         let on = cycles::go_to(&self.machine, beside, to)?;
         let moves = [there, on].iter().flat_map(|way| segments(way, &self.machine)).collect();
         let mut segments = self.in_time(moves)?;
-        if !work.confirm_bit {
+        if turns {
             segments.extend(self.spindle_up());
         }
         self.give(Doing::Approach, segments);
         Ok(())
     }
 
-    /// The spindle as it has to turn before the next segment, with time to get there.
+    /// Starts the spindle at the next segment's speed, and waits for its spin-up.
     pub(crate) fn spindle_up(&self) -> Vec<Segment> {
         let Some(work) = &self.work else { return Vec::new() };
         let rpm = work.rpm();
@@ -228,12 +223,12 @@ impl Owner {
     }
 
     pub(crate) fn spindle_on(&mut self) {
-        // Who is asked for a tool next is not shown one that turns.
+        // Before a tool request the spindle stays off: the user's hands come next.
         let segments = if self.wants_new_tool() { Vec::new() } else { self.spindle_up() };
         self.give(Doing::Approach, segments);
     }
 
-    /// Runs the leg in work up to its end, or up to where a bit is wanted.
+    /// Plays the current leg up to its end, or up to a tool change.
     pub(crate) fn leg(&mut self, mut segments: Vec<Segment>) {
         let unattended = self.machine.tool_change == ToolChange::Unattended;
         if self.asks_for_new_tool() {
@@ -257,6 +252,10 @@ impl Owner {
         }
         while let Some(segment) = work.segments.get(work.given) {
             if let Switching::AwaitBit { bit } = segment.effect {
+                if work.is_in.take() == Some(bit) {
+                    work.given += 1;
+                    continue;
+                }
                 if !unattended {
                     break;
                 }
@@ -278,14 +277,15 @@ impl Owner {
         if segments.is_empty() { self.leg_ended() } else { self.give(Doing::Leg, segments) }
     }
 
-    /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
+    /// All given segments were played: the leg is completed, waits for a tool, or continues after a gate.
     fn leg_ended(&mut self) {
         self.doing = Doing::Nothing;
         let Some(work) = &mut self.work else { return };
         if work.next().is_some() {
-            let waits = work.awaited().is_some();
-            let wanted = self.bit_wanted();
-            return if waits { self.pending.push_back(wanted) } else { self.leg(Vec::new()) };
+            return match work.awaited() {
+                Some(bit) => self.bit_is_awaited(bit),
+                None => self.leg(Vec::new()),
+            };
         }
         let leg = work.leg;
         let wear = self.count_wear(leg);
@@ -303,7 +303,8 @@ impl Owner {
         }
         let last = work.leg >= work.job.stream.legs();
         self.outside.record(Record::Advance { progress: work.progress(), wear, stop });
-        // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
+        // In a chain, a hole ends at its bottom. If the next one does not follow at once, lift the tool
+        // first.
         if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
             match work.job.lift(&self.machine, work.leg - 1) {
                 Ok(lift) => return self.give(Doing::Lift { cut: hole || way, last }, lift),
@@ -315,7 +316,17 @@ impl Owner {
         self.pending.push_back(Event::LegDone { cut: hole || way, last });
     }
 
-    /// A sensor ended a stroke early: what follows in the leg starts from there.
+    /// The leg waits for a tool: ask the user at the change position, or let the machine fetch it.
+    fn bit_is_awaited(&mut self, bit: u32) {
+        if !self.machine.is_changed_by_hand() {
+            return self.pending.push_back(self.bit_wanted());
+        }
+        if let Err(why) = self.change_here(bit) {
+            self.fails(why, self.session.trust);
+        }
+    }
+
+    /// A sensor ended a drill cycle early: plans the rest of the leg from the current position.
     fn rejoin(&mut self) -> Result<(), Diagnostic> {
         let Some(work) = &mut self.work else { return Ok(()) };
         let zero = work.job.zero;
@@ -337,7 +348,7 @@ impl Owner {
         Ok(())
     }
 
-    /// Machine steps of Z with the tip all the way up.
+    /// Machine steps of Z at the top.
     fn top(&self) -> i64 {
         cycles::top(&self.machine)
     }
@@ -347,7 +358,7 @@ impl Owner {
         self.give(Doing::Safe, segments);
     }
 
-    /// All the way up, where it may be lifted, and the spindle off.
+    /// Lifts to the top, if allowed, and switches the spindle off.
     pub(super) fn up_and_off(&mut self, lift: bool) -> Vec<Segment> {
         let top = self.top();
         let mut segments_up = Vec::new();
@@ -368,19 +379,21 @@ impl Owner {
         segments_up
     }
 
-    /// Where it rests, and how the inputs and the foot are there.
+    /// Records the stop position, the inputs and the foot.
     fn rests_at(&mut self, report: &Report) {
-        (self.position, self.down, self.tools.inputs) = (report.position, report.down, report.inputs);
+        let before = std::mem::replace(&mut self.position, report.position);
+        (self.down, self.tools.inputs) = (report.down, report.inputs);
+        self.has_risen(&before);
         self.foot.played(report.ended);
     }
 
-    /// The tip touched something at this place, higher than the board can lie there.
+    /// The tool touched something higher than the board can be at this position.
     fn touched_early(&mut self, doing: &Doing, at: &Steps) {
         let board_steps = if *doing == Doing::Leg { self.board_of_leg() } else { 0 };
         self.fails(early(&self.machine, at, board_steps), self.session.trust);
     }
 
-    /// What a report means.
+    /// Handles a report of the executor.
     pub(crate) fn reported(&mut self, report: &Report) {
         if report.id != self.task {
             return;
@@ -389,7 +402,7 @@ impl Owner {
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
-            // Whoever stopped it is told so.
+            // After a requested stop this is no alarm.
             (doing, Ended::RanDry) if !stopping => {
                 let why = alarm("adapter.ran_dry");
                 if doing == Doing::Queue {
@@ -399,7 +412,7 @@ impl Owner {
             }
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Clamp { opens }, _) => self.clamp_moved(opens),
-            (Doing::ToChange, Ended::Completed) => self.pending.push_back(Event::BitWanted),
+            (Doing::ToChange, Ended::Completed) => self.at_change_position(),
             (Doing::Safe, Ended::Completed) => {
                 self.settle_stock();
                 self.pending.push_back(Event::Safe);
@@ -412,15 +425,15 @@ impl Owner {
             (Doing::Lift { cut, last }, Ended::Completed) => {
                 self.pending.push_back(Event::LegDone { cut, last });
             }
-            // Whoever stopped it is told so, whatever was late besides.
+            // After a requested stop, a late task is no alarm.
             (_, Ended::Starved) if stopping => self.pending.push_back(Event::Rested),
-            // The hand that moved it let go, or is gone: it rests on its way.
+            // The page released the jog or disappeared: the jog ends here.
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
             (_, Ended::Starved) => self.fails(alarm("control.starved"), self.session.trust),
             (Doing::Touch, ended) if ended.is_of_touch() => self.touched(ended, report.inputs),
             (Doing::Homing(homing), _) => self.homed(homing, report),
-            // Every step is counted: what is wrong is the spindle alone.
+            // Every step is counted: only the spindle failed.
             (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),
             (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
@@ -432,7 +445,7 @@ impl Owner {
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
-                let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
+                let why = alarm("control.drilling_too_long").with("sensor", gate.input.name());
                 self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
             (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => self.gated(report.ended, stopping),
@@ -452,7 +465,7 @@ impl Owner {
         }
     }
 
-    /// A stroke ended on its sensor, or without it: what is left of the leg follows.
+    /// A drill cycle ended on its sensor, or without it: continues with the rest of the leg.
     fn gated(&mut self, ended: Ended, is_stopping: bool) {
         if let (Ended::Gated(at), Some(work)) = (ended, &mut self.work) {
             work.stop = Some(at);
@@ -465,7 +478,7 @@ impl Owner {
         }
     }
 
-    /// The tip went down to the board, and there was none.
+    /// The tool reached its lowest point without touching the board.
     fn nothing_touched(&mut self) {
         let Some(work) = &self.work else { return };
         let mm = |axis: usize| {
@@ -477,7 +490,7 @@ impl Owner {
         self.fails(why, self.session.trust);
     }
 
-    /// What is done fails: the alarm that tells of it, and what the position is worth afterwards.
+    /// Queues a failure: its alarm, and the remaining trust in the position.
     pub(super) fn fails(&mut self, alarm: Diagnostic, left: Trust) {
         self.pending.push_back(Event::Failed { alarm, left });
     }

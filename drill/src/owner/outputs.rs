@@ -1,11 +1,9 @@
-//! Outputs by hand: locked, unlocked for minutes, switched one by one while nothing moves (C7).
+//! Manual outputs: locked, unlocked for minutes, switched one by one while nothing moves.
 //!
 //! ```text
-//! locked ── OutputLease 1 … 5 min ──▶ unlocked ── time over, 0 min, control changes hands, anything moves ──▶ locked, all off
+//! locked ── OutputLease 1 … 5 min ──▶ unlocked ── time over, 0 min, new control, any move ──▶ locked, all off
 //!                                       └─ Output: on, off, pulse
 //! ```
-//!
-//! Comes in: asks and the time. Goes out: calls on the executor, tells. Does not know which wire an output is.
 
 use super::Owner;
 use annulus_core::control::State;
@@ -19,18 +17,18 @@ const LONGEST_LEASE: u8 = 5;
 /// Longest pulse, in ms.
 const LONGEST_PULSE: u32 = 10_000;
 
-/// What comes first among the names.
+/// The first name in the list.
 const SPINDLE: &str = "spindle";
 
-/// Something to be switched: place among the names, on or off.
+/// A switch: index of the output's name, and on or off.
 type Switch = (usize, bool);
 
-/// The lock, and what was switched since it was opened. Knows no executor.
+/// The lock, and what was switched since it was opened.
 #[derive(Debug, Default)]
 pub(crate) struct ManualOutputs {
     until: Option<Duration>,
     on: u32,
-    /// Pulses: place among the names, what it goes back to, when.
+    /// Running pulses: index of the name, final state, end.
     pulses: Vec<(usize, bool, Duration)>,
 }
 
@@ -52,7 +50,7 @@ impl ManualOutputs {
         self.on = if on { self.on | bit } else { self.on & !bit };
     }
 
-    /// Locks: what is to be turned off. None where it was locked already.
+    /// Locks. Returns the switches that turn everything off; `None` if it was locked already.
     fn lock(&mut self) -> Option<Vec<Switch>> {
         self.until.take()?;
         self.pulses.clear();
@@ -60,7 +58,7 @@ impl ManualOutputs {
         Some((0..32).filter(|place| on >> place & 1 == 1).map(|place| (place, false)).collect())
     }
 
-    /// Ends pulses and the lease when it is time: what is to be switched, if anything happened.
+    /// Ends pulses and the lease when they are due. Returns the switches to carry out, if any.
     fn tick(&mut self, now: Duration) -> Option<Vec<Switch>> {
         if self.until.is_some_and(|until| until <= now) {
             return self.lock();
@@ -76,7 +74,7 @@ impl ManualOutputs {
         (!over.is_empty()).then_some(over)
     }
 
-    /// When something is to be done.
+    /// Time of the next end of a pulse or the lease.
     fn due(&self) -> Option<Duration> {
         self.pulses.iter().map(|(.., end)| *end).chain(self.until).min()
     }
@@ -91,7 +89,7 @@ impl Owner {
         std::iter::once(SPINDLE.to_owned()).chain(self.machine.output_names()).collect()
     }
 
-    /// Unlocks for `minutes` from now on; 0 locks.
+    /// Unlocks for `minutes`; 0 locks.
     pub(crate) fn lease_outputs(&mut self, minutes: u8) -> Result<(), Diagnostic> {
         if minutes > LONGEST_LEASE {
             let why = diagnostic("control.lease_range").with("minutes", minutes);
@@ -116,7 +114,6 @@ impl Owner {
         }
     }
 
-    /// Switches an output.
     pub(crate) fn switch_output(
         &mut self,
         name: &str,
@@ -147,14 +144,14 @@ impl Owner {
     fn put_out(&mut self, switches: &[Switch]) {
         for (place, on) in switches {
             match place.checked_sub(1).and_then(|place| u8::try_from(place).ok()) {
-                None => self.executor.spindle(if *on { self.machine.process.spindle_rpm } else { 0 }),
+                None => self.executor.spindle(if *on { self.machine.process.usual_rpm() } else { 0 }),
                 Some(place) => self.executor.output(place, *on),
             }
         }
         self.tell(self.outputs_tell());
     }
 
-    /// Locks, and turns off what was left on; a clamp that waits to be opened stays closed. Where it was locked already, nothing.
+    /// Locks, turns off what was switched on, and cancels a pending opening of the clamp.
     pub(crate) fn lock_outputs(&mut self) {
         self.tools.clamp.stays();
         if let Some(switches) = self.by_hand.lock() {
@@ -162,7 +159,7 @@ impl Owner {
         }
     }
 
-    /// Ends pulses and the lease when it is time.
+    /// Ends pulses and the lease when they are due.
     pub(crate) fn tick_outputs(&mut self) {
         let now = self.now();
         if let Some(switches) = self.by_hand.tick(now) {
@@ -170,7 +167,7 @@ impl Owner {
         }
     }
 
-    /// Time until something is to be done here.
+    /// Time until the next change here.
     pub(crate) fn outputs_due(&self) -> Option<Duration> {
         self.by_hand.due().map(|end| end.saturating_sub(self.now()))
     }
@@ -187,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pulses_and_the_lease_end_when_it_is_time() {
+    fn manual_outputs_end_with_their_pulse_or_lease() {
         let start = Duration::ZERO;
         let at = |ms: u64| start + Duration::from_millis(ms);
         let mut bench = ManualOutputs::default();
@@ -199,7 +196,7 @@ mod tests {
         assert_eq!((bench.on, bench.due()), (0b1010, Some(at(60))));
         assert_eq!(bench.tick(at(59)), None);
         assert_eq!((bench.tick(at(60)), bench.on), (Some(vec![(2, true)]), 0b1110));
-        // Switched by hand, a pulse no longer ends.
+        // Switching an output manually cancels its pulse.
         bench.switch((1, true), None, at(100));
         assert_eq!(bench.tick(at(500)), None);
         assert_eq!(bench.due(), Some(at(300_000)));

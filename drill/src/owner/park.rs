@@ -1,6 +1,4 @@
-//! Parking (C7): the tips up, the spindle off, the head out of the way of a board that is laid on or taken off.
-//!
-//! Comes in: an ask, or the end of a job on a machine whose settings say so. Goes out: a task. Does not know the place: `core` does.
+//! Parking: tools up, spindle off, head away from the board so that it can be loaded or unloaded.
 
 use super::Owner;
 use super::moves::Doing;
@@ -10,21 +8,26 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue;
 
 impl Owner {
-    /// Goes there.
     pub(crate) fn park(&mut self) -> Result<(), Diagnostic> {
-        let segments = self.in_time(queue::park(&self.machine, self.position)?)?;
+        let moves = if self.session.in_change {
+            self.to_change_position()?
+        } else {
+            queue::park(&self.machine, self.position)?
+        };
+        let segments = self.in_time(moves)?;
         self.give(Doing::Park, segments);
         Ok(())
     }
 
-    /// A job is over. The head goes away by itself only where that was set, all of it is done, and nobody stopped it.
+    /// After a job the head parks automatically only if the settings say so, the job was completed, and
+    /// STOP was not pressed.
     pub(super) fn parks_after(&mut self, work: &Work, ending: Ending) {
         if ending == Ending::Done && self.machine.park.after_job && !work.was_stopped {
             self.pending.push_back(Event::Park);
         }
     }
 
-    /// Somebody stops whatever moves.
+    /// STOP also cancels the parking after the job.
     pub(super) fn parks_no_more(&mut self) {
         if let Some(work) = &mut self.work {
             work.was_stopped = true;

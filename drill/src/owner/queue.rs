@@ -1,12 +1,10 @@
-//! A queue of work commands on the drill: what its actions mean in tasks, and what reports of those mean for it.
+//! Runs a queue of commands: turns its actions into tasks, and reports into its results.
 //!
 //! ```text
 //! Ask::Queue ─▶ read, check ─▶ Lab.run ── go ─▶ actions ─▶ tasks, outputs, corrections ─▶ executor
 //!                                 ▲                                                          │
 //!                                 └────────────────── report of one task ◀───────────────────┘
 //! ```
-//!
-//! Comes in: asks and reports. Goes out: tasks, events for the session, tells. Does not know what a row means; `core` does.
 
 use super::Owner;
 use super::moves::Doing;
@@ -19,21 +17,21 @@ use annulus_core::queue::{self, Harm, Mode, Queue, QueueAction, QueueRun, Rest, 
 use annulus_core::wire::{QueuePhase, QueueStatus, Tell};
 use std::time::Duration;
 
-/// Results are told at most this often while rows are being done.
+/// Shortest time between two reports while rows run.
 const PACE: Duration = Duration::from_millis(40);
 
-/// A queue that was checked, and how far it is.
+/// A checked queue, and its progress.
 pub(crate) struct Lab {
     text: String,
     queue: Queue,
-    /// Rows it comes through.
+    /// Number of rows that it will execute.
     total: u32,
     run: QueueRun,
     begun: bool,
     mode: Mode,
     phase: QueuePhase,
     why: Option<Diagnostic>,
-    /// Results as they were told last.
+    /// The last reported results.
     told: Vec<RowResult>,
     told_at: Duration,
 }
@@ -49,7 +47,7 @@ impl Owner {
         Standing { position, zero, homed, rpm: 0, foot_down: self.foot_may_be_down() }
     }
 
-    /// Reads and checks `text`; it takes the place of the queue before it.
+    /// Reads and checks `text`; replaces the previous queue.
     pub(crate) fn queue_load(&mut self, text: String) -> Result<Vec<Tell>, Diagnostic> {
         if self.session.queue {
             return Err(diagnostic("control.busy"));
@@ -76,7 +74,7 @@ impl Owner {
         Ok(Vec::new())
     }
 
-    /// Begins the queue, or goes on.
+    /// Starts the queue, or continues it.
     pub(crate) fn queue_run(&mut self, mode: Mode) -> Result<(), Diagnostic> {
         let standing = self.standing();
         if self.touching.is_some() {
@@ -95,7 +93,7 @@ impl Owner {
             if lab.begun {
                 return Err(diagnostic("control.queue_over"));
             }
-            // The drill may stand elsewhere than when the queue was sent.
+            // The position may have changed since the queue was loaded: check again.
             let outputs = self.machine.output_names();
             lab.total = check(&lab.queue, &self.machine, &outputs, &standing)?.rows;
             lab.run = QueueRun::new(lab.queue.clone(), outputs, standing);
@@ -104,7 +102,6 @@ impl Owner {
         self.try_event(Event::Queue)
     }
 
-    /// The next rows.
     pub(crate) fn queue_go(&mut self) {
         let Some(lab) = &mut self.lab else { return };
         lab.begun = true;
@@ -113,7 +110,7 @@ impl Owner {
         self.queue_act(actions);
     }
 
-    /// Holds after the row in work.
+    /// Holds after the current row.
     pub(crate) fn queue_hold(&mut self) {
         if let Some(lab) = &mut self.lab {
             lab.run.hold();
@@ -129,7 +126,7 @@ impl Owner {
         Ok(())
     }
 
-    /// What a report of a task of the queue means.
+    /// Handles the report of a queue task.
     pub(crate) fn queue_reported(&mut self, report: &Report) {
         let told = self.told_to_core(report);
         let Some(lab) = &mut self.lab else { return };
@@ -141,10 +138,10 @@ impl Owner {
         self.queue_act(actions);
     }
 
-    /// A report in the words of `core`.
+    /// Converts a report for `core`.
     pub(crate) fn told_to_core(&self, report: &Report) -> queue::QueueReport {
         let outcome = match report.ended {
-            // Stop crossed the report on its way: no row after this one.
+            // A stop and the report crossed: do not start the next row.
             _ if self.session.state == State::Stopping => Outcome::Stopped,
             Ended::Completed => Outcome::Completed,
             Ended::Gated(at) => Outcome::Gated(at),
@@ -189,7 +186,7 @@ impl Owner {
         self.tell_queue(false);
     }
 
-    /// What the rows did to the trust in the position: an axis being homed has none, all homed have it again.
+    /// Adjusts the trust in the position: lost while an axis homes, restored when all are homed.
     fn queue_trust(&mut self) {
         let Some(lab) = &self.lab else { return };
         let all = lab.run.standing().all_homed();
@@ -226,13 +223,13 @@ impl Owner {
         self.pending.push_back(event);
     }
 
-    /// The row in work came to rest on its way; what was believed of the position still is.
+    /// The line was cut and the current row stopped on its way; the trust in the position is unchanged.
     pub(crate) fn queue_ran_dry(&mut self, why: Diagnostic) {
         let harm = if self.session.trust == Trust::Trusted { Harm::None } else { Harm::Lost };
         self.queue_rests(Rest::Failed { why, harm });
     }
 
-    /// The session ended what it was doing. A queue that was held then is over.
+    /// The session ended the queue; a held queue ends too.
     pub(crate) fn queue_over(&mut self) {
         let Some(lab) = &mut self.lab else { return };
         if lab.begun && !lab.run.ended() {
@@ -245,7 +242,7 @@ impl Owner {
         self.tell_queue(true);
     }
 
-    /// Tells how the queue stands, when it is time or when it rests.
+    /// Reports the queue when it is due or has stopped.
     pub(crate) fn tell_queue(&mut self, now: bool) {
         let time = self.now();
         let Some(lab) = &mut self.lab else { return };
@@ -262,7 +259,7 @@ impl Owner {
         self.tell(Tell::Queue(Box::new(status)));
     }
 
-    /// What a newcomer must know, and everybody after a change.
+    /// The queue report for a newly connected page, and for all after a change.
     pub(crate) fn queue_greeting(&self) -> Vec<Tell> {
         let Some(lab) = &self.lab else {
             let status = QueueStatus { whole: true, ..QueueStatus::default() };
@@ -273,7 +270,7 @@ impl Owner {
         vec![Tell::QueueText { text: lab.text.clone() }, Tell::Queue(Box::new(lab.status(results, true)))]
     }
 
-    /// The command of the row in work, by its name in the table.
+    /// Name of the current row's command.
     pub(crate) fn queue_command(&self) -> Option<String> {
         let lab = self.lab.as_ref().filter(|_| self.doing == Doing::Queue)?;
         let command = lab.queue.rows().get(lab.run.row()?)?.command.as_ref()?;

@@ -1,6 +1,4 @@
-//! How things stand, as everybody sees it (A10, C8).
-//!
-//! Comes in: the owner's state and the executor's latest glimpse. Goes out: tells. Changes nothing but what was told.
+//! The status reports of the drill.
 
 use super::Owner;
 use super::moves::Doing;
@@ -8,17 +6,17 @@ use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::machine::{self, Output, Steps, phases};
 use annulus_core::pins::SpindleState;
 use annulus_core::steps::{Stage, TICK_HZ};
-use annulus_core::wire::{SlipReport, Status, Tell};
+use annulus_core::wire::{InterruptedJob, SlipReport, Status, Tell};
 use std::time::Duration;
 
-/// Small changes are told at most this often.
+/// Shortest time between two reports of small changes.
 const PACE: Duration = Duration::from_millis(40);
 
-/// At the latest this long after the one before.
+/// Longest time between two reports.
 pub(crate) const HEARTBEAT: Duration = Duration::from_millis(100);
 
 impl Owner {
-    /// What it is by the clock outside.
+    /// Time by the host's clock.
     pub(crate) fn now(&self) -> Duration {
         (self.time)()
     }
@@ -27,7 +25,7 @@ impl Owner {
         self.outside.tell(tell);
     }
 
-    /// Tells the status when it is time, or when something changed that people wait for.
+    /// Reports the status when it is due, or when the state, trust or alarm changed.
     pub(crate) fn tell_status(&mut self) {
         let now = self.now();
         let since = now.saturating_sub(self.told.1);
@@ -47,7 +45,7 @@ impl Owner {
         }
     }
 
-    /// Tells what became of the tools, where something did.
+    /// Reports the tools if they changed.
     fn tell_tools(&mut self) {
         let report = self.tools_report();
         if report != self.tools_told {
@@ -64,10 +62,10 @@ impl Owner {
         }
     }
 
-    /// The interrupted job, if there is one and nothing runs.
+    /// The interrupted job, if there is one and no job runs.
     pub(crate) fn offer(&self) -> Option<Tell> {
         let (job, progress) = self.interrupted.as_ref().filter(|_| self.work.is_none())?;
-        Some(Tell::Interrupted {
+        Some(Tell::Interrupted(InterruptedJob {
             job: job.key.clone(),
             name: job.name.clone(),
             next_leg: progress.done,
@@ -75,10 +73,10 @@ impl Owner {
             holes_total: job.holes_total,
             toolpaths_done: progress.toolpaths,
             toolpaths_total: job.toolpaths_total,
-        })
+        }))
     }
 
-    /// What a newcomer must know.
+    /// Messages for a newly connected page.
     pub fn greeting(&self) -> Vec<Tell> {
         let mut tells = vec![self.machine_tell(), Tell::Status(Box::new(self.status()))];
         tells.extend(self.timing.clone().map(|timing| Tell::Timing(Box::new(timing))));
@@ -92,7 +90,7 @@ impl Owner {
         tells
     }
 
-    /// Whether the spindle answers, where it is one that tells of itself.
+    /// Whether the spindle responds; `None` if it does not report.
     pub(crate) fn spindle_answers(&self) -> Option<bool> {
         match self.executor.shared.glimpse().spindle {
             SpindleState::Untold => None,
@@ -151,16 +149,19 @@ impl Owner {
             stage,
             measuring: None,
             changing: None,
+            change: self.change_report(),
             command: self.queue_command().or(stage.map(|stage| command_name(stage).to_owned())),
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
-            spindle_rpm: glimpse.rpm,
+            spindle_rpm: self.wanted_rpm(glimpse.rpm),
             spindle: glimpse.spindle,
             feed_override_percent: self.feed_override_percent(),
             spindle_override_percent: None,
             rapid_override_percent: None,
             inputs: glimpse.inputs,
             touches: glimpse.touches,
+            lift_first_mm: self.lift_first_mm(),
+            paused_on_path: self.pause_on_path(),
             other_firmware: glimpse.other_firmware,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
@@ -177,7 +178,13 @@ impl Owner {
 }
 
 impl Owner {
-    /// What the motor of `axis` gets at `steps`: forced while it moves, by the way it goes.
+    /// The spindle speed to show. 0 if the executor died, unless its outputs could not be switched off.
+    fn wanted_rpm(&self, told_rpm: u32) -> u32 {
+        let stays_on = self.session.alarm.as_ref().is_some_and(|why| why.code == "output.not_safe");
+        if self.executor.is_gone() && !stays_on { 0 } else { told_rpm }
+    }
+
+    /// The phase byte of `axis` at `steps`: with forcing voltage if it moved since the last report.
     fn phase_byte(&self, axis: usize, steps: i64) -> u8 {
         let table = &self.machine.axis(axis).phases;
         let told = self.told.0.as_ref().map_or(steps, |told| told.steps[axis]);
@@ -202,12 +209,12 @@ fn count(number: usize) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
 }
 
-/// What is being done in a move from hole to hole, as far as the height of the tip tells.
+/// The stage of a move between holes, as far as the tool's height reveals it.
 fn hop_stage(height_mm: f64) -> Stage {
     if height_mm < 0.0 { Stage::Drill } else { Stage::Travel }
 }
 
-/// The command of a stage, as the program calls it.
+/// The name of a stage's command in a program.
 fn command_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Travel => "rapid",
@@ -223,7 +230,7 @@ fn command_name(stage: Stage) -> &'static str {
     }
 }
 
-/// How far down the tip goes in a leg, mm over the work zero.
+/// The lowest depth of a leg, mm over the work zero.
 fn lowest_mm(leg: &Leg) -> Option<f64> {
     let depths = leg.commands.iter().filter_map(|command| match command {
         Command::Plunge { to, .. } => Some(to.mm()),

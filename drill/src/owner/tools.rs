@@ -1,15 +1,12 @@
-//! The tools in work: the one that a leg waits for, what each has done, and a new one in mid-job where the life of the one before is over
-//! (C3).
+//! The tools of a job: the requested one, the wear of each, and the replacement of a worn tool during the
+//! job.
 //!
 //! ```text
-//! hole 17 │ counted with the leg │ life over? ─▶ next hole is not begun: up, spindle off ─▶ a person ─▶ there again, on ─▶ hole 18
+//! hole 17 │ counted with the leg │ life over? ─▶ next hole waits: up, spindle off ─▶ user ─▶ back ─▶ hole 18
 //! ```
 //!
-//! A hole is counted in the record that says that it is done, so a hit is never lost and never counted twice. Whoever is asked for
-//! a tool whose life is over and says that it is in, has put in a new one.
-//!
-//! Comes in: legs that are done, a person's word. Goes out: what tools have done, what the executor is to do. Does not know how a tool
-//! gets into the spindle.
+//! A hole is counted in the same record that completes it, so it is never lost or counted twice. If the
+//! user confirms the tool after a request to replace it, it counts as new.
 
 use super::moves::Doing;
 use super::work::Work;
@@ -22,12 +19,12 @@ use annulus_core::machine::{RackTool, ToolChange, ToolWear, tool_of};
 use annulus_core::wire::ToolsReport;
 
 impl Owner {
-    /// The tool of the rack in the spindle: the one that a job put in last.
+    /// The tool in the spindle, from the machine's list: the one that a job last inserted.
     fn tool(&self) -> Option<&RackTool> {
         self.machine.rack.iter().find(|tool| Some(tool.number) == self.tool_in)
     }
 
-    /// The tool of the rack that bit `bit` of the program is.
+    /// The machine's tool for the program's tool `bit`.
     pub(super) fn tool_of_bit(&self, bit: u32) -> Option<&RackTool> {
         let bit = self.work.as_ref()?.job.program.bits.get(bit as usize)?;
         tool_of(&self.machine.rack, bit, &self.machine.name, &self.wear)
@@ -41,7 +38,7 @@ impl Owner {
         self.wear_of(tool).is_over(tool.life)
     }
 
-    /// Counts what leg `leg` wore its tool by, and gives what that has done now.
+    /// Counts the wear by leg `leg`. Returns the tool's new total.
     pub(super) fn count_wear(&mut self, leg: usize) -> Option<ToolWear> {
         let (_, more) = *self.work.as_ref()?.wears.get(leg)?;
         let wear = self.wear_of(self.tool().filter(|_| !more.is_nothing())?).plus(more);
@@ -49,7 +46,8 @@ impl Owner {
         Some(wear)
     }
 
-    /// Counts a hole that a queue drilled, with the tool that a job put in before it; where none did, nobody knows with which.
+    /// Counts a hole drilled by a queue, for the tool that a job last inserted. Without one the tool is
+    /// unknown, and nothing is counted.
     pub(super) fn count_stroke(&mut self) {
         let Some(tool) = self.tool().filter(|tool| !tool.wears_by_way()) else { return };
         let wear = self.wear_of(tool).plus(Wear { hits: 1, milled_um: 0 });
@@ -57,7 +55,7 @@ impl Owner {
         self.outside.record(Record::Wear(wear));
     }
 
-    /// Bit `bit` is in the spindle: which tool of the rack that is. A `new` one in the place of one that was worn has done nothing.
+    /// Tool `bit` is in the spindle. If it is `new` and replaces a worn one, its wear starts at zero.
     pub(super) fn tool_is_in(&mut self, bit: u32, new: bool) {
         let tool = self.tool_of_bit(bit).cloned();
         self.tool_in = tool.as_ref().map(|tool| tool.number);
@@ -72,7 +70,7 @@ impl Owner {
         self.outside.record(Record::Wear(wear));
     }
 
-    /// A new tool was put in under this number: it has done nothing.
+    /// The user inserted a new tool under this number.
     pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
         let tool = self.machine.rack.iter().find(|tool| tool.number == number).cloned();
         let tool = tool.ok_or_else(|| diagnostic("control.no_such_tool").with("number", number))?;
@@ -80,13 +78,14 @@ impl Owner {
         Ok(())
     }
 
-    /// Whether the leg to come would wear a tool whose life is over.
+    /// Returns `true` if the next leg would use a worn tool.
     pub(super) fn wants_new_tool(&self) -> bool {
         let wears = |work: &Work| work.is_at_start() && !work.wear().is_nothing();
         self.work.as_ref().is_some_and(wears) && self.tool().is_some_and(|tool| self.is_worn(tool))
     }
 
-    /// Asks for a new tool before the leg to come, where it needs one: up and spindle off, from wherever the tip is. Whether it did.
+    /// Asks for a new tool before the next leg, if needed: lifts the tool and stops the spindle first.
+    /// Returns `true` if it asked.
     pub(super) fn asks_for_new_tool(&mut self) -> bool {
         if !self.wants_new_tool() {
             return false;
@@ -98,13 +97,23 @@ impl Owner {
             return false;
         }
         work.is_worn = true;
+        let bit = work.bit.unwrap_or(0);
+        if self.machine.is_changed_by_hand() {
+            if let Err(why) = self.change_first(bit, true) {
+                self.fails(why, self.session.trust);
+            }
+            return true;
+        }
         let segments = self.up_and_off(true);
         self.give(Doing::ToChange, segments);
         true
     }
 
-    /// The bit is in: the leg goes on after it.
+    /// The tool is in: continues the leg.
     pub(crate) fn rest_of_leg(&mut self) {
+        if self.back_to_job() {
+            return;
+        }
         let spindle = self.spindle_up();
         let Some(work) = &mut self.work else { return };
         if std::mem::take(&mut work.is_worn) {
@@ -128,14 +137,14 @@ impl Owner {
         self.leg(spindle);
     }
 
-    /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
+    /// Tool `bit` of the program is in the spindles; `is_new` if it may be another one of the same kind.
     pub(super) fn put_in(&mut self, bit: u32, is_new: bool) {
-        // What the machine fetches itself is what lay there.
+        // The machine fetched the tool from its slot, so it is not new.
         self.tool_is_in(bit, is_new && !self.machine.has_magazine());
         let bits = self.work.as_ref().map(|work| &work.job.program.bits);
         let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
         if self.machine.has_magazine() {
-            // It came by itself.
+            // The pins fetched it themselves.
             self.in_spindle = Some(bit);
         } else if is_new || self.in_spindle.as_ref() != Some(&bit) {
             self.put_in_by_hand();
@@ -144,12 +153,12 @@ impl Owner {
         }
     }
 
-    /// What it is when a bit is waited for: a person puts it in, or the machine fetches it.
+    /// The event for a tool request: the user inserts it, or the machine fetches it.
     pub(super) fn bit_wanted(&self) -> Event {
         if self.machine.has_magazine() { Event::ChangeWanted } else { Event::BitWanted }
     }
 
-    /// A person put a new tool in the place of bit `bit`, whose life is over; in a magazine it goes back to the same place.
+    /// The user replaced the worn tool `bit`; in a magazine it returns to the same slot.
     pub(super) fn worn_is_replaced(&mut self, bit: u32) {
         self.tool_is_in(bit, true);
         let bits = self.work.as_ref().map(|work| &work.job.program.bits);
@@ -162,11 +171,13 @@ impl Owner {
         }
     }
 
-    /// What everybody sees of the tools.
+    /// The tools report for the pages.
     pub(super) fn tools_report(&self) -> ToolsReport {
         let work = self.work.as_ref();
-        let asked = work.filter(|_| self.session.state == State::ToolChange);
-        let bit = asked.and_then(|work| work.awaited().or(work.bit).or(Some(0)));
+        let waits = self.session.state == State::ToolChange || self.session.in_change;
+        let asked = work.filter(|_| waits);
+        let of_work = |work: &Work| work.asked.as_ref().map(|asked| asked.bit).or(work.awaited());
+        let bit = asked.and_then(|work| of_work(work).or(work.bit).or(Some(0)));
         ToolsReport {
             wear: self.wear.iter().filter(|wear| wear.machine == self.machine.name).cloned().collect(),
             in_spindle: work.and(self.tool_in),

@@ -1,8 +1,6 @@
-//! The job in work: how far it is, and what of the leg in work is given to the executor.
-//!
-//! Comes in: a job that was checked, the leg to begin with. Goes out: segments to come, the bit that is waited for, what is done. Does not
-//! know the executor.
+//! The running job: its progress, and which segments of its current leg the executor has.
 
+use super::length::AskedTool;
 use crate::journal::Progress;
 use crate::prepare::Prepared;
 use annulus_core::job::worn::{self, Wear};
@@ -11,37 +9,41 @@ use annulus_core::steps::{Segment, Switching};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The job in work.
+/// The running job.
 pub(crate) struct Work {
     pub(crate) job: Arc<Prepared>,
-    /// The same job at other feeds, from the next rest on.
+    /// The job at another feed, from the next stop on.
     pub(crate) anew: Option<Arc<Prepared>>,
-    /// The feed override that is wanted, percent of the feed it came with.
+    /// The requested feed override, percent of the original feed.
     pub(crate) percent: u8,
-    /// The leg that this run began with.
+    /// The first leg of this run.
     pub(crate) first: usize,
-    /// The leg in work or to come.
+    /// The current or next leg.
     pub(crate) leg: usize,
-    /// Its segments, and how many of them were given.
+    /// Its segments, and how many were given.
     pub(super) segments: Vec<Segment>,
     pub(super) given: usize,
-    /// Holes drilled.
     pub(crate) holes: u32,
-    /// Toolpaths milled.
     pub(crate) toolpaths: u32,
-    /// When it began, by the clock outside.
+    /// Start time, by the host's clock.
     pub(crate) started: Duration,
-    /// Bit in the spindle.
+    /// Index of the tool in the spindle.
     pub(crate) bit: Option<u32>,
-    /// What each leg wears its tool by.
+    /// Tool and wear of each leg.
     pub(crate) wears: Vec<(u32, Wear)>,
-    /// The life of that tool is over: another one is asked for before the leg to come.
+    /// The tool is worn: another one is requested before the next leg.
     pub(crate) is_worn: bool,
-    /// Where a sensor ended the stroke of this leg.
+    /// Position at which a sensor ended the drill cycle of this leg.
     pub(super) stop: Option<Steps>,
-    /// A job that is taken up asks for its bit before the first leg, unless that leg does.
+    /// A resumed job requests its tool before the first leg, unless that leg does.
     pub(super) confirm_bit: bool,
-    /// Somebody stopped it, even if it was done by then: nothing moves behind it.
+    /// The tool that the user is asked for, and where the job continues.
+    pub(crate) asked: Option<AskedTool>,
+    /// This run has requested a tool before.
+    pub(super) has_asked: bool,
+    /// The tool that was inserted before the leg that requests it.
+    pub(super) is_in: Option<u32>,
+    /// STOP was pressed, even if the job was complete: no move may follow.
     pub(super) was_stopped: bool,
 }
 
@@ -54,6 +56,7 @@ impl Work {
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
         let (wears, is_worn, was_stopped) = (worn::by_leg(&job.program), false, false);
+        let (asked, has_asked, is_in) = (None, false, None);
         Self {
             job,
             wears,
@@ -70,42 +73,44 @@ impl Work {
             bit,
             stop,
             confirm_bit,
+            asked,
+            has_asked,
+            is_in,
             was_stopped,
         }
     }
 
-    /// It begins now, however long ago it was asked for.
+    /// Sets the start time, which may be long after the request.
     pub(crate) fn begins(&mut self, now: Duration) {
         self.started = now;
     }
 
-    /// Begins with the leg: its segments as the plan in force has them.
+    /// Loads the segments of the current leg from the current plan.
     pub(crate) fn unpack(&mut self) {
         (self.segments, self.given) = (self.job.stream.leg(self.leg), 0);
     }
 
-    /// The next segment of the leg.
     pub(super) fn next(&self) -> Option<&Segment> {
         self.segments.get(self.given)
     }
 
-    /// Whether nothing of the leg was given yet.
+    /// Returns `true` if no segment of the leg was given yet.
     pub(crate) fn is_at_start(&self) -> bool {
         self.given == 0
     }
 
-    /// What the leg wears its tool by.
+    /// The wear that the leg causes.
     pub(crate) fn wear(&self) -> Wear {
         self.wears.get(self.leg).map(|(_, wear)| *wear).unwrap_or_default()
     }
 
-    /// The bit that the next segment waits for.
+    /// The tool that the next segment waits for.
     pub(crate) fn awaited(&self) -> Option<u32> {
         self.next()
             .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
     }
 
-    /// The spindle speed that is in force before the next segment.
+    /// The spindle speed before the next segment.
     pub(super) fn rpm(&self) -> u32 {
         self.job.in_force(self.job.stream.range(self.leg).start + self.given).1
     }

@@ -1,4 +1,4 @@
-//! One adapter, its hardware apart: session, settings, motion, what it says of itself.
+//! One adapter without its hardware: session, settings, motion, status.
 //!
 //! ```text
 //! Unset ─Configure─▶ Ready ─Begin─▶ Running ─┬─ path rests ──▶ Ready
@@ -6,11 +6,8 @@
 //!                      │                     ├─ Stop ─────────▶ Stopped ─┤
 //!                      │                     └─ by force ─▶ Limit, EmergencyStop, Fault
 //!                      └──────────────────────── Clear ◀─────────────────┘
-//! a new session: comes to rest as by Stop, its outputs on until then, then Unset
+//! a new session: stops as by Stop, its outputs on until then, then Unset
 //! ```
-//!
-//! Comes in: bytes from the line, what the hardware found. Goes out: orders to the hardware, bytes for the line. Does not
-//! know registers; the time is handed in.
 
 mod obey;
 
@@ -25,89 +22,88 @@ use crate::receiver::Receiver;
 use crate::store::{ROOM, Store};
 use crate::{AXES, FULL_RATE, INPUTS, NEWEST, OLDEST};
 
-/// When nothing of the session was heard for so many µs, what moves comes to rest on the path, and outputs go off at rest.
+/// After this silence of the session, in µs, motion stops on the path; outputs go off once stopped.
 pub const OUTPUTS_US: u32 = 250_000;
 
-/// Outputs go off after so many µs although it still moves: later than the gentlest rest, that of 1.6 s, has come to its end.
+/// After this silence, in µs, outputs go off even during motion: later than the end of the gentlest stop,
+/// 1.6 s.
 pub const OUTPUTS_AT_LAST_US: u32 = 2_000_000;
 
-/// A status is said this often, in µs.
+/// Interval of status frames, in µs.
 pub const STATUS_US: u32 = 10_000;
 
-/// Sessions that are remembered as ended: a frame of theirs that comes late begins nothing.
+/// Number of ended sessions to remember: their late frames must start nothing.
 const ENDED: usize = 8;
 
-/// No input.
 pub const NO_INPUT: u8 = 255;
 
-/// What the hardware is to do now. Of several that wait the first of these comes first.
+/// An order to the hardware. If several wait, the first in this list has priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Take up new settings, inputs that stop and outputs.
+    /// Apply new settings, guarded inputs and outputs.
     Settle,
-    /// Make ready again what stopped the pulses.
+    /// Arm again after a stop.
     Clear,
-    /// Begin to move: words are to be made, then the machines started together.
+    /// Start moving: make words, then start the machines together.
     Begin,
 }
 
-/// All orders, in the order in which they are obeyed.
+/// All orders, by priority.
 const ORDERS: [Order; 3] = [Order::Settle, Order::Clear, Order::Begin];
 
-/// What the hardware says of its inputs.
+/// State of the inputs, from the hardware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// Those that are on, one bit each.
+    /// Inputs that are on, one bit each.
     pub on: u8,
-    /// Whether the emergency stop is pressed.
+    /// The emergency stop is pressed.
     pub stop: bool,
 }
 
-/// The inputs that there are with these settings, one bit each.
+/// The inputs that exist with these settings, one bit each.
 fn inputs_of(settings: &Configure) -> u8 {
     if settings.phases == 0 { u8::MAX } else { phases::INPUTS }
 }
 
-/// Everything that an adapter knows.
+/// The state of an adapter.
 #[derive(Debug)]
 pub struct Adapter<'a> {
     line: Unstuffer<FRAME>,
     receiver: Receiver,
     session: u32,
     ended: [u32; ENDED],
-    /// When something of the session was heard last, and when a status was said last, in µs.
+    /// Times of the session's last frame and of the last status, in µs.
     heard: u32,
     said: u32,
     settings: Configure,
     settings_crc: u32,
     limits: u8,
     filters_us: [u16; INPUTS],
-    /// Somebody wants to know how often inputs were touched.
+    /// The touch counters were requested.
     is_asked: bool,
     outputs: u8,
     inputs: Inputs,
     state: State,
     trust: Trust,
     input: u8,
-    /// Since when it moves for a session that is over, in µs.
+    /// Start of motion for an ended session, in µs.
     orphaned: Option<u32>,
-    /// Whether it comes to rest because nobody was heard.
+    /// Motion is stopping because the session fell silent.
     is_deserted: bool,
-    /// Whether outputs went off because nobody was heard, and nobody said since which are to be on: what was sent before begins
-    /// no path then.
+    /// Outputs went off because of silence, and the host has not set them since: no path may start.
     is_off: bool,
     player: Player,
     store: &'a mut Store,
-    /// Chunks that came, bytes of them, where they end.
+    /// Number of received chunks, their bytes, and the index at their end.
     chunk: u32,
     bytes: u32,
     accepted: [i32; AXES],
     before: [Before; AXES],
     refusal: Refusal,
     refused: u32,
-    /// Whether the next piece of the path was refused: what comes behind it is refused because of that.
+    /// The next piece of the path was refused, so later ones are refused too.
     is_torn: bool,
-    /// Orders that wait, one bit each.
+    /// Pending orders, one bit each.
     orders: u8,
     answer: Option<(Header, Tell)>,
     is_status_due: bool,
@@ -115,7 +111,7 @@ pub struct Adapter<'a> {
 }
 
 impl<'a> Adapter<'a> {
-    /// After a reset. `welcome` says what the hardware is, `store` is where its chunks wait.
+    /// The state after a reset. `welcome` describes the hardware; `store` holds waiting chunks.
     pub const fn new(welcome: Welcome, store: &'a mut Store) -> Self {
         Self {
             line: Unstuffer::new(),
@@ -153,12 +149,10 @@ impl<'a> Adapter<'a> {
         }
     }
 
-    /// Settings in force.
     pub fn settings(&self) -> &Configure {
         &self.settings
     }
 
-    /// What it is doing.
     pub fn state(&self) -> State {
         self.state
     }
@@ -168,55 +162,55 @@ impl<'a> Adapter<'a> {
         self.limits
     }
 
-    /// How long every input has to be touched to count as on, in µs.
+    /// How long each input must be touched to count as on, in µs.
     pub fn filters_us(&self) -> &[u16; INPUTS] {
         &self.filters_us
     }
 
-    /// Whether it is to be said how often inputs were touched: [`Self::touched`] says it.
+    /// Returns `true` if the hardware should report its touch counters with [`Self::touched`].
     pub fn asks_touches(&self) -> bool {
         self.is_asked && self.answer.is_none()
     }
 
-    /// How often inputs were touched.
+    /// Takes the touch counters.
     pub fn touched(&mut self, touches: Touches) {
         let header = Header { session: self.session, number: 0, kind: 0 };
         (self.is_asked, self.answer) = (false, Some((header, touches.into())));
     }
 
-    /// Outputs that are to be on.
+    /// Requested outputs.
     pub fn outputs(&self) -> u8 {
         self.outputs
     }
 
-    /// What the hardware says of itself: its pins are others by another map.
+    /// Description of the hardware; pin numbers change with the wiring.
     pub fn welcome_mut(&mut self) -> &mut Welcome {
         &mut self.welcome
     }
 
-    /// Whether somebody who has a session was heard not long ago.
+    /// Returns `true` if a session was heard recently.
     pub fn is_attended(&self, now_us: u32) -> bool {
         self.session != 0 && now_us.wrapping_sub(self.heard) < OUTPUTS_US
     }
 
-    /// Index of every axis behind the last word.
+    /// Index of every axis after the last word.
     pub fn index(&self) -> [i32; AXES] {
         self.player.index()
     }
 
-    /// Tick of the machine up to which there are words.
+    /// Machine tick up to which words exist.
     pub fn machine(&self) -> u32 {
         self.player.machine()
     }
 
-    /// What the hardware is to do next, once.
+    /// Takes the next order for the hardware.
     pub fn order(&mut self) -> Option<Order> {
         let order = ORDERS.into_iter().find(|order| self.orders >> *order as u8 & 1 == 1)?;
         self.orders &= !(1 << order as u8);
         Some(order)
     }
 
-    /// A byte from the line, at `now_us`. What is numbered waits for [`Self::obey_next`].
+    /// Takes a byte from the line, at `now_us`. Numbered frames wait for [`Self::obey_next`].
     pub fn hear(&mut self, byte: u8, now_us: u32) {
         let Some(frame) = self.line.take(byte) else { return };
         let mut copy = [0; FRAME];
@@ -263,7 +257,7 @@ impl<'a> Adapter<'a> {
         (self.filters_us, self.is_asked) = ([0; INPUTS], false);
         self.player.want(FULL_RATE);
         if self.state == State::Running {
-            // What is on stays on until it rests: no bit goes through a board without its spindle.
+            // Outputs stay on until motion stops: no tool may go through a board with the spindle off.
             self.orphaned.get_or_insert(now_us);
             self.player.stop();
         } else {
@@ -276,7 +270,7 @@ impl<'a> Adapter<'a> {
         self.orders |= 1 << Order::Settle as u8;
     }
 
-    /// Forgets the path that is not begun.
+    /// Drops the path that has not started.
     fn forget(&mut self) {
         self.player.forget(self.store);
         self.accepted = self.player.index();
@@ -284,7 +278,7 @@ impl<'a> Adapter<'a> {
         self.before = forward.map(Before::at_rest);
     }
 
-    /// Takes up the first chunk, after [`Order::Begin`].
+    /// Loads the first chunk, after [`Order::Begin`].
     pub fn begin(&mut self) {
         if !self.player.begin(self.store, u32::from(self.settings.pulse)) {
             self.ended(End::Rested);
@@ -296,14 +290,14 @@ impl<'a> Adapter<'a> {
         self.player.most_words(u32::from(self.settings.pulse))
     }
 
-    /// Makes the words of the next slice while it is running; how the path ended where it did. Then the pins are to play what
-    /// they have, and [`Self::ended`] is to be said.
+    /// Makes the words of the next slice while running. Returns how the path ended, if it did; the pins
+    /// must then play out, and the caller must report with [`Self::ended`].
     #[inline(always)]
     pub fn slice(&mut self, words: &mut impl Words) -> Option<End> {
         self.player.slice(self.store, words)
     }
 
-    /// The pins played everything and are at rest.
+    /// The pins have played everything and stopped.
     pub fn ended(&mut self, end: End) {
         self.state = match end {
             End::Rested => State::Ready,
@@ -317,8 +311,8 @@ impl<'a> Adapter<'a> {
         self.leave_motion();
     }
 
-    /// The pulses were stopped by force: where every axis is, and what stopped them: an input, the emergency stop, or
-    /// neither, where the pins ran dry.
+    /// The pulses were stopped by force, at `index`. The cause is an input, the emergency stop (`stop`), or
+    /// neither if the pins ran dry.
     pub fn forced(&mut self, index: [i32; AXES], input: Option<u8>, stop: bool) {
         let moved = self.state == State::Running;
         self.player.cut_short(index);
@@ -349,11 +343,13 @@ impl<'a> Adapter<'a> {
         self.is_status_due = true;
     }
 
-    /// What the inputs say. When the session fell silent it comes to rest, and outputs go off: not before, so that no bit goes
-    /// through a board without its spindle. Nothing begins then until the session says anew which are to be on.
+    /// Takes the state of the inputs. If the session is silent, motion stops first and then the outputs go
+    /// off: no tool may go through a board with the spindle off. Nothing starts then until the host sets
+    /// the outputs again.
     pub fn attend(&mut self, inputs: Inputs, now_us: u32) {
         self.is_status_due |= inputs != self.inputs;
-        // Where something else stopped it before, nothing but this looks at the emergency stop: twice, as what watches it else does.
+        // After another stop the watcher is off, so check the emergency stop here: twice, as the watcher
+        // does.
         if inputs.stop && self.inputs.stop && matches!(self.state, State::Limit | State::Fault) {
             self.forced(self.index(), None, true);
         }
@@ -371,7 +367,6 @@ impl<'a> Adapter<'a> {
         }
     }
 
-    /// Where everything is.
     pub fn status(&self, now_us: u32) -> Status {
         Status {
             next: self.receiver.next(),
@@ -394,7 +389,7 @@ impl<'a> Adapter<'a> {
         }
     }
 
-    /// The next frame for the line, if there is one to be said at `now_us`: its length.
+    /// Writes the next frame due at `now_us`, if any. Returns its length.
     pub fn tell(&mut self, now_us: u32, line: &mut [u8; ON_LINE]) -> Option<usize> {
         let (header, tell) = match self.answer.take() {
             Some(answer) => answer,

@@ -1,14 +1,11 @@
-//! What an adapter is told, frame by frame: obeyed, or refused with the reason.
+//! Carries out an adapter's frames one by one, or refuses them with a reason.
 //!
 //! ```text
-//! chunk 4 ─ refused: Rate ─┐         what follows on the path is refused too, because chunk 4 is missing: the reason stays
-//! chunk 5 ─ refused: Gap   │ Rate    that of chunk 4
+//! chunk 4 ─ refused: Rate ─┐         later path frames are refused too, because chunk 4 is missing:
+//! chunk 5 ─ refused: Gap   │ Rate    the reported reason stays that of chunk 4
 //! Begin   ─ refused: Tail  ▼
-//! Stop, Clear, Place, Configure      the path begins anew: the next refusal is told again
+//! Stop, Clear, Place, Configure      a new path starts: the next refusal is reported again
 //! ```
-//!
-//! Comes in: frames of the session, in their order. Goes out: what is to be done, into the adapter. Does not know how frames are kept
-//! apart, nor pins.
 
 use super::{Adapter, Inputs, NO_INPUT, Order, inputs_of};
 use crate::INPUTS;
@@ -26,8 +23,8 @@ impl Adapter<'_> {
         self.receiver.keep(header.number, header.kind, payload);
     }
 
-    /// Obeys the next frame of the session; whether there was one. One at a time: it takes its time to look at a chunk, and words are
-    /// to be made between two of them, of which a lost frame that comes at last brings many.
+    /// Carries out the next frame of the session. Returns `false` if there is none. Only one per call:
+    /// checking a chunk takes time, and words must be made in between. A late lost frame releases many.
     pub fn obey_next(&mut self) -> bool {
         if !self.receiver.is_here() {
             return false;
@@ -65,7 +62,7 @@ impl Adapter<'_> {
     fn ask(&mut self, ask: &Ask, payload: &[u8]) -> Result<(), Refusal> {
         let at_rest = matches!(self.state, State::Unset | State::Ready);
         match *ask {
-            // What stopped it by force stays until it is cleared; the settings are those of the session.
+            // A forced stop stays until it is cleared; the settings belong to the session.
             Ask::Configure(settings) if at_rest || self.is_forced() => self.configure(settings, payload)?,
             Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() && !self.is_off => {
                 if self.inputs.stop || self.inputs.on & self.limits != 0 {
@@ -128,7 +125,7 @@ impl Adapter<'_> {
             return Err(Refusal::Settings);
         }
         if is_phases != (self.settings.phases != 0) {
-            // What was read was at other pins, what was said of inputs as well.
+            // The old input states and filters belong to other pins.
             (self.inputs, self.filters_us) = (Inputs::default(), [0; INPUTS]);
         }
         self.player.drive(is_phases);
@@ -143,12 +140,13 @@ impl Adapter<'_> {
         Ok(())
     }
 
-    /// Whether it was stopped by force and nobody cleared that: no pulse may go, whatever is settled meanwhile.
+    /// Returns `true` after a forced stop until `Clear`: no pulse may be given, even after a new
+    /// configuration.
     pub fn is_forced(&self) -> bool {
         matches!(self.state, State::Limit | State::EmergencyStop | State::Fault)
     }
 
-    /// Forgets the path that is not begun, and that a piece of it was refused.
+    /// Drops the path that has not started, and the memory of a refusal.
     fn begin_anew(&mut self) {
         self.forget();
         self.is_torn = false;

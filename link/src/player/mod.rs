@@ -1,16 +1,14 @@
-//! Chunks into words, one list of words an axis, all of them on one timeline.
+//! Turns chunks into words, one list per axis, all on one timeline.
 //!
 //! ```text
-//! word     wait │ pulse 1 │ direction 1        a state machine shows the direction, waits, and gives a pulse or none
-//! slice    at most 1,024 ticks of the machine's time; within it stream time passes at one rate
-//! X        ──wait──^──wait──^──wait─|          every axis gets words up to the end of the slice: the machines started
-//! Y        ────────wait─────────^─w─|          in the same cycle and stay in step with each other
+//! word     wait │ pulse 1 │ direction 1     a state machine shows the direction, waits, and gives a pulse or none
+//! slice    at most 1,024 machine ticks; within it stream time passes at one rate
+//! X        ──wait──^──wait──^──wait─|       every axis gets words up to the end of the slice: the machines
+//! Y        ────────wait─────────^─w─|       started in the same cycle and stay synchronous
 //! ```
 //!
-//! The tick of a step is that of the stream as long as time passes at full rate. Below it all steps of a slice are stretched
-//! by the same factor about its start, to the next whole tick: the path cannot bend.
-//!
-//! Comes in: chunks that were checked, the rate that is wanted. Goes out: words. Does not know what time it is.
+//! At full rate a step keeps its tick of the stream. Below it, all steps of a slice are stretched by one
+//! factor from its start, to the next whole tick: the path cannot bend.
 
 mod windings;
 
@@ -23,37 +21,36 @@ use crate::run::{Cursor, Run, Stretch};
 use crate::store::Store;
 use crate::{AXES, CYCLES_PER_TICK, FULL_RATE};
 
-/// Cycles of a word before its pulse begins, beside its wait.
+/// Cycles of a word before its pulse, in addition to its wait.
 pub const BEFORE_PULSE: u32 = 7;
 
-/// Cycles of a word without a pulse, beside its wait.
+/// Cycles of a word without a pulse, in addition to its wait.
 pub const WITHOUT_PULSE: u32 = 6;
 
 /// Bytes of the head of a chunk.
 const HEAD: usize = 22;
 
-/// Below this rate time stands still.
+/// Below this rate stream time stops.
 const LEAST_RATE: u32 = 64;
 
-/// Where words go.
 pub trait Words {
-    /// The next word of an axis. There is room for it.
+    /// Appends a word of an axis. The caller has checked the room.
     fn put(&mut self, axis: usize, word: u32);
 
-    /// Places for words of an axis that follow each other; at least one.
+    /// The next free words of an axis; at least one.
     fn places(&mut self, axis: usize) -> &mut [u32];
 
-    /// So many of them were filled.
+    /// Marks this many of them as filled.
     fn filled(&mut self, axis: usize, count: u32);
 }
 
-/// The word of a pulse that begins so many ticks after the last word ended.
+/// The word of a pulse this many ticks after the last word ended.
 #[inline(always)]
 pub fn pulse_word(ticks: u32, forward: bool) -> u32 {
     (ticks.wrapping_mul(CYCLES_PER_TICK).wrapping_sub(BEFORE_PULSE)) << 2 | 2 | u32::from(forward)
 }
 
-/// The word that waits so many ticks.
+/// The word that waits this many ticks.
 #[inline(always)]
 pub fn wait_word(ticks: u32, forward: bool) -> u32 {
     (ticks.wrapping_mul(CYCLES_PER_TICK).wrapping_sub(WITHOUT_PULSE)) << 2 | u32::from(forward)
@@ -71,60 +68,56 @@ pub fn without(word: u32, index: i32) -> i32 {
 /// How the path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// Where it rests.
     Rested,
-    /// On a tail.
     Starved,
-    /// As ordered, before it rested.
+    /// By request, before its end.
     Stopped,
 }
 
-/// One axis in play.
+/// One axis being played.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     cursor: Cursor,
-    /// Which way the step behind its last run goes.
+    /// Direction of the step after its last run.
     ahead: bool,
-    /// The run that was begun last in this chunk, and those that are not begun: from where in the payload, and how many.
+    /// The last run started in this chunk; position in the payload and number of the runs not started.
     run: Option<Run>,
     later: (u16, u8),
-    /// Tick of the machine at which its next word begins.
+    /// Machine tick at which its next word starts.
     word: u32,
     index: i32,
 }
 
-/// What plays.
 #[derive(Debug)]
 pub struct Player {
     axes: [Axis; AXES],
-    /// The chunk in play.
+    /// The current chunk.
     payload: [u8; PAYLOAD],
     head: Chunk,
     in_tail: bool,
-    /// Ticks of the chunks that wait, and how many of them rest at their end.
+    /// Ticks of the waiting chunks, and how many of them end stopped.
     waiting: u32,
     resting: u32,
-    /// Ticks of the chunk; those that passed, and the part of the next one.
+    /// Ticks of the chunk, ticks passed, and the fraction of the next one.
     ticks: u32,
     passed: u32,
     part: u32,
-    /// Tick of the machine up to which there are words.
+    /// Machine tick up to which words exist.
     machine: u32,
     rate: u32,
     wanted: u32,
-    /// What of a change of rate the last slice left over, and how long that was.
+    /// Change of rate carried over from the last slice, and that slice's length.
     owed: u32,
     length: u32,
     is_stopping: bool,
     /// Length of a pulse in ticks.
     pulse: u32,
-    /// Whether pins drive windings by their phases, and the motors of the first axes.
+    /// Whether the pins drive windings, and the motors of the first axes.
     is_phases: bool,
     motors: [PhaseMotor; MOTORS],
 }
 
 impl Player {
-    /// At rest at index 0.
     pub const fn new() -> Self {
         const AXIS: Axis =
             Axis { cursor: Cursor::NONE, ahead: false, run: None, later: (0, 0), word: 0, index: 0 };
@@ -150,54 +143,54 @@ impl Player {
         }
     }
 
-    /// Most words that a slice makes for one axis: where windings are driven, forcing may end between any two steps.
+    /// Most words that a slice makes for one axis. With windings, forcing may end between any two steps.
     pub fn most_words(&self, pulse: u32) -> u32 {
         if self.is_phases { 2 * most_words(pulse) } else { most_words(pulse) }
     }
 
-    /// The pins were stopped by force, and this is the index that they came to.
+    /// The pins were stopped by force at this index.
     pub fn cut_short(&mut self, index: [i32; AXES]) {
         let left = self.axes.iter().zip(index).map(|(axis, index)| axis.index.wrapping_sub(index));
         self.motors.iter_mut().zip(left).for_each(|(motor, left)| motor.undo(left));
         self.place(index);
     }
 
-    /// Index of every axis behind the last word.
+    /// Index of every axis after the last word.
     pub fn index(&self) -> [i32; AXES] {
         self.axes.map(|axis| axis.index)
     }
 
-    /// Says where it is.
+    /// Sets the position.
     pub fn place(&mut self, index: [i32; AXES]) {
         self.axes.iter_mut().zip(index).for_each(|(axis, index)| axis.index = index);
     }
 
-    /// Which way the pin of every axis points.
+    /// Direction of every axis's pin.
     pub fn forward(&self) -> [bool; AXES] {
         self.axes.map(|axis| axis.cursor.forward)
     }
 
-    /// Tick of the machine up to which there are words, counted from the last [`Self::begin`].
+    /// Machine tick up to which words exist, counted from the last [`Self::begin`].
     pub fn machine(&self) -> u32 {
         self.machine
     }
 
-    /// Rate of time now.
+    /// Current rate of stream time.
     pub fn rate(&self) -> u32 {
         self.rate
     }
 
-    /// Ticks of path left in the chunk that is played.
+    /// Ticks left in the current chunk.
     pub fn left(&self) -> u32 {
         self.ticks.saturating_sub(self.passed)
     }
 
-    /// Ticks of the chunks that wait.
+    /// Ticks of the waiting chunks.
     pub fn waiting(&self) -> u32 {
         self.waiting
     }
 
-    /// Keeps a chunk that was checked until its turn comes; whether there was room for it.
+    /// Stores a checked chunk until it is played. Returns `false` if there is no room.
     pub fn keep(&mut self, store: &mut Store, head: &Chunk, payload: &[u8]) -> bool {
         let is_kept = store.push(payload);
         if is_kept {
@@ -207,14 +200,14 @@ impl Player {
         is_kept
     }
 
-    /// Forgets all chunks that wait.
+    /// Drops all waiting chunks.
     pub fn forget(&mut self, store: &mut Store) {
         store.clear();
         (self.waiting, self.resting) = (0, 0);
     }
 
-    /// Whether a chunk waits, and all of its tail behind it: path in which time comes to rest from full rate, or that rests by
-    /// itself.
+    /// Returns `true` if a chunk and its whole tail are waiting: enough path to stop from full rate, or one
+    /// that ends stopped.
     pub fn is_covered(&self, store: &Store) -> bool {
         let mut head = [0; HEAD];
         let Some(head) = store.look(&mut head).and_then(|()| Chunk::take(&mut Reader::new(&head))) else {
@@ -223,27 +216,28 @@ impl Player {
         self.resting > 0 || self.waiting.wrapping_sub(head.ticks) >= stopping(head.fall)
     }
 
-    /// Whether nothing newer is taken any more: it plays the tail, or comes to rest as ordered.
+    /// Returns `true` if no newer path is accepted: it plays its tail, or stops by request.
     pub fn is_ending(&self) -> bool {
         self.in_tail || self.is_stopping
     }
 
-    /// The rate that is wanted from now on, at most full.
+    /// Sets the requested rate, at most full.
     pub fn want(&mut self, rate: u32) {
         self.wanted = rate.min(FULL_RATE);
     }
 
-    /// Comes to rest on the path.
+    /// Stops on the path.
     pub fn stop(&mut self) {
         self.is_stopping = true;
     }
 
-    /// From now on it may be told to stop again.
+    /// Clears an earlier stop.
     pub fn ready(&mut self) {
         (self.is_stopping, self.in_tail) = (false, false);
     }
 
-    /// Begins with the first chunk of `store`, at rest, with pulses of so many ticks. False where there is none.
+    /// Starts with the first chunk of `store`, with pulses of this many ticks. Returns `false` if there is
+    /// none.
     pub fn begin(&mut self, store: &mut Store, pulse: u32) -> bool {
         (self.machine, self.owed, self.length, self.part) = (0, 0, 0, 0);
         (self.pulse, self.rate) = (pulse, self.wanted);
@@ -252,7 +246,7 @@ impl Player {
         self.next(store)
     }
 
-    /// Takes up the next chunk, every axis before its first run.
+    /// Loads the next chunk, every axis before its first run.
     fn next(&mut self, store: &mut Store) -> bool {
         let Some(length) = store.pop(&mut self.payload) else { return false };
         let mut from = Reader::new(self.payload.get(..length).unwrap_or_default());
@@ -274,8 +268,8 @@ impl Player {
         true
     }
 
-    /// What comes behind the end of a chunk. A path that rests here is gone on with only where all of the next tail is there. One
-    /// that does not comes to rest in its own tail from here on, where the next one is not all there.
+    /// Continues at the end of a chunk. A path that ends stopped continues only if the whole next tail has
+    /// arrived. Any other path without its next tail stops within its own tail, from here on.
     fn turn(&mut self, store: &mut Store) -> Option<End> {
         let is_covered = self.is_covered(store);
         if self.head.rests == 1 && (self.is_ending() || !is_covered) {
@@ -285,7 +279,7 @@ impl Player {
         if self.next(store) { None } else { Some(self.end(End::Starved)) }
     }
 
-    /// How a path ends whose time stands still, or that is at its end.
+    /// How a path ends when its time stops or its chunks run out.
     fn end(&self, end: End) -> End {
         match end {
             _ if self.is_stopping => End::Stopped,
@@ -306,7 +300,7 @@ impl Player {
             self.owed = 0;
             return;
         }
-        // From rest a slice is as good as begun.
+        // From a stop, count a whole slice at once.
         self.owed += u32::from(slope) * if self.rate == 0 { SLICE } else { self.length };
         let change = self.owed / SLICE;
         self.owed %= SLICE;
@@ -320,9 +314,8 @@ impl Player {
         }
     }
 
-    /// Makes the words of the next slice; how the path ended where it did: then all words are made.
-    ///
-    /// Of every axis at most [`Self::most_words`] are put.
+    /// Makes the words of the next slice, at most [`Self::most_words`] per axis. Returns how the path
+    /// ended, if it did: then all words are made.
     #[inline(always)]
     pub fn slice(&mut self, store: &mut Store, words: &mut impl Words) -> Option<End> {
         let end = self.go_on(store, words);
@@ -363,7 +356,7 @@ impl Player {
         None
     }
 
-    /// A slice in which nothing steps.
+    /// A slice without steps.
     fn rest(&mut self, words: &mut impl Words) {
         self.length = SLICE;
         self.machine = self.machine.wrapping_add(SLICE);
@@ -376,7 +369,7 @@ impl Player {
         }
     }
 
-    /// What the next slice covers.
+    /// The extent of the next slice.
     fn span(&self) -> Span {
         let rate = self.rate;
         let inverse = if rate == FULL_RATE { FULL_RATE } else { u32::MAX / rate };
@@ -410,22 +403,21 @@ impl Default for Player {
     }
 }
 
-/// Most words that a slice makes for one axis with pulses of so many ticks.
+/// Most words that a slice makes for one axis with pulses of this many ticks.
 pub const fn most_words(pulse: u32) -> u32 {
     SLICE / (pulse + 1) + 2
 }
 
-/// A slice.
 struct Span {
     stretch: Stretch,
-    /// Part of the next tick of the chunk that passed.
+    /// Fraction of the chunk's next tick that has passed.
     part: u32,
     machine_until: u32,
     length: u32,
 }
 
 impl Axis {
-    /// Goes to the first step of the next run.
+    /// Advances to the first step of the next run.
     fn next_run(&mut self, payload: &[u8; PAYLOAD], before: u32) {
         let (at, count) = self.later;
         let Some(count) = count.checked_sub(1) else {
@@ -438,7 +430,7 @@ impl Axis {
         self.later = ((PAYLOAD - from.rest().len()) as u16, count);
     }
 
-    /// Waits until a tick of the machine.
+    /// Waits until a machine tick.
     #[inline(always)]
     fn wait(&mut self, index: usize, until: u32, words: &mut impl Words) {
         let ticks = until.wrapping_sub(self.word);

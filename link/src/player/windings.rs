@@ -1,28 +1,27 @@
-//! Words where pins drive windings: patterns of the motors' tables in the place of pulses.
+//! Words for pins that drive windings: patterns of the motors' tables in place of pulses.
 //!
 //! ```text
 //! step   ──────▲───────────────▲────         the next column of the table, the windings that it switches forced
-//! word   ──────┤forced ├ held ─┤forced       forcing ends with the next step, when it is over, or where the path rests
+//! word   ──────┤forced ├ held ─┤forced       forcing ends with the next step, with its time, or when the path rests
 //! ```
-//!
-//! Comes in: a slice of the path, tables. Goes out: words. Does not know volts.
 
 use super::{Axis, Player, Span, Words};
 use crate::message::Windings;
 use crate::phases::{PhaseMotor, phase_word, tables_crc};
 
 impl Player {
-    /// Takes up the table of a motor at rest; whether there is such a motor and it may be driven by it.
+    /// Takes a motor's table while stopped. Returns `false` if there is no such motor or the table is
+    /// unsafe.
     pub fn wind(&mut self, table: &Windings) -> bool {
         self.motors.get_mut(usize::from(table.axis)).is_some_and(|motor| motor.take(table))
     }
 
-    /// What the tables of all motors are known by.
+    /// The checksum that identifies the tables of all motors.
     pub fn tables_crc(&self) -> u32 {
         tables_crc(&self.motors.each_ref().map(|motor| *motor.table()))
     }
 
-    /// Whether pins drive windings from now on. Said at rest; where it is new, nothing is on.
+    /// Selects windings or steps, while stopped. After a change nothing is on.
     pub fn drive(&mut self, is_phases: bool) {
         if self.is_phases != is_phases {
             self.is_phases = is_phases;
@@ -30,8 +29,8 @@ impl Player {
         }
     }
 
-    /// The words of a slice where windings are driven: of every step its pattern, and one where forcing ends between two steps. Where
-    /// a path rests nothing is forced any more, as on an I/O card.
+    /// The words of a slice for windings: a pattern for every step, and one if forcing ends between two
+    /// steps. When the path rests, forcing ends, as on an I/O card.
     #[inline(never)]
     pub(super) fn commute(&mut self, span: &Span, words: &mut impl Words) {
         let (stretch, until) = (&span.stretch, span.machine_until);
@@ -57,14 +56,14 @@ impl Player {
         }
     }
 
-    /// A slice in which nothing steps.
+    /// A slice without steps.
     pub(super) fn hold(&mut self, words: &mut impl Words) {
         for (index, (axis, motor)) in self.axes.iter_mut().zip(&mut self.motors).enumerate() {
             axis.hold(index, motor, (self.machine, false), words);
         }
     }
 
-    /// Behind all words nothing is forced any more.
+    /// Ends all forcing after the last words.
     #[inline(never)]
     pub(super) fn relax(&mut self, words: &mut impl Words) {
         for (index, (axis, motor)) in self.axes.iter_mut().zip(&mut self.motors).enumerate() {
@@ -77,7 +76,7 @@ impl Player {
 }
 
 impl Axis {
-    /// The pattern of its motor at a tick of the machine behind its last word.
+    /// Shows its motor's pattern at a machine tick after its last word.
     fn show(
         &mut self,
         index: usize,
@@ -90,7 +89,7 @@ impl Axis {
         self.word = at;
     }
 
-    /// Ends the forcing of its motor, where that is due by a tick of the machine.
+    /// Ends the forcing of its motor, if due by a machine tick.
     fn unforce(&mut self, index: usize, motor: &mut PhaseMotor, by: u32, words: &mut impl Words) {
         if let Some(until) = motor.forced_until().filter(|until| by.wrapping_sub(*until) as i32 >= 0) {
             motor.hold();
@@ -98,7 +97,7 @@ impl Axis {
         }
     }
 
-    /// Waits until a tick of the machine while its motor is held, or rests from then on.
+    /// Waits until a machine tick while its motor is held, or rests from then on.
     fn hold(
         &mut self,
         index: usize,

@@ -1,4 +1,4 @@
-//! Every edge in its cycle.
+//! Tests that every edge at the pins is in its exact cycle.
 
 use crate::rig::{Edge, MILLI, Rig};
 use crate::support::{PULSE, SETUP, path, seeds};
@@ -13,7 +13,8 @@ fn even(forward: bool, interval: u32, count: u32) -> Run {
     Run { count, ..Run::one(forward, interval) }
 }
 
-/// Half a million pulses a second on four axes: even ones both ways, a ramp, odd intervals, parts of a tick.
+/// Half a million pulses per second on four axes: even ones both ways, a ramp, odd intervals, fractions of
+/// a tick.
 fn fast(count: u32) -> ([Vec<Run>; AXES], u32) {
     let turn = PULSE + SETUP;
     let half = count / 2;
@@ -30,8 +31,9 @@ fn fast(count: u32) -> ([Vec<Run>; AXES], u32) {
 }
 
 #[test]
-fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
-    // A path at a time, so that what is compared fits into memory: a million steps, in the long tests a hundred million.
+fn four_axes_at_500_khz_are_exact_to_the_cycle() {
+    // One path at a time, so that the comparison fits into memory: a million steps, in the long tests a
+    // hundred million.
     let (count, paths) = (250_000, if std::env::var_os("ANNULUS_LONG").is_some() { 100 } else { 1 });
     let mut rig = Rig::ready();
     let (runs, ticks) = fast(count);
@@ -56,14 +58,14 @@ fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
     assert!(steps >= 1_000_000 * paths);
 }
 
-/// The edges of step and direction pins among some, counted from the first of them.
+/// Edges of the step and direction pins, counted from the first.
 fn counted(edges: &[Edge]) -> Vec<(u64, u8, bool)> {
     let own: Vec<_> = edges.iter().filter(|edge| (2..10).contains(&edge.pin)).collect();
     own.iter().map(|edge| (edge.cycle - own[0].cycle, edge.pin, edge.level)).collect()
 }
 
 #[test]
-fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
+fn constant_queries_disturb_no_pulse() {
     let (runs, ticks) = fast(10_000);
     let mut seen = Vec::new();
     for asks in [false, true] {
@@ -78,7 +80,7 @@ fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
             false
         });
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
-        // Every edge is in the cycle of the stream, counted from its first.
+        // Every edge is in the cycle of the stream, counted from its first edge.
         rig.is_exact(&runs, ticks);
         seen.push((counted(&rig.edges[before..]), rig.said));
     }
@@ -91,7 +93,7 @@ fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
 }
 
 #[test]
-fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
+fn random_paths_are_exact_to_the_cycle_in_any_chunks() {
     let (mut all, mut share, mut paths, mut stack) = (0, 0.0, 0, 0);
     for seed in seeds(4) {
         let mut chance = Chance::new(seed);
@@ -114,7 +116,7 @@ fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
 }
 
 #[test]
-fn a_hold_and_a_slower_feed_stretch_time_and_bend_nothing() {
+fn hold_and_slower_feed_stretch_time_without_distortion() {
     let mut rig = Rig::ready();
     let (runs, ticks) = fast(8000);
     let (mut turns, mut held) = (0, (0, 0));
@@ -137,7 +139,8 @@ fn a_hold_and_a_slower_feed_stretch_time_and_bend_nothing() {
     assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
     let wanted: usize = runs.iter().flatten().map(|run| run.count as usize).sum();
     assert_eq!(rig.is_on_path(&runs, ticks), wanted);
-    // The first pulse that comes later than the ramp wants it: 2 ms of words were made, and it waits on the cable behind path.
+    // The first pulse that is later than the ramp requests: 2 ms of words were made, and the order waits on
+    // the cable after path.
     let begins = rig.pulses(1).windows(3).find_map(|three| {
         let [before, gap] = [1, 2].map(|at| three[at].cycle - three[at - 1].cycle);
         let tick = u64::from(CYCLES_PER_TICK);
@@ -146,7 +149,7 @@ fn a_hold_and_a_slower_feed_stretch_time_and_bend_nothing() {
     let begins = begins.expect("time passes more slowly");
     println!("the hold begins {:.2} ms after it was said", begins as f64 / MILLI as f64);
     assert!(begins < 7 * MILLI / 2, "{begins}");
-    // 2 ms of words that were made, 3 ms to come to rest, 1 ms for the order itself.
+    // 2 ms of words already made, 3 ms to stop, 1 ms for the order itself.
     let still = |axis| {
         let quiet = held.0 + 6 * MILLI..held.1;
         rig.pulses(axis).iter().filter(|pulse| quiet.contains(&pulse.cycle)).count()

@@ -1,6 +1,8 @@
-//! The real firmware in an emulated RP2040, spoken to with the real link: what comes out of the pins, cycle by cycle.
+//! Tests of the real firmware in an emulated RP2040, over the real link: the pins are compared cycle by
+//! cycle.
 //!
-//! `cargo xtask test adapter` builds the firmware, installs the emulator and runs this. `ANNULUS_LONG` does more of it.
+//! `cargo xtask test adapter` builds the firmware, installs the emulator and runs these tests.
+//! `ANNULUS_LONG` runs more of them.
 
 #[path = "../card.rs"]
 mod card;

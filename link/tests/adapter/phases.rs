@@ -1,4 +1,5 @@
-//! Windings at the pins: every pattern in its cycle, forced as long as on a card, frozen and not forced when it is stopped.
+//! Tests of windings at the pins: every pattern in its cycle, forced as long as by an I/O card, held
+//! without forcing after a stop.
 
 use crate::card::{Card, Shown, windings};
 use crate::rig::{
@@ -20,7 +21,7 @@ const RULE: Rule = Rule { ticks: 20_000, fall: 2000, rise: 2000 };
 /// Pins of the motors.
 const PINS: std::ops::Range<u8> = 0..18;
 
-/// Which of them force.
+/// Returns `true` for forcing pins.
 fn forces(pin: u8) -> bool {
     pin % 6 > 3
 }
@@ -33,7 +34,7 @@ fn named(name: &str) -> [PhaseTable; MOTORS] {
     std::array::from_fn(|_| preset(name).unwrap())
 }
 
-/// Ramps of three motors to some thousand steps a second and down again: 60 ms.
+/// Ramps of three motors to some thousand steps per second and back: 60 ms.
 fn way() -> ([Vec<Run>; AXES], u32) {
     let mut runs: [Vec<Run>; AXES] = Default::default();
     for (own, fast) in runs.iter_mut().zip([1_500_u32, 2_000, 3_300]) {
@@ -47,14 +48,14 @@ fn way() -> ([Vec<Run>; AXES], u32) {
     (runs, ticks)
 }
 
-/// What a card makes of the path, in cycles from its start.
+/// The patterns of an I/O card for the path, in cycles from its start.
 fn of_a_card(tables: &[PhaseTable; MOTORS], forcing: u32, path: &([Vec<Run>; AXES], u32)) -> [Shown; MOTORS] {
     let shown = Card::new(tables, forcing).played(&[segment(&path.0, path.1)]);
     let cycles = |(tick, pattern): (u64, u8)| (tick * u64::from(CYCLES_PER_TICK), pattern);
     shown.map(|own| own.into_iter().map(cycles).collect())
 }
 
-/// That the pins showed this, all motors from the same cycle on. How many patterns.
+/// Checks that the pins showed these patterns, all motors from the same cycle. Returns their number.
 fn is_exact(rig: &Rig, wanted: &[Shown; MOTORS]) -> usize {
     let made = rig.shown();
     let first = (0..MOTORS).find(|axis| !wanted[*axis].is_empty()).expect("a pattern");
@@ -67,11 +68,11 @@ fn is_exact(rig: &Rig, wanted: &[Shown; MOTORS]) -> usize {
 }
 
 #[test]
-fn every_table_steps_in_its_cycle_with_the_forcing_that_a_card_gives() {
+fn every_phase_table_steps_and_forces_like_a_card() {
     let (mut patterns, mut steps) = (0, 0);
     for (seed, name) in seeds(4).zip(PRESETS.into_iter().cycle()) {
         let mut chance = Chance::new(seed);
-        // Each motor by a table of its own, the first by the one whose turn it is.
+        // Each motor has its own table; the first takes every table in turn.
         let others = [0, 1].map(|_| preset(PRESETS[chance.below(PRESETS.len())]).unwrap());
         let tables = [preset(name).unwrap(), others[0].clone(), others[1].clone()];
         let forcing = chance.scale(2_000.0, 30_000.0) as u32;
@@ -89,10 +90,10 @@ fn every_table_steps_in_its_cycle_with_the_forcing_that_a_card_gives() {
 }
 
 #[test]
-fn three_motors_at_twice_the_rate_that_a_machine_may_ask_for_are_exact_to_the_cycle() {
+fn three_motors_at_twice_the_maximum_rate_are_exact() {
     let even = |interval| Run { count: 2_000, ..Run::one(true, interval) };
     let path = ([vec![even(500)], vec![even(503)], vec![even(511)], vec![]], 1_100_000);
-    // Forcing that ends between any two steps makes most words.
+    // Forcing that ends between any two steps gives the most words.
     for forcing in [200, 20_000] {
         let tables = named("boost_12");
         let mut rig = Rig::with_phases(&said(&tables, forcing));
@@ -109,7 +110,7 @@ fn three_motors_at_twice_the_rate_that_a_machine_may_ask_for_are_exact_to_the_cy
     }
 }
 
-/// Plays until it is amid the path.
+/// Plays until the middle of the path.
 fn amid(rig: &mut Rig, path: &([Vec<Run>; AXES], u32), phase: u64) {
     let mut turns = 0;
     rig.play(&path.0, path.1, &RULE, 400_000, |rig| {
@@ -119,8 +120,8 @@ fn amid(rig: &mut Rig, path: &([Vec<Run>; AXES], u32), phase: u64) {
     rig.pass(phase);
 }
 
-/// That the pins went along the path as far as the index says, and hold there without forcing. Every step of the table is another
-/// pattern.
+/// Checks that the pins followed the path up to the index and hold there without forcing. Every step of the
+/// table has a different pattern.
 fn holds_at_its_index(rig: &Rig, wanted: &[Shown; MOTORS]) {
     let index = rig.status.unwrap().index;
     for (axis, made) in rig.shown().iter().enumerate() {
@@ -137,7 +138,7 @@ fn holds_at_its_index(rig: &Rig, wanted: &[Shown; MOTORS]) {
     }
 }
 
-/// Four steps that force at each, each another pattern.
+/// Four steps, each with forcing and its own pattern.
 const FORCED: [u8; 4] = [0x25, 0x49, 0x2A, 0x46];
 
 fn forced() -> [PhaseTable; MOTORS] {
@@ -145,7 +146,7 @@ fn forced() -> [PhaseTable; MOTORS] {
 }
 
 #[test]
-fn the_emergency_stop_freezes_the_windings_and_takes_forcing_and_outputs_away_at_once() {
+fn emergency_stop_freezes_windings_and_ends_forcing() {
     let (tables, path) = (forced(), way());
     let wanted = of_a_card(&tables, 100_000, &path);
     let (mut last, mut unforced) = (0, 0);
@@ -190,7 +191,7 @@ fn the_emergency_stop_freezes_the_windings_and_takes_forcing_and_outputs_away_at
 }
 
 #[test]
-fn an_end_sensor_stops_at_its_step_and_the_motor_goes_back_from_there() {
+fn limit_switch_stops_at_its_step_and_allows_reverse() {
     let (tables, path) = (forced(), way());
     let wanted = of_a_card(&tables, 20_000, &path);
     for (seed, input) in seeds(4).zip(0..4) {
@@ -206,7 +207,7 @@ fn an_end_sensor_stops_at_its_step_and_the_motor_goes_back_from_there() {
         assert_eq!(rig.say(Clear {}).refusal, Refusal::Input);
         rig.say(Guard { limits: SETTINGS.limits & !(1 << input) });
         assert_eq!(rig.say(Clear {}).state, State::Ready);
-        // Back: the first pattern is the one before that which is held.
+        // Backwards: the first pattern is the one before the held pattern.
         let at = status.index[0];
         rig.edges.retain(|edge| edge.pin < 6);
         let before = rig.shown()[0].len();
@@ -224,7 +225,7 @@ fn an_end_sensor_stops_at_its_step_and_the_motor_goes_back_from_there() {
 }
 
 #[test]
-fn a_bridge_that_dies_leaves_the_motors_at_rest_where_the_index_says() {
+fn dead_bridge_leaves_motors_stopped_at_their_index() {
     let (tables, path) = (forced(), way());
     let wanted = of_a_card(&tables, 20_000, &path);
     let mut amid = 0;
@@ -249,7 +250,7 @@ fn a_bridge_that_dies_leaves_the_motors_at_rest_where_the_index_says() {
     assert!(amid > 2, "{amid} times amid the path");
 }
 
-/// The pins of emergency stop, first input and first output, as it says itself when somebody says hello again.
+/// Pins of emergency stop, first input and first output in a new welcome.
 fn named_pins(rig: &mut Rig) -> [u8; 3] {
     rig.welcome = None;
     rig.until("no welcome", |rig| rig.welcome.is_some());
@@ -258,7 +259,7 @@ fn named_pins(rig: &mut Rig) -> [u8; 3] {
 }
 
 #[test]
-fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_all() {
+fn pins_stay_undriven_until_configured() {
     let tables = said(&named("full_two"), 20_000);
     let mut rig = Rig::new();
     rig.pass(20 * MILLI);
@@ -269,7 +270,7 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
     rig.say(SETTINGS);
     assert_eq!(driven(&rig), (2..10).chain(19..23).collect::<Vec<_>>());
     assert_eq!(named_pins(&mut rig), [STOP_PIN, INPUT_PIN, SPINDLE_PIN]);
-    // Tables that nobody sent; those of another machine; inputs that there are not.
+    // Tables that were not sent, tables of another machine, inputs that do not exist.
     let phases = Configure { pulse: 2, setup: 0, phases: tables_crc(&tables), ..SETTINGS };
     assert_eq!(rig.say(phases).refusal, Refusal::Settings);
     for table in tables {
@@ -295,10 +296,10 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
         "nothing is on before a step"
     );
     rig.say(Place { index: [0; AXES] });
-    // An axis that has no pins.
+    // An axis without pins.
     let one = vec![Run::one(true, 20_000)];
     let fourth = [vec![], vec![], vec![], one.clone()];
-    // What follows the piece that is refused does not fit behind what is there.
+    // The chunk after the refused one does not fit the chunks before.
     let is_refused = |rig: &mut Rig| matches!(rig.status.unwrap().refusal, Refusal::Settings | Refusal::Gap);
     rig.play(&fourth, 30_000, &RULE, 100_000, is_refused);
     let turn = [one.clone(), one.clone(), one, vec![]];
@@ -310,7 +311,7 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
     rig.edges.clear();
     rig.drive(&tables);
     assert_eq!((held(&rig), rig.shown().concat().len()), ([(1, 1); 3], 0));
-    // And back to steps: no pulse comes of what the pins showed.
+    // Back to steps: the shown patterns give no pulse.
     rig.pin(STOP_PIN, true);
     rig.say(SETTINGS);
     assert_eq!(driven(&rig), (2..10).chain(19..23).collect::<Vec<_>>());
@@ -325,7 +326,7 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
 }
 
 #[test]
-fn a_program_that_hangs_lets_go_of_every_winding() {
+fn hung_firmware_releases_every_winding() {
     let mut rig = Rig::with_phases(&said(&forced(), 20_000));
     amid(&mut rig, &way(), 0);
     rig.hang();

@@ -1,4 +1,4 @@
-//! The emulated adapter at the end of a cable, and a bridge at the other.
+//! The emulated adapter on a cable, with a bridge at the other end.
 
 use crate::card::Shown;
 use crate::support::{PULSE, SETUP};
@@ -29,9 +29,9 @@ pub(crate) const SETTINGS: Configure = Configure {
     phases: 0,
 };
 
-/// Cycles of a microsecond.
+/// Cycles per microsecond.
 pub(crate) const MICRO: u64 = 120;
-/// Cycles of a millisecond.
+/// Cycles per millisecond.
 pub(crate) const MILLI: u64 = 1000 * MICRO;
 
 pub(crate) const STOP_PIN: u8 = 10;
@@ -39,7 +39,7 @@ pub(crate) const RUN_PIN: u8 = 19;
 pub(crate) const ALIVE_PIN: u8 = 21;
 pub(crate) const INPUT_PIN: u8 = 11;
 pub(crate) const SPINDLE_PIN: u8 = 20;
-/// High on a Pico that has its power from USB.
+/// High on a Pico that is powered by USB.
 const USB_POWER_PIN: u8 = 24;
 pub(crate) const PHASES_STOP_PIN: u8 = 18;
 pub(crate) const PHASES_INPUT_PIN: u8 = 19;
@@ -47,7 +47,7 @@ pub(crate) const PHASES_SPINDLE_PIN: u8 = 26;
 const STEP_PIN: u8 = 2;
 const DIRECTION_PIN: u8 = 6;
 
-/// A pin that changed.
+/// A change of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Edge {
     pub(crate) cycle: u64,
@@ -74,23 +74,23 @@ pub(crate) struct Rig {
     touches: Option<Touches>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) cycle: u64,
-    /// Cycle of the reset in the latest order.
+    /// Cycle of a reset during the latest order.
     pub(crate) reset: Option<u64>,
-    /// Bytes that wait for room in the adapter; what every pin is driven to, 2 where it is not.
+    /// Bytes that wait for room in the adapter; the level that drives each pin, 2 if none.
     pub(crate) waiting: u64,
     pub(crate) driven: Vec<u64>,
     connected: bool,
-    /// The chip's own boot program has it.
+    /// The chip's boot ROM is running.
     pub(crate) boots: bool,
     /// Cycles in which the processor made words.
     pub(crate) busy: u64,
-    /// Most bytes of stack since the reset, when they were asked for last.
+    /// Most bytes of stack since the reset, at the last request.
     pub(crate) stack: u64,
-    /// So many packets more are said, then nobody says anything any more.
+    /// Number of packets that still arrive; all later ones are lost.
     pub(crate) packets: Option<u64>,
-    /// Bytes that were said to it.
+    /// Bytes sent to it.
     pub(crate) said: u64,
-    /// Turns a bit of every so many bytes on their way.
+    /// Flips a bit in one of this many bytes on their way.
     pub(crate) garble: Option<(Chance, usize)>,
 }
 
@@ -144,7 +144,7 @@ impl Rig {
         rig
     }
 
-    /// Waits for USB, lets go of the emergency stop.
+    /// Waits for USB, and releases the emergency stop.
     pub(crate) fn connect(&mut self) {
         self.order(json!({"do": "run", "cycles": 40 * MILLI, "until": "connected"}));
         assert!(self.connected, "it never came up");
@@ -197,7 +197,7 @@ impl Rig {
         self.order(json!({"do": "pin", "pin": pin, "level": level}));
     }
 
-    /// Asks how much stack was needed at most.
+    /// Requests the largest stack use.
     pub(crate) fn look_at_stack(&mut self) {
         self.order(json!({"do": "stack"}));
     }
@@ -210,12 +210,12 @@ impl Rig {
         self.order(json!({"do": "unplug"}));
     }
 
-    /// Somebody opens the port at so many bits a second and lets go of it.
+    /// Opens the port at this speed and closes it.
     pub(crate) fn touch(&mut self, bits: u32) {
         self.order(json!({"do": "touch", "bits": bits}));
     }
 
-    /// So many cycles in which nobody says anything.
+    /// Lets cycles pass in silence.
     pub(crate) fn pass(&mut self, cycles: u64) {
         self.order(json!({"do": "run", "cycles": cycles}));
     }
@@ -223,7 +223,7 @@ impl Rig {
     pub(crate) fn put(&mut self, bytes: &[u8]) {
         let mut bytes = bytes.to_vec();
         if let Some(left) = &mut self.packets {
-            // USB carries 64 bytes at once.
+            // A USB packet has 64 bytes.
             let whole = 64 * usize::try_from(*left).unwrap();
             *left = left.saturating_sub(bytes.len().div_ceil(64) as u64);
             bytes.truncate(whole);
@@ -239,7 +239,7 @@ impl Rig {
         self.order(json!({"do": "send", "bytes": bytes}));
     }
 
-    /// Sends what is due, and lets so many cycles pass.
+    /// Sends what is due, and lets cycles pass.
     pub(crate) fn turn(&mut self, cycles: u64) {
         let mut line = [0; ON_LINE];
         let now = self.cycle / MICRO;
@@ -267,7 +267,7 @@ impl Rig {
         self.status.map_or(State::Unset, |status| status.state)
     }
 
-    /// Says it, and waits until it was taken.
+    /// Sends `ask`, and waits until it is confirmed.
     pub(crate) fn say(&mut self, ask: impl Into<Ask>) -> Status {
         let ask = ask.into();
         self.until("no welcome", |rig| rig.welcome.is_some());
@@ -277,7 +277,7 @@ impl Rig {
         self.status.unwrap()
     }
 
-    /// How often inputs were touched for less than their filter.
+    /// Requests the counts of touches shorter than their filter.
     pub(crate) fn count_touches(&mut self) -> Touches {
         self.touches = None;
         let mut line = [0; ON_LINE];
@@ -308,7 +308,7 @@ impl Rig {
         rig
     }
 
-    /// Wires it anew, for motors whose tables it has.
+    /// Rewires it for motors whose tables it has.
     pub(crate) fn drive(&mut self, tables: &[Windings; MOTORS]) {
         let phases = tables_crc(tables);
         let settings = Configure { pulse: 2, setup: 0, phases, ..SETTINGS };
@@ -319,8 +319,8 @@ impl Rig {
         self.sender.offer_chunk(&piece.head, piece.slices()).is_some()
     }
 
-    /// Plays a path, with at most `ahead` ticks of it in the adapter. Calls `each` between two turns; ends when that says so,
-    /// or when the adapter rests and has nothing left.
+    /// Plays a path with at most `ahead` ticks of it in the adapter. Calls `each` between turns; ends if
+    /// that returns `true`, or if the adapter is stopped with nothing left.
     pub(crate) fn play(
         &mut self,
         runs: &[Vec<Run>; AXES],
@@ -363,7 +363,7 @@ impl Rig {
         panic!("it never ended: {:?}", self.status);
     }
 
-    /// The pulses of an axis so far.
+    /// The pulses of an axis.
     pub(crate) fn pulses(&self, axis: usize) -> Vec<Pulse> {
         let (step, direction) = (STEP_PIN + axis as u8, DIRECTION_PIN + axis as u8);
         let (mut pulses, mut forward, mut since) = (Vec::new(), false, None);
@@ -380,7 +380,7 @@ impl Rig {
         pulses
     }
 
-    /// What the pins of every motor showed, each pattern from its cycle on.
+    /// The patterns of every motor, each with its first cycle.
     pub(crate) fn shown(&self) -> [Shown; MOTORS] {
         std::array::from_fn(|axis| {
             let (mut shown, mut pattern): (Shown, u8) = (Vec::new(), 0);
@@ -394,19 +394,19 @@ impl Rig {
         })
     }
 
-    /// Forgets the edges so far, but not which way the direction pins point.
+    /// Drops the recorded edges, but not the levels of the direction pins.
     pub(crate) fn forget(&mut self) {
         let last = |pin: u8| self.edges.iter().rfind(|edge| edge.pin == pin).copied();
         self.edges = (0..AXES as u8).filter_map(|axis| last(DIRECTION_PIN + axis)).collect();
     }
 
-    /// Whether every step pin is low and stays with us.
+    /// Returns `true` if every step pin is driven low.
     pub(crate) fn are_steps_low(&self) -> bool {
         (0..AXES).all(|axis| self.driven[usize::from(STEP_PIN) + axis] == 0)
     }
 
-    /// That the pins went along the path without one step more or less than the adapter counts, and that all axes rest at the
-    /// same moment of it. How many steps that were.
+    /// Checks that the pins followed the path, that every step was counted, and that all axes stopped at
+    /// the same moment of it. Returns the number of steps.
     pub(crate) fn is_on_path(&self, runs: &[Vec<Run>; AXES], ticks: u32) -> usize {
         let wanted = crate::support::meant(runs, ticks);
         let made: [Vec<Pulse>; AXES] = std::array::from_fn(|axis| self.pulses(axis));
@@ -423,7 +423,7 @@ impl Rig {
         made.iter().map(Vec::len).sum()
     }
 
-    /// That all axes rest at the same moment of the path.
+    /// Checks that all axes stopped at the same moment of the path.
     pub(crate) fn rests_at_one_moment(&self, runs: &[Vec<Run>; AXES], ticks: u32) {
         let wanted = crate::support::meant(runs, ticks);
         let made: [usize; AXES] = std::array::from_fn(|axis| self.pulses(axis).len());
@@ -435,7 +435,8 @@ impl Rig {
         assert!(last.unwrap_or(0) < next.unwrap_or(u64::MAX), "{last:?} {next:?}");
     }
 
-    /// That every pulse stands at its cycle, for all axes counted from the same one, and is as long as it should be. How many.
+    /// Checks that every pulse has its exact cycle, relative to a start common to all axes, and its exact
+    /// length. Returns the number of pulses.
     pub(crate) fn is_exact(&self, runs: &[Vec<Run>; AXES], ticks: u32) -> usize {
         let wanted = crate::support::meant(runs, ticks);
         let tick = u64::from(CYCLES_PER_TICK);

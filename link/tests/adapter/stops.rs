@@ -1,4 +1,5 @@
-//! It always stops: a dead bridge, a bad cable, the emergency stop, an end sensor, a program that hangs.
+//! Tests that it always stops: a dead bridge, a bad cable, the emergency stop, a limit switch, a hanging
+//! program.
 
 use crate::rig::{ALIVE_PIN, INPUT_PIN, MICRO, MILLI, RUN_PIN, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
 use crate::support::{path, seeds};
@@ -10,7 +11,7 @@ use annulus_link::message::{Clear, Filters, Guard, Outputs, Place, Refusal, Stat
 use annulus_link::run::{HALF, Run};
 use annulus_link::sender::Sender;
 
-/// Two ramps with a stretch between them on every axis, each with its own speed: 30 ms.
+/// Two ramps and a stretch between them on every axis, each with its own speed: 30 ms.
 pub(crate) fn way() -> ([Vec<Run>; AXES], u32) {
     let runs = [60, 75, 90, 120].map(|fast: u32| {
         let up = Run { forward: true, count: 200, interval: 4 * fast, fraction: 0, change: 0, phase: HALF };
@@ -29,11 +30,11 @@ pub(crate) fn way() -> ([Vec<Run>; AXES], u32) {
 
 pub(crate) const RULE: Rule = Rule { ticks: 10_000, fall: 2000, rise: 2000 };
 
-/// So much path is there, in ticks: the adapter says every 10 ms how much is left.
+/// Path in the adapter, in ticks: the adapter reports every 10 ms how much is left.
 pub(crate) const AHEAD: u32 = 150_000;
 
-/// A bridge that dies when so many packets were said: whether it was amid the path, and how many ms later the last pulse came. None
-/// where all was said before.
+/// A bridge that dies after this many packets. Returns whether that was within the path, and how many ms
+/// later the last pulse was; `None` if everything had been sent.
 fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<(bool, f64)> {
     let mut rig = Rig::ready();
     rig.packets = Some(kill);
@@ -54,7 +55,7 @@ fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<(bool, f
 }
 
 #[test]
-fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
+fn dead_bridge_at_any_packet_stops_on_the_path() {
     let (runs, ticks) = way();
     let (mut starved, mut kill, mut longest_ms) = (0, 0_u64, 0.0_f64);
     while let Some((amid, last_ms)) = dies_after(kill, &runs, ticks) {
@@ -70,7 +71,7 @@ fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
 }
 
 #[test]
-fn a_bridge_that_dies_at_packets_of_chance_of_paths_of_chance_leaves_it_at_rest_on_the_path() {
+fn dead_bridge_at_random_packets_stops_on_the_path() {
     let many = std::env::var_os("ANNULUS_LONG").is_some();
     let (mut starved, mut longest_ms) = (0, 0.0_f64);
     for seed in 1..=if many { 1_000 } else { 4 } {
@@ -85,7 +86,7 @@ fn a_bridge_that_dies_at_packets_of_chance_of_paths_of_chance_leaves_it_at_rest_
 }
 
 impl Rig {
-    /// Nobody speaks to it; until it rests.
+    /// Stays silent until it stops.
     fn until_silent(&mut self) {
         for _ in 0..400 {
             self.pass(MILLI);
@@ -98,7 +99,7 @@ impl Rig {
 }
 
 #[test]
-fn a_bad_cable_costs_time_and_never_a_step() {
+fn bad_cable_costs_time_and_never_a_step() {
     let (whole, mut rested) = (way().0.iter().flatten().map(|run| run.count as usize).sum::<usize>(), 0);
     for seed in seeds(3) {
         let (runs, ticks) = way();
@@ -118,7 +119,7 @@ fn a_bad_cable_costs_time_and_never_a_step() {
     assert!(rested > 0, "once at least all of it came in time");
 }
 
-/// Runs of one step each on all axes, 0.2 ms apart: a piece of path is full of them after 12 ms.
+/// Runs of one step on all axes, 0.2 ms apart: they fill a chunk after 12 ms.
 fn dense(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
     let step = |chance: &mut Chance| Run::one(true, 2_000 + chance.below(60) as u32);
     let runs = std::array::from_fn(|_| (0..ticks / 2_060).map(|_| step(chance)).collect());
@@ -126,7 +127,7 @@ fn dense(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
 }
 
 #[test]
-fn a_frame_that_is_lost_on_a_dense_path_makes_no_machine_run_dry() {
+fn lost_frame_on_a_dense_path_starves_no_state_machine() {
     let (mut rests, mut longest) = (0, 0);
     for seed in seeds(3) {
         let mut chance = Chance::new(seed);
@@ -140,7 +141,7 @@ fn a_frame_that_is_lost_on_a_dense_path_makes_no_machine_run_dry() {
         println!("{made} steps, {:?}, {} bytes", rig.state(), rig.said);
         assert!(matches!(rig.state(), State::Ready | State::Starved), "{:?}", rig.status);
         rests += u32::from(rig.state() == State::Ready);
-        // It moves every half millisecond, and in the next turn of the program where one takes longer.
+        // The alive pin toggles every half millisecond; a longer loop delays it to the next one.
         let alive: Vec<_> =
             rig.edges.iter().filter(|edge| edge.pin == ALIVE_PIN).map(|edge| edge.cycle).collect();
         longest = longest.max(alive.windows(2).map(|two| two[1] - two[0]).max().unwrap());
@@ -151,13 +152,12 @@ fn a_frame_that_is_lost_on_a_dense_path_makes_no_machine_run_dry() {
 }
 
 #[test]
-fn a_bridge_that_falls_silent_with_much_path_ahead_leaves_it_at_rest_on_the_path_before_its_spindle_goes_off()
-{
+fn silent_bridge_stops_motion_before_the_spindle() {
     let even = |interval: u32| vec![Run { count: 9_000_000 / interval, ..Run::one(true, interval) }];
     let (runs, ticks) = ([even(1_000), even(1_300), even(7_000), vec![]], 9_000_100);
     let mut rig = Rig::ready();
     rig.say(Outputs { on: 1 });
-    // Half a second is there when it begins; then nobody says anything.
+    // Half a second of path is there at the start; then the bridge is silent.
     let rule = Rule { ticks: LONGEST, ..Rule::resting_within(200_000) };
     rig.play(&runs, ticks, &rule, 9_000_000, |rig| rig.state() == State::Running);
     let since = rig.cycle;
@@ -167,7 +167,7 @@ fn a_bridge_that_falls_silent_with_much_path_ahead_leaves_it_at_rest_on_the_path
     assert!(began > 239 * MILLI as i64, "it goes on");
     rig.until_silent();
     let (began, ended) = after(&rig, since);
-    // 250 ms, words of 2 ms, time that takes 40 ms to come to rest.
+    // 250 ms, words of 2 ms, and stream time that takes 40 ms to stop.
     assert!((250 * MILLI as i64..310 * MILLI as i64).contains(&began), "{began}");
     let status = rig.status.unwrap();
     assert_eq!((status.state, status.trust, status.outputs), (State::Starved, Trust::Trusted, 0));
@@ -178,7 +178,7 @@ fn a_bridge_that_falls_silent_with_much_path_ahead_leaves_it_at_rest_on_the_path
     assert!((ended..ended + 20 * MILLI as i64).contains(&off), "{ended} {off}");
 }
 
-/// An adapter some turns into a motion, its spindle on.
+/// An adapter some turns into a motion, with its spindle on.
 fn amid_motion(runs: &[Vec<Run>; AXES], ticks: u32) -> Rig {
     let mut rig = Rig::ready();
     rig.say(Outputs { on: 1 });
@@ -191,7 +191,7 @@ fn amid_motion(runs: &[Vec<Run>; AXES], ticks: u32) -> Rig {
 }
 
 #[test]
-fn who_says_hello_amid_motion_brings_it_to_rest_before_its_spindle_goes_off() {
+fn hello_during_motion_stops_it_before_the_spindle() {
     let (runs, ticks) = way();
     let mut rig = amid_motion(&runs, ticks);
     let since = rig.cycle;
@@ -209,13 +209,13 @@ fn who_says_hello_amid_motion_brings_it_to_rest_before_its_spindle_goes_off() {
 }
 
 #[test]
-fn nothing_but_the_word_that_clears_it_lets_pulses_go_after_the_emergency_stop() {
+fn only_clear_releases_the_emergency_stop() {
     let mut rig = Rig::ready();
     rig.pin(STOP_PIN, false);
     rig.until("no stop", |rig| rig.state() == State::EmergencyStop);
     rig.pin(STOP_PIN, true);
     rig.edges.clear();
-    // Somebody asks who it is, somebody sets it.
+    // A new session identifies and configures it.
     rig.sender = Sender::new(77);
     (rig.welcome, rig.status) = (None, None);
     assert_eq!(rig.say(SETTINGS).state, State::EmergencyStop);
@@ -228,7 +228,7 @@ fn nothing_but_the_word_that_clears_it_lets_pulses_go_after_the_emergency_stop()
     rig.pass(5 * MILLI);
     assert_eq!(rig.driven[usize::from(RUN_PIN)], 1);
     assert!(rig.edges.iter().filter(|edge| edge.pin == ALIVE_PIN).count() > 5);
-    // What was set meanwhile is in force.
+    // The settings sent meanwhile are in force.
     rig.pin(INPUT_PIN + 1, true);
     rig.pass(MILLI);
     assert_eq!(rig.say(Guard { limits: 0b1 }).state, State::Ready);
@@ -237,7 +237,7 @@ fn nothing_but_the_word_that_clears_it_lets_pulses_go_after_the_emergency_stop()
     assert_eq!(rig.driven[usize::from(RUN_PIN)], 0);
 }
 
-/// The last pulse that began, and when the last step pin went low, both in cycles after `since`.
+/// Start of the last pulse, and the last falling edge of a step pin, in cycles after `since`.
 pub(crate) fn after(rig: &Rig, since: u64) -> (i64, i64) {
     let pulses: Vec<_> = (0..AXES).flat_map(|axis| rig.pulses(axis)).collect();
     let cycles = |cycle: u64| cycle as i64 - since as i64;
@@ -247,7 +247,7 @@ pub(crate) fn after(rig: &Rig, since: u64) -> (i64, i64) {
 }
 
 #[test]
-fn the_emergency_stop_ends_pulses_and_outputs_within_ten_microseconds() {
+fn emergency_stop_ends_pulses_and_outputs_within_10_us() {
     let (runs, ticks) = way();
     let mut rig = Rig::ready();
     let (mut latest, mut worst, mut worst_output) = (i64::MIN, i64::MIN, 0);
@@ -296,7 +296,7 @@ fn the_emergency_stop_ends_pulses_and_outputs_within_ten_microseconds() {
 }
 
 #[test]
-fn an_end_sensor_stops_at_once_and_the_index_is_that_of_the_pins() {
+fn limit_switch_stops_at_once_with_an_exact_index() {
     let (runs, ticks) = way();
     for (seed, input) in seeds(4).zip([0, 3, 1, 2]) {
         let mut rig = Rig::ready();
@@ -315,7 +315,7 @@ fn an_end_sensor_stops_at_once_and_the_index_is_that_of_the_pins() {
         rig.is_on_path(&runs, ticks);
         let status = rig.status.unwrap();
         assert_eq!((status.trust, status.input, status.inputs), (Trust::Suspect, input, 1 << input));
-        // Away from it: only while it does not stop.
+        // Moving off the switch works only if it does not stop.
         assert_eq!(rig.say(Clear {}).refusal, Refusal::Input);
         rig.say(Guard { limits: SETTINGS.limits & !(1 << input) });
         assert_eq!(rig.say(Clear {}).state, State::Ready);
@@ -330,7 +330,7 @@ fn an_end_sensor_stops_at_once_and_the_index_is_that_of_the_pins() {
 }
 
 #[test]
-fn a_touch_shorter_than_a_microsecond_is_noise() {
+fn touch_shorter_than_1_us_is_noise() {
     let (runs, ticks) = way();
     let mut rig = Rig::ready();
     let mut turns = 0;
@@ -347,7 +347,7 @@ fn a_touch_shorter_than_a_microsecond_is_noise() {
 }
 
 #[test]
-fn the_alive_pin_moves_as_long_as_the_program_is_well_and_pulses_may_go() {
+fn alive_pin_toggles_only_if_the_firmware_may_pulse() {
     let mut rig = Rig::ready();
     let moved = |rig: &mut Rig| {
         rig.edges.clear();
@@ -365,13 +365,13 @@ fn the_alive_pin_moves_as_long_as_the_program_is_well_and_pulses_may_go() {
 }
 
 #[test]
-fn a_program_that_hangs_is_reset_and_every_pin_let_go() {
+fn hung_firmware_is_reset_and_its_pins_released() {
     let (runs, ticks) = way();
     let mut rig = amid_motion(&runs, ticks);
     let since = rig.cycle;
     rig.hang();
     rig.pass(60 * MILLI);
-    // What was made is played, and nothing twice.
+    // Existing words are played, none of them twice.
     let made: usize = (0..AXES).map(|axis| rig.pulses(axis).len()).sum();
     assert!(after(&rig, since).1 < 3 * MILLI as i64);
     assert_eq!(rig.reset, None);
@@ -396,7 +396,7 @@ fn a_program_that_hangs_is_reset_and_every_pin_let_go() {
 }
 
 #[test]
-fn outputs_go_off_a_quarter_of_a_second_after_the_bridge_fell_silent() {
+fn outputs_go_off_250_ms_after_the_bridge_is_silent() {
     let mut rig = Rig::ready();
     assert_eq!(rig.say(Outputs { on: 1 }).outputs, 1);
     let since = rig.cycle;
@@ -407,7 +407,7 @@ fn outputs_go_off_a_quarter_of_a_second_after_the_bridge_fell_silent() {
 }
 
 #[test]
-fn a_port_opened_at_1200_bits_and_let_go_brings_the_boot_mode_at_rest_alone() {
+fn port_opened_at_1200_baud_boots_only_at_standstill() {
     let (runs, ticks) = way();
     let mut rig = Rig::ready();
     rig.say(Outputs { on: 1 });
@@ -424,10 +424,10 @@ fn a_port_opened_at_1200_bits_and_let_go_brings_the_boot_mode_at_rest_alone() {
     rig.say(Outputs { on: 1 });
     rig.touch(1200);
     assert!(!rig.boots, "at rest between two holes");
-    // Nobody is heard any more.
+    // The session falls silent.
     rig.pass(260 * MILLI);
     assert!(!rig.boots, "what was asked for at the wrong moment is not done later");
-    // Whoever has the port again has it at another speed.
+    // Another program opens the port at another speed.
     rig.touch(115_200);
     rig.touch(1200);
     assert!(rig.boots);

@@ -1,4 +1,4 @@
-//! Inputs with filters: short touches are counted and nothing else, long ones stop in time.
+//! Tests of inputs with filters: short touches are only counted, long ones stop in time.
 
 use crate::rig::{INPUT_PIN, MICRO, MILLI, Rig, SETTINGS};
 use crate::stops::{RULE, after, way};
@@ -17,14 +17,14 @@ fn filtered() -> Rig {
 }
 
 #[test]
-fn touches_shorter_than_the_filter_stop_nothing_and_are_counted() {
+fn touches_shorter_than_the_filter_are_only_counted() {
     let (runs, ticks) = way();
     let mut rig = filtered();
     let mut touched = [0_u16; INPUTS];
     let mut turns = 0;
     rig.play(&runs, ticks, &RULE, 400_000, |rig| {
         turns += 1;
-        // One after the other, for a twentieth of the filter up to all of it.
+        // Each input in turn, for a twentieth of its filter up to all of it.
         let input = [0, 1, 2, 4, 7][turns % 5];
         let length = u64::from(LEAST_US[input]) * MICRO * (1 + turns as u64 % 20) / 20;
         rig.pin(INPUT_PIN + input as u8, true);
@@ -43,13 +43,13 @@ fn touches_shorter_than_the_filter_stop_nothing_and_are_counted() {
     println!("{turns} touches, the longest {:?} µs", counted.longest_us);
     for (longest_us, least_us) in counted.longest_us.into_iter().zip(LEAST_US).filter(|(_, least)| *least > 0)
     {
-        // A look comes up to 5 µs late, and takes its time.
+        // A look is up to 5 µs late, and takes time itself.
         assert!((least_us * 3 / 4..=least_us + 8).contains(&longest_us), "{:?}", counted.longest_us);
     }
 }
 
-/// Pulses go, and input `input` is touched for good by somebody who bounces so many times: how long after that no pulse began, and how
-/// long after that the last one was over, in µs.
+/// While pulses run, touches input `input` for good after this many bounces. Returns the times from the
+/// touch to the last pulse's start and end, in µs.
 fn stopped_by(rig: &mut Rig, input: u8, bounces: u64) -> [f64; 2] {
     let (runs, ticks) = way();
     rig.say(Place { index: [0; AXES] });
@@ -81,7 +81,7 @@ fn stopped_by(rig: &mut Rig, input: u8, bounces: u64) -> [f64; 2] {
 }
 
 #[test]
-fn a_touch_longer_than_the_filter_stops_within_ten_microseconds_more() {
+fn long_touch_stops_within_10_us_after_the_filter() {
     let (mut rig, mut latest_us) = (filtered(), 0.0_f64);
     for (input, bounces) in [(0, 0), (0, 3), (1, 0), (1, 5), (2, 0), (2, 2), (3, 0)] {
         let least_us = f64::from(LEAST_US[usize::from(input)]);
@@ -89,24 +89,24 @@ fn a_touch_longer_than_the_filter_stops_within_ten_microseconds_more() {
         println!(
             "filter of {least_us} µs: the last pulse began after {began:.2} µs, and was over after {ended:.2} µs"
         );
-        // Pulses are 4 µs apart at least, and faster axes go on up to the stop.
+        // Pulses are at least 4 µs apart, and faster axes run up to the stop.
         assert!(began > least_us - 15.0 && ended < least_us + 10.0, "{began} {ended}");
         latest_us = latest_us.max(ended - least_us);
     }
     println!(
         "measured filter: the last pulse is over {latest_us:.1} µs after the filter of its input at most"
     );
-    // Touches 1 µs apart may be one to it.
+    // Touches 1 µs apart may count as one.
     let short = rig.count_touches().short;
     assert!((1..=3).contains(&short[0]) && (1..=5).contains(&short[1]) && short[3..] == [0; 5], "{short:?}");
 }
 
 #[test]
-fn an_input_that_comes_of_age_in_the_moment_in_which_it_is_to_begin_lets_no_motor_run_into_it() {
+fn filter_expiring_at_the_start_still_stops_the_motor() {
     let (steady, none) = ([Run { count: 5_000, ..Run::one(true, 100) }], [].as_slice());
     let mut rig = Rig::ready();
     rig.say(Filters { least_us: [1_000; INPUTS] });
-    // The frame that begins it comes so many µs before and after the touch is long enough.
+    // The starting frame arrives just before or after the touch reaches its time.
     for early_us in (0..240).step_by(3) {
         rig.say(Place { index: [0; AXES] });
         rig.forget();
@@ -130,7 +130,7 @@ fn an_input_that_comes_of_age_in_the_moment_in_which_it_is_to_begin_lets_no_moto
 }
 
 #[test]
-fn an_input_that_is_on_while_its_pin_is_low_has_its_filter_too() {
+fn active_low_input_has_its_filter() {
     let mut rig = Rig::new();
     rig.pin(INPUT_PIN + 1, true);
     assert_eq!(rig.say(Configure { low_inputs: 0b10, ..SETTINGS }).state, State::Ready);
@@ -152,7 +152,7 @@ fn an_input_that_is_on_while_its_pin_is_low_has_its_filter_too() {
 }
 
 #[test]
-fn a_storm_at_an_input_neither_stops_the_pulses_nor_starves_them() {
+fn noisy_input_neither_stops_nor_starves_the_pulses() {
     let (runs, ticks) = way();
     let mut rig = filtered();
     let mut storm = 0_u64;
@@ -175,7 +175,7 @@ fn a_storm_at_an_input_neither_stops_the_pulses_nor_starves_them() {
 }
 
 #[test]
-fn a_filter_that_is_too_long_is_refused_and_a_new_session_has_none() {
+fn overlong_filter_is_refused_and_a_new_session_has_none() {
     let mut rig = filtered();
     let status = rig.say(Filters { least_us: [10_001, 0, 0, 0, 0, 0, 0, 0] });
     assert_eq!(status.refusal, Refusal::Settings);

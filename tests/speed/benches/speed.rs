@@ -1,5 +1,5 @@
-//! Speeds with criterion: parsing, planning, step streams, proofs. `cargo xtask bench` runs it and adds the gaps of the tours,
-//! the speed in WebAssembly and the sizes of the page.
+//! Criterion benchmarks: parsing, planning, step streams, proofs. `cargo xtask bench` runs them and adds the
+//! gaps of the tours, the speed in WebAssembly and the sizes of the page.
 
 use annulus_app::drawing::{Act, Tool};
 use annulus_app::keys::Tab;
@@ -27,7 +27,7 @@ fn corpus() -> Option<PathBuf> {
     None
 }
 
-/// A file of 120,000 hits with its hits repeated to 50 MB.
+/// A file of 120,000 hits, repeated to 50 MB.
 fn large_drill_file() -> Vec<u8> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/synthetic/h01-huge-120000-hits.drl");
     let text = std::fs::read(path).expect("the file is among the data of the tests");
@@ -55,7 +55,32 @@ fn parsing(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The largest copper layer of the corpus: read alone, in MB/s, and read and painted.
+/// Layers with heavily overlapping objects, read and painted.
+fn dense_layers(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("gerber");
+    group.sample_size(10);
+    type Paint = fn(&artwork::Gerber) -> Result<geometry::Region, artwork::TooMuch>;
+    let rows: [(&str, String, Paint); 2] = [
+        ("heap of 5,800 pads, read and painted", annulus_speed::layer::heap_of_pads(), artwork::painted),
+        (
+            "silkscreen of 74,000 lines, read and painted",
+            annulus_speed::layer::dense_silkscreen(),
+            artwork::painted_for_picture,
+        ),
+    ];
+    for (name, text, paint) in rows {
+        let files = vec![("layer.gbr".to_owned(), text.into_bytes())];
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let read = artwork::read_set(black_box(&files), &Overrides::default());
+                read.files[0].gerber.as_ref().map(|layer| paint(layer).map(|region| region.islands.len()))
+            });
+        });
+    }
+    group.finish();
+}
+
+/// The largest copper layer of the corpus: read, in MB/s; and read and painted.
 fn layers(criterion: &mut Criterion) {
     let Some(corpus) = corpus() else { return };
     let path = corpus.join("altium/limesdr-qpcie/LimeSDR-QPCIe_1v2.GTL");
@@ -105,7 +130,7 @@ fn streams(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// How good the streams of the presets are, and how fast the presets drill.
+/// Quality of the presets' step streams, and the presets' drilling speed.
 fn presets(_: &mut Criterion) {
     for (name, machine) in machine::presets() {
         let job = timeline_on(&machine, 500);
@@ -167,7 +192,7 @@ fn proofs(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The geometry of a layer of 1,122 islands: the bars are 120 ms for a pass, 300 ms for three, 200 ms for the narrow
+/// Geometry of a layer of 1,122 islands. Limits: 120 ms for one pass, 300 ms for three, 200 ms for the narrow
 /// places.
 fn copper_layer(criterion: &mut Criterion) {
     let outlines = annulus_speed::layer::outlines();
@@ -179,7 +204,7 @@ fn copper_layer(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("union", |bencher| bencher.iter(|| black_box(geometry::union(&outlines))));
     group.bench_function("one pass", |bencher| bencher.iter(|| black_box(geometry::grow(&layer, mm(0.1)))));
-    // As isolation makes them: every pass from the one before.
+    // Like isolation: each pass from the previous one.
     group.bench_function("three passes", |bencher| {
         bencher.iter(|| {
             let more = |pass: &geometry::Region| Some(geometry::grow(pass, mm(0.1)));
@@ -210,8 +235,7 @@ fn copper_layer(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A value of the isolation of a small board changed, and everything made anew that the page then makes anew: the bar is
-/// 16 ms.
+/// Changes a value of a small board's isolation and recomputes everything that the page would. Limit: 16 ms.
 fn slider(criterion: &mut Criterion) {
     let slider = annulus_speed::slider::Slider::new();
     println!("slider/60 islands: {} legs", slider.moved_to(90));
@@ -232,8 +256,8 @@ fn press(model: &mut Model, touch: Touch, x: f64, y: f64) {
     draw_event(model, DrawEvent::Point { touch, at_mm: [x, y], shift: false, ctrl: false });
 }
 
-/// The board editor with 5,040 things, everything the page then shows made anew: the bar is 16 ms a frame, of which the page
-/// and the picture need the most.
+/// The board editor with 5,040 things, recomputing everything that the page shows. Limit: 16 ms per frame,
+/// most of which the page and the picture need.
 fn drawing(criterion: &mut Criterion) {
     let model = &mut Model::default();
     update(model, FrameEvent::Moved { camera: Camera { px_per_mm: 20.0, ..Camera::default() } }.into());
@@ -288,6 +312,7 @@ criterion_group!(
     drawing,
     parsing,
     layers,
+    dense_layers,
     tours,
     planning,
     streams,

@@ -1,7 +1,4 @@
-//! A board of scattered islands and a program that isolates it.
-//!
-//! Comes in: how many islands. Goes out: a board with copper, and a program of two passes round every island. Does not
-//! know the planner: the toolpaths are the copper grown.
+//! A board of scattered islands, and a program that isolates it.
 
 use annulus_core::board::{Board, Copper, Face};
 use annulus_core::chance::Chance;
@@ -9,16 +6,16 @@ use annulus_core::geometry::{Path, PathSegment, Point, Region, circle, grow, str
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::units::Length;
 
-/// From cell to cell in mm.
+/// Distance between cells, mm.
 const PITCH_MM: f64 = 3.0;
 
-/// Islands of two pads and a bent track each, one a cell; `count` is rounded up to a whole square.
+/// Islands of two pads and a bent track each, one per cell; `count` is rounded up to a square number.
 pub fn islands(count: usize) -> Board {
     let side = (1..).find(|side| side * side >= count).unwrap_or(1);
     cells(side, side)
 }
 
-/// The same with an island in each of these many cells.
+/// Like [`islands`], with this number of columns and rows.
 pub fn cells(columns: usize, rows: usize) -> Board {
     let mut chance = Chance::new(1);
     let mut outlines = Vec::new();
@@ -37,7 +34,7 @@ pub fn cells(columns: usize, rows: usize) -> Board {
     Board { copper: vec![copper], ..Board::default() }
 }
 
-/// Two passes round every island, 0.2 mm wide.
+/// Two passes around every island, 0.2 mm wide.
 pub fn isolated(board: &Board) -> Program {
     let nothing = Region::default();
     let copper = board.copper.first().map_or(&nothing, |copper| &copper.region);

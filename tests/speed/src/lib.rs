@@ -1,6 +1,4 @@
-//! The work whose speed is measured, the same natively and in WebAssembly.
-//!
-//! Comes in: sizes. Goes out: counts of what was done; whoever calls looks at the clock.
+//! The benchmarked functions, identical natively and in WebAssembly.
 
 pub mod copper;
 pub mod layer;
@@ -19,17 +17,17 @@ use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::motion::{self, Timeline};
 use annulus_core::steps;
 
-/// The machine that is measured: the virtual drill with room for the scattered board.
+/// The benchmarked machine: the virtual drill with room for the scattered board.
 pub fn machine() -> Machine {
     virtual_drill()
 }
 
-/// A planned job of `holes` scattered holes, in file order, on the machine that is measured.
+/// A planned job of `holes` scattered holes, in file order, on [`machine`].
 pub fn timeline(holes: usize) -> Timeline {
     timeline_on(&machine(), holes)
 }
 
-/// The same on any machine.
+/// Like [`timeline`], on any machine.
 pub fn timeline_on(machine: &Machine, holes: usize) -> Timeline {
     let board = cam::bench::scattered_board(holes, 1);
     let work = Work::drilling(&board, machine, HoleOrder::File);
@@ -37,45 +35,45 @@ pub fn timeline_on(machine: &Machine, holes: usize) -> Timeline {
     motion::timeline(&program, machine).expect("the machine is sound")
 }
 
-/// A drill job as planned.
+/// The plan of a drill job.
 pub fn drilled(board: &Board, work: &Work, machine: &Machine) -> Planned {
     let rapid_time = |from, to| motion::rapid_time_s(machine, from, to);
     let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
     plan_work(board, work, machine, &means, &mut |_| true).expect("0.8 mm is in the rack").0
 }
 
-/// How many steps a timeline has, there and back.
+/// Total number of steps of a timeline, in both directions.
 pub fn steps_of(timeline: &Timeline) -> u64 {
     let parts = timeline.moves.iter().flat_map(|planned| &planned.parts);
     let toolpaths = parts.flat_map(|part| part.from.iter().zip(&part.to));
     toolpaths.map(|(from, to)| to.abs_diff(*from)).sum()
 }
 
-/// Makes the stream of `timeline`; gives its length in bytes, so that nothing is optimised away.
+/// Encodes the stream of `timeline`; returns its length in bytes, so that nothing is optimised away.
 pub fn make_stream(timeline: &Timeline) -> u64 {
     make_stream_on(&machine(), timeline)
 }
 
-/// The same on any machine.
+/// Like [`make_stream`], on any machine.
 pub fn make_stream_on(machine: &Machine, timeline: &Timeline) -> u64 {
     steps::stream(timeline, machine).map_or(0, |stream| steps::encoded_len(&stream))
 }
 
 static PREPARED: std::sync::OnceLock<Timeline> = std::sync::OnceLock::new();
 
-/// For WebAssembly: prepares a job of `holes` holes and gives its number of steps.
+/// For WebAssembly: prepares a job of `holes` holes and returns its number of steps.
 #[unsafe(no_mangle)]
 pub extern "C" fn prepare(holes: u32) -> u64 {
     steps_of(PREPARED.get_or_init(|| timeline(holes as usize)))
 }
 
-/// For WebAssembly: makes the stream of the prepared job.
+/// For WebAssembly: encodes the stream of the prepared job.
 #[unsafe(no_mangle)]
 pub extern "C" fn make() -> u64 {
     PREPARED.get().map_or(0, make_stream)
 }
 
-/// For WebAssembly: does one of the [`works`]; gives a count of what it made.
+/// For WebAssembly: runs one of the [`works`]; returns a count of its output.
 #[unsafe(no_mangle)]
 pub extern "C" fn work(number: u32) -> u64 {
     works::run(number as usize)

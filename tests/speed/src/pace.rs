@@ -1,6 +1,4 @@
-//! How fast a machine drills a row of holes at one pitch, and how near that is to what its limits allow.
-//!
-//! Comes in: a machine, a pitch in mm. Goes out: times of a cycle in s. Knows no clock.
+//! The drilling speed of a machine on a row of holes, compared with what its limits allow.
 
 use annulus_core::geometry::Point;
 use annulus_core::job::{Mark, Program};
@@ -9,17 +7,17 @@ use annulus_core::motion::bench::holes_at;
 use annulus_core::motion::coordination::{SpindleRules, cycle_s};
 use annulus_core::motion::{self, drill_cycles};
 
-/// Holes of the row.
+/// Number of holes in the row.
 const HOLES: u32 = 101;
 
-/// Cycles of a machine, in s.
+/// Time per hole, s.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// From hole to hole in the timeline.
+    /// In the timeline.
     pub planned_s: f64,
-    /// By the formula, with the machine's own profiles, settling, latency and margins.
+    /// By formula, with the machine's profiles, settling, latency and margins.
     pub formula_s: f64,
-    /// The bound: S-curves, nothing waited for but settling.
+    /// Lower bound: S-curves, without waits except for settling.
     pub bound_s: f64,
 }
 
@@ -52,7 +50,7 @@ pub fn pace(machine: &Machine, pitch_mm: f64) -> Option<Pace> {
     Some(Pace { planned_s, formula_s, bound_s })
 }
 
-/// One hole where nothing moves at the same time: the sum of what it consists of.
+/// Time of one hole if moves never overlap: the sum of its parts.
 fn one_by_one_s(timeline: &motion::Timeline) -> f64 {
     let middle = timeline.moves.iter().filter(|planned| planned.mark == Mark::Hole(HOLES / 2));
     middle

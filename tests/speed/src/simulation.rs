@@ -1,6 +1,4 @@
-//! The simulation of a million segments: a mill that goes over a board in short straight pieces.
-//!
-//! Comes in: how many segments. Goes out: counts of what was done. Knows no clock.
+//! Simulation of a million segments: milling a whole board in short straight lines.
 
 use crate::machine;
 use annulus_core::chance::Chance;
@@ -14,20 +12,20 @@ use std::sync::Arc;
 
 /// Size of the board, mm.
 const BOARD_MM: [f64; 2] = [100.0, 80.0];
-/// Segments of a row over the board, and of a toolpath.
+/// Segments per row, and per toolpath.
 const ROW_PIECES: usize = 2_000;
 const TOOLPATH_PIECES: usize = 10_000;
-/// So many cells are carved in a frame of the page.
+/// Cells carved per frame of the page.
 const FRAME_CELLS: u64 = 1_200_000;
 
-/// A job that is simulated.
+/// A job to simulate.
 pub struct Simulation {
     program: Program,
     playback: Arc<Playback>,
     carving: Carving,
 }
 
-/// A way of `segments` straight pieces, in rows over the board.
+/// A path of `segments` straight lines, in rows over the board.
 pub fn program(segments: usize) -> Program {
     let rows = segments.div_ceil(ROW_PIECES).max(1);
     let per_row = segments.div_ceil(rows).max(1);
@@ -68,7 +66,7 @@ pub fn program(segments: usize) -> Program {
 }
 
 impl Simulation {
-    /// Of so many segments, played once.
+    /// With this number of segments, played once.
     pub fn new(segments: usize) -> Self {
         let program = program(segments);
         let timeline = motion::timeline(&program, &machine()).expect("the machine is sound");
@@ -80,7 +78,7 @@ impl Simulation {
         Self { program, playback, carving }
     }
 
-    /// The board carved from its beginning to its end: the cells that are cut.
+    /// Carves the whole board; returns the number of cut cells.
     pub fn carved(&self) -> u64 {
         let mut carving = self.carving.clone();
         carving.seek(0.0, u64::MAX);
@@ -91,7 +89,7 @@ impl Simulation {
         tiles.map(|depths| depths.iter().filter(|depth| **depth > 0).count() as u64).sum()
     }
 
-    /// A hundred jumps to any second: the frames that they take together.
+    /// Jumps to a hundred random times; returns the total number of frames needed.
     pub fn jumps(&self) -> u64 {
         let (mut chance, mut carving, mut frames) = (Chance::new(3), self.carving.clone(), 0);
         for _ in 0..100 {
@@ -104,7 +102,8 @@ impl Simulation {
         frames
     }
 
-    /// A hundred frames of a playback, ten seconds of the job each: the cells that changed tiles have.
+    /// A hundred frames of a playback, ten seconds of the job each; returns the number of cells in changed
+    /// tiles.
     pub fn frames(&self) -> u64 {
         let mut carving = self.carving.clone();
         let mut looked = 0;
@@ -116,7 +115,7 @@ impl Simulation {
         looked
     }
 
-    /// What a frame asks of a playback, ten thousand times.
+    /// Queries a playback as a frame does, ten thousand times.
     pub fn moments(&self) -> u64 {
         let mut chance = Chance::new(5);
         let seconds = (0..10_000).map(|_| chance.between(0.0, self.playback.total_s()));
@@ -124,14 +123,14 @@ impl Simulation {
         asked.map(|(now, place)| u64::from(now.leg) + u64::from(place.command)).sum()
     }
 
-    /// A press in the picture: the millisecond that it leads to.
+    /// A press in the picture; returns the time that it leads to, ms.
     pub fn pressed(&self) -> u64 {
         let timeline = self.playback.timeline();
         let found = nearest(&timeline.moves, &timeline.mm_per_step, [40.0, 40.0]);
         found.map_or(0, |(at_s, _)| (at_s * 1e3) as u64)
     }
 
-    /// The lines of the program, each with its second: how many.
+    /// The lines of the program with their times; returns their number.
     pub fn lines(&self) -> u64 {
         let files =
             post::write("grbl", &self.program, &Manner::default()).and_then(Result::ok).unwrap_or_default();

@@ -1,10 +1,9 @@
-//! A slider that moves: one value of the isolation of a small board changed, and all that the page then makes anew.
+//! A moving slider: changes one value of a small board's isolation and recomputes everything that the page
+//! would.
 //!
 //! ```text
-//!   board ─ laid ─▶ scene ─ key ─▶ toolpaths round 60 islands ─ assemble ─ lower ─▶ program
+//!   board ─ laid ─▶ scene ─ key ─▶ toolpaths around 60 islands ─ assemble ─ lower ─▶ program
 //! ```
-//!
-//! Comes in: a depth in µm. Goes out: how many legs the program has. Knows no clock, and nothing of the page.
 
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::PlanOptions;
@@ -16,7 +15,7 @@ use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::units::Length;
 
-/// A board of 60 islands with its job: one groove round all of them.
+/// A board of 60 islands with its job: one groove around each.
 pub struct Slider {
     board: Board,
     work: Work,
@@ -24,17 +23,16 @@ pub struct Slider {
 }
 
 impl Slider {
-    /// The board and its job.
     pub fn new() -> Self {
         let machine = crate::machine();
         let action = OperationKind::Isolate(Isolate { passes: 1, ..Isolate::default() });
-        let usual = Operation::usual("isolate", Face::Top, &machine);
+        let usual = Operation::usual("isolate", Face::Top);
         let operations = usual.into_iter().map(|operation| Operation { action: action.clone(), ..operation });
         let work = Work { bits: usual::usual_bits(), operations: operations.collect(), ..Work::default() };
         Self { board: crate::copper::cells(10, 6), work, machine }
     }
 
-    /// Everything made anew for another depth.
+    /// Recomputes everything for another depth.
     pub fn moved_to(&self, depth_um: u32) -> usize {
         let mut work = self.work.clone();
         for operation in &mut work.operations {
@@ -44,7 +42,7 @@ impl Slider {
         let options = PlanOptions::default();
         let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&self.machine, from, to);
         let means = Means { options: &options, rapid_time: &rapid_time };
-        // As the page does: what is on its cache is found by this.
+        // The page also computes this key, to look up its cache.
         std::hint::black_box(toolpaths::key(&work, 0, &self.machine));
         let part = toolpaths::plan_operation(&scene, &work, 0, &self.machine, &means, &mut |_| true);
         let Ok(part) = part else { return 0 };

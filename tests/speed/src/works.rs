@@ -1,7 +1,5 @@
-//! Works that are timed here and in WebAssembly, so that the two can be compared.
-//!
-//! Comes in: the number of a work. Goes out: its name, and a count of what it made, which is the same everywhere. What
-//! a work starts from is made on its first run and kept. Knows no clock.
+//! Functions timed both natively and in WebAssembly, for comparison. Their input is created at the first run
+//! and cached.
 
 use crate::simulation::Simulation;
 use crate::slider::Slider;
@@ -13,10 +11,9 @@ use annulus_core::proof::{self, ProofOptions};
 use annulus_core::units::Length;
 use std::sync::OnceLock;
 
-/// A work: what it is called, and what it does.
+/// Name and function.
 type Work = (&'static str, fn() -> u64);
 
-/// All works.
 const WORKS: [Work; 13] = [
     ("union, 1,122 outlines", || sizes(&geometry::union(&layer::outlines()))),
     ("isolation, 1 pass", || passes(1)),
@@ -33,15 +30,13 @@ const WORKS: [Work; 13] = [
     ("a million, its lines", || million().lines()),
 ];
 
-/// How many works there are.
 pub const COUNT: usize = WORKS.len();
 
-/// What a work is called.
 pub fn name(work: usize) -> &'static str {
     WORKS.get(work).map_or("", |work| work.0)
 }
 
-/// Does a work; gives a count of what it made.
+/// Runs one; returns a count of its output.
 pub fn run(work: usize) -> u64 {
     WORKS.get(work).map_or(0, |work| work.1())
 }
@@ -50,7 +45,7 @@ fn mm(value: f64) -> Length {
     Length::from_mm(value)
 }
 
-/// How many segments a region has.
+/// The number of segments of a region.
 fn sizes(region: &Region) -> u64 {
     region.paths().map(|path| path.segments.len() as u64).sum()
 }
@@ -60,7 +55,7 @@ fn layer() -> &'static Region {
     LAYER.get_or_init(|| geometry::union(&layer::outlines()))
 }
 
-/// As isolation makes them: every pass from the one before.
+/// Like isolation: each pass from the previous one.
 fn passes(count: usize) -> u64 {
     let more = |pass: &Region| Some(grow(pass, mm(0.1)));
     std::iter::successors(more(layer()), more).take(count).map(|pass| sizes(&pass)).sum()
@@ -77,7 +72,6 @@ fn slide() -> u64 {
     SLIDER.get_or_init(Slider::new).moved_to(90) as u64
 }
 
-/// A million segments.
 fn million() -> &'static Simulation {
     static MILLION: OnceLock<Simulation> = OnceLock::new();
     MILLION.get_or_init(|| Simulation::new(1_000_000))

@@ -1,11 +1,13 @@
-//! What written programs really do to a board, swept dot by dot by a checker that shares nothing with the product but the
-//! design: its own reader of G-code, its own raster (N8 N9 N10 S6).
+//! The real effect of exported programs on a board, dot by dot, by an independent checker with its own G-code
+//! reader and raster. Shares only the design data with the product.
 //!
 //! ```text
-//!   board ─ usual job ─ plan ─ post ─▶ files ─ reader ─ raster ─▶ cut away ─┬─ islands still joined?   told by the proof, or wrong
-//!   design ─────────────────────────────────── raster ─▶ wanted  ──────────┼─ copper lost?            told, or wrong
-//!                                                                          └─ zones, tabs, bites, panels
+//!   board ─ default job ─ plan ─ post ─▶ files ─ reader ─ raster ─▶ cut away ─┬─ islands joined?
+//!   design ──────────────────────────────────────────────── raster ─▶ wanted ─┼─ copper lost?
+//!                                                                             └─ zones, tabs, bites, panels
 //! ```
+//!
+//! The proof must have reported all joined islands and lost copper.
 
 mod raster;
 mod reader;
@@ -23,18 +25,18 @@ use reader::{Read, Tool};
 use side::{Side, cut, design, places, planned_side, sheet};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The side of a dot, mm.
+/// Side of a dot, mm.
 const DOT: f64 = 0.02;
-/// The same where only what is wider than a tool counts.
+/// Side of a dot if only larger features than a tool matter, mm.
 const COARSE: f64 = 0.05;
-/// Beyond the board so much is looked at, mm.
+/// Margin around the board, mm.
 const BEYOND: f64 = 4.0;
 /// Thickness of the copper, mm.
 const COPPER: f64 = 0.035;
-/// Larger boards are left out, mm².
+/// Larger boards are skipped, mm².
 const LARGEST_MM2: f64 = 12_000.0;
 
-/// Where a finding is, mm from the work zero.
+/// Positions of a finding, mm from the work zero.
 fn near(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
     let zero = side.planned.origin;
     let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
@@ -42,7 +44,7 @@ fn near(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
     std::iter::once(finding.at).chain(ends).map(mm).collect()
 }
 
-/// Two dots behind either side of a gap, in the copper that it lies between.
+/// Positions two dots beyond each end of a gap, inside the adjacent copper.
 fn behind(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
     let Some((a, b)) = finding.ends else { return Vec::new() };
     let zero = side.planned.origin;
@@ -53,7 +55,7 @@ fn behind(side: &Side, finding: &Finding) -> Vec<[f64; 2]> {
     vec![[a[0] - by[0], a[1] - by[1]], [b[0] + by[0], b[1] + by[1]]]
 }
 
-/// The net at a place, or next to it.
+/// The net at or next to a position.
 fn net_near(wanted: &Raster, at: [f64; 2]) -> Option<u16> {
     let steps = -4..=4_i32;
     let around = steps.clone().flat_map(|row| steps.clone().map(move |column| (row, column)));
@@ -68,7 +70,7 @@ fn net_near(wanted: &Raster, at: [f64; 2]) -> Option<u16> {
     nets.first().map(|(_, net)| *net)
 }
 
-/// Nets that are told to be joined, put together: for each its group.
+/// Groups of nets that the proof reports as joined: the group of each net.
 fn told_groups(side: &Side, wanted: &Raster) -> BTreeMap<u16, u16> {
     let mut group: BTreeMap<u16, u16> = BTreeMap::new();
     for finding in
@@ -83,7 +85,7 @@ fn told_groups(side: &Side, wanted: &Raster) -> BTreeMap<u16, u16> {
     group
 }
 
-/// What joins islands of different nets, and copper that is gone, of which the proof says nothing.
+/// Joined islands of different nets, and lost copper, that the proof doesn't report.
 fn untold(side: &Side, face: Face) -> Vec<String> {
     let wanted = design(side, face);
     let labels = cut(side, -COPPER, DOT, |_| true).pieces_of_nothing();
@@ -102,7 +104,7 @@ fn untold(side: &Side, face: Face) -> Vec<String> {
             wrong.push(format!("{} nets are joined that nobody tells: {at:?}", groups.len()));
         }
     }
-    // A cone is to leave the copper of the design where it is, within two dots of its edge.
+    // A V-bit must leave the design's copper intact, except within two dots of its edge.
     let mut touched = cut(side, 0.0, DOT, |tool| matches!(tool, Tool::Cone { .. }));
     let told = side.findings.iter().filter(|finding| !matches!(finding.kind, FindingKind::Gap));
     for finding in told {
@@ -124,7 +126,7 @@ fn untold(side: &Side, face: Face) -> Vec<String> {
     wrong
 }
 
-/// The holes that no drill and no mill goes through, of those that nobody says are missing.
+/// Holes without any drilling or milling through them, except those reported as missing.
 fn missing_holes(side: &Side, machine: &Machine) -> Vec<[f64; 2]> {
     let through = cut(side, -machine.process.board_thickness.mm(), COARSE, |_| true);
     let zero = side.planned.origin;
@@ -134,13 +136,13 @@ fn missing_holes(side: &Side, machine: &Machine) -> Vec<[f64; 2]> {
     places.filter(|at| through.dot_at(*at).is_none_or(|dot| through.dots[dot] == 0)).collect()
 }
 
-/// The board of the sample.
+/// The sample board.
 fn sample() -> Board {
     let artwork = read_folder(&root().join("www/examples"));
     from_artwork_with(&artwork, &artwork.default_use(), BoardWanted { copper: true, aligned: true }).0
 }
 
-/// The usual job of a board's first side that has copper, changed.
+/// The default job of the board's first copper side, with a change.
 fn worked(board: &Board, machine: &Machine, change: impl Fn(&mut Work)) -> (Work, Face) {
     let mut work = Work::default_for(board, machine);
     let face = board.copper.first().map_or(Face::Top, |copper| copper.face);
@@ -150,7 +152,7 @@ fn worked(board: &Board, machine: &Machine, change: impl Fn(&mut Work)) -> (Work
 }
 
 #[test]
-fn written_programs_do_what_the_proof_says() {
+fn written_programs_match_the_proof() {
     let machine = virtual_drill();
     let mut boards = vec![("the sample".to_owned(), sample())];
     let wanted = rounds(2, 21) as usize;
@@ -193,7 +195,8 @@ fn written_programs_do_what_the_proof_says() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Puts a cure for every gap that is told into the job: the gentlest, and where there is one already the last; whether there was any.
+/// Adds a fix for every reported gap: the mildest, or the last one if there already is one. True if there was
+/// any gap.
 fn cured(work: &mut Work, side: &Side) -> bool {
     let joined =
         side.findings.iter().filter(|found| matches!(found.kind, FindingKind::Short | FindingKind::Gap));
@@ -220,7 +223,7 @@ fn cured(work: &mut Work, side: &Side) -> bool {
 }
 
 #[test]
-fn cured_programs_do_what_the_proof_says() {
+fn fixed_programs_match_the_proof() {
     let machine = virtual_drill();
     let Some(corpus) = corpus() else { return };
     let boards = ["librepcb/demo-bldc", "horizon/usbkvm", "p-cad/zxinet", "siemens-xpedition/lasmo"];
@@ -253,7 +256,7 @@ fn cured_programs_do_what_the_proof_says() {
     assert!(opened > 0, "cures open something");
 }
 
-/// Folders of the corpus with real boards, the small ones that come first on a push in front.
+/// Folders of corpus boards; the small ones that a push tests are first.
 fn folders(corpus: &std::path::Path) -> Vec<std::path::PathBuf> {
     let first = [corpus.join("easyeda/easytrace-tht")];
     let makers = [
@@ -293,8 +296,8 @@ fn folders(corpus: &std::path::Path) -> Vec<std::path::PathBuf> {
 }
 
 #[test]
-fn the_sweep_finds_a_missing_pass_and_a_cut_too_wide() {
-    // The checker itself: without the isolation all is joined, with a tip twice as wide copper is lost.
+fn raster_check_finds_a_missing_pass_and_a_wide_cut() {
+    // Tests the checker: without isolation everything is joined, with twice the tip width copper is lost.
     let machine = virtual_drill();
     let board = sample();
     let (work, face) = worked(&board, &machine, |_| {});
@@ -308,7 +311,7 @@ fn the_sweep_finds_a_missing_pass_and_a_cut_too_wide() {
 }
 
 #[test]
-fn no_tool_enters_a_zone() {
+fn no_tool_enters_an_exclusion_zone() {
     let machine = virtual_drill();
     let board = sample();
     let all = board.outline.bounds().unwrap();
@@ -325,17 +328,17 @@ fn no_tool_enters_a_zone() {
     let hit = (0..taken.dots.len()).filter(|dot| taken.dots[*dot] != 0 && inside(taken.place(*dot))).count();
     assert_eq!(hit, 0, "dots in the zone");
     assert!(taken.dots.iter().filter(|dot| **dot != 0).count() > 2_000, "something is cut");
-    // Without the zone something is cut there: the zone is not empty by chance.
+    // Without the zone something is cut there, so the test above isn't trivial.
     let (work, _) = worked(&board, &machine, |_| {});
     let free = cut(&planned_side(&board, &work, &machine), 0.0, COARSE, |_| true);
     assert!((0..free.dots.len()).any(|dot| free.dots[dot] != 0 && inside(free.place(dot))));
 }
 
 #[test]
-fn every_copy_of_a_panel_is_cut_alike() {
+fn panel_copies_are_cut_alike() {
     let machine = virtual_drill();
     let board = sample();
-    // The copies are whole dots apart.
+    // Copies must be a whole number of dots apart.
     let all = board.outline.bounds().unwrap();
     let across = (all.max.x - all.min.x).mm();
     let gap = ((across + 3.0) / DOT).ceil() * DOT - across;
@@ -346,7 +349,7 @@ fn every_copy_of_a_panel_is_cut_alike() {
     let side = planned_side(&board, &work, &machine);
     assert_eq!(untold(&side, face), Vec::<String>::new());
     let pitch = (all.max.x - all.min.x + work.setup.panel.gap).mm();
-    // Away from the cut-outs, whose tabs may lie elsewhere.
+    // Ignore the cut-outs, because their tabs can be in other positions.
     let taken = cut(&side, -COPPER, DOT, |tool| !matches!(tool, Tool::Round { drill: false, .. }));
     let (width, height) = ((all.max.x - all.min.x).mm(), (all.max.y - all.min.y).mm());
     let (mut cut_away, mut different) = (0_usize, 0_usize);
@@ -359,11 +362,11 @@ fn every_copy_of_a_panel_is_cut_alike() {
         cut_away += usize::from(taken.dots[dot] != 0);
         different += usize::from(taken.dots[dot] != taken.dots[twin]);
     }
-    // A dot at an edge falls to either side.
+    // Dots at an edge can fall on either side.
     assert!(cut_away > 10_000 && different * 50 < cut_away, "{different} of {cut_away}");
 }
 
-/// Whether the middle of the board and the blank around it hang together once all is cut through.
+/// True if the middle of the board and the surrounding blank are connected after all cuts.
 fn hangs(board: &Board, machine: &Machine, change: impl Fn(&mut CutOut)) -> (bool, Side) {
     let (work, _) = worked(board, machine, |work| {
         for operation in &mut work.operations {
@@ -386,19 +389,19 @@ fn hangs(board: &Board, machine: &Machine, change: impl Fn(&mut CutOut)) -> (boo
         }
     }
     let largest = counts.iter().max_by_key(|(_, count)| **count).map(|(piece, _)| *piece);
-    // The corner of the picture is blank.
+    // The corner of the raster is blank.
     (largest == Some(labels[0]), side)
 }
 
 #[test]
-fn tabs_and_mouse_bites_hold_the_board_and_nothing_else_does() {
+fn only_tabs_or_mouse_bites_hold_the_board() {
     let machine = virtual_drill();
     let board = sample();
     assert!(hangs(&board, &machine, |_| {}).0, "four tabs");
     assert!(!hangs(&board, &machine, |cut_out| cut_out.tabs = 0).0, "no tabs: the board comes loose");
     let (holds, side) = hangs(&board, &machine, |cut_out| cut_out.bites = true);
     assert!(holds, "mouse-bites");
-    // On each of the four tabs there are holes, through the board.
+    // Each of the four tabs has holes through the board.
     let bites = side.files.iter().filter(|file| match file.tool {
         Tool::Round { radius, drill } => drill && (radius - 0.25).abs() < 0.11,
         Tool::Cone { .. } => false,

@@ -1,6 +1,5 @@
-//! A picture of dots, for the sweep alone: what tools take away, what the design wants, what hangs together.
-//!
-//! Comes in: pieces of ways, outlines. Goes out: dots. Lengths in mm.
+//! A raster of dots for the sweep: what tools remove, what the design wants, what is connected. Lengths in
+//! mm.
 
 use super::reader::{Piece, Tool};
 
@@ -9,22 +8,22 @@ use super::reader::{Piece, Tool};
 pub(crate) struct Raster {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// The lower left corner.
+    /// Lower left corner.
     pub(crate) corner: [f64; 2],
-    /// The side of a dot.
+    /// Side of a dot.
     pub(crate) dot: f64,
     pub(crate) dots: Vec<u16>,
 }
 
 impl Raster {
-    /// Nothing, from one corner to the other.
+    /// An empty raster between two corners.
     pub(crate) fn new(low: [f64; 2], high: [f64; 2], dot: f64) -> Self {
         let count = |axis: usize| ((high[axis] - low[axis]) / dot).ceil() as usize;
         let (width, height) = (count(0), count(1));
         Self { width, height, corner: low, dot, dots: vec![0; width * height] }
     }
 
-    /// The dots of a row whose middles lie between two places.
+    /// The dots of a row whose centers are between two positions.
     fn row(&self, low: f64, high: f64) -> std::ops::Range<usize> {
         let first = ((low - self.corner[0]) / self.dot - 0.5).ceil().max(0.0) as usize;
         let last = ((high - self.corner[0]) / self.dot + 0.5).floor().clamp(0.0, self.width as f64) as usize;
@@ -37,7 +36,7 @@ impl Raster {
         first.min(last)..last
     }
 
-    /// The middle of a row.
+    /// Center of a row.
     fn y(&self, row: usize) -> f64 {
         self.corner[1] + (row as f64 + 0.5) * self.dot
     }
@@ -48,7 +47,7 @@ impl Raster {
         self.dots[start + range.start..start + range.end].fill(value);
     }
 
-    /// Everything within `radius` of a line.
+    /// Fills everything within `radius` of a line.
     pub(crate) fn stroke(&mut self, from: [f64; 2], to: [f64; 2], radius: f64, value: u16) {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
         let length = dx.hypot(dy);
@@ -82,10 +81,10 @@ impl Raster {
         }
     }
 
-    /// What `tool` takes away at `height` and above along a piece of its way.
+    /// Fills what `tool` removes at `height` and above along a segment.
     pub(crate) fn sweep(&mut self, tool: Tool, piece: Piece, height: f64) {
         let Piece { from, to } = piece;
-        // A way that changes its height is cut into steps of a dot.
+        // A segment with changing height is divided into steps of one dot.
         let steps = if from[2] == to[2] || from[..2] == to[..2] {
             1.0
         } else {
@@ -101,7 +100,7 @@ impl Raster {
         }
     }
 
-    /// The dots inside an odd number of `outlines`.
+    /// Fills the dots inside an odd number of `outlines`.
     pub(crate) fn area(&mut self, outlines: &[Vec<[f64; 2]>], value: u16) {
         let ys = || outlines.iter().flatten().map(|place| place[1]);
         let (low, high) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
@@ -126,7 +125,7 @@ impl Raster {
         }
     }
 
-    /// Pieces of what is 0, each with a number of its own from 1; where there is something else, 0.
+    /// Labels the connected areas of zeros from 1; other dots get 0.
     pub(crate) fn pieces_of_nothing(&self) -> Vec<u32> {
         let mut labels = vec![0_u32; self.dots.len()];
         let (mut next, mut waiting) = (0, Vec::new());
@@ -156,7 +155,7 @@ impl Raster {
         labels
     }
 
-    /// Without the dots that have another beside them that differs, so often.
+    /// Removes dots next to a different one, this many times.
     pub(crate) fn eroded(&self, times: usize) -> Self {
         let mut now = self.clone();
         for _ in 0..times {
@@ -178,12 +177,12 @@ impl Raster {
         now
     }
 
-    /// The middle of a dot.
+    /// Center of a dot.
     pub(crate) fn place(&self, dot: usize) -> [f64; 2] {
         [self.corner[0] + ((dot % self.width) as f64 + 0.5) * self.dot, self.y(dot / self.width)]
     }
 
-    /// The dot at a place, if it is in the picture.
+    /// The dot at a position; none outside the raster.
     pub(crate) fn dot_at(&self, at: [f64; 2]) -> Option<usize> {
         let [x, y] = [0, 1].map(|axis| ((at[axis] - self.corner[axis]) / self.dot).floor());
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;

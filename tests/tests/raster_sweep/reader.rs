@@ -1,14 +1,12 @@
-//! A reader of written programs, for the sweep alone: G0 to G3 as GRBL runs them, the tool from the head of the file.
-//!
-//! Comes in: the text of a file for one tool. Goes out: the tool and its way in straight pieces, mm from the work zero. Does not
-//! know how the file came about.
+//! A reader of exported programs for the sweep: G0 to G3 as GRBL executes them; the tool is from the file's
+//! header.
 
-/// A tool, by what the head of the file calls it.
+/// A tool, from its name in the header.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Tool {
-    /// A drill or an end mill, by its radius.
+    /// A drill or an end mill.
     Round { radius: f64, drill: bool },
-    /// A cone: radius of its tip, and how much wider it gets for every mm.
+    /// A V-bit: radius of its tip, and growth of the radius per mm of height.
     Cone { tip: f64, slope: f64 },
 }
 
@@ -28,7 +26,7 @@ impl Tool {
         Ok(Self::Cone { tip: number(tip)? / 2.0, slope: half.sin() / half.cos() })
     }
 
-    /// Its radius so far above its tip.
+    /// Its radius at a height above its tip.
     pub(crate) fn radius_at(self, above: f64) -> f64 {
         match self {
             Self::Round { radius, .. } => radius,
@@ -37,25 +35,26 @@ impl Tool {
     }
 }
 
-/// A straight piece of the tip's way.
+/// A straight segment of the tip's path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     pub(crate) from: [f64; 3],
     pub(crate) to: [f64; 3],
 }
 
-/// A file as read.
+/// The content of a file.
 #[derive(Debug)]
 pub(crate) struct Read {
     pub(crate) tool: Tool,
-    /// What goes below the surface.
+    /// Segments below the surface.
     pub(crate) pieces: Vec<Piece>,
 }
 
-/// How far chords may be from their arc, in mm.
+/// Maximum distance of a chord from its arc, mm.
 const SAGITTA: f64 = 0.001;
 
-/// Reads a file. What a controller would not understand, and a rapid move along the board with the tip in it, is an error.
+/// Reads a file. Fails on anything that a controller would reject, and on a rapid in XY with the tip in the
+/// board.
 pub(crate) fn read(text: &str) -> Result<Read, String> {
     let (mut tool, mut pieces) = (None, Vec::new());
     let (mut at, mut motion) = ([0.0, 0.0, 100.0], 0);
@@ -105,7 +104,7 @@ pub(crate) fn read(text: &str) -> Result<Read, String> {
     Ok(Read { tool: tool.ok_or("no tool")?, pieces })
 }
 
-/// The ends of the chords of an arc.
+/// Ends of an arc's chords.
 fn arc(from: [f64; 3], to: [f64; 3], offset: [f64; 2], ccw: bool) -> Vec<[f64; 3]> {
     let centre = [from[0] + offset[0], from[1] + offset[1]];
     let radius = offset[0].hypot(offset[1]);

@@ -1,6 +1,4 @@
-//! One side of a board: planned, written and read again, and its pictures of dots.
-//!
-//! Comes in: a board, a job. Goes out: what is wanted and what the files cut, mm from the work zero. Judges nothing.
+//! One side of a board: plans, exports and reads it again, and makes its rasters. Contains no checks.
 
 use super::raster::Raster;
 use super::reader::{self, Read, Tool};
@@ -16,7 +14,7 @@ use annulus_core::post::{self, Manner};
 use annulus_core::proof::{self, Finding};
 use std::collections::BTreeMap;
 
-/// One side of a board: what is wanted, and the files that were written.
+/// A planned side of a board, and its exported files.
 pub(super) struct Side {
     pub(super) planned: Planned,
     pub(super) files: Vec<Read>,
@@ -45,7 +43,7 @@ pub(super) fn planned_side(board: &Board, work: &Work, machine: &Machine) -> Sid
     Side { planned, files, findings }
 }
 
-/// The places of a path, its arcs in chords, mm from the work zero.
+/// The points of a path with arcs as chords, mm from the work zero.
 pub(super) fn places(path: &Path, zero: Point) -> Vec<[f64; 2]> {
     let mm = |at: Point| [(at.x - zero.x).mm(), (at.y - zero.y).mm()];
     let (mut from, mut out) = (mm(path.start), vec![mm(path.start)]);
@@ -73,7 +71,7 @@ pub(super) fn places(path: &Path, zero: Point) -> Vec<[f64; 2]> {
     out
 }
 
-/// A picture that holds the board as it lies.
+/// A raster that contains the board as placed on the machine.
 pub(super) fn sheet(side: &Side, dot: f64) -> Raster {
     let zero = side.planned.origin;
     let board = &side.planned.board;
@@ -84,7 +82,7 @@ pub(super) fn sheet(side: &Side, dot: f64) -> Raster {
     Raster::new(mm(all.min, -BEYOND), mm(all.max, BEYOND), dot)
 }
 
-/// The islands of the copper, each with the number of its net from 1.
+/// The copper islands, each with its net number from 1.
 pub(super) fn design(side: &Side, face: Face) -> Raster {
     let mut out = sheet(side, DOT);
     let Some(copper) = side.planned.board.copper.iter().find(|copper| copper.face == face) else {
@@ -101,7 +99,7 @@ pub(super) fn design(side: &Side, face: Face) -> Raster {
     out
 }
 
-/// What all files take away at `height` and above.
+/// Everything that the files remove at `height` and above.
 pub(super) fn cut(side: &Side, height: f64, dot: f64, of: impl Fn(Tool) -> bool) -> Raster {
     let mut out = sheet(side, dot);
     for file in side.files.iter().filter(|file| of(file.tool)) {

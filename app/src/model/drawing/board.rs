@@ -1,12 +1,9 @@
-//! The drawing and the open board: files that are drawn over, the board that is made of a drawing, files made of it.
+//! The drawing and the open board: files that are drawn over, and the board made from a drawing.
 //!
 //! ```text
-//! open files ─ worker ─▶ what they draw ─▶ can be caught in the editor
-//! drawing ─ as a file beside them ─▶ read like files that were dropped ─▶ CAM, proof, simulation
+//! open files ─ worker ─▶ their objects ─▶ selectable in the editor
+//! drawing ─ added to the files ─▶ read like opened files ─▶ CAM, proof, simulation
 //! ```
-//!
-//! Comes in: the open document, as it changes; wishes. Goes out: requests, files to save. Does not know how a drawing is read:
-//! the worker writes it as Gerber and Excellon and reads these.
 
 use super::lying::{lies_over, over_files, plain};
 use super::{Draw, Editor, kept, saving};
@@ -22,49 +19,49 @@ use annulus_core::board::drawing::{self, History, Layer};
 use annulus_core::project::saved::SaidOfFiles;
 use std::sync::{Arc, Weak};
 
-/// A board that is being made of the drawing.
+/// A board that is being made from the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Using {
-    /// Of this state of it.
+    /// Change of the drawing that is used.
     changes: u32,
-    /// Shown on this screen.
+    /// Screen to show the board on.
     tab: Tab,
 }
 
-/// How the drawing goes with files and boards.
+/// Relation of the drawing to the open files and board.
 #[derive(Clone, Debug, Default)]
 pub(super) struct WithBoard {
     /// The open files are drawn over.
     pub over: bool,
-    /// The document seen last.
+    /// The document at the last update.
     seen: Option<Arc<Document>>,
-    /// What its files draw is asked for, by this request.
+    /// The request for the objects of the files.
     tracing: Option<u32>,
-    /// What the files of the document draw is in the editor.
+    /// The editor has the objects of the document's files.
     traced: bool,
-    /// A board is being made.
+    /// A board is being made from the drawing.
     using: Option<Using>,
-    /// The state of the drawing that the open board was made of.
+    /// Change of the drawing that the open board was made from.
     pub(super) used: Option<u32>,
-    /// The board that one made of a drawing took the place of last.
+    /// The board that was replaced by one made from a drawing.
     replaced: Weak<Document>,
-    /// The screen seen last.
+    /// The screen at the last update.
     tab: Tab,
 }
 
-/// The drawing among the files of a document.
+/// The drawing among a document's files: name and text.
 fn drawn(document: &Document) -> Option<(&str, &str)> {
     let found = document.files.iter().find(|(_, bytes)| drawing::is_one(bytes))?;
     Some((found.0.as_str(), std::str::from_utf8(&found.1).ok()?))
 }
 
 impl Draw {
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub fn waits_for(&self, number: u32) -> bool {
         [self.with_board.tracing, self.saving].contains(&Some(number))
     }
 
-    /// The open document as it was seen last.
+    /// The document at the last update.
     pub(super) fn document(&self) -> Option<Arc<Document>> {
         self.with_board.seen.clone()
     }
@@ -75,34 +72,34 @@ impl Draw {
         (self.with_board.over && files, files)
     }
 
-    /// Whether it speaks of what files draw, and none are open.
+    /// True if the drawing refers to files and none are open.
     pub fn is_of_files_elsewhere(&self) -> bool {
         self.shown.of_files && !self.over().1
     }
 
-    /// Whether a board is being made of it.
+    /// True while a board is being made from the drawing.
     pub(in crate::model) fn is_making(&self) -> bool {
         self.with_board.using.is_some()
     }
 
-    /// Whether the open board is not made of the drawing as it is.
+    /// True if the open board was not made from the drawing's latest state.
     pub fn is_ahead(&self) -> bool {
         let drawn = !self.editor.drawing().is_empty() || self.with_board.used.is_some();
         drawn && self.with_board.used != Some(self.editor.changes())
     }
 
-    /// Whether the open board was made of it, or it lies over its files.
+    /// True if the open board was made from the drawing, or its files are drawn over.
     pub(super) fn is_of_board(&self) -> bool {
         self.with_board.used.is_some() || self.over().0
     }
 
-    /// It as a file.
+    /// The drawing as a file.
     pub(super) fn file(&self) -> (String, Vec<u8>) {
         let name = format!("{}.drawing.json", drawing::stem(self.editor.drawing().name()));
         (name, drawing::write(self.editor.history()).into_bytes())
     }
 
-    /// The files of the open board `document`, with the drawing as it is now where it is that of the board.
+    /// The files of the open board, with the drawing's latest state if it belongs to that board.
     pub(in crate::model) fn files_of(&self, document: &Document) -> Vec<(String, Vec<u8>)> {
         if !self.is_of_board() || !self.is_ahead() {
             return document.files.clone();
@@ -110,7 +107,7 @@ impl Draw {
         plain(document).cloned().chain([self.file()]).collect()
     }
 
-    /// Nothing of files is in the editor.
+    /// Removes the objects of files from the editor.
     pub(super) fn forget_files(&mut self) {
         self.with_board.traced = false;
         self.with_board.tracing = None;
@@ -124,14 +121,14 @@ impl Draw {
         }
         let changes = self.editor.changes();
         self.editor = self.editor.with(self.editor.history().clone(), imported);
-        // The drawing is the same one.
+        // The editor counts this as a change, but the drawing itself is unchanged.
         if self.with_board.used == Some(changes) {
             self.with_board.used = Some(self.editor.changes());
         }
     }
 }
 
-/// Follows the open document and the screen.
+/// Follows changes of the open document and of the screen.
 pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     let mut effects = Vec::new();
     let now = model.board.document.clone();
@@ -144,7 +141,7 @@ pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
         model.draw.editor.locked = locked;
     }
     if !matches!(model.on_the_way, OnTheWay::Reading { .. }) {
-        // It could not be read, or was called off.
+        // Reading failed or was cancelled.
         model.draw.with_board.using = None;
     }
     let (before, tab) = (std::mem::replace(&mut model.draw.with_board.tab, model.frame.tab), model.frame.tab);
@@ -159,7 +156,7 @@ pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// What is locked in the layers panel, as the editor knows it.
+/// The layers that are locked in the layers panel, as the editor's layers.
 fn locked(looks: &[LayerLook]) -> Locked {
     let mut locked = Locked::default();
     for look in looks.iter().filter(|look| look.locked) {
@@ -190,7 +187,7 @@ fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> 
         return Vec::new();
     }
     if Weak::as_ptr(&draw.with_board.replaced) == Arc::as_ptr(&now) {
-        // Back from the board that was made of the drawing, which stays under work.
+        // The user went back from the board made from this drawing; the drawing stays open.
         draw.forget_files();
         draw.with_board.used = None;
         return Vec::new();
@@ -204,21 +201,21 @@ fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> 
     }
     draw.forget_files();
     if found.is_none() && is_first && lies_over(draw.editor.drawing(), &now) {
-        // Its files are back, after a reload.
+        // After a reload, the files that the drawing refers to are open again.
         draw.with_board.over = true;
         return Vec::new();
     }
     if same { Vec::new() } else { other_files(model, &now, found, is_own) }
 }
 
-/// Other files are open: the drawing among them is under work now, or they are drawn over from the start. What was drawn
-/// before stays in the store. The drawing under work `is_own` where it goes on from the one that was `found`.
+/// Other files are open: opens the drawing among them, or starts one over them. The drawing before stays in
+/// the store. `is_own`: the open drawing continues the one that was `found`.
 fn other_files(model: &mut Model, now: &Document, found: Option<History>, is_own: bool) -> Vec<Effect> {
     let draw = &mut model.draw;
     let empty = draw.editor.drawing().is_empty();
     let has_files = plain(now).next().is_some();
     match found {
-        // After a reload the drawing of this tab may be ahead of the one that the project was kept with.
+        // After a reload this tab's drawing may be ahead of the one saved with the project.
         Some(history) if !empty && is_own => {
             draw.with_board.over = has_files;
             let (now, changes) = (draw.editor.drawing(), draw.editor.changes());
@@ -247,8 +244,8 @@ fn other_files(model: &mut Model, now: &Document, found: Option<History>, is_own
     }
 }
 
-/// The person leaves the editor for the board: it is made of the drawing, unless it is another one's, or the drawing speaks of files
-/// that are not open: it is no board by itself.
+/// The user leaves the editor for a board screen: makes the board from the drawing. Not if the open board
+/// isn't made from it, or if it refers to files that are not open, because then it is incomplete.
 fn left(model: &mut Model, tab: Tab) -> Vec<Effect> {
     let draw = &model.draw;
     let own = draw.is_of_board() || model.board.document.is_none();
@@ -258,7 +255,7 @@ fn left(model: &mut Model, tab: Tab) -> Vec<Effect> {
     make(model, tab)
 }
 
-/// What the open files draw is asked for, once it is wanted.
+/// Requests the objects of the open files, once.
 fn trace(model: &mut Model) -> Vec<Effect> {
     let draw = &model.draw;
     let Some(document) = draw.with_board.seen.clone().filter(|_| draw.over().0) else { return Vec::new() };
@@ -277,7 +274,7 @@ fn trace(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// What the files draw is known, or what was to be saved is written.
+/// The objects of the files are known, or an export is written.
 pub(in crate::model) fn answered(
     model: &mut Model,
     number: u32,
@@ -298,7 +295,7 @@ pub(in crate::model) fn answered(
     Vec::new()
 }
 
-/// The open files are drawn over, or are not.
+/// Turns drawing over the open files on or off.
 pub(super) fn over(model: &mut Model, on: bool) -> Vec<Effect> {
     model.draw.with_board.over = on;
     if !on {
@@ -307,7 +304,7 @@ pub(super) fn over(model: &mut Model, on: bool) -> Vec<Effect> {
     Vec::new()
 }
 
-/// The board is made of the drawing, and of the files under it.
+/// Makes the board from the drawing and from the files under it.
 pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
     let draw = &mut model.draw;
     let editor: &Editor = &draw.editor;

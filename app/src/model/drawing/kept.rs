@@ -1,12 +1,10 @@
-//! The drawing kept in this browser with all its edits, so that a reload loses nothing (S2).
+//! Saves the drawing in this browser with its whole history, so that a reload loses nothing.
 //!
 //! ```text
-//! an edit ─ half a second later ─▶ the store, at the place of this tab ─ reload ─▶ opened by itself
-//!         ─ the page is left ────▶ what takes no time
-//!                                  places of other tabs and of earlier drawings ──▶ on offer
+//! an edit ─ half a second later ─▶ store, in this tab's slot ─ reload ─▶ reopened
+//!         ─ the page closes ─────▶ synchronous storage
+//!                                  slots of other tabs and of earlier drawings ──▶ offered
 //! ```
-//!
-//! Comes in: the drawing, as it changes; what the store says. Goes out: what to write and to take. Does not know the store.
 
 use super::lying;
 use crate::model::{DrawEvent, Effect, Event, Model, ToastAct, frame};
@@ -14,66 +12,63 @@ use crate::said::{Text, key};
 use annulus_core::board::drawing::{self, History};
 use std::collections::BTreeSet;
 
-/// An edit is so old when it is kept, in ms; those that are made meanwhile are kept with it.
+/// Delay from an edit to saving it, in ms; later edits are saved with it.
 const REST_MS: u32 = 500;
-/// How many drawings are kept at most; a further one takes the place of the one that was touched longest ago.
+/// How many drawings are saved at most. One more replaces the one used longest ago.
 pub const PLACES: u32 = 8;
 
-/// A drawing that is kept.
+/// A saved drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Earlier {
-    /// Where.
     pub place: u32,
-    /// Its name.
     pub name: String,
-    /// When it was kept last, in ms since 1970.
+    /// When it was saved last, ms since 1970.
     pub at_ms: f64,
-    /// Another tab has it.
+    /// Open in another tab.
     pub elsewhere: bool,
 }
 
-/// How the drawing goes with the store.
+/// The drawing's state in the store.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Kept {
-    /// What was looked for.
+    /// The store was listed.
     looked: bool,
-    /// Counts the drawings that were under work.
+    /// Counts the drawings of this visit.
     drawing: u32,
-    /// Where this one is kept.
+    /// Storage slot.
     place: Option<u32>,
-    /// The change of it that is in the store, or on its way there.
+    /// The latest change that is saved or being saved.
     change: u32,
-    /// The change that was seen last.
+    /// The latest change that [`follow`] has seen.
     seen: u32,
-    /// An edit becomes so old that it is kept.
+    /// The delay before saving an edit is running.
     waiting: bool,
-    /// The store writes it.
     writing: bool,
-    /// The store could not keep it.
+    /// The last write failed.
     pub failed: bool,
-    /// Those that the person wants forgotten, as long as that can be taken back.
+    /// Slots that the user discarded and can still undo.
     leaving: BTreeSet<u32>,
-    /// Other drawings, the latest first.
+    /// Other saved drawings, the latest first.
     pub earlier: Vec<Earlier>,
-    /// The drawing under work came with the open project.
+    /// The drawing came with the open project.
     pub came: bool,
-    /// The kept drawing that may go on from it is looked at.
+    /// Slot being read because its drawing may continue this one.
     asked: Option<u32>,
-    /// The one that was under work before.
+    /// The drawing that was open before.
     before: Option<Before>,
 }
 
-/// A drawing that was put aside, and how it was under work.
+/// A drawing that was closed, and its state then.
 #[derive(Clone, Debug)]
 struct Before {
-    /// Which, by the count of drawings.
+    /// Number of the drawing in this visit.
     of: u32,
     history: History,
     place: Option<u32>,
     with_board: lying::Lying,
 }
 
-/// Looks once for what was kept.
+/// Lists the saved drawings once.
 pub(super) fn look(model: &mut Model) -> Vec<Effect> {
     if std::mem::replace(&mut model.draw.kept.looked, true) {
         return Vec::new();
@@ -81,7 +76,7 @@ pub(super) fn look(model: &mut Model) -> Vec<Effect> {
     vec![Effect::LookForDrawings { own: true }]
 }
 
-/// Waits for a rest where the drawing is another one.
+/// Starts the save delay if the drawing changed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let change = model.draw.editor.changes();
     let kept = &mut model.draw.kept;
@@ -93,18 +88,18 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Wake { after_ms: REST_MS, event: Box::new(event) }]
 }
 
-/// An edit is half a second old.
+/// The save delay is over.
 pub(super) fn rested(model: &mut Model) -> Vec<Effect> {
     model.draw.kept.waiting = false;
     keep_soon(model)
 }
 
-/// The page is looked at again: there may be room by now.
+/// The page is visible again. A failed save is tried again: the user may have freed storage.
 pub(in crate::model) fn looked(model: &mut Model) -> Vec<Effect> {
     if model.draw.kept.failed { keep_soon(model) } else { Vec::new() }
 }
 
-/// The page is left, or hidden: what is not in the store yet is put where that takes no time.
+/// The page is closing or hidden: leaves an unsaved drawing where writing takes no time.
 pub(in crate::model) fn left(model: &mut Model) -> Vec<Effect> {
     let (draw, at_ms) = (&model.draw, model.clock.wall_ms);
     let is_unwritten = draw.kept.writing || draw.kept.change != draw.editor.changes();
@@ -116,18 +111,18 @@ pub(in crate::model) fn left(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Keeps the drawing, after what the store is at.
+/// Saves the drawing, after the write that is running.
 fn keep_soon(model: &mut Model) -> Vec<Effect> {
     if model.draw.kept.writing { Vec::new() } else { keep(model) }
 }
 
-/// Whether nothing was ever drawn in it.
+/// True if the drawing is empty, has no history and is not saved.
 fn untouched(model: &Model) -> bool {
     let history = model.draw.editor.history();
     history.now().is_empty() && history.depth() == (0, 0) && model.draw.kept.place.is_none()
 }
 
-/// Keeps the drawing as it is, where it is not kept so.
+/// Saves the drawing if it changed since the last save.
 fn keep(model: &mut Model) -> Vec<Effect> {
     let change = model.draw.editor.changes();
     if model.draw.kept.change == change || untouched(model) {
@@ -141,7 +136,7 @@ fn keep(model: &mut Model) -> Vec<Effect> {
     vec![Effect::KeepDrawing { of, place, name, text, at_ms }]
 }
 
-/// The store has written a drawing, or could not.
+/// The store saved a drawing, or failed.
 pub(super) fn written(model: &mut Model, of: u32, place: Option<u32>) -> Vec<Effect> {
     let kept = &mut model.draw.kept;
     if of != kept.drawing {
@@ -163,7 +158,7 @@ pub(super) fn written(model: &mut Model, of: u32, place: Option<u32>) -> Vec<Eff
     effects
 }
 
-/// What was in the store: the drawing of this tab is opened, unless one is under work already.
+/// The store's contents: opens this tab's drawing, unless another one is open already.
 pub(super) fn found(
     model: &mut Model,
     own: Option<(Option<u32>, String)>,
@@ -180,8 +175,8 @@ pub(super) fn found(
     }
 }
 
-/// The open project was made of the drawing under work as it is: the latest that is kept by its name may go on from it, where the
-/// page was lost before the project was made anew.
+/// The open project's drawing is unchanged. If the page was lost before the project was saved again, the
+/// latest saved drawing of that name may continue it: read that one.
 fn ask_for_later(model: &mut Model) -> Vec<Effect> {
     let draw = &mut model.draw;
     if !std::mem::take(&mut draw.kept.came) || draw.with_board.used != Some(draw.editor.changes()) {
@@ -193,7 +188,7 @@ fn ask_for_later(model: &mut Model) -> Vec<Effect> {
     draw.kept.asked.map(|place| Effect::TakeDrawing { place }).into_iter().collect()
 }
 
-/// What is kept there is under work now, and that is said, where it goes on from the drawing under work.
+/// Opens a saved drawing if its history continues that of the open one.
 fn later(model: &mut Model, place: Option<u32>, text: Option<String>) -> Vec<Effect> {
     let Some(Ok(history)) = text.map(|text| drawing::read("drawing.json", &text)) else { return Vec::new() };
     let now = model.draw.editor.history();
@@ -207,7 +202,7 @@ fn later(model: &mut Model, place: Option<u32>, text: Option<String>) -> Vec<Eff
     effects
 }
 
-/// The text of a drawing is there: it is under work now, and the one before is put aside.
+/// A drawing was read: opens it and puts the current one aside.
 pub(super) fn opened(
     model: &mut Model,
     place: Option<u32>,
@@ -236,7 +231,7 @@ pub(super) fn opened(
     effects
 }
 
-/// A drawing is to be forgotten: it is not on offer any more, and can be taken back for a while.
+/// Discards a saved drawing; it is deleted only when the time to undo is over.
 pub(super) fn forgotten(model: &mut Model, place: u32) -> Vec<Effect> {
     let kept = &mut model.draw.kept;
     kept.earlier.retain(|one| one.place != place);
@@ -247,13 +242,13 @@ pub(super) fn forgotten(model: &mut Model, place: u32) -> Vec<Effect> {
     vec![said, Effect::Wake { after_ms: frame::TOAST_MS, event }]
 }
 
-/// It is forgotten, unless it was taken back.
+/// The time to undo is over: deletes the drawing unless it was undone or reopened.
 pub(super) fn dropped(model: &mut Model, place: u32) -> Vec<Effect> {
     let is_meant = model.draw.kept.leaving.remove(&place) && model.draw.kept.place != Some(place);
     if is_meant { vec![Effect::DropDrawing { place }] } else { Vec::new() }
 }
 
-/// All that no tab has under work is forgotten, and cannot be taken back.
+/// Deletes all drawings that no tab has open, without undo.
 pub(in crate::model) fn drop_all(model: &mut Model) -> Vec<Effect> {
     let kept = &mut model.draw.kept;
     let (stay, go): (Vec<Earlier>, Vec<Earlier>) =
@@ -262,18 +257,17 @@ pub(in crate::model) fn drop_all(model: &mut Model) -> Vec<Effect> {
     go.into_iter().map(|one| Effect::DropDrawing { place: one.place }).collect()
 }
 
-/// What is kept is to be listed.
+/// Lists the saved drawings.
 pub(in crate::model) fn listed(model: &mut Model) -> Vec<Effect> {
     if model.draw.kept.looked { vec![Effect::LookForDrawings { own: false }] } else { look(model) }
 }
 
-/// It stays.
 pub(in crate::model) fn taken_back(model: &mut Model, place: u32) -> Vec<Effect> {
     model.draw.kept.leaving.remove(&place);
     vec![Effect::LookForDrawings { own: false }]
 }
 
-/// Another drawing comes, or a new one: the one before is put aside, and offered where something was drawn.
+/// Puts the drawing aside for another one, and offers to go back if it has content.
 pub(super) fn make_room(model: &mut Model) -> Vec<Effect> {
     let offered = !untouched(model);
     let mut effects = put_aside(model);
@@ -287,7 +281,7 @@ fn offer_back(model: &mut Model) -> Effect {
     frame::toast(model, Text::of(key!("page.draw.put_aside")), Some(ToastAct::DrawnBefore))
 }
 
-/// Back to the drawing that was under work before this one.
+/// Reopens the drawing that was open before this one.
 pub(super) fn back(model: &mut Model) -> Vec<Effect> {
     let Some(Before { history, place, with_board, .. }) = model.draw.kept.before.take() else {
         return Vec::new();
@@ -298,7 +292,7 @@ pub(super) fn back(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// A drawing is under work, from its place in the store where it has one.
+/// Opens a drawing, with its storage slot if it has one.
 fn put_on(model: &mut Model, history: History, place: Option<u32>) -> Option<Effect> {
     let draw = &mut model.draw;
     draw.open(history);
@@ -309,7 +303,7 @@ fn put_on(model: &mut Model, history: History, place: Option<u32>) -> Option<Eff
     Some(Effect::OwnDrawing { place })
 }
 
-/// The drawing is kept as it is; what comes in its place is empty and gets a place of its own.
+/// Saves the drawing and opens an empty one, which gets its own slot.
 pub(super) fn put_aside(model: &mut Model) -> Vec<Effect> {
     let with_board = lying::lying(&model.draw);
     model.draw.with_board.used = None;
@@ -322,6 +316,7 @@ pub(super) fn put_aside(model: &mut Model) -> Vec<Effect> {
     model.draw.kept.before = Some(Before { of, history, place, with_board });
     let mut effects = keep(model);
     effects.push(Effect::OwnDrawing { place: None });
+    // Nothing had to be written, so no write will update the list of saved drawings.
     if effects.len() == 1 {
         effects.push(Effect::LookForDrawings { own: false });
     }

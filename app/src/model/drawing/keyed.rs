@@ -1,6 +1,4 @@
-//! What a key does to the drawing.
-//!
-//! Comes in: keys as plain data. Goes out: the next drawing. Does not know which key it was.
+//! Applies keys to the drawing.
 
 use super::Draw;
 use crate::drawing::keys::StepSize;
@@ -9,7 +7,7 @@ use annulus_core::board::drawing::Layer;
 use annulus_core::board::drawing::PadShape;
 use annulus_core::units::Length;
 
-/// A key as it is meant by who sees the board from below: to the right is where X falls.
+/// In the view from below, right is towards smaller X.
 pub(super) fn as_seen(key: DrawKey, mirrored: bool) -> DrawKey {
     match key {
         DrawKey::Step { x, y, size } if mirrored => DrawKey::Step { x: -x, y, size },
@@ -17,7 +15,7 @@ pub(super) fn as_seen(key: DrawKey, mirrored: bool) -> DrawKey {
     }
 }
 
-/// Takes a key in; `group` is the name of a group that it makes.
+/// Handles a key; `group` is the name for a new group.
 pub(super) fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
     let editor = &mut draw.editor;
     match key {
@@ -41,12 +39,12 @@ pub(super) fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
         DrawKey::Act(act) => editor.act(act),
         DrawKey::Group => editor.group(group),
         DrawKey::Side { upper } => editor.pen.draw_on(if upper { Layer::Top } else { Layer::Bottom }),
-        // These only move the focus: the screen does it.
+        // These only move the focus, which is up to the screen.
         DrawKey::Numbers | DrawKey::Rename | DrawKey::Type { .. } => {}
     }
 }
 
-/// What is under the cross-hair is chosen.
+/// Selects the object under the crosshair.
 fn choose_at_aim(editor: &mut Editor) {
     let reach = Length::from_nm(editor.grid.step.nm() / 2);
     if let Some(hit) = editor.hit(editor.aim.at(), reach, false) {
@@ -55,7 +53,6 @@ fn choose_at_aim(editor: &mut Editor) {
     }
 }
 
-/// The distance of the grid by the size of a step.
 fn step_of(draw: &Draw, size: StepSize) -> Length {
     let step = draw.editor.grid.step;
     match size {

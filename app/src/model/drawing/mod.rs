@@ -1,13 +1,11 @@
-//! The board editor: what happens to it, and what is shown of it.
+//! The board editor: its events, and what is shown of the drawing.
 //!
 //! ```text
-//! pointer, keys, fields ─▶ Editor ─▶ Shown: sheet, marks, tree, fields      each the same handle while it is the same
+//! pointer, keys, fields ─▶ Editor ─▶ Shown: sheet, marks, tree, fields    unchanged parts keep their handle
 //!                            │
-//!                            ├─ rests ─▶ the store of the browser          (kept)
-//!                            └─ Use ───▶ read like files that were dropped (board)
+//!                            ├─ after a delay ─▶ the browser's store             (kept)
+//!                            └─ Use ───────────▶ read like files that were opened (board)
 //! ```
-//!
-//! Comes in: events. Goes out: the next drawing, effects. Does not know screens.
 
 mod board;
 pub(super) mod kept;
@@ -36,233 +34,195 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// How far beside a thing a pointer still means it, in CSS pixels.
+/// Distance within which a pointer hits an object, in CSS pixels.
 const REACH_PX: f64 = 8.0;
 
-/// Which of the smallest figures.
+/// Which of the smallest dimensions to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Least {
-    /// The smallest gap.
     Gap,
-    /// The narrowest track.
     Track,
-    /// The narrowest ring.
     Ring,
-    /// The smallest hole.
     Hole,
 }
 
-/// What is shown of the drawing.
+/// The displayed parts of the drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
-    /// What is drawn.
     pub sheet: Arc<DrawnPieces>,
-    /// The closed lines of the edge of the open files, which are drawn over, in mm.
+    /// The outline of the open files that are drawn over, in mm.
     pub under: Arc<Vec<Vec<[f32; 2]>>>,
-    /// What is chosen, as it lies over that.
+    /// The highlighted selection.
     pub chosen: Arc<Chosen>,
-    /// What follows the pointer.
+    /// Marks that follow the pointer.
     pub marks: Arc<Marks>,
-    /// The tree.
     pub tree: Arc<Vec<TreeRow>>,
-    /// The fields of what is chosen.
+    /// The fields of the selection.
     pub fields: Arc<Vec<FieldRow>>,
-    /// It speaks of what files draw.
+    /// The drawing refers to objects of files.
     pub of_files: bool,
-    /// Of which drawing, which choice and which open groups that is.
+    /// The change, selection and open groups that this was computed for.
     of: (u32, BTreeSet<Catch>, BTreeSet<Id>),
 }
 
-/// The board editor.
 #[derive(Clone, Debug, Default)]
 pub struct Draw {
-    /// The drawing under work.
     pub editor: Editor,
-    /// What is shown of it.
     pub shown: Shown,
-    /// The place to be looked at, none for all of it; and how often one was.
+    /// Position to show, `None` to fit everything; the count of requests.
     pub look: (u32, Option<[f64; 2]>),
-    /// How it goes with files and boards.
+    /// Relation to the open files and board.
     with_board: board::WithBoard,
-    /// What lies over files is being written to be saved, by this request.
+    /// The request that writes the drawing over files for an export.
     saving: Option<u32>,
-    /// How it goes with the store.
+    /// State in the store.
     kept: kept::Kept,
 }
 
-/// What happens to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DrawEvent {
-    /// A pointer over the picture.
+    /// A pointer event in the view.
     Point {
-        /// What it does.
         touch: Touch,
-        /// Where, in mm.
         at_mm: [f64; 2],
-        /// Shift is held.
         shift: bool,
-        /// Control is held.
         ctrl: bool,
     },
-    /// A key.
     Key {
-        /// What it asks for.
         key: DrawKey,
     },
-    /// What is being done is left; else nothing is chosen any more; else the tool is put down.
+    /// Cancels the current action; else clears the selection; else puts the tool away.
     Escape,
-    /// Another tool.
     Take {
-        /// Which.
         tool: Tool,
     },
-    /// The next thing is drawn otherwise.
+    /// Changes how the next object is drawn.
     Pen {
-        /// So.
         pen: Pen,
     },
-    /// One size of the pen was typed.
+    /// A size of the pen was typed.
     PenSize {
-        /// Of tracks, pads or holes.
+        /// Width of tracks, size of pads or diameter of holes.
         field: Field,
-        /// As typed.
         text: String,
     },
-    /// Another grid.
     Grid {
-        /// Distance of its lines, as typed.
+        /// Spacing of its lines, as typed.
         text: String,
     },
-    /// What is under work is to be saved as a file.
+    /// Save the drawing or its project as a file.
     Save,
-    /// A place was typed.
+    /// A position was typed.
     Typed {
-        /// As typed.
         text: String,
     },
-    /// A property of what is chosen was typed.
+    /// A property of the selection was typed.
     Set {
-        /// Which.
         field: Field,
-        /// As typed.
         text: String,
     },
-    /// A line of the tree is chosen.
+    /// A row of the tree was clicked.
     Choose {
-        /// The thing.
         id: Id,
-        /// Beside what is chosen.
+        /// Add to the selection.
         adding: bool,
     },
-    /// An object of a file is chosen.
+    /// Select an object of a file.
     ChooseImported {
-        /// Its place in the list of those.
+        /// Index in the list of imported objects.
         of: u32,
     },
-    /// A group of the tree is opened or closed.
+    /// Toggle a group in the tree.
     Open {
-        /// Which.
         id: Id,
     },
-    /// The smallest of something is shown.
+    /// Show the smallest dimension of a kind.
     Find {
-        /// Of what.
         least: Least,
     },
-    /// Something is done with what is chosen.
+    /// Apply an action to the selection.
     Act {
-        /// What.
         act: Act,
     },
-    /// What is chosen becomes a group.
+    /// Group the selection.
     Group,
-    /// A thing, with all that is chosen where it is among that, goes into a group.
+    /// Move an object into a group, together with the selection if it is selected.
     Regroup {
-        /// The thing.
         id: Id,
-        /// The group; none for the top.
+        /// `None` for the top level.
         group: Option<Id>,
     },
-    /// What is chosen goes into the nearest other group of the tree, or out of its own.
+    /// Move the selection into the nearest other group of the tree, or out of its own.
     Beside {
-        /// Into one.
         into: bool,
     },
-    /// Back to the drawing that was under work before this one.
+    /// Go back to the drawing that was open before.
     Back,
-    /// The open files are drawn over, or are not.
+    /// Draw over the open files or not.
     Over {
-        /// They are.
         on: bool,
     },
-    /// A new drawing is begun; the one before stays in the store.
+    /// Start a new drawing; the current one stays in the store.
     New,
-    /// The board is made of the drawing, and shown on this screen.
+    /// Make the board from the drawing and show it on this screen.
     Use {
-        /// Which.
         tab: Tab,
     },
-    /// The drawing is saved as files.
     Export {
-        /// Which.
         what: DrawingExport,
     },
-    /// The example of the manual is wanted.
+    /// Open the manual's example.
     Example,
-    /// The text of a drawing is there.
+    /// The text of a drawing was loaded.
     Opened {
-        /// Where it is kept, where that is so.
+        /// Its storage slot, if it has one.
         place: Option<u32>,
-        /// Another tab has the drawing: this is a copy.
+        /// Another tab has the drawing open: this is a copy.
         is_copy: bool,
-        /// Its text; none where it could not be had.
+        /// `None` if it could not be loaded.
         text: Option<String>,
     },
-    /// This was in the store.
+    /// The store's contents.
     Found {
-        /// The drawing of this tab: its place, none where another tab has it, and its text.
+        /// This tab's drawing: its slot (`None` if another tab holds it) and its text.
         own: Option<(Option<u32>, String)>,
-        /// The others.
         earlier: Vec<Earlier>,
     },
-    /// An edit is half a second old.
+    /// The save delay is over.
     Rested,
-    /// The store has written a drawing.
+    /// The store finished a write.
     Kept {
-        /// Which, by the count of drawings.
+        /// Number of the drawing in this visit.
         of: u32,
-        /// Where; none where it could not.
+        /// The slot; `None` if the write failed.
         place: Option<u32>,
     },
-    /// An earlier drawing is wanted.
+    /// Open a saved drawing.
     Fetch {
-        /// Where it is kept.
         place: u32,
     },
-    /// An earlier drawing is to be forgotten.
+    /// Discard a saved drawing; can be undone for a while.
     Forget {
-        /// Where it is kept.
         place: u32,
     },
-    /// It is forgotten, unless that was taken back.
+    /// The time to undo a discard is over.
     Drop {
-        /// Where it is kept.
         place: u32,
     },
 }
 
 impl Draw {
-    /// That the store could not keep it.
+    /// The last attempt to save the drawing failed.
     pub fn unkept(&self) -> bool {
         self.kept.failed
     }
 
-    /// Other drawings that are kept, the latest first.
-    pub fn earlier(&self) -> &[Earlier] {
+    /// Other saved drawings, the latest first.
+    pub fn earlier(&self) -> &Vec<Earlier> {
         &self.kept.earlier
     }
 
-    /// What is shown follows the editor.
+    /// Updates `shown` from the editor; unchanged parts keep their handle.
     fn refresh(&mut self) {
         let (editor, shown) = (&mut self.editor, &mut self.shown);
         shown.sheet = editor.sheet();
@@ -286,19 +246,18 @@ impl Draw {
         }
     }
 
-    /// Another drawing is under work.
+    /// Opens a drawing.
     fn open(&mut self, history: History) {
         let imported = self.editor.finder().imported().clone();
         self.editor = self.editor.with(history, imported);
         self.look_at_all();
     }
 
-    /// Everything is looked at.
+    /// Requests a view of everything.
     fn look_at_all(&mut self) {
         self.look = (self.look.0.wrapping_add(1), None);
     }
 
-    /// Where one looks.
     fn look_at(&mut self, at: Point) {
         self.look = (self.look.0.wrapping_add(1), Some([at.x.mm(), at.y.mm()]));
     }
@@ -321,16 +280,15 @@ impl Draw {
     }
 }
 
-/// A name for a group: how many there are, and one more.
+/// The default name of a new group, numbered.
 fn group_name(model: &Model) -> String {
     let groups = model.draw.editor.drawing().things();
     let count = groups.filter(|(_, entry)| entry.thing.word() == "group").count() + 1;
     locale::text(&model.frame.language, key!("page.draw.group_name"), &[("n".to_owned(), count.to_string())])
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
-    // What was said of a press stays when it is let go.
+    // A message about a press stays on screen when the pointer is released.
     let hovers = matches!(event, DrawEvent::Point { touch: Touch::Hover | Touch::Move | Touch::Up, .. });
     let of_store = matches!(event, DrawEvent::Rested | DrawEvent::Kept { .. });
     if !hovers && !of_store {
@@ -367,7 +325,7 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
     effects
 }
 
-/// What changes nothing but the editor.
+/// Events that change only the editor.
 fn edit(model: &mut Model, event: DrawEvent) {
     let (unit, mirrored) = (model.frame.unit, model.frame.flipped);
     let groups = matches!(event, DrawEvent::Group | DrawEvent::Key { key: DrawKey::Group });
@@ -411,7 +369,6 @@ fn edit(model: &mut Model, event: DrawEvent) {
     }
 }
 
-/// What is being done is left; else nothing is chosen any more; else the tool is put down.
 fn escape(editor: &mut Editor) {
     if editor.leave() {
         return;
@@ -422,14 +379,13 @@ fn escape(editor: &mut Editor) {
     editor.chosen.clear();
 }
 
-/// A group of the tree is opened or closed: the other of the two.
 fn turn_group(editor: &mut Editor, id: Id) {
     if !editor.open.remove(&id) {
         editor.open.insert(id);
     }
 }
 
-/// What a typed place counts from: where the track goes on, else where the tool aims.
+/// Origin of relative coordinates: the end of the open track, else the tool's aim.
 fn last(editor: &Editor) -> Point {
     match &editor.doing {
         crate::drawing::Doing::Track { from, .. } => *from,
@@ -437,7 +393,6 @@ fn last(editor: &Editor) -> Point {
     }
 }
 
-/// Why what was typed is no number for a field.
 fn no_number(text: &str) -> Text {
     Text::of(if locale::has_two_marks(text) {
         key!("page.draw.two_marks")
@@ -446,7 +401,7 @@ fn no_number(text: &str) -> Text {
     })
 }
 
-/// Why what was typed cannot be that property: it is no number, or none of the sizes that there are.
+/// Why the typed text is refused: not a number, or a size out of range.
 fn refused(field: Field, text: &str, unit: Unit) -> Text {
     match typed::millimetres(text, unit) {
         Some(mm) if field.is_size() => {

@@ -1,11 +1,9 @@
-//! What is under work, saved: the drawing itself, or files and a picture made of it.
+//! Exports the drawing: as a drawing, as manufacturing files or as a picture.
 //!
 //! ```text
-//! drawn alone ────────────────────────────▶ files, picture
-//! over files ─ worker: files read, changed ─▶ what is drawn, and the files that it changes; a picture of all of it
+//! drawing alone ─────────────────────────────▶ files, picture
+//! over files ─ worker: files read, changed ─▶ new and changed files; a picture of everything
 //! ```
-//!
-//! Comes in: wishes, an answer of the worker. Goes out: a request, files to save. Does not know how files are written.
 
 use super::lying::{over_files, plain};
 use crate::engine::Stopped;
@@ -15,18 +13,16 @@ use crate::said::{Text, key};
 use annulus_core::artwork;
 use annulus_core::board::drawing;
 
-/// What a drawing is saved as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawingExport {
     /// Gerber and Excellon, in one zip.
     Board,
-    /// A picture.
     Svg,
-    /// The drawing itself, with all its edits.
+    /// The drawing with its whole history.
     Drawing,
 }
 
-/// What is under work is saved: the open board with the drawing as it is now, or the drawing alone where it is of no open board.
+/// Saves the open project with the drawing as it is now, or the drawing alone if it belongs to no open board.
 pub(super) fn save(model: &mut Model) -> Vec<Effect> {
     if model.board.document.is_some() && model.draw.is_of_board() {
         return export::save_project(model);
@@ -34,7 +30,6 @@ pub(super) fn save(model: &mut Model) -> Vec<Effect> {
     self::export(model, DrawingExport::Drawing)
 }
 
-/// The drawing as files.
 pub(super) fn export(model: &mut Model, what: DrawingExport) -> Vec<Effect> {
     let drawing = model.draw.editor.drawing();
     let stem = drawing::stem(drawing.name());
@@ -65,7 +60,7 @@ pub(super) fn export(model: &mut Model, what: DrawingExport) -> Vec<Effect> {
     }
 }
 
-/// The worker is asked to write what lies over the open files.
+/// Asks the worker to export a drawing made over the open files.
 fn ask(model: &mut Model, picture: bool) -> Vec<Effect> {
     let Some(document) = model.draw.document() else { return Vec::new() };
     let number = model.next_request();
@@ -77,7 +72,6 @@ fn ask(model: &mut Model, picture: bool) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// It is written.
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     model.draw.saving = None;
     match answer {

@@ -1,14 +1,13 @@
-//! New exports of the open board: its files replaced, what changed found out and shown, and the way back (N24).
+//! New exports of the open board: replaces its files, compares old and new board, and can go back.
 //!
 //! ```text
-//!   files with names that are open ─▶ read ─▶ planned as ever
-//!                                       └──▶ compared in a worker of its own ─▶ what changed: list, marks, job carried over
-//!   back ─▶ files and job as they were          another board ─▶ the same files, opened by themselves
-//!   files that changed on the disk ─▶ an offer ─▶ taken in like files that were brought
+//!   files with names that are open ─▶ read ─▶ planned as usual
+//!                                       └──▶ compared by another worker ─▶ changes shown, job carried over
+//!   back ─▶ files and job as before           another board ─▶ the new files, opened separately
+//!   files that changed on disk ─▶ an offer ─▶ handled like opened files
 //! ```
 //!
-//! Comes in: files, answers, choices of the person. Goes out: requests; what is shown. Job, edits and what was said of files stay:
-//! they go by names and places of the board. Does not know how files are read.
+//! The job, its edits and the import choices stay, because they refer to names and positions on the board.
 
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Compared, Request, ToCompare, ToRead};
@@ -21,86 +20,76 @@ use annulus_core::project::saved::SaidOfFiles;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Names and bytes of files.
 type Files = Vec<(String, Vec<u8>)>;
 
-/// What is shown of new exports.
+/// The displayed comparison with new exports.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NewExports {
-    /// Names of files that are others now.
+    /// Names of files with new contents.
     pub replaced: Vec<String>,
-    /// Names of files that are new.
+    /// Names of new files.
     pub added: Vec<String>,
-    /// Names of files that are there no more.
+    /// Names of files that no longer exist.
     pub gone: Vec<String>,
-    /// What changed on the board; none until that is found out.
+    /// The changes of the board; `None` until they are known.
     pub compared: Option<Arc<Compared>>,
-    /// It could not be found out.
+    /// The comparison failed.
     pub failed: bool,
 }
 
-/// New exports of the open board.
 #[derive(Clone, Debug, Default)]
 pub struct Anew {
-    /// What is shown of them.
+    /// The displayed comparison.
     pub shown: Option<Arc<NewExports>>,
-    /// The board as it was before.
+    /// The board before the new exports.
     before: Option<BoardBefore>,
-    /// The files as they were brought.
+    /// The files as the user opened them.
     brought: Files,
-    /// The request that is waited for, and the job that went with it.
+    /// The awaited request, and the job sent with it.
     asked: Option<(u32, Arc<Work>)>,
-    /// The job went along with the board: it does so once.
+    /// The job was carried over to the changed board, which happens only once.
     carried: bool,
-    /// Files that changed on the disk.
+    /// Files that changed on disk.
     on_disk: Files,
-    /// What the board calls files that were brought by other names: they took the places of those.
+    /// For files opened under new names: the name of the file that each one replaced.
     open_names: BTreeMap<String, String>,
-    /// The person wants these.
+    /// The user accepts the files that changed on disk.
     wanted: bool,
 }
 
-/// What happens to new exports.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AnewEvent {
-    /// The person wants to choose them.
+    /// Open the file dialog.
     Choose,
-    /// They were chosen: whatever they are called, they are of the open board.
-    Chosen {
-        /// Names and bytes.
-        files: Vec<(String, Vec<u8>)>,
-    },
-    /// Files that the open board came from were written anew.
-    OnDisk {
-        /// Names and bytes.
-        files: Vec<(String, Vec<u8>)>,
-    },
-    /// The person has seen what changed.
+    /// The user opened files as new exports of the board, under any names.
+    Chosen { files: Vec<(String, Vec<u8>)> },
+    /// Files of the open board were written again on disk.
+    OnDisk { files: Vec<(String, Vec<u8>)> },
+    /// The user closed the list of changes.
     Seen,
-    /// Files and job shall be as they were.
+    /// Go back to the files and job before.
     Back,
-    /// The files are not of this board: they are opened by themselves.
+    /// The files belong to another board: open them separately.
     Another,
 }
 
 impl Anew {
-    /// What changed on the disk is wanted.
+    /// Accepts the files that changed on disk.
     pub(in crate::model) fn want(&mut self) {
         self.wanted = true;
     }
 
-    /// There is nothing to compare any more.
+    /// Ends the comparison.
     pub(super) fn end(&mut self) {
         *self = Self { on_disk: std::mem::take(&mut self.on_disk), ..Self::default() };
     }
 
-    /// Whether this request is waited for.
+    /// True if the model waits for the answer to this request.
     pub(in crate::model) fn waits_for(&self, wanted: u32) -> bool {
         self.asked.as_ref().is_some_and(|(number, _)| *number == wanted)
     }
 }
 
-/// Takes one event in.
 pub(in crate::model) fn update(model: &mut Model, event: AnewEvent) -> Vec<Effect> {
     match event {
         AnewEvent::Choose => vec![Effect::ChooseFiles { anew: true }],
@@ -116,19 +105,19 @@ pub(in crate::model) fn update(model: &mut Model, event: AnewEvent) -> Vec<Effec
     }
 }
 
-/// What `files` are for the open board, where they are new exports of it and not what is open already.
+/// The effect of `files` on the open board, if they are new exports of it with new contents.
 pub(super) fn exports(model: &Model, files: &[(String, Vec<u8>)]) -> Option<ExportedAnew> {
     let open = model.board.document.as_ref()?;
     exported_anew(&open.files, files).filter(|anew| anew.files != open.files)
 }
 
-/// Reads the open board anew with what was brought.
+/// Reads the open board again with the new files.
 pub(super) fn read(model: &mut Model, brought: Brought) -> Vec<Effect> {
     let Some(open) = model.board.document.clone() else { return Vec::new() };
     let mut said = open.said.clone();
     let names = |name: &String| brought.anew.files.iter().any(|(other, _)| name.starts_with(other.as_str()));
     if said.used.as_ref().is_some_and(|used| !used.iter().any(names)) {
-        // What was said is of files that are there no more.
+        // The choices refer to files that no longer exist.
         said = SaidOfFiles { used: None, board: None, ..said };
     }
     let files = brought.anew.files.clone();
@@ -137,24 +126,23 @@ pub(super) fn read(model: &mut Model, brought: Brought) -> Vec<Effect> {
     files::read(model, Wanted { files, said, job, again: true, place: None, anew })
 }
 
-/// Files of the open board, by whatever names; a saved project is a board of its own.
+/// Opens files as new exports of the open board, under any names; a saved project is opened as another board.
 fn chosen(model: &mut Model, files: Files) -> Vec<Effect> {
     let open = model.board.document.clone();
     let Some(open) = open.filter(|open| open.files != files && !files::is_project(&files)) else {
         return files::chosen(model, files);
     };
-    // Where one of them is called otherwise, they are all the files that there are.
+    // A file with a new name means that the files are the whole board.
     let parts = exports(model, &files).filter(|anew| anew.added.is_empty());
     let anew = parts.unwrap_or_else(|| whole(&open.files, &files));
     read(model, Brought { anew, files })
 }
 
-/// The bytes of the file called `name`.
 fn bytes_of<'a>(files: &'a [(String, Vec<u8>)], name: &str) -> Option<&'a [u8]> {
     files.iter().find(|(other, _)| other == name).map(|(_, bytes)| bytes.as_slice())
 }
 
-/// All the files of the board are others.
+/// The files replace all files of the board.
 fn whole(open: &[(String, Vec<u8>)], files: &[(String, Vec<u8>)]) -> ExportedAnew {
     let mut anew = ExportedAnew { files: files.to_vec(), ..ExportedAnew::default() };
     for (name, bytes) in files {
@@ -169,7 +157,7 @@ fn whole(open: &[(String, Vec<u8>)], files: &[(String, Vec<u8>)]) -> ExportedAne
     anew
 }
 
-/// Offers what changed on the disk, with what changed there before and is not open yet.
+/// Offers the files that changed on disk, with earlier changes that are not open yet.
 fn on_disk(model: &mut Model, files: Files) -> Vec<Effect> {
     let known = &mut model.anew.on_disk;
     known.retain(|(name, _)| bytes_of(&files, name).is_none());
@@ -181,7 +169,7 @@ fn on_disk(model: &mut Model, files: Files) -> Vec<Effect> {
     Vec::new()
 }
 
-/// The files of the open board as they are on the disk; none where they are open so.
+/// The files of the open board as they are on disk; `None` if these are open.
 fn as_on_disk(model: &Model) -> Option<Brought> {
     let open = model.board.document.as_ref()?;
     let mut files: Files = open.files.clone();
@@ -194,7 +182,7 @@ fn as_on_disk(model: &Model) -> Option<Brought> {
     exports(model, &files).map(|anew| Brought { anew, files })
 }
 
-/// What changed on the disk is taken in, where the person wants it; where there is nothing to take in, it is not offered.
+/// Opens the files that changed on disk if the user accepted; removes the offer if no change is left.
 pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     if std::mem::take(&mut model.anew.wanted) {
         let brought = as_on_disk(model);
@@ -207,7 +195,7 @@ pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Whether a person has to look at the files: they have something to say that those before had not.
+/// True if the new files need a review: they have warnings or errors that the files before did not have.
 pub(super) fn has_new_warnings(before: &Document, now: &Document) -> bool {
     let doubts = |document: &Document| -> BTreeSet<String> {
         let doubtful =
@@ -217,7 +205,7 @@ pub(super) fn has_new_warnings(before: &Document, now: &Document) -> bool {
     !now.usable() || !doubts(now).is_subset(&doubts(before))
 }
 
-/// The new files were read, and are open: what changed is found out.
+/// The new files are open: requests the comparison.
 pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: Brought) -> Vec<Effect> {
     let ExportedAnew { replaced, added, gone, .. } = brought.anew;
     let shown = Arc::new(NewExports { replaced, added, gone, ..NewExports::default() });
@@ -225,6 +213,7 @@ pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: 
     if let Some(before) = &before {
         let open = &before.document.files;
         let other = |name: &String| Some((name.clone(), open[place_of(open, name)?].0.clone()));
+        // Later changes on disk arrive under the names that the user opened.
         open_names.extend(brought.files.iter().filter_map(|(name, _)| other(name)));
     }
     model.anew.end();
@@ -243,7 +232,7 @@ pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: 
     ask(model)
 }
 
-/// Asks what changed, where there is something to compare with.
+/// Requests the comparison, if there is a board to compare with.
 pub(super) fn ask(model: &mut Model) -> Vec<Effect> {
     let to_read = |document: &Document| ToRead {
         files: document.files.clone(),
@@ -261,12 +250,13 @@ pub(super) fn ask(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// It is known what changed, or not.
+/// The comparison is done or failed.
 pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let asked = model.anew.asked.take();
     let same_job =
         asked.zip(model.job.work.as_ref()).is_some_and(|((_, asked), now)| Arc::ptr_eq(&asked, now));
     let compared = match answer {
+        // The job was edited meanwhile: compare again, so that the edits are carried over too.
         Ok(Answer::Compared(_)) if !same_job => return ask(model),
         Ok(Answer::Compared(compared)) => Some(*compared),
         _ => None,
@@ -285,20 +275,20 @@ pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopp
     }
 }
 
-/// What was before is not needed any more once it is compared and what changed was seen.
+/// The board before is no longer needed once it is compared and the user closed the list of changes.
 fn forget_where_seen(model: &mut Model) {
     if model.anew.shown.is_none() && model.anew.asked.is_none() {
         model.anew.before = None;
     }
 }
 
-/// Files and job as they were.
+/// Restores the files and job before.
 fn back(model: &mut Model) -> Vec<Effect> {
     let before = model.anew.before.take();
     before.map_or_else(Vec::new, |before| files::reopen(model, &before))
 }
 
-/// Files and job as they were; what was brought is opened by itself.
+/// Restores the board before, and opens the new files as another board.
 fn another(model: &mut Model) -> Vec<Effect> {
     let brought = std::mem::take(&mut model.anew.brought);
     let Some(before) = model.anew.before.take() else { return Vec::new() };

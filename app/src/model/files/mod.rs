@@ -1,13 +1,12 @@
-//! Files: chosen, read, looked over, read again with something else said of them.
+//! Files: opened, read, reviewed, and read again with other import choices.
 //!
 //! ```text
-//! files ─┬─▶ a saved project: taken apart ─┐
-//!        └─────────────────────────────────┴▶ read ─▶ Document ─┬─ review (forced by warning and error) ─┐
-//!                                                               └─ all certain ──────────────────────┴▶ planned
+//! files ─┬─▶ a saved project: unpacked ─┐
+//!        └──────────────────────────────┴▶ read ─▶ Document ─┬─ warnings, errors ─▶ review ─┐
+//!                                                            └─ no doubts ──────────────────┴▶ planned
 //! ```
 //!
-//! Comes in: names and bytes, choices of the person. Goes out: the open board. What was open is replaced only when the files
-//! could be read. Does not know how it is shown.
+//! The open board is replaced only if the new files could be read.
 
 pub mod anew;
 
@@ -24,93 +23,58 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A board as it was open, before a review, other files or new exports: to be gone back to.
+/// The state of a board before a review, other files or new exports, to go back to.
 #[derive(Clone, Debug)]
 pub struct BoardBefore {
-    /// The board.
     pub document: Arc<Document>,
-    /// Its job, with all that can be taken back.
+    /// The job with its history.
     job: JobEdit,
-    /// Errors of it that were seen, by code.
+    /// Codes of the errors that the user has accepted.
     accepted: BTreeSet<String>,
-    /// Its review was on show.
     reviewing: bool,
-    /// How it is kept.
+    /// Storage of its project.
     pub(super) kept: KeptAs,
 }
 
-/// What happens to the files.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FilesEvent {
-    /// The person wants to choose files.
+    /// Open the file dialog.
     Choose,
-    /// The person wants the sample board.
+    /// Open the sample board.
     Sample,
-    /// The board behind a link is wanted.
-    Link {
-        /// The link.
-        address: String,
-    },
-    /// Files were chosen or dropped.
-    Chosen {
-        /// Names and bytes.
-        files: Vec<(String, Vec<u8>)>,
-    },
-    /// The import review is wanted.
+    /// Open a linked board.
+    Link { address: String },
+    /// The user opened or dropped files.
+    Chosen { files: Vec<(String, Vec<u8>)> },
+    /// Open the import review.
     Review,
-    /// The file behind a link is here; whatever was opened meanwhile stays.
-    Fetched {
-        /// Name and bytes.
-        files: Vec<(String, Vec<u8>)>,
-    },
-    /// The review was gone through.
+    /// A linked file was downloaded; a board opened meanwhile stays open.
+    Fetched { files: Vec<(String, Vec<u8>)> },
+    /// The user finished the review.
     Reviewed,
-    /// The person wants none of it.
+    /// Close the board.
     Discarded,
-    /// What was open before the review is wanted, as it was.
+    /// Go back to the board before the review.
     Back,
-    /// Of several boards, this one is meant.
-    Board {
-        /// Its name.
-        name: String,
-    },
-    /// The numbers of drill files are to be read so.
-    Numbers {
-        /// How.
-        numbers: NumberReading,
-    },
-    /// A file is taken into the board, or left out: the other of the two.
+    /// Select one of several boards.
+    Board { name: String },
+    /// Change the number format of drill files.
+    Numbers { numbers: NumberReading },
+    /// Toggle whether a file belongs to the board.
     FlipUse {
-        /// Its row in what was read.
+        /// Index in the reading's list of files.
         row: u32,
     },
-    /// A layer is something else.
-    Role {
-        /// The file.
-        file: String,
-        /// What it is.
-        role: String,
-        /// Where it lies.
-        side: Option<String>,
-    },
-    /// Layers are moved to where they fit the copper, or are not.
-    Aligned {
-        /// They are.
-        on: bool,
-    },
-    /// An error was seen, or was not: the other of the two.
-    FlipAccepted {
-        /// Its code.
-        code: String,
-    },
-    /// This bit is in the spindle and goes first; none for ascending sizes.
-    Loaded {
-        /// Its diameter.
-        bit: Option<Length>,
-    },
+    /// Change the role of a layer.
+    Role { file: String, role: String, side: Option<String> },
+    /// Turn alignment of the layers to the copper on or off.
+    Aligned { on: bool },
+    /// Toggle the acceptance of an error.
+    FlipAccepted { code: String },
+    /// The tool in the spindle, which is used first; `None` for ascending sizes.
+    Loaded { bit: Option<Length> },
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     let board = &mut model.board;
     match event {
@@ -164,12 +128,12 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Whether `files` are a saved project.
+/// True if `files` is a single saved project.
 fn is_project(files: &[(String, Vec<u8>)]) -> bool {
     matches!(files, [(name, bytes)] if saved::looks_like_one(bytes) || saved::is_called_one(name))
 }
 
-/// Files, new exports of the open board among them, or a saved project.
+/// Opens files: a saved project, new exports of the open board, or another board.
 pub(super) fn chosen(model: &mut Model, mut files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
     if is_project(&files)
         && let Some((name, bytes)) = files.pop()
@@ -182,13 +146,14 @@ pub(super) fn chosen(model: &mut Model, mut files: Vec<(String, Vec<u8>)>) -> Ve
     }
 }
 
-/// Reads files by themselves.
+/// Opens files as another board.
 pub(super) fn read_chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+    // Opening the same files again keeps the user's job.
     let again = model.board.document.as_ref().is_some_and(|open| open.files == files);
     read(model, Wanted { files, said: SaidOfFiles::default(), job: None, again, place: None, anew: None })
 }
 
-/// Opens a saved project, with `job` in place of its own where there is one; `place` is where it was kept.
+/// Opens a saved project; `job` replaces its own job, `place` is its storage slot.
 pub(super) fn open_project(
     model: &mut Model,
     project: ToOpen,
@@ -202,7 +167,7 @@ pub(super) fn open_project(
     effects
 }
 
-/// The project was taken apart.
+/// The project was unpacked: reads its files.
 pub(super) fn opened(
     model: &mut Model,
     project: Project,
@@ -213,7 +178,7 @@ pub(super) fn opened(
     read(model, Wanted { files, said, job: job.or(own), again: false, place, anew: None })
 }
 
-/// Reads the open files again with something else said of them.
+/// Reads the open files again with changed import choices.
 fn say(model: &mut Model, change: impl FnOnce(&mut SaidOfFiles)) -> Vec<Effect> {
     let Some(document) = model.board.document.clone() else { return Vec::new() };
     let mut said = document.said.clone();
@@ -222,7 +187,6 @@ fn say(model: &mut Model, change: impl FnOnce(&mut SaidOfFiles)) -> Vec<Effect> 
     read(model, Wanted { files, said, job, again: true, place: None, anew: None })
 }
 
-/// The board that is open, as it is.
 fn open_now(model: &Model) -> Option<BoardBefore> {
     let OpenBoard { document, accepted, reviewing, .. } = &model.board;
     Some(BoardBefore {
@@ -234,7 +198,7 @@ fn open_now(model: &Model) -> Option<BoardBefore> {
     })
 }
 
-/// What there is to go back to from a review: what was `open`, and where that is under review itself, what was before it.
+/// The board to go back to from a review: the open one, or during a review the one before it.
 fn before_review(model: &Model, open: Option<BoardBefore>) -> Option<Arc<BoardBefore>> {
     match open {
         Some(open) if open.reviewing => model.before.clone(),
@@ -242,7 +206,7 @@ fn before_review(model: &Model, open: Option<BoardBefore>) -> Option<Arc<BoardBe
     }
 }
 
-/// Opens a board as it was: the project goes on where it is kept.
+/// Restores a board; its project continues in its storage slot.
 fn reopen(model: &mut Model, before: &BoardBefore) -> Vec<Effect> {
     let mut effects = Vec::new();
     if !before.kept.same_project(&keeping::kept_as(model)) {
@@ -268,12 +232,12 @@ fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
         Some(at) => drop(used.remove(at)),
         None => used.push(row),
     }
-    let name = |row: &u32| document.reading.files.get(*row as usize).map(|file| file.name.clone());
+    let name = |row: &u32| document.reading.files.get(*row as usize).map(|file| file.read.name.clone());
     let used = used.iter().filter_map(name).collect();
     say(model, |said| said.used = Some(used))
 }
 
-/// Reads files into a board.
+/// Requests the reading of files.
 pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
     let mut effects = planning::called_off(model);
     let number = model.next_request();
@@ -289,7 +253,7 @@ pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
     effects
 }
 
-/// Files that were open already keep the person's job and the screen.
+/// The files were read. If they were open before, the user's job and the screen stay.
 pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> Vec<Effect> {
     let Wanted { files, said, job, again, place, anew } = wanted;
     let open = open_now(model);
@@ -305,8 +269,8 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
         model.before = before_review(model, open.clone()).filter(|_| reviewing || drawn);
         model.board.reviewing = reviewing;
         effects.extend(offer_before(model));
-        // Who came by an address that names something of the board finds that; who looks at the machine's job, or restores a board
-        // beside the machine, goes on looking.
+        // Stay on the screen if the address named a part of the board. Also stay on the Machine screen if the
+        // board was opened for the machine's job, or restored from there.
         let at_machine = model.job_board.is_at(place) || place.is_some() && model.frame.tab == Tab::Machine;
         if model.frame.named.is_none() && !at_machine {
             model.frame.tab = Tab::Board;
@@ -331,7 +295,7 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
     effects
 }
 
-/// Offers what was open before, where no review does.
+/// Offers the board that was open before, unless a review does.
 fn offer_before(model: &mut Model) -> Option<Effect> {
     model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::BoardBefore));
     let before = model.before.as_ref().filter(|_| !model.board.reviewing)?;
@@ -340,22 +304,23 @@ fn offer_before(model: &mut Model) -> Option<Effect> {
     Some(frame::toast(model, text, Some(ToastAct::BoardBefore)))
 }
 
-/// What was open before is kept as long as a review or a short word offers it, and that as long as it is kept.
-pub(super) fn follow(model: &mut Model) {
+/// The board before and the toast that offers it disappear together; during a review there is no toast.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let offers = |toast: &Toast| toast.act == Some(ToastAct::BoardBefore);
     if model.board.reviewing || model.before.is_none() {
         model.frame.toasts.retain(|toast| !offers(toast));
     } else if !model.frame.toasts.iter().any(offers) {
         model.before = None;
     }
+    Vec::new()
 }
 
-/// The layers panel follows what was read.
+/// Updates the layers panel from the reading.
 pub(super) fn layers(model: &mut Model) {
     model.frame.layers = frame::layers_of(model.board.document.as_deref(), &model.frame.layers);
 }
 
-/// Why files could not be opened is said, sentence by sentence.
+/// Reports why files could not be opened.
 pub(super) fn refused(model: &mut Model, stopped: Stopped) -> Vec<Effect> {
     let Stopped::Refused(why) = stopped else { return Vec::new() };
     why.into_iter().map(|diagnostic| frame::toast(model, Text::Found(diagnostic), None)).collect()

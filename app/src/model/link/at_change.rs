@@ -1,33 +1,38 @@
-//! While a tool is changed by hand: what the machine itself tells of whether a hand may go to the spindle (C3).
+//! During a manual tool change: what the machine reports about whether it is safe to reach for the spindle.
 //!
-//! Comes in: the status, the job. Goes out: rows, each so or not so. Moves nothing, and holds nobody back: a person looks as well.
+//! Moves nothing and blocks nothing. The user must check as well.
 
 use annulus_core::job::{Command, Program};
 use annulus_core::pins::SpindleState;
 use annulus_core::units::NM_PER_MM;
 use annulus_core::wire::Status;
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChangeCheck {
     /// The spindle does not turn.
     SpindleOff,
-    /// The tip is over the board, at the height of rapids or above.
+    /// The tool tip is above the board, at the height of rapids or higher.
     Up,
-    /// The head is where the program changes tools.
+    /// The tool tip is at the change height of our own drill, or higher.
+    AtHeight,
+    /// The tool head is at the change position of the program or of the drill.
     AtPlace,
 }
 
-/// How far from a place the head counts as there, and how far below a height as up: a step of a coarse machine, mm.
+/// Tolerance of position and height, mm: one step of a coarse machine.
 const NEAR_MM: f64 = 0.05;
 
-/// The rows for `status`, which is of `program` where that is known; the second says whether it is so. Where the program changes the tool
-/// wherever the head stands, its place is no row.
+/// The checks for `status` and whether each holds. `program` is the program that `status` refers to, if
+/// known. No `AtPlace` row if the program changes the tool at the current position.
 pub fn change_rows(status: &Status, program: Option<&Program>) -> Vec<(ChangeCheck, bool)> {
     let turns = status.spindle_rpm > 0
         || matches!(status.spindle, SpindleState::Off { rpm: 1.. } | SpindleState::Lost { .. })
         || matches!(status.spindle, SpindleState::Reaching { .. } | SpindleState::AtSpeed { .. });
     let mut rows = vec![(ChangeCheck::SpindleOff, !turns)];
+    if let Some(change) = &status.change {
+        rows.extend([(ChangeCheck::AtHeight, change.is_up), (ChangeCheck::AtPlace, change.is_at_place)]);
+        return rows;
+    }
     let Some(program) = program else { return rows };
     let safe_mm = program.safe_height.nm() as f64 / NM_PER_MM as f64;
     rows.push((ChangeCheck::Up, status.work_mm[2] > safe_mm - NEAR_MM));
@@ -39,7 +44,7 @@ pub fn change_rows(status: &Status, program: Option<&Program>) -> Vec<(ChangeChe
     rows
 }
 
-/// Where the head goes before the bit is awaited, work mm; none where it goes nowhere, or none is.
+/// Position that the program moves to before it waits for the tool, work coordinates in mm.
 fn place_mm(commands: &[Command]) -> Option<[f64; 2]> {
     let awaited = commands.iter().position(|command| matches!(command, Command::AwaitBit { .. }))?;
     let to = commands.get(..awaited)?.iter().rev().find_map(|command| match command {

@@ -1,158 +1,111 @@
-//! A controller of the GRBL family, or a USB step adapter, at a port of this computer, which the page drives itself: what the browser
-//! can, whether this page chose one, who it is.
+//! A GRBL-family controller or a USB step adapter at a serial port of this computer, which the page drives
+//! itself.
 //!
 //! ```text
-//! bridge or virtual drill ── a click, the browser's dialog ──▶ chosen ─▶ ConnectController ─▶ the same line, the same messages
-//!                         ◀─────────────── let go ────────────
+//! bridge or virtual drill ── click, port dialog ──▶ chosen ─▶ ConnectController ─▶ same link, same messages
+//!                         ◀───── disconnect ──────
 //! ```
-//!
-//! Comes in: wishes, what the browser says. Goes out: effects. Does not know ports.
 
 use super::{Link, LinkPhase, closed, connect};
 use crate::model::{Effect, Model, second_side};
 use annulus_core::control::State;
-use annulus_core::controller::{ResetOnOpen, ToolLengths};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::ControllerReport;
 use std::sync::Arc;
 
-/// Whether the browser lets a page use serial ports.
+/// Whether the browser offers Web Serial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Support {
-    /// It was not asked yet.
+    /// Not checked yet.
     #[default]
     Unknown,
-    /// It does.
     Yes,
-    /// It does not have that at all.
+    /// The browser has no Web Serial.
     Missing,
-    /// Not on a page that came over an open line.
+    /// The page was loaded over an insecure connection.
     Insecure,
 }
 
-/// Who the controller is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Who {
-    /// `GRBL`, `grblHAL` or `FluidNC`.
-    pub flavour: String,
-    /// Its version.
-    pub version: String,
-    /// Its numbered settings.
-    pub values: Vec<(u16, f64)>,
-    /// The mill that a person said it is.
-    pub mill: Option<String>,
-    /// How the length of a tool is found there.
-    pub lengths: ToolLengths,
-    /// What opening its port may do to the board.
-    pub reset_on_open: ResetOnOpen,
-    /// The lines by which it changes tools itself; none where a person does.
-    pub changer: Vec<String>,
-}
-
-impl Who {
-    /// Whether homing tells it where it is: by `$22`.
-    pub fn homes(&self) -> bool {
-        self.values.iter().any(|(number, value)| *number == 22 && *value != 0.0)
-    }
-}
-
-/// The controller, as far as the page has one.
+/// The controller at a serial port, if the page uses one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Controller {
-    /// Whether the browser can.
     pub support: Support,
-    /// A person let this page use a port before: no dialog is needed.
+    /// The user has granted this page a port before, so no dialog is needed.
     pub known: bool,
-    /// This page speaks with a controller, in place of the bridge or of its own virtual drill.
+    /// The page talks to a serial port instead of the bridge or its virtual drill.
     pub chosen: bool,
-    /// What is there is a USB step adapter: it plays what the page planned, as the virtual drill does.
+    /// A USB step adapter: the page plans the motion, as for the virtual drill.
     pub is_adapter: bool,
-    /// Who it is, once it said so.
-    pub who: Option<Arc<Who>>,
+    /// Known once the controller has identified itself.
+    pub who: Option<Arc<ControllerReport>>,
     /// The browser asks before the page is left.
     guarded: bool,
-    /// The port is the very one that the person chose.
+    /// The port is exactly the one that the user chose, not only one like it.
     very: bool,
-    /// How the board greeted that this tab had last.
+    /// Identity of the controller that this tab used last.
     before: Option<String>,
-    /// That its line is disturbed was said since the port was opened.
+    /// The disturbed line was already reported since the port was opened.
     disturbed: bool,
 }
 
-impl Who {
-    /// What a board says of itself, by which it is known again.
-    fn greeting(&self) -> String {
-        format!("{} {} {:?}", self.flavour, self.version, self.values)
-    }
-}
-
 impl Controller {
-    /// Whether there is one that plans its own motion.
+    /// True for a controller that plans its own motion.
     pub fn plans(&self) -> bool {
         self.chosen && !self.is_adapter
     }
 
-    /// Whether a tool may be touched off by hand now: it waits for that, unlike a drill that knows the heights of its bits.
+    /// True if the controller waits for a touch-off. Our own drills know their tool lengths and do not wait.
     pub fn touches_off(&self, state: Option<State>) -> bool {
         self.plans() && state == Some(State::ToolChange)
     }
 }
 
-/// What happens about it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ControllerEvent {
-    /// The page was opened; told before the line begins.
+    /// The page was opened; sent before the link starts.
     Looked {
-        /// Whether the browser can.
         support: Support,
-        /// This tab had a controller when it was loaded last, and did not let go of it.
+        /// This tab used a controller before the reload.
         kept: bool,
-        /// How the board greeted that it had last.
+        /// Identity of the controller that this tab used last.
         before: Option<String>,
     },
-    /// Which ports a person let this page use is known.
-    Known {
-        /// There is one.
-        any: bool,
-    },
-    /// A controller is wanted.
+    /// Whether the user has granted this page any port.
+    Known { any: bool },
+    /// Connect to a controller.
     Wanted {
-        /// One that the person is to choose; else the one that is known.
+        /// Show the port dialog; else use the known port.
         ask: bool,
     },
-    /// The person chose a port.
+    /// The user chose a port.
     Chosen,
-    /// The port is open.
     Opened {
-        /// A USB step adapter is there, by its number.
+        /// A USB step adapter, recognized by its USB identifiers.
         adapter: bool,
-        /// It is the very port that the person chose, and not only one like it.
+        /// The port is exactly the one that the user chose, not only one like it.
         very: bool,
     },
-    /// Which of several ports is the one of before the browser does not say.
+    /// Several ports match the earlier one, and the browser cannot distinguish them.
     Several,
-    /// What came over the line was disturbed, and the port is open all the same.
+    /// Received data was disturbed, but the port is still open.
     Disturbed {
-        /// What the browser calls it.
+        /// The browser's name of the error.
         kind: String,
-        /// How often that was since the port was opened.
+        /// Count since the port was opened.
         times: u32,
     },
-    /// The port could not be chosen or opened, or nobody answers.
-    Failed {
-        /// Why.
-        why: Diagnostic,
-    },
-    /// Nobody answers at this speed; the next is to be tried.
+    /// The port could not be chosen or opened, or nothing answers.
+    Failed { why: Diagnostic },
+    /// Nothing answers at this baud rate: try the next one.
     OtherSpeed,
-    /// A device that is known was plugged in.
+    /// A known device was plugged in.
     Plugged,
-    /// The person has done with it.
+    /// The user disconnects.
     LetGo,
-    /// The page is being left, whatever the person was asked.
+    /// The page is closing; the browser's confirmation is over.
     PageLeft,
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
     let busy = model.link.busy();
     let controller = &mut model.link.controller;
@@ -188,7 +141,8 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
             Vec::new()
         }
         ControllerEvent::OtherSpeed if controller.chosen => {
-            // The worker took the page's hello; nobody was there behind it.
+            // The worker accepted our hello, so the phase was Open although no controller answered the
+            // worker.
             model.link.phase = LinkPhase::Connecting;
             connect(model)
         }
@@ -203,15 +157,17 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         }
         ControllerEvent::LetGo if controller.chosen && !busy => turn_to(model, false),
         ControllerEvent::LetGo => Vec::new(),
-        // An adapter comes to rest by itself.
+        // An adapter stops without a hold when its data ends.
         ControllerEvent::PageLeft if controller.plans() && busy => vec![Effect::HoldPort],
         ControllerEvent::PageLeft => Vec::new(),
     }
 }
 
-/// A board said who it is. Behind another port than the one that the person chose only the board of before is spoken with.
-pub(super) fn greeted(model: &mut Model, who: Who) -> Vec<Effect> {
-    let (controller, greeting) = (&mut model.link.controller, who.greeting());
+/// The controller identified itself. On a port that the user did not choose, only the known controller is
+/// accepted.
+pub(super) fn greeted(model: &mut Model, who: ControllerReport) -> Vec<Effect> {
+    let controller = &mut model.link.controller;
+    let greeting = format!("{} {} {:?}", who.flavour, who.version, who.values);
     let is_other = controller.before.as_ref().is_some_and(|before| *before != greeting);
     if is_other && !controller.very {
         return is_to_choose(model, "serial.other_board");
@@ -224,15 +180,15 @@ pub(super) fn greeted(model: &mut Model, who: Who) -> Vec<Effect> {
     vec![Effect::KeepBoard { greeting }]
 }
 
-/// Which board it is to be only the person can say.
+/// Only the user can decide which controller is meant: disconnect and show why.
 fn is_to_choose(model: &mut Model, code: &str) -> Vec<Effect> {
     let effects = turn_to(model, false);
     model.link.refused = Some(Diagnostic::error(code));
     effects
 }
 
-/// Says once that the line is disturbed, and counts while that is read. At a wrong speed a line is nothing but disturbance: nothing is
-/// said before somebody is there.
+/// Reports a disturbed line once, and updates the count while the notice is open. At a wrong baud rate all
+/// data is disturbed, so nothing is reported before a controller has answered.
 fn disturbed(link: &mut Link, kind: &str, times: u32) {
     const CODE: &str = "serial.disturbed";
     let is_there = link.controller.who.is_some() || link.controller.is_adapter;
@@ -242,7 +198,7 @@ fn disturbed(link: &mut Link, kind: &str, times: u32) {
     }
 }
 
-/// The machine of the page is another one from now on: what was told of the one before is forgotten.
+/// Switches between controller and bridge: everything known about the machine before is dropped.
 fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     let before = std::mem::take(&mut model.link);
     let known = before.controller.known || chosen;
@@ -262,16 +218,16 @@ fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     effects
 }
 
-/// While the page feeds a job to a controller, or drills one itself, or the open project or the drawing cannot be kept, the browser asks
-/// before it is left.
-pub(in crate::model) fn follow(model: &mut Model) -> Option<Effect> {
+/// The browser asks before the page is left if leaving stops a job or loses a project or drawing that cannot
+/// be saved.
+pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     let unkept = model.keeping.failed.is_some() && model.board.document.is_some();
     let drawing = model.draw.unkept() && !model.draw.editor.drawing().is_empty();
     let link = &model.link;
     let has_job = link.status.as_ref().is_some_and(|status| status.job.is_some());
-    // Without a bridge the virtual drill lives in the page; a bridge goes on without it.
+    // Without a bridge the virtual drill runs in this page; a bridge continues without the page.
     let drills = link.controller.chosen || model.frame.alone && has_job;
     let on = unkept || drawing || drills && link.busy();
     let changed = std::mem::replace(&mut model.link.controller.guarded, on) != on;
-    changed.then_some(Effect::Guard { on })
+    Vec::from_iter(changed.then_some(Effect::Guard { on }))
 }

@@ -1,13 +1,11 @@
-//! What of the last run is really in the board, by the virtual drill's own record, sentence by sentence.
-//!
-//! Comes in: the status. Goes out: sentences to be said; none where everything is as programmed. Does not know how the run ended.
+//! Result of the last run in the board, according to the virtual drill, as messages.
 
 use crate::said::{Text, key};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Status;
 
-/// What is not as programmed, the gravest first; then the hole that was drilled twice when the job was taken up, which is no
-/// fault.
+/// The deviations from the program, the gravest first; then holes that a resumed job drilled twice, which is
+/// no fault.
 pub fn lines(status: &Status) -> Vec<Text> {
     let told = status.drilled.unwrap_or_default();
     let rows = [

@@ -1,156 +1,164 @@
-//! Moving by hand: a short press is one step, a long one goes on until it is let go. By mouse, finger and armed keys.
+//! Jogging by mouse, finger and armed keys: a short press is one step, a long one moves until it is released.
 //!
 //! ```text
 //! down ─┬─ up within 0.3 s ─▶ one step
-//!       └─ 0.3 s ─▶ moves ─▶ up, off the button, a second finger, lost focus, hidden page: comes to rest
+//!       └─ 0.3 s ─▶ moves ─▶ up, off the button, a second finger, lost focus, hidden page: stops
 //! ```
 //!
-//! Comes in: presses of pointers and keys. Goes out: steps and holds; only what the machine allows when they begin. No diagonals.
+//! One axis at a time: no diagonal moves.
 
 use super::{Link, LinkPhase, jog};
 use crate::health::Freshness;
 use crate::model::{Effect, Event, Model};
 use annulus_core::control::State;
 
-/// Steps of the jog pad, in µm; they stay millimetres whatever unit is shown.
+/// Steps of the jog pad, in µm; millimetres in every display unit.
 pub const STEPS_UM: [i32; 4] = [10, 100, 1_000, 10_000];
-/// A press so long is no click, in ms.
+/// Name of the jog buttons for the guard of presses.
+pub const JOG: &str = "jog";
+/// From this duration a press is long and no longer a click, in ms.
 const LONG_MS: u32 = 300;
-/// Armed keys that nobody uses are disarmed after this, in ms.
+/// A press of this duration allows jogging X and Y although the tool may be in the board, in ms.
+pub const INSIST_MS: u32 = 1_500;
+/// Armed keys are disarmed after this time without use, in ms.
 const IDLE_MS: u32 = 30_000;
 
-/// What a press asks for: the axis (0 X, 1 Y, 2 Z), and whether upwards.
+/// The axis (0 X, 1 Y, 2 Z), and whether in its positive direction.
 pub type JogDirection = (u8, bool);
 
-/// A press that was not let go yet.
+/// A press that has not ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Press {
     number: u32,
     way: JogDirection,
     distance_um: i32,
-    /// Which pointer; none for a key.
+    /// `None` for a key.
     pointer: Option<i32>,
-    /// It was so long that the machine moves.
+    /// The press was long: the machine moves.
     moves: bool,
 }
 
-/// What the person chose, and holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// How far a step goes, in µm.
+    /// Distance of a step, in µm.
     pub step_um: i32,
-    /// Keys move the machine while the focus is in the pad.
+    /// Keys move the machine while the pad has the focus.
     pub armed: bool,
+    /// X and Y jog although the tool may be in the board.
+    pub anyway: bool,
     press: Option<Press>,
-    /// Counts presses and uses of the keys; a time that belongs to an older count is over.
+    /// Count presses and uses of the keys; a timer of an older count is outdated.
     count: u32,
     used: u32,
+    /// Counts the presses that allow X and Y; a timer of an older count is outdated.
+    insists: u32,
 }
 
 impl Default for Hand {
     fn default() -> Self {
-        Self { step_um: 1_000, armed: false, press: None, count: 0, used: 0 }
+        Self { step_um: 1_000, armed: false, anyway: false, press: None, count: 0, used: 0, insists: 0 }
     }
 }
 
-/// What happens to the pad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HandEvent {
-    /// The pad is there, as it is first.
+    /// The pad appeared: reset it.
     Shown,
-    /// The pad, the window or the focus is gone: whatever is pressed ends.
+    /// The pad, the window or the focus is gone: every press ends.
     Gone,
-    /// A step goes so far.
     StepUm {
-        /// In µm.
         step_um: i32,
     },
-    /// A step goes less far, or further.
+    /// Select the next smaller or larger step.
     Finer {
-        /// Less far.
         finer: bool,
     },
-    /// A pointer went down on a button; where one is down already, that is the end of it.
+    /// A pointer went down on a button; if another press is active, both end.
     Down {
-        /// The button.
         way: JogDirection,
-        /// The pointer.
         pointer: i32,
     },
-    /// A pointer went down somewhere.
+    /// A pointer went down elsewhere.
     OtherDown {
-        /// The pointer.
         pointer: i32,
     },
-    /// A pointer left its button, or was let go.
+    /// A pointer was released, or left its button.
     Up {
-        /// The pointer.
         pointer: i32,
-        /// On the button, as a click is.
+        /// Released on the button, as in a click.
         clicked: bool,
     },
-    /// A button was pressed by a keyboard or a screen reader.
+    /// A keyboard or a screen reader activated a button.
     Clicked {
-        /// The button.
         way: JogDirection,
     },
-    /// An armed key went down.
     KeyDown {
-        /// Where it moves to; none ends what is held.
+        /// `None` ends the press.
         way: Option<JogDirection>,
-        /// Ten steps at once.
+        /// Ten steps in one move.
         ten: bool,
-        /// It is held down, and told again.
+        /// Key repeat of the operating system.
         repeat: bool,
     },
-    /// A key was let go.
     KeyUp {
-        /// Where it moves to.
         way: Option<JogDirection>,
-        /// It is Shift.
         shift: bool,
     },
-    /// A press was long.
+    /// The press became a long one.
     Long {
-        /// Which.
         number: u32,
     },
-    /// The keys are to be armed, or not.
+    /// The button that allows X and Y went down.
+    InsistDown,
+    /// That button was released or left.
+    InsistUp,
+    /// That button was held long enough.
+    Insisted {
+        /// Value of `insists` at the start of the press.
+        number: u32,
+    },
+    /// Raise Z until the tool is out of the board.
+    LiftFirst,
+    /// Arm or disarm the keys.
     Arm {
-        /// Armed; none for the other of the two.
+        /// `None` toggles.
         on: Option<bool>,
     },
-    /// The focus left the pad.
     FocusLeft,
-    /// Nobody used the keys for a while.
+    /// The keys were not used for a while.
     Idle {
-        /// Since this use.
         used: u32,
     },
 }
 
 impl Hand {
-    /// Where the key that is held moves to.
+    /// Direction of the held key.
     pub fn key_held(&self) -> Option<JogDirection> {
         self.press.filter(|press| press.pointer.is_none()).map(|press| press.way)
     }
+}
+
+/// True if a machine can jog in `state`. Before homing our own drills jog slowly; a GRBL controller is
+/// locked.
+pub fn jogs_in(state: Option<State>, plans: bool) -> bool {
+    state == Some(State::Ready) || state == Some(State::NotHomed) && !plans
 }
 
 fn ready(link: &Link) -> bool {
     link.phase == LinkPhase::Open
         && link.control.yours
         && link.freshness == Freshness::Fresh
-        && (link.state() == Some(State::Ready) || link.controller.touches_off(link.state()))
+        && (jogs_in(link.state(), link.controller.plans()) || link.touches_off())
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: HandEvent) -> Vec<Effect> {
     let hand = &mut model.link.hand;
     match event {
         HandEvent::Shown => {
             let effects = end(model, false);
             let hand = &mut model.link.hand;
-            *hand = Hand { count: hand.count, used: hand.used, ..Hand::default() };
+            // The counters stay, so that timers from before remain outdated.
+            *hand = Hand { count: hand.count, used: hand.used, insists: hand.insists, ..Hand::default() };
             effects
         }
         HandEvent::Gone => gone(model),
@@ -183,6 +191,19 @@ pub(super) fn update(model: &mut Model, event: HandEvent) -> Vec<Effect> {
             if own || shift { end(model, own) } else { Vec::new() }
         }
         HandEvent::Long { number } => long(model, number),
+        HandEvent::InsistDown => {
+            hand.insists += 1;
+            vec![wake(INSIST_MS, HandEvent::Insisted { number: hand.insists })]
+        }
+        HandEvent::InsistUp => {
+            hand.insists += 1;
+            Vec::new()
+        }
+        HandEvent::Insisted { number } => {
+            hand.anyway |= number == hand.insists;
+            Vec::new()
+        }
+        HandEvent::LiftFirst => lift_first(model),
         HandEvent::Arm { on } => arm(model, on),
         HandEvent::FocusLeft => disarm(model),
         HandEvent::Idle { used } if used == hand.used => disarm(model),
@@ -207,7 +228,7 @@ fn begin(model: &mut Model, way: JogDirection, distance_um: i32, pointer: Option
     effects
 }
 
-/// The press was long: it moves until it ends.
+/// The press is long: move until it ends.
 fn long(model: &mut Model, number: u32) -> Vec<Effect> {
     let Some(press) = model.link.hand.press.as_mut().filter(|press| press.number == number) else {
         return Vec::new();
@@ -217,7 +238,7 @@ fn long(model: &mut Model, number: u32) -> Vec<Effect> {
     jog::hold(model, axis, up)
 }
 
-/// The press is over. A short one is a step where it was let go as a click is.
+/// Ends the press. A short one makes a step if it was released as a click.
 fn end(model: &mut Model, clicked: bool) -> Vec<Effect> {
     match model.link.hand.press.take() {
         Some(press) if press.moves => jog::let_go(model),
@@ -233,9 +254,23 @@ fn step(model: &mut Model, (axis, up): JogDirection, distance_um: i32) -> Vec<Ef
     jog::jog(model, axis, if up { distance_um } else { -distance_um })
 }
 
+/// Raises Z by the distance that the machine reports.
+fn lift_first(model: &mut Model) -> Vec<Effect> {
+    let lift_mm = model.link.status.as_ref().and_then(|status| status.lift_first_mm);
+    let Some(lift_mm) = lift_mm.filter(|_| ready(&model.link)) else { return Vec::new() };
+    jog::jog(model, 2, libm::ceil(lift_mm * 1e3) as i32)
+}
+
+/// Once the tool is out of the board, the next jog of X and Y in the board needs a new confirmation.
+pub(super) fn follow(link: &mut Link) {
+    let is_low = link.status.as_ref().is_some_and(|status| status.lift_first_mm.is_some());
+    link.hand.anyway &= is_low;
+}
+
 fn gone(model: &mut Model) -> Vec<Effect> {
     let effects = end(model, false);
     model.link.hand.armed = false;
+    (model.link.hand.anyway, model.link.hand.insists) = (false, model.link.hand.insists + 1);
     effects
 }
 
@@ -253,7 +288,7 @@ fn disarm(model: &mut Model) -> Vec<Effect> {
     if by_key { end(model, false) } else { Vec::new() }
 }
 
-/// The keys are in use: the time until they are disarmed begins anew.
+/// Restarts the time until the keys are disarmed.
 fn use_keys(model: &mut Model) -> Effect {
     model.link.hand.used += 1;
     wake(IDLE_MS, HandEvent::Idle { used: model.link.hand.used })
@@ -263,10 +298,11 @@ fn key_down(model: &mut Model, way: Option<JogDirection>, ten: bool, repeat: boo
     if !model.link.hand.armed {
         return Vec::new();
     }
-    // Another key, or Shift while one is held: what moves comes to rest.
+    // Another key, or Shift during a press, stops the move.
     let Some(way) = way else { return end(model, false) };
     let mut effects = vec![use_keys(model)];
-    if !repeat {
+    // The guard of presses also covers keys: no move while the pad has just appeared or moved.
+    if !repeat && !model.presses.is_fresh(JOG, model.clock.page_ms) {
         let distance_um = model.link.hand.step_um * if ten { 10 } else { 1 };
         effects.extend(begin(model, way, distance_um, None));
     }

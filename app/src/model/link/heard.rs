@@ -1,22 +1,18 @@
-//! What each message of the bridge changes.
-//!
-//! Comes in: a [`Tell`]. Goes out: what is shown, and answers that are due at once. Does not know how it travelled.
+//! Handles each message of the bridge.
 
-use super::controller::{self, Who};
-use super::{
-    Armed, Control, Interrupted, JobEnded, Link, LinkPhase, MachineQueue, Noted, ask, claim, ping_if_due,
-    stop,
-};
+use super::{LastJob, Link, LinkPhase, MachineQueue, Noted, ask, claim, controller, hand, ping_if_due, stop};
 use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
 use annulus_core::control::Ending;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::{MOST_ROWS, RowResult};
-use annulus_core::wire::{Ask, OLDEST_PROTOCOL, PROTOCOL, Paired, QueueStatus, Status, Tell, auth};
+use annulus_core::wire::{
+    Ask, Control, JobEnd, OLDEST_PROTOCOL, PROTOCOL, Paired, QueueStatus, Status, Tell, auth,
+};
 use std::sync::Arc;
 
-/// Takes one message in; one that could not be read says that the bridge is there.
+/// Handles one message; an unreadable one still proves that the bridge is alive.
 pub(super) fn heard(model: &mut Model, tell: Option<Box<Tell>>) -> Vec<Effect> {
     model.link.heard_ms = model.clock.page_ms;
     let mut effects = Vec::new();
@@ -44,23 +40,23 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             let by_itself = |(key, value): &(String, Value)| {
                 key == "rack.change" && *value == Value::Text("magazine".to_owned())
             };
+            // Without an automatic changer an earlier magazine report is outdated.
             if !link.settings.iter().any(by_itself) {
                 link.magazine = None;
             }
             model.describe_machine();
         }
         Tell::Status(status) => told(model, *status),
-        Tell::Control { yours, taken, viewers } => return control(model, Control { yours, taken, viewers }),
-        Tell::Armed { job, stream_digest, levelled, checks } => {
-            link.armed = Some(Armed { job, stream_digest, levelled, checks });
-        }
-        Tell::Ended { job, ending, holes_done, toolpaths_done } => {
+        Tell::Control(now) => return control(model, now),
+        Tell::Armed(armed) => link.armed = Some(armed),
+        Tell::Ended(end) => {
+            let JobEnd { ending, holes_done: holes, toolpaths_done: toolpaths, .. } = end;
             link.interrupted = None;
-            link.note(wall_ms, Noted::Ended { ending, holes: holes_done, toolpaths: toolpaths_done });
+            link.note(wall_ms, Noted::Ended { ending, holes, toolpaths });
             let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
-            link.ended = Some(JobEnded { job, ending, holes_done, toolpaths_done, by_you });
+            link.ended = Some(LastJob { end, by_you });
         }
-        offer @ Tell::Interrupted { .. } => link.interrupted = interrupted(offer),
+        Tell::Interrupted(offer) => link.interrupted = Some(offer),
         Tell::Timing(timing) => link.timing = Some(Arc::new(*timing)),
         Tell::QueueText { text } => link.queue.text = text,
         Tell::Queue(status) => queue(&mut link.queue, *status),
@@ -80,13 +76,10 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             let job = link.status.as_ref().and_then(|status| status.job.as_deref()).unwrap_or_default();
             Arc::make_mut(&mut link.contacts).touched(job, leg, height_um);
         }
-        Tell::Controller { flavour, version, values, mill, lengths, reset_on_open, changer } => {
-            let who = Who { flavour, version, values, mill, lengths, reset_on_open, changer };
-            return controller::greeted(model, who);
-        }
-        // STOP at rest: there was nothing to stop, and that is what was wanted.
+        Tell::Controller(who) => return controller::greeted(model, who),
+        // STOP while the machine is stopped: nothing to do, so no refusal is shown.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
-        // Who has control is told by itself, also where this page asked for it because nobody seemed to have it.
+        // Only logged: the page may have asked automatically, and `Tell::Control` reports who has control.
         Tell::Refused { why } if why.code == "control.taken" => link.note(wall_ms, Noted::Refused(why)),
         Tell::Refused { why } => refused(link, wall_ms, why),
         Tell::Pong { stamp } => {
@@ -97,9 +90,9 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Answers the bridge's first frame: who is speaking, with the proof.
+/// Answers the bridge's challenge with the session and its proof.
 fn hello(model: &mut Model, nonce: &str) -> Vec<Effect> {
-    // A controller knows nobody else.
+    // A controller has no other clients, so an empty session is enough.
     let own = Paired { ok: true, session: String::new(), key: String::new() };
     let session = if model.link.controller.chosen { Some(own) } else { model.link.session.clone() };
     let Some(session) = session else { return Vec::new() };
@@ -113,17 +106,16 @@ fn hello(model: &mut Model, nonce: &str) -> Vec<Effect> {
     ask(model, &hello)
 }
 
-/// Hello was accepted: a STOP that was kept goes out before anything else, patience starts anew, and control is taken if nobody
-/// has it.
+/// Hello was accepted. A stored STOP is sent before anything else; then the page takes control if it is free.
 fn welcome(model: &mut Model) -> Vec<Effect> {
     model.link.phase = LinkPhase::Open;
     model.link.ever = true;
     model.link.attempt = 0;
     if model.link.controller.chosen {
-        // Who answers now is known when it has greeted; until then what it was before says nothing.
+        // Another controller may answer now: nothing is known of it until it has identified itself.
         (model.link.status, model.link.controller.who) = (None, None);
     }
-    // The other tab let go of the drill.
+    // Hello accepted means that the other tab has released the drill.
     model.link.refused.take_if(|why| why.code == "drill.other_tab");
     let mut effects = stop::opened(model);
     model.link.note(model.clock.wall_ms, Noted::Link { open: true });
@@ -134,12 +126,12 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
 fn told(model: &mut Model, status: Status) {
     let link = &mut model.link;
     stop::status(link, status.state);
-    // What was refused while an alarm stood, a press on its own button among it, is answered once that was read.
+    // The user acknowledged the alarm, so refusals from before are outdated.
     let had_alarm = link.status.as_ref().is_some_and(|before| before.alarm.is_some());
     if had_alarm && status.alarm.is_none() {
         link.refused = None;
     }
-    // A job that begins from its first hole makes all of them anew.
+    // A job that starts at its first hole drills all of them again.
     let idle = link.status.as_ref().is_none_or(|before| before.job.is_none());
     if idle && status.job.is_some() && status.holes_done == 0 {
         link.contacts = Arc::default();
@@ -151,9 +143,11 @@ fn told(model: &mut Model, status: Status) {
         link.other_firmware = status.other_firmware;
     }
     link.status = Some(Arc::new(status));
+    hand::follow(link);
 }
 
-/// Who has control now. What this page had and did not give away it asks for again, once nobody has it.
+/// Updates who has control. If this page lost control without releasing it, it asks again once control is
+/// free.
 fn control(model: &mut Model, now: Control) -> Vec<Effect> {
     let link = &mut model.link;
     let before = std::mem::replace(&mut link.control, now);
@@ -171,7 +165,7 @@ fn control(model: &mut Model, now: Control) -> Vec<Effect> {
     effects
 }
 
-/// After hello it may be that the bridge was restarted and does not know this page any more.
+/// A refusal before Hello is accepted can mean that a restarted bridge no longer knows this session.
 fn refused(link: &mut Link, wall_ms: f64, why: Diagnostic) {
     if matches!(why.code.as_str(), "socket.session" | "socket.proof") && link.phase != LinkPhase::Open {
         link.unknown = true;
@@ -180,27 +174,17 @@ fn refused(link: &mut Link, wall_ms: f64, why: Diagnostic) {
     link.refused = Some(why);
 }
 
-/// Takes the news of the queue in: all results, or those that changed.
-fn queue(queue: &mut MachineQueue, news: QueueStatus) {
-    (queue.phase, queue.row, queue.why) = (news.phase, news.row.map(|row| row as usize), news.why);
+/// Updates all results of the queue, or only the changed ones.
+fn queue(queue: &mut MachineQueue, mut news: QueueStatus) {
     if news.whole {
         queue.results.clear();
     }
-    for (row, result) in news.results {
+    for (row, result) in std::mem::take(&mut news.results) {
         let row = (row as usize).min(MOST_ROWS);
         if queue.results.len() <= row {
             queue.results.resize(row + 1, RowResult::default());
         }
         queue.results[row] = result;
     }
-}
-
-/// What can be taken up.
-fn interrupted(told: Tell) -> Option<Interrupted> {
-    let Tell::Interrupted { job, name, next_leg, holes_done, holes_total, toolpaths_done, toolpaths_total } =
-        told
-    else {
-        return None;
-    };
-    Some(Interrupted { job, name, next_leg, holes_done, holes_total, toolpaths_done, toolpaths_total })
+    queue.status = news;
 }

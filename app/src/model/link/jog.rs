@@ -1,35 +1,31 @@
-//! Moving by hand: the bridge goes only as long as this page says again and again that it is still there.
+//! Jogging with a keep-alive: the machine moves only while this page keeps sending `JogOn`.
 //!
 //! ```text
-//! step    Jog ─▶ JogOn, every 50 ms ─▶ … ─▶ the machine is at rest, or this page is hidden, stuck or gone: no more
-//! hold    Jog as far as it goes ─▶ JogOn, every 50 ms ─▶ … ─▶ let go: no more, and the machine comes to rest
+//! step    Jog ─▶ JogOn, every 50 ms ─▶ … ─▶ machine stopped, or page hidden, stuck or gone: no more
+//! hold    Jog to the end of travel ─▶ JogOn, every 50 ms ─▶ … ─▶ released: no more, and the machine stops
 //! ```
-//!
-//! Comes in: one wish of a distance, or of a direction until it is let go. Goes out: that wish, and its renewals. Knows no
-//! buttons.
 
 use super::{LinkPhase, ask};
 use crate::model::{Effect, Model};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 
-/// So long after the wish the machine may still be told to be at rest from before.
+/// After a jog request, the status may still show the state from before for this long, in ms.
 const BEGINS_MS: f64 = 500.0;
-/// Further than any machine goes, in µm: the bridge ends it at the travel's end.
+/// Longer than any machine's travel, in µm: the bridge limits the move to the travel.
 const FAR_UM: i32 = 2_000_000;
 
-/// A move by hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Jog {
-    /// It is renewed.
     renews: bool,
-    /// When it was asked for.
+    /// When the jog was requested.
     asked_ms: f64,
 }
 
-/// Moves `axis` by `distance_um`.
 pub(super) fn jog(model: &mut Model, axis: u8, distance_um: i32) -> Vec<Effect> {
-    let mut effects = ask(model, &Ask::Jog { axis, distance_um });
+    // Only moves of X and Y can drag a tool through the board.
+    let anyway = axis < 2 && model.link.hand.anyway;
+    let mut effects = ask(model, &Ask::Jog { axis, distance_um, anyway });
     model.link.jog.asked_ms = model.clock.page_ms;
     if !std::mem::replace(&mut model.link.jog.renews, true) {
         effects.push(Effect::Renew { on: true });
@@ -37,18 +33,18 @@ pub(super) fn jog(model: &mut Model, axis: u8, distance_um: i32) -> Vec<Effect> 
     effects
 }
 
-/// Moves `axis` upwards or downwards until it is let go.
+/// Moves `axis` until [`let_go`].
 pub(super) fn hold(model: &mut Model, axis: u8, up: bool) -> Vec<Effect> {
     jog(model, axis, if up { FAR_UM } else { -FAR_UM })
 }
 
-/// Nothing is renewed any more: what moves by hand comes to rest.
+/// Stops the keep-alive, which stops the jog.
 pub(super) fn let_go(model: &mut Model) -> Vec<Effect> {
     let renews = std::mem::take(&mut model.link.jog.renews);
     renews.then_some(Effect::Renew { on: false }).into_iter().collect()
 }
 
-/// Says that the page is still there, while something moves by hand.
+/// Sends the keep-alive while the machine jogs.
 pub(super) fn renew(model: &mut Model, hidden: bool) -> Vec<Effect> {
     let link = &model.link;
     if !link.jog.renews {

@@ -1,12 +1,9 @@
-//! The line to the bridge: how far it is, what the bridge said, who has control, and what this page asks for.
+//! The link to the bridge, virtual drill or controller: its phase, the received state, control, and requests.
 //!
 //! ```text
-//! Unpaired ─ token ─▶ Connecting ─ Hello accepted ─▶ Open ─ closed ─▶ Lost ─ tried again, with growing patience ─▶ Open
-//! wish ─▶ Effect::Send ─▶ bridge ─▶ LinkEvent::Heard ─▶ what is shown       (and every 250 ms: ping, age, STOP heard?)
+//! Unpaired ─ token ─▶ Connecting ─ Hello accepted ─▶ Open ─ closed ─▶ Lost ─ retries, ever longer ─▶ Open
+//! request ─▶ Effect::Send ─▶ bridge ─▶ LinkEvent::Heard ─▶ model    every 250 ms: ping, age, STOP confirmed?
 //! ```
-//!
-//! Comes in: messages of `wire`, wishes, the beat of the clock. Goes out: what is shown, messages to be sent. Does not know the
-//! socket.
 
 pub mod at_change;
 pub mod contacts;
@@ -15,19 +12,20 @@ pub mod drilled;
 pub mod hand;
 mod heard;
 mod jog;
+pub mod rest;
 mod stop;
 pub mod way_back;
 
 use super::{Effect, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};
 use crate::lab::log::{Log, LogEvent as Noted};
-use annulus_core::control::{Ending, State, Timing};
+use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
 use annulus_core::wire::{
-    Ask, CheckModeReport, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Paired, PreflightRow,
-    QueuePhase, Status, Tell, ToolsReport,
+    ArmedJob, Ask, CheckModeReport, Control, HeightMapReport, InterruptedJob, JobEnd, MagazineReport,
+    OtherFirmware, Outputs, Paired, QueueStatus, Status, Tell, ToolsReport,
 };
 pub use contacts::Contacts;
 pub use controller::{Controller, ControllerEvent, Support};
@@ -35,284 +33,224 @@ pub use hand::{Hand, HandEvent};
 use jog::Jog;
 use std::sync::Arc;
 
-/// How often the line is looked at, in ms.
+/// Interval of [`LinkEvent::Tick`], in ms.
 pub const TICK_MS: u32 = 250;
-/// How often it is pinged.
 const PING_EVERY_MS: f64 = 800.0;
 
-/// How far the connection is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LinkPhase {
-    /// No session: the page was opened without the link that the bridge prints.
+    /// No session: the page was not opened through the link that the bridge prints.
     #[default]
     Unpaired,
-    /// On the way.
     Connecting,
-    /// Hello accepted.
     Open,
-    /// Was open, is being tried again.
+    /// Was open; the page tries to reconnect.
     Lost,
-}
-
-/// Who may move the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Control {
-    /// This page.
-    pub yours: bool,
-    /// Some page.
-    pub taken: bool,
-    /// Pages that watch.
-    pub viewers: u32,
-}
-
-/// The bridge's verdict on a job.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Armed {
-    /// SHA-256 of the program's bytes.
-    pub job: String,
-    /// Digest of the step stream as the bridge computed it.
-    pub stream_digest: String,
-    /// Its depth follows the height map that there is.
-    pub levelled: bool,
-    /// Row by row.
-    pub checks: Vec<PreflightRow>,
-}
-
-/// A job that can be taken up.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Interrupted {
-    /// Which.
-    pub job: String,
-    /// Its name.
-    pub name: String,
-    /// Where to go on.
-    pub next_leg: u32,
-    /// Holes done for certain.
-    pub holes_done: u32,
-    /// Holes in all.
-    pub holes_total: u32,
-    /// Toolpaths done for certain.
-    pub toolpaths_done: u32,
-    /// Toolpaths in all.
-    pub toolpaths_total: u32,
 }
 
 /// How the last job ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct JobEnded {
-    /// Which.
-    pub job: String,
-    /// Why.
-    pub ending: Ending,
-    /// Holes drilled.
-    pub holes_done: u32,
-    /// Toolpaths milled.
-    pub toolpaths_done: u32,
-    /// It was stopped, and STOP was pressed in this page.
+pub struct LastJob {
+    pub end: JobEnd,
+    /// The job was stopped, and STOP was pressed in this page.
     pub by_you: bool,
 }
 
-/// The machine's queue of work commands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MachineQueue {
-    /// Its text; empty where there is none.
+    /// Empty if there is no queue.
     pub text: String,
-    /// What it is doing.
-    pub phase: QueuePhase,
-    /// The row in work or next.
-    pub row: Option<usize>,
-    /// Results, one a row.
+    /// The latest status, without results.
+    pub status: QueueStatus,
+    /// One result per row.
     pub results: Vec<RowResult>,
-    /// Why it failed.
-    pub why: Option<Diagnostic>,
 }
 
-/// The line, and everything the bridge said.
+/// The link and everything received over it.
 #[derive(Clone, Debug, Default)]
 pub struct Link {
-    /// How far the connection is.
     pub phase: LinkPhase,
-    /// Whether a machine was connected since the page was opened.
+    /// A machine has been connected since the page was opened.
     pub ever: bool,
-    /// How things stand.
     pub status: Option<Arc<Status>>,
-    /// How old that is.
+    /// Age of the data.
     pub freshness: Freshness,
-    /// Who may move the machine.
     pub control: Control,
-    /// The machine's settings.
     pub settings: Arc<Vec<(String, Value)>>,
-    /// The faults that were provoked; none on a machine that has none on demand.
+    /// Injected faults; `None` if the machine cannot inject faults.
     pub faults: Option<Vec<String>>,
-    /// Their fingerprint.
     pub fingerprint: String,
-    /// The last verdict on a job.
-    pub armed: Option<Armed>,
-    /// What a controller has read of a job in its check mode.
+    /// The latest preflight result.
+    pub armed: Option<ArmedJob>,
+    /// Result of a job in the controller's check mode.
     pub checked: Option<Arc<CheckModeReport>>,
-    /// A job to be taken up.
-    pub interrupted: Option<Interrupted>,
-    /// How the last one ended.
-    pub ended: Option<JobEnded>,
-    /// What the bridge's clock is worth; none where the drill is virtual.
+    /// A job that can be resumed.
+    pub interrupted: Option<InterruptedJob>,
+    pub ended: Option<LastJob>,
+    /// Timing quality of the bridge; `None` for a virtual drill.
     pub timing: Option<Arc<Timing>>,
-    /// Why the last wish was refused.
+    /// Why the latest request was refused.
     pub refused: Option<Diagnostic>,
     /// Why this page lost control.
     pub ousted: Option<Ousted>,
-    /// The adapter's firmware is another one, and nobody closed that it is.
+    /// The adapter's firmware has another version; `None` once the user closed the notice.
     pub other_firmware: Option<OtherFirmware>,
-    /// There and back, ms.
+    /// Round trip of a ping, ms.
     pub delay_ms: Option<f64>,
-    /// STOP was pressed and nobody said that it was heard.
+    /// STOP was pressed and not confirmed in time.
     pub stop_unconfirmed: bool,
-    /// What happened so far.
     pub log: Arc<Log>,
-    /// The queue of work commands that the machine has.
     pub queue: MachineQueue,
     /// The outputs and their lock.
     pub outputs: Outputs,
-    /// What became of the tools of the rack.
+    /// Wear of the tools in the rack.
     pub tools: ToolsReport,
-    /// What is known of the surface of the board on a controller.
+    /// The board's surface as a controller has probed it.
     pub height_map: Arc<HeightMapReport>,
-    /// What lies in the magazine; none on a machine without one.
+    /// Contents of the magazine; `None` for a machine without one.
     pub magazine: Option<Arc<MagazineReport>>,
-    /// Where the strokes of the job in work, or of the last one, ended on their sensor.
+    /// Contact heights of the drill cycles of the running or last job.
     pub contacts: Arc<Contacts>,
-    /// Who this page is to the bridge.
+    /// The session of this page with the bridge.
     pub(super) session: Option<Paired>,
-    /// Tries since the line was open last.
+    /// Failed attempts since the link was open last.
     attempt: u32,
-    /// Counts what was tried and what is to be: a try that is due is done only where nothing was tried since.
+    /// Counts attempts, made or planned: a due retry runs only if no other attempt happened since.
     pub(in crate::model) tries: u32,
-    /// When the bridge was heard last, and pinged.
+    /// When the bridge was last heard.
     heard_ms: f64,
     pinged_ms: f64,
-    /// The bridge said that it does not know this page.
+    /// The bridge does not know this page's session.
     unknown: bool,
-    /// Whether this page holds on to control.
+    /// Whether this page claims control.
     claim: Claim,
-    /// Of asking for control and giving it back, the last was giving it back.
+    /// The latest of requesting and releasing control was releasing it.
     released: bool,
-    /// Where a pressed STOP is on its way.
+    /// Progress of a pressed STOP.
     stop: StopWay,
-    /// When it was pressed.
+    /// When STOP was pressed.
     pressed_ms: Option<f64>,
     /// When Escape was pressed last.
     escaped_ms: Option<f64>,
-    /// The pad that moves by hand.
     pub hand: Hand,
-    /// The controller at a port of this computer, where the page has one in place of the bridge.
+    /// A controller at a serial port of this computer, which replaces the bridge.
     pub controller: Controller,
     jog: Jog,
 }
 
-/// What happens to the line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkEvent {
     /// The page was opened.
     Begun {
-        /// The token of its address.
+        /// From the page's address.
         token: Option<String>,
-        /// The session of this tab, over a reload.
+        /// This tab's session, if it survived a reload.
         kept: Option<Paired>,
-        /// This tab had control when it was loaded last, and did not give it away.
+        /// This tab had control before the reload and did not release it.
         had_control: bool,
     },
-    /// The token was exchanged for a session, or was not.
+    /// The token was exchanged for a session, or was rejected.
     Paired {
-        /// The session.
         session: Option<Paired>,
     },
-    /// It is time for another try.
+    /// The delay before the next attempt is over.
     Retry {
-        /// Which; one that was planned before another is not done any more.
+        /// Value of `tries` when the attempt was planned; an outdated one is ignored.
         number: u32,
     },
-    /// The person wants another try at once.
+    /// The user wants to reconnect at once.
     ReconnectNow,
-    /// The bridge was heard.
+    /// A message arrived.
     Heard {
-        /// What it said, where that could be read.
+        /// `None` if the message could not be read.
         tell: Option<Box<Tell>>,
     },
-    /// The socket is gone.
+    /// The socket was closed.
     Closed,
-    /// Something could not be sent: the socket is not open.
+    /// A message could not be sent because the socket is not open.
     NotSent,
-    /// A quarter of a second went by.
+    /// Sent every [`TICK_MS`].
     Tick,
-    /// Something is asked of the bridge.
+    /// Send a request to the bridge.
     Ask {
-        /// What.
         wish: Ask,
     },
-    /// STOP was pressed.
     Stop,
     /// STOP was pressed in another tab of this site.
     StopBeside,
-    /// The tab that has the machine heard it.
+    /// The tab that owns the machine confirmed STOP.
     StopHeardBeside,
-    /// STOP has had time to be heard.
+    /// STOP should be confirmed by now.
     StopLooked,
-    /// Escape was pressed where nothing else is open.
+    /// Escape was pressed while no overlay was open.
     Escape,
-    /// The job is to pause, if one of ours runs.
+    /// Pause a job that this page controls.
     Pause,
-    /// Something happens to the pad that moves by hand.
     Hand(HandEvent),
-    /// It is time to say that this page is still there, while something moves by hand.
+    /// Send the next keep-alive of a jog.
     Renew {
-        /// The page is not seen.
+        /// The page is hidden.
         hidden: bool,
     },
-    /// A notice was closed.
+    /// The user closed a notice.
     Close {
-        /// Which.
         notice: Notice,
     },
-    /// The broken-off job is to be forgotten.
+    /// Forget the interrupted job.
     Forget,
-    /// The log is to be empty.
     ClearLog,
-    /// Something happens about a controller at a port of this computer.
+    /// An event of the controller at a serial port.
     Controller(ControllerEvent),
 }
 
-/// What stays on show until somebody closes it.
+/// Notices that stay until the user closes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
-    /// Why the last wish was refused.
+    /// The last request was refused.
     Refused,
-    /// Why control was lost.
+    /// Control was lost.
     Ousted,
-    /// How the last job ended.
+    /// The last job ended.
     Ended,
-    /// That the adapter's firmware is another one.
+    /// The adapter's firmware has another version.
     OtherFirmware,
-    /// That STOP was not confirmed.
+    /// STOP was not confirmed.
     Stop,
 }
 
 impl Link {
-    /// What the machine is doing, if one is there.
+    /// The machine's state, if one is connected.
     pub fn state(&self) -> Option<State> {
         self.status.as_ref().map(|status| status.state)
     }
 
-    /// Whether anything moves or is about to.
+    /// True if the machine waits for the user to touch off a tool.
+    pub fn touches_off(&self) -> bool {
+        let changes = self.status.as_ref().is_some_and(|status| status.change.is_some());
+        self.controller.touches_off(self.state()) || (changes && self.state() == Some(State::ToolChange))
+    }
+
+    /// True if the machine moves or is about to.
     pub fn busy(&self) -> bool {
         !matches!(self.state(), None | Some(State::Ready | State::NotHomed | State::Alarm))
     }
 
-    /// Writes into the log.
+    /// True if this page may request motion.
+    pub fn may_act(&self) -> bool {
+        self.phase == LinkPhase::Open && self.control.yours && self.freshness == Freshness::Fresh
+    }
+
+    /// True if homing gives the machine its position; without limit switches, the work zero that the user
+    /// sets does.
+    pub fn homes(&self) -> bool {
+        self.controller.who.as_ref().is_none_or(|who| who.homes())
+    }
+
     fn note(&mut self, wall_ms: f64, event: Noted) {
         Arc::make_mut(&mut self.log).add(wall_ms, event);
     }
 }
 
-/// Takes one event in.
 pub(super) fn update(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
     match event {
         LinkEvent::Begun { token, kept, had_control } => begun(model, token, kept, had_control),
@@ -331,7 +269,7 @@ pub(super) fn update(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
         }
         LinkEvent::Tick => tick(model),
         LinkEvent::Ask { wish } => {
-            // Why the wish before was refused has been read, or does not matter any more.
+            // A new request replaces the refusal of the one before.
             model.link.refused = None;
             ask(model, &wish)
         }
@@ -376,7 +314,7 @@ fn close(link: &mut Link, notice: Notice) {
     }
 }
 
-/// Pairs if the address says so, else takes up the session of this tab; then connects and keeps connected.
+/// Pairs if the address has a token, else continues this tab's session.
 fn begun(model: &mut Model, token: Option<String>, kept: Option<Paired>, had: bool) -> Vec<Effect> {
     model.link.claim = Claim { had };
     match (token, kept) {
@@ -413,9 +351,10 @@ fn connect(model: &mut Model) -> Vec<Effect> {
     vec![if link.controller.chosen { Effect::ConnectController } else { Effect::Connect }]
 }
 
-/// Asks the bridge for something; without a socket nothing happens (STOP is kept by its own file).
+/// Sends a request to the bridge. Without a socket it is dropped; only STOP is stored (see `stop`).
 pub(super) fn ask(model: &mut Model, wish: &Ask) -> Vec<Effect> {
     let Ok(text) = serde_json::to_string(wish) else { return Vec::new() };
+    // The log leaves out routine requests. The name is the value of the JSON's first field, `t`.
     let said = !matches!(wish, Ask::Hello { .. } | Ask::Ping { .. } | Ask::JogOn);
     let name = text.split('"').nth(3).filter(|_| said).map(str::to_owned);
     let mut effects = vec![Effect::Send { text }];
@@ -433,12 +372,12 @@ pub(super) fn ask(model: &mut Model, wish: &Ask) -> Vec<Effect> {
     effects
 }
 
-/// Keeps the claim, over a reload too.
+/// Stores the claim, also across a reload.
 fn claim(link: &mut Link, now: Claim) -> Option<Effect> {
     (std::mem::replace(&mut link.claim, now) != now).then_some(Effect::KeepControl { had: now.had })
 }
 
-/// The socket is gone. Whoever has control from now on, it is not this connection.
+/// The socket is closed: this connection no longer has control.
 fn closed(model: &mut Model) -> Vec<Effect> {
     let link = &mut model.link;
     let was_open = link.phase == LinkPhase::Open;
@@ -447,6 +386,7 @@ fn closed(model: &mut Model) -> Vec<Effect> {
     if was_open {
         link.note(model.clock.wall_ms, Noted::Link { open: false });
     }
+    // A retry with a session that the bridge does not know is pointless.
     if link.unknown {
         link.session = None;
         link.phase = LinkPhase::Unpaired;

@@ -1,6 +1,4 @@
-//! STOP: the first effect of its event, before anything else; shouted about when nobody answers. And Escape, which pauses first.
-//!
-//! Comes in: the press, answers. Goes out: `Ask::Stop` and, after 250 ms of silence, the alert. Knows no buttons.
+//! STOP: always the first effect of its event; warns if it is not confirmed. Escape pauses first, then stops.
 
 use super::{Link, LinkEvent, LinkPhase, ask};
 use crate::health::{STOP_PATIENCE_MS, StopWay};
@@ -8,18 +6,18 @@ use crate::model::{Effect, Event, Model};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 
-/// A job that ends so soon after STOP was pressed ended by it.
+/// A job that ends within this time after STOP counts as stopped by it.
 const BY_THIS_MS: f64 = 60_000.0;
 /// A second Escape within this time stops.
 const ESCAPE_TWICE_MS: f64 = 1500.0;
 
-/// Whether STOP was pressed in this page just now.
+/// True if STOP was pressed in this page recently.
 pub(super) fn pressed_here(link: &Link, now_ms: f64) -> bool {
     link.pressed_ms.is_some_and(|pressed_ms| now_ms - pressed_ms <= BY_THIS_MS)
 }
 
-/// Stops the machine. With no link the wish is kept and goes out first on the next one; where the machine is another tab's, that one is
-/// told.
+/// Stops the machine. Without a link, STOP is stored and sent first on the next one. If another tab owns the
+/// machine, that tab is asked to stop it.
 pub(super) fn pressed(model: &mut Model) -> Vec<Effect> {
     model.link.pressed_ms = Some(model.clock.page_ms);
     if model.link.phase != LinkPhase::Open {
@@ -30,7 +28,7 @@ pub(super) fn pressed(model: &mut Model) -> Vec<Effect> {
     send(model)
 }
 
-/// STOP was pressed in another tab of this site: whoever has the machine stops it, and says so.
+/// STOP was pressed in another tab of this site: if this tab owns the machine, it stops it and confirms.
 pub(super) fn beside(model: &mut Model) -> Vec<Effect> {
     if model.link.phase != LinkPhase::Open {
         return Vec::new();
@@ -40,7 +38,7 @@ pub(super) fn beside(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// The tab that has the machine stopped it: nothing is kept for later.
+/// The tab that owns the machine stops it: discard the stored STOP.
 pub(super) fn heard_beside(link: &mut Link) {
     if link.stop == StopWay::Latched {
         heard(link);
@@ -51,25 +49,26 @@ fn send(model: &mut Model) -> Vec<Effect> {
     let at_ms = model.clock.page_ms;
     model.link.stop = StopWay::Sent(at_ms);
     let mut effects = ask(model, &Ask::Stop);
+    // The pong to this ping proves that the bridge has read STOP, which was sent before it.
     effects.extend(ask(model, &Ask::Ping { stamp: at_ms }));
     let event = Box::new(Event::Link(LinkEvent::StopLooked));
     effects.push(Effect::Wake { after_ms: STOP_PATIENCE_MS as u32 + 5, event });
     effects
 }
 
-/// Shouts if it is time to.
+/// Warns if STOP is overdue.
 pub(super) fn look(model: &mut Model) {
     if model.link.stop.overdue(model.clock.page_ms) {
         model.link.stop_unconfirmed = true;
     }
 }
 
-/// The link is open again: a kept STOP goes out.
+/// The link is open again: sends a stored STOP.
 pub(super) fn opened(model: &mut Model) -> Vec<Effect> {
     if model.link.stop == StopWay::Latched { send(model) } else { Vec::new() }
 }
 
-/// The link broke: a STOP that was not answered is kept.
+/// The link broke: stores a STOP that was not confirmed.
 pub(super) fn broke(link: &mut Link) {
     if matches!(link.stop, StopWay::Sent(_)) {
         link.stop = StopWay::Latched;
@@ -77,14 +76,12 @@ pub(super) fn broke(link: &mut Link) {
     }
 }
 
-/// A pong came back.
 pub(super) fn pong(link: &mut Link, stamp_ms: f64) {
     if link.stop.heard_by_pong(stamp_ms) {
         heard(link);
     }
 }
 
-/// A status came in.
 pub(super) fn status(link: &mut Link, state: State) {
     if link.stop.heard_by(state) {
         heard(link);
@@ -96,7 +93,7 @@ fn heard(link: &mut Link) {
     link.stop_unconfirmed = false;
 }
 
-/// Pauses a job of ours; never resumes one.
+/// Pauses a job that this page controls; never resumes one.
 pub(super) fn pause(model: &mut Model) -> Vec<Effect> {
     if model.link.control.yours && model.link.state() == Some(State::Running) {
         ask(model, &Ask::Pause)
@@ -105,14 +102,16 @@ pub(super) fn pause(model: &mut Model) -> Vec<Effect> {
     }
 }
 
-/// Escape closes what is open by itself; here it pauses, and the second one stops.
+/// The first Escape pauses, the second stops. Overlays handle Escape before this.
 pub(super) fn escape(model: &mut Model) -> Vec<Effect> {
     if !model.link.busy() || !model.link.control.yours {
         return Vec::new();
     }
     let now_ms = model.clock.page_ms;
     let before_ms = model.link.escaped_ms.replace(now_ms);
-    if before_ms.is_some_and(|before_ms| now_ms - before_ms <= ESCAPE_TWICE_MS) {
+    // While the machine still decelerates for the first Escape, a second one stops at any time.
+    let is_pausing = before_ms.is_some() && model.link.state() == Some(State::Pausing);
+    if is_pausing || before_ms.is_some_and(|before_ms| now_ms - before_ms <= ESCAPE_TWICE_MS) {
         pressed(model)
     } else {
         pause(model)

@@ -1,48 +1,45 @@
-//! After an alarm: the way back to the job, step by step, instead of a person's guess (A12).
+//! After an alarm: the steps back to the job, so that the user need not guess.
 //!
 //! ```text
-//! read the alarm ─┬─ bit out of the board, where the position is trusted ─┬─ tool checked ─▶ resume
-//!                 └─ homed again, which takes the bit up, where it is not ─┤
-//!                    or zero set by hand, on a mill without switches      ─┘
+//! acknowledge the alarm ─┬─ position trusted: raise the tool out of the board ──┬─ check the tool ─▶ resume
+//!                        └─ not trusted: home, which raises the tool first ─────┤
+//!                           or set zero, on a machine without limit switches ───┘
 //! ```
 //!
-//! Ticked is what was seen alone: that the bit is out of the board where the place is known, what the bit looks like by a person.
+//! A step counts as done only if it was observed: a raised tool by a trusted position, the tool's state by
+//! the user.
 //!
-//! Comes in: the status, whether the machine homes, whether a job was broken off, whether somebody looked at the bit. Goes out: the steps, each done, to be done now, or later. Moves nothing.
+//! Moves nothing.
 
 use annulus_core::control::Trust;
 use annulus_core::wire::Status;
 
-/// One step of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BackStep {
-    /// The alarm is read.
+    /// The alarm is acknowledged.
     Read,
-    /// The bit is out of the board.
+    /// The tool is out of the board.
     Lift,
-    /// The position is trusted again, by homing.
+    /// Homing makes the position trusted again.
     Home,
-    /// The same of a machine without switches: by a zero that a person sets.
+    /// On a machine without limit switches, setting zero makes the position trusted again.
     Zero,
-    /// The tool is whole; nobody but a person can know.
+    /// The tool is not broken; only the user can check that.
     Tool,
-    /// The job goes on.
     Resume,
 }
 
-/// Where a step is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BackMark {
-    /// It is done.
     Done,
-    /// It is the one to be done.
+    /// The step to do next.
     Now,
-    /// Others come before it.
+    /// Other steps come first.
     Later,
 }
 
-/// The way back from how things stand, of a machine that `homes`; a job `is_broken_off` where one can be taken up. Somebody `has_looked` at
-/// the bit.
+/// The steps from the current state. `homes`: the machine has limit switches. `is_broken_off`: a job can be
+/// resumed. `has_looked`: the user has checked the tool.
 pub fn way_back(
     status: &Status,
     homes: bool,
@@ -51,7 +48,7 @@ pub fn way_back(
 ) -> Vec<(BackStep, BackMark)> {
     let is_known = status.trust == Trust::Trusted;
     let mut steps = vec![(BackStep::Read, status.alarm.is_none())];
-    // Where the place is not trusted nobody but a person sees where the bit is, and homing takes it up first.
+    // Without a trusted position only the user can see where the tool is, and homing raises it first.
     if is_known {
         steps.push((BackStep::Lift, status.work_mm[2] > 0.0));
     }
@@ -66,7 +63,7 @@ pub fn way_back(
             (false, true) => BackMark::Now,
             (false, false) => BackMark::Later,
         };
-        // The tool is checked while Resume is offered: its pre-flight asks once more.
+        // Resume is offered although the tool is not checked yet: its preflight asks again.
         open &= done || step == BackStep::Tool;
         (step, mark)
     };

@@ -1,4 +1,4 @@
-//! Addresses by rows: where the person goes, and what the address says then.
+//! Addresses: the view that each one opens, and the address of each view.
 
 use super::story::{Story, work};
 use crate::keys::{Stride, Tab};
@@ -12,7 +12,7 @@ fn go(model: &mut Model, address: &str) -> String {
 }
 
 #[test]
-fn what_an_address_names_is_on_show_and_named_again() {
+fn address_opens_its_screen_and_is_normalized() {
     let mut model = Model::default();
     let rows = [
         ("#/draw", "#/draw", Tab::Draw),
@@ -38,7 +38,7 @@ fn what_an_address_names_is_on_show_and_named_again() {
 }
 
 #[test]
-fn an_operation_has_the_number_that_stands_before_it() {
+fn operation_address_uses_its_listed_number() {
     let mut model = Model::default();
     let mut job = work();
     job.operations[0].face = Face::Bottom;
@@ -53,14 +53,14 @@ fn an_operation_has_the_number_that_stands_before_it() {
 }
 
 #[test]
-fn what_is_not_there_yet_is_shown_when_it_is() {
+fn addressed_operation_is_shown_once_loaded() {
     let mut story = Story::default();
     go(&mut story.model, "#/cam/op/3");
     story.tell("open");
     story.tell("certain");
     assert_eq!((story.model.frame.tab, story.model.job.chosen), (Tab::Cam, 2));
     assert_eq!(address::of(&story.model), "#/cam/op/3");
-    // Without such an address, or where the person went elsewhere, a board is looked at first.
+    // Without a named part, or if the user went elsewhere meanwhile, the Board screen opens.
     for elsewhere in [false, true] {
         let mut story = Story::default();
         if elsewhere {
@@ -74,7 +74,7 @@ fn what_is_not_there_yet_is_shown_when_it_is() {
 }
 
 #[test]
-fn a_second_is_shown_once_there_is_a_plan_and_named_while_it_holds() {
+fn addressed_second_is_shown_once_planned() {
     let mut model = super::play_rows::playing(0.0, 1.0);
     let playback = model.play.playback.take();
     assert_eq!(go(&mut model, "#/simulate?t=2.5"), "#/simulate?t=2.5");

@@ -1,10 +1,9 @@
-//! New exports of the open board: taken in, compared, and the way back.
+//! New exports of the open board: reading, comparison, and going back.
 
 use super::story::{Story, compare, shifted_work};
 use crate::keys::Tab;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent, Model};
 
-/// The files that are open, by name and content.
 fn open(model: &Model) -> String {
     let document = model.board.document.as_ref();
     let files = document.map(|document| document.files.clone()).unwrap_or_default();
@@ -12,17 +11,17 @@ fn open(model: &Model) -> String {
 }
 
 #[test]
-fn files_with_the_names_of_those_that_are_open_replace_them_and_are_compared() {
+fn files_with_open_names_replace_them_and_are_compared() {
     compare(
         &[
             ("open certain open-anew", "reading | board stale | call-off read"),
             ("open certain open-anew certain", "planning | board stale | compare plan keep-rests"),
             ("open certain open-anew certain compared", "planning | board stale | "),
             ("open certain open-anew certain compare-refused", "planning | board stale | "),
-            // while it is compared the plan goes on, and the other way round
+            // comparison and plan do not wait for each other
             ("open certain open-anew certain plan compared", "proving | board plan stale | "),
             ("open certain open-anew read-refused", "planning | board stale | toast-goes plan"),
-            // what the person changes meanwhile is compared with again
+            // a job edited meanwhile is compared again
             ("open certain open-anew certain edit compared", "planning-again | board stale | compare"),
             (
                 "open certain open-anew certain say-aligned certain",
@@ -32,11 +31,11 @@ fn files_with_the_names_of_those_that_are_open_replace_them_and_are_compared() {
             ("open-anew certain", "planning | board stale | plan keep-rests"),
             ("open certain choose-anew", "planning | board stale | choose-anew"),
             ("open certain chosen-anew certain", "planning | board stale | compare plan keep-rests"),
-            // a review is wanted where the new files have something to say that the old ones had not
+            // a review is needed if the new files have problems that the old ones did not have
             ("open certain open-anew warning", "nothing | board review stale | compare keep-rests"),
             ("open warning reviewed open-anew warning", "planning | board stale | compare plan keep-rests"),
             ("open warning reviewed open-anew empty", "nothing | board review stale | compare keep-rests"),
-            // and where the old ones are under review themselves
+            // or if the old files are under review themselves
             ("open warning open-anew warning", "nothing | board review | compare keep-rests"),
             ("open warning open-anew certain", "planning | board stale | compare plan keep-rests"),
             (
@@ -52,7 +51,7 @@ fn files_with_the_names_of_those_that_are_open_replace_them_and_are_compared() {
 }
 
 #[test]
-fn which_files_are_open_follows_what_was_brought() {
+fn open_files_follow_uploads_and_disk_changes() {
     compare(
         &[
             ("open certain open-anew certain", "a.drl=[3] b.drl=[1]"),
@@ -64,11 +63,11 @@ fn which_files_are_open_follows_what_was_brought() {
             ("open certain open-anew warning back", "a.drl=[1] b.drl=[1]"),
             ("open certain chosen-anew certain", "c.drl=[2] d.drl=[2]"),
             ("open certain chosen-anew certain as-before", "a.drl=[1] b.drl=[1]"),
-            // one of those that were chosen is called otherwise: they are all that there are
+            // a chosen file with a new name: the chosen files are the whole board
             ("open certain chosen-anew-mixed certain", "a.drl=[3] c.drl=[2]"),
             ("open certain chosen-anew-one certain", "a.drl=[3] b.drl=[1]"),
             ("open certain on-disk take-from-disk certain", "a.drl=[1] b.drl=[9]"),
-            // what was written later does not push out what was written before
+            // a later change on disk keeps an earlier one
             ("open certain on-disk on-disk-a take-from-disk certain", "a.drl=[8] b.drl=[9]"),
             ("open certain on-disk open-anew certain take-from-disk certain", "a.drl=[3] b.drl=[9]"),
             (
@@ -82,7 +81,7 @@ fn which_files_are_open_follows_what_was_brought() {
 }
 
 #[test]
-fn what_changed_is_shown_until_it_was_seen() {
+fn changes_are_shown_until_acknowledged() {
     let shown = |story: &Story| match story.model.anew.shown.as_deref() {
         None => "nothing".to_owned(),
         Some(shown) => match &shown.compared {
@@ -111,7 +110,7 @@ fn what_changed_is_shown_until_it_was_seen() {
 }
 
 #[test]
-fn the_job_stays_is_carried_over_and_comes_back() {
+fn edited_job_survives_a_board_change_and_can_be_undone() {
     let depth = |words: &str| {
         let story = Story::told(words);
         story.model.job.work.as_ref().unwrap().operations[0].depth
@@ -144,7 +143,7 @@ fn the_job_stays_is_carried_over_and_comes_back() {
 }
 
 #[test]
-fn what_was_written_on_the_disk_is_offered_once_and_taken_only_when_it_is_wanted() {
+fn disk_change_is_offered_once_and_read_only_on_request() {
     compare(
         &[
             ("open certain on-disk", "page.anew.on_disk"),
@@ -154,7 +153,7 @@ fn what_was_written_on_the_disk_is_offered_once_and_taken_only_when_it_is_wanted
             ("open-other certain on-disk", ""),
             ("open certain on-disk take-from-disk", ""),
             ("open certain on-disk on-disk-same", ""),
-            // it stays on offer as long as there is something to take in
+            // the offer stays while a change is left
             ("open certain on-disk open-anew certain", "page.anew.on_disk"),
             ("open certain on-disk open-other certain", ""),
             ("open certain on-disk discard", ""),
@@ -166,7 +165,7 @@ fn what_was_written_on_the_disk_is_offered_once_and_taken_only_when_it_is_wanted
 }
 
 #[test]
-fn the_board_is_on_show_with_what_changed() {
+fn changed_files_open_the_board_screen() {
     let mut story = Story::told("open certain");
     story.send(FrameEvent::Show { tab: Tab::Cam });
     ["open-anew", "certain"].into_iter().for_each(|word| story.tell(word));
@@ -174,7 +173,7 @@ fn the_board_is_on_show_with_what_changed() {
 }
 
 #[test]
-fn a_file_that_was_brought_by_another_name_is_followed_by_it() {
+fn renamed_file_is_replaced_under_its_open_name() {
     let named = |name: &str, byte| (name.to_owned(), vec![byte]);
     let mut story = Story::default();
     story.send(FilesEvent::Chosen { files: vec![named("board/a.drl", 1), named("board/b.drl", 1)] });
@@ -187,7 +186,7 @@ fn a_file_that_was_brought_by_another_name_is_followed_by_it() {
 }
 
 #[test]
-fn a_file_of_a_folder_that_was_written_anew_leaves_the_others_there() {
+fn changed_file_of_a_folder_leaves_the_others_open() {
     let named = |name: &str, byte| (format!("board/{name}"), vec![byte]);
     let mut story = Story::default();
     story.send(FilesEvent::Chosen { files: vec![named("a.drl", 1), named("b.drl", 1)] });

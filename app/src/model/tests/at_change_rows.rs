@@ -1,4 +1,4 @@
-//! What the machine tells in a tool change, by rows.
+//! Checks during a tool change.
 
 use super::line;
 use crate::model::link::at_change::{ChangeCheck, change_rows};
@@ -6,20 +6,21 @@ use annulus_core::control::State;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::pins::{SpindleState, SpindleTrouble};
+use annulus_core::wire::{ChangeReport, LengthKnown};
 
 fn program(commands: Vec<Command>) -> Program {
     Program { legs: vec![Leg { mark: Mark::ToolChange(0), commands }], ..line::empty() }
 }
 
 #[test]
-fn in_a_tool_change_each_row_is_what_the_machine_reports() {
+fn tool_change_rows_match_the_machine_report() {
     let (off, up, place) = (ChangeCheck::SpindleOff, ChangeCheck::Up, ChangeCheck::AtPlace);
     let goes = Command::Rapid { to: Point::default() };
     let usual = program(vec![Command::Spindle { rpm: 0 }, goes, Command::AwaitBit { bit: 0 }, goes]);
     let anywhere = program(vec![Command::Spindle { rpm: 0 }, Command::AwaitBit { bit: 0 }, goes]);
     let trouble = SpindleTrouble::Silent;
     let rows = [
-        // commanded rpm, what the spindle tells, work position, the program, what is so
+        // commanded rpm, reported spindle state, work position, program, expected checks
         (0, SpindleState::Untold, [0.0, 0.0, 2.0], &usual, vec![(off, true), (up, true), (place, true)]),
         (
             9_000,
@@ -28,7 +29,7 @@ fn in_a_tool_change_each_row_is_what_the_machine_reports() {
             &usual,
             vec![(off, false), (up, false), (place, true)],
         ),
-        // It is told to stand, and runs down.
+        // Spindle stopped by command, still running down.
         (
             0,
             SpindleState::Off { rpm: 400 },
@@ -58,7 +59,14 @@ fn in_a_tool_change_each_row_is_what_the_machine_reports() {
         (status.spindle_rpm, status.spindle, status.work_mm, status.leg) = (rpm, spindle, work_mm, Some(0));
         assert_eq!(change_rows(&status, Some(program)), wanted, "{rpm} {spindle:?} {work_mm:?}");
     }
-    // Of a job that is not known the spindle alone.
+    // Our own drill reports its position, independent of the program.
+    for (is_up, is_at_place) in [(true, true), (false, true), (true, false)] {
+        let mut status = line::status(State::ToolChange, Some("a"));
+        status.change = Some(ChangeReport { bit: 0, is_up, is_at_place, length: LengthKnown::No });
+        let wanted = vec![(off, true), (ChangeCheck::AtHeight, is_up), (place, is_at_place)];
+        assert_eq!(change_rows(&status, Some(&usual)), wanted);
+    }
+    // For an unknown job only the spindle is checked.
     let status = line::status(State::ToolChange, Some("a"));
     assert_eq!(change_rows(&status, None), vec![(off, true)]);
 }

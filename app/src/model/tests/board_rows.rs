@@ -1,4 +1,4 @@
-//! What a person has to see of a board before it is used, and what of a run is really in it.
+//! Errors that need a review before a board is used, and the report of what was drilled.
 
 use super::line::status;
 use super::story::row;
@@ -11,9 +11,9 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::DrilledReport;
 
-/// Errors of a file and of the board, what was accepted of them, and what is to be seen first.
+/// Errors of a file and of the board, accepted codes, and the expected reason for a review.
 #[test]
-fn what_has_to_be_seen_is_called_what_it_is() {
+fn review_reason_matches_the_unaccepted_problem() {
     type Row = (&'static [&'static str], &'static [&'static str], &'static [&'static str], Option<Unseen>);
     let rows: [Row; 9] = [
         (&[], &[], &[], None),
@@ -41,9 +41,9 @@ fn what_has_to_be_seen_is_called_what_it_is() {
     }
 }
 
-/// What the drill's own record says, and the sentences that follow.
+/// The virtual drill's record and the expected messages.
 #[test]
-fn what_is_not_as_programmed_is_said_and_what_was_drilled_twice() {
+fn job_end_lists_missing_shifted_and_repeated_holes() {
     let none = DrilledReport::default();
     let rows = [
         (None, vec![], ""),

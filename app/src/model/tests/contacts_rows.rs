@@ -1,4 +1,4 @@
-//! Where strokes ended on their sensor: told hole by hole, kept for the job, sorted by how far off they are.
+//! Contact heights: recorded per hole and job, sorted by deviation.
 
 use super::line::status;
 use crate::model::{LinkEvent, Model, update};
@@ -8,7 +8,7 @@ use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::units::Length;
 use annulus_core::wire::Tell;
 
-/// A leg that is not a hole, and four holes.
+/// A segment without a hole, and four holes.
 fn program() -> Program {
     let hole = |number: u32| {
         let to = Point::from_mm(f64::from(number) * 10.0, 5.0);
@@ -33,14 +33,14 @@ fn tell(model: &mut Model, tell: Tell) {
     update(model, LinkEvent::Heard { tell: Some(Box::new(tell)) }.into());
 }
 
-/// The machine is at work on `job`, so many of whose holes are done.
+/// A status of `job` with this number of finished holes.
 fn works(model: &mut Model, job: Option<&str>, holes_done: u32) {
     let mut now = status(if job.is_some() { State::Running } else { State::Ready }, job);
     now.holes_done = holes_done;
     tell(model, Tell::Status(Box::new(now)));
 }
 
-/// X of every hole, and how far off its stroke ended, µm.
+/// X of every hole and its deviation, µm.
 fn rows(model: &Model) -> Vec<(i64, i64)> {
     let um = |mm: f64| (mm * 1e3).round() as i64;
     let rows = model.link.contacts.rows(&program()).into_iter();
@@ -48,20 +48,20 @@ fn rows(model: &Model) -> Vec<(i64, i64)> {
 }
 
 #[test]
-fn each_stroke_that_ended_on_its_sensor_is_known_and_the_one_that_is_furthest_off_is_first() {
+fn contact_strokes_are_listed_by_deviation() {
     let mut model = Model::default();
     works(&mut model, Some("a"), 0);
     for (leg, height_um) in [(1, -2_000.0), (2, -2_010.0), (3, -1_700.0)] {
         tell(&mut model, Tell::Touched { leg, height_um });
     }
     assert_eq!(rows(&model), [(20, 300), (10, -10), (0, 0)]);
-    // Broken off and taken up: what was told stays, and the hole that is made again counts once.
+    // A resumed job keeps its contacts, and a repeated hole counts once.
     works(&mut model, None, 0);
     works(&mut model, Some("a"), 2);
     tell(&mut model, Tell::Touched { leg: 3, height_um: -2_005.0 });
     tell(&mut model, Tell::Touched { leg: 4, height_um: -2_002.0 });
     assert_eq!(rows(&model), [(0, 5), (10, -5), (30, 3), (20, 0)]);
-    // Begun anew, nothing of it is known; of another job neither.
+    // A job started again has no contacts, and another job neither.
     works(&mut model, None, 0);
     works(&mut model, Some("a"), 0);
     assert_eq!(rows(&model), []);

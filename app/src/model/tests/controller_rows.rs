@@ -1,4 +1,5 @@
-//! A controller at a port of this computer in place of the bridge: wanted, chosen, lost, let go of; the page that feeds a job.
+//! A controller at a serial port: connecting, losing and releasing it, and the confirmation before the page
+//! is left.
 
 use super::line::{Line, compare};
 use crate::model::start::{may_start, rows_now, ticked_as};
@@ -6,34 +7,34 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 
 #[test]
-fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
+fn controller_is_chosen_by_the_user_and_replaces_the_bridge() {
     compare(
         &[
-            // without Web Serial nothing is offered, and nothing is done
+            // nothing happens without Web Serial
             ("begin want", "unpaired | "),
             ("no-serial begin-kept", "connecting | connect"),
             ("no-serial begin-kept want", "connecting | "),
             ("serial begin want", "unpaired | choose-port"),
             ("serial begin chosen", "connecting | keep-controller:true connect-controller"),
             ("serial begin want-known", "connecting | keep-controller:true connect-controller"),
-            // in place of the bridge, or of the page's own drill
+            // replaces the bridge or the page's virtual drill
             (
                 "serial begin-kept challenge welcome chosen",
                 "connecting | keep-controller:true connect-controller",
             ),
             ("serial begin chosen challenge", "connecting | hello"),
             ("serial begin chosen challenge welcome", "open | take_control ping"),
-            // over a reload
+            // across a reload
             ("serial-kept begin", "connecting | connect-controller"),
             ("serial-kept begin-kept", "connecting | connect-controller"),
             ("serial-kept begin-token", "connecting | pair"),
             ("serial-kept begin-token paired", "connecting | connect-controller"),
             ("serial-kept begin-token not-paired", "connecting | connect-controller"),
-            // another speed is tried at once
+            // the next baud rate is tried at once
             ("serial begin chosen other-speed", "connecting | connect-controller"),
             ("serial begin chosen challenge welcome other-speed", "connecting | connect-controller"),
             ("serial begin other-speed", "unpaired | "),
-            // lost, tried again, plugged in
+            // lost, retried, plugged in
             ("mill closed", "lost | wake:250"),
             ("mill closed retry", "lost | connect-controller"),
             ("mill closed plugged", "lost | connect-controller"),
@@ -42,7 +43,7 @@ fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
             ("serial begin plugged", "unpaired | "),
             ("serial begin chosen port-failed", "connecting | wake:250"),
             ("serial begin port-failed", "unpaired | "),
-            // let go of
+            // released
             ("mill let-go", "connecting | keep-controller:false leave-port connect"),
             ("serial begin chosen let-go", "unpaired | keep-controller:false leave-port"),
             ("serial begin let-go", "unpaired | "),
@@ -54,7 +55,7 @@ fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
 }
 
 #[test]
-fn what_is_known_is_of_the_machine_that_is_spoken_with() {
+fn machine_data_belongs_to_the_connected_machine() {
     compare(
         &[
             ("mill", "true Some(Ready) true"),
@@ -63,7 +64,7 @@ fn what_is_known_is_of_the_machine_that_is_spoken_with() {
             ("mill let-go", "false None false"),
             ("mill interrupted let-go", "false None false"),
             ("mill closed", "true Some(Ready) true"),
-            // what is behind the port now has not said yet how it is: nothing may be asked of it
+            // the device at the port has not identified itself: no requests
             ("mill closed plugged challenge welcome", "true None true"),
             ("mill closed plugged challenge welcome status:Ready", "true Some(Ready) true"),
             ("ready closed retry challenge welcome", "false Some(Ready) true"),
@@ -92,7 +93,7 @@ fn what_is_known_is_of_the_machine_that_is_spoken_with() {
 }
 
 #[test]
-fn behind_another_port_only_the_board_of_before_is_spoken_with() {
+fn known_port_connects_only_to_the_known_controller() {
     let said = |line: &Line| {
         let refused = line.model.link.refused.as_ref().map_or("", |why| why.code.as_str());
         format!("{} | {} | {refused}", line.phase(), line.out())
@@ -105,10 +106,10 @@ fn behind_another_port_only_the_board_of_before_is_spoken_with() {
                 "mill closed plugged opened-like-it challenge welcome who-else",
                 &format!("connecting | {left} connect | serial.other_board"),
             ),
-            // What the person chose is what it is to be.
+            // The user chose the port: every controller is accepted.
             ("mill closed plugged opened challenge welcome who-else", "open | keep-board | "),
             ("mill let-go chosen opened challenge welcome who-else", "open | keep-board | "),
-            // Over a reload.
+            // After a reload only the known controller.
             ("serial-kept begin opened-like-it challenge welcome who", "open | keep-board | "),
             (
                 "serial-other-kept begin opened-like-it challenge welcome who",
@@ -122,14 +123,14 @@ fn behind_another_port_only_the_board_of_before_is_spoken_with() {
 }
 
 #[test]
-fn a_disturbed_line_is_said_once_and_counted_while_that_is_read() {
+fn disturbed_line_is_reported_once_and_counted() {
     compare(
         &[
             ("mill opened disturbed", "1"),
             ("mill opened disturbed disturbed-again", "2"),
             ("mill opened disturbed close:refused disturbed-again", ""),
             ("mill opened disturbed close:refused closed plugged opened disturbed", "1"),
-            // At the wrong speed, before anybody is there.
+            // At a wrong baud rate, before a controller has answered.
             ("serial begin chosen opened disturbed", ""),
             ("serial begin chosen adapter disturbed", "1"),
         ],
@@ -141,7 +142,7 @@ fn a_disturbed_line_is_said_once_and_counted_while_that_is_read() {
 }
 
 #[test]
-fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_is() {
+fn page_that_feeds_a_job_guards_closing_and_holds() {
     compare(
         &[
             ("mill status:Running", "guard:true"),
@@ -151,10 +152,10 @@ fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_i
             ("ready status:Running", ""),
             ("mill page-left", ""),
             ("mill status:Running page-left", "hold-port"),
-            // An adapter comes to rest by itself.
+            // An adapter stops without a hold.
             ("mill adapter status:Running page-left", ""),
             ("ready status:Running page-left", ""),
-            // The virtual drill of a site without a bridge lives in the page, and so does its job.
+            // On a site without a bridge the virtual drill and its job live in the page.
             ("alone ready status:Running:a", "fetch guard:true"),
             ("alone ready status:Running:a status:Paused:a", ""),
             ("alone ready status:Running:a status:Ready", "guard:false"),
@@ -166,7 +167,7 @@ fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_i
 }
 
 #[test]
-fn the_screen_stays_lit_from_the_pre_flight_to_the_end_and_a_browser_that_cannot_is_told_of() {
+fn screen_stays_on_from_preflight_to_job_end() {
     compare(
         &[
             ("ready planned preflight", "lit"),
@@ -189,7 +190,7 @@ fn the_screen_stays_lit_from_the_pre_flight_to_the_end_and_a_browser_that_cannot
 }
 
 #[test]
-fn two_bits_with_the_same_trouble_are_ticked_each_for_itself() {
+fn equal_warnings_of_two_tools_are_confirmed_separately() {
     let bit = |name: &str| PreflightRow {
         finding: Diagnostic::error("job.bit_breaks").with("bit", name),
         verdict: RowVerdict::Warn,
@@ -201,7 +202,7 @@ fn two_bits_with_the_same_trouble_are_ticked_each_for_itself() {
 }
 
 #[test]
-fn a_controller_has_no_digest_and_a_bridge_without_one_starts_nothing() {
+fn job_starts_without_fingerprint_only_on_a_controller() {
     let may = |line: &Line| {
         let rows = rows_now(line.model.start.preflight.as_ref(), line.model.link.armed.as_ref(), None);
         rows.map_or_else(String::new, |rows| {
@@ -227,7 +228,7 @@ fn a_controller_has_no_digest_and_a_bridge_without_one_starts_nothing() {
 }
 
 #[test]
-fn a_tool_is_touched_off_by_hand_on_a_controller_alone() {
+fn tool_change_allows_jogging_only_on_a_controller() {
     compare(
         &[
             ("mill step", "jog renew"),

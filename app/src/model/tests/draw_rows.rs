@@ -1,4 +1,4 @@
-//! The board editor by rows: what a person does, in short words, and what is drawn after it.
+//! The board editor: user actions in short words, and the resulting drawing.
 
 use crate::drawing::fields::Field;
 use crate::drawing::marks::MarkMeaning;
@@ -12,7 +12,7 @@ use annulus_core::board::drawing::{Drawing, Id, Thing};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 
-/// A model on the Draw screen, with what was asked of the outside.
+/// A model on the Draw screen, with the effects of the last event.
 pub(super) struct DrawnBoard {
     pub(super) model: Model,
     pub(super) out: Vec<Effect>,
@@ -29,9 +29,9 @@ impl Default for DrawnBoard {
     }
 }
 
-/// So many things are dragged as a box: one edit when it is let go, none when it is broken off.
+/// Many objects are dragged as a box: one edit at the end, none if the drag is cancelled.
 #[test]
-fn what_is_too_much_to_be_drawn_anew_with_every_move_is_dragged_as_a_box() {
+fn large_selection_is_dragged_as_a_box() {
     let placed = |sheet: &DrawnBoard| {
         let drawing = sheet.model.draw.editor.drawing().clone();
         let mut at: Vec<Point> = drawing.top().filter_map(|id| drawing.at(id)).collect();
@@ -56,9 +56,9 @@ fn what_is_too_much_to_be_drawn_anew_with_every_move_is_dragged_as_a_box() {
     assert_eq!(placed(&sheet), before, "and one step back");
 }
 
-/// A node has no size: that it is chosen is seen by a mark of its own, however many are.
+/// A node has no size, so a mark shows that it is selected, even among many.
 #[test]
-fn a_chosen_node_is_marked() {
+fn selected_node_is_marked() {
     let marked = |sheet: &DrawnBoard| {
         let rims = sheet.model.draw.shown.chosen.rims.iter();
         let nodes = rims.filter(|mark| mark.kind == MarkMeaning::ChosenNode);
@@ -92,7 +92,7 @@ impl DrawnBoard {
         self.event(DrawEvent::Point { touch, at_mm: mm(at), shift, ctrl });
     }
 
-    /// Takes one word in: `key:Ctrl+z`, `at:5,5`, `drag:1,1>5,5`, `type:@5,0`, `set:width=0.8`, and others.
+    /// Sends one word: `key:Ctrl+z`, `at:5,5`, `drag:1,1>5,5`, `type:@5,0`, `set:width=0.8`, and others.
     pub(super) fn word(&mut self, word: &str) {
         let (name, rest) = word.split_once(':').unwrap_or((word, ""));
         let (name, held) = name.split_once('+').unwrap_or((name, ""));
@@ -165,7 +165,7 @@ impl DrawnBoard {
         self.drawing().things().filter(|(_, entry)| entry.thing.word() == word).map(|(id, _)| id).collect()
     }
 
-    /// `tracks/pads/holes/nodes/groups  steps back/on  chosen`.
+    /// `tracks/pads/holes/nodes/groups  undo/redo steps  selected`.
     pub(super) fn counts(&self) -> String {
         let count = |word| self.of(word).len();
         let (back, on) = self.model.draw.editor.history().depth();
@@ -186,7 +186,7 @@ impl DrawnBoard {
 }
 
 #[test]
-fn what_is_drawn_with_each_tool() {
+fn each_tool_draws_its_objects() {
     let rows = [
         ("by mouse", "key:x at:5,5 at:10,5 at:10,10 key:End", "2/0/0/3/0 2/0 0"),
         ("a drag is a track too", "key:x drag:5,5>10,5 key:End", "1/0/0/2/0 1/0 0"),
@@ -236,7 +236,7 @@ fn what_is_drawn_with_each_tool() {
 }
 
 #[test]
-fn what_is_done_with_what_is_chosen() {
+fn edit_actions_apply_to_the_selection() {
     let rows = [
         (
             "choose and delete a pad with its hole",
@@ -291,7 +291,7 @@ fn what_is_done_with_what_is_chosen() {
 }
 
 #[test]
-fn a_number_that_can_be_read_in_two_ways_is_refused_with_a_hint() {
+fn ambiguous_number_is_refused_with_a_hint() {
     let rows = [("1,234.5", "page.draw.two_marks"), ("wide", "page.draw.no_number")];
     for (text, said) in rows {
         let mut sheet = DrawnBoard::tell("key:x at:5,5 at:9,5 key:End key:v key:Ctrl+a");
@@ -310,7 +310,7 @@ fn a_number_that_can_be_read_in_two_ways_is_refused_with_a_hint() {
 }
 
 #[test]
-fn mouse_keys_and_numbers_draw_the_same() {
+fn mouse_keys_and_typed_numbers_draw_the_same() {
     let mouse = DrawnBoard::tell("key:x at:5,5 at:10,5 key:End key:p at:5,5");
     let typed = DrawnBoard::tell("key:x type:5,5 type:@5,0 key:End key:p type:x5_y5");
     let keys = DrawnBoard::tell(
@@ -322,7 +322,7 @@ fn mouse_keys_and_numbers_draw_the_same() {
 }
 
 #[test]
-fn what_is_moved_goes_onto_the_grid_with_all_that_hangs_on_it() {
+fn moved_objects_snap_to_the_grid_with_attached_tracks() {
     let rows = [
         (
             "a node with its track",
@@ -390,7 +390,7 @@ fn what_is_moved_goes_onto_the_grid_with_all_that_hangs_on_it() {
 }
 
 #[test]
-fn every_property_is_a_number_that_can_be_typed() {
+fn every_property_can_be_typed() {
     let pad = "key:p at:5,5 key:v drag:2,2>8,8 ";
     let rows = [
         ("set:size=3", "size: Length(3000000)"),
@@ -425,7 +425,7 @@ fn every_property_is_a_number_that_can_be_typed() {
 }
 
 #[test]
-fn the_smallest_gap_is_live_and_is_found() {
+fn smallest_gap_is_live_and_can_be_located() {
     let sheet = DrawnBoard::tell("key:p at:5,5 at:8,5");
     assert_eq!(sheet.model.draw.editor.smallest.gap.unwrap().0, Length::from_um(1_000));
     let sheet = DrawnBoard::tell("key:p at:5,5 at:8,5 key:v drag:8.7,5>8.2,5 gap");
@@ -435,7 +435,7 @@ fn the_smallest_gap_is_live_and_is_found() {
 }
 
 #[test]
-fn the_picture_is_made_anew_only_where_it_was_touched() {
+fn edit_rebuilds_only_the_touched_layers() {
     let mut sheet = DrawnBoard::tell("key:o");
     for at in 0..600 {
         sheet.word(&format!("at:{},{}", f64::from(at % 30), f64::from(at / 30)));
@@ -462,8 +462,8 @@ fn the_picture_is_made_anew_only_where_it_was_touched() {
 }
 
 #[test]
-fn things_go_into_groups_and_out_of_them_in_the_tree() {
-    // Two groups of a hole each, and a hole by itself.
+fn objects_move_into_and_out_of_groups_in_the_tree() {
+    // Two groups of one hole each, and a hole without a group.
     let mut sheet = DrawnBoard::tell("key:o at:1,1 at:9,1 at:17,1 key:v at:1,1 group at:9,1 group at:17,1");
     let (groups, holes) = (sheet.of("group"), sheet.of("hole"));
     let lies = |sheet: &DrawnBoard, id: Id| sheet.drawing().get(id).unwrap().group;
@@ -489,7 +489,7 @@ fn things_go_into_groups_and_out_of_them_in_the_tree() {
 }
 
 #[test]
-fn the_tree_after_edits_is_that_of_the_drawing() {
+fn tree_after_edits_matches_the_drawing() {
     let mut sheet =
         DrawnBoard::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 at:20,9 key:End key:Ctrl+a group");
     let words =
@@ -505,7 +505,7 @@ fn the_tree_after_edits_is_that_of_the_drawing() {
 }
 
 #[test]
-fn what_is_chosen_goes_to_a_typed_place() {
+fn selection_moves_to_a_typed_position() {
     let at = |words: &str| {
         let sheet = DrawnBoard::tell(words);
         let [x, y] =

@@ -1,4 +1,4 @@
-//! The board editor and files, by rows: what is drawn over them, made of it, and saved.
+//! The board editor and files: drawing over them, making a board from the drawing, saving.
 
 use super::draw_rows::DrawnBoard;
 use crate::drawing::fields::FieldValue;
@@ -16,7 +16,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// A request done as the worker does it.
+/// Handles a request as the worker does.
 fn alone(request: Request) -> Result<Answer, Vec<Diagnostic>> {
     perform(request, &mut Cache::default(), &mut |_, _| {})
 }
@@ -29,7 +29,7 @@ fn asked(effects: &[Effect]) -> Option<(u32, Request)> {
 }
 
 #[test]
-fn a_drawn_board_is_read_like_files_that_were_dropped() {
+fn drawn_board_is_read_like_uploaded_files() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 key:End");
     sheet.event(DrawEvent::Use { tab: Tab::Cam });
     let Some((number, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
@@ -41,7 +41,7 @@ fn a_drawn_board_is_read_like_files_that_were_dropped() {
     sheet.event(Event::Answered { number, answer: Ok(Answer::Read(reading)) });
     assert_eq!(sheet.model.frame.tab, Tab::Cam);
     assert!(!sheet.model.draw.is_ahead());
-    // Back in the editor one thing more is drawn: going to CAM makes the board anew, and keeps the job.
+    // Back in the editor, one more object is drawn: the CAM screen makes the board again and keeps the job.
     sheet.event(FrameEvent::Show { tab: Tab::Draw });
     sheet.word("key:o");
     sheet.word("at:20,20");
@@ -58,7 +58,7 @@ const COPPER: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX33Y33*%%MOMM*%%ADD
 X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
 const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
 
-/// Files are open, and what they draw is in the editor.
+/// Opens files, with their objects in the editor.
 pub(super) fn over_files() -> DrawnBoard {
     let sheet = over(DRILL);
     assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
@@ -66,7 +66,7 @@ pub(super) fn over_files() -> DrawnBoard {
 }
 
 #[test]
-fn the_edge_of_the_files_lies_faintly_under_what_is_drawn_over_them() {
+fn file_outline_is_faint_under_the_drawing() {
     let mut sheet = DrawnBoard::default();
     let edge = "%TF.FileFunction,Profile,NP*%%FSLAX33Y33*%%MOMM*%%ADD10C,0.1*%D10*\
                 X-1000Y-1000D02*X9000Y-1000D01*X9000Y7000D01*X-1000Y7000D01*X-1000Y-1000D01*M02*";
@@ -87,14 +87,13 @@ fn the_edge_of_the_files_lies_faintly_under_what_is_drawn_over_them() {
     assert_eq!(seen(&sheet).lines, []);
 }
 
-/// The same with another drill file.
 fn over(drill: &[u8]) -> DrawnBoard {
     let mut sheet = DrawnBoard::default();
     open_over(&mut sheet, drill);
     sheet
 }
 
-/// Opens the files, and what they draw in the editor.
+/// Opens files, with their objects in the editor.
 fn open_over(sheet: &mut DrawnBoard, drill: &[u8]) {
     open_files(sheet, vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())]);
 }
@@ -111,9 +110,10 @@ fn open_files(sheet: &mut DrawnBoard, files: Vec<(String, Vec<u8>)>) {
     sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
 }
 
-/// After a reload the drawing of this tab is there before the files that it speaks of: alone it is no board.
+/// After a reload the drawing of this tab is open before the files that it refers to; without them it is no
+/// board.
 #[test]
-fn what_was_drawn_over_files_waits_for_them_after_a_reload() {
+fn drawing_over_files_waits_for_them_after_a_reload() {
     let mut before = over_files();
     before.word("at:1,1.4");
     before.word("key:Delete");
@@ -133,7 +133,7 @@ fn what_was_drawn_over_files_waits_for_them_after_a_reload() {
 }
 
 #[test]
-fn a_slot_of_a_file_is_shown_caught_and_taken_out() {
+fn slot_of_a_file_can_be_selected_and_removed() {
     let mut sheet =
         over(b"M48\nMETRIC\nT1C0.5\nT2C1.2\n%\nG90\nG05\nT1\nX1.0Y1.0\nT2\nX8.0Y4.0G85X8.0Y7.0\nM30\n");
     let slots = |sheet: &DrawnBoard| {
@@ -152,7 +152,7 @@ fn a_slot_of_a_file_is_shown_caught_and_taken_out() {
 }
 
 #[test]
-fn what_files_draw_is_taken_out_moved_and_added_to() {
+fn file_objects_can_be_removed_moved_and_extended() {
     let mut sheet = over_files();
     for word in ["at:1,1.4", "key:Delete", "drag:3,5>3,7", "key:x", "at:5,1", "at:5,7", "key:End"] {
         sheet.word(word);
@@ -168,7 +168,7 @@ fn what_files_draw_is_taken_out_moved_and_added_to() {
     );
     let Ok(Answer::Read(reading)) = alone(Request::Read(wanted)) else { panic!() };
     assert_eq!((reading.layers[0].islands, reading.board.holes.len()), (1, 2));
-    // Put back: the drawing says nothing of the files any more.
+    // Undone: the drawing no longer refers to the files.
     sheet.event(DrawEvent::Escape);
     sheet.event(DrawEvent::Act { act: crate::drawing::Act::PutBack });
     assert_eq!(sheet.of("imported"), []);
@@ -179,7 +179,7 @@ fn what_files_draw_is_taken_out_moved_and_added_to() {
     assert!(sheet.drawing().is_empty());
 }
 
-/// Where the copper and the holes of the files lie, copies with them.
+/// Positions of the files' copper and holes, and of their copies.
 pub(super) fn places(sheet: &DrawnBoard) -> Vec<(f64, f64)> {
     let editor = &sheet.model.draw.editor;
     let objects = (0..editor.finder().imported().len() as u32).map(Catch::Imported);
@@ -190,7 +190,7 @@ pub(super) fn places(sheet: &DrawnBoard) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn what_files_draw_is_cut_and_pasted_with_what_is_drawn() {
+fn file_objects_are_cut_and_pasted_with_drawn_ones() {
     let mut sheet = over_files();
     for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "key:Ctrl+x"] {
         sheet.word(word);
@@ -199,7 +199,7 @@ fn what_files_draw_is_cut_and_pasted_with_what_is_drawn() {
     for word in ["hover:11,21", "key:Ctrl+v"] {
         sheet.word(word);
     }
-    // The lowest and leftmost of it was at 1, 1.
+    // Its lower left corner was at 1, 1.
     let moved = [(11.0, 21.0), (15.0, 21.0), (11.0, 25.0), (11.0, 21.0), (15.0, 21.0)];
     assert_eq!((places(&sheet).as_slice(), sheet.of("pad").len()), (moved.as_slice(), 1));
     assert_eq!(sheet.model.draw.editor.chosen.len(), 7, "pad, its hole, five copies");
@@ -210,7 +210,7 @@ fn what_files_draw_is_cut_and_pasted_with_what_is_drawn() {
 }
 
 #[test]
-fn what_files_draw_is_turned_mirrored_lined_up_and_repeated_by_one_edit_each() {
+fn each_transform_of_file_objects_is_one_edit() {
     use crate::drawing::Act;
     use annulus_core::board::drawing::{Align, Sides};
     use annulus_core::geometry::Point;
@@ -219,7 +219,7 @@ fn what_files_draw_is_turned_mirrored_lined_up_and_repeated_by_one_edit_each() {
     let line = Act::Align(Align { x: false, sides: Sides::Low });
     let array = Act::Array { columns: 2, rows: 1, step: Point::from_mm(30.0, 0.0) };
     let rows: [(Act, &[(f64, f64)]); 5] = [
-        // All of it reaches from 0.5 to 5.5 in X and Y.
+        // Everything together extends from 0.5 to 5.5 in X and Y.
         (Act::Turn { mdeg: 90_000 }, &[(5.0, 1.0), (5.0, 5.0), (1.0, 1.0), (5.0, 1.0), (5.0, 5.0)]),
         (Act::Mirror { x: true }, &[(5.0, 1.0), (1.0, 1.0), (5.0, 5.0), (5.0, 1.0), (1.0, 1.0)]),
         (line, &[(1.0, 1.0), (5.0, 1.0), (1.0, 1.0), (1.0, 0.75), (5.0, 0.75)]),
@@ -241,7 +241,7 @@ fn what_files_draw_is_turned_mirrored_lined_up_and_repeated_by_one_edit_each() {
 }
 
 #[test]
-fn the_numbers_of_what_files_draw_are_shown_and_typed() {
+fn properties_of_file_objects_are_shown_and_typed() {
     let mut sheet = over_files();
     let rows = |sheet: &DrawnBoard| {
         let word = |row: &crate::drawing::fields::FieldRow| (row.field.word(), row.value.clone());
@@ -265,7 +265,7 @@ fn the_numbers_of_what_files_draw_are_shown_and_typed() {
     assert_eq!((&now[0], &now[4]), (&("x", length(4.0)), &("turn", angle(30_000))));
     sheet.event(DrawEvent::ChooseImported { of: 0 });
     assert_eq!(rows(&sheet).len(), 4, "what is round has no angle");
-    // A drawn pad and an object of a file: one box, one move.
+    // A drawn pad and an imported object: one box, one move.
     for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "set:x=10"] {
         sheet.word(word);
     }
@@ -274,7 +274,7 @@ fn the_numbers_of_what_files_draw_are_shown_and_typed() {
 }
 
 #[test]
-fn what_was_copied_of_files_that_are_not_open_is_left_out_and_that_is_said() {
+fn pasted_objects_of_closed_files_are_dropped_with_a_message() {
     let mut sheet = over_files();
     for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "key:Ctrl+c"] {
         sheet.word(word);
@@ -287,7 +287,7 @@ fn what_was_copied_of_files_that_are_not_open_is_left_out_and_that_is_said() {
 }
 
 #[test]
-fn what_lies_over_files_is_saved_with_the_files_that_it_changes() {
+fn drawing_over_files_is_saved_with_the_changed_files() {
     let mut sheet = over_files();
     for word in ["key:p", "at:20,20", "key:v", "at:1,1.4", "key:Ctrl+d"] {
         sheet.word(word);
@@ -322,7 +322,7 @@ fn what_lies_over_files_is_saved_with_the_files_that_it_changes() {
 }
 
 #[test]
-fn what_lies_on_a_locked_layer_is_not_caught_nor_changed() {
+fn locked_layers_refuse_selection_and_drawing() {
     let mut sheet = over_files();
     let line = |sheet: &DrawnBoard, kind| {
         sheet.model.frame.layers.iter().position(|look| look.kind == kind).expect("its line in the panel")
@@ -356,7 +356,7 @@ fn what_lies_on_a_locked_layer_is_not_caught_nor_changed() {
 }
 
 #[test]
-fn a_locked_layer_holds_what_hangs_on_its_nodes() {
+fn locked_layer_blocks_moves_of_attached_nodes() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 key:v at:5,5");
     sheet.model.draw.editor.locked.holes = true;
     let before = sheet.drawing().clone();
@@ -370,7 +370,7 @@ fn a_locked_layer_holds_what_hangs_on_its_nodes() {
 }
 
 #[test]
-fn an_object_of_a_file_is_chosen_by_its_place_in_the_list() {
+fn file_object_is_selected_by_its_list_index() {
     let mut sheet = over_files();
     sheet.event(DrawEvent::ChooseImported { of: 1 });
     let editor = &sheet.model.draw.editor;
@@ -382,7 +382,7 @@ fn an_object_of_a_file_is_chosen_by_its_place_in_the_list() {
     assert!(sheet.model.draw.editor.chosen.is_empty(), "what was taken out is not chosen");
 }
 
-/// A board was made of the drawing that the words make.
+/// Makes a board from the drawing that the words create.
 pub(super) fn board_of(words: &str) -> DrawnBoard {
     let mut sheet = DrawnBoard::tell(words);
     sheet.event(DrawEvent::Use { tab: Tab::Cam });
@@ -391,20 +391,20 @@ pub(super) fn board_of(words: &str) -> DrawnBoard {
     sheet
 }
 
-/// What was asked for is answered as the worker does it.
+/// Answers the request as the worker does.
 pub(super) fn answer(sheet: &mut DrawnBoard) {
     let (number, request) = asked(&sheet.out).unwrap();
     let answer = alone(request);
     sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
 }
 
-/// The drawing as a file of a project, by the name that every unnamed one has.
+/// The drawing as a file of a project, with the name of an unnamed drawing.
 pub(super) fn as_file(sheet: &DrawnBoard) -> Vec<(String, Vec<u8>)> {
     vec![("board.drawing.json".to_owned(), drawing::write(sheet.model.draw.editor.history()).into_bytes())]
 }
 
 #[test]
-fn the_drawing_of_another_project_is_under_work_with_it_and_the_one_before_is_offered() {
+fn project_replaces_the_drawing_and_offers_the_previous_one() {
     let other = DrawnBoard::tell("key:o at:1,1 at:20,20");
     let mut sheet = board_of("key:p at:5,5 at:9,9");
     let before = sheet.model.draw.editor.history().clone();
@@ -418,7 +418,7 @@ fn the_drawing_of_another_project_is_under_work_with_it_and_the_one_before_is_of
 }
 
 #[test]
-fn a_drawing_that_goes_on_from_that_of_the_project_stays_under_work() {
+fn drawing_that_continues_the_project_stays_open() {
     let project = DrawnBoard::tell("key:p at:5,5");
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9");
     sheet.event(FilesEvent::Chosen { files: as_file(&project) });
@@ -427,7 +427,7 @@ fn a_drawing_that_goes_on_from_that_of_the_project_stays_under_work() {
     assert!(sheet.model.draw.is_ahead(), "the board is not made of it yet");
 }
 
-/// A board is open, and another one is made of a drawing that does not lie over its files.
+/// A board is open, and another one is made from a drawing that is not over its files.
 fn in_place_of_files() -> (DrawnBoard, Arc<Document>) {
     let mut sheet = over_files();
     sheet.event(DrawEvent::Over { on: false });
@@ -441,7 +441,7 @@ fn in_place_of_files() -> (DrawnBoard, Arc<Document>) {
 }
 
 #[test]
-fn the_board_that_a_drawn_one_takes_the_place_of_is_named_and_offered_back() {
+fn replaced_board_is_named_and_can_be_restored() {
     let (mut sheet, open) = in_place_of_files();
     let is_open = |sheet: &DrawnBoard| Arc::ptr_eq(sheet.model.board.document.as_ref().unwrap(), &open);
     let drawing = sheet.model.draw.editor.history().clone();
@@ -453,7 +453,7 @@ fn the_board_that_a_drawn_one_takes_the_place_of_is_named_and_offered_back() {
     sheet.event(FrameEvent::Taken { number: toast.number });
     assert!(is_open(&sheet));
     assert_eq!((sheet.model.draw.editor.history(), sheet.model.draw.over()), (&drawing, (false, true)));
-    // It is not the board's: to look at that makes nothing of it.
+    // The drawing does not belong to the open board: visiting the CAM screen makes no board from it.
     for tab in [Tab::Draw, Tab::Cam] {
         sheet.event(FrameEvent::Show { tab });
     }
@@ -464,13 +464,13 @@ fn the_board_that_a_drawn_one_takes_the_place_of_is_named_and_offered_back() {
 }
 
 #[test]
-fn the_board_before_is_let_go_with_the_word_that_offers_it() {
+fn previous_board_is_released_with_its_notification() {
     let (mut sheet, _) = in_place_of_files();
     let number = sheet.model.frame.toasts.last().unwrap().number;
     assert!(sheet.model.before.is_some());
     sheet.event(FrameEvent::Said { number });
     assert!(sheet.model.before.is_none());
-    // And the word goes where there is another way back, or none.
+    // The toast disappears if a review offers the way back, or if there is none.
     for event in [FilesEvent::Review, FilesEvent::Discarded] {
         let (mut sheet, _) = in_place_of_files();
         sheet.event(event);
@@ -479,7 +479,7 @@ fn the_board_before_is_let_go_with_the_word_that_offers_it() {
 }
 
 #[test]
-fn a_project_is_saved_with_the_drawing_as_it_is() {
+fn project_is_saved_with_the_current_drawing() {
     let mut sheet = board_of("key:p at:5,5 at:9,9");
     sheet.event(FrameEvent::Show { tab: Tab::Draw });
     sheet.word("key:o");
@@ -489,7 +489,7 @@ fn a_project_is_saved_with_the_drawing_as_it_is() {
     let saved = drawing::read("d", std::str::from_utf8(&project.files[0].1).unwrap()).unwrap();
     assert_eq!((project.files.len(), saved.now()), (1, sheet.drawing()));
     assert!(project.job.is_some());
-    // Over a board that is not made of it, the drawing is saved by itself.
+    // If the open board was not made from it, the drawing is saved alone.
     let mut apart = over_files();
     apart.event(DrawEvent::Over { on: false });
     apart.word("key:p");
@@ -499,7 +499,7 @@ fn a_project_is_saved_with_the_drawing_as_it_is() {
 }
 
 #[test]
-fn the_example_does_not_lie_over_open_files() {
+fn example_drawing_is_not_placed_over_open_files() {
     let mut sheet = over_files();
     assert_eq!(sheet.model.draw.over(), (true, true));
     let example = include_str!("../../../../www/drawings/robot.json");
@@ -515,7 +515,7 @@ fn the_example_does_not_lie_over_open_files() {
 }
 
 #[test]
-fn a_drawing_is_saved_as_files() {
+fn drawing_is_exported_as_board_svg_and_json() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 escape escape set:name=my_board");
     let mut name = |what| {
         sheet.event(DrawEvent::Export { what });

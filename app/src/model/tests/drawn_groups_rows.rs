@@ -1,4 +1,4 @@
-//! Groups in the board editor, by rows: of what is drawn and of what files draw.
+//! Groups in the board editor, of drawn and of imported objects.
 
 use super::draw_rows::DrawnBoard;
 use super::drawn_files_rows::{over_files, places};
@@ -8,7 +8,7 @@ use annulus_core::board::drawing::Catch;
 use annulus_core::units::Length;
 
 #[test]
-fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
+fn file_objects_are_grouped_with_drawn_ones() {
     let mut sheet = over_files();
     for word in ["key:p", "at:20,20", "key:v", "at:20.7,20", "at+shift:1,1.4", "at+shift:5,1.4"] {
         sheet.word(word);
@@ -18,7 +18,7 @@ fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
     assert_eq!((sheet.of("group").len(), sheet.of("imported").len()), (1, 2), "{:?}", sheet.drawing());
     let (group, before) = (sheet.of("group")[0], places(&sheet));
     assert_eq!(before[..2], [(1.0, 1.0), (5.0, 1.0)], "nothing moves by being grouped");
-    // A press on one of them chooses the group, and with Ctrl the one.
+    // A press on a member selects the group; with Ctrl, the member.
     for (word, chosen) in [("at:1,1.4", Catch::Drawn(group)), ("at+ctrl:1,1.4", Catch::Imported(0))] {
         sheet.word("at:40,40");
         sheet.word(word);
@@ -31,14 +31,14 @@ fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
     let fields = crate::drawing::fields::rows(&sheet.model.draw.editor);
     let of_group = FieldValue::Group(Some(Some(group)), vec![(group, "Group 1".to_owned())]);
     assert_eq!(fields.last().map(|row| &row.value), Some(&of_group));
-    // One that has no line yet goes into the nearest group by a key, and out again.
+    // The keys move an object without a row in the tree into the nearest group and out again.
     for (word, count) in [("into", 3), ("out", 2)] {
         sheet.event(DrawEvent::ChooseImported { of: 2 });
         sheet.word(word);
         let members = sheet.drawing().hanging(group).filter(|id| sheet.of("imported").contains(id)).count();
         assert_eq!(members, count, "{word}");
     }
-    // All of it is one thing, which the others stand beside.
+    // The group and its members are selected as one object.
     sheet.word("key:Ctrl+a");
     let all = &sheet.model.draw.editor.chosen;
     assert!(all.contains(&Catch::Drawn(group)) && !all.contains(&Catch::Imported(0)), "{all:?}");
@@ -54,7 +54,7 @@ fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
 }
 
 #[test]
-fn the_place_of_a_group_is_typed_and_what_is_left_as_it_is_shown_loses_no_digits() {
+fn typed_group_position_preserves_hidden_digits() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9 key:v key:Ctrl+a key:Ctrl+g");
     let low = |sheet: &DrawnBoard| sheet.model.draw.editor.selection().bounds().unwrap().min.x;
     let rows = [

@@ -1,4 +1,4 @@
-//! Drawings in the store, by rows: kept while one draws, given back after a reload, offered, forgotten.
+//! Saved drawings: saving during edits, reopening after a reload, offers, discarding.
 
 use super::draw_rows::DrawnBoard;
 use super::drawn_files_rows::{answer, as_file, board_of};
@@ -15,7 +15,7 @@ fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
 }
 
 #[test]
-fn a_reload_gives_the_drawing_back_with_all_its_edits() {
+fn reload_restores_the_drawing_with_its_history() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
     sheet.event(DrawEvent::Rested);
     let (of, place, text) = kept(&sheet.out).unwrap();
@@ -29,14 +29,15 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     assert_eq!(again.model.draw.editor.history(), sheet.model.draw.editor.history());
     again.word("key:Ctrl+y");
     assert_eq!(again.counts(), "0/2/2/2/0 2/0 0");
-    // It is written where it was.
+    // The next save uses the same slot.
     again.event(DrawEvent::Rested);
     assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
 }
 
-/// After a crash the project is restored by another tab: the drawing that goes on from that of the project is under work then.
+/// After a crash another tab restores the project: the saved drawing that continues the project's drawing is
+/// opened.
 #[test]
-fn edits_after_the_last_use_of_a_board_come_back_with_its_project() {
+fn later_edits_are_restored_with_their_project() {
     let words = "key:p at:5,5";
     let project = board_of(words);
     let later = DrawnBoard::tell(&format!("{words} at:9,9"));
@@ -60,7 +61,7 @@ fn edits_after_the_last_use_of_a_board_come_back_with_its_project() {
 }
 
 #[test]
-fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
+fn drawing_is_saved_while_editing_and_on_leaving() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5");
     let waits = |out: &[Effect]| out.iter().any(|effect| matches!(effect, Effect::Wake { .. }));
     sheet.word("at:9,9");
@@ -68,7 +69,7 @@ fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
     sheet.event(DrawEvent::Rested);
     let (of, _, text) = kept(&sheet.out).unwrap();
     assert_eq!(drawing::read("d", &text).unwrap().now(), sheet.drawing());
-    // One more while the store is busy, and the page is left: it has a place by then, or the store has never heard of it.
+    // One more edit while the store is busy, then the page closes: with a slot, nothing is lost.
     sheet.word("at:2,2");
     sheet.event(DrawEvent::Kept { of, place: Some(3) });
     sheet.word("at:3,3");
@@ -78,7 +79,7 @@ fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
         _ => None,
     });
     assert_eq!(drawing::read("d", &left.unwrap()).unwrap().now(), sheet.drawing());
-    // All of it is in the store: nothing is left to be put anywhere.
+    // Everything is saved: nothing is left to write.
     loop {
         sheet.event(DrawEvent::Kept { of, place: Some(3) });
         if kept(&sheet.out).is_none() {
@@ -90,7 +91,7 @@ fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
 }
 
 #[test]
-fn a_drawing_that_the_store_cannot_keep_is_tried_again_and_stays_told() {
+fn failed_save_of_a_drawing_is_retried_and_reported() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5");
     for round in 0..2 {
         sheet.event(KeepEvent::Looked);
@@ -117,7 +118,7 @@ fn a_drawing_that_the_store_cannot_keep_is_tried_again_and_stays_told() {
 }
 
 #[test]
-fn an_earlier_drawing_is_forgotten_only_when_that_was_not_taken_back() {
+fn forgotten_drawing_is_deleted_unless_restored() {
     let earlier = || Earlier { place: 2, name: "one".to_owned(), at_ms: 1.0, elsewhere: false };
     let drops = |out: &[Effect]| out.iter().any(|effect| matches!(effect, Effect::DropDrawing { place: 2 }));
     for takes_back in [false, true] {
@@ -131,7 +132,7 @@ fn an_earlier_drawing_is_forgotten_only_when_that_was_not_taken_back() {
             let number = sheet.model.frame.toasts.last().expect("it can be taken back").number;
             sheet.event(FrameEvent::Taken { number });
             sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
-            assert_eq!(sheet.model.draw.earlier(), [earlier()]);
+            assert_eq!(*sheet.model.draw.earlier(), [earlier()]);
         }
         sheet.event(DrawEvent::Drop { place: 2 });
         assert_eq!(drops(&sheet.out), !takes_back);
@@ -139,7 +140,7 @@ fn an_earlier_drawing_is_forgotten_only_when_that_was_not_taken_back() {
 }
 
 #[test]
-fn what_another_tab_has_is_a_copy_that_is_kept_apart() {
+fn drawing_of_another_tab_is_copied_to_a_new_slot() {
     let sheet = DrawnBoard::tell("key:p at:5,5");
     let text = drawing::write(sheet.model.draw.editor.history());
     let mut own = DrawnBoard::default();
@@ -155,7 +156,7 @@ fn what_another_tab_has_is_a_copy_that_is_kept_apart() {
 }
 
 #[test]
-fn a_new_drawing_leaves_the_one_before_in_the_store() {
+fn new_drawing_leaves_the_previous_one_saved() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 new");
     assert!(sheet.drawing().is_empty());
     let (of, place, text) = kept(&sheet.out).unwrap();
@@ -175,7 +176,7 @@ fn a_new_drawing_leaves_the_one_before_in_the_store() {
 }
 
 #[test]
-fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
+fn previous_drawing_is_restored_with_its_history() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9");
     let before = sheet.model.draw.editor.history().clone();
     let example = include_str!("../../../../www/drawings/robot.json");
@@ -184,7 +185,7 @@ fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
     let number = sheet.model.frame.toasts.first().expect("it is offered").number;
     sheet.event(FrameEvent::Taken { number });
     assert_eq!(*sheet.model.draw.editor.history(), before);
-    // And the other way round; a sheet on which nothing was drawn is not offered.
+    // And back again; an empty drawing is not offered.
     sheet.event(DrawEvent::Back);
     assert_eq!(sheet.of("hole").len(), 15);
     let mut empty = DrawnBoard::default();

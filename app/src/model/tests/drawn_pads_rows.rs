@@ -1,4 +1,5 @@
-//! The board editor by rows: pads and their holes, what is placed or pasted twice, what is seen from below, sizes out of bounds.
+//! The board editor: pads and their holes, repeated placing and pasting, the view from below, sizes out of
+//! range.
 
 use super::draw_rows::DrawnBoard;
 use crate::drawing::fields::{Field, FieldValue, may_be};
@@ -11,7 +12,7 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 
 #[test]
-fn what_is_there_already_is_not_placed_again_and_that_is_said() {
+fn duplicate_placement_shows_a_message() {
     for words in ["key:p at:5,5 at:5,5", "key:o at:5,5 at:5,5"] {
         let sheet = DrawnBoard::tell(words);
         assert_eq!(sheet.model.draw.editor.said, Some(Text::of("page.draw.there")), "{words}");
@@ -19,7 +20,7 @@ fn what_is_there_already_is_not_placed_again_and_that_is_said() {
 }
 
 #[test]
-fn pads_lie_on_copper_though_the_edge_was_drawn_before() {
+fn new_pads_are_on_copper_after_an_edge_was_drawn() {
     let mut sheet = DrawnBoard::tell("key:PageDown");
     let mut pen = sheet.model.draw.editor.pen;
     pen.draw_on(Layer::Edge);
@@ -34,7 +35,7 @@ fn pads_lie_on_copper_though_the_edge_was_drawn_before() {
 }
 
 #[test]
-fn an_arrow_moves_what_is_chosen_that_way_on_the_screen() {
+fn arrow_key_moves_the_selection_as_seen_on_screen() {
     for (below, x_mm) in [(false, 5.5), (true, 4.5)] {
         let mut sheet = DrawnBoard::tell("key:o at:5,5 key:v at:5,5");
         sheet.event(FrameEvent::Flip { below: Some(below) });
@@ -45,14 +46,14 @@ fn an_arrow_moves_what_is_chosen_that_way_on_the_screen() {
 }
 
 #[test]
-fn what_is_pasted_again_does_not_lie_on_the_first() {
+fn repeated_paste_is_offset_from_the_first() {
     let sheet = DrawnBoard::tell(
         "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+c hover:20,20 key:Ctrl+v key:Ctrl+v key:Ctrl+v",
     );
     let places: BTreeSet<Point> = sheet.of("node").iter().filter_map(|id| sheet.drawing().at(*id)).collect();
     assert_eq!((sheet.of("pad").len(), places.len()), (4, 4), "{places:?}");
     assert!(places.contains(&Point::from_mm(20.0, 20.0)));
-    // Onto the end of a track a pad goes all the same.
+    // A pad may be placed on the end of a track.
     let onto = DrawnBoard::tell(
         "key:x at:20,20 at:25,20 key:End key:p at:5,5 key:v at:5,5 key:Ctrl+c hover:20,20 key:Ctrl+v",
     );
@@ -61,7 +62,7 @@ fn what_is_pasted_again_does_not_lie_on_the_first() {
 }
 
 #[test]
-fn a_pad_with_its_hole_has_the_place_of_both_and_a_round_one_no_turn() {
+fn pad_lists_hole_fields_and_a_round_pad_no_angle() {
     let fields = |words: &str| {
         let sheet = DrawnBoard::tell(words);
         let rows = crate::drawing::fields::rows(&sheet.model.draw.editor);
@@ -78,7 +79,7 @@ fn a_pad_with_its_hole_has_the_place_of_both_and_a_round_one_no_turn() {
 }
 
 #[test]
-fn a_size_out_of_bounds_is_refused_with_them() {
+fn out_of_range_size_is_refused() {
     for text in ["99999", "0", "0.005"] {
         let mut sheet = DrawnBoard::default();
         let before = sheet.model.draw.editor.pen;

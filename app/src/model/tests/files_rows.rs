@@ -1,4 +1,4 @@
-//! Opening, review, and files read again.
+//! Opening, review, and reading files again.
 
 use super::story::{Story, compare};
 use crate::keys::Tab;
@@ -7,7 +7,7 @@ use annulus_core::control::State;
 use annulus_core::wire::Tell;
 
 #[test]
-fn files_are_read_and_what_is_certain_is_planned_at_once() {
+fn certain_files_are_planned_at_once() {
     compare(
         &[
             ("choose", "nothing |  | choose"),
@@ -24,10 +24,10 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
             ("open certain plan", "proving | board plan stale | toast-goes prove time"),
             ("open warning reviewed plan", "proving | board plan stale | prove time"),
             ("open certain plan-error", "proving | board plan stale | prove time"),
-            // what comes from behind a link takes nothing away
+            // a linked file does not replace an open board
             ("fetched", "reading |  | call-off read"),
             ("open certain plan prove time fetched", "nothing | board plan proof job | toast-goes"),
-            // while a project is taken apart nothing is said of it
+            // no task is shown while a project is unpacked
             ("open-project", "opening |  | call-off open"),
             ("open-project opened", "reading |  | call-off read"),
             ("open-project opened certain", "planning | board stale | plan keep-rests"),
@@ -38,7 +38,7 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
 }
 
 #[test]
-fn a_sentence_that_is_on_show_is_not_said_beside_itself() {
+fn visible_notification_is_not_repeated() {
     compare(
         &[
             ("open certain plan", "page.open.certain"),
@@ -49,7 +49,7 @@ fn a_sentence_that_is_on_show_is_not_said_beside_itself() {
 }
 
 #[test]
-fn what_was_open_is_replaced_only_by_what_could_be_read() {
+fn failed_reading_leaves_the_open_board() {
     compare(
         &[
             ("open certain plan prove time open-other", "reading | board plan proof job | call-off read"),
@@ -58,7 +58,7 @@ fn what_was_open_is_replaced_only_by_what_could_be_read() {
                 "nothing | board plan proof job | toast-goes",
             ),
             ("open certain plan prove time open-other certain", "planning | board stale | plan keep-rests"),
-            // a plan that was not finished is made once there is time again
+            // a plan that was interrupted is made later
             ("open certain open-other read-refused", "planning | board stale | toast-goes plan"),
             ("open certain open-other old-certain", "reading | board stale | "),
             ("open certain open-other old-certain certain", "planning | board stale | plan keep-rests"),
@@ -67,7 +67,7 @@ fn what_was_open_is_replaced_only_by_what_could_be_read() {
             ("open open-project", "opening |  | call-off open"),
             ("open open-project certain", "opening |  | "),
             ("open-project open opened", "reading |  | "),
-            // a machine that is described meanwhile does not throw away what is read
+            // a new machine description does not cancel the reading
             ("open machine", "reading |  | "),
             ("open machine certain", "planning | board stale | plan keep-rests"),
         ],
@@ -76,7 +76,7 @@ fn what_was_open_is_replaced_only_by_what_could_be_read() {
 }
 
 #[test]
-fn the_review_holds_planning_back() {
+fn open_review_blocks_planning() {
     compare(
         &[
             ("open warning edit", "nothing | board review | keep-rests"),
@@ -111,7 +111,7 @@ fn the_review_holds_planning_back() {
 }
 
 #[test]
-fn the_way_back_from_the_review_leads_to_the_board_before_with_its_job_and_its_undo() {
+fn cancelled_review_restores_the_previous_board_and_job() {
     let story = Story::told("open certain plan prove time edit");
     let (files, work) = (story.model.board.document.clone().unwrap(), story.model.job.work.clone());
     let mut story = story;
@@ -127,7 +127,7 @@ fn the_way_back_from_the_review_leads_to_the_board_before_with_its_job_and_its_u
 }
 
 #[test]
-fn that_all_is_certain_is_said_once_it_is_planned_and_only_then() {
+fn certain_reading_is_reported_only_after_planning() {
     compare(
         &[
             ("open certain", ""),
@@ -145,7 +145,7 @@ fn that_all_is_certain_is_said_once_it_is_planned_and_only_then() {
 }
 
 #[test]
-fn files_that_are_open_already_keep_screen_and_job() {
+fn reopened_files_preserve_screen_and_job() {
     let screen = |words: &str| {
         let mut story = Story::told("open certain");
         story.send(FrameEvent::Show { tab: Tab::Cam });
@@ -166,7 +166,7 @@ fn files_that_are_open_already_keep_screen_and_job() {
 }
 
 #[test]
-fn what_a_short_word_offers_is_done_once() {
+fn notification_action_works_once() {
     let mut story = Story::told("open certain plan");
     let number = story.model.frame.toasts[0].number;
     story.send(FrameEvent::Taken { number });
@@ -181,7 +181,7 @@ fn what_a_short_word_offers_is_done_once() {
 }
 
 #[test]
-fn that_all_was_read_is_said_where_the_board_is_looked_at_and_goes_with_the_look() {
+fn reading_notification_is_shown_only_on_the_board_screen() {
     let mut story = Story::told("open certain plan");
     assert_eq!(story.toasts(), ["page.open.certain"]);
     story.send(FrameEvent::Show { tab: Tab::Cam });
@@ -200,7 +200,7 @@ fn that_all_was_read_is_said_where_the_board_is_looked_at_and_goes_with_the_look
 }
 
 #[test]
-fn a_new_version_is_offered_while_nothing_moves_and_taken_only_when_it_is_wanted() {
+fn update_is_offered_at_rest_and_installed_on_request() {
     let mut story = Story::told("begin found-none");
     let moves = |story: &mut Story, state| {
         let tell = Tell::Status(Box::new(super::line::status(state, None)));
@@ -225,7 +225,7 @@ fn a_new_version_is_offered_while_nothing_moves_and_taken_only_when_it_is_wanted
 }
 
 #[test]
-fn layers_follow_the_board_and_keep_their_look() {
+fn layers_follow_the_board_and_preserve_their_look() {
     let mut story = Story::told("open certain");
     assert_eq!(story.model.frame.layers.len(), 1, "holes");
     story.send(FrameEvent::LayerEye { index: 0 });

@@ -1,4 +1,4 @@
-//! The board of the machine's job, opened again by a page that was loaded in mid-job.
+//! The board of the machine's job, opened by a page that was loaded during the job.
 
 use super::line::status;
 use super::story::Story;
@@ -12,7 +12,7 @@ use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// A program of the side `name` that drills at these places, its work zero in 1, 1.
+/// A program for the side `name` that drills these positions; its work zero is at 1, 1.
 fn program(name: &str, holes: &[(f64, f64)]) -> Program {
     let leg = |(index, &(x, y)): (u32, &(f64, f64))| Leg {
         mark: Mark::Hole(index),
@@ -30,7 +30,8 @@ fn program(name: &str, holes: &[(f64, f64)]) -> Program {
     }
 }
 
-/// A page that was just opened on the Machine screen, with these boards in the store, while the machine has the job "k".
+/// A page just opened on screen `tab` while the machine has the job "k"; `kept`: the saved boards, and
+/// whether another tab has them open.
 fn reloaded(tab: Tab, kept: &[(&str, bool)]) -> Story {
     let mut story = Story::told("begin");
     story.send(FrameEvent::Show { tab });
@@ -49,7 +50,7 @@ fn reloaded(tab: Tab, kept: &[(&str, bool)]) -> Story {
 }
 
 #[test]
-fn the_board_of_the_machines_job_is_opened_again_and_machine_stays_on_show() {
+fn machine_job_reopens_its_board_on_the_machine_screen() {
     let is_asked = |story: &Story| story.out().split_whitespace().any(|word| word.starts_with("take:"));
     let rows = [
         (Tab::Machine, ("clock", false), true),
@@ -70,14 +71,14 @@ fn the_board_of_the_machines_job_is_opened_again_and_machine_stays_on_show() {
     story.tell("certain");
     assert!(story.model.board.document.is_some());
     assert_eq!(story.model.frame.tab, Tab::Machine);
-    // What a person opens is shown as ever.
+    // A board that the user opens is shown as usual.
     story.tell("open-other");
     story.tell("certain");
     assert_eq!(story.model.frame.tab, Tab::Board);
 }
 
 #[test]
-fn beside_the_machine_the_board_of_the_broken_off_job_is_offered_and_restoring_it_stays_there() {
+fn interrupted_job_offers_its_board_on_the_machine_screen() {
     let offer =
         |(place, name): (u32, &str)| Offer { place, name: name.to_owned(), at_ms: 1.0, elsewhere: false };
     let kept = [(3, "robot"), (1, "clock")].map(offer);
@@ -107,7 +108,7 @@ fn beside_the_machine_the_board_of_the_broken_off_job_is_offered_and_restoring_i
 }
 
 #[test]
-fn the_outline_is_that_of_the_board_with_the_programs_name_place_and_holes() {
+fn outline_matches_program_name_origin_and_holes() {
     let mm = |x: f64, y: f64| Point::from_mm(x, y);
     let outer = rectangle(Bounds { min: mm(0.0, 0.0), max: mm(50.0, 30.0) });
     let outline_of = Region { islands: vec![Island { outer, holes: Vec::new() }] };

@@ -1,9 +1,9 @@
-//! Edits of the job, what was read of its findings, and what is written of it.
+//! Edits of the job, its problems, and its export.
 
 use super::story::{Story, compare};
 use crate::model::export::ExportOutcome;
 
-/// Kinds of the operations, the chosen one in brackets, steps back and on.
+/// Kinds of the operations, the selected one in brackets, undo and redo steps.
 fn job(story: &Story) -> String {
     let job = &story.model.job;
     let words = job.work.iter().flat_map(|work| &work.operations).enumerate().map(|(at, operation)| {
@@ -16,7 +16,7 @@ fn job(story: &Story) -> String {
 }
 
 #[test]
-fn every_edit_can_be_taken_back() {
+fn every_job_edit_can_be_undone() {
     compare(
         &[
             ("open certain", "[drill] isolate cut_out "),
@@ -48,7 +48,7 @@ fn every_edit_can_be_taken_back() {
 }
 
 #[test]
-fn a_new_board_begins_with_nothing_read_and_nothing_to_take_back() {
+fn new_board_clears_read_marks_and_undo() {
     let mut story = Story::told("open certain plan prove-two time mark see-one edit");
     story.tell("open-other");
     story.tell("certain");
@@ -57,7 +57,7 @@ fn a_new_board_begins_with_nothing_read_and_nothing_to_take_back() {
 }
 
 #[test]
-fn the_plan_is_cleared_once_everything_in_it_was_seen() {
+fn plan_is_cleared_after_every_problem_is_accepted() {
     let cleared = |story: &Story| {
         format!("{} {}", story.model.cleared(), story.model.board.unread(&story.model.job.read))
     };
@@ -82,13 +82,13 @@ fn the_plan_is_cleared_once_everything_in_it_was_seen() {
 }
 
 #[test]
-fn a_new_proof_takes_the_mark_away() {
+fn new_proof_removes_the_mark() {
     assert_eq!(Story::told("open certain plan prove-two time mark").model.job.marked, Some(1));
     assert_eq!(Story::told("open certain plan prove-two time mark edit plan").model.job.marked, Some(1));
     assert_eq!(Story::told("open certain plan prove-two time mark edit plan prove").model.job.marked, None);
 }
 
-/// What came of an export, and what was asked of the outside.
+/// Outcome of an export, and effects of the last word.
 fn written(story: &Story) -> String {
     let export = &story.model.export;
     let outcome = match &export.outcome {
@@ -103,7 +103,7 @@ fn written(story: &Story) -> String {
 }
 
 #[test]
-fn programs_are_written_saved_and_told_until_the_job_is_another() {
+fn written_programs_are_reported_until_the_job_changes() {
     compare(
         &[
             ("write", " | "),
@@ -130,7 +130,7 @@ fn programs_are_written_saved_and_told_until_the_job_is_another() {
             ("open certain plan prove time save-project", " | save"),
             ("open certain plan prove time save-project saved", " | save:a.annulus"),
             ("open certain plan prove time save-project save-refused", "refused saved.too_large | "),
-            // a project is saved beside the worker of the board: calling that off does not touch it
+            // a project is saved by a separate worker: cancelling the board's worker does not affect it
             ("open certain plan prove time save-project cancel saved", " | save:a.annulus"),
         ],
         written,
@@ -138,7 +138,7 @@ fn programs_are_written_saved_and_told_until_the_job_is_another() {
 }
 
 #[test]
-fn a_template_is_looked_through_once_typing_rests() {
+fn template_is_checked_after_typing_stops() {
     compare(
         &[
             ("template", "typing-rests"),

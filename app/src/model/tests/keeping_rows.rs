@@ -1,10 +1,10 @@
-//! What is kept in the browser, offered, restored and forgotten.
+//! Projects saved in the browser: saving, offers, restoring, discarding.
 
 use super::story::{Story, compare, offer};
 use crate::model::{Effect, KeepEvent, Offer, OnTheWay};
 
 #[test]
-fn what_is_open_is_kept_half_a_second_after_it_changed() {
+fn open_project_is_saved_half_a_second_after_a_change() {
     compare(
         &[
             ("begin", "look"),
@@ -13,24 +13,24 @@ fn what_is_open_is_kept_half_a_second_after_it_changed() {
             ("begin found-none open certain rested", "save"),
             ("begin found-none open certain rested saved", "write:new+files"),
             ("begin found-none open certain rested saved written", ""),
-            // the files are there: the job alone
+            // the files are saved already: only the job is written
             ("begin found-none open certain rested saved written edit rested", "write:4"),
             ("begin found-none open certain rested saved written edit rested written undo rested", "write:4"),
             ("begin found-none open certain rested saved written open-other certain rested", "save"),
             ("begin found-none open certain rested saved written say-aligned certain rested", "save"),
-            // changes that follow each other without a rest are kept all the same: the first of them is half a second old
+            // a series of changes is saved half a second after the first one
             ("begin found-none open certain rested saved written edit edit edit rested-before", "write:4"),
             ("begin found-none open certain rested saved written edit edit rested-before rested", ""),
-            // it is not known yet what is there: the store finds a place by itself
+            // the store's contents are not known yet: the store selects a slot
             ("begin open certain rested saved", "write:new+files"),
-            // another project has a place of its own, and what was not kept yet of the one before is
+            // another project gets another slot, and the latest changes of the one before are saved
             ("begin open certain rested saved written open-other certain rested saved", "write:new+files"),
             ("begin open certain rested saved written edit open-other", "call-off read"),
             ("begin open certain rested saved written edit open-other certain", "write:4 plan keep-rests"),
             ("begin open certain rested saved written edit open-other certain written", "let-go:4"),
             ("begin open certain rested saved written open-other certain", "plan let-go:4 keep-rests"),
             ("begin open certain rested saved written open-other", "call-off read"),
-            // the page is left: what is not in the store yet is put where it takes no time
+            // the page closes: unsaved changes are left where writing takes no time
             ("begin open certain rested saved written edit leaving", "leave:4 write:4"),
             ("begin open certain rested saved written edit rested leaving", "leave:4"),
             ("begin open certain rested saved written leaving", ""),
@@ -46,7 +46,7 @@ fn what_is_open_is_kept_half_a_second_after_it_changed() {
 }
 
 #[test]
-fn what_changes_while_the_store_is_busy_is_kept_after() {
+fn changes_during_a_save_are_saved_afterwards() {
     compare(
         &[
             ("begin found-none open certain rested edit rested", ""),
@@ -58,10 +58,11 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
                 "begin found-none open certain rested saved edit rested not-written",
                 "toast-goes save Guard { on: true }",
             ),
-            // what was on its way when another one was opened is kept at a place of its own, which is not held then
+            // a project that was being saved when another one opened gets a slot of its own, which is
+            // released afterwards
             ("begin found-none open certain rested open-other certain saved", "write:new+files"),
             ("begin found-none open certain rested open-other certain saved written", "let-go:4"),
-            // and so is what changed of it before it was left
+            // the same for its last changes
             ("begin found-none open certain rested edit open-other certain", "plan keep-rests"),
             ("begin found-none open certain rested edit open-other certain saved written", "write:4"),
             (
@@ -69,13 +70,13 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
                 "let-go:4",
             ),
             ("begin found-none open certain rested edit rested discard saved written", "write:4"),
-            // a board that was closed before it had a place is on offer once it has one
+            // a board that was closed before it had a slot is offered once it has one
             (
                 "begin found-none open certain rested edit rested discard saved written written",
                 "look let-go:4",
             ),
             ("begin found-none open certain edit open-other certain", "save plan keep-rests"),
-            // what is still being written is restored only when it is written
+            // a project that is still being written is restored only afterwards
             ("begin open certain rested saved written edit discard found-fourth restore", ""),
             ("begin open certain rested saved written edit discard found-fourth restore written", "take:4"),
             ("begin found-one open certain rested saved discard restore", "take:0"),
@@ -87,7 +88,7 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
 }
 
 #[test]
-fn that_nothing_can_be_kept_is_said_once_and_stays_told() {
+fn failed_save_is_reported_once_and_retried() {
     let told = |story: &Story| {
         let failed = story.model.keeping.failed.unwrap_or("-");
         format!("{} | {failed}", story.toasts().join(" "))
@@ -110,12 +111,13 @@ fn that_nothing_can_be_kept_is_said_once_and_stays_told() {
         ],
         told,
     );
-    // As long as it is not kept the browser asks before the page is left.
+    // While the project is not saved, the browser asks before the page is left.
     compare(
         &[
             ("begin open certain rested saved full", "toast-goes Guard { on: true }"),
             ("begin open certain rested saved full edit rested saved written", "Guard { on: false }"),
-            // it is tried again when the page is looked at, when it is left, and when another board comes
+            // saving is tried again when the page is visible again, when it closes, and when another board
+            // opens
             ("begin open certain rested saved full looked", "save"),
             ("begin open certain rested saved full leaving", "save"),
             (
@@ -129,7 +131,7 @@ fn that_nothing_can_be_kept_is_said_once_and_stays_told() {
 }
 
 #[test]
-fn projects_are_offered_restored_and_forgotten() {
+fn saved_projects_are_offered_restored_and_forgotten() {
     let offered = |story: &Story| {
         let offers: Vec<_> = story.model.keeping.offers.iter().map(|offer| offer.name.clone()).collect();
         format!("{} | {}", offers.join(", "), story.stands())
@@ -147,7 +149,7 @@ fn projects_are_offered_restored_and_forgotten() {
                 "kept 0 | planning | board stale | plan keep-rests",
             ),
             ("begin found-one restore taken opened warning", " | nothing | board review | keep-rests"),
-            // what could not be opened is still there
+            // a project that could not be opened is still offered
             ("begin found-one restore taken open-refused", "kept 0 | nothing |  | toast-goes let-go:0"),
             (
                 "begin found-one restore taken opened read-refused",
@@ -161,7 +163,7 @@ fn projects_are_offered_restored_and_forgotten() {
             ("begin found-one restore restore", "kept 0 | nothing |  | "),
             ("begin found-one restore taken-nothing restore", "kept 0 | nothing |  | take:0"),
             ("begin found-one restore forget", "kept 0 | nothing |  | "),
-            // what is to be forgotten can be taken back as long as its word stays
+            // a discard can be undone while its toast is shown
             ("begin found-one forget", " | nothing |  | toast-goes drops-soon:0"),
             ("begin found-one forget found-one", " | nothing |  | "),
             ("begin found-one forget drop", " | nothing |  | drop:0"),
@@ -176,7 +178,7 @@ fn projects_are_offered_restored_and_forgotten() {
 }
 
 #[test]
-fn a_restored_project_is_kept_where_it_was_and_that_of_another_tab_is_not() {
+fn restored_project_uses_its_slot_unless_open_elsewhere() {
     compare(
         &[
             ("begin found-one restore taken opened certain rested saved", "write:0+files"),
@@ -195,7 +197,7 @@ fn a_restored_project_is_kept_where_it_was_and_that_of_another_tab_is_not() {
 }
 
 #[test]
-fn of_two_that_are_wanted_the_last_is_restored_and_the_other_is_let_go_of() {
+fn last_of_two_restore_requests_wins() {
     let mut story = Story::told("begin found-two");
     let taken = |place| KeepEvent::Taken { place, files: Some(vec![1]), job: None, own: true };
     story.send(KeepEvent::Restore { offer: offer(1, 2.0) });
@@ -207,10 +209,10 @@ fn of_two_that_are_wanted_the_last_is_restored_and_the_other_is_let_go_of() {
 }
 
 #[test]
-fn the_way_back_leads_to_the_place_of_the_board_before() {
+fn cancelled_review_returns_to_the_previous_slot() {
     compare(
         &[
-            // it is this tab's as long as there is a way back
+            // the slot stays held while the user can go back
             ("begin open certain rested saved written open-other warning", "keep-rests"),
             ("begin open certain rested saved written open-other warning reviewed", "plan let-go:4"),
             (
@@ -226,10 +228,10 @@ fn the_way_back_leads_to_the_place_of_the_board_before() {
                 "begin open certain rested saved written edit open-other warning written back rested",
                 "write:4",
             ),
-            // what was on its way when the other one came is known when it is there
+            // a slot assigned while another board opened is known after going back
             ("begin open certain rested saved open-other warning written back rested", "write:4"),
             ("begin open certain rested saved open-other warning back written", ""),
-            // a review of its own changes nothing
+            // a review of the board itself changes nothing
             ("begin open certain rested saved written review back", "call-off plan"),
             ("begin open certain rested saved written review say-aligned certain back rested", "write:4"),
             ("begin open certain rested saved written edit open-anew warning back rested", "write:4"),
@@ -239,7 +241,7 @@ fn the_way_back_leads_to_the_place_of_the_board_before() {
 }
 
 #[test]
-fn what_only_had_the_names_of_the_board_does_not_push_it_out() {
+fn board_with_equal_file_names_preserves_the_saved_one() {
     let board = "begin open certain rested saved written edit open-anew certain rested saved written";
     let rows = [
         ("another", "call-off call-off read keep-rests"),
@@ -254,7 +256,7 @@ fn what_only_had_the_names_of_the_board_does_not_push_it_out() {
 }
 
 #[test]
-fn all_that_is_kept_and_not_open_is_forgotten_at_once() {
+fn all_closed_saved_projects_are_deleted_at_once() {
     let mut story = Story::told("begin");
     let elsewhere = Offer { elsewhere: true, ..offer(2, 3.0) };
     story.send(KeepEvent::Found { offers: vec![offer(0, 1.0), offer(1, 2.0), elsewhere.clone()] });
@@ -267,7 +269,7 @@ fn all_that_is_kept_and_not_open_is_forgotten_at_once() {
         .collect();
     assert_eq!(dropped, [0], "what is open elsewhere stays, and what is just being restored");
     assert_eq!(story.model.keeping.offers, [elsewhere, offer(1, 2.0)]);
-    // What is kept is listed while a board is open too.
+    // The saved projects are listed even if a board is open.
     let mut story = Story::told("begin found-none open certain");
     story.send(KeepEvent::Listed);
     assert!(story.out.contains(&Effect::LookInStore), "{:?}", story.out);

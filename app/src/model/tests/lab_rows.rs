@@ -1,4 +1,4 @@
-//! The Lab by rows: edits and undo, the lock, the queue's run in the page, inputs and their check.
+//! The Lab: edits and undo, the lock, the queue's run in the page, inputs and their check.
 
 use super::line;
 use crate::lab::queue::QueueEdit;
@@ -16,7 +16,6 @@ fn status(state: State, inputs: u32) -> Event {
     LinkEvent::Heard { tell: Some(Box::new(Tell::Status(Box::new(status)))) }.into()
 }
 
-/// A Lab to which a story is told.
 #[derive(Default)]
 struct Story {
     model: Model,
@@ -83,7 +82,7 @@ impl Story {
         found.expect("nothing breathes")
     }
 
-    /// Lets the queue run until it rests.
+    /// Runs the queue until it is held or ends.
     fn rested(mut self) -> Self {
         while self.model.lab.run.running {
             self.tell("breathed");
@@ -105,7 +104,7 @@ fn key_of(text: Option<&Text>) -> String {
 }
 
 #[test]
-fn every_edit_can_be_taken_back_unless_a_job_has_the_machine() {
+fn lab_edits_can_be_undone_unless_a_job_runs() {
     let steps = |story: &Story| {
         let (undo, redo) = story.model.lab.can_undo();
         let kept = story.out.iter().any(|effect| matches!(effect, Effect::KeepBench { .. }));
@@ -137,7 +136,7 @@ fn every_edit_can_be_taken_back_unless_a_job_has_the_machine() {
 }
 
 #[test]
-fn undo_is_said_to_those_who_do_not_see() {
+fn undo_is_announced_to_screen_readers() {
     compare(
         &[
             ("edit undo", "page.lab.undone"),
@@ -151,7 +150,7 @@ fn undo_is_said_to_those_who_do_not_see() {
 }
 
 #[test]
-fn a_queue_runs_in_the_page_until_it_rests_or_is_edited() {
+fn simulated_queue_runs_until_it_stops_or_is_edited() {
     let run = |story: &Story| {
         let run = &story.model.lab.run;
         format!("{} {} {:?}", run.results.len(), key_of(run.said.as_ref()), run.next)
@@ -168,7 +167,7 @@ fn a_queue_runs_in_the_page_until_it_rests_or_is_edited() {
         |words| Story::told(words).rested(),
         run,
     );
-    // rests in between
+    // held in between
     let mut story = Story::told("queue step").rested();
     story.tell("step");
     let mut story = story.rested();
@@ -191,7 +190,7 @@ fn a_queue_runs_in_the_page_until_it_rests_or_is_edited() {
 }
 
 #[test]
-fn inputs_are_counted_and_checked_as_statuses_come() {
+fn inputs_are_counted_and_checked_per_status() {
     let inputs = |story: &Story| {
         let lab = &story.model.lab;
         format!("{} {:?}", lab.inputs.edges[0], lab.check.map(|check| check.at))

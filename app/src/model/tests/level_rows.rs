@@ -1,10 +1,10 @@
-//! The height map as it would be touched: where, how far apart, for which job, when.
+//! The planned height map: positions, spacing, job and time.
 
 use super::lines_rows::program;
-use crate::model::link::Armed;
 use crate::model::{Clocks, Effect, Event, Job, LevelEvent, Model, StartEvent, start, update};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::level::key_of;
+use annulus_core::wire::ArmedJob;
 use annulus_core::wire::{Ask, HeightMapReport, PreflightRow, RowVerdict};
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ fn told(events: &[LevelEvent]) -> (Model, Vec<Effect>) {
 }
 
 #[test]
-fn the_board_would_be_touched_where_the_job_cuts_as_far_apart_as_is_wanted() {
+fn height_map_grid_covers_the_cuts_at_the_chosen_spacing() {
     let count = |events: &[LevelEvent]| {
         let planned = told(events).0.level.planned;
         planned.map(|planned| planned.map(|planned| (planned.grid.columns, planned.grid.rows)))
@@ -42,7 +42,7 @@ fn the_board_would_be_touched_where_the_job_cuts_as_far_apart_as_is_wanted() {
 }
 
 #[test]
-fn it_is_touched_for_that_job_and_at_that_time() {
+fn height_map_request_names_job_and_time() {
     let (_, effects) = told(&[LevelEvent::Touch]);
     assert_eq!(effects, [], "nothing is planned");
     let (model, effects) = told(&[LevelEvent::Show { on: true }, LevelEvent::Touch]);
@@ -53,15 +53,15 @@ fn it_is_touched_for_that_job_and_at_that_time() {
 }
 
 #[test]
-fn how_old_the_map_is_that_a_job_follows_is_read_before_it_starts() {
+fn preflight_shows_the_age_of_the_height_map() {
     let (mut model, _) = told(&[]);
-    // 2 h 5 min and some seconds before now.
+    // 2 h 5 min and some seconds ago.
     let report = HeightMapReport { measured_s: 1_800_000_000 - 7_520, ..HeightMapReport::default() };
     model.link.height_map = Arc::new(report);
     update(&mut model, StartEvent::Open.into());
     let finding = Diagnostic::warning("level.follows").with("mm", "0.12");
     let checks = vec![PreflightRow { finding, verdict: RowVerdict::Warn }];
-    let armed = Armed { job: String::new(), stream_digest: String::new(), levelled: false, checks };
+    let armed = ArmedJob { job: String::new(), stream_digest: String::new(), levelled: false, checks };
     let preflight = model.start.preflight.clone().unwrap();
     let row = start::rows(&preflight, &armed, None).swap_remove(0);
     let said: Vec<_> = row.finding.args.iter().map(|(_, value)| value.as_str()).collect();

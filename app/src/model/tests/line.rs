@@ -1,10 +1,8 @@
-//! A line to the bridge told in short words, and what came of it in short words.
-//!
-//! Comes in: words, one an event; `+250` lets so many ms go by. Goes out: what the last word asked of the outside.
+//! Drives a model with a link by short words, and describes the effects in short words.
 
 use crate::engine::messages::{Answer, Timed};
 use crate::lab::log::Topic;
-use crate::model::link::{Interrupted, LinkPhase, Notice};
+use crate::model::link::{LinkPhase, Notice};
 use crate::model::{
     Clocks, ControllerEvent, Effect, Event, FrameEvent, HandEvent, Job, LinkEvent, Model, StartEvent,
     Support, update,
@@ -17,21 +15,19 @@ use annulus_core::level::ProbeGrid;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
 use annulus_core::wire::{
-    Ask, HeightMapReport, MissingReport, OtherFirmware, Paired, PreflightRow, RowVerdict, Status, Tell,
-    program,
+    ArmedJob, Ask, Control, ControllerReport, HeightMapReport, InterruptedJob, JobEnd, MissingReport,
+    OtherFirmware, Paired, PreflightRow, RowVerdict, Status, Tell, program,
 };
 use std::sync::Arc;
 
-/// A model with a bridge beside it.
+/// A model with a simulated bridge.
 pub(super) struct Line {
-    /// As it stands.
     pub(super) model: Model,
     out: Vec<Effect>,
     uploads: Vec<u32>,
     fetches: Vec<u32>,
     timings: Vec<u32>,
     waking: Vec<LinkEvent>,
-    /// When STOP was pressed.
     stop_ms: f64,
     page_ms: f64,
 }
@@ -53,7 +49,6 @@ fn session() -> Paired {
     serde_json::from_str(r#"{"ok":true,"session":"s","key":"00"}"#).expect("a session")
 }
 
-/// A status in `state`, of the job `job`.
 pub(super) fn status(state: State, job: Option<&str>) -> Status {
     let text = r#"{"steps":STEPS,"machine_mm":[0,0,0],"work_mm":[0,0,0],"zero_mm":null,"target_mm":null,
         "lower_dead_point_mm":null,"job":null,"job_name":null,"leg":null,"hole":null,"holes_done":0,"holes_total":0,
@@ -98,6 +93,7 @@ fn state(word: &str) -> State {
     match word {
         "Ready" => State::Ready,
         "Running" => State::Running,
+        "Pausing" => State::Pausing,
         "Paused" => State::Paused,
         "ToolChange" => State::ToolChange,
         "Jogging" => State::Jogging,
@@ -112,7 +108,7 @@ fn tell(tell: Tell) -> Event {
 }
 
 fn control(yours: bool, taken: bool) -> Event {
-    tell(Tell::Control { yours, taken, viewers: 1 })
+    tell(Tell::Control(Control { yours, taken, viewers: 1 }))
 }
 
 fn refused(code: &str) -> Event {
@@ -120,17 +116,17 @@ fn refused(code: &str) -> Event {
 }
 
 fn ended(ending: Ending) -> Event {
-    tell(Tell::Ended { job: "k".to_owned(), ending, holes_done: 3, toolpaths_done: 0 })
+    tell(Tell::Ended(JobEnd { job: "k".to_owned(), ending, holes_done: 3, toolpaths_done: 0 }))
 }
 
-/// The bridge's verdict on `job`, whose steps have `digest`.
+/// The bridge's preflight result for `job`; `digest` is that of its step stream.
 fn armed(job: &str, digest: &str, levelled: bool, verdict: Option<RowVerdict>) -> Event {
     let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
-    tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), levelled, checks })
+    tell(Tell::Armed(ArmedJob { job: job.to_owned(), stream_digest: digest.to_owned(), levelled, checks }))
 }
 
-/// The height map of a board that is flat.
+/// The height map of a flat board.
 fn map() -> HeightMapReport {
     let bounds = Bounds { min: Point::default(), max: Point::from_mm(20.0, 20.0) };
     let grid = ProbeGrid::over(bounds, Length::from_um(10_000), Length::ZERO).unwrap();
@@ -166,7 +162,7 @@ fn controller_event(word: &str) -> Option<ControllerEvent> {
 }
 
 impl Line {
-    /// Tells all of `words`.
+    /// Sends all of `words`.
     pub(super) fn told(words: &str) -> Self {
         let mut line = Self {
             model: Model::default(),
@@ -313,7 +309,7 @@ impl Line {
         })
     }
 
-    /// The time of the last press, or of the last use of the keys, is over.
+    /// The latest timer of a press (`long`) or of unused keys.
     fn due(&self, long: bool) -> Option<LinkEvent> {
         let wanted = |event: &LinkEvent| match event {
             LinkEvent::Hand(HandEvent::Long { .. }) => long,
@@ -354,7 +350,7 @@ impl Line {
             "pong-before" => tell(Tell::Pong { stamp: self.stop_ms - 1.0 }),
             "ended" => ended(Ending::Done),
             "stopped" => ended(Ending::Stopped),
-            "interrupted" => tell(Tell::Interrupted {
+            "interrupted" => tell(Tell::Interrupted(InterruptedJob {
                 job: "k".to_owned(),
                 name: "a".to_owned(),
                 next_leg: 7,
@@ -362,9 +358,9 @@ impl Line {
                 holes_total: 9,
                 toolpaths_done: 0,
                 toolpaths_total: 0,
-            }),
+            })),
             "machine" | "machine-same" => machine("f"),
-            "who" | "who-else" => tell(Tell::Controller {
+            "who" | "who-else" => tell(Tell::Controller(ControllerReport {
                 flavour: "GRBL".to_owned(),
                 version: "1.1h".to_owned(),
                 values: vec![(110, if word == "who" { 5_000.0 } else { 4_000.0 })],
@@ -372,7 +368,7 @@ impl Line {
                 lengths: annulus_core::controller::ToolLengths::default(),
                 reset_on_open: annulus_core::controller::ResetOnOpen::default(),
                 changer: Vec::new(),
-            }),
+            })),
             "armed-mill" => armed("own", "", false, None),
             "armed" => armed("own", "digest", false, None),
             "armed-other-steps" => armed("own", "other", false, None),
@@ -404,7 +400,7 @@ impl Line {
             "close-it" => StartEvent::Close,
             "tick-it" => StartEvent::Tick { warning: "preflight.lid".to_owned() },
             "resume" => StartEvent::Resume {
-                offer: Interrupted {
+                offer: InterruptedJob {
                     job: "k".to_owned(),
                     name: "a".to_owned(),
                     next_leg: 7,
@@ -430,13 +426,13 @@ impl Line {
         Some(event.into())
     }
 
-    /// What the last word asked of the outside, in words.
+    /// The effects of the last word, in words.
     pub(super) fn out(&self) -> String {
         let wakes = |effect: &&Effect| matches!(effect, Effect::StayAwake { .. });
         self.out.iter().filter(|effect| !wakes(effect)).map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// Whether the last word asked for a screen that stays lit.
+    /// Whether the last word turned the screen wake lock on or off.
     pub(super) fn awake(&self) -> String {
         let asked = self.out.iter().filter_map(|effect| match effect {
             Effect::StayAwake { on } => Some(if *on { "lit" } else { "dark" }),
@@ -445,7 +441,6 @@ impl Line {
         asked.collect::<Vec<_>>().join(" ")
     }
 
-    /// How far the connection is, in a word.
     pub(super) fn phase(&self) -> &'static str {
         match self.model.link.phase {
             LinkPhase::Unpaired => "unpaired",
@@ -455,7 +450,7 @@ impl Line {
         }
     }
 
-    /// The kinds of what is in the log, the oldest first.
+    /// The kinds of the log entries, the oldest first.
     pub(super) fn log(&self) -> String {
         use crate::lab::log::LogEvent as Noted;
         let mut entries = self.model.link.log.newest(|_| true);
@@ -472,7 +467,7 @@ impl Line {
     }
 }
 
-/// Tells every story of `rows` and compares how things stand after it; says all that are wrong.
+/// Runs every row and compares the result; reports all rows that differ.
 pub(super) fn compare(rows: &[(&str, &str)], after: impl Fn(&Line) -> String) {
     super::compare(rows, Line::told, after);
 }

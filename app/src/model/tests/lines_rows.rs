@@ -1,4 +1,4 @@
-//! The lines of the program by rows: when they are written, and how they and the seconds lead to each other.
+//! The program's lines: when they are written, and how lines and seconds map to each other.
 
 use super::compare;
 use super::story::Story;
@@ -15,7 +15,7 @@ use annulus_core::units::Length;
 use std::sync::Arc;
 
 #[test]
-fn the_program_is_written_where_its_lines_are_looked_at() {
+fn program_is_written_only_while_its_lines_are_shown() {
     const PLANNED: &str = "open certain plan prove time";
     let rows = [
         ("show-lines", "| "),
@@ -28,10 +28,10 @@ fn the_program_is_written_where_its_lines_are_looked_at() {
         ("simulate show-lines lines-gone", "writing | read lines"),
         ("simulate show-lines lines-gone certain lines", "written | "),
         ("simulate show-lines lines-gone certain lines-gone", "refused | "),
-        // Called off it waits until the lines are looked at again.
+        // After a cancel, the list is written when it is shown again.
         ("simulate show-lines lines-stopped", "| "),
         ("simulate show-lines lines-stopped show-steps show-lines", "writing | lines"),
-        // Another controller, and another plan.
+        // Another postprocessor, another plan.
         ("simulate show-lines lines marlin", "writing | lines"),
         ("simulate show-lines marlin lines", "writing | lines"),
         ("simulate show-lines lines edit", "| plan keep-rests"),
@@ -77,7 +77,7 @@ pub(super) fn program() -> Program {
 }
 
 #[test]
-fn a_line_leads_to_its_second_and_the_second_to_the_line() {
+fn line_and_playback_time_select_each_other() {
     let (machine, program) = (virtual_drill(), program());
     let mut model = Model::default();
     let timed = Timed { timeline: timeline(&program, &machine).unwrap(), ..Timed::default() };
@@ -103,12 +103,12 @@ fn a_line_leads_to_its_second_and_the_second_to_the_line() {
         assert_eq!(row_now(&model), Some(row(text)));
         let away = (now.position_mm[0] - place[0]).abs() + (now.position_mm[1] - place[1]).abs();
         assert!(away < 0.05 && now.position_mm[2] < 0.0, "{text}: {now:?}");
-        // It is not the press that marks it: a little later it is still done.
+        // The line is current because of the time and not because of the press.
         let at_s = model.play.at_s + 0.05;
         update(&mut model, PlayEvent::Hold { at_s }.into());
         assert_eq!(row_now(&model), Some(row(text)));
     }
-    // A press in the picture marks the line that cuts there.
+    // A press in the view marks the line that cuts there.
     update(&mut model, PlayEvent::At { place_mm: [12.0, 15.1] }.into());
     assert_eq!(row_now(&model), Some(row("G1 X5.0000 Y15.0000")));
     update(&mut model, ListingEvent::Walk { by: -1 }.into());
@@ -122,7 +122,7 @@ fn a_line_leads_to_its_second_and_the_second_to_the_line() {
 }
 
 impl Story {
-    /// What a word about the lines means.
+    /// The event of a word about the lines.
     pub(super) fn lines_event(word: &str) -> Option<crate::model::Event> {
         Some(match word {
             "simulate" => FrameEvent::Show { tab: Tab::Simulate }.into(),

@@ -1,9 +1,9 @@
-//! The line to the bridge: found and lost, control and its lapse, STOP, moving by hand, alarm, the pre-flight.
+//! The link to the bridge: connecting, control, STOP, jogging, alarms, preflight.
 
 use super::line::{Line, compare};
 
 #[test]
-fn a_page_is_paired_and_connects() {
+fn page_pairs_and_connects() {
     compare(
         &[
             ("begin", "unpaired | "),
@@ -23,7 +23,7 @@ fn a_page_is_paired_and_connects() {
 }
 
 #[test]
-fn a_lost_link_is_tried_again_with_growing_patience() {
+fn lost_link_is_retried_with_growing_delays() {
     compare(
         &[
             ("begin-kept closed", "connecting | wake:250"),
@@ -38,7 +38,7 @@ fn a_lost_link_is_tried_again_with_growing_patience() {
             ("linked closed retry challenge welcome", "open | take_control"),
             ("linked closed closed", "lost | wake:500"),
             ("linked retry", "open | "),
-            // a bridge that was restarted does not know this page
+            // a restarted bridge does not know this page's session
             ("begin-kept unknown closed", "unpaired | forget-session"),
             ("begin-kept closed retry unknown closed", "unpaired | forget-session"),
             ("begin-kept unknown closed again", "connecting | connect"),
@@ -49,7 +49,7 @@ fn a_lost_link_is_tried_again_with_growing_patience() {
 }
 
 #[test]
-fn what_is_old_is_told() {
+fn old_status_becomes_stale_then_lost() {
     compare(
         &[
             ("linked", "Fresh"),
@@ -68,7 +68,7 @@ fn what_is_old_is_told() {
 }
 
 #[test]
-fn that_the_adapter_has_another_firmware_is_told_until_that_was_read() {
+fn firmware_difference_is_shown_until_closed() {
     compare(
         &[
             ("linked status:Ready", "none"),
@@ -90,7 +90,7 @@ fn that_the_adapter_has_another_firmware_is_told_until_that_was_read() {
 }
 
 #[test]
-fn the_line_is_pinged_when_it_is_open_and_not_too_often() {
+fn open_link_is_pinged_every_800_ms() {
     compare(
         &[
             ("linked tick", ""),
@@ -107,25 +107,25 @@ fn the_line_is_pinged_when_it_is_open_and_not_too_often() {
 }
 
 #[test]
-fn control_that_lapsed_is_asked_for_again_and_the_person_is_told_why() {
+fn lapsed_control_is_requested_again_with_the_reason() {
     compare(
         &[
             ("linked", "no |  | take_control"),
             ("linked yours", "yours |  | keep-control"),
             ("linked yours yours", "yours |  | "),
             ("linked others", "no |  | "),
-            // silent for three seconds
+            // lost by three seconds of silence
             ("linked yours nobody", "no | Silent | take_control"),
             ("linked yours nobody yours", "yours |  | "),
-            // another page took it
+            // another page took control
             ("linked yours others", "no | Taken | give-up-control"),
             ("linked yours others nobody", "no |  | "),
             ("linked yours others close:ousted", "no |  | "),
-            // given back on purpose
+            // released on purpose
             ("linked yours release", "yours |  | release_control give-up-control"),
             ("linked yours release nobody", "no |  | "),
             ("linked yours release take nobody", "no | Silent | "),
-            // an earlier connection of this page still holds it
+            // an earlier connection of this page still has control
             ("linked yours closed", "no |  | wake:250"),
             ("linked yours closed retry challenge welcome others", "no |  | "),
             ("linked yours closed retry challenge welcome others nobody", "no |  | take_control"),
@@ -141,7 +141,7 @@ fn control_that_lapsed_is_asked_for_again_and_the_person_is_told_why() {
 }
 
 #[test]
-fn stop_goes_out_before_anything_else_and_is_shouted_about_when_nobody_answers() {
+fn stop_is_sent_first_and_warned_about_if_unanswered() {
     compare(
         &[
             ("linked yours stop", "quiet | stop ping wake:255"),
@@ -153,11 +153,11 @@ fn stop_goes_out_before_anything_else_and_is_shouted_about_when_nobody_answers()
             ("linked yours stop status:Running +255 looked", "shout | "),
             ("linked yours stop status:Running status:Ready +255 looked", "quiet | "),
             ("linked yours stop +100 looked", "quiet | "),
-            // without a link it is kept, and goes out first on the next one
+            // without a link STOP is stored and sent first on the next one
             ("begin stop", "shout | "),
             ("linked yours closed stop", "shout | "),
             ("linked yours closed stop retry", "shout | connect"),
-            // of tabs of one site, the one that has the machine
+            // among the tabs of a site, the one that owns the machine stops it
             ("closed stop", "shout | "),
             ("alone closed stop", "shout | stop-beside"),
             ("alone closed stop heard-beside", "quiet | "),
@@ -166,12 +166,12 @@ fn stop_goes_out_before_anything_else_and_is_shouted_about_when_nobody_answers()
             ("linked yours stop heard-beside +255 looked", "shout | "),
             ("linked yours closed stop retry challenge welcome", "shout | stop ping wake:255 take_control"),
             ("linked yours closed stop retry challenge welcome pong", "quiet | "),
-            // the link broke before an answer
+            // the link broke before the answer
             ("linked yours stop closed", "shout | wake:250"),
             ("linked yours stop closed retry challenge welcome", "shout | stop ping wake:255 take_control"),
             ("linked yours stop pong closed", "quiet | wake:250"),
             ("linked yours stop pong closed retry challenge welcome", "quiet | take_control"),
-            // the socket is not open any more, and nobody has said so yet
+            // the socket is closed, but the event has not arrived yet
             ("linked yours stop not-sent", "shout | "),
             (
                 "linked yours stop not-sent closed retry challenge welcome",
@@ -179,7 +179,7 @@ fn stop_goes_out_before_anything_else_and_is_shouted_about_when_nobody_answers()
             ),
             ("linked yours home not-sent", "quiet | "),
             ("linked stop +255 looked close:stop", "quiet | "),
-            // whoever has no control may stop
+            // STOP does not need control
             ("linked others stop", "quiet | stop ping wake:255"),
         ],
         |line| {
@@ -190,13 +190,16 @@ fn stop_goes_out_before_anything_else_and_is_shouted_about_when_nobody_answers()
 }
 
 #[test]
-fn escape_pauses_first_and_stops_at_once_after() {
+fn escape_pauses_first_and_then_stops() {
     compare(
         &[
             ("linked yours status:Ready escape", ""),
             ("linked yours status:Running escape", "pause"),
             ("linked yours status:Running escape +1500 escape", "stop ping wake:255"),
+            ("linked yours status:Running escape +20 escape", "stop ping wake:255"),
             ("linked yours status:Running escape +1501 escape", "pause"),
+            ("linked yours status:Running escape status:Pausing +9000 escape", "stop ping wake:255"),
+            ("linked yours status:Running escape status:Paused +9000 escape", ""),
             ("linked yours status:Jogging escape", ""),
             ("linked yours status:Jogging escape escape", "stop ping wake:255"),
             ("linked others status:Running escape", ""),
@@ -209,7 +212,7 @@ fn escape_pauses_first_and_stops_at_once_after() {
 }
 
 #[test]
-fn a_move_by_hand_goes_on_only_while_this_page_says_so() {
+fn jog_continues_only_while_the_page_renews_it() {
     compare(
         &[
             ("ready step", "jog renew"),
@@ -235,7 +238,7 @@ fn a_move_by_hand_goes_on_only_while_this_page_says_so() {
 }
 
 #[test]
-fn a_short_press_is_one_step_and_a_long_one_moves_until_it_ends() {
+fn short_press_is_one_step_and_long_press_jogs() {
     compare(
         &[
             ("ready down", "wake:300"),
@@ -253,7 +256,7 @@ fn a_short_press_is_one_step_and_a_long_one_moves_until_it_ends() {
             ("ready down up-second", ""),
             ("ready down long shown", "no-renew"),
             ("ready down off down long", "jog renew"),
-            // nothing begins unless the machine is ready, the values fresh and control ours
+            // no jog unless the machine is ready, its data fresh and control ours
             ("linked yours down", ""),
             ("linked yours step", ""),
             ("linked others status:Ready step", ""),
@@ -267,7 +270,7 @@ fn a_short_press_is_one_step_and_a_long_one_moves_until_it_ends() {
 }
 
 #[test]
-fn keys_move_only_while_they_are_armed() {
+fn keys_jog_only_while_armed() {
     compare(
         &[
             ("ready right", ""),
@@ -296,7 +299,7 @@ fn keys_move_only_while_they_are_armed() {
 }
 
 #[test]
-fn what_happened_is_in_the_log() {
+fn link_events_are_logged() {
     compare(
         &[
             ("linked", "link asked"),
@@ -322,7 +325,7 @@ fn what_happened_is_in_the_log() {
 }
 
 #[test]
-fn notices_stay_until_they_are_closed() {
+fn notices_stay_until_closed() {
     let notices = |line: &Line| {
         let link = &line.model.link;
         let facts = [
@@ -363,7 +366,7 @@ fn notices_stay_until_they_are_closed() {
 }
 
 #[test]
-fn a_job_starts_only_when_nothing_fails_and_every_warning_was_ticked() {
+fn job_starts_without_failures_and_with_confirmed_warnings() {
     let stands = |line: &Line| {
         let shown = if line.model.start.preflight.is_some() { "shown" } else { "" };
         format!("{shown} | {}", line.out())
@@ -378,7 +381,7 @@ fn a_job_starts_only_when_nothing_fails_and_every_warning_was_ticked() {
             ("linked yours planned preflight uploaded armed start", " | start"),
             ("linked yours planned preflight uploaded armed start start", " | "),
             ("linked yours planned preflight uploaded armed-other-steps start", "shown | "),
-            // What follows the board there is made to follow it here, and only then compared.
+            // Digests are compared only after this page has applied the same height map.
             ("linked yours planned preflight uploaded map armed-levelled start", "shown | "),
             ("linked yours planned preflight uploaded map armed-levelled timed start", " | start"),
             ("linked yours planned preflight uploaded armed-levelled start", "shown | "),
@@ -394,10 +397,10 @@ fn a_job_starts_only_when_nothing_fails_and_every_warning_was_ticked() {
             ("linked yours planned preflight close-it", " | "),
             ("linked yours planned preflight close-it uploaded", " | "),
             ("linked yours planned preflight close-it armed start", " | "),
-            // an older upload is not waited for
+            // an older upload is ignored
             ("linked yours planned preflight preflight old-uploaded", "shown | "),
             ("linked yours planned preflight preflight old-uploaded uploaded", "shown | arm"),
-            // the verdict on an older pre-flight is forgotten
+            // the result of an older preflight is dropped
             ("linked yours planned preflight uploaded armed preflight start", "shown | "),
         ],
         stands,
@@ -405,7 +408,7 @@ fn a_job_starts_only_when_nothing_fails_and_every_warning_was_ticked() {
 }
 
 #[test]
-fn a_program_that_was_not_planned_here_is_fetched_and_timed() {
+fn unknown_program_is_fetched_and_timed() {
     let stands = |line: &Line| {
         let start = &line.model.start;
         let shown = start.shown.as_ref().map_or("", |job| if job.key == "k" { "k" } else { "own" });
@@ -444,7 +447,7 @@ fn a_program_that_was_not_planned_here_is_fetched_and_timed() {
 }
 
 #[test]
-fn the_machine_is_planned_for_as_the_bridge_describes_it() {
+fn planning_uses_the_machine_of_the_bridge() {
     let name = |words: &str| Line::told(words).model.machine.name.clone();
     assert_eq!(name("linked machine"), "Drill one");
     assert_eq!(name("linked machine closed"), "Drill one", "as it was known last");

@@ -1,4 +1,4 @@
-//! The model by rows: what happens, told in short words, and how things stand after it.
+//! Tests of the model as rows: events in short words, and the expected state.
 //!
 //! ```text
 //! "open certain plan prove time"   ─▶   "nothing | job | "
@@ -24,17 +24,20 @@ mod job_rows;
 mod keeping_rows;
 mod lab_rows;
 mod level_rows;
+mod lift_rows;
 mod lines_rows;
 mod link_rows;
 mod planning_rows;
 mod play_rows;
+mod presses_rows;
+mod rest_rows;
 mod second_side_rows;
 mod settings_rows;
 mod title_rows;
 mod touch_off_rows;
 mod way_back_rows;
 
-/// Tells every story of `rows` and compares how things stand after it; says all that are wrong.
+/// Runs every row and compares the result; reports all rows that differ.
 fn compare<T>(rows: &[(&str, &str)], told: impl Fn(&str) -> T, after: impl Fn(&T) -> String) {
     let wrong: Vec<String> = rows
         .iter()

@@ -1,4 +1,4 @@
-//! Planning, proving and timing; planning again while an answer is on its way; answers of older generations.
+//! Planning, proof and timing; changes during a request; answers to older requests.
 
 use super::story::{Story, compare};
 use crate::model::FrameEvent;
@@ -7,23 +7,23 @@ use annulus_core::sim::Stock;
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// The side of a board.
+/// Edge length of a board.
 const MM: Length = Length::from_um(1_000);
 
 #[test]
-fn a_plan_is_proved_and_then_timed() {
+fn plan_is_proved_and_then_timed() {
     compare(
         &[
             ("open certain plan", "proving | board plan stale | toast-goes prove time"),
             ("open certain plan prove", "timing | board plan proof stale | "),
             ("open certain plan prove time", "nothing | board plan proof job | "),
             ("open certain plan prove-two time", "nothing | board plan proof job | "),
-            // a proof that fails is none; the plan is timed all the same
+            // without a proof the plan is still timed
             ("open certain plan prove-refused", "timing | board plan stale | "),
             ("open certain plan prove-refused time", "nothing | board plan job | "),
             ("open certain plan prove time-refused", "nothing | board plan proof stale refused | "),
             ("open certain plan prove time-stopped", "nothing | board plan proof stale | "),
-            // it is timed beside the proof, and both are waited for
+            // times and proof run in parallel, and both are awaited
             ("open certain plan time", "proving | board plan stale | "),
             ("open certain plan time time", "proving | board plan stale | "),
             ("open certain plan time prove", "nothing | board plan proof job | "),
@@ -39,7 +39,7 @@ fn a_plan_is_proved_and_then_timed() {
 }
 
 #[test]
-fn what_a_plan_depends_on_makes_a_new_one_and_nothing_else_does() {
+fn only_relevant_changes_cause_a_new_plan() {
     compare(
         &[
             ("open certain plan prove time edit", "planning | board plan proof job stale | plan keep-rests"),
@@ -72,11 +72,11 @@ fn what_a_plan_depends_on_makes_a_new_one_and_nothing_else_does() {
 }
 
 #[test]
-fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_proved() {
+fn rapid_changes_are_planned_but_only_the_last_is_proved() {
     compare(
         &[
             ("open certain plan prove time edit plan", "resting | board plan proof job stale | plan-rests"),
-            // a change while it rests is planned at once: nobody is asked for anything that it would wait for
+            // during the delay the worker is idle, so a change is planned at once
             (
                 "open certain plan prove time edit plan edit",
                 "planning | board plan proof job stale | plan keep-rests",
@@ -101,7 +101,7 @@ fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_pr
                 "open certain plan prove time edit plan plan-rested plan-rested",
                 "proving | board plan proof job stale | ",
             ),
-            // the time that the plan itself took counts
+            // the delay includes the time of planning
             (
                 "open certain plan prove time edit soon plan",
                 "resting | board plan proof job stale | plan-rests",
@@ -114,7 +114,7 @@ fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_pr
                 "open certain plan prove time edit soon soon edit plan plan",
                 "resting | board plan proof job stale | plan-rests",
             ),
-            // what is called off while it rests is planned with the next change
+            // a plan cancelled during the delay is made with the next change
             (
                 "open certain plan prove time edit plan cancel",
                 "nothing | board plan proof job stale | call-off",
@@ -129,18 +129,18 @@ fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_pr
 }
 
 #[test]
-fn what_is_wanted_while_a_plan_is_made_is_planned_after_the_step() {
+fn changes_during_planning_are_planned_afterwards() {
     compare(
         &[
             ("open certain edit", "planning-again | board stale | keep-rests"),
             ("open certain edit edit edit", "planning-again | board stale | keep-rests"),
-            // the plan in between is shown, and not proved
+            // the plan in between is shown but not proved
             ("open certain edit plan", "planning | board plan stale | toast-goes plan"),
             ("open certain edit edit plan plan", "resting | board plan stale | plan-rests"),
             ("open certain plan edit", "planning-again | board plan stale | keep-rests"),
             ("open certain plan edit prove", "planning | board plan stale | end-timing plan"),
             ("open certain plan edit time prove", "planning | board plan stale | plan"),
-            // the worker of the board does nothing while times are waited for
+            // the board's worker is idle while the times are awaited
             (
                 "open certain plan prove edit",
                 "planning | board plan proof stale | end-timing plan keep-rests",
@@ -159,7 +159,7 @@ fn what_is_wanted_while_a_plan_is_made_is_planned_after_the_step() {
 }
 
 #[test]
-fn answers_of_older_generations_are_dropped() {
+fn outdated_answers_are_dropped() {
     compare(
         &[
             ("open certain edit plan old-plan", "planning | board plan stale | "),
@@ -182,7 +182,7 @@ fn answers_of_older_generations_are_dropped() {
 }
 
 #[test]
-fn what_is_called_off_is_not_begun_again_by_itself() {
+fn cancelled_work_does_not_restart() {
     compare(
         &[
             ("open cancel", "nothing |  | call-off"),
@@ -206,7 +206,7 @@ fn what_is_called_off_is_not_begun_again_by_itself() {
 }
 
 #[test]
-fn a_worker_that_does_not_know_the_board_is_given_the_files_once() {
+fn worker_without_the_board_gets_the_files_once() {
     compare(
         &[
             ("open certain gone", "planning | board stale | read plan"),
@@ -223,7 +223,7 @@ fn a_worker_that_does_not_know_the_board_is_given_the_files_once() {
 }
 
 #[test]
-fn what_is_done_is_told_while_it_lasts() {
+fn task_progress_is_shown_while_it_runs() {
     let task = |story: &Story| {
         story.model.task().map_or_else(String::new, |task| format!("{} {}", task.word, task.share))
     };
@@ -254,10 +254,10 @@ fn what_is_done_is_told_while_it_lasts() {
 }
 
 #[test]
-fn what_was_cut_of_the_other_side_is_asked_for_until_it_is_known() {
+fn underside_is_requested_until_known() {
     let rows = [
         ("", "underside"),
-        // what was called off with something else is asked for again, of a worker that is given the board first
+        // a request cancelled with other work is sent again, to a worker that is sent the board first
         ("underside-stopped", "underside"),
         ("underside-stopped underside-gone", "read underside"),
         ("underside-stopped underside-gone underside-gone", ""),

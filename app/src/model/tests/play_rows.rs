@@ -1,4 +1,4 @@
-//! The playback by rows.
+//! The playback.
 
 use crate::engine::messages::Timed;
 use crate::keys::Stride;
@@ -14,7 +14,7 @@ fn um(um: i64) -> Length {
     Length::from_um(um)
 }
 
-/// A model that plays for ten seconds, at this second and speed.
+/// A model with a playback of ten seconds.
 pub(super) fn playing(at_s: f64, speed: f64) -> Model {
     let mut model = Model::default();
     model.board.timed = Some(Arc::new(Timed::default()));
@@ -32,7 +32,7 @@ fn frame(model: &mut Model, page_ms: f64) -> Vec<Effect> {
 }
 
 #[test]
-fn one_frame_is_asked_for_at_a_time() {
+fn one_frame_is_requested_at_a_time() {
     let mut model = playing(0.0, 1.0);
     assert_eq!(update(&mut model, PlayEvent::Toggle.into()), [Effect::Frame]);
     assert_eq!(update(&mut model, PlayEvent::Toggle.into()), []);
@@ -44,7 +44,7 @@ fn one_frame_is_asked_for_at_a_time() {
 }
 
 #[test]
-fn it_holds_at_its_end() {
+fn playback_pauses_at_its_end() {
     let mut model = playing(0.0, 1.0);
     update(&mut model, PlayEvent::Toggle.into());
     assert_eq!(frame(&mut model, 0.0), [Effect::Frame], "the first frame sets the clock");
@@ -53,7 +53,7 @@ fn it_holds_at_its_end() {
 }
 
 #[test]
-fn speeds_go_up_and_down_within_what_there_is() {
+fn playback_speed_stays_within_its_steps() {
     let rows =
         [(1.0, true, 2.0), (1.0, false, 0.5), (1000.0, true, 1000.0), (0.1, false, 0.1), (10.0, true, 50.0)];
     for (speed, more, next) in rows {
@@ -64,7 +64,7 @@ fn speeds_go_up_and_down_within_what_there_is() {
 }
 
 #[test]
-fn another_plan_is_played_from_its_beginning() {
+fn new_plan_resets_the_playback() {
     let mut model = playing(3.0, 1.0);
     model.play.running = true;
     model.board.timed = Some(Arc::new(Timed::default()));
@@ -73,7 +73,7 @@ fn another_plan_is_played_from_its_beginning() {
 }
 
 #[test]
-fn the_head_goes_as_fast_as_it_was_told() {
+fn working_speed_moves_the_playback_at_that_speed() {
     use annulus_core::job::{Command, Leg, Mark, Program};
     let mill = |x| Command::Mill { to: Point::from_mm(x, 0.0), height: um(-100), feed_um_per_s: 10_000 };
     let plunge = Command::Plunge { to: um(-100), feed_um_per_s: 5_000, gate: None };
@@ -107,7 +107,7 @@ fn the_head_goes_as_fast_as_it_was_told() {
 }
 
 #[test]
-fn a_mark_says_its_sentence_where_the_playback_stands() {
+fn nearest_warning_is_shown_at_the_playback_position() {
     use crate::model::play::mark_at;
     use annulus_core::sim::{Fault, Warning};
     let warning = |at_s, fault| Warning { at_s, fault, leg: 0, depth_mm: 0.1 };
@@ -125,7 +125,7 @@ fn a_mark_says_its_sentence_where_the_playback_stands() {
 }
 
 #[test]
-fn the_flat_picture_is_chosen_or_all_there_is() {
+fn flat_view_is_chosen_or_the_only_view() {
     let mut model = playing(0.0, 1.0);
     assert!(!model.play.in_space(), "nothing is carved");
     update(&mut model, PlayEvent::Flat { flat: None }.into());

@@ -1,4 +1,4 @@
-//! The second side: holes found by tip or camera, the fit, the job that goes along, and a camera that is not there.
+//! The second side: holes located by tip or camera, the fit, the aligned job, and a missing camera.
 
 use super::line::status;
 use crate::engine::messages::{Answer, Request, Timed};
@@ -14,13 +14,12 @@ use annulus_core::units::Length;
 use annulus_core::wire::{Tell, program as bytes_of};
 use std::sync::Arc;
 
-/// How the board lies in these rows: nearly a degree, and a millimetre aside.
+/// True position of the board: rotated by nearly a degree and shifted by about a millimetre.
 const TRUTH: BoardFit = BoardFit { turn_rad: 0.016, shift_mm: [1.25, -0.5], left_over_mm: 0.0 };
-/// Where the work zero is, and what the camera sees from the spindle.
+/// The work zero, and the camera's offset from the spindle.
 const ZERO_MM: [f64; 2] = [40.0, 30.0];
 const CAMERA_MM: [f64; 2] = [55.5, -12.25];
 
-/// Four holes.
 fn program() -> Program {
     let um = Length::from_um;
     let hole = |(number, (x, y)): (u32, (f64, f64))| {
@@ -46,14 +45,14 @@ fn tell(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
     update(model, event.into())
 }
 
-/// The head is there, machine mm.
+/// Sets the tool head's position, machine mm.
 fn stands(model: &mut Model, [x, y]: [f64; 2]) {
     let mut now = status(State::Ready, None);
     (now.machine_mm, now.zero_mm) = ([x, y, 0.0], Some(ZERO_MM));
     model.link.status = Some(Arc::new(now));
 }
 
-/// A job is planned, and the block is open.
+/// A planned job, with the panel open.
 fn begun() -> Model {
     let mut model = Model::default();
     let program = program();
@@ -65,7 +64,7 @@ fn begun() -> Model {
     model
 }
 
-/// Takes the hole that is sought where it really is.
+/// Moves to the selected hole's true position and takes it.
 fn find(model: &mut Model, by_camera: bool) {
     let sought = model.second_side.holes[model.second_side.aimed].planned;
     let lies = TRUTH.moved(sought);
@@ -75,11 +74,11 @@ fn find(model: &mut Model, by_camera: bool) {
 }
 
 #[test]
-fn holes_are_found_by_tip_or_camera_and_the_job_goes_along() {
+fn holes_located_by_tool_or_camera_align_the_job() {
     let mut model = begun();
     let count = model.second_side.holes.len();
     assert!(count >= 2, "{:?}", model.second_side.holes);
-    // Nobody knows where the camera looks: the crosshair takes nothing.
+    // Without a camera offset the crosshair locates nothing.
     find(&mut model, true);
     assert_eq!(model.second_side.holes[0].found_mm, None);
     stands(&mut model, [100.0, 80.0]);
@@ -92,7 +91,7 @@ fn holes_are_found_by_tip_or_camera_and_the_job_goes_along() {
     (1..count).for_each(|_| find(&mut model, false));
     let fit = model.second_side.fit.clone().unwrap().unwrap();
     assert!((fit.turn_rad - TRUTH.turn_rad).abs() < 1e-6 && fit.left_over_mm < 1e-4, "{fit:?}");
-    // Applied, it is made and timed before it can be opened.
+    // An applied fit is used only after the aligned job is timed.
     let effects = tell(&mut model, SecondSideEvent::Apply { on: true });
     let [Effect::Ask { number, request, .. }] = effects.as_slice() else { panic!("{effects:?}") };
     let Request::Time(wanted) = request.as_ref() else { panic!("{request:?}") };
@@ -106,7 +105,7 @@ fn holes_are_found_by_tip_or_camera_and_the_job_goes_along() {
     let preflight = model.start.preflight.clone().unwrap();
     assert_eq!(preflight.own_digest, "along");
     assert_eq!(preflight.lies.map(|why| why.code).as_deref(), Some("align.lies"));
-    // Not applied any more, the job is the planned one again.
+    // When it is no longer applied, the planned job is used.
     tell(&mut model, SecondSideEvent::Apply { on: false });
     update(&mut model, StartEvent::Open.into());
     let preflight = model.start.preflight.clone().unwrap();
@@ -114,7 +113,7 @@ fn holes_are_found_by_tip_or_camera_and_the_job_goes_along() {
 }
 
 #[test]
-fn what_does_not_fit_is_a_sentence_and_nothing_goes_along() {
+fn misfit_holes_give_an_error_and_no_aligned_job() {
     let mut model = begun();
     (0..model.second_side.holes.len()).for_each(|_| find(&mut model, false));
     tell(&mut model, SecondSideEvent::Aim { hole: 1 });
@@ -128,7 +127,7 @@ fn what_does_not_fit_is_a_sentence_and_nothing_goes_along() {
 }
 
 #[test]
-fn a_camera_that_comes_late_is_let_go_and_one_that_is_gone_is_said() {
+fn late_camera_is_closed_and_a_lost_one_reported() {
     let mut model = begun();
     assert_eq!(tell(&mut model, SecondSideEvent::Look { on: true }), [Effect::Camera { on: true }]);
     assert_eq!(model.second_side.eye, Eye::Opening);
@@ -136,7 +135,7 @@ fn a_camera_that_comes_late_is_let_go_and_one_that_is_gone_is_said() {
     let gone = Eye::Blind(Diagnostic::error("camera.lost"));
     tell(&mut model, SecondSideEvent::Eye { eye: gone.clone() });
     assert_eq!(model.second_side.eye, gone);
-    // The way by the tip remains.
+    // Locating by tip still works.
     find(&mut model, false);
     assert!(model.second_side.holes[0].found_mm.is_some());
     tell(&mut model, SecondSideEvent::Look { on: true });
@@ -146,7 +145,7 @@ fn a_camera_that_comes_late_is_let_go_and_one_that_is_gone_is_said() {
 }
 
 #[test]
-fn another_job_has_other_holes_and_another_hole_is_one_that_is_not_sought_yet() {
+fn another_job_or_hole_discards_located_positions() {
     let mut model = begun();
     find(&mut model, false);
     let before: Vec<_> = model.second_side.holes.iter().map(|hole| hole.planned).collect();
@@ -154,7 +153,7 @@ fn another_job_has_other_holes_and_another_hole_is_one_that_is_not_sought_yet() 
     tell(&mut model, SecondSideEvent::Other);
     let now = model.second_side.holes[0];
     assert_eq!((before.contains(&now.planned), now.found_mm), (false, None), "the one in the middle");
-    // Planned anew, deeper, its holes are the same: what was found stays. Those of another board are others.
+    // A deeper plan has the same holes: located positions stay. Another board has other holes.
     find(&mut model, false);
     let found = model.second_side.holes.clone();
     let plan = |model: &mut Model, program: Program| {
@@ -170,7 +169,7 @@ fn another_job_has_other_holes_and_another_hole_is_one_that_is_not_sought_yet() 
     assert!(model.second_side.holes.iter().all(|hole| hole.found_mm.is_none()));
 }
 
-/// All holes found, the job goes along and is timed.
+/// All holes located, the aligned job timed.
 fn goes_along() -> Model {
     let mut model = begun();
     (0..model.second_side.holes.len()).for_each(|_| find(&mut model, false));
@@ -182,36 +181,36 @@ fn goes_along() -> Model {
     model
 }
 
-/// What is said of how the board lies before a start.
+/// The warning about the alignment before a start.
 fn said_before_start(model: &mut Model) -> Option<String> {
     update(model, StartEvent::Open.into());
     model.start.preflight.clone().and_then(|preflight| preflight.lies).map(|why| why.code)
 }
 
 #[test]
-fn what_was_found_counts_no_more_where_the_machine_lost_its_place() {
+fn lost_position_discards_the_alignment() {
     let mut model = goes_along();
     assert_eq!(said_before_start(&mut model).as_deref(), Some("align.lies"));
     let mut lost = status(State::NotHomed, None);
     lost.trust = Trust::Lost;
     update(&mut model, LinkEvent::Heard { tell: Some(Box::new(Tell::Status(Box::new(lost)))) }.into());
-    // It begins to count anew, and somebody sets a zero: the same numbers are other places.
+    // The position counts from zero again, and the user sets a work zero: equal numbers, other positions.
     let mut now = status(State::Ready, None);
     (now.machine_mm, now.zero_mm) = ([0.0; 3], Some([0.0; 2]));
     update(&mut model, LinkEvent::Heard { tell: Some(Box::new(Tell::Status(Box::new(now)))) }.into());
     let side = &model.second_side;
     assert!(side.holes.iter().all(|hole| hole.found_mm.is_none()) && !side.applied, "{side:?}");
     assert_eq!((side.fit.clone(), side.job.clone(), side.lies()), (None, None, None));
-    // That the job lies as it is planned again is read before it starts.
+    // A warning reports that the job is not aligned.
     assert_eq!(said_before_start(&mut model).as_deref(), Some("align.forgotten"));
-    // Found again, it goes along again.
+    // After locating the holes again, the job is aligned again.
     (0..model.second_side.holes.len()).for_each(|_| find(&mut model, false));
     tell(&mut model, SecondSideEvent::Apply { on: true });
     assert!(model.second_side.waits() && !model.second_side.forgotten);
 }
 
 #[test]
-fn another_machine_has_other_places() {
+fn new_controller_discards_located_holes() {
     let mut model = goes_along();
     model.link.controller.support = Support::Yes;
     update(&mut model, LinkEvent::Controller(ControllerEvent::Chosen).into());
@@ -220,7 +219,7 @@ fn another_machine_has_other_places() {
 }
 
 #[test]
-fn a_place_that_the_machine_does_not_know_is_no_found_hole() {
+fn untrusted_position_locates_no_hole() {
     let mut model = begun();
     stands(&mut model, [3.0 + ZERO_MM[0], 4.0 + ZERO_MM[1]]);
     let mut now = model.link.status.as_deref().cloned().unwrap();
@@ -232,7 +231,7 @@ fn a_place_that_the_machine_does_not_know_is_no_found_hole() {
 }
 
 #[test]
-fn a_zero_that_was_set_elsewhere_since_moves_no_board_far() {
+fn moved_zero_limits_the_board_shift() {
     let mut model = goes_along();
     let moved = |model: &mut Model, by_mm: f64| {
         let mut now = status(State::Ready, None);
@@ -244,7 +243,7 @@ fn a_zero_that_was_set_elsewhere_since_moves_no_board_far() {
     assert_eq!(moved(&mut model, 5.0), Ok(()), "a corner that was set more exactly");
     assert_eq!(moved(&mut model, 60.0), Err("align.zero_elsewhere".to_owned()));
     assert_eq!(model.second_side.job, None);
-    // Found from this zero, it is meant.
+    // Located from this zero, any shift is accepted.
     tell(&mut model, SecondSideEvent::Aim { hole: 0 });
     let [x, y] = model.second_side.holes[0].found_mm.unwrap();
     let mut now = model.link.status.as_deref().cloned().unwrap();

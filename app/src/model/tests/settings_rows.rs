@@ -1,4 +1,4 @@
-//! The machine's settings as they are typed, and the colours of the page, by rows.
+//! Edits of the machine's settings, and the page's colours.
 
 use crate::keys::Tab;
 use crate::model::rack::{self, DIAMETER, FORM, NUMBER, RACK_KEY};
@@ -7,7 +7,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{ToolWear, Value, apply, setting, virtual_drill};
 use annulus_core::wire::{Tell, ToolsReport};
 
-/// The settings screen, where this was typed.
+/// The Settings screen with these edits.
 fn typed(rows: &[(&'static str, &str)]) -> Model {
     let mut model = Model::default();
     update(&mut model, FrameEvent::Show { tab: Tab::Settings }.into());
@@ -18,9 +18,9 @@ fn typed(rows: &[(&'static str, &str)]) -> Model {
     model
 }
 
-/// What was typed, what would change, and what is wrong with it.
+/// The typed text, the expected change, and the expected refusal.
 #[test]
-fn what_is_typed_is_compared_with_the_machine() {
+fn typed_settings_are_compared_with_the_machine() {
     let own = setting("x.max_speed").unwrap().value(&Model::default().machine).to_string();
     type Row<'a> = (&'a [(&'static str, &'a str)], &'a str, &'a str);
     let rows: [Row<'_>; 8] = [
@@ -44,7 +44,7 @@ fn what_is_typed_is_compared_with_the_machine() {
 }
 
 #[test]
-fn a_draft_is_applied_at_once_discarded_or_left_behind() {
+fn draft_settings_are_applied_discarded_or_dropped() {
     let rows = [("x.max_speed", "41"), ("machine.name", "mine")];
     let mut model = typed(&rows);
     model.link.refused = Some(Diagnostic::error("control.moving"));
@@ -71,7 +71,7 @@ fn a_draft_is_applied_at_once_discarded_or_left_behind() {
 }
 
 #[test]
-fn colours_are_shown_and_kept_and_known_again_by_their_word() {
+fn theme_is_shown_and_restored_by_its_word() {
     for theme in Theme::ALL {
         let mut model = Model::default();
         assert_eq!(
@@ -83,7 +83,7 @@ fn colours_are_shown_and_kept_and_known_again_by_their_word() {
     assert_eq!(Theme::called("pink"), Theme::Auto);
 }
 
-/// A machine with two tools, and a page that looks at it.
+/// A machine with two tools in its rack.
 fn with_rack() -> Model {
     let mut model = typed(&[]);
     let lines = ["T1 drill 0.8", "T7 vee 3.175 tip 0.1 angle 30 life 50"].map(str::to_owned).to_vec();
@@ -93,7 +93,7 @@ fn with_rack() -> Model {
 }
 
 #[test]
-fn cells_of_the_rack_are_typed_one_by_one_and_what_cannot_be_is_refused() {
+fn tool_cells_are_typed_separately_and_invalid_ones_refused() {
     type Row<'a> = (&'a [(usize, &'static str, &'a str)], &'a str, &'a str);
     let second = "T7 vee 3.175 tip 0.1 angle 30 life 50";
     let rows: [Row<'_>; 9] = [
@@ -121,7 +121,7 @@ fn cells_of_the_rack_are_typed_one_by_one_and_what_cannot_be_is_refused() {
 }
 
 #[test]
-fn tools_come_and_go_and_what_they_did_is_heard() {
+fn tools_can_be_added_and_removed_and_show_their_wear() {
     let mut model = with_rack();
     update(&mut model, SettingsEvent::AddTool.into());
     update(&mut model, SettingsEvent::RemoveTool { row: 0 }.into());

@@ -1,11 +1,8 @@
-//! A story in short words, told to a model, and what came of it in short words.
-//!
-//! Comes in: words, one an event; answers go to the last request of their kind, those with `old-` before them to the one before.
-//! Goes out: what is on its way, what is known, and what the last word asked of the outside.
+//! Drives a model by short words, and describes the effects in short words.
 
 use crate::engine::Stopped;
 use crate::engine::messages::{
-    Answer, Compared, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed, UnderTile,
+    Answer, Compared, Exported, FileRow, PlanReady, Reading, Request, Timed, UnderTile,
 };
 use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
@@ -13,6 +10,7 @@ use crate::model::{
     LinkEvent, Model, Offer, TemplateEvent, ToastAct, export, update,
 };
 use crate::said::Text;
+use annulus_core::artwork::{FileKind, FileRead, Role};
 use annulus_core::board::changes::{BoardChanges, Changed, Fate};
 use annulus_core::board::{Board, Face, Hole};
 use annulus_core::cam::usual::usual_bits;
@@ -20,23 +18,21 @@ use annulus_core::cam::work::{Operation, Work};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
-use annulus_core::machine::{Value, virtual_drill};
+use annulus_core::machine::Value;
 use annulus_core::post::OutputFile;
 use annulus_core::project::saved::{Project, SaidOfFiles};
-use annulus_core::proof::{Finding, FindingKind, Group, Pair};
+use annulus_core::proof::{Finding, FindingKind, Group, Pair, Verdict};
 use annulus_core::units::Length;
 use annulus_core::wire::{Tell, program};
 
-/// A model to which a story is told.
 #[derive(Default)]
 pub(super) struct Story {
-    /// As it stands.
     pub(super) model: Model,
-    /// Requests by their kind, in the order in which they were made.
+    /// Kind and number of each request, in order.
     asked: Vec<(&'static str, u32)>,
-    /// What the last word asked of the outside.
+    /// The effects of the last word.
     pub(super) out: Vec<Effect>,
-    /// Counts what must be different from what was before.
+    /// Makes each edit different from the one before.
     count: i64,
 }
 
@@ -58,7 +54,6 @@ fn kind(request: &Request) -> &'static str {
     }
 }
 
-/// An effect in a word.
 fn word(effect: &Effect) -> String {
     match effect {
         Effect::Ask { request, .. } => kind(request).to_owned(),
@@ -96,24 +91,31 @@ fn diagnostic(severity: Severity) -> Diagnostic {
 
 /// A job that drills, isolates and cuts out.
 pub(super) fn work() -> Work {
-    let operation = |word: &str| Operation::usual(word, Face::Top, &virtual_drill()).unwrap();
+    let operation = |word: &str| Operation::usual(word, Face::Top).unwrap();
     let operations = ["drill", "isolate", "cut_out"].map(operation).to_vec();
     Work { bits: usual_bits(), operations, ..Work::default() }
 }
 
 pub(super) fn row(diagnostics: Vec<Diagnostic>) -> FileRow {
-    FileRow {
+    let read = FileRead {
         name: "a.drl".to_owned(),
-        kind: "drill".to_owned(),
-        role: "drill".to_owned(),
+        kind: FileKind::Drill,
+        role: Role::Drill,
         side: None,
-        reason: diagnostic(Severity::Note),
         plated: None,
         generator: None,
+        reason: diagnostic(Severity::Note),
+        units: None,
+        number_format: None,
+        zeros: None,
+        evidence: None,
         drill: None,
-        shifted: false,
+        gerber: None,
         diagnostics,
-    }
+        fingerprint: 0,
+        board: String::new(),
+    };
+    FileRow { read, drill: None }
 }
 
 fn hole() -> Hole {
@@ -148,14 +150,13 @@ fn planned(diagnostics: Vec<Diagnostic>) -> PlanReady {
     PlanReady { key: program::key(&program), program, diagnostics, ..PlanReady::default() }
 }
 
-/// A finding that must be read.
+/// A problem that must be read.
 pub(super) fn finding(id: &str) -> Finding {
     let nets = vec!["A".to_owned(), "B".to_owned()];
     let found = Finding::new(FindingKind::Gap, Point::default(), Length::from_um(100), nets);
     Finding { id: id.to_owned(), ..found }
 }
 
-/// A group of one.
 fn group(finding: &Finding) -> Group {
     let (kind, must_be_read, tool) = finding.cause();
     let (nets, least, ids) = (finding.nets.clone(), finding.width, vec![finding.id.clone()]);
@@ -166,7 +167,7 @@ fn refused(code: &str) -> Result<Answer, Stopped> {
     Err(Stopped::Refused(vec![Diagnostic::error(code)]))
 }
 
-/// What a worker answers, by its word: the kind of request it goes to, and the answer.
+/// A worker's answer by its word, and the kind of request that it answers.
 fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopped>)> {
     let read = |diagnostics, holes| Ok(Answer::Read(Box::new(reading(number, diagnostics, holes))));
     let plan = |diagnostics| Ok(Answer::Planned(Box::new(planned(diagnostics))));
@@ -175,7 +176,7 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
     let proof = |ids: &[&str]| {
         let findings: Vec<Finding> = ids.iter().map(|id| finding(id)).collect();
         let groups = findings.iter().map(group).collect();
-        Ok(Answer::Proved(Proved { findings, groups, ..Proved::default() }))
+        Ok(Answer::Proved(Verdict { findings, groups, ..Verdict::default() }))
     };
     let export = |names: &[&str], unread: Vec<(Face, u32)>| {
         let file = |name: &&str| OutputFile {
@@ -237,7 +238,6 @@ fn files(number: u8) -> Vec<(String, Vec<u8>)> {
     vec![("a.drl".to_owned(), vec![number]), ("b.drl".to_owned(), vec![number])]
 }
 
-/// A saved project.
 fn saved_project() -> Vec<(String, Vec<u8>)> {
     let project = Project { files: files(7), said: SaidOfFiles::default(), job: None };
     vec![("a.annulus".to_owned(), annulus_core::project::saved::write(&project).unwrap())]
@@ -248,21 +248,20 @@ fn other_files() -> Vec<(String, Vec<u8>)> {
     vec![("c.drl".to_owned(), vec![2]), ("d.drl".to_owned(), vec![2])]
 }
 
-/// One hole more than before, and the job carried over, where it is another one.
+/// A comparison that finds one more hole; `work` is the job that was carried over.
 fn compared(work: Option<Work>) -> Compared {
     let added = Changed { fate: Fate::Added, before: None, now: Some(hole()) };
     let changes = BoardChanges { holes: vec![added], ..BoardChanges::default() };
     Compared { changes, work, ..Compared::default() }
 }
 
-/// A job as it comes back from a comparison, told by its first depth.
+/// A job as returned by a comparison, recognizable by its first depth.
 pub(super) fn shifted_work() -> Work {
     let mut work = work();
     work.operations[0].depth = Length::from_um(77);
     work
 }
 
-/// The bridge describes the machine.
 fn described(settings: Vec<(String, Value)>) -> Event {
     let tell = Tell::Machine { settings, fingerprint: String::new(), faults: None };
     LinkEvent::Heard { tell: Some(Box::new(tell)) }.into()
@@ -273,14 +272,13 @@ pub(super) fn offer(place: u32, at_ms: f64) -> Offer {
 }
 
 impl Story {
-    /// Tells all of `words`.
+    /// Sends all of `words`.
     pub(super) fn told(words: &str) -> Self {
         let mut story = Self::default();
         words.split_whitespace().for_each(|word| story.tell(word));
         story
     }
 
-    /// Takes an event in.
     pub(super) fn send(&mut self, event: impl Into<Event>) {
         self.out = update(&mut self.model, event.into());
         for effect in &self.out {
@@ -290,23 +288,23 @@ impl Story {
         }
     }
 
-    /// The number of the last request of `wanted`, or of the one `before` it.
+    /// The number of the last request of kind `wanted`, or of the one `before` it.
     fn number(&self, wanted: &str, before: usize) -> u32 {
         let numbers = self.asked.iter().rev().filter(|(kind, _)| *kind == wanted).map(|(_, number)| *number);
         numbers.clone().nth(before).unwrap_or_else(|| panic!("nobody asked to {wanted}"))
     }
 
-    /// The number of the last request; that for times beside a proof is not the one whose share is shown.
+    /// The number of the last request whose progress is shown: not the times that are computed during a
+    /// proof.
     fn in_work(&self) -> Option<u32> {
         let beside = if self.way() == "timing" { "" } else { "time" };
         self.asked.iter().rev().find(|(kind, _)| *kind != beside).map(|(_, number)| *number)
     }
 
-    /// Tells one word.
     pub(super) fn tell(&mut self, told: &str) {
         let (before, word) = told.strip_prefix("old-").map_or((0, told), |word| (1, word));
         if word.starts_with("prove") && self.way() == "resting" {
-            // Before anybody proves, it is waited for whether anything else changes.
+            // The proof starts only after the delay for further changes.
             self.tell("plan-rested");
         }
         if let Some((kind, _)) = answer(word, 0) {
@@ -321,7 +319,7 @@ impl Story {
         }
     }
 
-    /// What a word without an answer means.
+    /// The event of a word that is not an answer.
     fn event(&mut self, word: &str) -> Option<Event> {
         let lines = || Self::lines_event(word);
         self.file_event(word)
@@ -416,7 +414,6 @@ impl Story {
         })
     }
 
-    /// The clocks so much later.
     fn later(&self, ms: f64) -> Clocks {
         let Clocks { page_ms, wall_ms } = self.model.clock;
         Clocks { page_ms: page_ms + ms, wall_ms: wall_ms + ms }
@@ -488,12 +485,12 @@ impl Story {
         })
     }
 
-    /// What the last word asked of the outside, in words.
+    /// The effects of the last word, in words.
     pub(super) fn out(&self) -> String {
         self.out.iter().map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// What is on its way, in a word.
+    /// The request in progress, in a word.
     pub(super) fn way(&self) -> &'static str {
         match &self.model.on_the_way {
             OnTheWay::Nothing => "nothing",
@@ -507,7 +504,7 @@ impl Story {
         }
     }
 
-    /// What is known, in words.
+    /// The known parts of the board, in words.
     pub(super) fn known(&self) -> String {
         let board = &self.model.board;
         let facts = [
@@ -522,12 +519,12 @@ impl Story {
         facts.iter().filter(|(on, _)| *on).map(|(_, word)| *word).collect::<Vec<_>>().join(" ")
     }
 
-    /// What is on its way, what is known, and what the last word asked of the outside.
+    /// Request in progress, known parts, and effects of the last word.
     pub(super) fn stands(&self) -> String {
         format!("{} | {} | {}", self.way(), self.known(), self.out())
     }
 
-    /// The short words on show, by their keys.
+    /// The keys of the toasts on screen.
     pub(super) fn toasts(&self) -> Vec<String> {
         let key = |text: &Text| match text {
             Text::Key { key, .. } => (*key).to_owned(),
@@ -537,7 +534,7 @@ impl Story {
     }
 }
 
-/// Tells every story of `rows` and compares how things stand after it; says all that are wrong.
+/// Runs every row and compares the result; reports all rows that differ.
 pub(super) fn compare(rows: &[(&str, &str)], after: impl Fn(&Story) -> String) {
     super::compare(rows, Story::told, after);
 }

@@ -1,4 +1,4 @@
-//! What the page is called.
+//! The title of the page.
 
 use super::line;
 use crate::model::{Job, Model};
@@ -7,7 +7,7 @@ use annulus_core::job::Program;
 use std::sync::Arc;
 
 #[test]
-fn a_page_that_opens_while_a_job_is_in_work_is_called_by_that_job() {
+fn page_title_names_the_running_job() {
     let mut model = Model::default();
     assert_eq!(model.title(), None);
     let mut status = line::status(State::Running, Some("k"));

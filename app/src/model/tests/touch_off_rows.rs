@@ -1,4 +1,4 @@
-//! Touching off: what is asked for which place of the board, and when a step is done.
+//! Touch-off: the request for each target, and when a step is finished.
 
 use crate::model::{Event, Model, TouchOffEvent, TouchTarget, TouchedPart, update};
 use annulus_core::control::State;
@@ -6,7 +6,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Ask;
 use std::sync::Arc;
 
-/// The model with this to touch; the state of its machine is set by [`stands`].
+/// A model with this target; [`stands`] sets the state of its machine.
 fn model(x: i8, y: i8) -> Model {
     let mut model = Model::default();
     tell(&mut model, TouchOffEvent::Target { target: TouchTarget { x, y } });
@@ -23,7 +23,7 @@ fn stands(model: &mut Model, state: State) {
 }
 
 #[test]
-fn a_place_of_the_board_is_an_edge_two_or_its_height() {
+fn touch_target_is_a_corner_an_edge_or_the_height() {
     let edge = |axis, up| TouchedPart::Edge { axis, up };
     let rows = [
         ((0, 0), vec![TouchedPart::Height]),
@@ -39,7 +39,7 @@ fn a_place_of_the_board_is_an_edge_two_or_its_height() {
 }
 
 #[test]
-fn what_was_typed_is_asked_with_and_what_is_no_length_asks_nothing() {
+fn typed_touch_off_lengths_are_used_and_invalid_ones_refused() {
     let mut edge = model(-1, 0);
     for (text, tool_um) in
         [("3,175", Some(3_175)), ("1", Some(1_000)), ("x", None), ("-1", None), ("80", None)]
@@ -57,7 +57,7 @@ fn what_was_typed_is_asked_with_and_what_is_no_length_asks_nothing() {
 }
 
 #[test]
-fn a_step_is_done_once_the_machine_moved_and_rests_and_nothing_was_refused() {
+fn touch_off_step_completes_after_motion_without_refusal() {
     let mut corner = model(-1, -1);
     stands(&mut corner, State::Ready);
     tell(&mut corner, TouchOffEvent::Touch);
@@ -70,7 +70,7 @@ fn a_step_is_done_once_the_machine_moved_and_rests_and_nothing_was_refused() {
         (corner.touch_off.done, corner.touch_off.next()),
         (1, Some(TouchedPart::Edge { axis: 1, up: true }))
     );
-    // An alarm, or a refusal: the step is still to be done.
+    // After an alarm or a refusal the step is not finished.
     for refused in [false, true] {
         tell(&mut corner, TouchOffEvent::Touch);
         stands(&mut corner, State::Running);

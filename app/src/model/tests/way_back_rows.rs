@@ -1,25 +1,25 @@
-//! The way back after an alarm, by rows.
+//! The steps back to the job after an alarm.
 
 use super::line;
 use crate::model::link::way_back::{BackMark, BackStep, way_back};
 use annulus_core::control::{State, Trust};
 
 #[test]
-fn the_way_back_has_one_step_at_a_time_and_leaves_out_what_is_done() {
+fn recovery_shows_one_current_step_and_skips_done_ones() {
     let (done, now, later) = (BackMark::Done, BackMark::Now, BackMark::Later);
     let steps = [BackStep::Read, BackStep::Lift, BackStep::Home, BackStep::Tool, BackStep::Resume];
     let lost = [BackStep::Read, BackStep::Home, BackStep::Tool, BackStep::Resume];
     let rows = [
-        // state, trust, height, steps of a job that can be taken up, their marks
+        // state, trust, height, expected steps, expected marks
         (State::Alarm, Trust::Trusted, 7.0, &steps[..], vec![now, done, done, later, later]),
         (State::Ready, Trust::Trusted, 7.0, &steps, vec![done, done, done, now, now]),
         (State::Ready, Trust::Trusted, -1.0, &steps, vec![done, now, done, later, later]),
-        // A height over a board whose place is not known is none: homing takes the bit up.
+        // Without a trusted position the height is unknown: homing raises the tool.
         (State::Alarm, Trust::Suspect, -1.0, &lost, vec![now, later, later, later]),
         (State::NotHomed, Trust::Suspect, -1.0, &lost, vec![done, now, later, later]),
         (State::NotHomed, Trust::Suspect, 3.0, &lost, vec![done, now, later, later]),
         (State::NotHomed, Trust::Lost, -9.0, &lost, vec![done, now, later, later]),
-        // No job to be taken up.
+        // No job to resume.
         (State::NotHomed, Trust::Lost, -9.0, &lost[..2], vec![done, now]),
         (State::Ready, Trust::Trusted, 7.0, &steps[..3], vec![done, done, done]),
     ];
@@ -33,7 +33,7 @@ fn the_way_back_has_one_step_at_a_time_and_leaves_out_what_is_done() {
 }
 
 #[test]
-fn a_bit_that_somebody_looked_at_is_ticked_and_the_job_can_go_on_before_that_too() {
+fn checked_tool_is_marked_but_not_required_to_resume() {
     let status = line::status(State::Ready, None);
     let mark = |has_looked, step| {
         let steps = way_back(&status, true, true, has_looked);
@@ -45,7 +45,7 @@ fn a_bit_that_somebody_looked_at_is_ticked_and_the_job_can_go_on_before_that_too
 }
 
 #[test]
-fn a_mill_without_switches_is_not_told_to_home_but_to_be_given_its_zero() {
+fn recovery_without_homing_asks_for_zero() {
     let (done, now, later) = (BackMark::Done, BackMark::Now, BackMark::Later);
     let mut status = line::status(State::Ready, None);
     status.trust = Trust::Lost;

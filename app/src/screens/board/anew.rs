@@ -1,10 +1,9 @@
-//! New exports of the open board: which files came, what changed, each hole and slot that did, and the way back.
-//!
-//! Comes in: what changed. Goes out: choices of the person, the hole chosen. What changed is marked in the picture too.
+//! New exports of the open board: replaced files, changed holes and slots, and undo. The picture marks the
+//! changes too.
 
 use crate::i18n::{self, say, t, unit_word};
 use crate::model::{AnewEvent, FrameEvent, NewExports};
-use crate::page::{frame, open_board, send};
+use crate::page::{read, send, shared};
 use crate::screens::shown::zero;
 use crate::widgets::push;
 use annulus_core::board::changes::{Changed, Fate};
@@ -14,12 +13,10 @@ use annulus_core::units::Length;
 use leptos::html::{div, h2, header, li, p, section, span, ul};
 use leptos::prelude::*;
 
-/// The most holes and slots listed.
 const MOST_LISTED: usize = 100;
 
-/// The block; nothing where there is nothing to show.
 pub(super) fn block() -> impl IntoView {
-    move || open_board().anew.get().map(|anew| shown(&anew))
+    move || shared(|m| &m.anew.shown).get().map(|anew| shown(&anew))
 }
 
 fn shown(anew: &NewExports) -> impl IntoView + use<> {
@@ -38,7 +35,7 @@ fn shown(anew: &NewExports) -> impl IntoView + use<> {
     ))
 }
 
-/// Which files came and went.
+/// Replaced, added and missing files.
 fn files(anew: &NewExports) -> Vec<String> {
     let rows = [
         (!anew.replaced.is_empty()).then(|| say!("page.anew.replaced", names = anew.replaced.join(", "))),
@@ -48,7 +45,7 @@ fn files(anew: &NewExports) -> Vec<String> {
     rows.into_iter().flatten().map(|row| row + " ").collect()
 }
 
-/// What changed, line by line.
+/// The summary of the changes.
 fn lines(anew: &NewExports) -> AnyView {
     let Some(compared) = &anew.compared else {
         let word = if anew.failed { say!("page.anew.failed") } else { say!("page.anew.looking") };
@@ -61,7 +58,7 @@ fn lines(anew: &NewExports) -> AnyView {
     ul().class("changes").child(compared.changes.lines().into_iter().map(line).collect::<Vec<_>>()).into_any()
 }
 
-/// Every hole and slot that changed, the first of them; pressed, a hole that is there is chosen in the picture.
+/// The changed holes and slots, up to a limit. Pressing a hole selects it in the picture.
 fn changed(anew: &NewExports) -> impl IntoView + use<> {
     let compared = anew.compared.as_ref()?;
     let (holes, slots) = (&compared.changes.holes, &compared.changes.slots);
@@ -76,7 +73,7 @@ fn changed(anew: &NewExports) -> impl IntoView + use<> {
     })
 }
 
-/// What there was and what there is now, in one.
+/// The values before and after.
 fn pair<T>(changed: &Changed<T>, words: impl Fn(&T) -> Option<String>) -> String {
     let (before, now) = (changed.before.as_ref().and_then(&words), changed.now.as_ref().and_then(&words));
     let text = match (before, now) {
@@ -87,17 +84,16 @@ fn pair<T>(changed: &Changed<T>, words: impl Fn(&T) -> Option<String>) -> String
 }
 
 fn at(place: Point) -> String {
-    let (unit, zero) = (frame().unit.get(), zero());
+    let (unit, zero) = (read(|m| m.frame.unit), zero());
     let [x, y] = [place.x - zero.x, place.y - zero.y].map(|length| unit.coordinate(length.mm()));
     format!("X {x} Y {y}")
 }
 
-/// A diameter or a width, where the file says one.
+/// A diameter or width, if the file gives one.
 fn size(length: Option<Length>) -> Option<String> {
-    Some(frame().unit.get().size(length?.mm()))
+    Some(read(|m| m.frame.unit).size(length?.mm()))
 }
 
-/// What became of a hole or slot.
 fn fate(fate: Fate, what: String) -> String {
     match fate {
         Fate::Added => say!("page.anew.one_added", what = what),
@@ -120,7 +116,7 @@ fn hole_row(changed: &Changed<Hole>) -> AnyView {
     let choose = move |_| {
         let index = |board: &Board| board.holes.iter().position(|other| *other == now);
         let chosen =
-            open_board().document.with_untracked(|document| index(&document.as_ref()?.reading.board));
+            shared(|m| &m.board.document).with_untracked(|document| index(&document.as_ref()?.reading.board));
         send(FrameEvent::Select { hole: chosen.map(|index| index as u32) });
     };
     push("button small quiet", move || words.clone(), choose).into_any()
@@ -136,7 +132,7 @@ fn slot_row(changed: &Changed<Slot>) -> AnyView {
     still(fate(changed.fate, what))
 }
 
-/// A row that cannot be pressed.
+/// A row that can't be pressed.
 fn still(words: String) -> AnyView {
     span().class("quiet").child(words).into_any()
 }

@@ -1,11 +1,10 @@
-//! Tools with their counts, and the long list of holes; each row is a hole of the picture and the other way round.
-//!
-//! Comes in: the open board and its plan. Goes out: the hole chosen.
+//! The tools with their counts, and the list of holes; selecting a row selects the hole in the picture and
+//! vice versa.
 
 use super::rows::{self, Row, Tool, swatch};
 use crate::i18n::{say, t};
 use crate::model::FrameEvent;
-use crate::page::{frame, open_board, send};
+use crate::page::{read, send, shared};
 use crate::screens::shown::zero;
 use crate::widgets::{row_top, virtual_list};
 use annulus_core::board::Board;
@@ -15,7 +14,6 @@ use leptos::html::{div, h2, header, section, span, table, tbody, td, th, thead, 
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// Board, tools and rows as they are now.
 #[derive(Clone, PartialEq)]
 struct Listed {
     board: Board,
@@ -24,17 +22,15 @@ struct Listed {
 }
 
 fn listed() -> Memo<Option<Arc<Listed>>> {
-    let desk = open_board();
     Memo::new(move |_| {
-        let document = desk.document.get()?;
+        let document = shared(|m| &m.board.document).get()?;
         let board = document.reading.board.clone();
-        let tools = desk.plan.with(|plan| rows::tools(&board, plan.as_deref()));
+        let tools = shared(|m| &m.board.plan).with(|plan| rows::tools(&board, plan.as_deref()));
         let rows = rows::rows(&tools);
         Some(Arc::new(Listed { board, tools, rows }))
     })
 }
 
-/// The panel.
 pub(crate) fn holes() -> impl IntoView {
     let listed = listed();
     let count = move || listed.with(|listed| listed.as_ref().map_or(0, |listed| listed.board.holes.len()));
@@ -64,7 +60,7 @@ fn tool_table(listed: &Listed) -> impl IntoView + use<> {
 }
 
 fn size_text(size: Option<Length>) -> String {
-    let unit = frame().unit.get();
+    let unit = read(|m| m.frame.unit);
     size.map_or_else(|| say!("page.holes.unsized"), |size| crate::i18n::number(unit.size(size.mm())))
 }
 
@@ -98,7 +94,7 @@ fn list(listed: Memo<Option<Arc<Listed>>>) -> impl IntoView {
     let count =
         Signal::derive(move || listed.with(|listed| listed.as_ref().map_or(0, |listed| listed.rows.len())));
     let chosen = Memo::new(move |_| {
-        let wanted = frame().selected.get()?;
+        let wanted = read(|m| m.frame.selected)?;
         let is = |row: &Row| matches!(row, Row::Hole(hole, _) if *hole == wanted);
         listed.with(|listed| listed.as_ref()?.rows.iter().position(is))
     });
@@ -146,8 +142,8 @@ fn head(listed: &Listed, tool: usize, index: usize) -> AnyView {
 fn hole_line(listed: &Listed, hole: u32, number: usize, index: usize) -> AnyView {
     let Some(meant) = listed.board.holes.get(hole as usize).cloned() else { return ().into_any() };
     let colour = swatch(&listed.board, meant.diameter);
-    let chosen = move || frame().selected.get() == Some(hole);
-    let coordinate = |mm: f64| crate::i18n::number(frame().unit.get().coordinate(mm));
+    let chosen = move || read(|m| m.frame.selected) == Some(hole);
+    let coordinate = |mm: f64| crate::i18n::number(read(|m| m.frame.unit).coordinate(mm));
     let (x, y) = (meant.at.x, meant.at.y);
     let in_file = move || say!("page.holes.in_file", x = coordinate(x.mm()), y = coordinate(y.mm()));
     div()

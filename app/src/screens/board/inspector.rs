@@ -1,16 +1,14 @@
-//! How the holes are put in order, what that saves, and what stands in the way.
-//!
-//! Comes in: the plan. Goes out: order, first bit, accepted errors.
+//! The hole order, what it saves, and the problems in its way.
 
 use crate::engine::messages::PlanReady;
 use crate::format::{counted_from, duration};
 use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
 use crate::model::{AnewEvent, Event, FilesEvent, FrameEvent, JobEvent};
-use crate::page::{frame, open_board, open_job, send};
+use crate::page::{board, peek, read, send, shared};
 use crate::screens::review::finding;
 use crate::screens::shown::zero;
-use crate::widgets::{choice, fact, push, shape};
+use crate::widgets::{choice, fact, push, segmented, shape};
 use annulus_core::cam::HoleOrder;
 use annulus_core::units::Length;
 use leptos::ev;
@@ -19,12 +17,10 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-/// The panel.
 pub(crate) fn inspector() -> impl IntoView {
-    let waits = Memo::new(move |_| open_board().waits_for_person());
-    let first = move || waits.get().then(problems);
-    let last = move || (!waits.get()).then(problems);
-    (first, order(), gains(waits), last)
+    let first = || board::waits_for_person().then(problems);
+    let last = || (!board::waits_for_person()).then(problems);
+    (first, order(), gains(), last)
 }
 
 const ORDERS: [(HoleOrder, &str); 3] = [
@@ -34,39 +30,34 @@ const ORDERS: [(HoleOrder, &str); 3] = [
 ];
 
 fn order() -> impl IntoView {
-    let desk = open_board();
     let choices = ORDERS.map(|(order, name)| {
         choice(
-            move || open_job().drill_order() == Some(order),
+            move || read(|m| m.job.drill_order()) == Some(order),
             move || crate::i18n::text(name, &[]),
             move |_| send(JobEvent::DrillOrder { order }),
         )
     });
     let bits = Memo::new(move |_| {
-        desk.plan.with(|plan| {
+        shared(|m| &m.board.plan).with(|plan| {
             plan.as_ref().map(|plan| plan.bits.iter().map(|bit| bit.diameter).collect::<Vec<_>>())
         })
     });
     let options = move || {
         let mut bits = bits.get().unwrap_or_default();
         bits.sort_unstable();
-        let unit = frame().unit.get();
+        let unit = read(|m| m.frame.unit);
         let one = |bit: Length| {
             let size = unit.size(bit.mm());
             option()
                 .attr("value", bit.nm().to_string())
-                .prop("selected", desk.loaded.get_untracked() == Some(bit))
+                .prop("selected", peek(|m| m.board.loaded) == Some(bit))
                 .child(move || say!("page.plan.loaded", size = size, unit = crate::i18n::unit_word()))
         };
         bits.into_iter().map(one).collect::<Vec<_>>()
     };
     section().class("block").attr("aria-label", t!("page.plan.order")).child((
         header().child(h2().child(t!("page.plan.order"))),
-        div()
-            .class("segmented")
-            .attr("role", "group")
-            .attr("aria-label", t!("page.plan.order"))
-            .child(Vec::from(choices)),
+        segmented(t!("page.plan.order"), Vec::from(choices)),
         label().class("field").child((
             span().child(t!("page.plan.bits")),
             select()
@@ -100,36 +91,33 @@ fn travel(plan: &PlanReady) -> impl IntoView + use<> {
     ))
 }
 
-fn gains(waits: Memo<bool>) -> impl IntoView {
-    let desk = open_board();
-    let before = frame().show_before;
+fn gains() -> impl IntoView {
+    let before = || read(|m| m.frame.show_before);
     let total = move || {
-        desk.timed.with(|timed| {
+        shared(|m| &m.board.timed).with(|timed| {
             timed.as_ref().map_or_else(|| "–".to_owned(), |timed| sentence(&duration(timed.total_s)))
         })
     };
     let holes = move || {
-        desk.timed
+        shared(|m| &m.board.timed)
             .with(|timed| timed.as_ref().map_or_else(|| "–".to_owned(), |timed| timed.holes.to_string()))
     };
-    let changes =
-        move || desk.job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
+    let changes = move || read(|m| m.board.job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
     section().class("block").attr("aria-label", t!("page.plan.travel")).child((
         header().child(h2().child(t!("page.plan.travel"))),
-        move || waits.get().then(|| p().child(t!("page.plan.waits"))),
-        move || desk.plan.with(|plan| plan.as_ref().map(|plan| travel(plan))),
-        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.plan.shown")).child((
-            choice(
-                move || before.get(),
-                t!("page.plan.show_before"),
-                |_| send(FrameEvent::Before { on: true }),
+        || board::waits_for_person().then(|| p().child(t!("page.plan.waits"))),
+        move || shared(|m| &m.board.plan).with(|plan| plan.as_ref().map(|plan| travel(plan))),
+        segmented(
+            t!("page.plan.shown"),
+            (
+                choice(before, t!("page.plan.show_before"), |_| send(FrameEvent::Before { on: true })),
+                choice(
+                    move || !before(),
+                    t!("page.plan.show_after"),
+                    |_| send(FrameEvent::Before { on: false }),
+                ),
             ),
-            choice(
-                move || !before.get(),
-                t!("page.plan.show_after"),
-                |_| send(FrameEvent::Before { on: false }),
-            ),
-        )),
+        ),
         dl().class("facts").child((
             fact(t!("page.plan.total"), total),
             fact(t!("page.plan.holes"), holes),
@@ -138,10 +126,9 @@ fn gains(waits: Memo<bool>) -> impl IntoView {
     ))
 }
 
-/// The block of problems, for whoever jumps to it.
+/// Id of the problems block.
 const PROBLEMS: &str = "problems";
 
-/// Shows the problems of the open board.
 pub(crate) fn show_problems() {
     send(FrameEvent::Show { tab: Tab::Board });
     request_animation_frame(|| {
@@ -154,25 +141,25 @@ pub(crate) fn show_problems() {
     });
 }
 
-/// That the proof has something to be read too, and the way there.
+/// A notice that the proof has problems to accept too, with a button to the CAM screen.
 fn at_cam() -> impl IntoView {
-    let unread = Memo::new(move |_| open_board().unread());
     move || {
-        (unread.get() > 0).then(|| {
+        let count = board::unread();
+        (count > 0).then(|| {
             let go = |_| send(FrameEvent::Show { tab: Tab::Cam });
             div().class("row").child((
-                span().class("grow").child(t!("page.problems.at_cam", count = unread.get_untracked())),
+                span().class("grow").child(t!("page.problems.at_cam", count = count)),
                 push("button small", t!("page.problems.go_cam"), go),
             ))
         })
     }
 }
 
-/// Findings of files and plan; errors can be ticked as seen here too.
+/// Problems of files and plan. Errors can be accepted here too.
 fn problems() -> impl IntoView {
-    let (desk, zero) = (open_board(), Memo::new(move |_| zero()));
+    let zero = Memo::new(move |_| zero());
     let list = move || {
-        let (diagnostics, zero) = (desk.problems.get(), zero.get());
+        let (diagnostics, zero) = (board::problems().get(), zero.get());
         if diagnostics.is_empty() {
             p().class("quiet").child(t!("page.problems.none")).into_any()
         } else {
@@ -190,17 +177,14 @@ fn problems() -> impl IntoView {
     let block = section().class("block").attr("id", PROBLEMS).attr("tabindex", "-1");
     block.attr("aria-label", t!("page.problems.title")).child((
         header().child((
-            h2().child(move || say!("page.problems.count", count = desk.problems.with(Vec::len))),
+            h2().child(move || say!("page.problems.count", count = board::problems().with(Vec::len))),
             push("button small", t!("page.anew.choose"), |_| send(AnewEvent::Choose)),
             push("button small", t!("page.problems.review"), |_| send(FilesEvent::Review)),
         )),
         list,
         at_cam(),
         move || {
-            open_board()
-                .task
-                .get()
-                .is_some()
+            read(|m| m.task().is_some())
                 .then(|| push("button", t!("page.task.cancel"), |_| send(Event::Cancelled)))
         },
     ))

@@ -1,6 +1,4 @@
-//! The Board screen: the holes by tool beside the picture, and how they are put in order.
-//!
-//! Comes in: the open board and its plan. Goes out: choices of order, accepted errors, the hole chosen.
+//! The Board screen: holes by tool next to the picture, and their order.
 
 mod anew;
 mod holes;
@@ -13,7 +11,7 @@ use super::{layers, welcome};
 use leptos::html::div;
 use leptos::prelude::*;
 
-/// The panels beside the picture.
+/// The panels next to the picture.
 pub(crate) fn board() -> impl IntoView {
     (
         div().class("panel left holes").child((anew::block(), layers::panel(), holes::holes())),

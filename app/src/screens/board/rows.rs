@@ -1,6 +1,5 @@
-//! The rows of the hole table: tools, and under each its holes in order of drilling; last what no bit drills, by its size.
-//!
-//! Comes in: a board and its plan. Goes out: [`Tool`]s and [`Row`]s. Knows no layout.
+//! The rows of the hole table: tools with their holes in drill order; then, by size, the holes that no tool
+//! drills.
 
 use crate::engine::messages::PlanReady;
 use crate::picture;
@@ -9,25 +8,25 @@ use annulus_core::board::Board;
 use annulus_core::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A bit, or a size before there is a plan.
+/// A tool; before there is a plan, a hole size.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tool {
-    /// Diameter of the bit; none before there is a plan.
+    /// None before there is a plan, and for holes that aren't drilled.
     pub bit: Option<Length>,
-    /// The sizes in the files that it stands in for.
+    /// The hole sizes in the files that this tool drills.
     pub sizes: Vec<Length>,
-    /// Its holes in order of drilling.
+    /// Hole indices in drill order.
     pub holes: Vec<u32>,
-    /// How many of them are plated, and how many are said not to be.
+    /// Number of holes that the files call plated, and not plated.
     pub plated: (usize, usize),
 }
 
-/// One line of the table.
+/// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Row {
-    /// Head of a tool: its index.
+    /// Index of the tool.
     Tool(usize),
-    /// A hole with its number in the order of drilling, from 1.
+    /// A hole, and its number in the drill order, from 1.
     Hole(u32, usize),
 }
 
@@ -39,8 +38,8 @@ fn tool(board: &Board, bit: Option<Length>, sizes: Vec<Length>, holes: Vec<u32>)
     Tool { plated: (said(true), said(false)), bit, sizes, holes }
 }
 
-/// The tools of `board`, by its plan if there is one. A plan may be of several copies, with holes for pins behind theirs: the holes
-/// of the board itself are the first.
+/// The tools of `board`, from its plan if there is one. A plan can have several copies and pin holes; the
+/// board's own holes have the lowest indices.
 pub(crate) fn tools(board: &Board, plan: Option<&PlanReady>) -> Vec<Tool> {
     if let Some(plan) = plan {
         let own = |holes: &[u32]| -> Vec<u32> {
@@ -54,7 +53,7 @@ pub(crate) fn tools(board: &Board, plan: Option<&PlanReady>) -> Vec<Tool> {
     by_size(board, |_| true)
 }
 
-/// Those of the holes that are `wanted`, by size: no bit drills them, they are milled or left out.
+/// The `wanted` holes by size, without a tool: they are milled or left out.
 fn by_size(board: &Board, wanted: impl Fn(u32) -> bool) -> Vec<Tool> {
     let mut found: BTreeMap<Option<Length>, Vec<u32>> = BTreeMap::new();
     for (index, hole) in (0..).zip(&board.holes).filter(|(index, _)| wanted(*index)) {
@@ -63,7 +62,6 @@ fn by_size(board: &Board, wanted: impl Fn(u32) -> bool) -> Vec<Tool> {
     found.into_iter().map(|(size, holes)| tool(board, None, size.into_iter().collect(), holes)).collect()
 }
 
-/// Every line, tool by tool.
 pub(crate) fn rows(tools: &[Tool]) -> Vec<Row> {
     let mut number = 0;
     let mut rows = Vec::new();
@@ -77,7 +75,6 @@ pub(crate) fn rows(tools: &[Tool]) -> Vec<Row> {
     rows
 }
 
-/// The colour of holes of `size` in the picture.
 pub(super) fn swatch(board: &Board, size: Option<Length>) -> String {
     let sizes = picture::sizes(board);
     let index = size.map_or(0, |size| sizes.partition_point(|other| *other < size));

@@ -1,5 +1,5 @@
-//! The template editor: a dialect's file as text, what each block and parameter is, its faults with their places, and what
-//! the program on show becomes, while it is typed.
+//! The template editor: a postprocessor's file as text, help on its blocks and parameters, its problems with
+//! their positions, and the output for the current program.
 //!
 //! ```text
 //! + text ──────────────+ block, parameters ─+ output ─────────+
@@ -8,13 +8,11 @@
 //! | G0 X@X@ …          | faults            |                  |
 //! +────────────────────+───────────────────+──────────────────+
 //! ```
-//!
-//! Comes in: a dialect that ships, or the person's file. Goes out: the person's own dialect, a saved file.
 
 use crate::i18n::{self, advice, message, say, t};
 use crate::model::TemplateEvent;
 use crate::model::template::OWN;
-use crate::page::{OpenJob, open_job, send};
+use crate::page::{computed, peek, read, send, shared, watch};
 use crate::widgets::{push, save_file};
 use crate::workbench::template;
 use annulus_core::diagnostic::Diagnostic;
@@ -26,34 +24,31 @@ use leptos::html::{
 use leptos::prelude::*;
 use web_sys::HtmlTextAreaElement;
 
-/// Lines of output shown.
+/// Maximum number of output lines shown.
 const MOST_LINES: usize = 400;
-/// The text as it is now.
-fn text_of(sheet: OpenJob) -> String {
-    sheet.text.with_untracked(|text| text.as_deref().unwrap_or_default().to_owned())
+fn text_of() -> String {
+    peek(|m| m.template.text.as_deref().unwrap_or_default().to_owned())
 }
 
-/// The whole sheet.
 pub(super) fn editor() -> impl IntoView {
-    let sheet = open_job();
     let area = NodeRef::<html::Textarea>::new();
-    let file = move || sheet.own_name.get().unwrap_or_else(|| OWN.to_owned());
+    let file = move || computed(|m| m.template.own_name()).get().unwrap_or_else(|| OWN.to_owned());
     div().class("whole").child(div().class("template").child((
         header().child((
             h2().class("grow").child(t!("page.template.title")),
             push("button", t!("page.template.load"), |_| send(TemplateEvent::Load)),
             push("button", t!("page.template.save"), move |_| {
                 let name = file().to_lowercase().replace(|sign: char| !sign.is_ascii_alphanumeric(), "-");
-                let text = text_of(sheet);
+                let text = text_of();
                 save_file(&format!("{name}.toml"), "application/toml", &text);
             }),
             push("button primary", t!("page.template.done"), |_| send(TemplateEvent::Close)),
         )),
-        div().class("columns").child((written(sheet, area), hints(sheet, area), output(sheet))),
+        div().class("columns").child((written(area), hints(area), output())),
     )))
 }
 
-fn written(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
+fn written(area: NodeRef<html::Textarea>) -> impl IntoView {
     let follow = move || {
         if let Some(area) = area.get_untracked() {
             let area: HtmlTextAreaElement = area;
@@ -67,7 +62,9 @@ fn written(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
             .attr("spellcheck", "false")
             .attr("wrap", "off")
             .attr("aria-label", t!("page.template.text"))
-            .prop("value", move || sheet.text.get().as_deref().unwrap_or_default().to_owned())
+            .prop("value", move || {
+                watch(|m| &m.template.text).get().as_deref().unwrap_or_default().to_owned()
+            })
             .on(ev::input, move |event| {
                 send(TemplateEvent::Keep { text: event_target_value(&event) });
                 follow();
@@ -77,7 +74,7 @@ fn written(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
     )
 }
 
-/// The browser counts in units of UTF-16.
+/// Converts a browser's text position, in UTF-16 units, to bytes.
 fn bytes_of_units(text: &str, units: usize) -> usize {
     let mut left = units;
     for (at, sign) in text.char_indices() {
@@ -93,10 +90,10 @@ fn units_of_bytes(text: &str, bytes: usize) -> u32 {
     text.get(..bytes).unwrap_or(text).encode_utf16().count() as u32
 }
 
-/// Puts `word` where the cursor is.
-fn insert(sheet: OpenJob, area: NodeRef<html::Textarea>, word: &str) {
-    let mut text = text_of(sheet);
-    let at = sheet.cursor.get_untracked().min(text.len());
+/// Inserts `word` at the cursor.
+fn insert(area: NodeRef<html::Textarea>, word: &str) {
+    let mut text = text_of();
+    let at = peek(|m| m.template.cursor).min(text.len());
     if !text.is_char_boundary(at) {
         return;
     }
@@ -112,9 +109,10 @@ fn insert(sheet: OpenJob, area: NodeRef<html::Textarea>, word: &str) {
     });
 }
 
-fn hints(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
+fn hints(area: NodeRef<html::Textarea>) -> impl IntoView {
     let here = Memo::new(move |_| {
-        sheet.text.with(|text| template::place(text.as_deref().unwrap_or_default(), sheet.cursor.get()))
+        watch(|m| &m.template.text)
+            .with(|text| template::place(text.as_deref().unwrap_or_default(), read(|m| m.template.cursor)))
     });
     let what = move || {
         let (part, block) = here.get();
@@ -139,7 +137,7 @@ fn hints(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
                 button()
                     .attr("type", "button")
                     .class("button small")
-                    .on(ev::click, move |_| insert(sheet, area, &word))
+                    .on(ev::click, move |_| insert(area, &word))
                     .child(code().child(format!("@{}@", row.name))),
                 span().child((move || i18n::text(&key, &[]), " ", span().class("quiet").child(row.unit))),
             ))
@@ -148,7 +146,7 @@ fn hints(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
         ul().class("parameters").child(lines.collect::<Vec<_>>())
     };
     section().class("hints").attr("aria-label", t!("page.template.hints")).child((
-        faults(sheet, area),
+        faults(area),
         h3().child(t!("page.template.blocks")),
         what,
         h3().child(t!("page.template.parameters")),
@@ -156,9 +154,9 @@ fn hints(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
     ))
 }
 
-fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
+fn faults(area: NodeRef<html::Textarea>) -> impl IntoView {
     let go = move |line: u32| {
-        let text = text_of(sheet);
+        let text = text_of();
         let (from, to) = (template::start_of_line(&text, line), template::start_of_line(&text, line + 1));
         if let Some(area) = area.get_untracked() {
             let _ = area.focus();
@@ -183,7 +181,7 @@ fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
             .into_any()
     };
     move || {
-        let Some(checked) = sheet.checked.get() else {
+        let Some(checked) = shared(|m| &m.template.checked).get() else {
             return p().class("quiet").attr("role", "status").child(t!("page.template.looking")).into_any();
         };
         let (faults, warnings) = (checked.faults.clone(), checked.warnings.clone());
@@ -212,25 +210,25 @@ fn faults(sheet: OpenJob, area: NodeRef<html::Textarea>) -> impl IntoView {
     }
 }
 
-/// Something that the template leaves uncertain.
+/// A warning about the template.
 fn warning(diagnostic: Diagnostic) -> AnyView {
     let cure = diagnostic.clone();
     let said = (strong().child(move || message(&diagnostic)), " ", move || advice(&cure));
     li().class("notice tone-pause").child(div().child(said)).into_any()
 }
 
-fn output(sheet: OpenJob) -> impl IntoView {
+fn output() -> impl IntoView {
     let text = move || {
-        sheet.checked.with(|checked| {
+        shared(|m| &m.template.checked).with(|checked| {
             let lines: Vec<&str> = checked.iter().flat_map(|it| it.output.lines()).take(MOST_LINES).collect();
             lines.join("\n")
         })
     };
     let title = move || {
-        let of_job = sheet.checked.with(|checked| checked.as_ref().is_none_or(|checked| checked.of_program));
+        let of_job = read(|m| m.template.checked.as_ref().is_none_or(|checked| checked.of_program));
         if of_job { say!("page.template.output") } else { say!("page.template.sample") }
     };
-    // A name needs a role: text alone has none.
+    // `aria-label` needs a role; a `pre` alone has none.
     let shown = pre().attr("tabindex", "0").attr("role", "group").attr("aria-label", title).child(text);
     section().class("output").attr("aria-label", t!("page.template.output")).child((h3().child(title), shown))
 }

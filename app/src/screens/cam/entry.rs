@@ -1,11 +1,9 @@
-//! A field for one row of the job's table: its name, its unit, its sentence, and why it cannot be what was typed.
-//!
-//! Comes in: a row, its value now, what to do with another one. Goes out: a field. Knows no single row.
+//! A field for one job parameter: name, unit, description, and why a typed value was rejected.
 
 use crate::format::Unit;
 use crate::i18n::{self, advice, message};
-use crate::page::frame;
-use crate::widgets::menu_word;
+use crate::page::read;
+use crate::widgets::{menu_word, tick};
 use crate::workbench::edit;
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::diagnostic::Diagnostic;
@@ -15,10 +13,10 @@ use leptos::ev;
 use leptos::html::{div, input, label, p, select, small, span};
 use leptos::prelude::*;
 
-/// What a field writes: the value, and whether the person is still at it.
+/// Writes a new value; fails with the reason.
 pub(super) type Write = std::sync::Arc<dyn Fn(Value) -> Result<(), Diagnostic> + Send + Sync>;
 
-/// The name of a row for people: its short one in the locale tables, else its sentence.
+/// The displayed name: the short one of the locale tables, else the description.
 fn name_of(key: &str) -> String {
     let plain = key.replace('.', "_");
     let short = format!("page.cam.row.{plain}");
@@ -26,18 +24,17 @@ fn name_of(key: &str) -> String {
     i18n::text(&if known { short } else { format!("work.{plain}") }, &[])
 }
 
-/// The word of a choice for people.
+/// The displayed word of a choice.
 fn word_of(word: &str) -> String {
     i18n::text(&format!("page.cam.word.{word}"), &[])
 }
 
-/// The unit of lengths on show, where the numbers of the row are lengths; all others stay as the table has them.
+/// The chosen unit if the parameter is a length; none for all others, which keep the unit of the table.
 fn length_unit<T>(row: &Parameter<T>) -> Option<Unit> {
     let single = matches!(row.kind, ValueKind::Number(..));
-    (row.unit == "mm" && single).then(|| frame().unit.get())
+    (row.unit == "mm" && single).then(|| read(|m| m.frame.unit))
 }
 
-/// The word of a row's unit.
 fn unit_of<T>(row: &Parameter<T>) -> String {
     if length_unit(row).is_some() { i18n::unit_word() } else { i18n::unit_of(row.unit) }
 }
@@ -54,7 +51,7 @@ fn shown<T>(row: &Parameter<T>, value: Option<&Value>) -> String {
     }
 }
 
-/// The field. A number with a `slider` has one under it, for as far as the hint says.
+/// The field. A number with a `slider` (minimum, maximum, step) has one under it.
 pub(super) fn entry<T: 'static>(
     row: &'static Parameter<T>,
     now: Memo<Option<Value>>,
@@ -147,14 +144,9 @@ fn slider<T: 'static>(
 
 fn flag<T: 'static>(row: &'static Parameter<T>, now: Memo<Option<Value>>, write: Write) -> AnyView {
     let yes = move || now.with(|now| matches!(now, Some(Value::Text(word)) if word == "yes"));
-    label()
-        .class("tick")
-        .child((
-            input().attr("type", "checkbox").prop("checked", yes).on(ev::change, move |event| {
-                let word = if event_target_checked(&event) { "yes" } else { "no" };
-                let _every_flag_knows_both = write(Value::Text(word.to_owned()));
-            }),
-            span().child(move || name_of(row.key)),
-        ))
-        .into_any()
+    let set = move |on| {
+        let word = if on { "yes" } else { "no" };
+        let _every_flag_knows_both = write(Value::Text(word.to_owned()));
+    };
+    tick(yes, move || name_of(row.key), set).into_any()
 }

@@ -1,33 +1,36 @@
-//! The job in a controller's words: which dialect, and the files of all its sides, in one zip where they are several. Not before
-//! every finding was seen.
-//!
-//! Comes in: the job. Goes out: what is to be written and saved; the way to the template editor.
+//! Export: the postprocessor, and the files of all sides, as one zip if there are several. Disabled until
+//! every problem is accepted.
 
 use crate::format::counted_from;
 use crate::i18n::{advice, message, say, t};
 use crate::model::export::{CHORD_ERROR_MM, ExportOutcome, Purpose};
 use crate::model::template::OWN;
 use crate::model::{ExportEvent, TemplateEvent};
-use crate::page::{open_board, open_job, send};
+use crate::page::{board, computed, read, send, shared, watch};
 use crate::screens::shown::zero;
-use crate::widgets::{push, push_if};
+use crate::widgets::{push, push_if, tick};
 use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::post;
 use leptos::ev;
-use leptos::html::{div, h2, header, input, label, li, ol, option, p, section, select, span};
+use leptos::html::{div, h2, header, label, li, ol, option, p, section, select, span};
 use leptos::prelude::*;
 
-/// The controller that is written for, to be chosen.
+/// The menu of postprocessors.
 pub(crate) fn controller() -> impl IntoView {
-    let job = open_job();
     let names = post::targets().into_iter().map(|name| {
-        option().attr("value", name).prop("selected", move || job.target.get() == name).child(name)
+        option()
+            .attr("value", name)
+            .prop("selected", move || watch(|m| &m.template.target).get() == name)
+            .child(name)
     });
     let own = move || {
-        let named = job.own_name.get();
+        let named = computed(|m| m.template.own_name()).get();
         named.map(|name| {
-            option().attr("value", OWN).prop("selected", move || job.target.get() == OWN).child(name)
+            option()
+                .attr("value", OWN)
+                .prop("selected", move || watch(|m| &m.template.target).get() == OWN)
+                .child(name)
         })
     };
     label().class("field").child((
@@ -38,13 +41,11 @@ pub(crate) fn controller() -> impl IntoView {
     ))
 }
 
-/// The block.
 pub(super) fn export() -> impl IntoView {
-    let job = open_job();
     send(ExportEvent::Shown);
     let why = move || {
         let zero = zero();
-        let refused = job.not_written.get().into_iter().map(|diagnostic| {
+        let refused = watch(|m| &m.export.refused).get().into_iter().map(|diagnostic| {
             let (diagnostic, cure) = (counted_from(&diagnostic, zero), diagnostic);
             p().class("refusal")
                 .attr("role", "alert")
@@ -56,26 +57,24 @@ pub(super) fn export() -> impl IntoView {
     section().class("block").attr("aria-label", t!("page.cam.export")).child((
         header().child(h2().child(t!("page.cam.export"))),
         controller(),
-        label().class("tick").child((
-            input()
-                .attr("type", "checkbox")
-                .prop("checked", move || job.lines_only.get())
-                .on(ev::change, |event| send(ExportEvent::LinesOnly { on: event_target_checked(&event) })),
-            span().child(t!("page.cam.lines_only", error = CHORD_ERROR_MM)),
-        )),
+        tick(
+            || read(|m| m.export.lines_only),
+            t!("page.cam.lines_only", error = CHORD_ERROR_MM),
+            |on| send(ExportEvent::LinesOnly { on }),
+        ),
         buttons(),
-        move || (open_board().unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
+        move || (board::unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
         why,
-        move || job.outcome.get().map(told),
+        move || watch(|m| &m.export.outcome).get().map(told),
     ))
 }
 
-/// Whether anything may be written.
+/// True if export is allowed.
 fn ready() -> bool {
-    open_board().job.with(Option::is_some) && open_board().cleared()
+    read(|m| m.board.job.is_some()) && board::cleared()
 }
 
-/// The template editor, the run sheet, the project and the programs.
+/// The buttons: template editor, run sheet, project, programs.
 fn buttons() -> impl IntoView {
     let write = |purpose: Purpose| send(ExportEvent::Write { purpose });
     div().class("buttons").child((
@@ -108,20 +107,19 @@ fn told(outcome: ExportOutcome) -> AnyView {
     }
 }
 
-/// A side with something unread, and the way there.
+/// A side with problems that aren't accepted, with a button that leads to it.
 fn unread_side(face: Face, count: u32) -> AnyView {
     let name = move || match face {
         Face::Top => say!("page.cam.word.top"),
         Face::Bottom => say!("page.cam.word.bottom"),
     };
-    let up = open_job().work.with_untracked(|work| work.as_ref().is_some_and(|work| work.setup.face == face));
+    let up = shared(|m| &m.job.work)
+        .with_untracked(|work| work.as_ref().is_some_and(|work| work.setup.face == face));
     let go = (!up).then(|| {
         push(
             "button small",
             move || say!("page.cam.show_side", side = name()),
-            move |_| {
-                open_job().change(None, |work| edit::turned(work, face));
-            },
+            move |_| board::change_job(None, |work| edit::turned(work, face)),
         )
     });
     div()

@@ -1,46 +1,43 @@
-//! Findings in groups: what they have in common is said once; an open group lists its places, and a place that is pressed is
-//! shown on the board.
+//! Problems in groups: the common text appears once. An open group lists its locations; pressing one shows it
+//! on the board.
 //!
 //! ```text
 //! ! 1,955 gaps are narrower than your cut of 0.143 mm      [Cure each] [Places] [ ] Seen
 //!      GND · VCC: 0.118 mm at X 12.30 Y 4.56               [Cut it 0.05 mm deep there]  [ ] Seen
 //! ```
-//!
-//! Comes in: groups and findings of the plan on show. Goes out: the finding marked in the picture, cures put into the job, ticks.
 
-use crate::engine::messages::Proved;
 use crate::i18n::{advice, message, say, t};
 use crate::model::JobEvent;
-use crate::page::{OpenJob, send};
+use crate::page::{board, peek, read, send, watch};
 use crate::screens::shown::zero;
-use crate::widgets::{Icon, icon, push};
+use crate::widgets::{Icon, icon, push, tick};
 use crate::workbench::edit;
 use annulus_core::diagnostic::Severity;
-use annulus_core::proof::{Cure, Finding, FindingKind, Group};
+use annulus_core::proof::{Cure, Finding, FindingKind, Group, Verdict};
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{button, div, input, label, li, p, span, strong, ul};
+use leptos::html::{button, div, li, p, span, strong, ul};
 use leptos::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The most places of one group that are listed; all of them are marked in the picture.
+/// Maximum number of listed locations per group. The picture marks all of them.
 const MOST_LISTED: usize = 100;
-/// A group of so few places is open unless somebody closes it.
+/// Groups of up to this many locations are open by default.
 const FEW: usize = 3;
 
-/// The places of a group, the narrowest nets first, as indices into the findings that are listed.
+/// The locations of a group, narrowest nets first, as indices into the listed findings.
 fn members(group: &Group, by_name: &BTreeMap<&str, usize>) -> Vec<usize> {
     let names = group.pairs.iter().flat_map(|pair| &pair.ids);
     names.filter_map(|name| by_name.get(name.as_str()).copied()).collect()
 }
 
-fn by_name(proved: &Proved) -> BTreeMap<&str, usize> {
+fn by_name(proved: &Verdict) -> BTreeMap<&str, usize> {
     proved.findings.iter().enumerate().map(|(at, finding)| (finding.id.as_str(), at)).collect()
 }
 
-/// The groups as they are listed: what has to be read before what need not, and crumbs of copper last.
-fn listed(proved: &Proved) -> Vec<&Group> {
+/// The groups in display order: first those that must be accepted; copper remnants last.
+fn listed(proved: &Verdict) -> Vec<&Group> {
     let mut groups: Vec<&Group> = proved.groups.iter().collect();
     let crumbs = |group: &Group| {
         matches!(group.kind, FindingKind::Remnant | FindingKind::Sliver | FindingKind::Fragment)
@@ -49,42 +46,41 @@ fn listed(proved: &Proved) -> Vec<&Group> {
     groups
 }
 
-/// All places in the order in which they are listed.
-pub(super) fn order(proved: &Proved) -> Vec<usize> {
+/// All locations in display order.
+pub(super) fn order(proved: &Verdict) -> Vec<usize> {
     let by_name = by_name(proved);
     listed(proved).into_iter().flat_map(|group| members(group, &by_name)).collect()
 }
 
-/// The name under which it is known whether a group is open: the same while widths change.
+/// Key of a group's open state. Doesn't contain the width, so that it survives changes of widths.
 fn name_of(group: &Group) -> String {
     format!("{} {}", group.kind.code(), group.must_be_read)
 }
 
-fn is_open(bench: OpenJob, group: &Group) -> bool {
-    bench.turned.with(|turned| turned.contains(&name_of(group))) != (group.count as usize <= FEW)
+fn is_open(group: &Group) -> bool {
+    watch(|m| &m.job.turned).with(|turned| turned.contains(&name_of(group))) != (group.count as usize <= FEW)
 }
 
 fn turn(group: &Group) {
     send(JobEvent::TurnGroup { name: name_of(group) });
 }
 
-/// Opens the group that finding `at` is in.
-pub(super) fn open_for(bench: OpenJob, proved: &Proved, at: usize) {
+/// Opens the group of finding `at`.
+pub(super) fn open_for(proved: &Verdict, at: usize) {
     let Some(finding) = proved.findings.get(at) else { return };
     let own = |group: &&Group| (group.kind, group.must_be_read, group.tool) == finding.cause();
     if let Some(group) = proved.groups.iter().find(own)
-        && !untrack(|| is_open(bench, group))
+        && !untrack(|| is_open(group))
     {
         turn(group);
     }
 }
 
-/// The list.
-pub(super) fn groups(bench: OpenJob, proved: &Arc<Proved>) -> impl IntoView + use<> {
+pub(super) fn groups(proved: &Arc<Verdict>) -> impl IntoView + use<> {
     let by_name = by_name(proved);
     let lines = listed(proved).into_iter().map(|group| {
         let members = members(group, &by_name);
-        line(bench, proved.clone(), group.clone(), members).into_any()
+        line(proved.clone(), group.clone(), members).into_any()
     });
     ul().class("findings").child(lines.collect::<Vec<_>>())
 }
@@ -97,31 +93,30 @@ fn look(severity: Severity) -> (&'static str, Icon) {
     }
 }
 
-fn line(bench: OpenJob, proved: Arc<Proved>, group: Group, members: Vec<usize>) -> impl IntoView {
+fn line(proved: Arc<Verdict>, group: Group, members: Vec<usize>) -> impl IntoView {
     let severity = if group.must_be_read { group.kind.severity() } else { Severity::Note };
     let (class, sign) = look(severity);
     let diagnostic = group.diagnostic();
     let (what, meaning) = (diagnostic.clone(), diagnostic);
     let names: Arc<Vec<String>> =
         Arc::new(group.pairs.iter().flat_map(|pair| pair.ids.iter().cloned()).collect());
-    let seen = group.must_be_read.then(|| tick(bench, names));
+    let seen = group.must_be_read.then(|| seen_of(names));
     let open = {
         let group = group.clone();
-        Memo::new(move |_| is_open(bench, &group))
+        Memo::new(move |_| is_open(&group))
     };
     let count = group.count as usize;
-    let cure_all = cure_all(bench, &proved, &members);
+    let cure_all = cure_all(&proved, &members);
     let name = format!("places-{}-{}", group.kind.code().replace('.', "-"), group.must_be_read);
     let places = {
         let name = name.clone();
         move || {
             open.get().then(|| {
-                let marked = bench.marked.get_untracked();
+                let marked = peek(|m| m.job.marked);
                 let reach = members.iter().position(|at| Some(*at) == marked).map_or(0, |place| place + 1);
                 let listed = members.iter().take(MOST_LISTED.max(reach));
-                let lines: Vec<AnyView> = listed
-                    .filter_map(|&at| Some(place(bench, at, proved.findings.get(at)?).into_any()))
-                    .collect();
+                let lines: Vec<AnyView> =
+                    listed.filter_map(|&at| Some(place(at, proved.findings.get(at)?).into_any())).collect();
                 let more = count.saturating_sub(lines.len());
                 let more = (more > 0).then(|| p().class("quiet").child(t!("page.cam.more", count = more)));
                 div()
@@ -157,32 +152,31 @@ fn line(bench: OpenJob, proved: Arc<Proved>, group: Group, members: Vec<usize>) 
     ))
 }
 
-/// A tick that says of all `names` that they were seen.
-fn tick(bench: OpenJob, names: Arc<Vec<String>>) -> impl IntoView {
+/// A checkbox that accepts all findings in `names`.
+fn seen_of(names: Arc<Vec<String>>) -> impl IntoView {
     let all = names.clone();
-    let every = Memo::new(move |_| bench.read.with(|read| all.iter().all(|name| read.contains(name))));
-    label().class("tick").child((
-        input().attr("type", "checkbox").prop("checked", move || every.get()).on(ev::change, move |event| {
-            let on = event_target_checked(&event);
-            send(JobEvent::Read { names: names.to_vec(), on });
-        }),
-        span().child(t!("page.cam.seen")),
-    ))
+    let every =
+        Memo::new(move |_| watch(|m| &m.job.read).with(|read| all.iter().all(|name| read.contains(name))));
+    tick(
+        move || every.get(),
+        t!("page.cam.seen"),
+        move |on| send(JobEvent::Read { names: names.to_vec(), on }),
+    )
 }
 
-/// The gentlest cure of every place of a group, where several have one.
-fn cure_all(bench: OpenJob, proved: &Arc<Proved>, members: &[usize]) -> Option<impl IntoView + use<>> {
+/// A button that fixes every location of a group with the mildest fix, if several have one.
+fn cure_all(proved: &Arc<Verdict>, members: &[usize]) -> Option<impl IntoView + use<>> {
     let curable = |at: &&usize| proved.findings.get(**at).is_some_and(|finding| !finding.cures.is_empty());
     let curable: Vec<usize> = members.iter().filter(curable).copied().collect();
     let (count, proved) = (curable.len(), proved.clone());
     (count > 1).then(|| {
         push("button small", t!("page.cam.cure_all", count = count), move |_| {
-            let chosen = bench.chosen.get_untracked();
+            let chosen = peek(|m| m.job.chosen);
             let cures = curable.iter().filter_map(|at| {
                 let finding = proved.findings.get(*at)?;
                 Some((finding, finding.cures.first()?))
             });
-            bench.change(None, |work| {
+            board::change_job(None, |work| {
                 cures.fold(work.clone(), |work, (finding, cure)| edit::cured(&work, chosen, finding, cure))
             });
         })
@@ -199,13 +193,13 @@ fn cure_text(cure: &Cure) -> String {
     }
 }
 
-/// The cure goes into the chosen operation where that isolates, else into the first that does.
-fn apply(bench: OpenJob, finding: &Finding, cure: &Cure) {
-    let chosen = bench.chosen.get_untracked();
-    bench.change(None, |work| edit::cured(work, chosen, finding, cure));
+/// Applies a fix to the selected operation if it isolates, else to the first one that does.
+fn apply(finding: &Finding, cure: &Cure) {
+    let chosen = peek(|m| m.job.chosen);
+    board::change_job(None, |work| edit::cured(work, chosen, finding, cure));
 }
 
-/// What a place says of itself, where its group has said the rest.
+/// The text of a location without what its group already shows.
 fn text(finding: &Finding) -> String {
     let zero = zero();
     let alone = matches!(
@@ -229,13 +223,13 @@ fn text(finding: &Finding) -> String {
     say!("page.cam.place_of", nets = finding.nets_from(zero), width = width, x = x, y = y)
 }
 
-/// The id of the line of finding `at`, for whoever brings it into view.
+/// The element id of the line of finding `at`.
 pub(super) fn line_id(at: usize) -> String {
     format!("finding-{at}")
 }
 
-fn place(bench: OpenJob, at: usize, finding: &Finding) -> impl IntoView + use<> {
-    let marked = move || bench.marked.get() == Some(at);
+fn place(at: usize, finding: &Finding) -> impl IntoView + use<> {
+    let marked = move || read(|m| m.job.marked) == Some(at);
     let told = finding.clone();
     let cures: Vec<AnyView> = finding
         .cures
@@ -243,10 +237,10 @@ fn place(bench: OpenJob, at: usize, finding: &Finding) -> impl IntoView + use<> 
         .cloned()
         .map(|cure| {
             let (text, finding) = (cure.clone(), finding.clone());
-            push("button small", move || cure_text(&text), move |_| apply(bench, &finding, &cure)).into_any()
+            push("button small", move || cure_text(&text), move |_| apply(&finding, &cure)).into_any()
         })
         .collect();
-    let seen = finding.must_be_read().then(|| tick(bench, Arc::new(vec![finding.id.clone()])));
+    let seen = finding.must_be_read().then(|| seen_of(Arc::new(vec![finding.id.clone()])));
     let agreed = finding.agreed.then(|| span().class("quiet").child(t!("page.cam.agreed")));
     li().class("place")
         .attr("id", line_id(at))

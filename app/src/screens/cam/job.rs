@@ -1,32 +1,28 @@
-//! The job on the left: the side that is up, the operations in order, and what all of it takes.
+//! The job panel on the left: the side that is up, the operations in order, and the totals.
 //!
 //! ```text
-//! [x] 1 Isolate, top        checkbox: done or not; press: its values on the right
-//! [x] 2 Drill               dragged, by buttons, or by Alt and arrows
+//! [x] 1 Isolate, top        checkbox: on or off; press: its parameters on the right
+//! [x] 2 Drill               reorder by dragging, by buttons, or by Alt and arrows
 //! + Add
 //! ```
-//!
-//! Comes in: the job. Goes out: edits of it.
 
 use super::entry::entry;
 use crate::format::duration;
 use crate::i18n::{self, say, sentence, t};
 use crate::model::{FrameEvent, JobEvent};
-use crate::page::{OpenJob, frame, open_board, open_job, send};
-use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if};
+use crate::page::{board, peek, read, send, shared};
+use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if, segmented, tick};
 use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::{Parameter, SETUP};
 use annulus_core::cam::work::{Operation, OperationKind, Setup};
 use annulus_core::job::milled_mm;
 use leptos::ev;
-use leptos::html::{
-    button, details, div, dl, h2, header, input, label, li, ol, section, select, span, summary,
-};
+use leptos::html::{button, details, div, dl, h2, header, input, li, ol, section, select, span, summary};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The name of an operation for people.
+/// The displayed name of an operation.
 pub(crate) fn name_of(operation: &Operation) -> String {
     if operation.name.is_empty() {
         i18n::text(&operation.action.title_key(), &[])
@@ -39,17 +35,15 @@ fn word_of(word: &str) -> String {
     i18n::text(&format!("page.cam.word.{word}"), &[])
 }
 
-/// The panel.
 pub(super) fn job() -> impl IntoView {
     (sides(), operations(), totals(), board_setup())
 }
 
 fn sides() -> impl IntoView {
-    let bench = open_job();
-    let face = Memo::new(move |_| bench.work.with(|work| work.as_ref().map(|work| work.setup.face)));
+    let face = || read(|m| Some(m.job.work.as_ref()?.setup.face));
     let turn = |face: Face| send(JobEvent::Turn { face });
     let history = move |back: bool| {
-        let (undo, redo) = bench.can_undo.get();
+        let (undo, redo) = read(|m| m.job.can_undo());
         if back { undo } else { redo }
     };
     section().class("block").attr("aria-label", t!("page.cam.side")).child((
@@ -70,34 +64,35 @@ fn sides() -> impl IntoView {
                 ),
             )),
         )),
-        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.cam.side")).child((
-            choice(move || face.get() == Some(Face::Top), t!("page.side.top"), move |_| turn(Face::Top)),
-            choice(
-                move || face.get() == Some(Face::Bottom),
-                t!("page.view.bottom"),
-                move |_| {
-                    turn(Face::Bottom);
-                },
+        segmented(
+            t!("page.cam.side"),
+            (
+                choice(move || face() == Some(Face::Top), t!("page.side.top"), move |_| turn(Face::Top)),
+                choice(
+                    move || face() == Some(Face::Bottom),
+                    t!("page.view.bottom"),
+                    move |_| {
+                        turn(Face::Bottom);
+                    },
+                ),
             ),
-        )),
+        ),
     ))
 }
 
 fn operations() -> impl IntoView {
-    let bench = open_job();
     let places = Memo::new(move |_| {
-        bench
-            .work
+        shared(|m| &m.job.work)
             .with(|work| work.as_ref().map(|work| edit::of_face(work, work.setup.face)).unwrap_or_default())
     });
     let lines = move || {
         let places = places.get();
-        (1..).zip(places).map(|(number, at)| line(bench, number, at).into_any()).collect::<Vec<_>>()
+        (1..).zip(places).map(|(number, at)| line(number, at).into_any()).collect::<Vec<_>>()
     };
-    let any = move || places.with(|places| places.contains(&bench.chosen.get()));
+    let any = move || places.with(|places| places.contains(&read(|m| m.job.chosen)));
     let can_move = move |up: bool| {
         places.with(|places| {
-            let here = places.iter().position(|at| *at == bench.chosen.get());
+            let here = places.iter().position(|at| *at == read(|m| m.job.chosen));
             here.is_some_and(|here| if up { here > 0 } else { here + 1 < places.len() })
         })
     };
@@ -125,7 +120,7 @@ fn operations() -> impl IntoView {
     ))
 }
 
-/// The menu of what can be added; for whoever jumps to it.
+/// Element id of the "Add" menu.
 pub(super) const ADD: &str = "cam-add";
 
 fn add() -> impl IntoView {
@@ -143,17 +138,18 @@ fn add() -> impl IntoView {
         .child((menu_word("", || true, t!("page.cam.add")), Vec::from(words)))
 }
 
-fn line(bench: OpenJob, number: usize, at: usize) -> impl IntoView {
-    let operation = Memo::new(move |_| bench.work.with(|work| work.as_ref()?.operations.get(at).cloned()));
+fn line(number: usize, at: usize) -> impl IntoView {
+    let operation =
+        Memo::new(move |_| shared(|m| &m.job.work).with(|work| work.as_ref()?.operations.get(at).cloned()));
     let name = move || operation.with(|operation| operation.as_ref().map(name_of).unwrap_or_default());
     let bit = move || {
         operation.with(|operation| operation.as_ref().map(|one| super::called(&one.bit)).unwrap_or_default())
     };
     let on = move || operation.with(|operation| operation.as_ref().is_some_and(|one| one.on));
     let flip = move || {
-        bench.change(None, |work| edit::changed(work, at, |operation| operation.on = !operation.on));
+        board::change_job(None, |work| edit::changed(work, at, |operation| operation.on = !operation.on));
     };
-    let chosen = move || bench.chosen.get() == at;
+    let chosen = move || read(|m| m.job.chosen) == at;
     let colour = crate::view::Palette::DARK.operation(at).css();
     li().class(move || if chosen() { "operation chosen" } else { "operation" })
         .attr("draggable", "true")
@@ -198,45 +194,35 @@ fn line(bench: OpenJob, number: usize, at: usize) -> impl IntoView {
         ))
 }
 
-/// What the whole job takes.
+/// Time of the whole job.
 fn totals() -> impl IntoView {
-    let desk = open_board();
     let time = move || {
-        desk.timed.with(|timed| {
+        shared(|m| &m.board.timed).with(|timed| {
             timed.as_ref().map_or_else(|| "–".to_owned(), |timed| sentence(&duration(timed.total_s)))
         })
     };
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);
     let travel = move || {
-        let travel = open_board()
-            .toolpaths
-            .with(|toolpaths| toolpaths.as_ref().map_or(0.0, |toolpaths| toolpaths.travel_mm));
+        let travel = board::toolpaths().with(|all| all.as_ref().map_or(0.0, |all| all.travel_mm));
         say!("page.cam.metres", metres = metres(travel))
     };
     let milled = move || {
-        let milled = open_board()
-            .job
+        let milled = shared(|m| &m.board.job)
             .with(|job| job.as_ref().map_or(0.0, |job| milled_mm(&job.program).iter().sum::<f64>()));
         say!("page.cam.metres", metres = metres(milled))
     };
-    let count = move || {
-        open_board()
-            .toolpaths
-            .with(|toolpaths| toolpaths.as_ref().map_or(0, |toolpaths| toolpaths.toolpath_count()))
-            .to_string()
-    };
+    let count =
+        move || board::toolpaths().with(|all| all.as_ref().map_or(0, |all| all.toolpath_count())).to_string();
     let holes = move || {
-        open_board()
-            .toolpaths
+        board::toolpaths()
             .with(|toolpaths| {
                 toolpaths.as_ref().map_or(0, |toolpaths| toolpaths.stops.len() - toolpaths.toolpath_count())
             })
             .to_string()
     };
-    let changes =
-        move || open_board().job.with(|job| job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
+    let changes = move || read(|m| m.board.job.as_ref().map_or(0, |job| job.program.bits.len())).to_string();
     section()
-        .class(move || if open_board().stale.get() { "block stale-numbers" } else { "block" })
+        .class(move || if read(|m| m.board.stale) { "block stale-numbers" } else { "block" })
         .attr("aria-label", t!("page.cam.totals"))
         .child(dl().class("facts").child((
             fact(t!("page.cam.time"), time),
@@ -246,18 +232,14 @@ fn totals() -> impl IntoView {
             fact(t!("page.plan.holes"), holes),
             fact(t!("page.plan.changes"), changes),
         )))
-        .child(
-            label().class("tick").child((
-                input()
-                    .attr("type", "checkbox")
-                    .prop("checked", move || frame().show_travel.get())
-                    .on(ev::change, |event| send(FrameEvent::Travel { on: event_target_checked(&event) })),
-                span().child(t!("page.cam.show_travel")),
-            )),
-        )
+        .child(tick(
+            || read(|m| m.frame.show_travel),
+            t!("page.cam.show_travel"),
+            |on| send(FrameEvent::Travel { on }),
+        ))
 }
 
-/// Panel, turning over, pins: set once for the job.
+/// Panel, flip and pins: set once per job.
 fn board_setup() -> impl IntoView {
     let rows = SETUP.iter().filter(|row| row.key != "setup.face").map(setup_row);
     section().class("block").attr("aria-label", t!("page.cam.setup")).child(details().child((
@@ -267,14 +249,14 @@ fn board_setup() -> impl IntoView {
 }
 
 fn setup_row(row: &'static Parameter<Setup>) -> AnyView {
-    let bench = open_job();
-    let now =
-        Memo::new(move |_| bench.work.with(|work| work.as_ref().and_then(|work| row.value(&work.setup))));
+    let now = Memo::new(move |_| {
+        shared(|m| &m.job.work).with(|work| work.as_ref().and_then(|work| row.value(&work.setup)))
+    });
     let write = move |value| {
-        let Some(work) = bench.work.get_untracked() else { return Ok(()) };
+        let Some(work) = peek(|m| m.job.work.clone()) else { return Ok(()) };
         let mut setup = work.setup.clone();
         row.set(&mut setup, &value)?;
-        bench.change(Some(row.key), |work| annulus_core::cam::work::Work { setup, ..work.clone() });
+        board::change_job(Some(row.key), |work| annulus_core::cam::work::Work { setup, ..work.clone() });
         Ok(())
     };
     entry(row, now, None, Arc::new(write))

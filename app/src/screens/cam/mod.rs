@@ -1,13 +1,11 @@
-//! The CAM screen: what is made of the board, in which order, with what, and what the proof says of it.
+//! The CAM screen: the operations of the job, their order and tools, and the result of the proof.
 //!
 //! ```text
-//! + job ────────+ picture with the toolpaths ─────────+ values ──────+
-//! | operations  | as wide as they cut            | of the       |
-//! | totals      | findings                       | operation    |
-//! +─────────────+────────────────────────────────+──────────────+
+//! + job ────────+ picture with the toolpaths ─────────+ parameters ──+
+//! | operations  | as wide as they cut                 | of the       |
+//! | totals      | problems                            | operation    |
+//! +─────────────+─────────────────────────────────────+──────────────+
 //! ```
-//!
-//! Comes in: the open board, its job and plan. Goes out: edits of the job.
 
 mod editor;
 mod entry;
@@ -24,32 +22,32 @@ pub(crate) use job::name_of;
 use crate::i18n::language;
 use crate::keys::CamKey;
 use crate::model::JobEvent;
-use crate::page::{open_job, send};
+use crate::page::{read, send, shared};
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 
-/// The panels beside the picture.
+/// The panels next to the picture.
 pub(crate) fn cam() -> impl IntoView {
     (
         div().class("panel left cam-job").child(job::job()),
         problems::problems(),
         div().class("panel right cam-values").child((values::values(), export::export())),
-        move || open_job().template_open.get().then(editor::editor),
+        move || read(|m| m.template.open).then(editor::editor),
         run_sheet::run_sheet(),
     )
 }
 
-/// What people call the bit of this name: by form and size in their language, unless somebody gave it a name of its own.
+/// The displayed name of a tool: its own name if it has one, else shape and size in the user's language.
 fn called(name: &str) -> String {
-    let title = open_job().work.with(|work| {
+    let title = shared(|m| &m.job.work).with(|work| {
         let bit = work.as_ref()?.bit(name)?;
         bit.own_name().is_none().then(|| bit.title(&language()))
     });
     title.unwrap_or_else(|| name.to_owned())
 }
 
-/// What a key asks of the job.
+/// Runs a CAM shortcut.
 pub(crate) fn act(key: CamKey) {
     match key {
         CamKey::Add => {

@@ -1,18 +1,15 @@
-//! The run sheet on show: what the job needs and what is run, in order; it is printed from here, or saved.
-//!
-//! Comes in: a sheet. Goes out: the browser's print, which shows the sheet alone; a file.
+//! The run sheet: what the job needs and what to run, in order. Can be printed or saved.
 
 use crate::i18n::t;
 use crate::model::ExportEvent;
-use crate::page::{open_job, send};
+use crate::page::{send, watch};
 use crate::widgets::{Dialog, dialog, push};
 use annulus_core::post::{RunSheet, SheetRow};
 use leptos::html::{br, dd, div, dl, dt, h3, p, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-/// The dialog.
 pub(super) fn run_sheet() -> impl IntoView {
-    let shown = open_job().run_sheet;
+    let shown = watch(|m| &m.export.run_sheet);
     let close = || send(ExportEvent::CloseRunSheet);
     let foot = (
         push("button", t!("page.close"), move |_| close()),

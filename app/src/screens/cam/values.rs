@@ -1,24 +1,24 @@
-//! The chosen operation on the right: its bit, how wide that cuts, and every value the job's table has for it.
-//!
-//! Comes in: the job. Goes out: changed values; sliders while they move.
+//! The selected operation on the right: its tool, the width of its cut, and all its parameters.
 
 use super::entry::entry;
 use super::job::name_of;
 use crate::format::{Unit, plain, typed};
 use crate::i18n::{number, say, t};
-use crate::page::{OpenJob, frame, open_board, open_job};
+use crate::model::Model;
+use crate::page::{board, peek, read, shared};
 use crate::widgets::push;
 use crate::workbench::edit::{self, ThroughTo};
-use annulus_core::cam::parameters::{BIT, OPERATION, Parameter};
+use annulus_core::cam::parameters::{BIT, OF_MACHINE, OPERATION, Parameter};
 use annulus_core::cam::work::{Operation, OperationKind, Work};
 use annulus_core::job::Bit;
+use annulus_core::machine::Value;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{details, div, h2, header, input, label, option, p, section, select, span, summary};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// Rows that have a slider: as far as it goes, and in what steps. The field takes the whole range.
+/// Parameters with a slider: (minimum, maximum, step). The text field accepts the parameter's full range.
 const SLIDERS: [(&str, (f64, f64, f64)); 6] = [
     ("isolate.passes", (1.0, 6.0, 1.0)),
     ("isolate.overlap", (0.0, 80.0, 5.0)),
@@ -28,66 +28,89 @@ const SLIDERS: [(&str, (f64, f64, f64)); 6] = [
     ("drill.tolerance", (0.0, 0.3, 0.01)),
 ];
 
-/// Rows that are shown elsewhere.
+/// Parameters that are shown elsewhere.
 const ELSEWHERE: [&str; 3] = ["operation.on", "operation.bit", "operation.face"];
 
-/// The panel.
 pub(super) fn values() -> impl IntoView {
-    let bench = open_job();
-    // the fields are made anew only for another operation, so that the one in use keeps its focus
+    // Rebuild the fields only for another operation, so that the field in use keeps its focus.
     let which = Memo::new(move |_| {
-        let at = bench.chosen.get();
-        let up = bench.work.with(|work| work.as_ref().map(|work| work.setup.face));
-        // Of a side without operations there is nothing to show.
-        let operation = bench.operation().filter(|operation| Some(operation.face) == up);
+        let at = read(|m| m.job.chosen);
+        let up = read(|m| Some(m.job.work.as_ref()?.setup.face));
+        // On a side without operations there is nothing to show.
+        let operation = board::operation().get().filter(|operation| Some(operation.face) == up);
         operation.map(|operation| (at, operation.action.word()))
     });
     let body = move || match which.get() {
         Some((at, _)) => {
-            untrack(move || bench.operation()).map(|operation| fields(bench, at, &operation)).into_any()
+            board::operation().get_untracked().map(|operation| fields(at, &operation)).into_any()
         }
         None => p().class("quiet").child(t!("page.cam.nothing_chosen")).into_any(),
     };
     section().class("block").attr("aria-label", t!("page.cam.values")).child((
         header().child(h2().child(move || {
-            bench.operation().map_or_else(|| say!("page.cam.values"), |operation| name_of(&operation))
+            board::operation().get().map_or_else(|| say!("page.cam.values"), |operation| name_of(&operation))
         })),
         body,
     ))
 }
 
-fn fields(bench: OpenJob, at: usize, operation: &Operation) -> impl IntoView + use<> {
-    let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.value(operation).is_some());
-    let rows: Vec<AnyView> = rows.map(|row| field(bench, at, row)).collect();
+fn fields(at: usize, operation: &Operation) -> impl IntoView + use<> {
+    let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.belongs_to(operation));
+    let rows: Vec<AnyView> = rows.map(|row| field(at, row)).collect();
     let mills = !matches!(operation.action, OperationKind::Drill(_));
-    div().class("setting-list").child((
-        mills.then(|| (bit(bench, at), width(bench, at))),
-        rows,
-        mills.then(|| bits(bench)),
-    ))
+    div().class("setting-list").child((mills.then(|| (bit(at), width(at))), rows, mills.then(bits)))
 }
 
-fn field(bench: OpenJob, at: usize, row: &'static Parameter<Operation>) -> AnyView {
+fn field(at: usize, row: &'static Parameter<Operation>) -> AnyView {
     let now = Memo::new(move |_| {
-        bench.work.with(|work| work.as_ref()?.operations.get(at).and_then(|operation| row.value(operation)))
+        let machine = shared(|m| &m.machine).get();
+        shared(|m| &m.job.work).with(|work| row.value_on(work.as_ref()?.operations.get(at)?, &machine))
+    });
+    let follows = Memo::new(move |_| {
+        shared(|m| &m.job.work)
+            .with(|work| Some(row.is_of_machine(work.as_ref()?.operations.get(at)?)))
+            .unwrap_or(false)
     });
     let write = move |value| {
-        let found = bench.work.with_untracked(|work| work.as_ref()?.operations.get(at).cloned());
+        let found = shared(|m| &m.job.work).with_untracked(|work| work.as_ref()?.operations.get(at).cloned());
         let Some(mut operation) = found else { return Ok(()) };
         row.set(&mut operation, &value)?;
-        bench.change(Some(row.key), |work| edit::changed(work, at, |place| *place = operation));
+        board::change_job(Some(row.key), |work| edit::changed(work, at, |place| *place = operation));
         Ok(())
     };
     let slider = SLIDERS.iter().find(|(key, _)| *key == row.key).map(|(_, range)| *range);
     let entry = entry(row, now, slider, Arc::new(write));
-    if row.key == "operation.depth" { (entry, through(bench, at)).into_any() } else { entry }
+    match row.key {
+        "operation.depth" => (entry, through(at)).into_any(),
+        _ if row.follows_machine() => (entry, of_machine(at, row, follows)).into_any(),
+        _ => entry,
+    }
 }
 
-/// What a depth of 0 means, under it.
-fn through(bench: OpenJob, at: usize) -> impl IntoView {
+/// Below a value that can follow the machine: a note that it does, or a button that makes it follow again.
+fn of_machine(at: usize, row: &'static Parameter<Operation>, follows: Memo<bool>) -> impl IntoView {
+    let release = move |_| {
+        board::change_job(None, |work| {
+            edit::changed(work, at, |operation| {
+                let _every_row_that_follows_takes_it =
+                    row.set(operation, &Value::Text(OF_MACHINE.to_owned()));
+            })
+        });
+    };
+    move || {
+        if follows.get() {
+            p().class("quiet").child(t!("page.cam.of_machine")).into_any()
+        } else {
+            push("button small", t!("page.cam.take_machine"), release).into_any()
+        }
+    }
+}
+
+/// The meaning of depth 0, below that field.
+fn through(at: usize) -> impl IntoView {
     let said = Memo::new(move |_| {
-        let machine = open_board().machine.get();
-        bench.work.with(|work| {
+        let machine = shared(|m| &m.machine).get();
+        shared(|m| &m.job.work).with(|work| {
             let work = work.as_ref()?;
             edit::through(work, work.operations.get(at)?, &machine)
         })
@@ -105,15 +128,17 @@ fn through(bench: OpenJob, at: usize) -> impl IntoView {
     p().class("quiet").attr("role", "status").child(words)
 }
 
-/// The bit by its name, and what it cuts at this depth.
-fn bit(bench: OpenJob, at: usize) -> impl IntoView {
+/// The tool's name, and the width that it cuts at this depth.
+fn bit(at: usize) -> impl IntoView {
     let names = Memo::new(move |_| {
-        bench.work.with(|work| {
+        shared(|m| &m.job.work).with(|work| {
             work.as_ref().map(|work| work.bits.iter().map(|bit| bit.name.clone()).collect::<Vec<_>>())
         })
     });
     let now = Memo::new(move |_| {
-        bench.work.with(|work| Some(work.as_ref()?.operations.get(at)?.bit.clone())).unwrap_or_default()
+        shared(|m| &m.job.work)
+            .with(|work| Some(work.as_ref()?.operations.get(at)?.bit.clone()))
+            .unwrap_or_default()
     });
     let options = move || {
         let one = |name: String| {
@@ -129,16 +154,16 @@ fn bit(bench: OpenJob, at: usize) -> impl IntoView {
             .prop("value", move || now.get())
             .on(ev::change, move |event| {
                 let name = event_target_value(&event);
-                bench.change(None, |work| edit::changed(work, at, |operation| operation.bit = name));
+                board::change_job(None, |work| edit::changed(work, at, |operation| operation.bit = name));
             })
             .child(options),
     ))
 }
 
-/// How wide a V-bit shall cut: what is typed decides how deep it goes, and the depth says how wide that is.
-fn width(bench: OpenJob, at: usize) -> impl IntoView {
+/// The cut width of a V-bit: typing a width sets the depth, and the depth determines the shown width.
+fn width(at: usize) -> impl IntoView {
     let now = Memo::new(move |_| {
-        bench.work.with(|work| {
+        shared(|m| &m.job.work).with(|work| {
             let work = work.as_ref()?;
             let operation = work.operations.get(at)?;
             Some((edit::width(work, operation)?, edit::widths(work, operation)?))
@@ -146,14 +171,14 @@ fn width(bench: OpenJob, at: usize) -> impl IntoView {
     });
     let any = Memo::new(move |_| now.with(Option::is_some));
     let refused = RwSignal::new(false);
-    let unit = || frame().unit.get();
+    let unit = || read(|m| m.frame.unit);
     let type_in = move |event| {
-        let scale = if frame().unit.get_untracked() == Unit::Inch { 25.4 } else { 1.0 };
+        let scale = if peek(|m| m.frame.unit == Unit::Inch) { 25.4 } else { 1.0 };
         let wanted = typed(&event_target_value(&event)).map(|number| Length::from_mm(number * scale));
-        let after = bench.work.with_untracked(|work| edit::widened(work.as_ref()?, at, wanted?));
+        let after = shared(|m| &m.job.work).with_untracked(|work| edit::widened(work.as_ref()?, at, wanted?));
         refused.set(after.is_none());
         if let Some(after) = after {
-            bench.change(None, move |_| after);
+            board::change_job(None, move |_| after);
         }
     };
     let why = move || {
@@ -182,23 +207,22 @@ fn width(bench: OpenJob, at: usize) -> impl IntoView {
     }
 }
 
-/// All bits of the job, to be changed.
-fn bits(bench: OpenJob) -> impl IntoView {
-    let count = Memo::new(move |_| bench.work.with(|work| work.as_ref().map_or(0, |work| work.bits.len())));
+/// All tools of the job, editable.
+fn bits() -> impl IntoView {
+    let count = |m: &Model| m.job.work.as_ref().map_or(0, |work| work.bits.len());
     let chosen = RwSignal::new(0_usize);
     let which = Memo::new(move |_| {
-        let form = bench.work.with(|work| {
+        let form = shared(|m| &m.job.work).with(|work| {
             let bit = work.as_ref()?.bits.get(chosen.get())?;
             Some(std::mem::discriminant(&bit.cutter))
         });
         (chosen.get(), form)
     });
     let options = move || {
-        (0..count.get())
+        (0..read(count))
             .map(|index| {
                 let name = move || {
-                    bench
-                        .work
+                    shared(|m| &m.job.work)
                         .with(|work| Some(work.as_ref()?.bits.get(index)?.name.clone()))
                         .unwrap_or_default()
                 };
@@ -211,9 +235,9 @@ fn bits(bench: OpenJob) -> impl IntoView {
     };
     let rows = move || {
         let (at, _) = which.get();
-        let bit = bench.work.with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
+        let bit = shared(|m| &m.job.work).with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
         let rows = BIT.iter().filter(|row| bit.as_ref().is_some_and(|bit| row.value(bit).is_some()));
-        rows.map(|row| bit_field(bench, at, row)).collect::<Vec<_>>()
+        rows.map(|row| bit_field(at, row)).collect::<Vec<_>>()
     };
     details().child((
         summary().child(t!("page.cam.bits")),
@@ -224,12 +248,12 @@ fn bits(bench: OpenJob) -> impl IntoView {
                     .on(ev::change, move |event| chosen.set(event_target_value(&event).parse().unwrap_or(0)))
                     .child(options),
                 push("button small", t!("page.cam.new_bit"), move |_| {
-                    bench.change(None, |work| {
+                    board::change_job(None, |work| {
                         let mut next: Work = work.clone();
                         next.bits.push(edit::new_bit(work));
                         next
                     });
-                    chosen.set(count.get_untracked().saturating_sub(1));
+                    chosen.set(peek(count).saturating_sub(1));
                 }),
             )),
             rows,
@@ -237,13 +261,14 @@ fn bits(bench: OpenJob) -> impl IntoView {
     ))
 }
 
-fn bit_field(bench: OpenJob, at: usize, row: &'static Parameter<Bit>) -> AnyView {
-    let now = Memo::new(move |_| bench.work.with(|work| row.value(work.as_ref()?.bits.get(at)?)));
+fn bit_field(at: usize, row: &'static Parameter<Bit>) -> AnyView {
+    let now =
+        Memo::new(move |_| shared(|m| &m.job.work).with(|work| row.value(work.as_ref()?.bits.get(at)?)));
     let write = move |value| {
-        let found = bench.work.with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
+        let found = shared(|m| &m.job.work).with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
         let Some(mut bit) = found else { return Ok(()) };
         row.set(&mut bit, &value)?;
-        bench.change(Some(row.key), |work| edit::bit_changed(work, at, bit));
+        board::change_job(Some(row.key), |work| edit::bit_changed(work, at, bit));
         Ok(())
     };
     entry(row, now, None, Arc::new(write))

@@ -1,22 +1,19 @@
-//! What can be done with what is chosen.
-//!
-//! Comes in: whether something is chosen. Goes out: acts.
+//! The commands on the selection.
 
 use crate::drawing::keys::QUARTER_MDEG;
 use crate::drawing::{Act, AtHand, When};
 use crate::i18n::{self, key, t};
 use crate::model::DrawEvent;
-use crate::page::{open_drawing, send};
+use crate::page::{read, send, watch};
 use crate::widgets::push_if;
 use annulus_core::board::drawing::{Align, Sides};
 use leptos::html::{div, h2, h3, header, section};
 use leptos::prelude::*;
 
-/// Whether it can be done with what is at hand.
+/// True if a command is possible now.
 pub(in crate::screens) fn may(when: When) -> bool {
-    let drawing = open_drawing();
-    let (copied, files) = (drawing.copied.get(), drawing.over.get().0);
-    drawing.chosen.with(|chosen| when.holds(AtHand { chosen, copied, files }))
+    let (copied, files) = read(|m| (m.draw.editor.clip.is_some(), m.draw.over().0));
+    watch(|m| &m.draw.editor.chosen).with(|chosen| when.holds(AtHand { chosen, copied, files }))
 }
 
 fn button(name: &'static str, act: Act) -> AnyView {
@@ -37,7 +34,6 @@ fn row(name: &'static str, buttons: Vec<AnyView>) -> impl IntoView {
         .child((h3().child(words), div().class("row").child(buttons)))
 }
 
-/// The block.
 pub(super) fn actions() -> impl IntoView {
     let clip = vec![
         button(key!("page.draw.act.copy"), Act::Copy),

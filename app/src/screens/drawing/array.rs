@@ -1,11 +1,9 @@
-//! The dialog that repeats what is chosen in columns and rows.
-//!
-//! Comes in: numbers as typed. Goes out: an act.
+//! The dialog that repeats the selection in columns and rows.
 
 use crate::drawing::{Act, typed};
 use crate::i18n::{key, say, t, text, unit_word};
 use crate::model::{DrawEvent, FrameEvent, Overlay};
-use crate::page::{frame, send};
+use crate::page::{read, send};
 use crate::widgets::{Dialog, dialog, push, push_if};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -13,10 +11,9 @@ use leptos::ev;
 use leptos::html::{div, input, label, p, span};
 use leptos::prelude::*;
 
-/// The most copies along one side.
+/// Maximum number of copies in one direction.
 const MOST: u32 = 1_000;
 
-/// Opens the dialog.
 pub(super) fn open() {
     send(FrameEvent::Overlay { overlay: Some(Overlay::Array) });
 }
@@ -52,10 +49,9 @@ fn field(
 }
 
 fn length(text: &str) -> Option<Length> {
-    typed::length(text, frame().unit.get())
+    typed::length(text, read(|m| m.frame.unit))
 }
 
-/// The dialog.
 pub(super) fn array() -> impl IntoView {
     let texts = ["4", "1", "2.54", "2.54"].map(|text| RwSignal::new(text.to_owned()));
     let [columns, rows, x, y] = texts;
@@ -81,7 +77,7 @@ pub(super) fn array() -> impl IntoView {
         }
     };
     dialog(
-        Signal::derive(move || frame().overlay.get() == Some(Overlay::Array)),
+        Signal::derive(move || read(|m| m.frame.overlay == Some(Overlay::Array))),
         close,
         Dialog {
             name: "array",

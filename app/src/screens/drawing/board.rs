@@ -1,37 +1,34 @@
-//! From the drawing to a board, to files, and to other drawings.
-//!
-//! Comes in: whether there is something new. Goes out: wishes.
+//! From the drawing to a board, to files and to other drawings.
 
-use super::inputs::tick;
 use crate::i18n::{language, say, t};
 use crate::keys::Tab;
 use crate::model::DrawEvent;
 use crate::model::drawing::{DrawingExport, Earlier};
-use crate::page::{open_drawing, send};
+use crate::page::{read, send, watch};
 use crate::screens::welcome::last;
-use crate::widgets::{push, push_if};
+use crate::widgets::{push, push_if, tick};
 use js_sys::Date;
 use leptos::html::{div, h2, h3, header, li, p, section, span, ul};
 use leptos::prelude::*;
 use wasm_bindgen::JsValue;
 
-/// The block.
 pub(super) fn board() -> impl IntoView {
-    let drawing = open_drawing();
-    let there = move || drawing.title.with(|(_, count)| *count > 0);
-    let usable = move || there() || drawing.over.get().0;
+    let there = || read(|m| !m.draw.editor.drawing().is_empty());
+    let usable = move || there() || read(|m| m.draw.over().0);
     let export = |what: DrawingExport| move |_| send(DrawEvent::Export { what });
     let over = move || {
-        drawing.over.with(|(_, files)| *files).then(|| {
-            tick(move || drawing.over.get().0, t!("page.draw.over"), |on| send(DrawEvent::Over { on }))
+        read(|m| m.draw.over().1).then(|| {
+            tick(move || read(|m| m.draw.over().0), t!("page.draw.over"), |on| send(DrawEvent::Over { on }))
         })
     };
     section().class("block draw-board").attr("aria-label", t!("page.draw.board")).child((
         header().child(h2().child(t!("page.draw.board"))),
         over,
-        move || drawing.elsewhere.get().then(last),
+        move || read(|m| m.draw.is_of_files_elsewhere()).then(last),
         push_if("button primary", usable, t!("page.draw.use"), |_| send(DrawEvent::Use { tab: Tab::Cam })),
-        move || (there() && drawing.ahead.get()).then(|| p().class("quiet").child(t!("page.draw.ahead"))),
+        move || {
+            (there() && read(|m| m.draw.is_ahead())).then(|| p().class("quiet").child(t!("page.draw.ahead")))
+        },
         h3().child(t!("page.draw.files")),
         div().class("row").child((
             push_if("button small", there, t!("page.draw.save_board"), export(DrawingExport::Board)),
@@ -47,12 +44,13 @@ pub(super) fn board() -> impl IntoView {
     ))
 }
 
-/// Drawings that are kept.
+/// The saved drawings.
 fn earlier() -> impl IntoView {
-    let drawing = open_drawing();
-    let lines = move || drawing.earlier.get().into_iter().map(|one| line(one).into_any()).collect::<Vec<_>>();
+    let lines = move || {
+        watch(|m| m.draw.earlier()).get().into_iter().map(|one| line(one).into_any()).collect::<Vec<_>>()
+    };
     move || {
-        (!drawing.earlier.with(Vec::is_empty))
+        (!read(|m| m.draw.earlier().is_empty()))
             .then(|| ul().class("draw-earlier").attr("aria-label", t!("page.draw.earlier")).child(lines))
     }
 }

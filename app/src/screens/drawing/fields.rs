@@ -1,13 +1,12 @@
-//! The numbers of what is chosen, each in a field.
-//!
-//! Comes in: fields with values. Goes out: what is typed into them.
+//! The properties of the selection as fields.
 
-use super::inputs::{LAYERS, SHAPES, labelled, length, tick, typed_field, word};
+use super::inputs::{LAYERS, SHAPES, labelled, length, typed_field, word};
 use crate::drawing::fields::{Field, FieldRow, FieldValue};
 use crate::drawing::typed;
 use crate::i18n::{self, key, number, t};
 use crate::model::DrawEvent;
-use crate::page::{frame, open_drawing, send};
+use crate::page::{read, send, shared, watch};
+use crate::widgets::tick;
 use annulus_core::board::drawing::Id;
 use leptos::ev;
 use leptos::html::{self, div, h2, header, p, section, select, span};
@@ -15,13 +14,11 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlInputElement;
 
-/// The block.
 pub(super) fn fields() -> impl IntoView {
-    let drawing = open_drawing();
     let names = Memo::new(move |_| {
-        drawing.fields.with(|rows| rows.iter().map(|row| row.field).collect::<Vec<Field>>())
+        shared(|m| &m.draw.shown.fields).with(|rows| rows.iter().map(|row| row.field).collect::<Vec<Field>>())
     });
-    let count = move || drawing.chosen.with(std::collections::BTreeSet::len);
+    let count = move || watch(|m| &m.draw.editor.chosen).with(std::collections::BTreeSet::len);
     let title = move || match count() {
         0 => i18n::text(key!("page.draw.drawing"), &[]),
         count => i18n::text(key!("page.draw.chosen"), &[("count", count.to_string())]),
@@ -34,7 +31,7 @@ pub(super) fn fields() -> impl IntoView {
     ))
 }
 
-/// The name of the chosen group, of the drawing where nothing is chosen, is typed over.
+/// Focuses the name field of the group, or of the drawing if nothing is selected, with its text selected.
 pub(super) fn rename() {
     let field = document().get_element_by_id(&format!("draw-{}", Field::Name.word()));
     if let Some(field) = field.and_then(|field| field.dyn_into::<HtmlInputElement>().ok()) {
@@ -44,10 +41,9 @@ pub(super) fn rename() {
 }
 
 fn row(field: Field) -> Option<AnyView> {
-    let drawing = open_drawing();
     let value = Memo::new(move |_| {
         let own = |row: &&FieldRow| row.field == field;
-        drawing.fields.with(|rows| rows.iter().find(own).map(|row| row.value.clone()))
+        shared(|m| &m.draw.shown.fields).with(|rows| rows.iter().find(own).map(|row| row.value.clone()))
     });
     let id = format!("draw-{}", field.word());
     let set = move |text: String| send(DrawEvent::Set { field, text });
@@ -59,7 +55,7 @@ fn row(field: Field) -> Option<AnyView> {
         }
         FieldValue::Fixed(_) => {
             let text = move || match now() {
-                Some(FieldValue::Fixed(Some(length))) => number(frame().unit.get().short(length.mm())),
+                Some(FieldValue::Fixed(Some(length))) => number(read(|m| m.frame.unit).short(length.mm())),
                 _ => String::new(),
             };
             div()
@@ -98,7 +94,7 @@ fn row(field: Field) -> Option<AnyView> {
     })
 }
 
-/// The groups that it can lie in.
+/// The menu of groups to move the selection to.
 fn group_menu(id: String, value: Memo<Option<FieldValue>>, act: impl Fn(String) + 'static) -> impl IntoView {
     let options = move || {
         let Some(FieldValue::Group(now, groups)) = value.get() else { return Vec::new() };

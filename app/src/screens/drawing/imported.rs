@@ -1,13 +1,12 @@
-//! What the open files draw, as a list by kind: what a press in the picture chooses is chosen here by keys.
-//!
-//! Comes in: objects of files. Goes out: the one that is chosen. What was taken out stands in the tree alone.
+//! The objects of the open files, listed by kind: keyboard access to what a press in the picture selects.
+//! Deleted objects are only in the tree.
 
 use super::inputs::layer_word;
 use crate::drawing::kinds::{ImportedKind, of_kind};
 use crate::drawing::tree::TreeRow;
 use crate::i18n::{self, key, number, say, t};
 use crate::model::DrawEvent;
-use crate::page::{frame, open_drawing, send};
+use crate::page::{read, send, shared, watch};
 use crate::widgets::{menu_word, row_top, virtual_list};
 use annulus_core::board::drawing::{Catch, Imported, Thing};
 use annulus_core::units::Length;
@@ -25,10 +24,9 @@ fn kind_word(kind: ImportedKind) -> &'static str {
     }
 }
 
-/// The block; nothing where no files are drawn over.
+/// The block; nothing if there are no files.
 pub(super) fn imported() -> impl IntoView {
-    let there = Memo::new(move |_| open_drawing().imported.with(|all| !all.is_empty()));
-    move || there.get().then(|| block().into_any())
+    move || read(|m| !m.draw.editor.finder().imported().is_empty()).then(|| block().into_any())
 }
 
 fn taken_out(row: &TreeRow) -> Option<u32> {
@@ -39,17 +37,20 @@ fn taken_out(row: &TreeRow) -> Option<u32> {
 }
 
 fn block() -> impl IntoView {
-    let drawing = open_drawing();
     let kind = RwSignal::new(ImportedKind::default());
     let gone = Memo::new(move |_| {
-        drawing.tree.with(|rows| rows.iter().filter_map(taken_out).collect::<BTreeSet<u32>>())
+        shared(|m| &m.draw.shown.tree)
+            .with(|rows| rows.iter().filter_map(taken_out).collect::<BTreeSet<u32>>())
     });
     let listed = Memo::new(move |_| {
-        gone.with(|gone| drawing.imported.with(|all| of_kind(all, kind.get(), |of| gone.contains(&of))))
+        gone.with(|gone| {
+            shared(|m| m.draw.editor.finder().imported())
+                .with(|all| of_kind(all, kind.get(), |of| gone.contains(&of)))
+        })
     });
     let count = Signal::derive(move || listed.with(Vec::len));
     let at = Memo::new(move |_| {
-        let Some(Catch::Imported(of)) = drawing.shown.get() else { return None };
+        let Some(Catch::Imported(of)) = read(|m| m.draw.editor.chosen.first().copied()) else { return None };
         listed.with(|listed| listed.binary_search(&of).ok())
     });
     let row = move |index: usize| {
@@ -85,9 +86,8 @@ fn block() -> impl IntoView {
     ))
 }
 
-/// What an object is, with its size.
 fn words(one: &Imported) -> String {
-    let unit = frame().unit.get();
+    let unit = read(|m| m.frame.unit);
     let size = |length: Length| number(unit.short(length.mm()));
     let layer = || one.layer.map_or_else(String::new, |layer| i18n::text(layer_word(layer), &[]));
     let across = |of: Length| Length::from_nm(of.nm() * 2);
@@ -110,13 +110,16 @@ fn words(one: &Imported) -> String {
 }
 
 fn line(of: u32, index: usize) -> AnyView {
-    let Some(one) = open_drawing().imported.with_untracked(|all| all.get(of as usize).cloned()) else {
+    let Some(one) =
+        shared(|m| m.draw.editor.finder().imported()).with_untracked(|all| all.get(of as usize).cloned())
+    else {
         return ().into_any();
     };
-    let chosen = move || open_drawing().chosen.with(|chosen| chosen.contains(&Catch::Imported(of)));
+    let chosen =
+        move || watch(|m| &m.draw.editor.chosen).with(|chosen| chosen.contains(&Catch::Imported(of)));
     let at = one.at;
     let place = move || {
-        let unit = frame().unit.get();
+        let unit = read(|m| m.frame.unit);
         format!("{} {}", number(unit.short(at.x.mm())), number(unit.short(at.y.mm())))
     };
     div()

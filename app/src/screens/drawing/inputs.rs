@@ -1,6 +1,4 @@
-//! What fields of the editor are made of: names of properties, lengths as they are shown and typed, menus.
-//!
-//! Comes in: values. Goes out: fields; what is typed into them. Does not know what it is of.
+//! The building blocks of the editor's fields: property names, length inputs, menus.
 
 use super::focus_picture;
 use crate::drawing::fields::{self, Field};
@@ -8,16 +6,15 @@ use crate::drawing::typed;
 use crate::format::Unit;
 use crate::i18n::{self, key, number, t};
 use crate::keys::is_escape;
-use crate::page::frame;
-use crate::widgets::{choice, menu_word};
+use crate::page::read;
+use crate::widgets::{choice, menu_word, segmented};
 use annulus_core::board::drawing::{Layer, PadShape};
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{self, div, input, label, select, span};
+use leptos::html::{self, input, label, select, span};
 use leptos::prelude::*;
 use web_sys::{HtmlInputElement, KeyboardEvent};
 
-/// The name of a property.
 pub(super) fn word(field: Field) -> &'static str {
     match field {
         Field::X => key!("page.draw.field.x"),
@@ -41,7 +38,6 @@ pub(super) fn word(field: Field) -> &'static str {
     }
 }
 
-/// The name of a layer.
 pub(super) fn layer_word(layer: Layer) -> &'static str {
     match layer {
         Layer::Top => key!("page.draw.layer.top"),
@@ -51,7 +47,6 @@ pub(super) fn layer_word(layer: Layer) -> &'static str {
     }
 }
 
-/// The name of the form of a pad.
 pub(super) fn shape_word(shape: PadShape) -> &'static str {
     match shape {
         PadShape::Circle => key!("page.draw.shape.circle"),
@@ -60,41 +55,25 @@ pub(super) fn shape_word(shape: PadShape) -> &'static str {
     }
 }
 
-/// A tick with its words.
-pub(super) fn tick(
-    on: impl Fn() -> bool + Send + Sync + 'static,
-    words: impl Fn() -> String + Send + Sync + 'static,
-    act: impl Fn(bool) + 'static,
-) -> impl IntoView {
-    label().class("tick").child((
-        input()
-            .attr("type", "checkbox")
-            .prop("checked", on)
-            .on(ev::change, move |event| act(event_target_checked(&event))),
-        span().child(words),
-    ))
-}
-
-/// What there is to choose from: each with its word in the drawing and its name on the page.
+/// A set of choices, each with its value in the drawing file and its displayed name.
 pub(super) struct Choices<T: 'static> {
     all: &'static [T],
     word: fn(T) -> &'static str,
     name: fn(T) -> &'static str,
 }
 
-/// The layers.
 pub(super) const LAYERS: Choices<Layer> = Choices { all: &Layer::ALL, word: Layer::word, name: layer_word };
 
-/// The layers that pads lie on.
+/// The layers for pads.
 pub(super) const COPPER: Choices<Layer> =
     Choices { all: &[Layer::Top, Layer::Bottom, Layer::Both], word: Layer::word, name: layer_word };
 
-/// The forms of pads.
+/// Pad shapes.
 pub(super) const SHAPES: Choices<PadShape> =
     Choices { all: &PadShape::ALL, word: PadShape::word, name: shape_word };
 
 impl<T: Copy + PartialEq + Send + Sync> Choices<T> {
-    /// A menu of them; `now` is none where several differ.
+    /// A menu of the choices; `now` is none if the selected things differ.
     pub(super) fn menu(
         &self,
         id: String,
@@ -116,7 +95,7 @@ impl<T: Copy + PartialEq + Send + Sync> Choices<T> {
             .child((several, words.collect::<Vec<_>>()))
     }
 
-    /// Buttons beside each other, one for each.
+    /// A row of buttons, one per choice.
     pub(super) fn buttons(
         &self,
         label: impl Fn() -> String + Send + Sync + 'static,
@@ -128,20 +107,16 @@ impl<T: Copy + PartialEq + Send + Sync> Choices<T> {
             .all
             .iter()
             .map(|&one| choice(move || now() == one, move || i18n::text(name(one), &[]), move |_| act(one)));
-        div()
-            .class("segmented")
-            .attr("role", "group")
-            .attr("aria-label", label)
-            .child(choices.collect::<Vec<_>>())
+        segmented(label, choices.collect::<Vec<_>>())
     }
 }
 
-/// A menu with its word above it.
+/// A menu with its label.
 pub(super) fn labelled(id: String, field: Field, menu: impl IntoView) -> impl IntoView {
     label().class("field").attr("for", id).child((span().child(move || i18n::text(word(field), &[])), menu))
 }
 
-/// A length that can be typed, in the unit on show or with its own behind it.
+/// A length field. The text can contain a unit, else the chosen one applies.
 pub(super) fn length(
     id: String,
     field: Field,
@@ -149,7 +124,7 @@ pub(super) fn length(
     act: impl Fn(String) + 'static,
 ) -> impl IntoView {
     let text = Signal::derive(move || {
-        value.get().map_or_else(String::new, |length| number(frame().unit.get().short(length.mm())))
+        value.get().map_or_else(String::new, |length| number(read(|m| m.frame.unit).short(length.mm())))
     });
     let fits = move |text: &str| {
         typed::length(text, Unit::default()).is_some_and(|length| fields::may_be(field, length))
@@ -157,7 +132,8 @@ pub(super) fn length(
     typed_field(id, field, text, i18n::unit_word, fits, act)
 }
 
-/// A field whose text is taken in when it is left or Enter is pressed. Escape leaves it as it was, for the picture.
+/// A field that applies its text on Enter or when it loses focus. Escape restores the value and returns the
+/// focus to the picture.
 pub(super) fn typed_field(
     id: String,
     field: Field,
@@ -174,7 +150,7 @@ pub(super) fn typed_field(
     let take = move |event: web_sys::Event| {
         let text = event_target_value(&event);
         wrong.set(!fits(&text));
-        // What does not fit is refused with a sentence.
+        // Pass even unfit text on: the edit answers with a message.
         act(text);
     };
     label().class("field").attr("for", id.clone()).child((
@@ -190,7 +166,7 @@ pub(super) fn typed_field(
                     if is_escape(&event.key()) && !event.is_composing() {
                         event_target::<HtmlInputElement>(&event).set_value(&text.get_untracked());
                         wrong.set(false);
-                        // The key is through with the field by then.
+                        // Wait a frame, until the field has handled the key.
                         request_animation_frame(focus_picture);
                     }
                 })

@@ -1,14 +1,12 @@
-//! The Draw screen: a board drawn by hand, or over files that are open.
+//! The Draw screen: a board drawn from nothing, or over open files.
 //!
 //! ```text
-//! + tools, pen ──+ picture ─────────────────────────────+ numbers ──────────+
-//! | tree         | cross-hair, what is chosen           | what can be done  |
+//! + tools, pen ──+ picture ─────────────────────────────+ fields ───────────+
+//! | tree         | cross-hair, selection                | commands          |
 //! |              +--------------------------------------+ the board, files  |
-//! |              | place: typed or pointed at, smallest |                   |
+//! |              | position typed or pointed, smallest  |                   |
 //! +──────────────+──────────────────────────────────────+───────────────────+
 //! ```
-//!
-//! Comes in: the drawing as signals. Goes out: what the person does with it. Boards are made of it elsewhere.
 
 mod actions;
 mod array;
@@ -34,7 +32,7 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-/// The panels beside the picture.
+/// The panels next to the picture.
 pub(crate) fn drawing() -> impl IntoView {
     (
         div().class("panel left draw-left").child((tools::tools(), tree::tree())),
@@ -49,7 +47,7 @@ pub(crate) fn drawing() -> impl IntoView {
     )
 }
 
-/// Puts the focus on the first element that `selector` finds.
+/// Focuses the first element that matches `selector`.
 fn focus(selector: &str) {
     let found = document().query_selector(selector).ok().flatten();
     if let Some(element) = found.and_then(|found| found.dyn_into::<HtmlElement>().ok()) {
@@ -57,7 +55,7 @@ fn focus(selector: &str) {
     }
 }
 
-/// The keys go to the picture from now on.
+/// Gives the keyboard focus to the picture.
 fn focus_picture() {
     if let Ok(Some(stage)) = document().query_selector("main .stage") {
         let _ = stage.set_attribute("tabindex", "-1");
@@ -65,7 +63,7 @@ fn focus_picture() {
     focus("main .stage");
 }
 
-/// Escape leaves what is being drawn, unless it is meant for a field or a dialog.
+/// Cancels what is being drawn, unless Escape is meant for a field or a dialog.
 pub(crate) fn escape() {
     let elsewhere = |one: &web_sys::Element| one.matches("input, select, textarea").unwrap_or(false);
     if !dialog_is_open() && !document().active_element().is_some_and(|one| elsewhere(&one)) {
@@ -73,7 +71,7 @@ pub(crate) fn escape() {
     }
 }
 
-/// What a key asks of the drawing.
+/// Runs a key of the editor.
 pub(crate) fn key(key: DrawKey) {
     match key {
         DrawKey::Rename => fields::rename(),

@@ -1,12 +1,10 @@
-//! The drawing in the picture, and the pointer over it.
-//!
-//! Comes in: sheet and marks. Goes out: a scene; what the pointer does, in mm. Knows no GPU.
+//! Shows the drawing in the picture, and passes the pointer to the editor.
 
 use crate::drawing::scene;
 use crate::i18n::say;
 use crate::keys::Tab;
 use crate::model::DrawEvent;
-use crate::page::{frame, open_drawing, send};
+use crate::page::{computed, read, send, shared};
 use crate::screens::canvas::{Picture, with_view};
 use crate::view::{Palette, PointerStroke, Touch};
 use annulus_core::board::drawing::Layer;
@@ -14,10 +12,10 @@ use leptos::ev;
 use leptos::prelude::*;
 use web_sys::KeyboardEvent;
 
-/// So much of the board is across where one place is looked at, in mm.
+/// Width of board in view when one position is shown, mm.
 const LOOK_MM: f64 = 12.0;
 
-/// What a pointer does that draws.
+/// Handles a pointer event while drawing.
 pub(crate) fn stroke(stroke: PointerStroke) {
     let PointerStroke { touch, at_mm, shift, ctrl } = stroke;
     if touch == Touch::Down {
@@ -26,17 +24,17 @@ pub(crate) fn stroke(stroke: PointerStroke) {
     send(DrawEvent::Point { touch, at_mm, shift, ctrl });
 }
 
-/// The side that lies in front: that which is drawn on, else that which is looked at.
+/// The side in front: the active layer's, else the one that the camera looks at.
 fn front() -> Layer {
-    match open_drawing().pen.get().layer {
+    match read(|m| m.draw.editor.pen.layer) {
         Layer::Bottom => Layer::Bottom,
         Layer::Top => Layer::Top,
-        _ if frame().flipped.get() => Layer::Bottom,
+        _ if read(|m| m.frame.flipped) => Layer::Bottom,
         _ => Layer::Top,
     }
 }
 
-/// While Space is held the pointer moves the picture.
+/// Holding Space pans the picture.
 fn space_moves(picture: Picture) {
     let space = move |on: bool| {
         move |event: KeyboardEvent| {
@@ -57,25 +55,24 @@ fn space_moves(picture: Picture) {
     });
 }
 
-/// Whatever is drawn goes to the picture while the screen is on show.
+/// Passes changes to the picture while the screen is shown.
 pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<Palette>) {
-    let drawing = open_drawing();
-    let on = Memo::new(move |_| ready.get() && frame().tab.get() == Tab::Draw);
-    let front = Memo::new(move |_| (front(), drawing.dim.get().then(|| drawing.pen.get().layer)));
+    let on = Memo::new(move |_| ready.get() && read(|m| m.frame.tab == Tab::Draw));
+    let front = Memo::new(move |_| (front(), read(|m| m.draw.editor.dim.then_some(m.draw.editor.pen.layer))));
     Effect::new(move |_| {
         let on = on.get();
         with_view(picture, |view| view.set_strokes(on));
     });
     space_moves(picture);
-    // What is looked at anew is in the picture by then.
+    // Scene and camera in one effect: the scene must have a new position before the camera moves there.
     Effect::new(move |before: Option<Option<u32>>| {
-        let (look, at) = drawing.look.get();
+        let (look, at) = read(|m| m.draw.look);
         if !on.get() {
             return None;
         }
-        let (sheet, lit, front, palette) =
-            (drawing.sheet.get(), drawing.lit.get(), front.get(), palette.get());
-        let under = drawing.under.get();
+        let (sheet, lit) = (shared(|m| &m.draw.shown.sheet).get(), shared(|m| &m.draw.shown.chosen).get());
+        let (front, palette) = (front.get(), palette.get());
+        let under = shared(|m| &m.draw.shown.under).get();
         with_view(picture, |view| {
             view.set_palette(palette);
             view.set_scene(scene::scene((&sheet, &under), &lit, front, &palette));
@@ -90,7 +87,7 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
     });
     Effect::new(move |_| {
         let on = on.get();
-        let (marks, palette) = (drawing.marks.get(), palette.get());
+        let (marks, palette) = (shared(|m| &m.draw.shown.marks).get(), palette.get());
         with_view(picture, |view| {
             view.set_over(if on { scene::over(&marks, &palette) } else { Vec::new() });
             if on {
@@ -99,7 +96,8 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
         });
     });
     Effect::new(move |_| {
-        let (name, count) = drawing.title.get();
+        let name = computed(|m| m.draw.editor.drawing().name().to_owned()).get();
+        let count = read(|m| m.draw.editor.drawing().len());
         if on.get() {
             let text = say!("page.draw.summary", name = name, count = count);
             with_view(picture, |view| view.describe(&text));

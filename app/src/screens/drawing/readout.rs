@@ -1,7 +1,7 @@
-//! Below the picture: where the tool aims, a place to be typed, what is measured, and the smallest gap, track and ring.
+//! The bar below the picture: the aim, a field for coordinates, the measurement, and the smallest gap, track
+//! and ring.
 //!
-//! Comes in: aim, measure, figures. Goes out: typed places; which of the smallest is to be shown. It is as high whatever it says:
-//! the picture above it must not move under the pointer.
+//! Its height is fixed: a change of height would move the picture under the pointer.
 
 use super::{focus, focus_picture};
 use crate::drawing::Doing;
@@ -9,7 +9,7 @@ use crate::i18n::{number, say, sentence, t, unit_word};
 use crate::keys::is_escape;
 use crate::model::DrawEvent;
 use crate::model::drawing::Least;
-use crate::page::{frame, open_drawing, send};
+use crate::page::{peek, read, send, watch};
 use crate::widgets::push;
 use annulus_core::units::Length;
 use leptos::ev::{self, KeyboardEvent};
@@ -18,14 +18,14 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlInputElement;
 
-/// The id of the field.
+/// Id of the coordinates field.
 const PLACE: &str = "draw-place";
 
 fn field() -> Option<HtmlInputElement> {
     document().get_element_by_id(PLACE)?.dyn_into().ok()
 }
 
-/// The focus goes to the field, with the sign that counts from the last place where that is wanted.
+/// Focuses the coordinates field; puts `@` in it for relative coordinates.
 pub(super) fn type_place(by: bool) {
     if let Some(field) = field() {
         field.set_value(if by { "@" } else { "" });
@@ -33,10 +33,8 @@ pub(super) fn type_place(by: bool) {
     focus(&format!("#{PLACE}"));
 }
 
-/// The line.
 pub(super) fn readout() -> impl IntoView {
-    let drawing = open_drawing();
-    let said = move || drawing.said.get().map(|text| sentence(&text));
+    let said = move || watch(|m| &m.draw.editor.said).get().map(|text| sentence(&text));
     div().class("draw-readout").attr("role", "region").attr("aria-label", t!("page.draw.readout")).child((
         div().class("row").child((
             typed_place(),
@@ -53,7 +51,7 @@ fn typed_place() -> impl IntoView {
         event.prevent_default();
         let Some(field) = field() else { return };
         send(DrawEvent::Typed { text: field.value() });
-        if open_drawing().said.get_untracked().is_none() {
+        if peek(|m| m.draw.editor.said.is_none()) {
             field.set_value("");
         }
     };
@@ -67,7 +65,7 @@ fn typed_place() -> impl IntoView {
             .attr("aria-describedby", "draw-place-how")
             .on(ev::keydown, |event: KeyboardEvent| {
                 if is_escape(&event.key()) {
-                    // The key is through with the field by then.
+                    // Wait a frame, until the field has handled the key.
                     request_animation_frame(focus_picture);
                 }
             }),
@@ -81,11 +79,11 @@ fn typed_place() -> impl IntoView {
 }
 
 fn size(length: Length) -> String {
-    number(frame().unit.get().size(length.mm()))
+    number(read(|m| m.frame.unit).size(length.mm()))
 }
 
 fn aim() -> String {
-    let (at, unit) = (open_drawing().aim.get(), frame().unit.get());
+    let (at, unit) = (read(|m| m.draw.editor.aim.at()), read(|m| m.frame.unit));
     say!(
         "page.status.cursor",
         x = unit.coordinate(at.x.mm()),
@@ -94,21 +92,21 @@ fn aim() -> String {
     )
 }
 
-/// The measure, or how long the piece of track is that is being drawn.
+/// The measurement, or the length of the track segment that is being drawn.
 fn measured() -> Option<String> {
-    let aim = open_drawing().aim.get();
-    let (from, to) = match open_drawing().doing.get() {
+    let aim = read(|m| m.draw.editor.aim.at());
+    let (from, to) = match watch(|m| &m.draw.editor.doing).get() {
         Doing::Measure { from, to } => (from, to.unwrap_or(aim)),
         Doing::Track { from, .. } => (from, aim),
         _ => return None,
     };
-    let [length, x, y] = frame().unit.get().apart(from, to);
+    let [length, x, y] = read(|m| m.frame.unit).apart(from, to);
     Some(say!("page.draw.measured", length = length, x = x, y = y, unit = unit_word()))
 }
 
-/// The smallest gap, track, ring and hole; pressed, it is shown.
+/// The smallest gap, track, ring and hole. Pressing one shows it.
 fn figures() -> impl IntoView {
-    let smallest = open_drawing().smallest;
+    let smallest = watch(|m| &m.draw.editor.smallest);
     let gap = move || {
         smallest.get().gap.map(|(gap, ..)| say!("page.draw.least.gap", size = size(gap), unit = unit_word()))
     };
@@ -145,9 +143,7 @@ fn least(least: Least, words: impl Fn() -> Option<String> + Copy + Send + Sync +
             push(
                 "button small quiet tabular",
                 move || words().unwrap_or_default(),
-                move |_| {
-                    send(DrawEvent::Find { least });
-                },
+                move |_| send(DrawEvent::Find { least }),
             )
         })
     }

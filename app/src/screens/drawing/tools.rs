@@ -1,23 +1,20 @@
-//! The tools, and with what the next thing is drawn.
-//!
-//! Comes in: tool, pen, grid. Goes out: others.
+//! The tools, and the properties of the next thing to draw.
 
 use super::focus_picture;
-use super::inputs::{self, COPPER, Choices, LAYERS, SHAPES, tick};
+use super::inputs::{self, COPPER, Choices, LAYERS, SHAPES};
 use crate::drawing::fields::Field;
 use crate::drawing::{Act, DrawKey, GRIDS, Pen, Tool};
 use crate::i18n::{self, key, t};
 use crate::keys::KeyAction;
 use crate::model::DrawEvent;
-use crate::page::{frame, key_of, open_drawing, send};
-use crate::widgets::{Icon, picture_button_if};
+use crate::page::{computed, key_of, peek, read, send, watch};
+use crate::widgets::{Icon, picture_button_if, tick};
 use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{self, button, div, h2, header, section, select, span};
 use leptos::prelude::*;
 
-/// The name of a tool.
 fn word(tool: Tool) -> &'static str {
     match tool {
         Tool::Select => key!("page.draw.tool.select"),
@@ -29,16 +26,14 @@ fn word(tool: Tool) -> &'static str {
     }
 }
 
-/// The blocks.
 pub(super) fn tools() -> impl IntoView {
-    let drawing = open_drawing();
     let buttons = Tool::ALL.map(|tool| {
         let name = word(tool);
         let letter = move || key_of(KeyAction::Draw(DrawKey::Tool(tool)));
         button()
             .attr("type", "button")
             .class("button")
-            .attr("aria-pressed", move || if drawing.tool.get() == tool { "true" } else { "false" })
+            .attr("aria-pressed", move || if read(|m| m.draw.editor.tool) == tool { "true" } else { "false" })
             .attr("aria-keyshortcuts", letter)
             .on(ev::click, move |_| {
                 send(DrawEvent::Take { tool });
@@ -62,7 +57,7 @@ pub(super) fn tools() -> impl IntoView {
 }
 
 fn undo() -> impl IntoView {
-    let can = open_drawing().can_undo;
+    let can = computed(|m| m.draw.editor.can_undo());
     div().class("row").child((
         picture_button_if(
             Icon::Undo,
@@ -80,23 +75,21 @@ fn undo() -> impl IntoView {
 }
 
 fn change(edit: impl FnOnce(&mut Pen)) {
-    let mut pen = open_drawing().pen.get_untracked();
+    let mut pen = peek(|m| m.draw.editor.pen);
     edit(&mut pen);
     send(DrawEvent::Pen { pen });
 }
 
-/// From now on tracks are drawn that are the edge of the board.
+/// Starts drawing tracks on the edge layer.
 pub(crate) fn draw_edge() {
     change(|pen| pen.layer = Layer::Edge);
     send(DrawEvent::Key { key: DrawKey::Tool(Tool::Track) });
     focus_picture();
 }
 
-/// What the tool in hand asks for.
+/// The properties that the active tool uses.
 fn pen() -> impl IntoView {
-    let drawing = open_drawing();
-    let tool = Memo::new(move |_| drawing.tool.get());
-    move || match tool.get() {
+    move || match read(|m| m.draw.editor.tool) {
         Tool::Track => div().class("draw-pen").child((layers(&LAYERS), size(Field::Width))).into_any(),
         Tool::Pad => div()
             .class("draw-pen")
@@ -107,24 +100,24 @@ fn pen() -> impl IntoView {
     }
 }
 
-/// The layers that the tool in hand can draw on.
+/// The layers that the active tool can draw on.
 fn layers(choices: &'static Choices<Layer>) -> impl IntoView {
-    let drawing = open_drawing();
     let now = move || {
-        let pen = drawing.pen.get();
-        if drawing.tool.get() == Tool::Pad { pen.copper } else { pen.layer }
+        read(|m| {
+            let editor = &m.draw.editor;
+            if editor.tool == Tool::Pad { editor.pen.copper } else { editor.pen.layer }
+        })
     };
     choices.buttons(t!("page.draw.field.layer"), now, |layer| change(|pen| pen.draw_on(layer)))
 }
 
 fn shapes() -> impl IntoView {
-    let pen = open_drawing().pen;
     let take = |shape| change(|pen| pen.shape = shape);
-    SHAPES.buttons(t!("page.draw.field.shape"), move || pen.get().shape, take)
+    SHAPES.buttons(t!("page.draw.field.shape"), || read(|m| m.draw.editor.pen.shape), take)
 }
 
 fn size(field: Field) -> impl IntoView {
-    let pen = open_drawing().pen;
+    let pen = watch(|m| &m.draw.editor.pen);
     let value = Memo::new(move |_| {
         let pen = pen.get();
         Some(match field {
@@ -138,21 +131,23 @@ fn size(field: Field) -> impl IntoView {
 }
 
 fn drilled() -> impl IntoView {
-    let pen = open_drawing().pen;
-    tick(move || pen.get().drilled, t!("page.draw.drilled"), |on| change(|pen| pen.drilled = on))
+    tick(|| read(|m| m.draw.editor.pen.drilled), t!("page.draw.drilled"), |on| change(|pen| pen.drilled = on))
 }
 
 fn plated() -> impl IntoView {
-    let pen = open_drawing().pen;
-    tick(move || pen.get().plated, t!("page.draw.field.plated"), |on| change(|pen| pen.plated = on))
+    tick(
+        || read(|m| m.draw.editor.pen.plated),
+        t!("page.draw.field.plated"),
+        |on| change(|pen| pen.plated = on),
+    )
 }
 
-/// Whether the pointer snaps, and to which grid.
+/// Grid on or off, and its step.
 fn grid() -> impl IntoView {
-    let grid = open_drawing().grid;
+    let grid = watch(|m| &m.draw.editor.grid);
     let step = Memo::new(move |_| grid.get().step);
     let options = move || {
-        let (unit, now) = (frame().unit.get(), step.get());
+        let (unit, now) = (read(|m| m.frame.unit), step.get());
         let known = GRIDS.into_iter().chain((!GRIDS.contains(&now)).then_some(now));
         let word = |one: Length| {
             let text = format!("{} {}", i18n::number(unit.short(one.mm())), i18n::unit_word());
@@ -170,11 +165,9 @@ fn grid() -> impl IntoView {
             .on(ev::change, |event| send(DrawEvent::Grid { text: event_target_value(&event) }))
             .child(options),
         tick(
-            move || open_drawing().dim.get(),
+            move || read(|m| m.draw.editor.dim),
             t!("page.draw.dim"),
-            |_| {
-                send(DrawEvent::Act { act: Act::Dim });
-            },
+            |_| send(DrawEvent::Act { act: Act::Dim }),
         ),
     ))
 }

@@ -1,12 +1,10 @@
-//! The tree of the drawing: groups in groups, and what is in them.
-//!
-//! Comes in: lines. Goes out: what is chosen in them, which groups are open, what goes into which group.
+//! The tree of the drawing: groups and their members.
 
 use super::inputs::layer_word;
 use crate::drawing::tree::TreeRow;
 use crate::i18n::{self, number, say, t};
 use crate::model::DrawEvent;
-use crate::page::{frame, open_drawing, send};
+use crate::page::{peek, read, send, shared, watch};
 use crate::widgets::{push, row_top, virtual_list};
 use annulus_core::board::drawing::{Catch, Id, Thing};
 use annulus_core::geometry::Point;
@@ -15,29 +13,27 @@ use leptos::ev::{self, DragEvent, KeyboardEvent, MouseEvent};
 use leptos::html::{div, h2, header, p, section, span};
 use leptos::prelude::*;
 
-/// What a dragged line is carried as.
+/// MIME type of a dragged row.
 const DRAGGED: &str = "application/x-annulus-thing";
 
-/// The block.
 pub(super) fn tree() -> impl IntoView {
-    let drawing = open_drawing();
-    let count = Signal::derive(move || drawing.tree.with(|rows| rows.len()));
+    let count = Signal::derive(move || read(|m| m.draw.shown.tree.len()));
     let at = Memo::new(move |_| {
-        let wanted = drawing.shown.get()?;
-        drawing.tree.with(|rows| rows.iter().position(|row| row.item.catch == wanted))
+        let wanted = read(|m| m.draw.editor.chosen.first().copied())?;
+        shared(|m| &m.draw.shown.tree).with(|rows| rows.iter().position(|row| row.item.catch == wanted))
     });
     let row = move |index: usize| {
-        // A line is made anew when it is another one, not whenever the tree is.
-        let row = Memo::new(move |_| drawing.tree.with(|rows| rows.get(index).cloned()));
+        // The memo rebuilds a row only if that row changed, not whenever the tree did.
+        let row = Memo::new(move |_| shared(|m| &m.draw.shown.tree).with(|rows| rows.get(index).cloned()));
         (move || row.get().map(|row| line(&row, index))).into_any()
     };
     let walk = move |by: i64| {
         let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
-        let chosen = drawing.tree.with_untracked(|rows| {
+        let chosen = shared(|m| &m.draw.shown.tree).with_untracked(|rows| {
             let to = (from + by).clamp(0, rows.len().saturating_sub(1) as i64);
             rows.get(to as usize).map(|row| row.item.id)
         });
-        // Not while the rows are read: choosing writes them.
+        // After the rows are released: selecting writes to them.
         if let Some(id) = chosen {
             send(DrawEvent::Choose { id, adding: false });
         }
@@ -57,7 +53,7 @@ pub(super) fn tree() -> impl IntoView {
         ))
 }
 
-/// Alt and an arrow move what is chosen between groups; an arrow alone opens and closes them.
+/// Alt and an arrow moves the selection between groups; an arrow alone opens or closes a group.
 fn by_key(event: KeyboardEvent) {
     let into = match event.key().as_str() {
         "ArrowRight" => true,
@@ -73,15 +69,14 @@ fn by_key(event: KeyboardEvent) {
         send(DrawEvent::Beside { into });
         return;
     }
-    let drawing = open_drawing();
-    let group = drawing.tree.with_untracked(|rows| {
-        let shown = drawing.shown.get_untracked()?;
+    let group = shared(|m| &m.draw.shown.tree).with_untracked(|rows| {
+        let shown = peek(|m| m.draw.editor.chosen.first().copied())?;
         rows.iter().find(|row| row.item.catch == shown && row.open == Some(!into)).map(|row| row.item.id)
     });
     group.into_iter().for_each(|id| send(DrawEvent::Open { id }));
 }
 
-/// A line was dropped: what it shows goes into `group`, or to the top.
+/// Drops a row: moves its thing into `group`, or to the top level.
 fn dropped(event: &DragEvent, group: Option<Id>) {
     let text = event.data_transfer().and_then(|data| data.get_data(DRAGGED).ok()).unwrap_or_default();
     if let Ok(id) = text.parse::<u32>() {
@@ -91,7 +86,7 @@ fn dropped(event: &DragEvent, group: Option<Id>) {
     }
 }
 
-/// Whether it is a line that is dragged, and no file; then it may be dropped here.
+/// True for a dragged row, which may be dropped here; false for a file.
 fn is_line(event: &DragEvent) -> bool {
     let is_line = event.data_transfer().is_some_and(|data| data.types().includes(&DRAGGED.into(), 0));
     if is_line {
@@ -101,12 +96,11 @@ fn is_line(event: &DragEvent) -> bool {
     is_line
 }
 
-/// Opens or closes the chosen group.
+/// Opens or closes the selected group.
 fn open_button() -> impl IntoView {
-    let drawing = open_drawing();
     let group = Memo::new(move |_| {
-        let shown = drawing.shown.get()?;
-        drawing.tree.with(|rows| {
+        let shown = read(|m| m.draw.editor.chosen.first().copied())?;
+        shared(|m| &m.draw.shown.tree).with(|rows| {
             let row = rows.iter().find(|row| row.item.catch == shown)?;
             row.open.map(|open| (row.item.id, open))
         })
@@ -121,13 +115,13 @@ fn open_button() -> impl IntoView {
 }
 
 fn place(at: Point) -> String {
-    let unit = frame().unit.get();
+    let unit = read(|m| m.frame.unit);
     format!("{} {}", number(unit.short(at.x.mm())), number(unit.short(at.y.mm())))
 }
 
-/// What a line says.
+/// The text of a row.
 fn words(row: &TreeRow) -> String {
-    let unit = frame().unit.get();
+    let unit = read(|m| m.frame.unit);
     let size = |length: Length| number(unit.short(length.mm()));
     match &row.item.thing {
         Thing::Group { name } => name.clone(),
@@ -152,7 +146,7 @@ fn words(row: &TreeRow) -> String {
 }
 
 fn is_chosen(catch: Catch) -> bool {
-    open_drawing().chosen.with(|chosen| chosen.contains(&catch))
+    watch(|m| &m.draw.editor.chosen).with(|chosen| chosen.contains(&catch))
 }
 
 fn line(row: &TreeRow, index: usize) -> AnyView {
@@ -164,7 +158,7 @@ fn line(row: &TreeRow, index: usize) -> AnyView {
         send(DrawEvent::Choose { id, adding });
     };
     let at = row.item.at;
-    // Dropped on a group, it goes into it; on another line, to where that lies.
+    // Dropping on a group moves into it; dropping on another row moves into that row's group.
     let target = if open.is_some() { Some(id) } else { row.item.group };
     let aimed = RwSignal::new(false);
     let places = move || {

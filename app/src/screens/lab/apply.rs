@@ -1,13 +1,11 @@
-//! What the bench would change in the machine, why it cannot be, and the two buttons.
-//!
-//! Comes in: the bench and the machine. Goes out: `Configure`. Refused while the machine moves, and then it says so.
+//! The bar of changes to the machine: what would change, why it is rejected, and two buttons. Disabled while
+//! the machine moves, with a text that explains it.
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::LabEdits;
 use crate::model::LinkEvent;
-use crate::page::open_board;
-use crate::page::open_lab;
-use crate::page::{link, send};
+use crate::model::link::Notice;
+use crate::page::{lab, link, send, shared, watch};
 use crate::screens::settings::change_rows;
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
@@ -16,7 +14,7 @@ use annulus_core::wire::Ask;
 use leptos::html::{div, dl, p};
 use leptos::prelude::*;
 
-/// A table as people write it: bytes in hexadecimal, anything else as it is.
+/// The displayed value: phase tables as hexadecimal bytes.
 fn written(key: &str, value: &Value) -> String {
     match value {
         Value::Numbers(bytes) if key.ends_with(".phases") => {
@@ -27,30 +25,31 @@ fn written(key: &str, value: &Value) -> String {
     }
 }
 
-/// What the settings say to the changes.
+/// Why the machine's settings reject the changes.
 pub(super) fn refusals(changes: &[(String, Value)]) -> Vec<Diagnostic> {
-    open_board().machine.with(|machine| machine::apply(machine, changes)).err().unwrap_or_default()
+    shared(|m| &m.machine).with(|machine| machine::apply(machine, changes)).err().unwrap_or_default()
 }
 
-/// The bar; shown while there is something to apply. `sound` says that the sheet itself finds nothing wrong.
+/// The bar; hidden if there is nothing to apply. `sound` is true if the panel itself finds no error.
 pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> impl IntoView {
-    let (lab, line) = (open_lab(), link::link());
     let staged = Memo::new(move |_| {
-        open_board().machine.with(|machine| lab.bench.with(|bench| bench.changes(machine)))
+        shared(|m| &m.machine).with(|machine| shared(|m| &m.lab.bench).with(|bench| bench.changes(machine)))
     });
     let refused = Memo::new(move |_| staged.with(|changes| refusals(changes)));
     let list = change_rows(staged, written);
     let why = move || {
-        let refusal = refused.with(|diagnostics| diagnostics.first().cloned()).or_else(|| line.refused.get());
+        let refusal = refused
+            .with(|diagnostics| diagnostics.first().cloned())
+            .or_else(|| watch(|m| &m.link.refused).get());
         match refusal {
             Some(why) => Some(format!("{} {}", message(&why), advice(&why))),
             None if !sound() => Some(say!("page.lab.unsound")),
-            None if !line.may_act() => Some(say!("page.settings.needs_control")),
-            None if line.busy() => Some(say!("page.settings.moving")),
+            None if !link::may_act() => Some(say!("page.settings.needs_control")),
+            None if link::busy() => Some(say!("page.settings.moving")),
             None => None,
         }
     };
-    let may = move || sound() && refused.with(Vec::is_empty) && line.may_act() && !line.busy();
+    let may = move || sound() && refused.with(Vec::is_empty) && link::may_change();
     move || {
         (!staged.with(Vec::is_empty)).then(|| {
             div()
@@ -61,10 +60,10 @@ pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> 
                     dl().class("facts grow lab-changes").attr("tabindex", "0").child(list),
                     p().class("quiet lab-why").attr("role", "status").child(why),
                     push("button", t!("page.settings.discard"), move |_| {
-                        lab.change(None, LabEdits::without_changes);
+                        lab::change(None, LabEdits::without_changes);
                     }),
                     push_if("button primary", may, t!("page.settings.apply"), move |_| {
-                        send(LinkEvent::Close { notice: link::Notice::Refused });
+                        send(LinkEvent::Close { notice: Notice::Refused });
                         link::ask(Ask::Configure { changes: staged.get_untracked() });
                     }),
                 ))

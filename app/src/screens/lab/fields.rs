@@ -1,36 +1,32 @@
-//! A number of an experiment: typed, kept on the bench, undone with everything else.
-//!
-//! Comes in: a name, a unit, the value it has by itself. Goes out: a field, and the number or nothing.
+//! A number field of a Lab experiment. Its value is part of the Lab's edits, so undo covers it.
 
 use crate::format::{plain, typed};
 use crate::i18n::{number, say, t};
 use crate::model::LabEvent;
-use crate::page::{open_lab, send};
+use crate::page::{lab, send, shared};
 use leptos::ev;
 use leptos::html::{input, label, small, span};
 use leptos::prelude::*;
 
-/// A number that can be typed.
 #[derive(Clone, Copy)]
 pub(super) struct Field {
-    /// Its name on the bench.
+    /// Key in the Lab's edits.
     pub(super) name: &'static str,
-    /// Its unit.
     pub(super) unit: &'static str,
-    /// The least and the greatest value.
+    /// Minimum and maximum.
     pub(super) range: (f64, f64),
-    /// The value before anything was typed.
+    /// The default value.
     pub(super) own: Memo<f64>,
 }
 
 impl Field {
-    /// The text on show.
+    /// The displayed text.
     pub(super) fn text(self) -> String {
-        let typed = open_lab().bench.with(|bench| bench.fields.get(self.name).cloned());
+        let typed = shared(|m| &m.lab.bench).with(|bench| bench.fields.get(self.name).cloned());
         typed.unwrap_or_else(|| number(plain(self.own.get())))
     }
 
-    /// The number; none while the text is no number or out of range.
+    /// None if the text isn't a number or is out of range.
     pub(super) fn number(self) -> Option<f64> {
         let number = typed(&self.text())?;
         (self.range.0..=self.range.1).contains(&number).then_some(number)
@@ -40,9 +36,8 @@ impl Field {
         format!("lab-{}", self.name.replace('.', "-"))
     }
 
-    /// The field with its words.
+    /// The field with its label.
     pub(super) fn view(self, words: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
-        let lab = open_lab();
         let wrong = Memo::new(move |_| self.number().is_none());
         let why = format!("{}-why", self.id());
         let (low, high) = self.range;
@@ -55,11 +50,11 @@ impl Field {
                     .attr("id", self.id())
                     .attr("aria-invalid", move || wrong.get().then_some("true"))
                     .attr("aria-describedby", why.clone())
-                    .prop("readOnly", move || lab.locked.get())
+                    .prop("readOnly", lab::locked)
                     .prop("value", move || self.text())
                     .on(ev::input, move |event| {
                         let text = event_target_value(&event);
-                        lab.change(Some(self.name), |bench| bench.with_field(self.name, text));
+                        lab::change(Some(self.name), |bench| bench.with_field(self.name, text));
                     })
                     .on(ev::change, move |_| send(LabEvent::Rest)),
                 span().child(self.unit),
@@ -73,7 +68,7 @@ impl Field {
     }
 }
 
-/// Words that say which fields must be mended before anything is shown.
+/// Asks the user to correct the fields.
 pub(super) fn mend() -> impl IntoView {
     leptos::html::p().class("quiet empty").child(t!("page.lab.mend"))
 }

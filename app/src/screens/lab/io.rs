@@ -1,18 +1,14 @@
-//! Inputs live, and the guided check of every sensor.
+//! Live inputs, and a guided check of every sensor.
 //!
 //! ```text
 //! input  now  changes  last change │ press this one … seen … next … report
 //! ```
-//!
-//! Comes in: the status. Goes out: nothing that moves; a report as text.
 
 use crate::browser;
 use crate::i18n::{self, say, t};
 use crate::lab::io::{Check, Found};
 use crate::model::LabEvent;
-use crate::page::link;
-use crate::page::open_board;
-use crate::page::{open_lab, send};
+use crate::page::{peek, read, send, watch};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, push, push_if, save_file, shape};
 use annulus_core::job::Input;
@@ -23,12 +19,9 @@ fn sensor(input: Input) -> String {
     i18n::text(words::sensor(input), &[])
 }
 
-/// The sheet.
 pub(super) fn io() -> impl IntoView {
-    // A memo: the status comes ten times a second, the sheet is made once.
-    let live = Memo::new(|_| link::link().status.with(Option::is_some));
-    let body = move || {
-        if live.get() {
+    let body = || {
+        if read(|m| m.link.status.is_some()) {
             div()
                 .class("lab-columns even")
                 .child((div().child((inputs(), super::outputs::outputs())), check()))
@@ -41,10 +34,9 @@ pub(super) fn io() -> impl IntoView {
 }
 
 fn inputs() -> impl IntoView {
-    let inputs = open_lab().inputs;
-    let touches =
-        Memo::new(|_| link::link().status.with(|status| status.as_ref().and_then(|status| status.touches)));
-    let are_counted = Memo::new(move |_| touches.with(Option::is_some));
+    let inputs = watch(|m| &m.lab.inputs);
+    let touches = || read(|m| m.link.status.as_ref()?.touches);
+    let are_counted = || read(|m| m.link.status.as_ref()?.touches).is_some();
     let head = |text: fn() -> String| th().attr("scope", "col").child(text);
     let rows = Input::ALL.into_iter().enumerate().map(|(index, input)| {
         let on = Memo::new(move |_| inputs.with(|inputs| inputs.on(input)));
@@ -53,8 +45,7 @@ fn inputs() -> impl IntoView {
             inputs.with(|inputs| inputs.changed_ms[index]).map_or_else(|| "–".to_owned(), super::log::clock)
         };
         let short = move || {
-            let own =
-                touches.get().and_then(|touches| touches.get(index).copied()).filter(|own| own.count > 0);
+            let own = touches().and_then(|touches| touches.get(index).copied()).filter(|own| own.count > 0);
             own.map_or_else(
                 || "–".to_owned(),
                 |own| say!("page.lab.io.short_touches_of", count = own.count, longest = own.longest_us),
@@ -70,7 +61,7 @@ fn inputs() -> impl IntoView {
             ),
             td().class("number tabular").child(edges),
             td().class("number tabular").child(changed),
-            move || are_counted.get().then(|| td().class("number tabular").child(short)),
+            move || are_counted().then(|| td().class("number tabular").child(short)),
         ))
     });
     section().class("block").attr("aria-label", t!("page.lab.io.inputs")).child((
@@ -87,13 +78,13 @@ fn inputs() -> impl IntoView {
                 th().attr("scope", "col").class("number").child(t!("page.lab.io.last_change")),
                 move || {
                     let head = th().attr("scope", "col").class("number");
-                    are_counted.get().then(|| head.child(t!("page.lab.io.short_touches")))
+                    are_counted().then(|| head.child(t!("page.lab.io.short_touches")))
                 },
             ))),
             tbody().child(rows.collect::<Vec<_>>()),
         )),
         p().class("quiet").child(t!("page.lab.io.sampled")),
-        move || are_counted.get().then(|| p().class("quiet").child(t!("page.lab.io.short_touches_are"))),
+        move || are_counted().then(|| p().class("quiet").child(t!("page.lab.io.short_touches_are"))),
     ))
 }
 
@@ -107,7 +98,7 @@ fn found_words(found: Found) -> String {
 }
 
 fn report(check: &Check) -> String {
-    let machine = open_board().machine.with_untracked(|machine| machine.name.clone());
+    let machine = peek(|m| m.machine.name.clone());
     let mut out = format!("{machine}\n{}\n", super::log::date_and_clock(browser::clock_ms()));
     for (index, input) in Input::ALL.into_iter().enumerate() {
         if let Some(found) = check.found(index) {
@@ -118,8 +109,7 @@ fn report(check: &Check) -> String {
 }
 
 fn check() -> impl IntoView {
-    let lab = open_lab();
-    let check = lab.check;
+    let check = watch(|m| &m.lab.check);
     let begin = |_| send(LabEvent::Check);
     let asked = move || {
         let now = check.get();

@@ -1,13 +1,11 @@
-//! The log: what the machine said and what this page asked, newest first, filtered by kind and word, saved as a file.
-//!
-//! Comes in: the link's log. Goes out: rows, and a CSV file in the browser's downloads.
+//! The log: the machine's reports and this page's requests, newest first, with filters, saved as a file.
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::log::{LogEntry, LogEvent, Topic, csv_field};
 use crate::model::LinkEvent;
-use crate::page::{link, send};
+use crate::page::{send, shared};
 use crate::screens::machine::words;
-use crate::widgets::{choice, push_if, save_file};
+use crate::widgets::{choice, push_if, save_file, segmented};
 use leptos::ev;
 use leptos::html::{div, input, label, p, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
@@ -48,12 +46,11 @@ fn in_words(event: &LogEvent) -> String {
     }
 }
 
-/// Date and time of day, as files write it.
+/// ISO 8601 date and time, for files.
 pub(super) fn date_and_clock(at_ms: f64) -> String {
     js_sys::Date::new(&at_ms.into()).to_iso_string().as_string().unwrap_or_default()
 }
 
-/// The time of day.
 pub(super) fn clock(at_ms: f64) -> String {
     let at = js_sys::Date::new(&at_ms.into());
     format!(
@@ -76,9 +73,8 @@ fn as_file(entries: &[LogEntry]) -> String {
     out
 }
 
-/// The sheet.
 pub(super) fn log() -> impl IntoView {
-    let log = link::link().log;
+    let log = shared(|m| &m.link.log);
     let hidden = RwSignal::new(Vec::<Topic>::new());
     let word = RwSignal::new(String::new());
     let entries = Memo::new(move |_| {
@@ -140,11 +136,7 @@ fn kinds(hidden: RwSignal<Vec<Topic>>) -> impl IntoView {
     });
     div().class("field").child((
         span().child(t!("page.lab.log.show")),
-        div()
-            .class("segmented")
-            .attr("role", "group")
-            .attr("aria-label", t!("page.lab.log.show"))
-            .child(Vec::from(choices)),
+        segmented(t!("page.lab.log.show"), Vec::from(choices)),
     ))
 }
 

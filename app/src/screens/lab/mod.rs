@@ -1,12 +1,9 @@
-//! The Lab: what the machine is made of, tried out piece by piece without a board.
+//! The Lab: try the parts of a machine one by one, without a board. The maths is in `annulus-core`.
 //!
 //! ```text
 //! Inputs and outputs │ Queue │ [Phases] │ Motion │ Servo │ Faults │ Log          undo, redo
-//! the sheet
+//! the panel
 //! ```
-//!
-//! Comes in: the machine, edits. Goes out: settings that were applied, and nothing else: a sheet that moves the machine
-//! says so itself. The maths comes from `annulus-core`.
 
 mod apply;
 mod faults;
@@ -24,7 +21,7 @@ pub(crate) use queue::key as queue_key;
 use crate::i18n::{say, sentence, t};
 use crate::lab::LabPanel;
 use crate::model::LabEvent;
-use crate::page::{open_lab, send};
+use crate::page::{lab, read, send, watch};
 use crate::widgets::{Icon, icon, picture_button_if};
 use leptos::ev::{self, KeyboardEvent};
 use leptos::html::{button, div, h2, header, p, span};
@@ -44,10 +41,8 @@ fn name_of(sheet: LabPanel) -> String {
     }
 }
 
-/// The screen.
 pub(crate) fn lab() -> impl IntoView {
-    let lab = open_lab();
-    let sheet = move || match lab.sheet.get() {
+    let sheet = move || match read(|m| m.lab.sheet) {
         LabPanel::Io => io::io().into_any(),
         LabPanel::Queue => queue::queue().into_any(),
         LabPanel::Phases => phases::phases().into_any(),
@@ -64,12 +59,12 @@ pub(crate) fn lab() -> impl IntoView {
                 .class("sheet-of-lab")
                 .attr("role", "tabpanel")
                 .attr("id", "lab-sheet")
-                .attr("aria-labelledby", move || tab_id(lab.sheet.get()))
-                .child((h2().class("unseen").child(move || name_of(lab.sheet.get())), sheet)),
+                .attr("aria-labelledby", move || tab_id(read(|m| m.lab.sheet)))
+                .child((h2().class("unseen").child(move || name_of(read(|m| m.lab.sheet))), sheet)),
             div()
                 .class("unseen")
                 .attr("role", "status")
-                .child(move || lab.said.get().map(|text| sentence(&text))),
+                .child(move || watch(|m| &m.lab.said).get().map(|text| sentence(&text))),
         )),
     )
 }
@@ -78,11 +73,10 @@ fn tab_id(sheet: LabPanel) -> String {
     format!("lab-tab-{}", sheet.word())
 }
 
-/// The arrows go from tab to tab, Enter and Space open one.
+/// The tabs: arrows move between them, Enter and Space open one.
 fn sheets() -> impl IntoView {
-    let lab = open_lab();
     let tabs = LabPanel::ALL.map(|this| {
-        let chosen = move || lab.sheet.get() == this;
+        let chosen = move || read(|m| m.lab.sheet) == this;
         button()
             .attr("type", "button")
             .attr("role", "tab")
@@ -118,10 +112,9 @@ fn go_along(event: &KeyboardEvent, from: LabPanel) {
 }
 
 fn undo_buttons() -> impl IntoView {
-    let lab = open_lab();
     let can = move |back: bool| {
-        !lab.locked.get() && {
-            let (undo, redo) = lab.can_undo.get();
+        !lab::locked() && {
+            let (undo, redo) = read(|m| m.lab.can_undo());
             if back { undo } else { redo }
         }
     };
@@ -141,11 +134,10 @@ fn undo_buttons() -> impl IntoView {
     ))
 }
 
-/// A job runs: look, but do not touch.
+/// The notice that the Lab is read-only while a job runs.
 fn locked() -> impl IntoView {
-    let lab = open_lab();
     move || {
-        lab.locked.get().then(|| {
+        lab::locked().then(|| {
             p().class("notice tone-pause")
                 .attr("role", "status")
                 .child((icon(Icon::Lock), span().child(t!("page.lab.locked"))))

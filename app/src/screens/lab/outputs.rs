@@ -1,42 +1,38 @@
-//! The outputs: locked, unlocked for five minutes at a time, switched or pulsed by hand.
+//! The outputs: locked; unlocked for five minutes at a time, switched or pulsed by buttons.
 //!
 //! ```text
-//! locked ─ Unlock ─▶ 5:00 … 0:00 ─▶ locked        extended while it counts; leaving the sheet locks
+//! locked ─ Unlock ─▶ 5:00 … 0:00 ─▶ locked        can be extended; leaving the panel locks
 //! ```
 //!
-//! Comes in: what the bridge tells of them. Goes out: leases and switches. The bridge decides; nothing is switched while
-//! anything moves.
+//! The bridge enforces the lock. Nothing is switched while anything moves.
 
 use crate::format::clock;
 use crate::i18n::{say, t};
-use crate::page::link;
-use crate::widgets::{Icon, icon, push_if, shape};
+use crate::page::{link, peek, read, watch};
+use crate::widgets::{Icon, icon, push_guarded, push_if, shape};
 use annulus_core::wire::Ask;
 use leptos::html::{caption, div, h3, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-/// How long outputs stay unlocked, minutes.
 const LEASE_MINUTES: u8 = 5;
 
-/// A short switch, ms.
+/// Length of a pulse, ms.
 const PULSE_MS: u32 = 200;
 
-/// The section.
 pub(super) fn outputs() -> impl IntoView {
-    let line = link::link();
-    let unlocked = Memo::new(move |_| line.outputs.with(|outputs| outputs.left_s.is_some()));
+    let unlocked = Memo::new(move |_| read(|m| m.link.outputs.left_s.is_some()));
     on_cleanup(move || {
-        if line.outputs.with_untracked(|outputs| outputs.left_s.is_some()) {
+        if peek(|m| m.link.outputs.left_s.is_some()) {
             link::ask(Ask::OutputLease { minutes: 0 });
         }
     });
-    let may = move || line.may_act() && !line.busy();
+    let may = link::may_change;
     let words = move || {
-        let left = line.outputs.with(|outputs| outputs.left_s);
+        let left = read(|m| m.link.outputs.left_s);
         match left {
             Some(left) if left < 60.0 => say!("page.lab.outputs.soon", left = clock(left)),
             Some(left) => say!("page.lab.outputs.unlocked", left = clock(left)),
-            None if !line.may_act() => say!("page.lab.outputs.needs_control"),
+            None if !link::may_act() => say!("page.lab.outputs.needs_control"),
             None => say!("page.lab.outputs.locked"),
         }
     };
@@ -64,13 +60,11 @@ pub(super) fn outputs() -> impl IntoView {
                     "button",
                     move || unlocked.get(),
                     t!("page.lab.outputs.lock"),
-                    |_| {
-                        link::ask(Ask::OutputLease { minutes: 0 });
-                    },
+                    |_| link::ask(Ask::OutputLease { minutes: 0 }),
                 ),
             )),
         )),
-        // Those who do not see hear of the lock when it comes and goes, not every second.
+        // Screen readers hear when the lock changes, not every second of the countdown.
         div().class("unseen").attr("role", "status").child(move || {
             if unlocked.get() {
                 say!("page.lab.outputs.are_unlocked")
@@ -82,9 +76,8 @@ pub(super) fn outputs() -> impl IntoView {
     ))
 }
 
-/// The outputs by name.
 fn rows(unlocked: Memo<bool>) -> impl IntoView {
-    let names = Memo::new(|_| link::link().outputs.with(|outputs| outputs.names.clone()));
+    let names = Memo::new(|_| watch(|m| &m.link.outputs).with(|outputs| outputs.names.clone()));
     let rows = move || {
         let names = names.get();
         names.into_iter().enumerate().map(|(at, name)| row(at, name, unlocked).into_any()).collect::<Vec<_>>()
@@ -101,10 +94,9 @@ fn rows(unlocked: Memo<bool>) -> impl IntoView {
 }
 
 fn row(at: usize, name: String, unlocked: Memo<bool>) -> impl IntoView {
-    let line = link::link();
     let bit = 1_u32.checked_shl(at as u32).unwrap_or(0);
-    let on = Memo::new(move |_| line.outputs.with(|outputs| outputs.on & bit != 0));
-    let may = move || unlocked.get() && line.may_act() && !line.busy();
+    let on = Memo::new(move |_| watch(|m| &m.link.outputs).with(|outputs| outputs.on & bit != 0));
+    let may = move || unlocked.get() && link::may_change();
     let switch = {
         let name = name.clone();
         move |on: bool, pulse_ms: Option<u32>| link::ask(Ask::Output { name: name.clone(), on, pulse_ms })
@@ -119,11 +111,18 @@ fn row(at: usize, name: String, unlocked: Memo<bool>) -> impl IntoView {
                 .child((shape(""), span().child(state))),
         ),
         td().child(div().class("row").child((
-            push_if("button small", may, t!("page.lab.outputs.pulse", ms = PULSE_MS), move |_| {
-                pulse(true, Some(PULSE_MS));
-            }),
-            push_if(
+            push_guarded(
                 "button small",
+                || "output",
+                may,
+                t!("page.lab.outputs.pulse", ms = PULSE_MS),
+                move |_| {
+                    pulse(true, Some(PULSE_MS));
+                },
+            ),
+            push_guarded(
+                "button small",
+                move || if on.get() { "" } else { "output" },
                 may,
                 move || if on.get() { say!("page.lab.outputs.off") } else { say!("page.lab.outputs.on") },
                 move |_| switch(!on.get_untracked(), None),

@@ -1,21 +1,18 @@
-//! The closed-loop axis: four controllers on the same step or stroke, beside each other.
+//! The closed-loop axis: four controllers on the same step or working stroke, side by side. Changes nothing.
 //!
 //! ```text
 //! step │ stroke
-//! gains, axis, load │ place, error and control over time, one line a controller
+//! gains, axis, load │ position, error and control over time, one curve per controller
 //! metrics           │
 //! ```
-//!
-//! Comes in: what was typed. Goes out: plots and numbers. Changes nothing.
 
 use super::fields::{self, Field};
 use crate::i18n::{advice, message, say, t};
 use crate::lab::servo::{self, ServoRun, ServoStep, ServoStroke, Typed};
 use crate::model::LabEvent;
-use crate::page::open_board;
-use crate::page::{open_lab, send};
+use crate::page::{send, shared, watch};
 use crate::readout::short;
-use crate::widgets::{choice, plotted};
+use crate::widgets::{choice, plotted, segmented};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::motion::profile::Limits;
@@ -25,7 +22,6 @@ use leptos::html::{caption, div, h3, p, section, table, tbody, td, th, thead, tr
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The fields.
 #[derive(Clone, Copy)]
 struct Fields {
     kp: Field,
@@ -42,7 +38,7 @@ struct Fields {
     depth: Field,
 }
 
-/// What came of it: a column of numbers a controller.
+/// The results, one column of numbers per controller.
 #[derive(Clone, Debug, PartialEq)]
 enum Found {
     Steps(f64, Vec<(ServoRun, Option<StepMetrics>)>),
@@ -62,7 +58,7 @@ fn typed_fields() -> Fields {
     let own = |value: f64| Memo::new(move |_| value);
     let (controller, plant) = (staged_fuzzy(), default_plant());
     let of_machine =
-        |read: fn(&Machine) -> f64| Memo::new(move |_| open_board().machine.with(|machine| read(machine)));
+        |read: fn(&Machine) -> f64| Memo::new(move |_| shared(|m| &m.machine).with(|machine| read(machine)));
     let field = |name, unit, range, own| Field { name, unit, range, own };
     Fields {
         kp: field("servo.kp", "V/mm", (0.0, 1e3), own(controller.gains.kp)),
@@ -105,7 +101,7 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
         let step = ServoStep { setpoint_mm, duration_s: number(fields.duration)? / 1000.0 };
         return servo::steps(&typed, step).map(|runs| Found::Steps(setpoint_mm, runs)).map_err(Some);
     }
-    let (down, up) = open_board().machine.with(|machine| {
+    let (down, up) = shared(|m| &m.machine).with(|machine| {
         let (down, z) = (&machine.down, &machine.z);
         let limits = |speed, acceleration, jerk| Limits {
             speed_mm_per_s: speed,
@@ -123,10 +119,9 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
     Ok(Found::Strokes(made.0, height_mm, made.1))
 }
 
-/// The sheet.
 pub(super) fn servo() -> impl IntoView {
     let fields = typed_fields();
-    let strokes = open_lab().stroke;
+    let strokes = watch(|m| &m.lab.stroke);
     let found = Memo::new(move |_| found(fields, strokes.get()));
     let plot =
         Memo::new(move |_| Arc::new(found.with(|found| found.as_ref().map(drawn).unwrap_or_default())));
@@ -156,10 +151,21 @@ pub(super) fn servo() -> impl IntoView {
 }
 
 fn parts(strokes: ReadSignal<bool>) -> impl IntoView {
-    div().class("segmented").attr("role", "group").attr("aria-label", t!("page.lab.motion.parts")).child((
-        choice(move || !strokes.get(), t!("page.lab.servo.step"), |_| send(LabEvent::Stroke { on: false })),
-        choice(move || strokes.get(), t!("page.lab.servo.stroke"), |_| send(LabEvent::Stroke { on: true })),
-    ))
+    segmented(
+        t!("page.lab.motion.parts"),
+        (
+            choice(
+                move || !strokes.get(),
+                t!("page.lab.servo.step"),
+                |_| send(LabEvent::Stroke { on: false }),
+            ),
+            choice(
+                move || strokes.get(),
+                t!("page.lab.servo.stroke"),
+                |_| send(LabEvent::Stroke { on: true }),
+            ),
+        ),
+    )
 }
 
 fn asked(fields: Fields, strokes: ReadSignal<bool>) -> impl IntoView {
@@ -236,7 +242,7 @@ fn drawn(found: &Found) -> Plot {
     Plot { title: String::new(), panels }
 }
 
-/// A table with a row a controller.
+/// A table with one row per controller.
 fn numbers(heads: Vec<String>, rows: Vec<Vec<String>>) -> impl IntoView {
     let heads = heads.into_iter().map(|head| th().attr("scope", "col").class("number").child(head));
     let rows = rows.into_iter().enumerate().map(|(at, cells)| {

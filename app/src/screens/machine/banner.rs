@@ -1,31 +1,28 @@
-//! What the machine is doing, readable from two metres; the alarm under it, and what else has to be told.
-//!
-//! Comes in: status and connection. Goes out: the banner and the bars. Asks for control, acknowledging.
+//! The machine's state, readable from two metres; below it the alarm and other notices.
 
 use super::{ended, offer, words};
 use crate::health::observer;
-use crate::i18n::{advice, key, message, t};
+use crate::health::{Freshness, Ousted};
+use crate::i18n::{Words, advice, message, t};
 use crate::keys::Tab;
-use crate::model::LinkEvent;
-use crate::page::link::{self, Freshness, Link, LinkPhase, Notice, Ousted};
-use crate::page::{frame, send};
+use crate::model::link::{LinkPhase, Notice};
+use crate::model::{LinkEvent, Model};
+use crate::page::{link, read, send, shared, watch};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::Alarm;
-use annulus_core::diagnostic::Severity;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::wire::{Ask, DrilledReport};
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
 
-/// State, its meaning, and who has control.
+/// The state, its meaning, and who has control.
 pub(crate) fn banner() -> impl IntoView {
-    let line = link::link();
-    // Memos, so that a button is not another one while it is being pressed: statuses come every 40 ms.
-    let look = Memo::new(move |_| words::of(line));
-    let known =
-        Memo::new(move |_| line.phase.get() == LinkPhase::Open && line.freshness.get() != Freshness::Lost);
-    let buttons = move || known.get().then(|| control(line));
-    // The alarm says all of it, and who has control too.
-    let alarmed = alarm_of(line);
+    // A memo, because statuses arrive every 40 ms: the button must not be replaced while it is pressed.
+    let look = Memo::new(|_| words::of());
+    let known = |m: &Model| m.link.phase == LinkPhase::Open && m.link.freshness != Freshness::Lost;
+    let buttons = move || read(known).then(control);
+    // The alarm shows all of this itself.
+    let alarmed = alarm_of();
     move || {
         if alarmed.get().is_some() {
             return None;
@@ -41,10 +38,10 @@ pub(crate) fn banner() -> impl IntoView {
     }
 }
 
-/// Who has control, and the button that takes it or gives it back.
-pub(super) fn control(line: Link) -> impl IntoView {
+/// Shows who has control, and the button that takes or releases it.
+pub(super) fn control() -> impl IntoView {
     move || {
-        let control = line.control.get();
+        let control = read(|m| m.link.control);
         let viewers = (control.viewers > 1)
             .then(|| span().class("quiet").child(t!("page.control.viewers", count = control.viewers)));
         let button = if control.yours {
@@ -52,7 +49,7 @@ pub(super) fn control(line: Link) -> impl IntoView {
         } else {
             let taken = control.taken;
             let take = move |_| link::ask(Ask::TakeControl { force: taken });
-            let said = observer(line.ousted.get(), taken)
+            let said = observer(read(|m| m.link.ousted), taken)
                 .map(|word| span().child(move || crate::i18n::text(word, &[])));
             (said, push("button small", t!("page.control.take"), take)).into_any()
         };
@@ -60,45 +57,40 @@ pub(super) fn control(line: Link) -> impl IntoView {
     }
 }
 
-fn alarm_of(line: Link) -> Memo<Option<Alarm>> {
-    Memo::new(move |_| line.status.with(|status| status.as_ref().and_then(|status| status.alarm.clone())))
+fn alarm_of() -> Memo<Option<Alarm>> {
+    Memo::new(move |_| {
+        shared(|m| &m.link.status).with(|status| status.as_ref().and_then(|status| status.alarm.clone()))
+    })
 }
 
-/// The alarm, on every screen until it was acknowledged.
+/// The alarm, on every screen until it is acknowledged.
 pub fn alarm() -> impl IntoView {
-    let line = link::link();
-    let alarm = alarm_of(line);
-    let at_machine = Memo::new(move |_| frame().tab.get() == Tab::Machine);
+    let alarm = alarm_of();
     move || {
         alarm.get().map(|alarm| {
-            let (code, what, cure) = (alarm.code.clone(), alarm.clone(), alarm);
+            let code = alarm.code.clone();
             div().class("alarm-bar").attr("role", "alert").child((
                 icon(Icon::Alarm),
-                div()
-                    .class("grow")
-                    .child((strong().child(move || message(&what)), p().child(move || advice(&cure)))),
+                grown(said(alarm)),
                 span().class("quiet tabular").child(code),
-                move || at_machine.get().then(|| control(line)),
+                || read(|m| m.frame.tab == Tab::Machine).then(control),
                 push_if(
                     "button",
-                    move || line.control.get().yours,
+                    move || read(|m| m.link.control.yours),
                     t!("page.alarm.acknowledge"),
-                    |_| {
-                        link::ask(Ask::AcknowledgeAlarm);
-                    },
+                    |_| link::ask(Ask::AcknowledgeAlarm),
                 ),
             ))
         })
     }
 }
 
-/// That the machine is not heard any more, on every screen; Machine has its banner.
+/// The notice that the machine no longer responds, on every screen but Machine, which has the banner.
 pub fn lost() -> impl IntoView {
-    let line = link::link();
-    let is = Memo::new(move |_| words::is_lost(line) && frame().tab.get() != Tab::Machine);
+    let is = Memo::new(move |_| words::is_lost() && read(|m| m.frame.tab != Tab::Machine));
     move || {
         is.get().then(|| {
-            let look = words::of(line);
+            let look = words::of();
             div().class("alarm-bar").attr("role", "alert").child((
                 icon(look.icon),
                 div().class("grow").child((
@@ -110,7 +102,8 @@ pub fn lost() -> impl IntoView {
     }
 }
 
-/// What is told under the banner, the gravest first. One at a time: whoever closes it sees the next, and the log has them all.
+/// The notices under the banner, gravest first. One is shown at a time; closing it shows the next. The log
+/// has them all.
 #[derive(Clone, Copy, PartialEq)]
 enum Told {
     Refused,
@@ -121,94 +114,82 @@ enum Told {
     OtherFirmware,
 }
 
-/// Which of them is on show; while an alarm says more than they do, only why a press came to nothing: that of its own button too.
-fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<Told>> {
-    let alarm = alarm_of(line);
-    let offer = offer::open(line);
-    let is_error =
-        move || line.refused.with(|why| why.as_ref().is_some_and(|why| why.severity == Severity::Error));
+/// The notice to show. During an alarm only a refusal is shown, so that the user sees why a button had no
+/// effect.
+fn foremost(closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<Told>> {
+    let alarm = alarm_of();
+    let offer = offer::open();
+    let is_error = |m: &Model| m.link.refused.as_ref().is_some_and(|why| why.severity == Severity::Error);
     Memo::new(move |_| {
         let rows = [
-            (Told::Refused, is_error()),
-            (Told::Ousted, line.ousted.with(Option::is_some)),
-            (Told::Ended, ended::is_to_be_told(line, closed.get())),
-            (Told::Warned, line.refused.with(Option::is_some)),
+            (Told::Refused, read(is_error)),
+            (Told::Ousted, read(|m| m.link.ousted.is_some())),
+            (Told::Ended, ended::is_to_be_told(closed.get())),
+            (Told::Warned, read(|m| m.link.refused.is_some())),
             (Told::Interrupted, offer.with(Option::is_some)),
-            (Told::OtherFirmware, line.other_firmware.with(Option::is_some)),
+            (Told::OtherFirmware, read(|m| m.link.other_firmware.is_some())),
         ];
         let told = rows.into_iter().find(|(_, is)| *is).map(|(told, _)| told);
         told.filter(|told| *told == Told::Refused || alarm.with(Option::is_none))
     })
 }
 
-/// Why control was lost, why the last wish was refused, how the last job ended, what disturbs, what can be taken up, that the adapter's firmware is
-/// another one: they stay until somebody closes them.
+/// The notices: lost control, a refused request, the end of the last job, a warning, an interrupted job,
+/// other adapter firmware. Each remains until the user closes it.
 pub(crate) fn answers() -> impl IntoView {
-    let line = link::link();
     let closed = RwSignal::new(None);
-    let foremost = foremost(line, closed);
+    let foremost = foremost(closed);
     move || {
         Some(match foremost.get()? {
-            Told::Refused => refused(line, "notice tone-alarm").into_any(),
-            Told::Ousted => ousted(line).into_any(),
+            Told::Refused => refused("notice tone-alarm").into_any(),
+            Told::Ousted => ousted().into_any(),
             Told::Ended => ended::ended(closed).into_any(),
-            Told::Warned => refused(line, "notice tone-pause").into_any(),
-            Told::Interrupted => offer::notice(line).into_any(),
-            Told::OtherFirmware => other_firmware(line).into_any(),
+            Told::Warned => refused("notice tone-pause").into_any(),
+            Told::Interrupted => offer::notice().into_any(),
+            Told::OtherFirmware => other_firmware().into_any(),
         })
     }
 }
 
-fn refused(line: Link, class: &'static str) -> impl IntoView {
+fn refused(class: &'static str) -> impl IntoView {
     move || {
-        line.refused.get().map(|why| {
-            let cure = why.clone();
-            div().class(class).attr("role", "alert").child((
-                icon(Icon::Warning),
-                div()
-                    .class("grow")
-                    .child((strong().child(move || message(&why)), p().child(move || advice(&cure)))),
-                push("button small quiet", t!("page.close"), |_| {
-                    send(LinkEvent::Close { notice: Notice::Refused });
-                }),
-            ))
-        })
+        let why = watch(|m| &m.link.refused).get()?;
+        Some(notice(class, "alert", said(why), Notice::Refused))
     }
 }
 
-fn ousted(line: Link) -> impl IntoView {
-    move || {
-        line.ousted.get().map(|why| {
-            let (what, cure) = match why {
-                Ousted::Taken => (key!("page.ousted.taken"), key!("page.ousted.taken_do")),
-                Ousted::Silent => (key!("page.ousted.silent"), key!("page.ousted.silent_do")),
-            };
-            let text = |key: &'static str| move || crate::i18n::text(key, &[]);
-            div().class("notice tone-pause").attr("role", "alert").child((
-                icon(Icon::Warning),
-                div().class("grow").child((strong().child(text(what)), p().child(text(cure)))),
-                push("button small quiet", t!("page.close"), |_| {
-                    send(LinkEvent::Close { notice: Notice::Ousted });
-                }),
-            ))
-        })
+fn ousted() -> impl IntoView {
+    || {
+        let words = match read(|m| m.link.ousted)? {
+            Ousted::Taken => [t!("page.ousted.taken"), t!("page.ousted.taken_do")],
+            Ousted::Silent => [t!("page.ousted.silent"), t!("page.ousted.silent_do")],
+        };
+        Some(notice("notice tone-pause", "alert", words, Notice::Ousted))
     }
 }
 
-/// The firmware of the adapter is not the one of this program, and how that one comes into it.
-fn other_firmware(line: Link) -> impl IntoView {
-    move || {
-        line.other_firmware.get().map(|other| {
-            let (what, cure) = (other.warning(), other.warning());
-            div().class("notice tone-pause").attr("role", "status").child((
-                icon(Icon::Warning),
-                div()
-                    .class("grow")
-                    .child((strong().child(move || message(&what)), p().child(move || advice(&cure)))),
-                push("button small quiet", t!("page.close"), |_| {
-                    send(LinkEvent::Close { notice: Notice::OtherFirmware });
-                }),
-            ))
-        })
+/// The adapter's firmware differs from the one in this program, and how to update it.
+fn other_firmware() -> impl IntoView {
+    || {
+        let other = read(|m| m.link.other_firmware)?;
+        Some(notice("notice tone-pause", "status", said(other.warning()), Notice::OtherFirmware))
     }
+}
+
+/// What happened, and what to do.
+fn said(why: Diagnostic) -> [Words; 2] {
+    let cure = why.clone();
+    [Box::new(move || message(&why)), Box::new(move || advice(&cure))]
+}
+
+fn grown([what, cure]: [Words; 2]) -> impl IntoView {
+    div().class("grow").child((strong().child(what), p().child(cure)))
+}
+
+fn notice(class: &'static str, role: &'static str, words: [Words; 2], notice: Notice) -> impl IntoView {
+    div().class(class).attr("role", role).child((
+        icon(Icon::Warning),
+        grown(words),
+        push("button small quiet", t!("page.close"), move |_| send(LinkEvent::Close { notice })),
+    ))
 }

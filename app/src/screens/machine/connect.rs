@@ -1,40 +1,35 @@
-//! No machine yet: how to get one.
-//!
-//! Comes in: how far the connection is. Goes out: a card with the one thing to do.
+//! No machine yet: how to connect one.
 
 use super::controller;
 use crate::i18n::{advice, message, say, t};
-use crate::model::LinkEvent;
-use crate::page::link::{self, LinkPhase};
-use crate::page::{frame, send};
+use crate::model::link::LinkPhase;
+use crate::model::{LinkEvent, Model};
+use crate::page::{read, send, watch};
 use crate::widgets::{Icon, icon, push};
 use leptos::html::{code, div, h2, p};
 use leptos::prelude::*;
 
-/// The card.
 pub(crate) fn connect() -> impl IntoView {
-    let line = link::link();
-    let chosen = controller::chosen(line);
-    let text = move || match line.phase.get() {
-        _ if chosen.get() => line.refused.get().map_or_else(
+    let text = || match read(|m| m.link.phase) {
+        _ if controller::chosen() => watch(|m| &m.link.refused).get().map_or_else(
             || say!("page.controller.looking"),
             |why| format!("{} {}", message(&why), advice(&why)),
         ),
-        // The drill of this page says itself why it is not there.
-        _ if frame().alone.get() => line
-            .refused
+        // The page's own drill gives the reason itself.
+        _ if read(|m| m.frame.alone) => watch(|m| &m.link.refused)
             .get()
             .map_or_else(|| say!("page.connect.alone"), |why| format!("{} {}", message(&why), advice(&why))),
         LinkPhase::Unpaired => say!("page.connect.unpaired"),
         _ => say!("page.connect.looking"),
     };
     let again = move || {
-        let waits = line.phase.get() != LinkPhase::Unpaired || chosen.get();
-        (waits && (!frame().alone.get() || line.refused.get().is_some()))
+        let waits = |m: &Model| m.link.phase != LinkPhase::Unpaired || m.link.controller.chosen;
+        (read(waits) && read(|m| !m.frame.alone || m.link.refused.is_some()))
             .then(|| push("button primary", t!("page.connect.again"), |_| send(LinkEvent::ReconnectNow)))
     };
-    let linked = move || line.phase.get() == LinkPhase::Unpaired && !frame().alone.get() && !chosen.get();
-    let command = move || linked().then(|| code().child(t!("page.connect.command")));
+    let linked =
+        |m: &Model| m.link.phase == LinkPhase::Unpaired && !m.frame.alone && !m.link.controller.chosen;
+    let command = move || read(linked).then(|| code().child(t!("page.connect.command")));
     div().class("whole welcome").child(div().class("sheet").child(div().class("drop").child((
         icon(Icon::Plug),
         h2().child(t!("page.connect.title")),

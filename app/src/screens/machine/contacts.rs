@@ -1,51 +1,49 @@
-//! Where strokes ended on their sensor: a map of the holes and the ones that are furthest off (M3).
+//! Where drill strokes ended on their sensor: a map of the holes, and a table of the largest deviations.
+//! Moves nothing.
 //!
 //! ```text
-//!  ◍  ●  ●      ring: higher or lower than the middle one, by colour       X 12.0 Y 4.0   −1.70   +0.30
-//!  ●  ●  ◌      largest first in the table                                 …
+//!  ◍  ●  ●      ring colour: higher or lower than the median                X 12.0 Y 4.0   −1.70   +0.30
+//!  ●  ●  ◌      table: largest deviation first                              …
 //! ```
-//!
-//! Comes in: what was told of the strokes, the job on show. Goes out: a block; nothing where no stroke ends on a sensor. Moves nothing.
 
 use crate::i18n::{number, say, t};
 use crate::model::link::contacts::ContactRow;
-use crate::page::link;
+use crate::page::shared;
 use leptos::html::{details, div, p, summary, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use leptos::svg::{circle, svg};
 
-/// So many holes are in the table.
+/// Holes in the table.
 const LISTED: usize = 12;
-/// What is off by so much has the full colour at least, mm.
+/// Minimum deviation for the full colour, mm.
 const FULL_MM: f64 = 0.1;
 
 fn mm(mm: f64) -> String {
     number(format!("{mm:.3}"))
 }
 
-/// With its sign.
 fn signed(mm: f64) -> String {
     number(format!("{mm:+.3}"))
 }
 
-/// The block.
 pub(super) fn contacts() -> impl IntoView {
-    let line = link::link();
     let rows = Memo::new(move |_| {
-        let contacts = line.contacts.get();
-        line.shown_job.with(|job| {
+        let contacts = shared(|m| &m.link.contacts).get();
+        shared(|m| &m.start.shown).with(|job| {
             let of = job.as_ref().filter(|job| job.key == contacts.job);
             of.map(|job| contacts.rows(&job.program)).unwrap_or_default()
         })
     });
-    let middle = move || line.contacts.with(|contacts| contacts.middle_mm()).unwrap_or_default();
+    let middle =
+        move || shared(|m| &m.link.contacts).with(|contacts| contacts.middle_mm()).unwrap_or_default();
     let any = Memo::new(move |_| rows.with(|rows| !rows.is_empty()));
     let found = move || {
         let (holes, most) = rows.with(|rows| (rows.len(), rows.first().map_or(0.0, |row| row.off_mm.abs())));
         say!("page.contacts.found", holes = holes, middle = mm(middle()), most = mm(most))
     };
     let unrecorded = move || {
-        let holes = line.shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count()));
+        let holes =
+            shared(|m| &m.start.shown).with(|job| job.as_ref().map_or(0, |job| job.program.hole_count()));
         let unrecorded = holes.saturating_sub(rows.with(Vec::len));
         (unrecorded > 0).then(|| say!("page.contacts.unrecorded", holes = unrecorded))
     };
@@ -68,7 +66,7 @@ pub(super) fn contacts() -> impl IntoView {
     }
 }
 
-/// The holes that are furthest off.
+/// The holes with the largest deviation.
 fn listed(rows: Memo<Vec<ContactRow>>) -> impl IntoView {
     let cell = |words: fn() -> String| th().attr("scope", "col").child(words);
     let row = |row: ContactRow| {
@@ -89,7 +87,7 @@ fn listed(rows: Memo<Vec<ContactRow>>) -> impl IntoView {
     ))
 }
 
-/// A ring a hole, Y upwards: blue where the stroke ended higher than the middle one, orange where lower.
+/// One ring per hole, Y up: blue if the stroke ended above the median, orange if below.
 fn map(rows: &[ContactRow]) -> impl IntoView + use<> {
     let places = || rows.iter().map(|row| [row.at.x.mm(), -row.at.y.mm()]);
     let span = |axis: usize| {
@@ -99,7 +97,7 @@ fn map(rows: &[ContactRow]) -> impl IntoView + use<> {
     let ((left, right), (top, bottom)) = (span(0), span(1));
     let ring = ((right - left) + (bottom - top)).max(1.0) * 0.018;
     let full = rows.iter().map(|row| row.off_mm.abs()).fold(FULL_MM, f64::max);
-    // The furthest is drawn last, over the others.
+    // Largest deviations last, so that they are drawn over the others.
     let rings = rows.iter().rev().map(|row| {
         let share = (row.off_mm.abs() / full).min(1.0);
         let hue = if row.off_mm > 0.0 { 220 } else { 25 };

@@ -1,18 +1,16 @@
-//! The height map of the board: where it is touched, what was found, and the wishes about it.
+//! The height map of the board: where it is probed, the result, and its commands. Only *Touch the board*
+//! moves the machine.
 //!
 //! ```text
-//!  ●──●──●──○    touched: coloured by height; next: a ring; to be touched: grey
-//!  │██│▓▓│  │    the surface between four touched places
+//!  ●──●──●──○    probed: coloured by height; next: a ring; not yet probed: grey
+//!  │██│▓▓│  │    surface between four probed points
 //!  ●──●──○──○
 //! ```
-//!
-//! Comes in: the job of the machine, what the controller told. Goes out: wishes. The machine moves by *Touch the board* alone.
 
 use crate::i18n::{advice, message, say, t};
 use crate::model::level::{LevelEvent, PlannedMap, SPACINGS_MM};
-use crate::page::link::{self, Link};
-use crate::page::send;
-use crate::widgets::{Dialog, choice, dialog, push, push_if};
+use crate::page::{link, read, send, shared, watch};
+use crate::widgets::{Dialog, choice, dialog, push, push_guarded, push_if, segmented};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
@@ -23,38 +21,32 @@ use leptos::html::{div, p};
 use leptos::prelude::*;
 use leptos::svg::{circle, rect, svg};
 
-/// Hues of the lowest and of the highest height.
+/// Hues of the lowest and the highest point.
 const HUES_DEG: [f64; 2] = [220.0, 25.0];
 
-/// Button and dialog.
-pub(super) fn level(line: Link) -> impl IntoView {
+pub(super) fn level() -> impl IntoView {
     let show = push("button", t!("page.level.open"), |_| send(LevelEvent::Show { on: true }));
-    (show, box_of(line))
+    (show, box_of())
 }
 
-/// How far apart the places are to be.
-fn spacings(line: Link) -> impl IntoView {
+/// The distance between the points.
+fn spacings() -> impl IntoView {
     let choices = SPACINGS_MM.map(|mm| {
         choice(
-            move || line.spacing_mm.get() == mm,
+            move || read(|m| m.level.spacing_mm) == mm,
             move || say!("page.level.mm", mm = mm),
             move |_| send(LevelEvent::Space { mm }),
         )
     });
-    div()
-        .class("segmented")
-        .attr("role", "group")
-        .attr("aria-label", t!("page.level.spacing"))
-        .child(Vec::from(choices))
+    segmented(t!("page.level.spacing"), Vec::from(choices))
 }
 
-fn box_of(line: Link) -> impl IntoView {
-    let report = move || line.height_map.get();
-    let goes = move || line.height_map.with(|report| report.goes);
-    let plan = line.planned_map;
+fn box_of() -> impl IntoView {
+    let report = move || shared(|m| &m.link.height_map).get();
+    let plan = watch(|m| &m.level.planned);
     let body = div().class("level").child((
         p().child(t!("page.level.is")),
-        div().class("row").child((p().class("quiet grow").child(t!("page.level.spacing")), spacings(line))),
+        div().class("row").child((p().class("quiet grow").child(t!("page.level.spacing")), spacings())),
         move || {
             let report = report();
             let known = report.grid.map(|grid| (grid, report.heights.clone()));
@@ -63,13 +55,11 @@ fn box_of(line: Link) -> impl IntoView {
             known.or(planned).map(|(grid, heights)| mesh(&grid, &heights, report.next))
         },
         p().class("tabular").attr("role", "status").child(move || says(&report(), plan.get())),
-        move || troubles(line, &report(), plan.get()),
+        move || troubles(&report(), plan.get()),
     ));
-    let ready = move || {
-        line.may_act() && line.state() == Some(State::Ready) && plan.get().is_some_and(|plan| plan.is_ok())
-    };
-    let has = move || line.height_map.with(|report| report.grid.is_some() && !report.goes);
-    let paused = move || line.state() == Some(State::Paused);
+    let ready = || link::ready() && read(|m| matches!(m.level.planned, Some(Ok(_))));
+    let has = move || read(|m| m.link.height_map.grid.is_some() && !m.link.height_map.goes);
+    let paused = || link::state() == Some(State::Paused);
     let again = move || if has() { say!("page.level.again") } else { say!("page.level.touch") };
     let pause_word = move || if paused() { say!("page.level.go_on") } else { say!("page.level.pause") };
     let pause = move |_| link::ask(if paused() { Ask::Resume } else { Ask::Pause });
@@ -77,17 +67,22 @@ fn box_of(line: Link) -> impl IntoView {
         push("button", t!("page.close"), |_| send(LevelEvent::Show { on: false })),
         push_if(
             "button",
-            move || has() && line.may_act(),
+            move || has() && link::may_act(),
             t!("page.level.forget"),
-            |_| {
-                link::ask(Ask::ForgetHeightMap);
-            },
+            |_| link::ask(Ask::ForgetHeightMap),
         ),
-        push_if("button", move || goes() && line.may_act(), pause_word, pause),
-        push_if("button primary", ready, again, |_| send(LevelEvent::Touch)),
+        // Pause must never be delayed, so it isn't guarded. As Resume, the button is guarded.
+        push_guarded(
+            "button",
+            move || if paused() { "resume" } else { "" },
+            || read(|m| m.link.height_map.goes && m.link.may_act()),
+            pause_word,
+            pause,
+        ),
+        push_guarded("button primary", || "touch-board", ready, again, |_| send(LevelEvent::Touch)),
     );
     dialog(
-        line.levels.into(),
+        watch(|m| &m.level.open).into(),
         || send(LevelEvent::Show { on: false }),
         Dialog {
             name: "level",
@@ -99,7 +94,7 @@ fn box_of(line: Link) -> impl IntoView {
     )
 }
 
-/// How far it is, or what was found.
+/// The progress or the result.
 fn says(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) -> String {
     let mm = |length: Length| crate::i18n::number(format!("{:.3}", length.mm()));
     if report.goes {
@@ -116,12 +111,8 @@ fn says(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) 
     }
 }
 
-/// What is wrong: with the map as it lies, with what is planned, with the last wish.
-fn troubles(
-    line: Link,
-    report: &HeightMapReport,
-    plan: Option<Result<PlannedMap, Diagnostic>>,
-) -> Vec<AnyView> {
+/// Problems of the saved map, of the planned one, and of the last request.
+fn troubles(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) -> Vec<AnyView> {
     let other = match &plan {
         Some(Ok(plan)) if report.grid.is_some() && !same_job(&plan.job, &report.job) => {
             Some(Diagnostic::error("level.other_job"))
@@ -129,7 +120,7 @@ fn troubles(
         Some(Err(why)) => Some(why.clone()),
         _ => None,
     };
-    let said = [other, report.refused.clone(), line.refused.get()];
+    let said = [other, report.refused.clone(), watch(|m| &m.link.refused).get()];
     let view = |why: Diagnostic| {
         let (what, cure) = (message(&why), advice(&why));
         p().class("refused").attr("role", "alert").child(format!("{what} {cure}")).into_any()
@@ -137,7 +128,7 @@ fn troubles(
     said.into_iter().flatten().map(view).collect()
 }
 
-/// The grid as a picture, Y upwards.
+/// The grid as a picture, Y up.
 fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl IntoView + use<> {
     let (low, high) = (grid.low, grid.high);
     let (width, height) = ((high.x - low.x).mm(), (high.y - low.y).mm());

@@ -1,21 +1,19 @@
-//! The magazine: what lies where, which step of a change is in work, where one stopped and how it goes on; and what a person says of it.
-//!
-//! Comes in: what the machine tells of its magazine, the job on show. Goes out: asks. Nothing moves by them.
+//! The tool magazine: which tool is in which slot, the current step of a change, and recovery after a stop.
+//! Moves nothing.
 
 use crate::i18n::{language, say, t};
-use crate::page::link::{self, Link};
-use crate::page::open_board;
-use crate::widgets::{push, push_if};
+use crate::model::Model;
+use crate::page::{link, read, shared, watch};
+use crate::widgets::{push, push_guarded, push_if};
 use annulus_core::control::State;
 use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, ToolStock, laid_out};
 use annulus_core::wire::{Ask, MagazineReport};
 use leptos::html::{details, div, h3, li, ol, p, section, strong, summary};
 use leptos::prelude::*;
-use std::sync::Arc;
 
-/// Whether a person may say what lies where: nothing moves, and this page is in control.
-fn may_say(line: Link) -> bool {
-    line.may_act() && matches!(line.state(), Some(State::Ready | State::NotHomed))
+/// True if the user may state what is in the magazine: nothing moves, and this page has control.
+fn may_say() -> bool {
+    link::may_act() && matches!(link::state(), Some(State::Ready | State::NotHomed))
 }
 
 fn called(tool: &StockedTool) -> String {
@@ -26,7 +24,7 @@ fn name(step: ChangeStep) -> String {
     crate::i18n::text(step.sentence_key(), &[])
 }
 
-/// Place by place, and the spindle.
+/// The slots, and the spindle.
 fn list(stock: &ToolStock) -> impl IntoView + use<> {
     let row = |what: String, holds: String| li().child((strong().child(what), " ", holds));
     let held = match &stock.spindle {
@@ -42,7 +40,7 @@ fn list(stock: &ToolStock) -> impl IntoView + use<> {
     ol().class("places").child(rows)
 }
 
-/// The step in work, or the one at which a change stopped and the way on.
+/// The current step, or the step at which a change stopped and how it continues.
 fn standing(report: &MagazineReport) -> Option<impl IntoView + use<>> {
     let change = report.stock.change.as_ref()?;
     let step = change.step;
@@ -59,8 +57,8 @@ fn standing(report: &MagazineReport) -> Option<impl IntoView + use<>> {
     Some((p().attr("role", "status").child((strong().child(title), " ", name(step))), way))
 }
 
-/// Where nobody knows what the spindle holds after a stop: a person looks and answers.
-fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>> {
+/// The question after a stop that left the content of the spindle unknown: the user looks and answers.
+fn question(report: &MagazineReport) -> Option<impl IntoView + use<>> {
     let change = report.stock.change.as_ref().filter(|_| !report.changes)?;
     if report.stock.spindle != Held::Unknown {
         return None;
@@ -70,7 +68,7 @@ fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>
     let number = u32::from(*place) + 1;
     let answer = move |seen: Seen, words: String| {
         let words = move || words.clone();
-        push_if("button", move || may_say(line), words, move |_| link::ask(Ask::ToolSeen { seen }))
+        push_guarded("button", || "clamp", may_say, words, move |_| link::ask(Ask::ToolSeen { seen }))
     };
     let answers = (
         answer(Seen::InSpindle, say!("page.magazine.in_spindle")),
@@ -80,7 +78,7 @@ fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>
     Some(div().class("notice tone-alarm").attr("role", "alert").child((p().child(ask), answers)))
 }
 
-/// The tool that falls out of the spindle when its clamp opens; none where it is empty.
+/// The tool that falls out of the spindle when its clamp opens; none if the spindle is empty.
 fn falls(report: &MagazineReport) -> Option<String> {
     match &report.stock.spindle {
         Held::Tool { tool, .. } => Some(called(tool)),
@@ -89,10 +87,10 @@ fn falls(report: &MagazineReport) -> Option<String> {
     }
 }
 
-/// Opens the clamp, asked first with what falls out; where `may` says.
-pub(super) fn open_clamp(line: Link, may: impl Fn() -> bool + Copy + Send + Sync + 'static) -> impl IntoView {
+/// Opens the clamp after a question that names the tool that will fall out. Enabled by `may`.
+pub(super) fn open_clamp(may: impl Fn() -> bool + Copy + Send + Sync + 'static) -> impl IntoView {
     let asks = RwSignal::new(false);
-    let tool = Memo::new(move |_| line.magazine.with(|report| falls(report.as_ref()?)));
+    let tool = Memo::new(move |_| shared(|m| &m.link.magazine).with(|report| falls(report.as_ref()?)));
     move || {
         let tool = tool.get()?;
         Some(if asks.get() {
@@ -102,7 +100,7 @@ pub(super) fn open_clamp(line: Link, may: impl Fn() -> bool + Copy + Send + Sync
             };
             let words = p().child(move || say!("page.magazine.open_falls", tool = tool.clone()));
             let buttons = div().class("row").child((
-                push_if("button", may, t!("page.magazine.open_now"), open),
+                push_guarded("button", || "clamp", may, t!("page.magazine.open_now"), open),
                 push("button", t!("page.magazine.open_not"), move |_| asks.set(false)),
             ));
             div()
@@ -116,41 +114,42 @@ pub(super) fn open_clamp(line: Link, may: impl Fn() -> bool + Copy + Send + Sync
     }
 }
 
-/// Whether a person opened the clamp for a new tool in the place of one that is worn.
-pub(super) fn is_open_for_new(line: Link) -> bool {
-    let unknown = |report: &Arc<MagazineReport>| report.stock.spindle == Held::Unknown;
-    line.state() == Some(State::ToolChange)
-        && line.magazine.with(|report| report.as_ref().is_some_and(unknown))
+/// True if the user has opened the clamp to replace a worn tool.
+pub(super) fn is_open_for_new() -> bool {
+    read(|m| {
+        let report = m.link.magazine.as_ref();
+        m.link.state() == Some(State::ToolChange)
+            && report.is_some_and(|report| report.stock.spindle == Held::Unknown)
+    })
 }
 
-/// The steps of a person who puts a new tool into the clamp of a machine with a magazine; nothing on others.
-pub(super) fn new_tool(line: Link) -> impl IntoView {
-    let open = Memo::new(move |_| is_open_for_new(line));
-    let has = Memo::new(move |_| line.magazine.with(Option::is_some));
+/// The steps to put a new tool into the clamp of a machine with a magazine; nothing on other machines.
+pub(super) fn new_tool() -> impl IntoView {
     let close = |_| link::ask(Ask::ToolSeen { seen: Seen::InSpindle });
     move || {
-        has.get().then(|| {
-            if open.get() {
-                let button = push_if("button", move || line.may_act(), t!("page.magazine.close"), close);
+        read(|m| m.link.magazine.is_some()).then(|| {
+            if is_open_for_new() {
+                let button =
+                    push_guarded("button", || "clamp", link::may_act, t!("page.magazine.close"), close);
                 let words = p().child(t!("page.magazine.is_open"));
                 div().class("notice tone-change").attr("role", "alert").child((words, button)).into_any()
             } else {
-                open_clamp(line, move || line.may_act()).into_any()
+                open_clamp(link::may_act).into_any()
             }
         })
     }
 }
 
-/// The tools of the job on show, as it needs them in the places; none without a job.
-fn needed(line: Link) -> Option<Vec<Option<StockedTool>>> {
-    let bits = line.shown_job.with(|job| job.as_ref().map(|job| job.program.bits.clone()))?;
-    let known = line.tools.with(|report| report.wear.clone());
-    Some(open_board().machine.with(|machine| laid_out(&bits, machine, &known)))
+/// The tools of the shown job in the slots where it needs them; none without a job.
+fn needed() -> Option<Vec<Option<StockedTool>>> {
+    let bits = shared(|m| &m.start.shown).with(|job| job.as_ref().map(|job| job.program.bits.clone()))?;
+    let known = watch(|m| &m.link.tools).with(|report| report.wear.clone());
+    Some(shared(|m| &m.machine).with(|machine| laid_out(&bits, machine, &known)))
 }
 
-/// What lies where, as a person says it.
-fn edit(line: Link) -> impl IntoView {
-    let tools = Memo::new(move |_| needed(line));
+/// The user states what is in the slots.
+fn edit() -> impl IntoView {
+    let tools = Memo::new(move |_| needed());
     let says = |places: Vec<Option<StockedTool>>| link::ask(Ask::Stock { places, spindle: Held::Nothing });
     let rows = move || {
         tools.get().map(|tools| {
@@ -165,7 +164,7 @@ fn edit(line: Link) -> impl IntoView {
         div().class("row").child((
             push_if(
                 "button",
-                move || may_say(line) && tools.with(Option::is_some),
+                move || may_say() && tools.with(Option::is_some),
                 t!("page.magazine.fill"),
                 move |_| {
                     if let Some(places) = tools.get_untracked() {
@@ -173,31 +172,30 @@ fn edit(line: Link) -> impl IntoView {
                     }
                 },
             ),
-            push_if("button", move || may_say(line), t!("page.magazine.none"), move |_| says(Vec::new())),
+            push_if("button", may_say, t!("page.magazine.none"), move |_| says(Vec::new())),
         )),
     ))
 }
 
-/// The block of a machine that has a magazine.
+/// The block of a machine with a magazine.
 pub(super) fn magazine() -> impl IntoView {
-    let line = link::link();
-    let has = Memo::new(move |_| line.magazine.with(Option::is_some));
-    let report = move || line.magazine.get();
-    // In a change that waits for a new tool its dialog asks.
-    let waits = Memo::new(move |_| line.state() == Some(State::ToolChange));
-    let stopped = Memo::new(move |_| {
-        let is = |report: &Arc<MagazineReport>| report.stock.change.is_some() && !report.changes;
-        !waits.get() && line.magazine.with(|report| report.as_ref().is_some_and(is))
-    });
+    let report = move || shared(|m| &m.link.magazine).get();
+    // In a tool change that waits for the user, the dialog asks.
+    let waits = |m: &Model| m.link.state() == Some(State::ToolChange);
+    let stopped = |m: &Model| {
+        let report = m.link.magazine.as_ref();
+        m.link.state() != Some(State::ToolChange)
+            && report.is_some_and(|report| report.stock.change.is_some() && !report.changes)
+    };
     move || {
-        has.get().then(|| {
+        read(|m| m.link.magazine.is_some()).then(|| {
             section().class("block magazine").attr("aria-label", t!("page.magazine.title")).child((
                 h3().child(t!("page.magazine.title")),
                 move || report().and_then(|report| standing(&report)),
-                move || report().filter(|_| !waits.get()).and_then(|report| question(line, &report)),
-                move || stopped.get().then(|| open_clamp(line, move || may_say(line))),
+                move || report().filter(|_| !read(waits)).and_then(|report| question(&report)),
+                move || read(stopped).then(|| open_clamp(may_say)),
                 move || report().map(|report| list(&report.stock)),
-                edit(line),
+                edit(),
             ))
         })
     }

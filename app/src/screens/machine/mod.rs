@@ -1,11 +1,11 @@
-//! The Machine screen: what the drill does, and everything one may ask of it.
+//! The Machine screen: what the machine does, and all commands for it.
 //!
 //! ```text
 //! banner, alarm, offers, digits
 //! set-up and jog │ board map │ job, controls, sensors
 //! ```
 //!
-//! Comes in: the link's signals. Goes out: asks. The map in the middle is the page's one canvas.
+//! The map in the middle is the page's only canvas.
 
 mod banner;
 mod checked;
@@ -37,14 +37,14 @@ pub use tool_change::tool_change;
 
 use crate::i18n::say;
 use crate::model::FrameEvent;
-use crate::page::{frame, link, send};
+use crate::page::{peek, read, send};
 use crate::widgets::push;
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-/// Set-up and moving by hand. On a phone they are behind a button: who holds one mostly watches.
+/// Set-up and jogging. Collapsed on phones, because phone users mostly watch.
 fn operate() -> impl IntoView {
     let open = RwSignal::new(false);
     let word = move || if open.get() { say!("page.operator.watch") } else { say!("page.operator.operate") };
@@ -53,33 +53,31 @@ fn operate() -> impl IntoView {
         .attr("data-operate", move || if open.get() { "yes" } else { "no" })
         .child((
             push("button operate", word, move |_| open.update(|open| *open = !*open)),
-            set_up::set_up(),
+            div().class("set-up-rest").child((set_up::set_up(), controller::controller())),
             jog::jog(),
-            controller::controller(),
         ))
 }
 
-/// Whether set-up, with the dialogs that belong to it, is on show.
+/// True if the set-up, which contains some dialogs, is visible.
 pub(crate) fn set_up_is_seen() -> bool {
     let found = document().query_selector(".set-up").ok().flatten();
     found.and_then(|found| found.dyn_into::<HtmlElement>().ok()).is_some_and(|one| one.offset_width() > 0)
 }
 
-/// The way into the large view of the machine alone, and out of it.
+/// Enters and leaves the large view, which shows only the machine.
 fn large() -> impl IntoView {
-    let on = frame().operator;
-    let word = move || if on.get() { say!("page.operator.leave") } else { say!("page.operator.enter") };
+    let on = || read(|m| m.frame.operator);
+    let word = move || if on() { say!("page.operator.leave") } else { say!("page.operator.enter") };
     push("button small quiet large-view", word, move |_| {
-        send(FrameEvent::Operator { on: !on.get_untracked() });
+        send(FrameEvent::Operator { on: !peek(|m| m.frame.operator) });
     })
 }
 
 /// Everything around the map.
 pub fn machine() -> impl IntoView {
-    let line = link::link();
-    let met = Memo::new(move |_| line.ever.get());
+    let met = || read(|m| m.link.ever);
     let sides = move || {
-        met.get().then(|| {
+        met().then(|| {
             (
                 operate(),
                 div().class("panel right job").child((
@@ -95,7 +93,7 @@ pub fn machine() -> impl IntoView {
         banner::banner(),
         banner::answers(),
         way_back::steps(),
-        move || met.get().then(|| div().class("readouts-row").child((readouts::readouts(), large()))),
+        move || met().then(|| div().class("readouts-row").child((readouts::readouts(), large()))),
     ));
-    (top, sides, move || (!met.get()).then(connect::connect), preflight::preflight())
+    (top, sides, move || (!met()).then(connect::connect), preflight::preflight())
 }

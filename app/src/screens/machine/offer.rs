@@ -1,44 +1,52 @@
-//! A job that was broken off: what is made of it, and the question whether to go on with it.
-//!
-//! Comes in: what the bridge offers. Goes out: the pre-flight of the rest, or that it is forgotten. Nothing moves here.
+//! An interrupted job: how much of it is done, and the buttons to resume or forget it. Moves nothing.
 
 use crate::i18n::{say, t};
+use crate::model::link::rest;
 use crate::model::{LinkEvent, StartEvent};
-use crate::page::link::Interrupted;
-use crate::page::link::Link;
-use crate::page::send;
+use crate::page::{link, send, shared, watch};
 use crate::widgets::{Icon, icon, push_if};
 use annulus_core::control::State;
+use annulus_core::wire::InterruptedJob;
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
-/// What can be taken up; nothing where there is none, or while something is in work.
-pub(super) fn open(line: Link) -> Memo<Option<Interrupted>> {
+/// The job that can be resumed; none while the machine is busy.
+pub(super) fn open() -> Memo<Option<InterruptedJob>> {
     Memo::new(move |_| {
-        let idle = matches!(line.state(), Some(State::Ready | State::NotHomed | State::Alarm));
-        line.interrupted.get().filter(|_| idle)
+        let idle = matches!(link::state(), Some(State::Ready | State::NotHomed | State::Alarm));
+        watch(|m| &m.link.interrupted).get().filter(|_| idle)
     })
 }
 
-/// Goes on with it, or forgets it.
-pub(super) fn buttons(line: Link) -> impl IntoView {
-    let offer = open(line);
+/// The job that the main button resumes, if that button doesn't start the planned job.
+pub(super) fn of_main_button() -> Memo<Option<InterruptedJob>> {
+    let offer = open();
+    Memo::new(move |_| {
+        let planned = shared(|m| &m.board.job).with(|job| job.as_ref().map(|job| job.key.clone()));
+        offer.get().filter(|offer| rest::resumes(Some(offer), planned.as_deref()))
+    })
+}
+
+/// Forget, and Resume if the main button doesn't offer it.
+pub(super) fn buttons() -> impl IntoView {
+    let (offer, by_main_button) = (open(), of_main_button());
     move || {
         let offer = offer.get()?;
-        let resume = move |_| send(StartEvent::Resume { offer: offer.clone() });
+        let open = move |_| send(StartEvent::Resume { offer: offer.clone() });
+        let resume = || push_if("button", link::may_act, t!("page.interrupted.resume"), open);
         let forget = |_| send(LinkEvent::Forget);
         Some((
-            push_if("button", move || line.may_act(), t!("page.interrupted.resume"), resume),
-            push_if("button quiet", move || line.may_act(), t!("page.interrupted.forget"), forget),
+            by_main_button.with(Option::is_none).then(resume),
+            push_if("button quiet", link::may_act, t!("page.interrupted.forget"), forget),
         ))
     }
 }
 
-/// The same with what is made of it, where nothing else tells that.
-pub(super) fn notice(line: Link) -> impl IntoView {
-    let offer = open(line);
+/// A notice with the progress of the interrupted job and the buttons, if no other notice shows them.
+pub(super) fn notice() -> impl IntoView {
+    let offer = open();
     move || {
-        let Interrupted { name, holes_done, holes_total, toolpaths_done, toolpaths_total, .. } =
+        let InterruptedJob { name, holes_done, holes_total, toolpaths_done, toolpaths_total, .. } =
             offer.get()?;
         let text = move || {
             let drilled =
@@ -62,7 +70,7 @@ pub(super) fn notice(line: Link) -> impl IntoView {
         Some(div().class("notice tone-pause").attr("role", "status").child((
             icon(Icon::Pause),
             span().class("grow").child(text),
-            buttons(line),
+            buttons(),
         )))
     }
 }

@@ -1,18 +1,15 @@
-//! Before the first move: the program goes to the bridge, the bridge checks it, a person reads the rows.
+//! Before the first move: the bridge gets the program and checks it, and the user reads the results.
 //!
 //! ```text
-//! Start… ─▶ upload ─▶ Arm ─▶ rows and digest ─▶ [Start the job]   (only this button moves anything)
+//! Start… ─▶ upload ─▶ Arm ─▶ results and fingerprint ─▶ [Start the job]   (only this button moves anything)
 //! ```
-//!
-//! Comes in: the planned job. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.
 
 use super::checked::checked;
 use super::words;
 use crate::i18n::{advice, message, say, t};
 use crate::model::{StartEvent, start};
-use crate::page::link;
-use crate::page::{frame, send};
-use crate::widgets::{Dialog, dialog, icon, push, push_if};
+use crate::page::{link, read, send, watch};
+use crate::widgets::{Dialog, dialog, icon, push, push_guarded};
 use annulus_core::control::State;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use leptos::ev;
@@ -24,15 +21,16 @@ fn close() {
 }
 
 fn now() -> Option<Vec<PreflightRow>> {
-    let line = link::link();
-    let awake = frame().awake.get();
-    line.preflight
-        .with(|preflight| line.armed.with(|armed| start::rows_now(preflight.as_ref(), armed.as_ref(), awake)))
+    let awake = read(|m| m.frame.awake);
+    watch(|m| &m.start.preflight).with(|preflight| {
+        watch(|m| &m.link.armed).with(|armed| start::rows_now(preflight.as_ref(), armed.as_ref(), awake))
+    })
 }
 
 fn may_start() -> bool {
-    let reads = link::link().state() == Some(State::Checking);
-    !reads && link::link().ticked.with(|ticked| now().is_some_and(|rows| start::may_start(&rows, ticked)))
+    let reads = link::state() == Some(State::Checking);
+    !reads
+        && watch(|m| &m.start.ticked).with(|ticked| now().is_some_and(|rows| start::may_start(&rows, ticked)))
 }
 
 fn row(row: PreflightRow) -> impl IntoView {
@@ -57,26 +55,22 @@ fn row(row: PreflightRow) -> impl IntoView {
     ))
 }
 
-/// The dialog.
 pub(super) fn preflight() -> impl IntoView {
-    let line = link::link();
     let rows = Memo::new(move |_| now());
     let body = move || match rows.get() {
         Some(rows) => ul().class("preflight").child(rows.into_iter().map(row).collect::<Vec<_>>()).into_any(),
-        None => p().class("quiet").child(waiting(line)).into_any(),
+        None => p().class("quiet").child(waiting()).into_any(),
     };
     let from = move || {
-        let from = link::link()
-            .preflight
-            .with(|preflight| preflight.as_ref().map_or(0, |preflight| preflight.from_leg));
+        let from = read(|m| m.start.preflight.as_ref().map_or(0, |preflight| preflight.from_leg));
         if from == 0 { say!("page.preflight.start") } else { say!("page.preflight.resume") }
     };
     let foot = (
         push("button", t!("page.cancel"), |_| close()),
-        push_if("button primary", may_start, from, |_| send(StartEvent::Start)),
+        push_guarded("button primary", || "start", may_start, from, |_| send(StartEvent::Start)),
     );
     dialog(
-        Signal::derive(move || link::link().preflight.with(Option::is_some)),
+        Signal::derive(move || read(|m| m.start.preflight.is_some())),
         close,
         Dialog {
             name: "preflight",
@@ -88,6 +82,8 @@ pub(super) fn preflight() -> impl IntoView {
     )
 }
 
-fn waiting(line: link::Link) -> impl Fn() -> String {
-    move || line.refused.get().map_or_else(|| say!("page.preflight.checking"), |why| message(&why))
+fn waiting() -> impl Fn() -> String {
+    move || {
+        watch(|m| &m.link.refused).get().map_or_else(|| say!("page.preflight.checking"), |why| message(&why))
+    }
 }

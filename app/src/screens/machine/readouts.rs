@@ -1,33 +1,30 @@
-//! Where the head is, in big digits: work position first, machine position and target smaller.
-//!
-//! Comes in: the latest status. Goes out: digits, painted at most ten times a second because the status is.
+//! The position in large digits: work position first, machine position and target smaller.
 
+use crate::health::Freshness;
 use crate::i18n::{number, say, t};
-use crate::page::frame;
-use crate::page::link::{self, Freshness, Link};
+use crate::page::{read, shared};
 use annulus_core::pins::SpindleState;
 use annulus_core::wire::Status;
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
-fn of(line: Link, get: impl Fn(&Status) -> f64) -> String {
-    let unit = frame().unit.get();
-    line.status
+fn of(get: impl Fn(&Status) -> f64) -> String {
+    let unit = read(|m| m.frame.unit);
+    shared(|m| &m.link.status)
         .with(|status| status.as_ref().map_or_else(|| "–".to_owned(), |status| unit.coordinate(get(status))))
 }
 
 fn readout(axis: &'static str, index: usize) -> impl IntoView {
-    let line = link::link();
     div().class("readout").child((
         span().class("axis").child(axis),
         span()
             .class("digits")
             .attr("data-axis", axis)
-            .child(move || number(of(line, |status| status.work_mm[index]))),
+            .child(move || number(of(|status| status.work_mm[index]))),
     ))
 }
 
-/// What the spindle tells of itself; nothing of one that tells nothing.
+/// The spindle's reported state; none for a spindle without feedback.
 fn spindle_words(state: SpindleState, wanted_rpm: u32) -> Option<String> {
     Some(match state {
         SpindleState::Untold => return None,
@@ -39,7 +36,7 @@ fn spindle_words(state: SpindleState, wanted_rpm: u32) -> Option<String> {
     })
 }
 
-/// The colour that goes with it, as that of a state of the machine.
+/// The tone of a machine state of the same urgency.
 fn spindle_tone(state: SpindleState) -> &'static str {
     match state {
         SpindleState::AtSpeed { .. } => "tone-run",
@@ -49,28 +46,28 @@ fn spindle_tone(state: SpindleState) -> &'static str {
     }
 }
 
-/// The line of digits.
+/// The row of digits.
 pub(crate) fn readouts() -> impl IntoView {
-    let line = link::link();
-    let aged = move || if line.freshness.get() == Freshness::Fresh { "readouts" } else { "readouts stale" };
+    let aged =
+        move || if read(|m| m.link.freshness == Freshness::Fresh) { "readouts" } else { "readouts stale" };
     let machine = move || {
-        let [x, y, z] = [0, 1, 2].map(|axis| of(line, |status| status.machine_mm[axis]));
+        let [x, y, z] = [0, 1, 2].map(|axis| of(|status| status.machine_mm[axis]));
         say!("page.machine.position", x = x, y = y, z = z)
     };
     let target = move || {
-        let unit = frame().unit.get();
-        let target = line.status.with(|status| status.as_ref().and_then(|status| status.target_mm));
-        // always there, so that the picture below keeps its place
+        let unit = read(|m| m.frame.unit);
+        let target = read(|m| m.link.status.as_ref()?.target_mm);
+        // Always rendered, so that the picture below doesn't move.
         let [x, y] =
             target.map_or(["–".to_owned(), "–".to_owned()], |at| at.map(|mm| unit.coordinate(mm)));
         say!("page.machine.target", x = x, y = y)
     };
     let spindle = Memo::new(move |_| {
-        let told = line.status.with(|status| status.as_ref().map(|now| (now.spindle, now.spindle_rpm)));
+        let told = read(|m| m.link.status.as_ref().map(|now| (now.spindle, now.spindle_rpm)));
         told.and_then(|(state, wanted)| Some((spindle_tone(state), spindle_words(state, wanted)?)))
     });
     let age = move || {
-        (line.freshness.get() != Freshness::Fresh && line.ever.get()).then_some(t!("page.machine.stale"))
+        read(|m| m.link.freshness != Freshness::Fresh && m.link.ever).then_some(t!("page.machine.stale"))
     };
     div().class(aged).attr("aria-label", t!("page.machine.readouts")).attr("role", "group").child((
         span().class("quiet").child(t!("page.machine.work")),

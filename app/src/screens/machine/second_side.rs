@@ -1,18 +1,16 @@
-//! The second side: holes of the board found one after the other, by the tip or under the crosshair of a camera, and how it lies.
+//! The second side: locates holes of the board with the tip or a camera's crosshair, and computes the board's
+//! position. Moves nothing.
 //!
 //! ```text
 //!  camera  ┌───┼───┐   hole 1  X 3.00 Y 4.00   found
-//!          ├───┼───┤   hole 2  X 83.0 Y 4.00   sought ◀    [Tip is over it] [Crosshair is on it]
-//!          └───┼───┘   turned by 0.31°, shifted …          [x] the job goes along
+//!          ├───┼───┤   hole 2  X 83.0 Y 4.00   next ◀     [Tip is over it] [Crosshair is on it]
+//!          └───┼───┘   rotated by 0.31°, shifted …        [x] align the job
 //! ```
-//!
-//! Comes in: the holes, the fit, the camera. Goes out: wishes. The machine moves by none of it.
 
 use crate::browser::CAMERA_PICTURE;
 use crate::i18n::{advice, message, number, say, t};
 use crate::model::{Eye, SecondSideEvent, SoughtHole, second_side};
-use crate::page::link::Link;
-use crate::page::send;
+use crate::page::{read, send, watch};
 use crate::widgets::{choice, push, push_if};
 use annulus_core::align::BoardFit;
 use annulus_core::control::Trust;
@@ -23,18 +21,13 @@ use leptos::prelude::*;
 use leptos::svg::{circle, path, svg};
 use wasm_bindgen::JsCast;
 
-/// The block.
-pub(super) fn second_side(line: Link) -> impl IntoView {
+pub(super) fn second_side() -> impl IntoView {
     let opened = |event: web_sys::Event| {
         let shown = event.target().and_then(|target| target.dyn_into::<web_sys::Element>().ok());
         send(SecondSideEvent::Show { on: shown.is_some_and(|shown| shown.has_attribute("open")) });
     };
-    let trusted = move || {
-        line.status.with(|status| status.as_ref().is_some_and(|status| status.trust == Trust::Trusted))
-    };
-    let placed = move || {
-        trusted() && line.status.with(|status| status.as_ref().is_some_and(|status| status.zero_mm.is_some()))
-    };
+    let trusted = || read(|m| m.link.status.as_ref().is_some_and(|status| status.trust == Trust::Trusted));
+    let placed = move || trusted() && read(|m| m.link.status.as_ref()?.zero_mm).is_some();
     let missing = move || match (trusted(), placed()) {
         (false, _) => Some(say!("page.second.no_place")),
         (true, false) => Some(say!("page.second.no_zero")),
@@ -45,22 +38,21 @@ pub(super) fn second_side(line: Link) -> impl IntoView {
         let said = move || {
             p().class("refused").attr("role", "alert").child(format!("{} {}", message(&why), advice(&why)))
         };
-        line.holes_forgotten.get().then(said)
+        read(|m| m.second_side.forgotten).then(said)
     };
     let by_tip = |_| send(SecondSideEvent::Take { by_camera: false });
     let found = move || {
-        let aimed = line.aimed.get();
-        line.sought.with(|holes| holes.get(aimed).is_some_and(|hole| hole.found_mm.is_some()))
+        read(|m| m.second_side.holes.get(m.second_side.aimed).is_some_and(|hole| hole.found_mm.is_some()))
     };
-    let any = move || line.sought.with(|holes| !holes.is_empty());
+    let any = move || read(|m| !m.second_side.holes.is_empty());
     details().class("second-side").on(ev::toggle, opened).child((
         summary().child(t!("page.second.title")),
         p().child(t!("page.second.is")),
-        camera(line),
+        camera(),
         forgotten,
         move || {
-            let rows = line.sought.get().into_iter().enumerate();
-            let rows = rows.map(|(index, hole)| row(line, index, hole)).collect_view();
+            let rows = watch(|m| &m.second_side.holes).get().into_iter().enumerate();
+            let rows = rows.map(|(index, hole)| row(index, hole)).collect_view();
             if any() { ol().child(rows).into_any() } else { p().child(t!("page.second.no_job")).into_any() }
         },
         div().class("row").child((
@@ -69,17 +61,17 @@ pub(super) fn second_side(line: Link) -> impl IntoView {
             push_if("button small quiet", any, t!("page.second.other"), |_| send(SecondSideEvent::Other)),
         )),
         move || missing().map(|why| p().class("quiet").child(why)),
-        move || lies(&line.sought.get(), line.board_fit.get(), zero_mm(line)),
-        along(line),
+        move || lies(&watch(|m| &m.second_side.holes).get(), watch(|m| &m.second_side.fit).get(), zero_mm()),
+        along(),
     ))
 }
 
-fn zero_mm(line: Link) -> [f64; 2] {
-    line.status.with(|status| status.as_ref().and_then(|status| status.zero_mm)).unwrap_or_default()
+fn zero_mm() -> [f64; 2] {
+    read(|m| m.link.status.as_ref()?.zero_mm).unwrap_or_default()
 }
 
-/// A hole: chosen by a press, found or not.
-fn row(line: Link, index: usize, hole: SoughtHole) -> impl IntoView {
+/// A hole, located or not; pressing it selects it.
+fn row(index: usize, hole: SoughtHole) -> impl IntoView {
     let mm = |mm: f64| number(format!("{mm:.2}"));
     let (x, y) = (mm(hole.planned.x.mm()), mm(hole.planned.y.mm()));
     let is_found = hole.found_mm.is_some();
@@ -89,18 +81,19 @@ fn row(line: Link, index: usize, hole: SoughtHole) -> impl IntoView {
         format!("{place}: {state}")
     };
     li().child(choice(
-        move || line.aimed.get() == index,
+        move || read(|m| m.second_side.aimed) == index,
         words,
         move |_| send(SecondSideEvent::Aim { hole: index }),
     ))
 }
 
-/// The camera: its picture with the crosshair, or why there is none; and where it looks, learnt once.
-fn camera(line: Link) -> impl IntoView {
-    let is_open = move || line.eye.with(|eye| *eye == Eye::Open);
-    let wanted = move || line.eye.with(|eye| matches!(eye, Eye::Open | Eye::Opening));
+/// The camera picture with the crosshair, or why there is none; and the one-time calibration of the camera's
+/// offset.
+fn camera() -> impl IntoView {
+    let is_open = move || read(|m| m.second_side.eye == Eye::Open);
+    let wanted = move || read(|m| matches!(m.second_side.eye, Eye::Open | Eye::Opening));
     let word = move || if wanted() { say!("page.second.shut") } else { say!("page.second.look") };
-    let ready = move || is_open() && line.camera_mm.get().is_some();
+    let ready = move || is_open() && read(|m| m.second_side.offset_mm.is_some());
     let take = move |_| {
         if ready() {
             send(SecondSideEvent::Take { by_camera: true });
@@ -110,7 +103,7 @@ fn camera(line: Link) -> impl IntoView {
         .attr("viewBox", "-50 -50 100 100")
         .attr("aria-hidden", "true")
         .child((path().attr("d", "M-50 0H-4M4 0H50M0 -50V-4M0 4V50"), circle().attr("r", 12)));
-    let blind = move || match line.eye.get() {
+    let blind = move || match watch(|m| &m.second_side.eye).get() {
         Eye::Blind(why) => Some(p().class("refused").attr("role", "alert").child(format!(
             "{} {}",
             message(&why),
@@ -118,7 +111,7 @@ fn camera(line: Link) -> impl IntoView {
         ))),
         Eye::Shut | Eye::Opening | Eye::Open => None,
     };
-    // The picture stays where it is: the stream is put into it from outside.
+    // The element always exists: `effects` attaches the stream to it.
     let picture = button()
         .attr("type", "button")
         .class(move || if is_open() { "camera" } else { "camera shut" })
@@ -137,20 +130,20 @@ fn camera(line: Link) -> impl IntoView {
         push("button", word, move |_| send(SecondSideEvent::Look { on: !wanted() })),
         blind,
         picture,
-        move || is_open().then(|| learnt(line)),
+        move || is_open().then(learnt),
     ))
 }
 
-/// Where the camera looks: learnt with a dot.
-fn learnt(line: Link) -> impl IntoView {
+/// The camera's offset, calibrated with a dot.
+fn learnt() -> impl IntoView {
     let mm = |mm: f64| number(format!("{mm:.2}"));
-    let says = move || match (line.camera_mm.get(), line.dot_mm.get()) {
+    let says = move || match (read(|m| m.second_side.offset_mm), read(|m| m.second_side.dot_mm)) {
         (Some([x, y]), _) => say!("page.second.offset", x = mm(x), y = mm(y)),
         (None, None) => say!("page.second.make_dot"),
         (None, Some(_)) => say!("page.second.find_dot"),
     };
-    let has_dot = move || line.dot_mm.get().is_some();
-    let known = move || line.camera_mm.get().is_some();
+    let has_dot = move || read(|m| m.second_side.dot_mm.is_some());
+    let known = move || read(|m| m.second_side.offset_mm.is_some());
     (
         p().attr("role", "status").child(says),
         div().class("row").child((
@@ -165,7 +158,8 @@ fn learnt(line: Link) -> impl IntoView {
     )
 }
 
-/// How the board lies, or why that cannot be told, with a picture: planned places as rings, found ones as crosses.
+/// The board's position, or why it can't be computed, with a picture: planned holes as rings, located ones as
+/// crosses.
 fn lies(
     holes: &[SoughtHole],
     fit: Option<Result<BoardFit, Diagnostic>>,
@@ -212,14 +206,14 @@ fn lies(
     Some((told, picture).into_any())
 }
 
-/// Whether the job goes along.
-fn along(line: Link) -> impl IntoView {
-    let good = move || line.board_fit.with(|fit| matches!(fit, Some(Ok(_))));
+/// Whether the job is aligned to the located board.
+fn along() -> impl IntoView {
+    let good = move || read(|m| matches!(m.second_side.fit, Some(Ok(_))));
     label().class("tick").child((
         input()
             .attr("type", "checkbox")
             .prop("disabled", move || !good())
-            .prop("checked", move || line.goes_along.get() && good())
+            .prop("checked", move || read(|m| m.second_side.applied) && good())
             .on(ev::change, move |event| send(SecondSideEvent::Apply { on: event_target_checked(&event) })),
         span().child(t!("page.second.along")),
     ))

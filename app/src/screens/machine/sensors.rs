@@ -1,10 +1,8 @@
-//! The sensors and the phases being put out, as lamps and bits; where the virtual drill lost steps.
-//!
-//! Comes in: input bits, phase bytes, slips. Goes out: lamps, each with its word; the shape tells, not the colour alone.
+//! The sensors and motor phases as lamps and bits; where the virtual drill lost steps.
 
 use super::{controller, words};
 use crate::i18n::{key, say, t};
-use crate::page::link;
+use crate::page::{read, shared};
 use crate::widgets::{shape, unseen};
 use annulus_core::job::Input;
 use annulus_core::machine::{Value, axis_name};
@@ -12,7 +10,8 @@ use annulus_core::wire::SlipReport;
 use leptos::html::{div, h3, li, section, span, ul};
 use leptos::prelude::*;
 
-/// What a controller that plans its own motion tells of, with its words: which end a switch stands at it does not say.
+/// The inputs that a GRBL controller reports, with their names. GRBL doesn't report at which end a limit
+/// switch is.
 const OF_CONTROLLER: [(Input, &str); 4] = [
     (Input::XMax, key!("page.sensor.x_switch")),
     (Input::YMax, key!("page.sensor.y_switch")),
@@ -29,7 +28,7 @@ fn lamp(input: Input, word: &'static str, on: Memo<u32>) -> impl IntoView + use<
     ))
 }
 
-/// The inputs of presser foot and magazine, and the index pulses, as far as the settings say that there are such.
+/// Inputs of presser foot and magazine, and index pulses, if the settings have them.
 fn further(settings: &[(String, Value)]) -> Vec<Input> {
     let says = |key: &str, word: &str| {
         let said = settings.iter().find(|(known, _)| known == key);
@@ -45,7 +44,7 @@ fn further(settings: &[(String, Value)]) -> Vec<Input> {
     Input::ALL.into_iter().skip(Input::OF_AXES.len()).filter(is_there).collect()
 }
 
-/// Why a motor fell behind, in words.
+/// The displayed reason why a motor lost steps.
 fn cause(name: &str) -> &'static str {
     match name {
         "too_fast" => key!("page.slip.too_fast"),
@@ -57,7 +56,7 @@ fn cause(name: &str) -> &'static str {
     }
 }
 
-/// One place where steps were lost.
+/// A position where steps were lost.
 fn slip(slip: &SlipReport) -> impl IntoView + use<> {
     let (axis, place) = (axis_name(usize::from(slip.axis)), format!("{:.2}", slip.place_mm));
     let (lost, why) = (slip.lost, cause(&slip.cause));
@@ -65,28 +64,24 @@ fn slip(slip: &SlipReport) -> impl IntoView + use<> {
     li().child((line, " ", move || crate::i18n::text(why, &[])))
 }
 
-/// Lamps and bits.
 pub(crate) fn sensors() -> impl IntoView {
-    let line = link::link();
-    let inputs =
-        Memo::new(move |_| line.status.with(|status| status.as_ref().map_or(0, |status| status.inputs)));
-    let plans = controller::plans(line);
+    let inputs = Memo::new(move |_| read(|m| m.link.status.as_ref().map_or(0, |status| status.inputs)));
     let lamps = Memo::new(move |_| {
-        if plans.get() {
+        if controller::plans() {
             return Vec::from(OF_CONTROLLER);
         }
-        let more = line.settings.with(|settings| further(settings));
+        let more = shared(|m| &m.link.settings).with(|settings| further(settings));
         let all = Input::OF_AXES.into_iter().chain(more);
         all.map(|input| (input, words::sensor(input))).collect()
     });
-    let phases =
-        Memo::new(move |_| line.status.with(|status| status.as_ref().map_or([0; 3], |status| status.phases)));
+    let phases = Memo::new(move |_| read(|m| m.link.status.as_ref().map_or([0; 3], |status| status.phases)));
     let bits = move || {
         let [x, y, z] = phases.get().map(|byte| format!("{byte:07b}"));
         say!("page.sensor.phase_bits", x = x, y = y, z = z)
     };
     let slips = Memo::new(move |_| {
-        line.status.with(|status| status.as_ref().map(|status| status.slips.clone()).unwrap_or_default())
+        shared(|m| &m.link.status)
+            .with(|status| status.as_ref().map(|status| status.slips.clone()).unwrap_or_default())
     });
     let lost = move || {
         let rows: Vec<_> = slips.with(|slips| slips.iter().map(slip).collect());
@@ -104,7 +99,7 @@ pub(crate) fn sensors() -> impl IntoView {
                     div().class("phase-bits").child(bits),
                 )
             };
-            (!plans.get()).then(phases)
+            (!controller::plans()).then(phases)
         },
         lost,
     ))

@@ -1,12 +1,10 @@
-//! Getting ready: home, park and base.
-//!
-//! Comes in: what the machine allows now. Goes out: `Home`, `Park`, `SetZero`, `UndoZero`. Nothing here starts a job.
+//! Getting ready: home, park and base. Nothing here starts a job.
 
 use super::controller;
 use crate::health::{Blocked, blocked};
 use crate::i18n::{key, t};
-use crate::page::frame;
-use crate::page::link::{self, Link, LinkPhase};
+use crate::model::link::LinkPhase;
+use crate::page::{link, read};
 use crate::widgets::{Icon, icon, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -14,16 +12,16 @@ use leptos::ev;
 use leptos::html::{button, div, h2, header, p, section, span};
 use leptos::prelude::*;
 
-/// The sentence under Home.
+/// Element id of the text below Home.
 const HOME_IS: &str = "home-is";
 
-/// The key of the sentence why the machine cannot be initialised now; none when it can.
-fn why_not(line: Link) -> Option<&'static str> {
-    if !line.homes() {
+/// Key of the reason why homing is disabled; none if it is enabled.
+fn why_not() -> Option<&'static str> {
+    if !read(|m| m.link.homes()) {
         return Some(key!("page.machine.no_switches"));
     }
-    let open = line.phase.get() == LinkPhase::Open;
-    let blocked = blocked(open, line.freshness.get(), line.control.get().yours, line.state())?;
+    let open = read(|m| m.link.phase == LinkPhase::Open);
+    let blocked = blocked(open, read(|m| m.link.freshness), read(|m| m.link.control.yours), link::state())?;
     Some(match blocked {
         Blocked::NoLink => key!("page.blocked.no_link"),
         Blocked::Old => key!("page.blocked.old"),
@@ -33,37 +31,36 @@ fn why_not(line: Link) -> Option<&'static str> {
     })
 }
 
-fn ready(line: Link) -> bool {
-    line.may_act() && line.state() == Some(State::Ready)
-}
-
-/// Out of the way of a board that is laid on or taken off.
-fn park(line: Link) -> impl IntoView {
+/// Park moves out of the way for loading and unloading a board.
+fn park() -> impl IntoView {
     button()
         .attr("type", "button")
         .class("button large")
-        .prop("disabled", move || !ready(line))
+        .attr("data-moves", "park")
+        .attr("aria-disabled", "true")
+        .prop("disabled", || !link::ready())
         .attr("title", t!("page.machine.park_is"))
         .on(ev::click, |_| link::ask(Ask::Park))
         .child(t!("page.machine.park"))
 }
 
-/// Home, park and base.
 pub(crate) fn set_up() -> impl IntoView {
-    let line = link::link();
-    let homed = move || !line.homes() || line.state().is_some_and(|state| state != State::NotHomed);
+    let homed =
+        move || !read(|m| m.link.homes()) || link::state().is_some_and(|state| state != State::NotHomed);
     let home_class = move || if homed() { "button large grow" } else { "button large primary grow" };
     let home = button()
         .attr("type", "button")
         .class(home_class)
-        .prop("disabled", move || why_not(line).is_some())
-        .attr("title", move || why_not(line).map(|why| crate::i18n::text(why, &[])))
+        .attr("data-moves", "home")
+        .attr("aria-disabled", "true")
+        .prop("disabled", move || why_not().is_some())
+        .attr("title", move || why_not().map(|why| crate::i18n::text(why, &[])))
         .attr("aria-describedby", HOME_IS)
         .on(ev::click, |_| link::ask(Ask::Home))
         .child((icon(Icon::Home), t!("page.machine.home")));
     let zero = move || {
-        let zero = line.status.with(|status| status.as_ref().and_then(|status| status.zero_mm));
-        let unit = frame().unit.get();
+        let zero = read(|m| m.link.status.as_ref()?.zero_mm);
+        let unit = read(|m| m.frame.unit);
         zero.map_or_else(
             || crate::i18n::say!("page.machine.no_zero"),
             |[x, y]| {
@@ -73,18 +70,18 @@ pub(crate) fn set_up() -> impl IntoView {
     };
     section().class("block").attr("aria-label", t!("page.machine.set_up")).child((
         header().child(h2().child(t!("page.machine.set_up"))),
-        div().class("row").child((home, park(line))),
+        div().class("row").child((home, park())),
         p().class("quiet")
             .attr("id", HOME_IS)
-            .child(move || crate::i18n::text(why_not(line).unwrap_or(key!("page.machine.home_is")), &[])),
-        push_if("button large", move || ready(line), t!("page.machine.base"), |_| link::ask(Ask::SetZero)),
+            .child(move || crate::i18n::text(why_not().unwrap_or(key!("page.machine.home_is")), &[])),
+        push_if("button large", link::ready, t!("page.machine.base"), |_| link::ask(Ask::SetZero)),
         div().class("row").child((
             span().class("quiet tabular grow").child(zero),
-            push_if("button small quiet", move || ready(line), t!("page.undo"), |_| link::ask(Ask::UndoZero)),
+            push_if("button small quiet", link::ready, t!("page.undo"), |_| link::ask(Ask::UndoZero)),
         )),
-        controller::set_up(line),
-        super::touch_off::touch_off(line),
-        super::level::level(line),
-        super::second_side::second_side(line),
+        controller::set_up(),
+        super::touch_off::touch_off(),
+        super::level::level(),
+        super::second_side::second_side(),
     ))
 }

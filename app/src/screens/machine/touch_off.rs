@@ -1,37 +1,28 @@
-//! Touching off, one step after the other, beside the pad that moves by hand.
+//! Touching off, step by step, next to the jog pad. Only *Touch* moves the machine.
 //!
 //! ```text
-//!  [↘][ ↓ ][↙]    places of the board as one looks down at it: corners, edges, in the middle its height
-//!  [→][ ⊙ ][←]    the arrow is the way of the tip
+//!  [↘][ ↓ ][↙]    points of the board seen from above: corners, edges; in the middle, its height
+//!  [→][ ⊙ ][←]    the arrow is the direction in which the tip moves
 //!  [↗][ ↑ ][↖]
 //! ```
-//!
-//! Comes in: what is chosen, how the machine stands. Goes out: wishes. The machine moves by *Touch* alone.
 
 use crate::i18n::{say, t};
 use crate::model::{TouchOffEvent, TouchTarget, TouchedPart};
-use crate::page::link::Link;
-use crate::page::send;
-use crate::widgets::push_if;
-use annulus_core::control::State;
+use crate::page::{link, send, watch};
+use crate::widgets::push_guarded;
 use leptos::ev;
 use leptos::html::{button, details, div, input, label, p, span, summary};
 use leptos::prelude::*;
 use leptos::svg::{circle, path, rect, svg};
 
-/// The block.
-pub(super) fn touch_off(line: Link) -> impl IntoView {
-    let touch = line.touch_off;
+pub(super) fn touch_off() -> impl IntoView {
+    let touch = watch(|m| &m.touch_off);
     let target = Memo::new(move |_| touch.with(|touch| touch.target));
     let next = Memo::new(move |_| touch.with(|touch| touch.next()));
     let rows = [1, 0, -1].map(|y| [-1, 0, 1].map(|x| place(target, TouchTarget { x, y })).collect_view());
     let heights = move || target.get() == TouchTarget::default();
-    let measure = move || if heights() { plate(line).into_any() } else { tool(line).into_any() };
-    let ready = move || {
-        line.may_act()
-            && line.state() == Some(State::Ready)
-            && touch.with(|touch| touch.wish(false).is_some())
-    };
+    let measure = move || if heights() { plate().into_any() } else { tool().into_any() };
+    let ready = move || link::ready() && touch.with(|touch| touch.wish(false).is_some());
     let word = move || match next.get() {
         Some(TouchedPart::Edge { axis: 0, .. }) => say!("page.touch.touch_x"),
         Some(TouchedPart::Edge { .. }) => say!("page.touch.touch_y"),
@@ -47,11 +38,11 @@ pub(super) fn touch_off(line: Link) -> impl IntoView {
         move || picture(target.get(), next.get()),
         p().attr("role", "status").child(move || step(next.get())),
         measure,
-        push_if("button", ready, word, |_| send(TouchOffEvent::Touch)),
+        push_guarded("button", || "touch", ready, word, |_| send(TouchOffEvent::Touch)),
     ))
 }
 
-/// A place of the board to choose.
+/// The button of a point of the board.
 fn place(target: Memo<TouchTarget>, own: TouchTarget) -> impl IntoView {
     const ARROWS: [[&str; 3]; 3] = [["↗", "↑", "↖"], ["→", "⊙", "←"], ["↘", "↓", "↙"]];
     let index = |side: i8| usize::from((side + 1).unsigned_abs());
@@ -77,7 +68,7 @@ fn place(target: Memo<TouchTarget>, own: TouchTarget) -> impl IntoView {
         .child(arrow)
 }
 
-/// What is to be done before the next step.
+/// Instruction for the next step.
 fn step(next: Option<TouchedPart>) -> String {
     match next {
         None => say!("page.touch.done"),
@@ -89,7 +80,7 @@ fn step(next: Option<TouchedPart>) -> String {
     }
 }
 
-/// The board from above, the tip where it has to stand, and its way.
+/// The board from above, the start position of the tip, and its direction.
 fn picture(target: TouchTarget, next: Option<TouchedPart>) -> impl IntoView + use<> {
     let middle = [60.0 + 40.0 * f64::from(target.x), 40.0 - 25.0 * f64::from(target.y)];
     let (tip, way) = match next {
@@ -129,12 +120,12 @@ fn length(
     ))
 }
 
-fn tool(line: Link) -> impl IntoView {
-    let shown = move || line.touch_off.with(|touch| touch.tool.clone());
+fn tool() -> impl IntoView {
+    let shown = move || watch(|m| &m.touch_off).with(|touch| touch.tool.clone());
     length(t!("page.touch.tool"), shown, |text| TouchOffEvent::Tool { text })
 }
 
-fn plate(line: Link) -> impl IntoView {
-    let shown = move || line.touch_off.with(|touch| touch.plate.clone());
+fn plate() -> impl IntoView {
+    let shown = move || watch(|m| &m.touch_off).with(|touch| touch.plate.clone());
     length(t!("page.touch.plate"), shown, |text| TouchOffEvent::Plate { text })
 }

@@ -1,10 +1,10 @@
-//! The words, colours and signs of what the machine does.
-//!
-//! Comes in: states of `control`, the line. Goes out: keys of the locale tables, classes, icons. Knows no layout.
+//! Texts, tones and icons for what the machine does.
 
+use crate::health::Freshness;
 use crate::i18n::{key, say};
-use crate::page::frame;
-use crate::page::link::{Freshness, Link, LinkPhase};
+use crate::model::link::LinkPhase;
+use crate::model::link::rest::{pause_words, rest_words};
+use crate::page::{link, read, shared};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
 use annulus_core::controller::SetterStep;
@@ -12,18 +12,17 @@ use annulus_core::job::Input;
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::steps::Stage;
 use annulus_core::wire::RowVerdict;
-use leptos::prelude::{Get, With};
+use leptos::prelude::With;
 
-/// How a state is shown: word, colour class, sign.
+/// How a state is shown.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Key of its word.
+    /// Key of its name.
     pub word: &'static str,
-    /// Key of the sentence beside it.
+    /// Key of the explanation.
     pub meaning: &'static str,
-    /// Class that sets the colour.
+    /// CSS class of the colour.
     pub tone: &'static str,
-    /// Its sign.
     pub icon: Icon,
 }
 
@@ -31,7 +30,6 @@ const fn look(word: &'static str, meaning: &'static str, tone: &'static str, ico
     Look { word, meaning, tone, icon }
 }
 
-/// How `state` is shown.
 pub fn state(state: State) -> Look {
     match state {
         State::NotHomed => {
@@ -88,68 +86,79 @@ pub fn phase(phase: LinkPhase) -> Look {
     }
 }
 
-/// How a connection is shown that was there before: whether a job was in work then.
-fn lost(line: Link) -> Look {
-    let worked = line.status.with(|status| status.as_ref().is_some_and(|status| status.job.is_some()));
+/// How a lost connection is shown; differs if a job was running.
+fn lost() -> Look {
+    let worked = read(|m| m.link.status.as_ref().is_some_and(|status| status.job.is_some()));
     let meaning = if worked { key!("page.state.link_lost_is") } else { key!("page.state.link_lost_idle") };
     Look { meaning, ..phase(LinkPhase::Lost) }
 }
 
-/// Whether the machine was there and is not heard any more.
-pub fn is_lost(line: Link) -> bool {
-    line.ever.get() && (line.phase.get() != LinkPhase::Open || line.freshness.get() == Freshness::Lost)
+/// True if the machine was connected and no longer responds.
+pub fn is_lost() -> bool {
+    read(|m| m.link.ever && (m.link.phase != LinkPhase::Open || m.link.freshness == Freshness::Lost))
 }
 
-/// Whether the machine is attended by this page itself: its own drill, or a controller at its port.
-fn here(line: Link) -> bool {
-    frame().alone.get() || line.controller.with(|controller| controller.chosen)
+/// True if this page itself drives the machine: its own drill, or a controller at its port.
+fn here() -> bool {
+    read(|m| m.frame.alone || m.link.controller.chosen)
 }
 
-/// Whether the machine fetches a tool by itself just now; it waits for a person where the tool in its spindle is worn.
-fn fetches(line: Link) -> bool {
-    line.magazine.with(|magazine| magazine.as_ref().is_some_and(|report| report.changes))
+/// True while the machine fetches a tool itself. False while it waits for the user to replace a worn one.
+fn fetches() -> bool {
+    read(|m| m.link.magazine.as_ref().is_some_and(|report| report.changes))
 }
 
-/// How things stand: the machine's state, or that it is not known.
-pub fn of(line: Link) -> Look {
-    if line.phase.get() != LinkPhase::Open || line.freshness.get() == Freshness::Lost {
-        if line.ever.get() {
-            return lost(line);
+/// How the machine's state, or its absence, is shown.
+pub fn of() -> Look {
+    if read(|m| m.link.phase != LinkPhase::Open || m.link.freshness == Freshness::Lost) {
+        if read(|m| m.link.ever) {
+            return lost();
         }
-        let now = phase(line.phase.get());
-        let meaning = if here(line) { key!("page.state.connecting_here") } else { now.meaning };
+        let now = phase(read(|m| m.link.phase));
+        let meaning = if here() { key!("page.state.connecting_here") } else { now.meaning };
         return Look { meaning, ..now };
     }
-    match line.state() {
+    match link::state() {
         Some(State::Running) => {
-            let word = if mills(line) { key!("page.state.milling") } else { key!("page.state.running") };
+            let word = if mills() { key!("page.state.milling") } else { key!("page.state.running") };
             let meaning =
-                if here(line) { key!("page.state.running_here") } else { key!("page.state.running_is") };
+                if here() { key!("page.state.running_here") } else { key!("page.state.running_is") };
             Look { word, meaning, ..state(State::Running) }
         }
-        Some(State::Paused) if line.controller.with(|controller| controller.plans()) => {
-            Look { meaning: key!("page.state.paused_there"), ..state(State::Paused) }
+        Some(now @ (State::Pausing | State::Paused)) => {
+            let plans = read(|m| m.link.controller.plans());
+            let meaning = shared(|m| &m.link.status).with(|status| pause_words(status.as_deref()?, plans));
+            let own = state(now);
+            Look { meaning: meaning.unwrap_or(own.meaning), ..own }
         }
-        Some(State::ToolChange) if measuring(line).is_some() => {
+        Some(State::ToolChange) if measuring().is_some() => {
             Look { meaning: key!("page.measure.meaning"), ..state(State::ToolChange) }
         }
-        Some(State::ToolChange) if changing(line).is_some() => {
+        Some(State::ToolChange) if changing().is_some() => {
             Look { meaning: key!("page.changer.meaning"), ..state(State::ToolChange) }
         }
-        Some(State::ToolChange) if fetches(line) => {
+        Some(State::ToolChange) if fetches() => {
             Look { meaning: key!("page.magazine.changing"), ..state(State::ToolChange) }
         }
-        Some(now) => state(now),
+        Some(now) => {
+            let known = shared(|m| &m.link.status)
+                .with(|status| rest_words(status.as_deref()?, read(|m| m.link.homes())));
+            let own = state(now);
+            known.map_or(own, |[word, meaning]| {
+                let tone = if word == own.word { own.tone } else { "tone-pause" };
+                Look { word, meaning, tone, ..own }
+            })
+        }
         None => phase(LinkPhase::Connecting),
     }
 }
 
-/// Whether a toolpath is in work, and not a hole.
-pub fn mills(line: Link) -> bool {
-    line.status.with(|status| status.as_ref().is_some_and(|status| status.toolpath.is_some()))
+/// True if the machine is on a toolpath, false on a hole.
+pub fn mills() -> bool {
+    read(|m| m.link.status.as_ref().is_some_and(|status| status.toolpath.is_some()))
 }
 
-/// The stages of a hole or of a toolpath, in their order.
+/// The stages of a hole or a toolpath, in order.
 pub const fn stages(mills: bool) -> [(Stage, &'static str); 4] {
     let work =
         if mills { (Stage::Mill, key!("page.stage.mill")) } else { (Stage::Drill, key!("page.stage.drill")) };
@@ -161,7 +170,6 @@ pub const fn stages(mills: bool) -> [(Stage, &'static str); 4] {
     ]
 }
 
-/// The word for `stage`.
 pub fn stage(stage: Stage) -> &'static str {
     match stage {
         Stage::Travel => key!("page.stage.travel"),
@@ -182,7 +190,7 @@ pub fn stage(stage: Stage) -> &'static str {
     }
 }
 
-/// What is done where a tool is measured on the tool setter, one after the other.
+/// The steps of measuring a tool on the tool setter.
 pub const MEASUREMENT: [&str; 6] = [
     key!("page.measure.up"),
     key!("page.measure.over"),
@@ -192,9 +200,9 @@ pub const MEASUREMENT: [&str; 6] = [
     key!("page.measure.zero"),
 ];
 
-/// Which of [`MEASUREMENT`] is in work; none where no tool is measured.
-pub fn measuring(line: Link) -> Option<usize> {
-    let step = line.status.with(|status| status.as_ref().and_then(|status| status.measuring))?;
+/// Index of the current step in [`MEASUREMENT`]; none if no tool is being measured.
+pub fn measuring() -> Option<usize> {
+    let step = read(|m| m.link.status.as_ref()?.measuring)?;
     Some(match step {
         SetterStep::Ready | SetterStep::Up => 0,
         SetterStep::Over => 1,
@@ -205,12 +213,11 @@ pub fn measuring(line: Link) -> Option<usize> {
     })
 }
 
-/// The line in work of the tool changer of a controller, and how many there are; none where it changes nothing.
-pub fn changing(line: Link) -> Option<[u32; 2]> {
-    line.status.with(|status| status.as_ref().and_then(|status| status.changing))
+/// Current line of the controller's tool changer macro, and their number; none if none is running.
+pub fn changing() -> Option<[u32; 2]> {
+    read(|m| m.link.status.as_ref()?.changing)
 }
 
-/// The word for the sensor `input`.
 pub fn sensor(input: Input) -> &'static str {
     match input {
         Input::XMin => key!("page.sensor.x_min"),
@@ -232,7 +239,6 @@ pub fn sensor(input: Input) -> &'static str {
     }
 }
 
-/// How a job ended.
 pub fn ending(ending: Ending) -> &'static str {
     match ending {
         Ending::Done => key!("page.ended.done"),
@@ -242,7 +248,7 @@ pub fn ending(ending: Ending) -> &'static str {
     }
 }
 
-/// How a row of the pre-flight is shown.
+/// How a pre-flight result is shown.
 pub fn verdict(verdict: RowVerdict) -> Look {
     match verdict {
         RowVerdict::Pass => {
@@ -257,7 +263,7 @@ pub fn verdict(verdict: RowVerdict) -> Look {
     }
 }
 
-/// How much of its life is done, in words.
+/// How much of a tool's life is used, in words.
 pub(crate) fn wear_words(tool: &RackTool, wear: &ToolWear) -> String {
     let (done, life) = (wear.done(), tool.life);
     match (tool.wears_by_way(), life) {

@@ -1,6 +1,4 @@
-//! The boards that the files are of, where they are several: one is chosen, the files of the others are left out.
-//!
-//! Comes in: what was read. Goes out: the board that is meant.
+//! A menu of boards if the files belong to several. The files of the boards that aren't chosen are left out.
 
 use super::preview;
 use crate::i18n::{say, t};
@@ -14,10 +12,10 @@ use leptos::html::{button, div, h3, p, section, small, strong};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// Names of files shown of one board.
+/// Maximum number of file names shown per board.
 const MOST_NAMES: usize = 4;
 
-/// The chooser, where there is something to choose.
+/// The menu, if there are several boards.
 pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
     let boards = &document.reading.boards;
     if boards.len() < 2 {
@@ -30,7 +28,7 @@ pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
         let rows = board.files.iter().take(MOST_NAMES);
         let names: Vec<&str> = rows
             .filter_map(|row| document.reading.files.get(*row as usize))
-            .map(|file| file.name.rsplit(['/', '\\']).next().unwrap_or(&file.name))
+            .map(|file| file.read.name.rsplit(['/', '\\']).next().unwrap_or(&file.read.name))
             .collect();
         let more = if count > names.len() { " …" } else { "" };
         let names = format!("{}{more}", names.join(", "));

@@ -1,14 +1,11 @@
-//! One finding: its severity, where, what it means, what to do; an error has a tick to say that it was seen.
-//!
-//! Comes in: a diagnostic. Goes out: a notice, and accepted errors.
+//! One problem: severity, location, meaning, advice; an error has a checkbox to accept it.
 
 use crate::i18n::{advice, key, message, say, t};
 use crate::model::FilesEvent;
-use crate::page::{open_board, send};
-use crate::widgets::{Icon, icon};
+use crate::page::{send, watch};
+use crate::widgets::{Icon, icon, tick};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use leptos::ev;
-use leptos::html::{div, input, label, p, span, strong};
+use leptos::html::{div, p, strong};
 use leptos::prelude::*;
 
 fn look(severity: Severity) -> (&'static str, Icon, &'static str) {
@@ -19,7 +16,6 @@ fn look(severity: Severity) -> (&'static str, Icon, &'static str) {
     }
 }
 
-/// The notice.
 pub(crate) fn finding(diagnostic: Diagnostic) -> impl IntoView {
     let (class, sign, word) = look(diagnostic.severity);
     let place = diagnostic.place.clone().filter(|place| place.line > 0).map(|place| {
@@ -27,15 +23,12 @@ pub(crate) fn finding(diagnostic: Diagnostic) -> impl IntoView {
     });
     let (what, cure, code) = (diagnostic.clone(), diagnostic.clone(), diagnostic.code.clone());
     let tick = (diagnostic.severity == Severity::Error).then(|| {
-        let desk = open_board();
         let (seen, flip) = (code.clone(), code);
-        label().class("tick").child((
-            input()
-                .attr("type", "checkbox")
-                .prop("checked", move || desk.accepted.with(|accepted| accepted.contains(&seen)))
-                .on(ev::change, move |_| send(FilesEvent::FlipAccepted { code: flip.clone() })),
-            span().child(t!("page.review.accept")),
-        ))
+        tick(
+            move || watch(|m| &m.board.accepted).with(|accepted| accepted.contains(&seen)),
+            t!("page.review.accept"),
+            move |_| send(FilesEvent::FlipAccepted { code: flip.clone() }),
+        )
     });
     div().class(class).child((
         icon(sign),

@@ -1,14 +1,12 @@
-//! How the numbers of a drill file are read, on what grounds, and how else they could be.
-//!
-//! Comes in: the evidence. Goes out: what the person says instead.
+//! The number format of a drill file, the evidence for it, and the next best candidate.
 
 use super::preview;
-use crate::engine::messages::DrillRow;
+use crate::engine::messages::FileRow;
 use crate::i18n::{key, say, t};
 use crate::model::{Document, FilesEvent};
-use crate::page::open_board;
-use crate::page::send;
+use crate::page::{peek, send};
 use crate::widgets::push;
+use annulus_core::artwork::{Counts, FileRead, Source};
 use annulus_core::project::saved::NumberReading;
 use leptos::ev;
 use leptos::html::{div, figcaption, figure, label, option, select, span};
@@ -18,28 +16,28 @@ fn percent(share: f64) -> String {
     format!("{:.0}", share * 100.0)
 }
 
-fn grounds(evidence: &str) -> &'static str {
-    match evidence {
-        "person" => key!("page.evidence.person"),
-        "header" => key!("page.evidence.header"),
-        "comment" => key!("page.evidence.comment"),
-        "companion" => key!("page.evidence.companion"),
-        "copper" => key!("page.evidence.copper"),
-        "shape" => key!("page.evidence.shape"),
-        _ => key!("page.evidence.custom"),
+fn grounds(source: Option<Source>) -> &'static str {
+    match source {
+        Some(Source::Person) => key!("page.evidence.person"),
+        Some(Source::Header) => key!("page.evidence.header"),
+        Some(Source::Comment) => key!("page.evidence.comment"),
+        Some(Source::Companion) => key!("page.evidence.companion"),
+        Some(Source::Copper) => key!("page.evidence.copper"),
+        Some(Source::Shape) => key!("page.evidence.shape"),
+        Some(Source::Default) | None => key!("page.evidence.custom"),
     }
 }
 
-fn reading(drill: &DrillRow) -> String {
-    let digits = drill.digits.map(|(before, behind)| format!("{before}.{behind}"));
-    let parts = [drill.units.clone(), digits, drill.zeros.clone()];
+fn reading(file: &FileRead) -> String {
+    let digits = file.number_format.map(|digits| format!("{}.{}", digits.integer, digits.decimal));
+    let word = |name: &'static str| name.to_owned();
+    let parts =
+        [file.units.map(|units| word(units.name())), digits, file.zeros.map(|zeros| word(zeros.name()))];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
 fn again(change: impl FnOnce(&mut NumberReading)) {
-    let Some(mut numbers) =
-        open_board().document.with_untracked(|open| open.as_ref().map(|open| open.said.numbers.clone()))
-    else {
+    let Some(mut numbers) = peek(|m| m.board.document.as_ref().map(|open| open.said.numbers.clone())) else {
         return;
     };
     change(&mut numbers);
@@ -73,7 +71,7 @@ fn digits_of(word: &str) -> Option<(u8, u8)> {
     Some((before.parse().ok()?, behind.parse().ok()?))
 }
 
-/// A reading for people, as what a person would say: `inch 2.4 leading`.
+/// Parses a reading written like `inch 2.4 leading`.
 fn said(reading: &str) -> NumberReading {
     let mut words = reading.split(' ');
     let units = words.next().map(str::to_owned);
@@ -81,10 +79,11 @@ fn said(reading: &str) -> NumberReading {
     NumberReading { units, digits, zeros }
 }
 
-/// How else the numbers could be read: what that looks like, how well it fits, and the button that takes it.
-pub(super) fn rival(document: &Document, drill: &DrillRow) -> Option<AnyView> {
-    let (share, reading) = (drill.runner_up?, drill.runner_up_reading.clone()?);
-    let picture = preview::holes_of(&drill.runner_up_holes, document.reading.body)?;
+/// The next best reading: a picture of its holes, its score, and the button that chooses it.
+pub(super) fn rival(document: &Document, file: &FileRow) -> Option<AnyView> {
+    let evidence = file.read.evidence.as_ref().filter(|_| file.drill.is_some())?;
+    let (share, reading) = (evidence.runner_up?, evidence.runner_up_reading.clone()?);
+    let picture = preview::holes_of(&evidence.runner_up_holes, document.reading.body)?;
     let written = reading.clone();
     let words = t!("page.review.runner_up", reading = written, percent = percent(share));
     let take = move |_| again(|numbers| *numbers = said(&reading));
@@ -96,15 +95,17 @@ pub(super) fn rival(document: &Document, drill: &DrillRow) -> Option<AnyView> {
     Some(figure.into_any())
 }
 
-/// The line.
-pub(crate) fn format(numbers: NumberReading, drill: DrillRow) -> impl IntoView {
-    let counts = t!("page.review.counts", holes = drill.hits, slots = drill.slots, routes = drill.routes);
-    let ground = grounds(&drill.evidence);
-    let read = reading(&drill);
+/// The format of a drill file, and its contents.
+pub(crate) fn format(numbers: NumberReading, file: &FileRead, drill: Counts) -> impl IntoView + use<> {
+    let counts =
+        t!("page.review.counts", holes = drill.hits, slots = drill.slots, routes = drill.routed_paths);
+    let evidence = file.evidence.as_ref();
+    let ground = grounds(evidence.map(|evidence| evidence.source));
+    let read = reading(file);
     let read_as =
         move || say!("page.review.read_as", reading = read, because = crate::i18n::text(ground, &[]));
-    let score = drill
-        .score
+    let score = evidence
+        .and_then(|evidence| evidence.score)
         .map(|share| span().class("tabular").child(t!("page.review.score", percent = percent(share))));
     let digits = numbers.digits.map(|(before, behind)| format!("{before}.{behind}"));
     div().class("evidence").child((

@@ -1,6 +1,4 @@
-//! The import review: every file with what it is taken for and why; how its numbers are read; what was not understood.
-//!
-//! Comes in: what was read. Goes out: which files are used, how numbers are read, errors ticked as seen (N4, N5).
+//! The import review: every file with its role and the reason; the number formats; what wasn't understood.
 
 mod boards;
 mod finding;
@@ -12,16 +10,15 @@ pub(crate) use finding::finding;
 use crate::engine::messages::FileRow;
 use crate::i18n::{key, say, t};
 use crate::model::{Document, FilesEvent, Unseen};
-use crate::page::{open_board, send};
-use crate::widgets::{menu_word, push, push_if};
+use crate::page::{board, read, send, shared};
+use crate::widgets::{menu_word, push, push_if, tick};
+use annulus_core::artwork::{FileKind, FileRead, Role, Side};
 use leptos::ev;
-use leptos::html::{div, h2, header, input, label, p, select, span, table, tbody, td, th, thead, tr};
+use leptos::html::{div, h2, header, input, p, select, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The sheet.
 pub(crate) fn review() -> impl IntoView {
-    let desk = open_board();
     let head = header().child((
         div()
             .class("grow")
@@ -30,7 +27,7 @@ pub(crate) fn review() -> impl IntoView {
         push("button", t!("page.review.discard"), |_| send(FilesEvent::Discarded)),
         push_if(
             "button primary large",
-            move || desk.unseen().is_none() && usable(),
+            move || board::unseen().is_none() && usable(),
             t!("page.review.go"),
             |_| send(FilesEvent::Reviewed),
         ),
@@ -41,20 +38,20 @@ pub(crate) fn review() -> impl IntoView {
                 p().class("refusal").attr("role", "status").child(t!("page.review.unusable")).into_any(),
             );
         }
-        let word = match desk.unseen()? {
+        let word = match board::unseen()? {
             Unseen::Several => key!("page.review.unseen_several"),
             Unseen::Unread => key!("page.review.unseen"),
             Unseen::Board => key!("page.review.unseen_board"),
         };
         Some(p().class("quiet").attr("role", "status").child(move || crate::i18n::text(word, &[])).into_any())
     };
-    let body = move || desk.document.get().map(|document| files(&document));
+    let body = move || shared(|m| &m.board.document).get().map(|document| files(&document));
     div().class("whole").child(div().class("review").child((head, unseen, body)))
 }
 
-/// The way back to the board that was open before, as it was.
+/// The button back to the board that was open before.
 fn back() -> impl IntoView {
-    let before = open_board().before;
+    let before = shared(|m| &m.before);
     move || {
         before.get().map(|before| {
             let name = before.document.reading.board.name.clone();
@@ -63,9 +60,9 @@ fn back() -> impl IntoView {
     }
 }
 
-/// Whether anything of the files can be drilled, milled or looked at.
+/// True if the files have anything to drill, mill or look at.
 fn usable() -> bool {
-    open_board().document.with(|document| document.as_ref().is_some_and(|document| document.usable()))
+    read(|m| m.board.document.as_ref().is_some_and(|document| document.usable()))
 }
 
 const COLUMNS: [&str; 6] = [
@@ -91,18 +88,19 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
     )
 }
 
-fn row_class(kind: &str, has_holes: bool, used: bool) -> &'static str {
+fn row_class(kind: FileKind, has_holes: bool, used: bool) -> &'static str {
     match kind {
-        "refused" => "refused",
-        "gerber" if !has_holes => "used",
+        FileKind::Refused => "refused",
+        FileKind::Gerber if !has_holes => "used",
         _ if used => "used",
         _ => "unused",
     }
 }
 
-fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView + use<> {
+fn line(document: &Arc<Document>, index: u32, row: &FileRow) -> impl IntoView + use<> {
     let used = document.reading.used.contains(&index);
-    let can_be_used = file.drill.is_some();
+    let file = &row.read;
+    let can_be_used = row.drill.is_some();
     let name = file.name.clone();
     let tick = can_be_used.then(|| {
         input()
@@ -112,8 +110,6 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
             .on(ev::change, move |_| send(FilesEvent::FlipUse { row: index }))
     });
     let reason = file.reason.clone();
-    let is_gerber = file.kind == "gerber";
-    let side = file.side.clone();
     let shown_diagnostics = file
         .diagnostics
         .iter()
@@ -121,112 +117,94 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
         .map(|diagnostic| finding(diagnostic.clone()).into_any())
         .collect::<Vec<_>>();
     let more = file.diagnostics.len().saturating_sub(20);
-    tr().class(row_class(&file.kind, can_be_used, used)).child((
+    tr().class(row_class(file.kind, can_be_used, used)).child((
         td().child(tick),
         td().child(file.name.clone()),
-        td().child(role_menu(file, side.as_deref(), is_gerber)),
-        td().child(side_menu(file, side, is_gerber)),
+        td().child(role_menu(file)),
+        td().child(side_menu(file)),
         td().child((
             p().child(move || crate::i18n::message(&reason)),
-            file.drill.clone().map(|drill| format::format(document.said.numbers.clone(), drill)),
+            row.drill.map(|drill| format::format(document.said.numbers.clone(), file, drill)),
             div().class("diagnostics").child(shown_diagnostics),
             (more > 0).then(|| p().class("quiet").child(t!("page.review.more", count = more))),
         )),
-        td().child((
-            preview::preview(document, index, file),
-            file.drill.as_ref().and_then(|drill| format::rival(document, drill)),
-        )),
+        td().child((preview::preview(document, index, row), format::rival(document, row))),
     ))
 }
 
-const ROLES: [&str; 6] = ["copper", "mask", "silk", "paste", "outline", "other"];
-const SIDES: [&str; 4] = ["top", "bottom", "inner", ""];
+const ROLES: [Role; 6] = [Role::Copper, Role::Mask, Role::Silk, Role::Paste, Role::Outline, Role::Other];
+const SIDES: [Option<Side>; 4] = [Some(Side::Top), Some(Side::Bottom), Some(Side::Inner), None];
 
-/// The board is read again with this file taken for something else.
-fn say_role(file: String, role: String, side: Option<String>) {
-    send(FilesEvent::Role { file, role, side });
+/// Reads the board again with another role for this file.
+fn say_role(file: &str, role: &str, side: &str) {
+    let side = Some(side.to_owned()).filter(|side| !side.is_empty());
+    send(FilesEvent::Role { file: file.to_owned(), role: role.to_owned(), side });
 }
 
-fn role_menu(file: &FileRow, side: Option<&str>, editable: bool) -> AnyView {
-    let (kind, role, side) = (file.kind.clone(), file.role.clone(), side.map(str::to_owned));
-    let name = file.name.clone();
-    if !editable {
-        return span().child(move || what(&kind, &role)).into_any();
+fn role_menu(file: &FileRead) -> AnyView {
+    let (kind, role, side, name) = (file.kind, file.role, file.side, file.name.clone());
+    if kind != FileKind::Gerber {
+        return span().child(move || what(kind, role)).into_any();
     }
-    let options = ROLES.map(|word| {
-        let (kind, chosen) = (kind.clone(), role == word);
-        menu_word(word, move || chosen, move || what(&kind, word))
-    });
+    let options = ROLES.map(|one| menu_word(one.name(), move || role == one, move || what(kind, one)));
     select()
         .attr("aria-label", t!("page.review.is"))
         .on(ev::change, move |event| {
-            say_role(name.clone(), event_target_value(&event), side.clone());
+            say_role(&name, &event_target_value(&event), side.map_or("", Side::name));
         })
         .child(Vec::from(options))
         .into_any()
 }
 
-fn side_menu(file: &FileRow, side: Option<String>, editable: bool) -> AnyView {
-    let (file, role) = (file.name.clone(), file.role.clone());
-    if !editable || matches!(role.as_str(), "outline" | "other") {
-        return span().child(move || side.as_deref().map(side_word)).into_any();
+fn side_menu(file: &FileRead) -> AnyView {
+    let (name, role, side) = (file.name.clone(), file.role, file.side);
+    if file.kind != FileKind::Gerber || matches!(role, Role::Outline | Role::Other) {
+        return span().child(move || side.map(side_word)).into_any();
     }
-    let now = side.unwrap_or_default();
-    let options = SIDES.map(|word| {
-        let chosen = now == word;
-        let name = move || if word.is_empty() { say!("page.side.none") } else { side_word(word) };
-        menu_word(word, move || chosen, name)
+    let options = SIDES.map(|one| {
+        let word = move || one.map_or_else(|| say!("page.side.none"), side_word);
+        menu_word(one.map_or("", Side::name), move || side == one, word)
     });
     select()
         .attr("aria-label", t!("page.review.side"))
         .on(ev::change, move |event| {
-            let side = Some(event_target_value(&event)).filter(|side| !side.is_empty());
-            say_role(file.clone(), role.clone(), side);
+            say_role(&name, role.name(), &event_target_value(&event));
         })
         .child(Vec::from(options))
         .into_any()
 }
 
-/// Layers that do not share the copper's zero point can be moved to it.
+/// The offer to move layers that don't share the copper's origin.
 fn alignment(document: &Document) -> Option<AnyView> {
     let apart = ["board.outline_shifted", "board.outline_could_move"];
     let apart = document.diagnostics().any(|diagnostic| apart.contains(&diagnostic.code.as_str()));
-    let holes_apart = document.reading.files.iter().any(|file| file.shifted);
+    let holes_apart = document.reading.files.iter().any(FileRow::is_shifted);
     (apart || holes_apart || document.said.aligned).then(|| {
         let aligned = document.said.aligned;
-        label()
-            .class("tick")
-            .child((
-                input().attr("type", "checkbox").prop("checked", aligned).on(ev::change, move |event| {
-                    let on = event_target_checked(&event);
-                    send(FilesEvent::Aligned { on });
-                }),
-                span().child(t!("page.review.align")),
-            ))
-            .into_any()
+        tick(move || aligned, t!("page.review.align"), |on| send(FilesEvent::Aligned { on })).into_any()
     })
 }
 
-fn what(kind: &str, role: &str) -> String {
+fn what(kind: FileKind, role: Role) -> String {
     match (kind, role) {
-        ("archive", _) => say!("page.kind.archive"),
-        ("refused", _) => say!("page.kind.refused"),
-        ("report", _) => say!("page.kind.report"),
-        ("unknown", _) => say!("page.kind.unknown"),
-        (_, "drill") => say!("page.kind.drill"),
-        (_, "copper") => say!("page.kind.copper"),
-        (_, "mask") => say!("page.kind.mask"),
-        (_, "silk") => say!("page.kind.silk"),
-        (_, "paste") => say!("page.kind.paste"),
-        (_, "outline") => say!("page.kind.outline"),
-        _ => say!("page.kind.other"),
+        (FileKind::Archive, _) => say!("page.kind.archive"),
+        (FileKind::Refused, _) => say!("page.kind.refused"),
+        (FileKind::Report, _) => say!("page.kind.report"),
+        (FileKind::Unknown, _) => say!("page.kind.unknown"),
+        (_, Role::Drill) => say!("page.kind.drill"),
+        (_, Role::Copper) => say!("page.kind.copper"),
+        (_, Role::Mask) => say!("page.kind.mask"),
+        (_, Role::Silk) => say!("page.kind.silk"),
+        (_, Role::Paste) => say!("page.kind.paste"),
+        (_, Role::Outline) => say!("page.kind.outline"),
+        (_, Role::Other) => say!("page.kind.other"),
     }
 }
 
-fn side_word(side: &str) -> String {
+fn side_word(side: Side) -> String {
     match side {
-        "top" => say!("page.side.top"),
-        "bottom" => say!("page.side.bottom"),
-        _ => say!("page.side.inner"),
+        Side::Top => say!("page.side.top"),
+        Side::Bottom => say!("page.side.bottom"),
+        Side::Inner => say!("page.side.inner"),
     }
 }

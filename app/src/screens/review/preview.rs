@@ -1,11 +1,10 @@
-//! A small picture of a layer beside its row.
-//!
-//! Comes in: the triangles of the layer. Goes out: a canvas, drawn once. Knows no GPU.
+//! A thumbnail of a layer, next to its row.
 
 use crate::engine::messages::FileRow;
 use crate::layers::LayerKind;
 use crate::model::Document;
 use crate::view::{Colour, Mesh, Palette};
+use annulus_core::artwork::Role;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use leptos::html::{self, canvas};
@@ -14,19 +13,19 @@ use std::sync::Arc;
 use wasm_bindgen::JsCast;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
 
-/// A hole whose size no file says.
+/// Diameter for holes whose file gives none.
 const UNSIZED: Length = Length::from_um(800);
-/// A hole is drawn at least as large as this part of the picture.
+/// Minimum diameter of a hole, as a fraction of the picture's width: one part in this many.
 const SEEN_SHARE: i64 = 60;
-/// Its size in pixels.
+/// Pixels.
 const WIDTH: u32 = 112;
 const HEIGHT: u32 = 72;
-/// More triangles than this are not drawn one by one.
+/// Further triangles of a mesh are not drawn.
 const MOST: usize = 60_000;
 
-/// The picture of file `index`, if there is one.
+/// The thumbnail of file `index`, if there is one.
 pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> Option<AnyView> {
-    let colour = LayerKind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
+    let colour = LayerKind::of(file.read.role, file.read.side).colour(&Palette::DARK);
     let mut boards = document.reading.boards.iter().zip(&document.boards);
     if let Some((_, mesh)) = boards.find(|(board, _)| board.picture_of == Some(index)) {
         return Some(picture(mesh.clone(), colour));
@@ -38,7 +37,8 @@ pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> O
     let own = rows.iter().position(|row| row.file == Some(index));
     let copper = || {
         rows.iter().position(|row| {
-            row.file.is_none() && file.role == "copper" && row.role == "copper" && row.side == file.side
+            let is_copper = file.read.role == Role::Copper && row.role == Role::Copper;
+            row.file.is_none() && is_copper && row.side == file.read.side
         })
     };
     let at = own.or_else(copper)?;
@@ -46,18 +46,18 @@ pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> O
     Some(picture(mesh, colour))
 }
 
-/// What no layer shows: the holes of a drill file, the shape of an outline.
+/// The mesh of files without a layer: the holes of a drill file, the shape of an outline.
 fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
     let board = &document.reading.board;
-    let mesh = match file.role.as_str() {
-        "drill" => {
-            let source = board.sources.iter().position(|name| *name == file.name)?;
+    let mesh = match file.read.role {
+        Role::Drill => {
+            let source = board.sources.iter().position(|name| *name == file.read.name)?;
             let own = board.holes.iter().filter(|hole| hole.source as usize == source);
             let mut mesh = discs(own.map(|hole| (hole.at, hole.diameter.unwrap_or(UNSIZED))));
             frame(&mut mesh, document.reading.body);
             mesh
         }
-        "outline" => {
+        Role::Outline => {
             let body = crate::picture::scene(board, document.reading.body, &Palette::DARK).body;
             Mesh {
                 triangles: (0..body.len() as u32 / 3).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect(),
@@ -70,12 +70,12 @@ fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
 
-/// Holes at these places, in the frame of the board.
+/// Holes at these positions, with the board's frame.
 pub(super) fn holes_of(places: &[Point], body: Option<Bounds>) -> Option<AnyView> {
     let around =
         Bounds::around(places.iter().copied().chain(body.iter().flat_map(|body| [body.min, body.max])))?;
     let across = (around.max.x - around.min.x).max(around.max.y - around.min.y);
-    // As small as they may be beside the board, they are seen.
+    // Holes far apart must still be visible.
     let seen = Length::from_nm(across.nm() / SEEN_SHARE).max(UNSIZED);
     let mut mesh = discs(places.iter().map(|at| (*at, seen)));
     if mesh.triangles.is_empty() {
@@ -85,7 +85,7 @@ pub(super) fn holes_of(places: &[Point], body: Option<Bounds>) -> Option<AnyView
     Some(picture(Arc::new(mesh), Palette::DARK.finding))
 }
 
-/// The box of the board round what is drawn, so that both are seen in their sizes.
+/// Adds the board's bounding box, so that the sizes can be compared.
 fn frame(mesh: &mut Mesh, body: Option<Bounds>) {
     let (Some(body), Some([low, high])) = (body, mesh.bounds_mm()) else { return };
     let [x, y] = [body.min.x.mm() as f32, body.min.y.mm() as f32];
@@ -121,7 +121,7 @@ fn discs(holes: impl Iterator<Item = (Point, Length)>) -> Mesh {
     mesh
 }
 
-/// Triangles as a small picture.
+/// Draws a mesh as a thumbnail.
 pub(super) fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
     let element = NodeRef::<html::Canvas>::new();
     element.on_load(move |element| draw(&element, &mesh, colour));

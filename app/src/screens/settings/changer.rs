@@ -1,9 +1,7 @@
-//! The lines by which a machine with a controller changes tools itself, written once for it; empty where a person changes them (N19).
-//!
-//! Comes in: the controller, what is typed. Goes out: the wish to keep the lines. Nothing moves by it.
+//! The tool change macro of a controller, stored per machine; empty if the user changes tools. Moves nothing.
 
 use crate::i18n::{say, t};
-use crate::page::link;
+use crate::page::{link, shared};
 use annulus_core::controller::{CHANGER_KEY, TOOL_MARK};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
@@ -11,11 +9,9 @@ use leptos::ev;
 use leptos::html::{div, label, p, span, textarea};
 use leptos::prelude::*;
 
-/// The lines.
 pub(super) fn changer() -> impl IntoView {
-    let line = link::link();
     let shown = Memo::new(move |_| {
-        line.controller.with(|controller| controller.who.as_ref().map(|who| who.changer.join("\n")))
+        shared(|m| &m.link.controller.who).with(|who| who.as_ref().map(|who| who.changer.join("\n")))
     });
     let keep = |event: web_sys::Event| {
         let lines = event_target_value(&event).lines().map(str::to_owned).collect();
@@ -29,7 +25,7 @@ pub(super) fn changer() -> impl IntoView {
                 .attr("rows", "4")
                 .attr("spellcheck", "false")
                 .attr("placeholder", "M6 T{tool}")
-                .prop("disabled", move || !line.may_act() || line.busy())
+                .prop("disabled", || !link::may_change())
                 .prop("value", move || shown.get().unwrap_or_default())
                 .on(ev::change, keep),
         )),

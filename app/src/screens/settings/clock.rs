@@ -1,16 +1,14 @@
-//! What the bridge's clock is worth, where the machine is real: sentences and the histogram as a table.
-//!
-//! Comes in: what the bridge told. Goes out: nothing. Knows no setting.
+//! Timing quality of the bridge's clock on a real machine: text, and the histogram as a table.
 
 use crate::i18n::{message, say, t};
-use crate::page::link;
+use crate::page::shared;
 use annulus_core::control::lateness::EDGES_US;
 use leptos::html::{h3, p, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-/// The histogram; nothing while the drill is virtual or no bridge is there.
+/// The histogram; nothing for a virtual drill or without a bridge.
 pub(super) fn clock() -> impl IntoView {
-    let timing = link::link().timing;
+    let timing = shared(|m| &m.link.timing);
     move || {
         timing.get().map(|timing| {
             let sentence = |found| p().child(move || message(&found));

@@ -1,11 +1,8 @@
-//! One field of the machine's table: its name, its unit, its sentence, and why it cannot be what was typed.
-//!
-//! Comes in: a row of the table. Goes out: a field that writes into the draft.
+//! A field for one machine setting: name, unit, description, and why a typed value was rejected.
 
 use crate::i18n::{self, advice, message, t};
 use crate::model::SettingsEvent;
-use crate::page::link::link;
-use crate::page::{open_board, send};
+use crate::page::{peek, send, shared, watch};
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Setting, Value, ValueKind, is_adapter_wiring, is_in_file_only};
@@ -18,14 +15,13 @@ fn id(setting: &Setting) -> String {
 }
 
 fn shown(setting: &'static Setting) -> String {
-    let typed = link().draft.with(|draft| draft.typed.get(setting.key).cloned());
-    typed.unwrap_or_else(|| match open_board().machine.with(|machine| setting.value(machine)) {
+    let typed = watch(|m| &m.settings).with(|draft| draft.typed.get(setting.key).cloned());
+    typed.unwrap_or_else(|| match shared(|m| &m.machine).with(|machine| setting.value(machine)) {
         Value::Text(text) => text,
         numbers => i18n::number(numbers.to_string()),
     })
 }
 
-/// The field.
 pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let why = Memo::new(move |_| {
         let about = |diagnostic: &&Diagnostic| {
@@ -33,10 +29,10 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
         };
         refused.with(|diagnostics| diagnostics.iter().find(about).cloned())
     });
-    let changed = move || link().draft.with(|draft| draft.typed.contains_key(setting.key));
+    let changed = move || watch(|m| &m.settings).with(|draft| draft.typed.contains_key(setting.key));
     let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));
-    // A machine that this page drives alone has no file that could say how it is wired.
-    let own = link().controller.with_untracked(|controller| controller.is_adapter);
+    // A machine driven by this page alone has no settings file, so its wiring must be editable here.
+    let own = peek(|m| m.link.controller.is_adapter);
     let fixed = is_in_file_only(setting.key) && !(own && is_adapter_wiring(setting.key));
     let write = move |text: String| send(SettingsEvent::Type { key: setting.key, text });
     let entry = match setting.kind {

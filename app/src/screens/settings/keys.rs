@@ -1,18 +1,16 @@
-//! Single keys moved to others: a list of what they do, each with the letter or sign that does it.
-//!
-//! Comes in: the table of keys, those that were moved. Goes out: moves of one, or all of them back. Does not know what keys do.
+//! Custom keyboard shortcuts: a list of commands, each with the character that runs it.
 
 use crate::i18n::{self, key, say, t};
 use crate::keys::{SHORTCUTS, Shortcut, is_of_ones_own};
 use crate::model::FrameEvent;
-use crate::page::{frame, send, written};
+use crate::page::{read, send, watch, written};
 use crate::screens::top_bar::name_of;
 use crate::widgets::push_if;
 use leptos::ev;
 use leptos::html::{details, div, input, label, p, span, summary};
 use leptos::prelude::*;
 
-/// What a key does, and on which screen.
+/// The command of a shortcut, and its screen.
 fn name(shortcut: &Shortcut) -> String {
     let does = i18n::text(shortcut.name, &[]);
     match shortcut.tab {
@@ -32,7 +30,7 @@ fn row(shortcut: &'static Shortcut) -> impl IntoView {
         .on(ev::focus, |event| event_target::<web_sys::HtmlInputElement>(&event).select())
         .on(ev::change, move |event| {
             send(FrameEvent::OwnKey { shortcut, sign: event_target_value(&event) });
-            // What could not be had is not left standing there.
+            // Replace a rejected character by the one in use.
             let there = untrack(|| written(shortcut));
             event_target::<web_sys::HtmlInputElement>(&event).set_value(&there);
         });
@@ -45,15 +43,14 @@ fn refused() -> impl IntoView {
         None => i18n::text(key!("page.settings.key_kept"), &[]),
     };
     move || {
-        let why = frame().own_key_refused.get()?;
+        let why = watch(|m| &m.frame.own_key_refused).get()?;
         Some(p().class("refusal").attr("role", "alert").child(move || text(why.clone())))
     }
 }
 
-/// The list.
 pub(super) fn own_keys() -> impl IntoView {
     let rows = SHORTCUTS.iter().filter(|shortcut| is_of_ones_own(shortcut)).map(row).collect::<Vec<_>>();
-    let moved = move || frame().own_keys.with(|own| !own.is_empty());
+    let moved = move || read(|m| !m.frame.own_keys.is_empty());
     let back =
         push_if("button small", moved, t!("page.settings.keys_back"), |_| send(FrameEvent::OwnKeysForgotten));
     details().child((

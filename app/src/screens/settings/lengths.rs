@@ -1,12 +1,10 @@
-//! How the length of a tool is found at a controller at a port of this computer, chosen once for its machine: against the board, or on a
-//! tool setter (N19).
-//!
-//! Comes in: the controller, where the head stands. Goes out: the wish to keep a choice. Nothing moves by it.
+//! How a controller's tool lengths are measured, stored per machine: against the board, or on a tool setter.
+//! Moves nothing.
 
 use crate::i18n::{self, t};
-use crate::page::link::{self, Link};
+use crate::page::{link, peek, read};
 use crate::widgets::{menu_word, push_if};
-use annulus_core::control::{State, Trust};
+use annulus_core::control::Trust;
 use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
@@ -19,11 +17,9 @@ fn keep(key: &str, value: Value) {
     link::ask(Ask::Configure { changes: vec![(key.to_owned(), value)] });
 }
 
-/// The choice.
 pub(super) fn lengths() -> impl IntoView {
-    let line = link::link();
     let now = Memo::new(move |_| {
-        let told = line.controller.with(|controller| controller.who.as_ref().map(|who| who.lengths));
+        let told = read(|m| m.link.controller.who.as_ref().map(|who| who.lengths));
         told.unwrap_or_default()
     });
     let on_setter = Memo::new(move |_| now.get().on_setter);
@@ -34,14 +30,13 @@ pub(super) fn lengths() -> impl IntoView {
             menu_word("setter", move || on_setter.get(), t!("page.lengths.setter")),
         )
     };
-    let chosen =
-        move || if on_setter.get() { setter(line, now).into_any() } else { against_board().into_any() };
+    let chosen = move || if on_setter.get() { setter(now).into_any() } else { against_board().into_any() };
     div().class("lengths").child((
         label().class("field").child((
             span().child(t!("page.lengths.title")),
             select()
                 .attr("name", "tool-length")
-                .prop("disabled", move || !line.may_act() || line.busy())
+                .prop("disabled", || !link::may_change())
                 .on(ev::change, choose)
                 .child(words()),
         )),
@@ -49,7 +44,7 @@ pub(super) fn lengths() -> impl IntoView {
     ))
 }
 
-/// Two tools of other lengths, each with its tip on the board.
+/// Two tools of different lengths, each with its tip on the board.
 fn against_board() -> impl IntoView {
     let picture =
         svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true");
@@ -67,8 +62,8 @@ fn spindle(x: i32, y: i32) -> impl IntoView {
     rect().attr("x", x).attr("y", y).attr("width", 20).attr("height", 24)
 }
 
-/// The tip of one tool on the pin, how much higher the pin is than the board, and the six numbers.
-fn setter(line: Link, now: Memo<ToolLengths>) -> impl IntoView {
+/// A tool on the setter, the height of the setter above the board, and the six values.
+fn setter(now: Memo<ToolLengths>) -> impl IntoView {
     let known = Memo::new(move |_| now.get().setter.is_some());
     let picture =
         svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true");
@@ -83,20 +78,18 @@ fn setter(line: Link, now: Memo<ToolLengths>) -> impl IntoView {
         rect().attr("x", 118).attr("y", 54).attr("width", 14).attr("height", 26),
         rect().attr("x", 106).attr("y", 80).attr("width", 38).attr("height", 4),
     ));
-    let stands = move || {
-        let trusted = |trust: Trust| trust == Trust::Trusted;
-        line.status.with(|status| status.as_ref().is_some_and(|status| trusted(status.trust)))
-    };
-    let may = move || line.may_act() && line.state() == Some(State::Ready) && stands();
+    let stands =
+        move || read(|m| m.link.status.as_ref().is_some_and(|status| status.trust == Trust::Trusted));
+    let may = move || link::ready() && stands();
     let fields = move || {
         known.get().then(|| {
             div().class("setting-grid").child((
-                number(line, now, 0, t!("page.lengths.x"), "mm"),
-                number(line, now, 1, t!("page.lengths.y"), "mm"),
-                number(line, now, 2, t!("page.lengths.from"), "mm"),
-                number(line, now, 3, t!("page.lengths.depth"), "mm"),
-                number(line, now, 4, t!("page.lengths.fast"), "mm/min"),
-                number(line, now, 5, t!("page.lengths.slow"), "mm/min"),
+                number(now, 0, t!("page.lengths.x"), "mm"),
+                number(now, 1, t!("page.lengths.y"), "mm"),
+                number(now, 2, t!("page.lengths.from"), "mm"),
+                number(now, 3, t!("page.lengths.depth"), "mm"),
+                number(now, 4, t!("page.lengths.fast"), "mm/min"),
+                number(now, 5, t!("page.lengths.slow"), "mm/min"),
             ))
         })
     };
@@ -104,15 +97,16 @@ fn setter(line: Link, now: Memo<ToolLengths>) -> impl IntoView {
         div()
             .class("length-picture")
             .child((picture, p().class("quiet").child(t!("page.lengths.setter_is")))),
-        push_if("button", may, t!("page.lengths.here"), move |_| here(line, now)),
+        push_if("button", may, t!("page.lengths.here"), move |_| here(now)),
         p().class("quiet").child(t!("page.lengths.here_is")),
         fields,
     ))
 }
 
-/// The setter stands under the head, and is looked for from where that is.
-fn here(line: Link, now: Memo<ToolLengths>) {
-    let at = line.status.with_untracked(|status| status.as_ref().map(|status| status.machine_mm));
+/// Takes the current position for the setter: X and Y of its pin, and Z as the start height of the probe
+/// move.
+fn here(now: Memo<ToolLengths>) {
+    let at = peek(|m| m.link.status.as_ref().map(|status| status.machine_mm));
     let Some([x, y, z]) = at else { return };
     let setter = match now.get_untracked().setter {
         Some(setter) => ToolSetter { place_mm: [x, y], from_mm: z, ..setter },
@@ -121,9 +115,8 @@ fn here(line: Link, now: Memo<ToolLengths>) {
     keep(SETTER_KEY, Value::Numbers(setter.numbers().to_vec()));
 }
 
-/// One of the six numbers; what is none is refused with its sentence.
+/// One of the six values. An invalid text is rejected with a message.
 fn number(
-    line: Link,
     now: Memo<ToolLengths>,
     index: usize,
     name: impl Fn() -> String + Send + Sync + 'static,
@@ -149,7 +142,7 @@ fn number(
             input()
                 .attr("type", "text")
                 .attr("inputmode", "decimal")
-                .prop("disabled", move || !line.may_act() || line.busy())
+                .prop("disabled", || !link::may_change())
                 .prop("value", shown)
                 .on(ev::change, write),
             span().child(unit),

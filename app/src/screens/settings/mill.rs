@@ -1,9 +1,8 @@
-//! Which mill a controller at a port of this computer is said to be: what it says of itself is compared with that before a job (N19).
-//!
-//! Comes in: the controller, the mills as they are sold. Goes out: the wish to keep one. Changes nothing in the controller.
+//! The machine profile of a controller: the controller's own settings are compared with it before a job.
+//! Changes nothing in the controller.
 
 use crate::i18n::{say, t};
-use crate::page::link;
+use crate::page::{link, shared};
 use crate::widgets::menu_word;
 use annulus_core::machine::{MILL_KEY, MILLS, Value};
 use annulus_core::wire::Ask;
@@ -11,11 +10,9 @@ use leptos::ev;
 use leptos::html::{label, p, select, span};
 use leptos::prelude::*;
 
-/// The choice.
 pub(super) fn mill() -> impl IntoView {
-    let line = link::link();
     let now =
-        move || line.controller.with(|controller| controller.who.as_ref()?.mill.clone()).unwrap_or_default();
+        move || shared(|m| &m.link.controller.who).with(|who| who.as_ref()?.mill.clone()).unwrap_or_default();
     let choose = |event: web_sys::Event| {
         let name = Value::Text(event_target_value(&event));
         link::ask(Ask::Configure { changes: vec![(MILL_KEY.to_owned(), name)] });
@@ -31,7 +28,7 @@ pub(super) fn mill() -> impl IntoView {
         span().child(t!("page.settings.mill")),
         select()
             .attr("name", "mill")
-            .prop("disabled", move || !line.may_act() || line.busy())
+            .prop("disabled", || !link::may_change())
             .on(ev::change, choose)
             .child(words()),
         p().class("quiet").child(t!("page.settings.mill_about")),

@@ -1,7 +1,5 @@
-//! Settings of the machine (A11): every field of the machine's table, staged, refused with a sentence, applied at once.
-//!
-//! Comes in: the machine, the draft of it. Goes out: what is typed, and what is to become of it. Knows no single setting: the table
-//! does.
+//! Machine settings: every field of the machine's table; changes are collected, checked, and applied
+//! together.
 
 mod changer;
 mod clock;
@@ -16,12 +14,12 @@ mod tools;
 use crate::i18n::{self, key, message, say, t};
 use crate::model::address::OWN_SECTIONS;
 use crate::model::{FrameEvent, SettingsEvent};
-use crate::page::{frame, link, open_board, send};
-use crate::widgets::{push, push_if};
+use crate::page::{link, read, send, shared, watch};
+use crate::widgets::{push, push_if, tick};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, SECTIONS, Value, ValueKind};
 use leptos::ev;
-use leptos::html::{button, dd, div, dl, dt, h2, input, label, nav, p, section, span};
+use leptos::html::{button, dd, div, dl, dt, h2, nav, p, section, span};
 use leptos::prelude::*;
 
 fn section_name(section: &str) -> &'static str {
@@ -37,6 +35,7 @@ fn section_name(section: &str) -> &'static str {
         "magazine" => key!("page.settings.magazine"),
         "foot" => key!("page.settings.foot"),
         "park" => key!("page.settings.park"),
+        "change" => key!("page.settings.hand_change"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),
@@ -49,18 +48,17 @@ fn section_name(section: &str) -> &'static str {
     }
 }
 
-/// What would change, in the order of the table.
+/// Pending changes, in the order of the table.
 fn changes() -> Vec<(String, Value)> {
-    let machine = open_board().machine.get();
-    link::link().draft.with(|draft| draft.changes(&machine))
+    let machine = shared(|m| &m.machine).get();
+    watch(|m| &m.settings).with(|draft| draft.changes(&machine))
 }
 
-/// The screen.
 pub(crate) fn settings() -> impl IntoView {
-    let shown = frame().section;
+    let shown = watch(|m| &m.frame.section);
     let refused = Memo::new(move |_| {
-        let machine = open_board().machine.get();
-        link::link().draft.with(|draft| draft.refusals(&machine))
+        let machine = shared(|m| &m.machine).get();
+        watch(|m| &m.settings).with(|draft| draft.refusals(&machine))
     });
     let [general, others @ ..] = OWN_SECTIONS;
     let of_machine = SECTIONS.iter().map(|(section, _)| *section);
@@ -72,8 +70,7 @@ pub(crate) fn settings() -> impl IntoView {
             .on(ev::click, move |_| send(FrameEvent::Section { section: this }))
             .child(move || i18n::text(section_name(this), &[]))
     });
-    let line = link::link();
-    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
+    let plans = move || read(|m| m.link.controller.plans());
     let fields = move || {
         let rows =
             SECTIONS.iter().find(|(section, _)| *section == shown.get()).map_or(&[][..], |(_, rows)| rows);
@@ -88,7 +85,7 @@ pub(crate) fn settings() -> impl IntoView {
             move || own.get().map(own::body),
             move || own.get().is_none().then(|| p().class("quiet").child(t!("page.settings.about"))),
             refused_by_bridge(),
-            move || (shown.get() == "machine" && plans.get()).then(of_controller),
+            move || (shown.get() == "machine" && plans()).then(of_controller),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
             move || own.get().is_none().then(|| div().class("setting-grid").child(fields())),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),
@@ -97,38 +94,35 @@ pub(crate) fn settings() -> impl IntoView {
     )))
 }
 
-/// What is chosen once for a controller that plans its own motion.
+/// Settings of a controller that plans its own motion.
 fn of_controller() -> impl IntoView {
     (mill::mill(), lengths::lengths(), changer::changer(), opening::opening())
 }
 
-/// Whether keys that type something work alone.
+/// Whether character keys work as shortcuts without a modifier.
 fn signs() -> impl IntoView {
-    let tick = input()
-        .attr("type", "checkbox")
-        .prop("checked", move || frame().signs.get())
-        .on(ev::change, |event| send(FrameEvent::Signs { on: event_target_checked(&event) }));
+    let signs = || read(|m| m.frame.signs);
     div().class("field signs").child((
         span().child(t!("page.settings.signs")),
-        label().class("tick").child((tick, span().child(t!("page.settings.signs_alone")))),
+        tick(signs, t!("page.settings.signs_alone"), |on| send(FrameEvent::Signs { on })),
         p().class("quiet").child(t!("page.settings.signs_about")),
         keys::own_keys(),
     ))
 }
 
-/// Why the bridge did not take the last wish.
+/// Why the bridge rejected the last request.
 fn refused_by_bridge() -> impl IntoView {
-    let refused = link::link().refused;
+    let refused = watch(|m| &m.link.refused);
     move || refused.get().map(|why| p().class("refusal").attr("role", "alert").child(message(&why)))
 }
 
-/// What would change in the machine, row by row: as it is, and as it would be.
+/// Pending changes, row by row: old and new value.
 pub(crate) fn change_rows(
     staged: Memo<Vec<(String, Value)>>,
     written: fn(&str, &Value) -> String,
 ) -> impl Fn() -> Vec<AnyView> + Copy + Send + 'static {
     move || {
-        let machine = open_board().machine.get();
+        let machine = shared(|m| &m.machine).get();
         let rows = staged.get().into_iter().map(|(key, value)| {
             let before = machine::setting(&key).map(|setting| setting.value(&machine));
             let (old, new) = match (before, value) {
@@ -144,23 +138,22 @@ pub(crate) fn change_rows(
     }
 }
 
-/// The lines of a list that another one does not have.
+/// The lines of a list that another list doesn't have.
 fn others(lines: &[String], than: &[String]) -> String {
     let others = lines.iter().filter(|line| !than.contains(line)).map(String::as_str);
     let others = others.collect::<Vec<_>>().join(", ");
     if others.is_empty() { "–".to_owned() } else { others }
 }
 
-/// What will change, and the two buttons. Refused while the machine moves, and then it says so.
+/// The pending changes and two buttons. Disabled while the machine moves, with a text that explains it.
 fn diff(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
-    let line = link::link();
     let staged = Memo::new(move |_| changes());
     let list = change_rows(staged, |_, value| value.to_string());
-    let may = move || refused.with(Vec::is_empty) && line.may_act() && !line.busy();
+    let may = move || refused.with(Vec::is_empty) && link::may_change();
     let why = move || {
-        if !line.may_act() {
+        if !link::may_act() {
             Some(say!("page.settings.needs_control"))
-        } else if line.busy() {
+        } else if link::busy() {
             Some(say!("page.settings.moving"))
         } else {
             None

@@ -1,10 +1,8 @@
-//! The page's own settings: what is chosen for all screens, what is kept in this browser, what this program is.
-//!
-//! Comes in: choices of the person, what is kept. Goes out: choices, boards restored and forgotten. The machine is not asked.
+//! The page's own settings: preferences for all screens, data saved in this browser, and version information.
 
 use crate::i18n::{self, key, say, t};
 use crate::model::KeepEvent;
-use crate::page::{frame, open_board, open_drawing, send};
+use crate::page::{read, send, watch};
 use crate::screens::top_bar::{languages, themes, units};
 use crate::screens::welcome;
 use crate::widgets::push_if;
@@ -12,7 +10,6 @@ use leptos::ev;
 use leptos::html::{dd, div, dl, dt, form, input, label, li, p, section, span, ul};
 use leptos::prelude::*;
 
-/// The name of a section.
 pub(super) fn name(section: &str) -> Option<&'static str> {
     Some(match section {
         "general" => key!("page.settings.general"),
@@ -22,7 +19,7 @@ pub(super) fn name(section: &str) -> Option<&'static str> {
     })
 }
 
-/// What stands in a section.
+/// The content of a section.
 pub(super) fn body(section: &str) -> AnyView {
     match section {
         "general" => general().into_any(),
@@ -44,16 +41,16 @@ fn general() -> impl IntoView {
     ))
 }
 
-/// What is kept in this browser: boards to be restored or forgotten, how much it is, and the way to be rid of all of it.
+/// Data saved in this browser: projects to restore or delete, their size, and deleting everything.
 fn data() -> impl IntoView {
     send(KeepEvent::Listed);
     let size = move || {
-        let bytes = open_board().kept_bytes.get()?;
+        let bytes = read(|m| m.keeping.bytes)?;
         let mb = i18n::number(format!("{:.1}", bytes as f64 / 1e6));
         Some(p().child(say!("page.data.size", mb = mb)))
     };
     let boards = move || {
-        let offers = open_board().offers.get();
+        let offers = watch(|m| &m.keeping.offers).get();
         let rows = offers.into_iter().map(|offer| li().child(welcome::kept(offer, None)).into_any());
         let rows: Vec<_> = rows.collect();
         if rows.is_empty() {
@@ -63,13 +60,13 @@ fn data() -> impl IntoView {
         }
     };
     let drawings = move || {
-        let count = open_drawing().earlier.with(Vec::len);
+        let count = read(|m| m.draw.earlier().len());
         (count > 0).then(|| p().child(say!("page.data.drawings", count = count)))
     };
     div().class("own-settings").child((p().child(t!("page.data.is")), size, boards, drawings, forget()))
 }
 
-/// All that is kept is forgotten, once its word was typed.
+/// Deletes all saved data; the user must type a word first.
 fn forget() -> impl IntoView {
     let typed = RwSignal::new(String::new());
     let is_meant = move || typed.get().trim().to_uppercase() == say!("page.data.word");
@@ -93,14 +90,15 @@ fn forget() -> impl IntoView {
     )
 }
 
-/// What this program is.
+/// Version, licence and other facts.
 fn about() -> impl IntoView {
     let row = |name: fn() -> String, value: AnyView| (dt().child(name), dd().child(value));
     let network = move || {
-        let words = frame().network.get().words(frame().alone.get());
+        let words = read(|m| m.frame.network.words(m.frame.alone));
         words.map_or_else(|| say!("page.network.works_is"), |[_, meaning]| i18n::text(meaning, &[]))
     };
-    let draws = move || frame().backend.get().map_or_else(|| "–".to_owned(), |word| i18n::text(word, &[]));
+    let draws =
+        move || read(|m| m.frame.backend).map_or_else(|| "–".to_owned(), |word| i18n::text(word, &[]));
     dl().class("facts").child((
         row(|| say!("page.about.version"), env!("CARGO_PKG_VERSION").into_any()),
         row(|| say!("page.about.licence"), (move || say!("page.about.licence_is")).into_any()),

@@ -1,13 +1,9 @@
-//! The rack: a table of tools, what each has done since it was new, and the word that a new one is in (C3).
-//!
-//! Comes in: the machine, the draft of its rack, what tools have done. Goes out: what is typed; `NewTool`. What a line means the table of
-//! fields in `core` says.
+//! The tool list: the tools, their wear, and the button for a new tool. `core` defines the fields of a line.
 
 use crate::i18n::{self, advice, key, message, say, t};
 use crate::model::SettingsEvent;
 use crate::model::rack::{self, DIAMETER, FORM, NUMBER, RACK_KEY};
-use crate::page::link;
-use crate::page::{open_board, send};
+use crate::page::{link, send, shared, watch};
 use crate::screens::machine::words::wear_words;
 use crate::widgets::{menu_word, push, push_if};
 use annulus_core::diagnostic::Diagnostic;
@@ -17,7 +13,6 @@ use leptos::ev;
 use leptos::html::{self, caption, div, input, p, select, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-/// What a column is called.
 fn column_name(column: &str) -> &'static str {
     match column {
         NUMBER => key!("page.tools.number"),
@@ -46,18 +41,17 @@ fn named(name: &'static str) -> impl Fn() -> String + Copy {
     move || i18n::text(name, &[])
 }
 
-/// The columns that are typed before what a tool has done; then come all others.
+/// The columns before the wear; all others follow it.
 const FIRST: [&str; 4] = [NUMBER, FORM, DIAMETER, "life"];
 
 fn others() -> impl Iterator<Item = &'static str> {
     TOOL_FIELDS.iter().map(|field| field.word).filter(|word| !FIRST.contains(word))
 }
 
-/// The table.
 pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let lines = Memo::new(move |_| {
-        let machine = open_board().machine.get();
-        link::link().draft.with(|draft| draft.rack(&machine))
+        let machine = shared(|m| &m.machine).get();
+        watch(|m| &m.settings).with(|draft| draft.rack(&machine))
     });
     let count = Memo::new(move |_| lines.with(Vec::len));
     let head = |column: &'static str| th().attr("scope", "col").child(named(column_name(column)));
@@ -110,7 +104,7 @@ fn line(lines: Memo<Vec<String>>, row: usize) -> impl IntoView {
     ))
 }
 
-/// A cell that is typed.
+/// An editable cell.
 fn entry(now: Memo<String>, row: usize, column: &'static str) -> AnyView {
     let value = move || now.with(|line| rack::cell(line, column));
     let write = move |text: String| send(SettingsEvent::TypeTool { row, column, text });
@@ -136,15 +130,15 @@ fn entry(now: Memo<String>, row: usize, column: &'static str) -> AnyView {
         .into_any()
 }
 
-/// The tool of a line, and what it has done.
+/// The tool of a line, and its wear.
 fn worn(line: &str) -> Option<(RackTool, ToolWear)> {
     let tool = RackTool::read(line).ok()?;
-    let machine = open_board().machine.with(|machine| machine.name.clone());
-    let wear = link::link().tools.with(|report| ToolWear::of(&report.wear, &machine, &tool));
+    let machine = shared(|m| &m.machine).with(|machine| machine.name.clone());
+    let wear = watch(|m| &m.link.tools).with(|report| ToolWear::of(&report.wear, &machine, &tool));
     Some((tool, wear))
 }
 
-/// A bar where a life was said, and words.
+/// The wear in words, with a bar if the tool has a life limit.
 fn wear(now: Memo<String>) -> impl IntoView {
     let said = Memo::new(move |_| now.with(|line| worn(line)));
     let share = move || said.with(|said| said.as_ref().and_then(|(tool, wear)| wear.share(tool.life)));
@@ -163,15 +157,14 @@ fn wear(now: Memo<String>) -> impl IntoView {
     div().class("rack-wear").child((bar, span().child(words)))
 }
 
-/// The word that a new one is in.
+/// The button that resets the wear: a new tool is in.
 fn new_tool(now: Memo<String>) -> impl IntoView {
-    let line = link::link();
     let used = Memo::new(move |_| {
         now.with(|line| worn(line))
             .filter(|(_, wear)| wear.hits + wear.milled_um > 0)
             .map(|(tool, _)| tool.number)
     });
-    let may = move || line.may_act() && used.get().is_some();
+    let may = move || link::may_act() && used.get().is_some();
     push_if("button small", may, t!("page.tools.new"), move |_| {
         if let Some(number) = used.get_untracked() {
             link::ask(Ask::NewTool { number });

@@ -1,17 +1,15 @@
-//! The time of a job by operations: one band for each operation and tool, in the operation's words, and marks for what is wrong.
+//! The timeline of a job by operation: one band per operation and tool, and marks for problems.
 //!
 //! ```text
 //! [ Isolate · V-bit 30° ][ Drill · 0.8 ][ Drill · 1.0 ][ Cut out · 2.0 ]
 //!        ▼ too deep
 //! ```
-//!
-//! Comes in: the playback, the job. Goes out: bands, marks that can be pressed. Does not know the second on show.
 
 use crate::format::clock;
 use crate::i18n::{self, language, say, t};
 use crate::model::PlayEvent;
 use crate::model::play::mark_at;
-use crate::page::{Play, open_board, open_job, send};
+use crate::page::{read, send, shared};
 use crate::view::Palette;
 use annulus_core::cam::work::{Operation, OperationKind};
 use annulus_core::job::Mark;
@@ -20,7 +18,7 @@ use leptos::ev;
 use leptos::html::{button, div, label, option, select, span};
 use leptos::prelude::*;
 
-/// A stretch of the time with one operation and one tool.
+/// A span of time with one operation and one tool.
 #[derive(Clone, Debug, PartialEq)]
 struct Band {
     /// Index into the operations of the job.
@@ -30,17 +28,16 @@ struct Band {
     length_s: f64,
 }
 
-/// The operation of the job that a leg belongs to; holes are those of its drilling.
+/// The operation of a leg. Holes belong to the drilling operation of the side that is up.
 fn operation_of(mark: Mark) -> Option<usize> {
     let known = |toolpath: u32| {
         let of = |index: u16| usize::from(index);
-        open_board()
-            .plan
+        shared(|m| &m.board.plan)
             .with(|plan| plan.as_ref()?.toolpath_operations.get(toolpath as usize).copied().map(of))
     };
     match mark {
         Mark::Toolpath(toolpath) => known(toolpath),
-        Mark::Hole(_) => open_job().work.with(|work| {
+        Mark::Hole(_) => shared(|m| &m.job.work).with(|work| {
             let work = work.as_ref()?;
             let drills = |one: &Operation| {
                 one.on && one.face == work.setup.face && matches!(one.action, OperationKind::Drill(_))
@@ -51,21 +48,21 @@ fn operation_of(mark: Mark) -> Option<usize> {
     }
 }
 
-/// What people call the operation that a leg belongs to.
+/// The displayed name of a leg's operation.
 pub(super) fn operation(mark: Mark) -> Option<String> {
     name(operation_of(mark)?)
 }
 
 fn name(operation: usize) -> Option<String> {
-    open_job().work.with(|work| {
+    shared(|m| &m.job.work).with(|work| {
         let operation = work.as_ref()?.operations.get(operation)?;
         let own = Some(&operation.name).filter(|name| !name.is_empty()).cloned();
         Some(own.unwrap_or_else(|| i18n::text(&operation.action.title_key(), &[])))
     })
 }
 
-fn bands(play: Play) -> Vec<Band> {
-    play.playback.with(|playback| {
+fn bands() -> Vec<Band> {
+    shared(|m| &m.play.playback).with(|playback| {
         let Some(playback) = playback else { return Vec::new() };
         let mut bands: Vec<Band> = Vec::new();
         let ends = playback.legs().iter().skip(1).map(|leg| leg.start_s).chain([playback.total_s()]);
@@ -73,7 +70,8 @@ fn bands(play: Play) -> Vec<Band> {
             let length_s = end_s - leg.start_s;
             let operation = operation_of(leg.mark);
             match bands.last_mut() {
-                // Changes of tools and ends go with what they are beside.
+                // Legs without an operation (tool changes, preparation, end) join a neighbour with the same
+                // tool.
                 Some(last) if last.bit == leg.bit && (operation.is_none() || last.operation == operation) => {
                     last.length_s += length_s;
                 }
@@ -88,10 +86,9 @@ fn bands(play: Play) -> Vec<Band> {
     })
 }
 
-/// What people call a stretch: its operation and its tool.
+/// The displayed name of a band: operation and tool.
 fn word(band: &Band) -> String {
-    let tool = open_board()
-        .job
+    let tool = shared(|m| &m.board.job)
         .with(|job| Some(job.as_ref()?.program.bits.get(band.bit? as usize)?.title(&language())));
     match (band.operation.and_then(name), tool) {
         (Some(operation), Some(tool)) => say!("page.simulate.band", operation = operation, tool = tool),
@@ -99,13 +96,12 @@ fn word(band: &Band) -> String {
     }
 }
 
-/// The same stretches with their times as a menu, for those who do not see the bands: the one in work stands there, another one that
-/// is chosen is gone to.
-pub(super) fn menu(play: Play) -> impl IntoView {
+/// The bands as a menu with times, for screen readers. Shows the current band; choosing another jumps there.
+pub(super) fn menu() -> impl IntoView {
     let is_called = |band: &Band| band.operation.is_some() || band.bit.is_some();
-    let all = Memo::new(move |_| bands(play).into_iter().filter(is_called).collect::<Vec<_>>());
+    let all = Memo::new(move |_| bands().into_iter().filter(is_called).collect::<Vec<_>>());
     let now = Memo::new(move |_| {
-        let at_s = play.at_s.get();
+        let at_s = read(|m| m.play.at_s);
         all.with(|all| all.iter().rposition(|band| band.from_s <= at_s).unwrap_or(0))
     });
     let one = move |index: usize, band: &Band| {
@@ -132,14 +128,14 @@ pub(super) fn menu(play: Play) -> impl IntoView {
     ))
 }
 
-/// The bands, as long as their times.
-pub(super) fn shown(play: Play) -> impl IntoView {
-    let all = Memo::new(move |_| bands(play));
+/// The bands, as wide as their times.
+pub(super) fn shown() -> impl IntoView {
+    let all = Memo::new(move |_| bands());
     let one = move |band: Band| {
         let word = word(&band);
         let colour = band.operation.map(|index| Palette::DARK.operation(index).css());
         let (from_s, end_s) = (band.from_s, band.from_s + band.length_s);
-        let now = move || (from_s..end_s).contains(&play.at_s.get());
+        let now = move || (from_s..end_s).contains(&read(|m| m.play.at_s));
         span()
             .style(("--span", format!("{:.3}", band.length_s)))
             .style(("--swatch", colour.unwrap_or_else(|| "transparent".to_owned())))
@@ -168,16 +164,16 @@ fn sentence(warning: &Warning) -> String {
     }
 }
 
-/// The sentence of the mark at which the playback stands.
-pub(super) fn said(play: Play) -> Option<String> {
-    let at_s = play.at_s.get();
-    play.warnings.with(|warnings| mark_at(warnings, at_s).map(sentence))
+/// The text of the mark at the current time.
+pub(super) fn said() -> Option<String> {
+    let at_s = read(|m| m.play.at_s);
+    shared(|m| &m.play.warnings).with(|warnings| mark_at(warnings, at_s).map(sentence))
 }
 
-/// The marks of what is wrong: a press goes there.
-pub(super) fn wrong(play: Play) -> impl IntoView {
+/// The marks of problems; pressing one jumps there.
+pub(super) fn wrong() -> impl IntoView {
     let marks = move || {
-        let total_s = play.total_s().max(1e-9);
+        let total_s = read(|m| m.play.total_s()).max(1e-9);
         let mark = move |warning: &Warning| {
             let at_s = warning.at_s;
             let word = sentence(warning);
@@ -189,7 +185,7 @@ pub(super) fn wrong(play: Play) -> impl IntoView {
                 .on(ev::click, move |_| send(PlayEvent::Hold { at_s }))
                 .into_any()
         };
-        play.warnings.with(|warnings| warnings.iter().map(mark).collect::<Vec<_>>())
+        shared(|m| &m.play.warnings).with(|warnings| warnings.iter().map(mark).collect::<Vec<_>>())
     };
     div().class("wrongs").child(marks)
 }

@@ -1,61 +1,47 @@
-//! The legs of the job as a list, or the lines of the program that is written of them: the one in work is marked, and a press goes
-//! there.
-//!
-//! Comes in: the playback and the program. Goes out: the second on show, the hole chosen.
+//! The legs of the job, or the lines of the exported program, as a list: the current one is marked, pressing
+//! one jumps there.
 
 use super::lines::lines;
 use crate::i18n::{language, say, t};
 use crate::model::{FrameEvent, ListingEvent, PlayEvent};
-use crate::page::{Play, frame, open_board, play, send};
-use crate::widgets::{choice, row_top, virtual_list};
+use crate::page::{read, send, shared};
+use crate::widgets::{choice, row_top, segmented, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::sim::LegStart;
 use leptos::ev;
 use leptos::html::{div, h2, header, section, span};
 use leptos::prelude::*;
 
-/// Steps of the job, or lines of the program.
+/// Legs of the job, or lines of the program.
 pub(super) fn commands() -> impl IntoView {
-    let shown = play().lines_shown;
-    let choices =
-        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.simulate.listed")).child(
-            (
-                choice(
-                    move || !shown.get(),
-                    t!("page.simulate.steps"),
-                    |_| send(ListingEvent::Show { on: false }),
-                ),
-                choice(
-                    move || shown.get(),
-                    t!("page.simulate.program"),
-                    |_| send(ListingEvent::Show { on: true }),
-                ),
-            ),
-        );
-    let list = move || if shown.get() { lines().into_any() } else { legs().into_any() };
+    let shown = || read(|m| m.lines.shown);
+    let choices = segmented(
+        t!("page.simulate.listed"),
+        (
+            choice(move || !shown(), t!("page.simulate.steps"), |_| send(ListingEvent::Show { on: false })),
+            choice(shown, t!("page.simulate.program"), |_| send(ListingEvent::Show { on: true })),
+        ),
+    );
+    let list = move || if shown() { lines().into_any() } else { legs().into_any() };
     (section().class("block").child(choices), list)
 }
 
-/// The legs.
 fn legs() -> impl IntoView {
-    let play = play();
-    let count = Signal::derive(move || {
-        play.playback.with(|playback| playback.as_ref().map_or(0, |p| p.legs().len()))
-    });
+    let count = Signal::derive(move || read(|m| m.play.playback.as_ref().map_or(0, |p| p.legs().len())));
     let now = Memo::new(move |_| {
-        let at_s = play.at_s.get();
-        play.playback.with(|playback| {
+        let at_s = read(|m| m.play.at_s);
+        shared(|m| &m.play.playback).with(|playback| {
             let begun = playback.as_ref()?.legs().partition_point(|leg| leg.start_s <= at_s);
             begun.checked_sub(1)
         })
     });
     let row = move |index: usize| {
-        play.playback.track();
-        line(play, index, now).into_any()
+        shared(|m| &m.play.playback).track();
+        line(index, now).into_any()
     };
     let walk = move |by: i64| {
         let to = now.get_untracked().unwrap_or(0) as i64 + by;
-        go(play, usize::try_from(to).unwrap_or(0));
+        go(usize::try_from(to).unwrap_or(0));
     };
     (
         section().class("block").attr("aria-label", t!("page.simulate.commands")).child(header().child((
@@ -66,12 +52,12 @@ fn legs() -> impl IntoView {
     )
 }
 
-fn start(play: Play, index: usize) -> Option<LegStart> {
-    play.playback.with_untracked(|playback| playback.as_ref()?.legs().get(index).copied())
+fn start(index: usize) -> Option<LegStart> {
+    shared(|m| &m.play.playback).with_untracked(|playback| playback.as_ref()?.legs().get(index).copied())
 }
 
-fn go(play: Play, index: usize) {
-    if let Some(leg) = start(play, index) {
+fn go(index: usize) {
+    if let Some(leg) = start(index) {
         send(PlayEvent::Hold { at_s: leg.start_s });
         if let Mark::Hole(hole) = leg.mark {
             send(FrameEvent::Select { hole: Some(hole) });
@@ -86,14 +72,14 @@ fn place(leg: &Leg) -> Option<(f64, f64)> {
     })
 }
 
-/// The number of the hole of leg `leg` in the order of drilling, from 1: its number on every screen.
+/// Number of the hole of leg `leg` in drill order, from 1; the same on all screens.
 fn holes_until(legs: &[Leg], leg: usize) -> usize {
     legs.iter().take(leg + 1).filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
 }
 
 fn text(leg: LegStart) -> String {
-    let unit = frame().unit.get();
-    open_board().job.with(|job| {
+    let unit = read(|m| m.frame.unit);
+    shared(|m| &m.board.job).with(|job| {
         let program = job.as_ref().map(|job| &job.program);
         match leg.mark {
             Mark::Prepare => say!("page.leg.prepare"),
@@ -118,8 +104,8 @@ fn text(leg: LegStart) -> String {
     })
 }
 
-fn line(play: Play, index: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {
-    let leg = start(play, index)?;
+fn line(index: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {
+    let leg = start(index)?;
     let chosen = move || now.get() == Some(index);
     Some(
         div()
@@ -127,7 +113,7 @@ fn line(play: Play, index: usize, now: Memo<Option<usize>>) -> Option<impl IntoV
             .attr("role", "option")
             .attr("aria-selected", move || if chosen() { "true" } else { "false" })
             .style(("top", row_top(index)))
-            .on(ev::click, move |_| go(play, index))
+            .on(ev::click, move |_| go(index))
             .child((
                 span().class("quiet tabular").child(crate::format::clock(leg.start_s)),
                 span().child(move || text(leg)),

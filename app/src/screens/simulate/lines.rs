@@ -1,10 +1,9 @@
-//! The program as it is written for a controller, line by line: the one in work is marked, and a press goes to its second.
-//!
-//! Comes in: the written program, the row in work. Goes out: the row pressed, what is written for.
+//! The program for a controller, line by line: the current line is marked, pressing one jumps to its time.
 
 use crate::i18n::{advice, message, say, t};
 use crate::model::ListingEvent;
-use crate::page::{Play, play, send};
+use crate::model::lines::row_now;
+use crate::page::{peek, read, send, shared, watch};
 use crate::screens::cam::controller;
 use crate::widgets::{row_top, virtual_list};
 use annulus_core::diagnostic::Diagnostic;
@@ -12,24 +11,21 @@ use leptos::ev;
 use leptos::html::{code, div, header, p, section, span};
 use leptos::prelude::*;
 
-/// The controller, and the lines.
+/// The controller and the lines.
 pub(super) fn lines() -> impl IntoView {
-    let play = play();
-    let count = Signal::derive(move || {
-        play.written.with(|written| written.as_ref().map_or(0, |written| written.len()))
-    });
-    let now = Memo::new(move |_| play.row_now.get());
+    let count = Signal::derive(move || read(|m| m.lines.written.as_ref().map_or(0, |written| written.len())));
+    let now = Memo::new(|_| read(row_now));
     let row = move |index: usize| {
-        play.written.track();
-        line(play, index, now).into_any()
+        shared(|m| &m.lines.written).track();
+        line(index, now).into_any()
     };
     let told = move || {
-        if play.writing.get() {
+        if read(|m| m.lines.is_on_the_way()) {
             return say!("page.simulate.writing");
         }
         say!("page.simulate.lines_count", count = count.get())
     };
-    let why = move || play.not_written.get().into_iter().map(refusal).collect::<Vec<_>>();
+    let why = move || watch(|m| &m.lines.refused).get().into_iter().map(refusal).collect::<Vec<_>>();
     (
         section().class("block").attr("aria-label", t!("page.simulate.program")).child((
             controller(),
@@ -48,13 +44,13 @@ fn refusal(diagnostic: Diagnostic) -> AnyView {
     p().class("refusal").attr("role", "alert").child(text).into_any()
 }
 
-fn line(play: Play, row: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {
-    let (number, text) = play.written.with_untracked(|written| {
+fn line(row: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {
+    let (number, text) = shared(|m| &m.lines.written).with_untracked(|written| {
         written.as_ref()?.row(row).map(|(number, text)| (number, text.to_owned()))
     })?;
-    // All lines of one command are done together.
+    // All lines of one command are executed together.
     let chosen = move || {
-        let written = play.written.get_untracked();
+        let written = peek(|m| m.lines.written.clone());
         now.get()
             .is_some_and(|now| now == row || written.is_some_and(|written| written.are_together(now, row)))
     };

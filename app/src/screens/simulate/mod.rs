@@ -1,10 +1,8 @@
-//! The Simulate screen: the planned motion played, faster or slower, forwards or by steps.
+//! The Simulate screen: plays the planned motion at any speed, or step by step. Never moves a machine.
 //!
 //! ```text
-//! timeline ─ Playback ─ at(second) ─▶ head, holes done, stage       the second is all that moves
+//! timeline ─ Playback ─ at(second) ─▶ position, holes done, stage       only the time changes
 //! ```
-//!
-//! Comes in: the plan in time. Goes out: the moment on show. Never moves a machine.
 
 mod bands;
 mod commands;
@@ -18,11 +16,11 @@ pub(crate) use space::in_space;
 use crate::i18n::t;
 use crate::keys::KeyAction;
 use crate::model::PlayEvent;
-use crate::page::{play, send};
+use crate::page::send;
 use leptos::html::div;
 use leptos::prelude::*;
 
-/// What a key asks of the playback.
+/// Runs a playback shortcut.
 pub(crate) fn act(action: KeyAction) {
     send(match action {
         KeyAction::Play => PlayEvent::Toggle,
@@ -34,7 +32,7 @@ pub(crate) fn act(action: KeyAction) {
     });
 }
 
-/// The panels round the picture.
+/// The panels around the picture.
 pub(crate) fn simulate() -> impl IntoView {
     (
         div().class("panel right commands").child(commands::commands()),
@@ -45,7 +43,7 @@ pub(crate) fn simulate() -> impl IntoView {
             .child((
                 player::controls(),
                 scrub::coarse(),
-                div().class("row").child((bands::menu(play()), scrub::fine())),
+                div().class("row").child((bands::menu(), scrub::fine())),
             )),
     )
 }

@@ -1,13 +1,11 @@
-//! The playback's buttons, clock and facts.
-//!
-//! Comes in: the playback. Goes out: what is pressed.
+//! Buttons, clock and facts of the playback.
 
 use crate::format::{clock, plain};
 use crate::i18n::{language, say, t};
 use crate::keys::{KeyAction, Stride};
 use crate::model::play::SPEEDS;
 use crate::model::{FrameEvent, PlayEvent};
-use crate::page::{frame, open_board, play, send};
+use crate::page::{board, read, send, shared};
 use crate::screens::machine::{made, words};
 use crate::widgets::{Icon, icon, picture_button, push};
 use annulus_core::sim::Counted;
@@ -22,18 +20,23 @@ fn step(picture: Icon, action: KeyAction, name: &'static str) -> impl IntoView {
 /// Buttons, clock, hole, tool, stage.
 pub(super) fn controls() -> impl IntoView {
     use crate::i18n::key;
-    let play = play();
-    let name =
-        move || if play.running.get() { say!("page.simulate.hold") } else { say!("page.simulate.play") };
+    let name = move || {
+        if read(|m| m.play.running) { say!("page.simulate.hold") } else { say!("page.simulate.play") }
+    };
     let run = button()
         .attr("type", "button")
         .class("button primary icon")
         .attr("aria-label", name)
         .attr("title", name)
         .on(ev::click, |_| send(PlayEvent::Toggle))
-        .child(move || icon(if play.running.get() { Icon::Pause } else { Icon::Play }));
-    let time =
-        move || say!("page.simulate.clock", now = clock(play.at_s.get()), total = clock(play.total_s()));
+        .child(move || icon(if read(|m| m.play.running) { Icon::Pause } else { Icon::Play }));
+    let time = move || {
+        say!(
+            "page.simulate.clock",
+            now = clock(read(|m| m.play.at_s)),
+            total = clock(read(|m| m.play.total_s()))
+        )
+    };
     div().class("facts-line").child((
         div().class("row").attr("role", "group").attr("aria-label", t!("page.simulate.playback")).child((
             step(Icon::ToBeginning, KeyAction::Beginning, key!("page.simulate.beginning")),
@@ -67,23 +70,22 @@ pub(super) fn controls() -> impl IntoView {
     ))
 }
 
-/// How the board is looked at, and what is wrong on the way.
+/// View options, and the number of problems on the way.
 fn looks() -> impl IntoView {
     use crate::i18n::key;
-    let play = play();
     let flat = label().class("row check").child((
         input()
             .attr("type", "checkbox")
-            .prop("checked", move || !play.in_space.get())
-            .prop("disabled", move || play.no_space.get())
+            .prop("checked", move || !read(|m| m.play.in_space()))
+            .prop("disabled", move || read(|m| m.play.no_space))
             .on(ev::change, move |event| send(PlayEvent::Flat { flat: Some(event_target_checked(&event)) })),
         span().attr("title", "Alt+3").child(t!("page.simulate.flat")),
     ));
     let travel = label().class("row check").child((
         input()
             .attr("type", "checkbox")
-            .prop("checked", move || frame().show_travel.get())
-            .prop("disabled", move || play.in_space.get())
+            .prop("checked", move || read(|m| m.frame.show_travel))
+            .prop("disabled", move || read(|m| m.play.in_space()))
             .on(ev::change, move |event| send(FrameEvent::Travel { on: event_target_checked(&event) })),
         span().child(t!("page.simulate.travel")),
     ));
@@ -100,29 +102,31 @@ fn looks() -> impl IntoView {
                 move |_| send(FrameEvent::Look { action }),
             )
         };
-        play.in_space.get().then(|| rows.map(view).into_iter().collect::<Vec<_>>())
+        read(|m| m.play.in_space()).then(|| rows.map(view).into_iter().collect::<Vec<_>>())
     };
     let wrong = move || {
-        let count = play.warnings.with(|warnings| warnings.len());
+        let count = read(|m| m.play.warnings.len());
         (count > 0).then(|| {
             let word = move || say!("page.simulate.wrong", count = count);
             push("button warn", word, |_| send(PlayEvent::Wrong { on: true }))
         })
     };
-    let said = Memo::new(move |_| super::bands::said(play));
+    let said = Memo::new(|_| super::bands::said());
     let said = span().class("mark-said strong").attr("role", "status").child(move || said.get());
-    let none = move || play.no_space.get().then(|| span().class("quiet").child(t!("page.simulate.no_space")));
+    let none =
+        move || read(|m| m.play.no_space).then(|| span().class("quiet").child(t!("page.simulate.no_space")));
     div().class("row").child((views, flat, travel, wrong, said, none))
 }
 
-/// Speeds of the head that can be chosen, in mm/s.
+/// Tool speeds to choose from, mm/s.
 const WORKING_MM_PER_S: [f64; 7] = [1.0, 5.0, 10.0, 20.0, 50.0, 200.0, 1000.0];
 
-/// By a factor of the planned speed, or by a speed of the head.
+/// The speed: a factor of the planned speed, or a tool speed.
 fn speeds() -> impl IntoView {
-    let play = play();
     let factor = |speed: f64| {
-        let chosen = move || play.working_m_per_s.get().is_none() && (play.speed.get() - speed).abs() < 1e-9;
+        let chosen = move || {
+            read(|m| m.play.working_m_per_s.is_none()) && (read(|m| m.play.speed) - speed).abs() < 1e-9
+        };
         option()
             .attr("value", format!("x{speed}"))
             .prop("selected", chosen)
@@ -132,7 +136,7 @@ fn speeds() -> impl IntoView {
         let m_per_s = mm_per_s * 1e-3;
         option()
             .attr("value", m_per_s.to_string())
-            .prop("selected", move || play.working_m_per_s.get() == Some(m_per_s))
+            .prop("selected", move || read(|m| m.play.working_m_per_s) == Some(m_per_s))
             .child(t!("page.simulate.working", speed = plain(m_per_s)))
     };
     let options = (Vec::from(SPEEDS.map(factor)), Vec::from(WORKING_MM_PER_S.map(working)));
@@ -152,11 +156,11 @@ fn speeds() -> impl IntoView {
 }
 
 fn facts() -> impl IntoView {
-    let play = play();
     let count = move || {
-        let now = play.now()?;
-        Some(match play.playback.with(|playback| Some(playback.as_ref()?.counted(&now)))? {
-            // Before anything is made nobody counts: a board may be milled first.
+        let now = board::moment()?;
+        Some(match shared(|m| &m.play.playback).with(|playback| Some(playback.as_ref()?.counted(&now)))? {
+            // Before the first hole or toolpath there is no count, because it isn't clear yet which one to
+            // show.
             Counted::Nothing => return None,
             Counted::Hole { number, total } => say!("page.simulate.hole", done = number, total = total),
             Counted::Toolpath { number, total } => {
@@ -167,14 +171,15 @@ fn facts() -> impl IntoView {
             }
         })
     };
-    let operation = move || play.now().and_then(|now| super::bands::operation(now.mark));
+    let operation = move || board::moment().and_then(|now| super::bands::operation(now.mark));
     let tool = move || {
-        let bit = play.now()?.bit?;
-        open_board().job.with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
+        let bit = board::moment()?.bit?;
+        shared(|m| &m.board.job)
+            .with(|job| Some(job.as_ref()?.program.bits.get(bit as usize)?.title(&language())))
     };
-    let stage = move || play.now().map(|now| crate::i18n::text(words::stage(now.stage), &[]));
+    let stage = move || board::moment().map(|now| crate::i18n::text(words::stage(now.stage), &[]));
     let speed = move || {
-        play.now().map(|now| say!("page.simulate.moving", speed = format!("{:.0}", now.speed_mm_per_s)))
+        board::moment().map(|now| say!("page.simulate.moving", speed = format!("{:.0}", now.speed_mm_per_s)))
     };
     (
         span().class("strong").child(operation),

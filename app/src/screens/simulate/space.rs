@@ -1,19 +1,18 @@
-//! The board in space: what is carved goes to the picture, tile by tile, with the tool at its place.
+//! The 3D view: sends the carved board to the picture tile by tile, and the tool at its position.
 //!
 //! ```text
-//! carved ─ the same blank? ─┬─ no ──▶ relief, all tiles that are cut, above and below
-//!                           └─ yes ─▶ tiles that are others than before
+//! carved ─ same blank? ─┬─ no ──▶ the relief and all cut tiles, above and below
+//!                       └─ yes ─▶ changed tiles only
 //! ```
-//!
-//! Comes in: the stock on show, the playback. Goes out: tiles and a tool for the view. Knows no GPU.
 
 use crate::engine::messages::UnderTile;
 use crate::keys::Tab;
-use crate::page::{frame, open_board, open_job, play};
+use crate::page::{board, read, shared};
 use crate::picture;
 use crate::screens::canvas::{Picture, with_view};
 use crate::screens::shown::Shown;
 use crate::view::{Cutting, PATCH, Patch, Relief};
+use annulus_core::artwork::{Role, Side};
 use annulus_core::board::COPPER_THICKNESS;
 use annulus_core::job::Bit;
 use annulus_core::sim::{Stock, TILE, Tile};
@@ -22,15 +21,15 @@ use std::sync::Arc;
 
 const _: () = assert!(TILE == PATCH, "tiles of the stock are tiles of the picture");
 
-/// Whatever is carved goes to the picture.
+/// Passes changes of the carved board to the picture.
 pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>) {
-    let play = play();
     let low = Memo::new(move |_| {
-        let low_mm = play.carved.with(|stock| stock.as_ref().map(|stock| stock.low_mm()))?;
+        let low_mm = read(|m| m.play.carved.as_ref().map(|stock| stock.low_mm()))?;
         shown.with(|shown| Some(shown.as_ref()?.picture_of_work(low_mm)))
     });
     Effect::new(move |before: Option<Option<Seen>>| {
-        let (ready, stock, low, under) = (ready.get(), play.carved.get(), low.get(), play.under.get());
+        let (stock, under) = (shared(|m| &m.play.carved).get(), shared(|m| &m.underside.tiles).get());
+        let (ready, low) = (ready.get(), low.get());
         let (Some(stock), Some(low), true) = (stock, low, ready) else {
             with_view(picture, |view| view.set_relief(None));
             return None;
@@ -52,18 +51,18 @@ pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Opti
         Some(Seen { low_mm: low, stock, under })
     });
     Effect::new(move |_| {
-        let on = ready.get() && play.in_space.get() && frame().tab.get() == Tab::Simulate;
+        let on = ready.get() && read(|m| m.play.in_space() && m.frame.tab == Tab::Simulate);
         with_view(picture, |view| view.show_solid(on));
     });
     Effect::new(move |_| {
-        let tool = if play.in_space.get() { cutting(shown) } else { None };
+        let tool = if read(|m| m.play.in_space()) { cutting(shown) } else { None };
         if ready.get() {
             with_view(picture, |view| view.set_cutting(tool));
         }
     });
 }
 
-/// What the picture shows.
+/// The content of the picture.
 #[derive(Clone)]
 struct Seen {
     low_mm: [f32; 2],
@@ -85,9 +84,9 @@ fn patch(tile: Tile<'_>) -> Patch {
 }
 
 fn relief(stock: &Stock, low_mm: [f32; 2]) -> Relief {
-    let faces = open_board().laid.with_untracked(|laid| {
+    let faces = shared(|m| &m.board.laid).with_untracked(|laid| {
         let layers = laid.iter().flat_map(|laid| &laid.laid.layers);
-        layers.filter(|layer| layer.role == "copper" && layer.side.as_deref() != Some("inner")).count()
+        layers.filter(|layer| layer.role == Role::Copper && layer.side != Some(Side::Inner)).count()
     });
     Relief {
         low_mm,
@@ -99,14 +98,14 @@ fn relief(stock: &Stock, low_mm: [f32; 2]) -> Relief {
     }
 }
 
-/// The tool at its place.
+/// The tool at its current position.
 fn cutting(shown: Memo<Option<Arc<Shown>>>) -> Option<Cutting> {
-    let now = play().now()?;
+    let now = board::moment()?;
     let [x, y, z] = now.position_mm;
     let at = shown.with(|shown| Some(shown.as_ref()?.picture_of_work([x, y])))?;
     let shape = |bit: &Bit| {
         let tip_mm = [at[0], at[1], z as f32];
-        open_job().work.with(|work| picture::cutting(bit, work.as_deref(), tip_mm))
+        shared(|m| &m.job.work).with(|work| picture::cutting(bit, work.as_deref(), tip_mm))
     };
-    open_board().program.with(|program| Some(shape(program.as_ref()?.bits.get(now.bit? as usize)?)))
+    shared(|m| &m.board.program).with(|program| Some(shape(program.as_ref()?.bits.get(now.bit? as usize)?)))
 }

@@ -1,27 +1,24 @@
-//! The layers on the GPU: their triangles, written only when a layer is another one, and a colour each.
+//! The layers on the GPU: a mesh, uploaded once, and a colour each.
 //!
 //! ```text
-//! mesh ─▶ corners, indices     once, under a number: of the triangles, and of the edges round them
-//! colour ─▶ tints[n]           whenever eye or opacity changes: four bytes
+//! mesh ─▶ corners, indices     uploaded once, under a number: the triangles and their edges
+//! colour ─▶ tints[n]           four bytes; uploaded whenever visibility or opacity changes
 //!
-//! a film with openings, by the alpha of the picture itself, which is 1 before and after:
+//! a film with openings uses the alpha of the picture itself, which is 1 before and after:
 //!   body ─▶ its share │ openings ─▶ 0 │ body ─▶ its colour by that alpha │ both ─▶ 1
 //! ```
-//!
-//! Comes in: meshes; rows of layers, the lowest first. Goes out: draws. Does not know what they show.
 
 use super::buffers::{fill, vertex_buffer};
 use super::pipelines::{Make, OVER, Paint};
 use std::collections::BTreeMap;
 
-/// From red to alpha, a byte each.
+/// RGBA, one byte each.
 type Tint = [u8; 4];
 const TINT_BYTES: u64 = size_of::<Tint>() as u64;
 
-/// Corners, two numbers each; triangles and pieces of edges, by the numbers of their corners.
+/// Coordinates, two per corner; corner indices of triangles; corner indices of edge segments.
 pub(super) type Corners<'a> = (&'a [f32], &'a [u32], &'a [u32]);
 
-/// One layer's triangles.
 struct Area {
     corners: wgpu::Buffer,
     indices: wgpu::Buffer,
@@ -30,19 +27,18 @@ struct Area {
     edge_ends: u32,
 }
 
-/// The body of the board, three corners each triangle.
+/// The body of the board, three corners per triangle.
 pub(super) struct Cover<'a> {
     pub(super) corners: &'a wgpu::Buffer,
     pub(super) count: u32,
 }
 
-/// All layers.
 pub(super) struct Layers {
     filled: wgpu::RenderPipeline,
     edged: wgpu::RenderPipeline,
-    /// Only the alpha of the picture.
+    /// Writes only alpha.
     share: wgpu::RenderPipeline,
-    /// Only the colours of the picture, by its own alpha.
+    /// Writes only colour, blended by the picture's alpha.
     film: wgpu::RenderPipeline,
     areas: BTreeMap<u32, Area>,
     next: u32,
@@ -50,7 +46,7 @@ pub(super) struct Layers {
     tints: wgpu::Buffer,
 }
 
-/// How an area is drawn: its tint, or the first of three of a film.
+/// Index of the tint, or of the first of a film's three tints.
 #[derive(Clone, Copy)]
 enum Drawn {
     Filled(u64),
@@ -99,14 +95,15 @@ impl Layers {
         self.order.is_empty()
     }
 
-    /// Another mesh. Goes out: its number.
+    /// Uploads a mesh and returns its number.
     pub(super) fn add(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mesh: Corners<'_>) -> u32 {
         self.next += 1;
         self.areas.insert(self.next, area(device, queue, mesh));
         self.next
     }
 
-    /// Shows these and no others, three numbers each: the mesh, its tint, 1 where it is openings. Other meshes are forgotten.
+    /// Shows these layers only, three numbers each: mesh, tint, 1 if the triangles are openings. Drops all
+    /// other meshes.
     pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, rows: &[u32]) {
         let mut tints: Vec<Tint> = Vec::new();
         self.order.clear();
@@ -124,7 +121,7 @@ impl Layers {
         fill(device, queue, &mut self.tints, tints.as_flattened());
     }
 
-    /// Each layer, and over it its edges where they are `edged`.
+    /// Draws each layer, and its edges if `edged`.
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, cover: &Cover<'_>, edged: bool) {
         for (number, drawn) in &self.order {
             let Some(area) = self.areas.get(number) else { continue };

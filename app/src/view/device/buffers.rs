@@ -1,11 +1,8 @@
-//! Buffers of the GPU that grow with what is written into them.
-//!
-//! Comes in: bytes. Goes out: buffers. Does not know what is in them.
+//! GPU buffers that grow with their content.
 
-/// The smallest buffer.
 const LEAST_BYTES: u64 = 32;
 
-/// Puts `bytes` into `buffer`, or into a larger one.
+/// Writes `bytes` to `buffer`; replaces the buffer if it is too small.
 pub(super) fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu::Buffer, bytes: &[u8]) {
     if buffer.size() < bytes.len() as u64 {
         *buffer = vertex_buffer(device, bytes.len() as u64);
@@ -13,7 +10,7 @@ pub(super) fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu
     queue.write_buffer(buffer, 0, bytes);
 }
 
-/// A buffer for `bytes` bytes of corners.
+/// A vertex buffer of this size.
 pub(super) fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("vertices"),

@@ -1,11 +1,9 @@
-//! A carved board on the GPU: its depths as a texture of whole numbers, one triangle over the window, one shader.
+//! The 3D view on the GPU: depths as an integer texture, one triangle over the window, one shader.
 //!
 //! ```text
-//! tiles of depths ─ write ─▶ texture R16Uint ─┐    (and a second one for what is cut from below)
-//! rays, tool ─▶ numbers of the frame ─────────┴─▶ relief.wgsl     the same on WebGPU and WebGL2
+//! tiles of depths ─ write ─▶ texture R16Uint ─┐    (and a second one for cuts from below)
+//! rays, tool ─▶ uniforms ─────────────────────┴─▶ relief.wgsl     identical on WebGPU and WebGL2
 //! ```
-//!
-//! Comes in: tiles, the numbers of a frame. Goes out: a draw. Does not know what cut it.
 
 use super::super::numbers::SpaceNumbers;
 use super::super::relief::PATCH;
@@ -20,12 +18,12 @@ pub(super) struct Carved {
     layout: wgpu::BindGroupLayout,
     numbers: wgpu::Buffer,
     depths: Option<Depths>,
-    /// What a picture that is not sharp is drawn on; made when there is one.
+    /// The target for coarse frames; created at first use.
     coarse: Option<(Laying, OffScreen)>,
     format: wgpu::TextureFormat,
 }
 
-/// What is cut from above and from below.
+/// Cuts from above and from below.
 struct Depths {
     above: wgpu::Texture,
     below: wgpu::Texture,
@@ -51,7 +49,7 @@ impl Carved {
         }
     }
 
-    /// Another board of so many cells, uncut; cells below where it is cut from there too.
+    /// Replaces the board, without cuts. `under`: reserve a texture for cuts from below.
     pub(super) fn set(&mut self, device: &wgpu::Device, cells: [u32; 2], under: bool) {
         let above = depth_texture(device, cells);
         let below = depth_texture(device, if under { cells } else { [1, 1] });
@@ -66,14 +64,13 @@ impl Carved {
         self.depths = Some(Depths { above, below, group });
     }
 
-    /// Writes one tile.
     pub(super) fn write(&self, queue: &wgpu::Queue, below: bool, first: [u32; 2], depths_um: &[u16]) {
         if let Some(depths) = &self.depths {
             write(queue, if below { &depths.below } else { &depths.above }, first, depths_um);
         }
     }
 
-    /// Draws what one sees over `view`, a window of this size.
+    /// Draws over `view`, a window of this size.
     pub(super) fn draw(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
@@ -121,7 +118,7 @@ fn depth_texture(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::Text
     })
 }
 
-/// Writes one tile into a texture, where it has room for it.
+/// Writes one tile; ignored if it is outside the texture.
 fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, [x, y]: [u32; 2], depths_um: &[u16]) {
     let (side, size) = (PATCH as u32, texture.size());
     if x + side > size.width || y + side > size.height || depths_um.len() != PATCH * PATCH {

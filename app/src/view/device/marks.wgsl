@@ -1,37 +1,37 @@
-// The picture: the ground (background, board without outline, grid), the board's body (triangles of its outline), the
-// layers (triangles of one colour each), and the marks (strokes and discs).
-// All distances inside are in device pixels from the middle of the window, Y up. Colours are linear light.
+// The 2D view: ground (background, board without outline, grid), the board's body (triangles of its outline),
+// layers (triangles of one colour each), and marks (strokes and discs). Distances are in device pixels from
+// the middle of the window, Y up. Colours are linear light.
 
 struct Frame {
-  // centre of the window in mm; half its size in device pixels
+  // center of the window in mm; half its size in device pixels
   centre: vec2f, half_px: vec2f,
-  // device pixels per mm; device pixels per CSS pixel; grid distance in mm, 0 for none; how far the grid has faded in
+  // device pixels per mm; device pixels per CSS pixel; grid step in mm, 0 for none; opacity of the fine grid
   px_per_mm: f32, density: f32, grid_mm: f32, grid_fade: f32,
   // board: lower left and upper right corner in mm
   plate: vec4f,
   // corner radius of the board in mm; 1 if there is a board
   corner_mm: f32, has_plate: f32,
-  // discs with a lower number are done; lines with a lower number lie behind the head
+  // discs with a lower number are done; lines with a lower number are done
   discs: u32, lines: u32,
-  // 1 if disc number `discs` is in work
+  // 1 if disc number `discs` is being drilled
   drilling: u32,
-  // -1 where the board is seen from below and X points to the left, else 1
+  // -1 if the board is seen from below and X points left, else 1
   hand: f32, unused_b: u32, unused_c: u32,
   background: vec4f, body: vec4f, edge: vec4f, grid: vec4f, bore: vec4f,
   done: vec4f, current: vec4f, failed: vec4f, selected: vec4f, travelled: vec4f,
 }
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// Board to window.
+// Mirrors X if the board is seen from below.
 fn handed() -> vec2f { return vec2f(frame.hand, 1.0); }
 
-// How much of a pixel lies inside of an edge that is `distance` pixels away.
+// Coverage of a pixel whose center is `distance` pixels outside an edge.
 fn inside(distance: f32) -> f32 { return clamp(0.5 - distance, 0.0, 1.0); }
 
-// A band around an edge.
+// Coverage of a band of `width` around an edge.
 fn band(distance: f32, width: f32) -> f32 { return inside(abs(distance) - 0.5 * width); }
 
-// `top` over `under`, both straight alpha and opaque below.
+// Blends `top` over the opaque `under`, straight alpha.
 fn over(under: vec3f, top: vec3f, share: f32) -> vec3f { return mix(under, top, clamp(share, 0.0, 1.0)); }
 
 // ---- ground ----------------------------------------------------------------------------------------------
@@ -49,7 +49,7 @@ fn plate_distance(at_px: vec2f) -> f32 {
   return length(max(off, vec2f(0.0))) + min(max(off.x, off.y), 0.0) - corner;
 }
 
-// Lines every `step_mm`, one device-independent pixel wide.
+// Lines every `step_mm`, one CSS pixel wide.
 fn grid_lines(at_mm: vec2f, step_mm: f32) -> f32 {
   let off = abs(at_mm - round(at_mm / step_mm) * step_mm) * frame.px_per_mm;
   let lines = vec2f(inside(off.x - 0.5 * frame.density), inside(off.y - 0.5 * frame.density));
@@ -67,7 +67,7 @@ fn grid_share(at_px: vec2f) -> f32 {
   return max(fine * 0.55, grid_lines(at_mm, frame.grid_mm * 10.0));
 }
 
-// A breath of light from above, so that the board is a thing and not an area.
+// A slight gradient from above, so that the board looks solid.
 fn board_colour(at_px: vec2f, grid: f32) -> vec3f {
   let lit = 1.0 + 0.10 * clamp(at_px.y / frame.half_px.y, -1.0, 1.0);
   return over(frame.body.rgb * lit, frame.grid.rgb, grid * 0.075);
@@ -110,7 +110,7 @@ struct Area { @builtin(position) position: vec4f, @location(0) @interpolate(flat
   return Area(in_window(corner), vec4f(tint.rgb * tint.a, tint.a));
 }
 
-// The edge of what is filled: lighter, the more of it the closer one looks; from afar there would be nothing but edges.
+// Edges of filled areas: lighter, and fading in with the zoom. At small zooms the edges would hide the areas.
 @vertex fn edge_corner(@location(0) corner: vec2f, @location(1) colour: vec4f) -> Area {
   let tint = linear(colour);
   let light = mix(tint.rgb, vec3f(1.0), 0.45);
@@ -128,7 +128,7 @@ const UNORDERED = 0xffffffu;
 
 struct Stroke {
   @builtin(position) position: vec4f,
-  // along the stroke from `a`, and across it, in pixels
+  // position along the stroke from `a`, and across it, in pixels
   @location(0) at: vec2f,
   // length of the stroke; radius of its ends, in pixels
   @location(1) @interpolate(flat) shape: vec2f,
@@ -142,7 +142,7 @@ fn linear(colour: vec4f) -> vec4f {
   return vec4f(select(high, low, colour.rgb <= vec3f(0.04045)), colour.a);
 }
 
-// What the mark itself says, moved on by the progress of the plan.
+// The bits of a mark, with the state changed by the plan's progress.
 fn progressed(bits: u32) -> u32 {
   let order = bits >> 8u;
   if (bits & DISC) == 0u || (bits & 7u) != 0u || order == UNORDERED { return bits; }
@@ -155,7 +155,7 @@ fn progressed(bits: u32) -> u32 {
 @group(1) @binding(0) var marks: texture_2d<u32>;
 
 @vertex fn stroke_corner(@builtin(vertex_index) number: u32) -> Stroke {
-  // Two triangles of the corners 0 1 2 and 2 1 3.
+  // Two triangles: corners 0 1 2 and 2 1 3.
   let turn = number % 6u;
   let index = select(turn, 5u - turn, turn > 2u) | select(0u, 3u, turn == 5u);
   let mark = number / 6u;
@@ -178,7 +178,7 @@ fn progressed(bits: u32) -> u32 {
     radius = max(radius, 1.4 * frame.density);
   } else {
     if (bits >> 8u) < frame.lines { tint = frame.travelled; }
-    // a hair is drawn a pixel wide and fainter
+    // A thinner line is drawn at this width, but fainter.
     let thinnest = 0.5;
     tint.a = tint.a * clamp(radius / thinnest, 0.0, 1.0);
     radius = max(radius, thinnest);
@@ -200,12 +200,13 @@ fn progressed(bits: u32) -> u32 {
   return out;
 }
 
-// `top` over `under`, premultiplied.
+// Blends `top` over `under`, premultiplied.
 fn lay(under: vec4f, top: vec3f, share: f32) -> vec4f {
   return under * (1.0 - share) + vec4f(top, 1.0) * share;
 }
 
-// Most marks are lines: a processor that paints in software goes through all of a shader for each of their pixels.
+// Separate from discs, because most marks are lines: a software renderer executes the whole shader for each
+// pixel.
 @fragment fn line_colour(stroke: Stroke) -> @location(0) vec4f {
   let off = stroke.at - vec2f(clamp(stroke.at.x, 0.0, stroke.shape.x), 0.0);
   return lay(vec4f(0.0), stroke.colour.rgb, stroke.colour.a * inside(length(off) - stroke.shape.y));
@@ -218,7 +219,7 @@ fn lay(under: vec4f, top: vec3f, share: f32) -> vec4f {
   let from_centre = length(stroke.at);
   let distance = from_centre - radius;
   let rim = clamp(0.30 * radius, 1.25 * density, 4.5 * density);
-  // the bore is a hole: darker under its upper edge
+  // The bore is darker under its upper edge, so that it looks like a hole.
   let depth = clamp(0.5 + 0.5 * stroke.at.y / radius, 0.0, 1.0);
   let bore = frame.bore.rgb * (1.25 - 0.6 * depth);
   var fill = bore;

@@ -1,16 +1,15 @@
-//! What draws on the GPU, by WebGPU or WebGL2: what stands still, the marks over it, or the board in space instead of both.
+//! The renderer on WebGPU or WebGL2: the static picture with marks over it, or the 3D view.
 //!
 //! ```text
-//! marks ──────▶ strokes ─┐         numbers of the frame ─▶ every shader
+//! marks ──────▶ strokes ─┐         uniforms ─▶ every shader
 //! body, layers ▶ still ──┴▶ window ◀─ carved ◀── depths
 //! ```
 //!
-//! Comes in: bytes, laid out as the shaders have them. Goes out: pixels in a canvas. Does not know scenes, pointers or clocks.
-//! A WebAssembly of its own (`bin/painter.rs`): nothing else names wgpu.
+//! A separate WebAssembly file (`bin/painter.rs`), the only one with wgpu.
 //!
-//! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
-//! Where the adapter can, what stands still is sampled four times a pixel, so that the edges of triangles are smooth too;
-//! marks know themselves how much of a pixel is theirs.
+//! Both back ends blend in linear light: a canvas that isn't sRGB (WebGPU) is drawn through an sRGB view. If
+//! supported, the static picture has four samples per pixel for smooth triangle edges. Marks compute their
+//! own coverage.
 
 mod areas;
 mod buffers;
@@ -32,7 +31,7 @@ use still::Still;
 use strokes::{Kind, Sheaf, Strokes};
 use web_sys::HtmlCanvasElement;
 
-/// A canvas and what draws in it.
+/// A canvas and its renderer.
 pub struct Device {
     surface: wgpu::Surface<'static>,
     device: wgpu::Device,
@@ -46,15 +45,15 @@ pub struct Device {
     marks: Sheaf,
     over: Sheaf,
     head: Sheaf,
-    /// Made when a board in space is first looked at.
+    /// Created when the 3D view is first shown.
     carved: Option<Carved>,
     hardware: bool,
     lost: Arc<AtomicBool>,
 }
 
 impl Device {
-    /// A device for `canvas` by one of the back ends that `kind` names: `webgpu`, `webgl2`, or `best` of both; or why there is
-    /// none. `when_lost` is called when it goes.
+    /// Opens a device on `canvas`. `kind` is `webgpu`, `webgl2` or `best`; fails with the reason. `when_lost`
+    /// is called when the device is lost.
     pub async fn open(
         canvas: &HtmlCanvasElement,
         kind: &str,
@@ -75,7 +74,7 @@ impl Device {
         let (config, view_format) = surface_config(&surface, &adapter, canvas)?;
         surface.configure(&device, &config);
         let can = adapter.get_texture_format_features(view_format).flags;
-        // A processor that paints in software has four times the work with them.
+        // Multisampling would take a software renderer four times as long.
         let hardware = adapter.get_info().device_type != wgpu::DeviceType::Cpu;
         let samples = if hardware && can.sample_count_supported(4) { 4 } else { 1 };
         Ok(Self::assemble(surface, (device, queue), (config, view_format, samples), hardware, lost))
@@ -116,60 +115,62 @@ impl Device {
         }
     }
 
-    /// Which of the two it is.
+    /// WebGPU, else WebGL2.
     pub fn is_webgpu(&self) -> bool {
         // WebGL2 canvases are sRGB themselves; only a WebGPU canvas needs another view.
         self.view_format != self.config.format
     }
 
-    /// A graphics card draws, and not the processor.
+    /// A graphics card, not a software renderer.
     pub fn hardware(&self) -> bool {
         self.hardware
     }
 
-    /// The longest side of a canvas and of a board in space, in pixels and cells.
+    /// Maximum size of a canvas and of a depth field, in pixels and cells.
     pub fn most_px(&self) -> u32 {
         self.device.limits().max_texture_dimension_2d
     }
 
-    /// The canvas has another size, in device pixels, from 1 to [`most_px`](Self::most_px).
+    /// In device pixels, from 1 to [`most_px`](Self::most_px).
     pub fn resize(&mut self, width: u32, height: u32) {
         (self.config.width, self.config.height) = (width, height);
         self.surface.configure(&self.device, &self.config);
     }
 
-    /// The marks of the scene anew, 32 bytes each.
+    /// Replaces the marks of the scene, 32 bytes each.
     pub fn set_marks(&mut self, marks: &[u8]) {
         self.strokes.set(&mut self.marks, (&self.device, &self.queue), marks);
     }
 
-    /// The marks over the scene anew.
+    /// Replaces the marks over the scene.
     pub fn set_over(&mut self, marks: &[u8]) {
         self.strokes.set(&mut self.over, (&self.device, &self.queue), marks);
     }
 
-    /// These marks of the scene from number `first` on.
+    /// Overwrites marks of the scene from index `first` on.
     pub fn write_marks(&self, first: u32, marks: &[u8]) {
         self.marks.write(&self.queue, first, marks);
     }
 
-    /// The body of the board as triangles, two numbers each corner; of its corners `body` are drawn, 0 where the ground has them.
+    /// Replaces the board's body: triangles, two numbers per corner. The first `body` corners are drawn; 0 if
+    /// the ground shader draws a plate.
     pub fn set_body(&mut self, corners_mm: &[f32], body: u32) {
         self.still.set_body(&self.device, &self.queue, corners_mm, body);
     }
 
-    /// Triangles of a layer and the pieces of their edges, by the numbers of their corners. Goes out: the layer's number.
+    /// Uploads a layer's triangles and edge segments, as corner indices. Returns the mesh's number.
     pub fn add_mesh(&mut self, corners_mm: &[f32], triangles: &[u32], edges: &[u32]) -> u32 {
         self.still.add_mesh(&self.device, &self.queue, (corners_mm, triangles, edges))
     }
 
-    /// The layers from now on, the lowest first, three numbers each: its own, its colour from red to alpha, 1 where its triangles
-    /// are openings. Those not named are forgotten.
+    /// Replaces the layers, lowest first, three numbers each: mesh, colour as RGBA bytes, 1 if its triangles
+    /// are openings. Drops all other meshes.
     pub fn set_layers(&mut self, rows: &[u32]) {
         self.still.set_layers(&self.device, &self.queue, rows);
     }
 
-    /// A board in space of so many cells, uncut, also cut from below; none of no size.
+    /// Replaces the board of the 3D view, without cuts. `under`: there will be cuts from below. Size 0
+    /// removes the board.
     pub fn set_depths(&mut self, width: u32, height: u32, under: bool) {
         if width == 0 || height == 0 {
             self.carved = None;
@@ -179,15 +180,15 @@ impl Device {
         carved.set(&self.device, [width, height], under);
     }
 
-    /// A tile of it that begins at this cell: depths in µm, row by row, as many rows as columns.
+    /// Updates a tile that starts at this cell: depths in µm, row by row, square.
     pub fn write_depths(&self, below: bool, x: u32, y: u32, depths_um: &[u16]) {
         if let Some(carved) = &self.carved {
             carved.write(&self.queue, below, [x, y], depths_um);
         }
     }
 
-    /// Draws the flat picture: by its numbers, which marks of the scene from where to where (lines twice, discs), the head's mark,
-    /// with edges round the layers where it is `edged`.
+    /// Draws the 2D view. `ranges` has start and end of the scene's marks to draw: lines twice, then discs.
+    /// Layers have edges if `edged`.
     pub fn paint_flat(&mut self, numbers: &[u8], ranges: &[u32], head: &[u8], edged: bool) -> Painted {
         let numbers: FlatNumbers = match bytemuck::try_pod_read_unaligned(numbers) {
             Ok(numbers) => numbers,
@@ -211,7 +212,7 @@ impl Device {
         })
     }
 
-    /// Draws the board in space by its numbers, a picture of another size than the window stretched over it.
+    /// Draws the 3D view from its uniforms. A picture of another size is stretched over the window.
     pub fn paint_space(&mut self, numbers: &[u8]) -> Painted {
         let numbers: SpaceNumbers = match bytemuck::try_pod_read_unaligned(numbers) {
             Ok(numbers) => numbers,
@@ -228,7 +229,7 @@ impl Device {
         })
     }
 
-    /// Shows what `draw` draws.
+    /// Acquires the window's texture, calls `draw`, and presents.
     fn paint(
         &mut self,
         draw: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &wgpu::TextureView),
@@ -257,14 +258,12 @@ impl Device {
         Painted::Shown
     }
 
-    /// Throws it away.
     pub fn lose(&self) {
         self.device.destroy();
         self.lost.store(true, Ordering::Relaxed);
     }
 }
 
-/// What `kind` names.
 async fn backends(kind: &str) -> wgpu::Backends {
     match kind {
         "webgpu" => wgpu::Backends::BROWSER_WEBGPU,
@@ -274,7 +273,7 @@ async fn backends(kind: &str) -> wgpu::Backends {
     }
 }
 
-/// A flag that is up once the device is gone; `when_lost` is called then.
+/// A flag that is set when the device is lost; then `when_lost` is called too.
 fn watch(device: &wgpu::Device, when_lost: impl FnOnce() + 'static) -> Arc<AtomicBool> {
     let lost = Arc::new(AtomicBool::new(false));
     let (told, (tell, hear)) = (lost.clone(), oneshot::channel());
@@ -293,7 +292,7 @@ fn watch(device: &wgpu::Device, when_lost: impl FnOnce() + 'static) -> Arc<Atomi
     lost
 }
 
-/// The numbers of a frame as the shader sees them.
+/// The uniforms of the 2D view as a binding.
 fn frame_group(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout, wgpu::BindGroup) {
     let numbers = numbers_buffer(device, size_of::<FlatNumbers>());
     let layout = group_layout(device, &[(wgpu::ShaderStages::VERTEX_FRAGMENT, NUMBERS)]);

@@ -1,10 +1,8 @@
-//! Pictures that are drawn apart and then laid over the window.
-//!
-//! Comes in: a size in pixels. Goes out: what to draw on, and its draw over the window. Does not know what is on it.
+//! Pictures drawn off screen and then composed onto the window.
 
 use super::pipelines::{INSTEAD, group, group_layout, pipeline, pipeline_layout, texture_of};
 
-/// Lays such pictures over the window.
+/// Composes off-screen pictures onto the window.
 pub(super) struct Laying {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
@@ -12,26 +10,23 @@ pub(super) struct Laying {
     format: wgpu::TextureFormat,
 }
 
-/// A picture that is not in the window itself.
 pub(super) struct OffScreen {
     pub(super) size_px: [u32; 2],
     view: wgpu::TextureView,
-    /// Where it is drawn before its samples become pixels; none where a pixel has one sample.
+    /// The multisampled texture that resolves into `view`; none with one sample per pixel.
     samples: Option<wgpu::TextureView>,
     group: wgpu::BindGroup,
 }
 
-/// How one becomes the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fit {
-    /// It is as large.
+    /// Same size as the window.
     Same,
-    /// It is smaller.
     Stretched,
 }
 
 impl Laying {
-    /// Over windows of `format`.
+    /// For windows of `format`.
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, fit: Fit) -> Self {
         let stage = wgpu::ShaderStages::FRAGMENT;
         let picture = texture_of(wgpu::TextureSampleType::Float { filterable: true });
@@ -50,7 +45,7 @@ impl Laying {
         Self { pipeline, layout, between, format }
     }
 
-    /// One of so many samples a pixel.
+    /// Creates a picture with this many samples per pixel.
     pub(super) fn picture(&self, device: &wgpu::Device, size_px: [u32; 2], samples: u32) -> OffScreen {
         let [width, height] = size_px;
         let texture = |sample_count, usage| {
@@ -73,7 +68,7 @@ impl Laying {
         OffScreen { size_px, view, samples, group }
     }
 
-    /// Lays it over the window.
+    /// Draws the picture over the window.
     pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>, picture: &OffScreen) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &picture.group, &[]);
@@ -82,14 +77,14 @@ impl Laying {
 }
 
 impl OffScreen {
-    /// Begins to draw on it, on black.
+    /// Starts a pass on the picture, cleared to black.
     pub(super) fn begin<'a>(&self, encoder: &'a mut wgpu::CommandEncoder) -> wgpu::RenderPass<'a> {
         let resolved = self.samples.as_ref().map(|_| &self.view);
         begin(encoder, self.samples.as_ref().unwrap_or(&self.view), resolved)
     }
 }
 
-/// Begins to draw on `view`, on black.
+/// Starts a pass on `view`, cleared to black.
 pub(super) fn begin<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     view: &wgpu::TextureView,

@@ -1,4 +1,4 @@
-// A picture of its own, laid over the window.
+// Composes an off-screen picture onto the window.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var between: sampler;
@@ -10,12 +10,12 @@ struct Place { @builtin(position) position: vec4f, @location(0) share: vec2f }
   return Place(vec4f(at, 0.0, 1.0), vec2f(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y));
 }
 
-// Of one as large as the window.
+// For a picture of the window's size.
 @fragment fn same(place: Place) -> @location(0) vec4f {
   return textureLoad(picture, vec2i(place.position.xy), 0);
 }
 
-// Of a smaller one.
+// For a smaller picture.
 @fragment fn stretched(place: Place) -> @location(0) vec4f {
   return textureSampleLevel(picture, between, place.share, 0.0);
 }

@@ -1,29 +1,26 @@
-//! The pipelines of the picture: which shaders, of what corners, what is bound to them, and how what they draw goes into the picture.
-//!
-//! Comes in: names of shaders, layouts of buffers, what they read. Goes out: pipelines, groups. Does not know what is drawn with
-//! them.
+//! Helpers to create pipelines: shaders, vertex layouts, bindings, blending.
 
-/// How what a pipeline draws goes into the picture.
+/// How a pipeline writes into the picture.
 pub(super) struct Paint {
     pub(super) blend: Option<wgpu::BlendState>,
     pub(super) writes: wgpu::ColorWrites,
 }
 
-/// Over what is there.
+/// Blends over the existing content.
 pub(super) const OVER: Paint =
     Paint { blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING), writes: wgpu::ColorWrites::ALL };
 
-/// In place of what is there.
+/// Replaces the existing content.
 pub(super) const INSTEAD: Paint = Paint { blend: None, writes: wgpu::ColorWrites::ALL };
 
-/// A shader reads numbers.
+/// A uniform buffer binding.
 pub(super) const NUMBERS: wgpu::BindingType = wgpu::BindingType::Buffer {
     ty: wgpu::BufferBindingType::Uniform,
     has_dynamic_offset: false,
     min_binding_size: None,
 };
 
-/// A shader reads a texture, texel by texel or between them.
+/// A texture binding, with or without filtering.
 pub(super) const fn texture_of(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     wgpu::BindingType::Texture {
         sample_type,
@@ -32,14 +29,14 @@ pub(super) const fn texture_of(sample_type: wgpu::TextureSampleType) -> wgpu::Bi
     }
 }
 
-/// The names of its two shaders, and of what its corners are.
+/// The names of vertex and fragment shader, and the primitive type.
 pub(super) type Drawing = ([&'static str; 2], wgpu::PrimitiveTopology);
 
-/// Makes a pipeline of the picture.
+/// Creates a pipeline.
 pub(super) type Make<'a> =
     dyn Fn(&Paint, Drawing, &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline + 'a;
 
-/// A buffer for so many bytes of numbers.
+/// A uniform buffer of this size.
 pub(super) fn numbers_buffer(device: &wgpu::Device, bytes: usize) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("numbers"),
@@ -49,7 +46,7 @@ pub(super) fn numbers_buffer(device: &wgpu::Device, bytes: usize) -> wgpu::Buffe
     })
 }
 
-/// What shaders of these stages read, in the order of their bindings.
+/// A bind group layout: the stages and types in the order of bindings.
 pub(super) fn group_layout(
     device: &wgpu::Device,
     read: &[(wgpu::ShaderStages, wgpu::BindingType)],
@@ -61,7 +58,7 @@ pub(super) fn group_layout(
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// These, for shaders that read so.
+/// A bind group for `layout`.
 pub(super) fn group<const N: usize>(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
@@ -72,7 +69,7 @@ pub(super) fn group<const N: usize>(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
-/// Of pipelines that have these groups.
+/// A pipeline layout with these bind groups.
 pub(super) fn pipeline_layout(
     device: &wgpu::Device,
     groups: &[&wgpu::BindGroupLayout],
@@ -85,7 +82,7 @@ pub(super) fn pipeline_layout(
     })
 }
 
-/// A pipeline of the picture for targets of this format and so many samples.
+/// A pipeline for targets of this format and sample count.
 pub(super) fn pipeline(
     device: &wgpu::Device,
     (layout, shader): (&wgpu::PipelineLayout, &wgpu::ShaderModule),

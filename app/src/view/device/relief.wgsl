@@ -1,17 +1,17 @@
-// A carved board: every pixel sends a ray through the field of depths, cell by cell, and is lit where the ray meets matter.
-// Millimetres of the picture, Z out of the board, its surface at 0. Colours are linear light.
+// A carved board: each pixel casts a ray through the depth field, cell by cell, and is lit where the ray hits
+// material. Millimetres of the picture, Z out of the board, its surface at 0. Colours are linear light.
 
 struct View {
   eye: vec4f, forward: vec4f, right: vec4f, up: vec4f,
   // low corner, size of a cell, thickness
   low: vec2f, cell: f32, thickness: f32,
-  // cells along X and Y; thickness of copper; 1 where there is copper underneath too
+  // cells in X and Y; thickness of copper; 1 if there is copper on the lower side too
   cells: vec2f, copper_mm: f32, both: f32,
-  // tip of the tool, 1 where there is one
+  // tip of the tool; 1 if there is a tool
   tip: vec4f,
-  // radius of its end, its greatest radius, slope of its edge, length
+  // radius of its end, its largest radius, slope of its edge, length
   tool: vec4f,
-  // size of the window in pixels, samples along a pixel's side; 1 where something is cut from below
+  // size of the window in pixels; samples per pixel in each direction; 1 if there are cuts from below
   window: vec2f, samples: f32, under: f32,
   ground: vec4f,
 }
@@ -29,19 +29,20 @@ const STEEL = vec3f(0.55, 0.58, 0.62);
   return vec4f(vec2f(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-// How deep a cell is cut; beside the board all is cut.
+// Depth of a cell; outside the board everything is cut.
 fn depth_of(cell: vec2i) -> f32 {
   if cell.x < 0 || cell.y < 0 || cell.x >= i32(view.cells.x) || cell.y >= i32(view.cells.y) { return FAR; }
   return f32(textureLoad(depths, cell, 0).r) * 0.001;
 }
 
-// How high the lower face of a cell is: what was cut from below is gone.
+// Height of the lower face of a cell, after cuts from below.
 fn bottom_of(cell: vec2i) -> f32 {
   if view.under < 0.5 { return -view.thickness; }
   return f32(textureLoad(depths_below, cell, 0).r) * 0.001 - view.thickness;
 }
 
-// What a ray met: nothing, a floor or a slope, a wall across X or Y, the lower face, matter around the eye itself.
+// The kinds of hit: nothing, a floor or slope, a wall in X or Y, the lower face, material around the eye
+// itself.
 const NOTHING = 0;
 const FLOOR = 1;
 const WALL_X = 2;
@@ -50,7 +51,7 @@ const UNDERSIDE = 4;
 const INSIDE = 5;
 struct Hit { t: f32, normal: vec3f, cell: vec2i, side: bool }
 
-// The smooth normal of a floor: how its neighbours lie.
+// Smooth normal of a floor, from the neighbouring cells.
 fn floor_normal(cell: vec2i, depth: f32) -> vec3f {
   let most = 1.2 * view.cell;
   let east = clamp(depth_of(cell + vec2i(1, 0)) - depth, -most, most);
@@ -60,7 +61,7 @@ fn floor_normal(cell: vec2i, depth: f32) -> vec3f {
   return normalize(vec3f(east - west, north - south, 2.0 * view.cell));
 }
 
-// The normal is worked out behind the loop: within it, compilers of shaders take most of a minute for it.
+// The normal is computed after the loop: inside it, shader compilers would need most of a minute.
 fn march(eye: vec3f, way: vec3f) -> Hit {
   var hit: Hit;
   hit.t = FAR;
@@ -74,7 +75,7 @@ fn march(eye: vec3f, way: vec3f) -> Hit {
   let enter = max(max(enter3.x, enter3.y), max(enter3.z, 0.0));
   let leave = min(min(leave3.x, leave3.y), leave3.z);
   if enter >= leave { return hit; }
-  // The face through which the ray comes: an edge's, or the upper or lower one.
+  // The face through which the ray enters: a side, or the upper or lower face.
   var through = INSIDE;
   if enter == enter3.z { through = FLOOR; } else if enter == enter3.x { through = WALL_X; } else if enter == enter3.y { through = WALL_Y; }
   let start = (eye + safe * (enter + 1e-5) - low) / view.cell;
@@ -96,7 +97,7 @@ fn march(eye: vec3f, way: vec3f) -> Hit {
       let end_z = eye.z + safe.z * end;
       let within = at_z <= 1e-5 - depth;
       if within && at_z >= bottom - 1e-4 && through != FLOOR {
-        // A low riser is a slope in steps, and is lit as one.
+        // A low step is part of a slope, so light it as a slope.
         let slope = before - depth < 3.0 * view.cell && at_z >= -before - 1e-4;
         face = select(through, FLOOR, slope);
         break;
@@ -129,7 +130,7 @@ fn march(eye: vec3f, way: vec3f) -> Hit {
   return hit;
 }
 
-// The sky that polished metal shows: bright above, a window to the left.
+// The sky reflected by metal: bright above, a window on the left.
 fn sky(way: vec3f) -> f32 {
   let window = smoothstep(0.72, 0.95, dot(way, normalize(vec3f(-0.55, 0.35, 0.75))));
   return 0.35 + 0.45 * clamp(way.z, 0.0, 1.0) + 0.9 * window;
@@ -147,22 +148,22 @@ fn matter(hit: Hit, at: vec3f, way: vec3f) -> vec3f {
   let upper = at.z > -view.copper_mm - 1e-4;
   let lower = view.both > 0.5 && at.z < -view.thickness + view.copper_mm;
   if hit.normal.z < -0.5 {
-    // What was cut from below lies higher than the copper there.
+    // A face cut from below is above the copper, so it is laminate.
     let copper = lower && view.both > 0.5;
     return lit(select(LAMINATE, COPPER, copper), hit.normal, way, select(0.0, 0.6, copper));
   }
   if hit.side {
-    // A wall: copper's edge above, layers of glass below, darker further down.
+    // A wall: copper at the edges, layers of glass between, darker further down.
     let layers = 0.92 + 0.08 * sin(at.z * 55.0);
     let shade = mix(1.0, 0.6, clamp(-at.z / view.thickness, 0.0, 1.0));
     return lit(select(EDGE * layers * shade, COPPER, upper || lower), hit.normal, way, select(0.0, 0.4, upper || lower));
   }
   let depth = -at.z;
   if depth < view.copper_mm {
-    // Copper, a little duller where the tool has scratched it.
+    // Copper, duller where the tool has scratched it.
     return lit(COPPER * select(1.0, 0.85, depth > 0.001), hit.normal, way, select(0.6, 0.3, depth > 0.001));
   }
-  // Less light reaches the ground of what is narrow and deep.
+  // Narrow, deep grooves get less light.
   let reach = 6;
   var open = 0.0;
   open += min(depth - depth_of(hit.cell + vec2i(reach, 0)), depth);
@@ -173,7 +174,8 @@ fn matter(hit: Hit, at: vec3f, way: vec3f) -> vec3f {
   return lit(LAMINATE * shade, hit.normal, way, 0.0);
 }
 
-// Where a ray meets an upright cone or cylinder: radius `radius` at `low`, growing by `grows` a mm, up to `high`.
+// Intersection with an upright cone or cylinder: radius `radius` at height `low`, growing by `grows` per mm
+// up to `high`.
 fn turned(eye: vec3f, way: vec3f, low: f32, high: f32, radius: f32, grows: f32) -> vec2f {
   let o = eye.xy - view.tip.xy;
   let r = radius + grows * (eye.z - low);
@@ -193,7 +195,7 @@ fn turned(eye: vec3f, way: vec3f, low: f32, high: f32, radius: f32, grows: f32) 
   return vec2f(FAR, 0.0);
 }
 
-// The tool: nearest place and normal; FAR where the ray passes it by.
+// Intersection with the tool: distance and normal; FAR if the ray misses it.
 fn tool_hit(eye: vec3f, way: vec3f) -> vec4f {
   let tip = view.tip.z;
   let slope = view.tool.z;
@@ -229,7 +231,7 @@ fn seen(at: vec2f) -> vec3f {
   if hit.t < FAR { colour = matter(hit, eye + hit.t * way, way); }
   if view.tip.w > 0.5 {
     let tool = tool_hit(eye, way);
-    // What the tool hides shines through, so that its work can be watched.
+    // Draw the tool translucent, so that its work stays visible.
     if tool.x < hit.t { colour = mix(colour, lit(STEEL, tool.yzw, way, 0.7), 0.62); }
   }
   return colour;

@@ -1,13 +1,4 @@
-//! What stands still in the flat picture: the ground, the board's body and its layers, on a picture of their own.
-//!
-//! ```text
-//! camera, colours, scene ─ other than before? ─▶ ground, body, layers ─▶ picture
-//!                                  every frame:  picture ─▶ window, then the marks over it
-//! ```
-//!
-//! A playback, a slider or a pointer changes the marks alone.
-//!
-//! Comes in: corners, meshes, the numbers of a frame. Goes out: draws. Does not know the marks.
+//! The static part of the 2D view: ground, board body and layers, drawn into a separate picture.
 
 use super::areas::{Corners, Cover, Layers};
 use super::buffers::{fill, vertex_buffer};
@@ -16,25 +7,24 @@ use super::pipelines::{Make, OVER};
 
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 
-/// Ground, body and layers, and the picture with them.
 pub(super) struct Still {
     ground: wgpu::RenderPipeline,
     body: wgpu::RenderPipeline,
     layers: Layers,
-    /// The board's body, that of a plate too.
+    /// The board's body, including a plate.
     triangles: wgpu::Buffer,
     cover_count: u32,
-    /// How many corners are drawn as the body: a plate is part of the ground.
+    /// Number of corners drawn as the body; 0 for a plate, which the ground shader draws.
     corner_count: u32,
     laying: Laying,
     samples: u32,
     picture: Option<OffScreen>,
-    /// What it was drawn with; none where it is to be drawn anew.
+    /// The uniforms of the current picture; none if it must be redrawn.
     drawn_with: Option<Vec<u8>>,
 }
 
 impl Still {
-    /// For windows of `format`, its edges drawn with so many samples by pipelines that `make` makes for them.
+    /// For windows of `format`. `make` creates pipelines with this many samples.
     pub(super) fn new(
         device: &wgpu::Device,
         (format, samples): (wgpu::TextureFormat, u32),
@@ -60,7 +50,7 @@ impl Still {
         }
     }
 
-    /// Another body, two numbers each corner; of its corners `body` are drawn.
+    /// Replaces the body, two numbers per corner; the first `body` corners are drawn.
     pub(super) fn set_body(
         &mut self,
         device: &wgpu::Device,
@@ -74,19 +64,19 @@ impl Still {
         self.drawn_with = None;
     }
 
-    /// Another mesh. Goes out: its number.
+    /// Uploads a mesh and returns its number.
     pub(super) fn add_mesh(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mesh: Corners<'_>) -> u32 {
         self.layers.add(device, queue, mesh)
     }
 
-    /// Other layers, as rows of three numbers.
+    /// Replaces the layers, three numbers per row.
     pub(super) fn set_layers(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, rows: &[u32]) {
         self.layers.set(device, queue, rows);
         self.drawn_with = None;
     }
 
-    /// Draws the picture for a window of `size_px`, unless it is there, drawn `with` the same numbers. Layers have edges where
-    /// they are `edged`.
+    /// Redraws the picture for a window of `size_px`, unless it exists with the same input `with`: uniforms,
+    /// and whether layers have edges.
     pub(super) fn draw(
         &mut self,
         (device, encoder): (&wgpu::Device, &mut wgpu::CommandEncoder),
@@ -118,7 +108,7 @@ impl Still {
         self.drawn_with = Some(with.to_vec());
     }
 
-    /// Lays the picture over the window.
+    /// Draws the picture over the window.
     pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(picture) = &self.picture {
             self.laying.lay(pass, picture);

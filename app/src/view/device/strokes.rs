@@ -1,27 +1,25 @@
-//! Marks on the GPU: two triangles each, whose corners look their mark up in a texture.
+//! Marks on the GPU: two triangles each; the vertex shader reads the mark from a texture.
 //!
 //! ```text
-//! texture RGBA32Uint      a.x a.y b.x b.y │ radius_mm radius_px colour bits │ next mark …     1,024 marks a row
-//! corner 6 m + 0 … 5  ─▶  mark m
+//! texture RGBA32Uint      a.x a.y b.x b.y │ radius_mm radius_px colour bits │ next mark …    1,024 a row
+//! vertex 6 m + 0 … 5  ─▶  mark m
 //! ```
 //!
-//! Not an instance each: a processor that paints in software sets up every instance as a draw of its own, 50 µs a mark.
-//!
-//! Comes in: marks, as bytes. Goes out: draws. Does not know what they mean.
+//! No instancing: software renderers set up each instance as a separate draw, at 50 µs per mark.
 
 use super::pipelines::{OVER, group, group_layout, pipeline, pipeline_layout, texture_of};
 use std::ops::Range;
 
-/// Marks in a row of the texture; the shader has the same number.
+/// Marks per texture row; the shader has the same number.
 const ROW: u32 = 1024;
-/// Bytes of a mark.
+/// Bytes per mark.
 const BYTES: u32 = 32;
-/// Texels it takes, of 16 bytes each.
+/// Texels per mark, 16 bytes each.
 const TEXELS: u32 = BYTES / 16;
-/// Corners of a mark's two triangles.
+/// Vertices per mark: two triangles.
 const CORNERS: u32 = 6;
 
-/// How marks are drawn.
+/// The pipelines for marks.
 pub(super) struct Strokes {
     lines: wgpu::RenderPipeline,
     discs: wgpu::RenderPipeline,
@@ -29,18 +27,15 @@ pub(super) struct Strokes {
     layout: wgpu::BindGroupLayout,
 }
 
-/// Which marks they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
-    /// Lines.
     Lines,
-    /// Discs.
     Discs,
-    /// The head's cross-hair.
+    /// The tool's cross-hair.
     Head,
 }
 
-/// Marks on the GPU.
+/// A texture of marks.
 pub(super) struct Sheaf {
     texture: wgpu::Texture,
     group: wgpu::BindGroup,
@@ -48,7 +43,7 @@ pub(super) struct Sheaf {
 }
 
 impl Strokes {
-    /// For windows of `format`, by `shader` whose numbers have `frame` as their group.
+    /// For windows of `format`. `frame` is the bind group layout of the uniforms.
     pub(super) fn new(
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
@@ -65,7 +60,7 @@ impl Strokes {
         Self { lines, discs, head, layout }
     }
 
-    /// Room for marks, without any.
+    /// An empty set of marks.
     pub(super) fn sheaf(&self, device: &wgpu::Device) -> Sheaf {
         self.with_rows(device, 1)
     }
@@ -86,7 +81,7 @@ impl Strokes {
         Sheaf { texture, group, count: 0 }
     }
 
-    /// These marks and no others; those that no texture of the device takes are left out.
+    /// Replaces all marks; drops those beyond the maximum texture size.
     pub(super) fn set(
         &self,
         sheaf: &mut Sheaf,
@@ -103,7 +98,7 @@ impl Strokes {
         sheaf.write(queue, 0, marks);
     }
 
-    /// Draws those of a range that are there. The numbers of the frame are bound.
+    /// Draws a range of marks. The uniforms must be bound.
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, kind: Kind, sheaf: &Sheaf, range: Range<u32>) {
         let (first, end) = (range.start.min(sheaf.count), range.end.min(sheaf.count));
         if first >= end {
@@ -120,7 +115,7 @@ impl Strokes {
 }
 
 impl Sheaf {
-    /// Writes `marks` over those from `first` on, row by row.
+    /// Overwrites marks from index `first` on, row by row.
     pub(super) fn write(&self, queue: &wgpu::Queue, mut first: u32, mut marks: &[u8]) {
         let room = (self.count.saturating_sub(first) * BYTES) as usize;
         marks = &marks[..marks.len().min(room)];

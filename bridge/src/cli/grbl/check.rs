@@ -1,6 +1,4 @@
-//! A job read by the controller in its check mode: every line of it, and nothing moves.
-//!
-//! Comes in: programs, a port, Ctrl-C. Goes out: the lines that the controller refuses, each with why. Does not know how a line is read.
+//! Lets the controller read a job in its check mode: it parses every line, and nothing moves.
 
 use super::keys::{Typing, Word, listen};
 use super::{CheckArgs, GREETING, controller_object, ledger, program};
@@ -15,25 +13,27 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
-/// Stands at the port while the job is read.
+/// Operates the controller while it reads the job.
 struct Reader {
     owner: Owner,
     words: Receiver<Word>,
     info: Option<Info>,
     now: Option<ControllerGlimpse>,
-    /// What went wrong.
+    /// The first error, if any.
     worst: Option<Diagnostic>,
     refused: Vec<Diagnostic>,
     over: Option<Over>,
-    /// The controller has begun to read.
+    /// The controller has started to read.
     begun: bool,
-    /// There are several programs: of which one a line is, is said.
+    /// There are several programs, so messages name the program of a line.
     several: bool,
     gone: bool,
     interrupted: bool,
+    /// Messages about the programs and the check.
+    said: Vec<Diagnostic>,
 }
 
-/// What it came to.
+/// Result of the check.
 struct Over {
     done: u32,
     of: u32,
@@ -41,8 +41,8 @@ struct Over {
     why: Option<Diagnostic>,
 }
 
-/// Has the job read.
 pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
+    super::no_controller(&args.job.on, args.port.port.as_deref())?;
     let programs = program::read(&args.job, &args.more, &ledger())?;
     let (port, bits_per_s) = args.port.open()?;
     let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), args.speed);
@@ -51,8 +51,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     let (info, now, worst, over) = (None, None, None, None);
     let (refused, begun, gone, interrupted) = (Vec::new(), false, false, false);
     let several = programs.files.len() > 1;
+    let said = said_of(&programs);
+    said.iter().for_each(|why| say(told(why)));
     let mut reader =
-        Reader { owner, words, info, now, worst, refused, over, begun, several, gone, interrupted };
+        Reader { owner, words, info, now, worst, refused, over, begun, several, gone, interrupted, said };
     let ready = reader.meets().and_then(|()| reader.gets_ready(args.home));
     if reader.interrupted {
         reader.comes_to_rest();
@@ -60,7 +62,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
         return Err(Refusal { exit: Exit::Interrupted, ..why });
     }
     ready?;
-    reader.owner.ask(EngineAsk::Check { routine: Arc::clone(&programs.routine) });
+    let (routine, written) = (Arc::clone(&programs.routine), Arc::clone(&programs.written));
+    reader.owner.ask(EngineAsk::Check { routine, written });
     reader.until(|reader| reader.over.is_some() || (reader.worst.is_some() && !reader.begun));
     if reader.interrupted {
         reader.comes_to_rest();
@@ -68,19 +71,36 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     Ok(reader.answer(bits_per_s))
 }
 
+/// Messages about the programs, including lines that Annulus rewrites when it runs them.
+fn said_of(programs: &program::Programs) -> Vec<Diagnostic> {
+    let mut said = programs.diagnostics.clone();
+    said.push(Diagnostic::note("grbl.check_as_written").with("lines", programs.written.len()));
+    let changed: Vec<String> =
+        programs.written.iter().filter(|line| line.is_changed).map(|line| line.line.to_string()).collect();
+    if !changed.is_empty() {
+        said.push(Diagnostic::note("grbl.check_changed").with("lines", changed.join(", ")));
+    }
+    said
+}
+
+fn told(why: &Diagnostic) -> String {
+    let at = why.place.as_ref().map_or(String::new(), |at| format!("{}:{}: ", at.file, at.line));
+    format!("{at}{} {}", why.message("en"), why.advice("en"))
+}
+
 impl Reader {
     fn phase(&self) -> Option<EnginePhase> {
         self.now.as_ref().map(|now| now.phase)
     }
 
-    /// It rests, and has said where.
+    /// Returns `true` if the controller is stopped and has reported its position.
     fn rests(&self) -> bool {
         self.now.as_ref().is_some_and(|now| {
             matches!(now.phase, EnginePhase::Ready | EnginePhase::Locked) && now.place_mm.is_some()
         })
     }
 
-    /// Takes what is told next, if anything is, and what came from outside.
+    /// Handles the next notice of the engine, if any, and input from outside.
     fn next(&mut self) -> bool {
         let told = self.owner.next();
         let is_told = told.is_some();
@@ -119,14 +139,15 @@ impl Reader {
         }
     }
 
-    /// Goes on until something is so, or nobody is there; a person who ends it is answered by the controller.
+    /// Runs the engine until `so` holds or the controller is gone. On an interrupt the controller ends the
+    /// check itself.
     fn until(&mut self, so: impl Fn(&Self) -> bool) {
         while !so(self) && !self.gone {
             self.next();
         }
     }
 
-    /// After Ctrl-C: until the engine has brought the board to rest, or nobody is there.
+    /// After Ctrl-C: waits until the engine has stopped the machine, or the controller is gone.
     fn comes_to_rest(&mut self) {
         let since = Instant::now();
         while !self.gone && since.elapsed() < GREETING {
@@ -152,11 +173,14 @@ impl Reader {
         Err(Refusal::surroundings(self.worst.clone().unwrap_or_else(|| Diagnostic::error("grbl.no_answer"))))
     }
 
-    /// Homed where that is wanted; else only unlocked, which moves nothing.
+    /// Homes the machine if wanted; otherwise only unlocks it, which moves nothing.
     fn gets_ready(&mut self, homes: bool) -> Result<(), Refusal> {
         let has_switches = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
         self.worst = None;
-        if homes && has_switches && !self.interrupted {
+        if homes && !has_switches {
+            return Err(Refusal::content(Diagnostic::error("grbl.cannot_home")));
+        }
+        if homes && !self.interrupted {
             self.owner.ask(EngineAsk::Home);
             self.until(|reader| reader.phase() == Some(EnginePhase::Homing) || reader.worst.is_some());
             self.until(|reader| reader.phase() != Some(EnginePhase::Homing) && reader.rests());
@@ -194,6 +218,8 @@ impl Reader {
             "lines_read": over.done,
             "lines_refused": over.refused,
             "refused": diagnostic_objects(&self.refused),
+            "checked": "file",
+            "diagnostics": diagnostic_objects(&self.said),
         });
         let mut text = format!("{} read, {} refused.\n", counted(over.done, "line"), over.refused);
         self.refused.iter().for_each(|why| text += &format!("{}\n", self.told_at(why)));
@@ -205,7 +231,7 @@ impl Reader {
         Answer { object, text, exit }
     }
 
-    /// A line that was refused, with its number, and its program where there are several.
+    /// Text of a refused line with its number, and its program if there are several.
     fn told_at(&self, why: &Diagnostic) -> String {
         let (file, line) = why.place.as_ref().map_or(("", 0), |at| (at.file.as_str(), at.line));
         let at = if self.several { format!("{file}, line {line}") } else { format!("Line {line}") };

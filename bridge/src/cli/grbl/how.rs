@@ -1,6 +1,4 @@
-//! How a job is run at a controller: flags of the command line, and what of them a job that is resumed was given before.
-//!
-//! Comes in: words. Goes out: [`How`]. Does not know who is there.
+//! Options that decide how a controller runs a job, and how a resumed job reuses them.
 
 use super::{MayReset, PortArgs};
 use annulus_core::align::FoundHole;
@@ -12,76 +10,107 @@ use annulus_core::machine::{MillProfile, mill, preset_name};
 use annulus_drill::controller::{AttendedJob, JobGiven, JobTools};
 use std::time::Duration;
 
-/// Seconds that a spindle takes to come up to speed where nobody says.
+/// Default time for the spindle to reach its speed, s.
 const SPIN_UP_S: f64 = 3.0;
 
-/// How a job is run.
+/// Options of a job at a controller.
 #[derive(Debug, Clone, clap::Args)]
-pub(super) struct How {
+pub(in crate::cli) struct How {
     #[command(flatten)]
-    pub(super) port: PortArgs,
-    /// Where the head stands now is the work zero: X, Y and the tip on the board.
-    #[arg(long)]
+    pub(in crate::cli) port: PortArgs,
+    /// Use the current position as the work zero: X, Y and the tool on the board. Only for machines that
+    /// don't home.
+    #[arg(long, conflicts_with = "zero_at")]
     pub(super) zero_here: bool,
-    /// The work zero in machine coordinates, in mm, for machines that home.
+    /// Set the work zero in machine coordinates, in mm, for machines that home.
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
     pub(super) zero_at: Option<Place>,
-    /// Seconds that the spindle takes to come up to speed [default: 3].
+    /// Wait SECONDS for the spindle to reach its speed [default: 3].
     #[arg(long, value_name = "SECONDS")]
     spin_up: Option<f64>,
-    /// How many times faster than life the controller runs, for simulated ones.
-    #[arg(long, hide = true, default_value_t = 1.0)]
-    pub(super) speed: f64,
-    /// Answer each tool change after so many seconds, as a changer would; without it a person is asked.
-    #[arg(long, value_name = "SECONDS", value_parser = crate::cli::run::seconds)]
-    pub(super) confirm_tools: Option<Duration>,
-    /// After each tool change find the board with the probe, at most so many mm down.
-    #[arg(long, value_name = "MM")]
+    /// Run the virtual drill or a simulated controller this many times faster than real time.
+    #[arg(long, default_value_t = 1.0, value_parser = crate::cli::numbers::speed)]
+    pub(in crate::cli) speed: f64,
+    /// Continue automatically SECONDS after each tool change. The spindle restarts without a question.
+    #[arg(
+        long = "unattended-tool-change",
+        alias = "confirm-tools",
+        value_name = "SECONDS",
+        value_parser = crate::cli::numbers::seconds,
+        allow_hyphen_values = true
+    )]
+    pub(in crate::cli) confirm_tools: Option<Duration>,
+    /// Answer yes to every question that a flag raises, such as --unattended-tool-change.
+    #[arg(long)]
+    pub(in crate::cli) yes: bool,
+    /// Probe the board after each tool change, at most this far down.
+    #[arg(long = "probe-depth", alias = "probe", value_name = "MM")]
     probe: Option<f64>,
-    /// All tools stand out equally far, as those with a ring do: none is touched off after it was put in.
+    /// Declare that all tools have the same length, for example with depth rings: none is touched off after a
+    /// change.
     #[arg(long, conflicts_with = "probe")]
-    pub(super) same_length: bool,
-    /// Where a tool setter stands, X and Y, and the Z from which it is looked for, in machine coordinates; then how far down at most, and
-    /// the feed of the first and of the second time (40, 150, 25). Each tool is measured there after it was put in.
+    pub(crate) same_length: bool,
+    /// Measure each new tool on a tool setter: its X, Y and the Z where probing starts, in machine
+    /// coordinates. Optional: the maximum depth in mm and the first and second feed in mm/min [default: 40,
+    /// 150, 25].
     #[arg(long, value_name = "X,Y,Z", value_parser = tool_setter, allow_hyphen_values = true, conflicts_with = "same_length")]
     pub(super) setter: Option<ToolSetter>,
-    /// A file of lines by which the machine changes tools itself, at most 32; {tool} stands for the number of the tool.
+    /// Change tools with the G-code lines in FILE, at most 32; {tool} is replaced by the tool number.
     #[arg(long, value_name = "FILE", value_parser = tool_macro)]
     pub(super) changer: Option<ToolMacro>,
-    /// Where an alignment hole is planned and where it was found, in mm from the work zero: twice or more, and the job goes along
-    /// with the board.
+    /// Align the job with the board: the planned and the measured position of an alignment hole, in mm from
+    /// the work zero. Give it at least twice.
     #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
     pub(super) found: Vec<FoundHole>,
-    /// Thickness of the plate on the board while probing, in mm; 0, as without it, for bare copper.
-    #[arg(long, value_name = "MM")]
+    /// Set the thickness of the touch plate on the board, in mm; 0 for bare copper [default: 0].
+    #[arg(long = "plate-thickness", alias = "plate", value_name = "MM")]
     plate: Option<f64>,
-    /// The mill as it is sold that the controller was said to be.
+    /// Model of the machine, if named.
     #[arg(skip)]
     pub(super) mill: Option<&'static MillProfile>,
 }
 
 impl How {
-    /// The same, on this mill.
+    /// These options with the machine model `mill`.
     pub(super) fn on(&self, mill: Option<&'static MillProfile>) -> Self {
         Self { mill, ..self.clone() }
     }
 
-    /// Seconds that the spindle takes to come up to speed.
+    /// The first given flag that only applies to a controller.
+    pub(in crate::cli) fn of_controller(&self) -> Option<&'static str> {
+        let zero = [("--zero-here", self.zero_here), ("--zero-at", self.zero_at.is_some())];
+        let baud = ("--baud", self.port.baud.is_some());
+        let given = zero.into_iter().chain([baud]).find(|(_, given)| *given).map(|(flag, _)| flag);
+        given.or_else(|| {
+            self.words()
+                .into_iter()
+                .find(|(flag, value)| *flag != "--machine" && value.is_some())
+                .map(|(flag, _)| flag)
+        })
+    }
+
+    /// Warning that tool changes continue without a question, if that was requested.
+    pub(in crate::cli) fn unattended(&self) -> Option<Diagnostic> {
+        let wait = self.confirm_tools?;
+        Some(Diagnostic::warning("grbl.unattended").with("seconds", wait.as_secs_f64()))
+    }
+
+    /// Time for the spindle to reach its speed, s.
     pub(super) fn spin_up_s(&self) -> f64 {
         self.spin_up.unwrap_or(SPIN_UP_S)
     }
 
-    /// How far down the probe looks for the board after a tool change, mm; none where it does not.
+    /// Maximum depth of the probe after a tool change, mm; `None` if tools are not probed.
     pub(super) fn probe_mm(&self) -> Option<f64> {
         self.probe
     }
 
-    /// Thickness of the plate on the board while probing, mm.
+    /// Thickness of the touch plate while probing, mm.
     pub(super) fn plate_mm(&self) -> f64 {
         self.plate.unwrap_or(0.0)
     }
 
-    /// What of it changes what is sent, and is kept with the job.
+    /// Options that change the sent lines. They are saved with the job.
     pub(super) fn given(&self) -> JobGiven {
         JobGiven {
             spin_up_s: self.spin_up,
@@ -95,7 +124,8 @@ impl How {
         }
     }
 
-    /// The same, where nothing else is said as the interrupted job was given it; and what there is to tell of that.
+    /// Fills options that are not given from those of the interrupted job. Returns a note for each reused and
+    /// a warning for each changed option.
     pub(super) fn as_before(&self, before: &AttendedJob) -> (Self, Vec<Diagnostic>) {
         let given = &before.given;
         let as_before = Self {
@@ -114,7 +144,7 @@ impl How {
         let how = Self {
             spin_up: self.spin_up.or(as_before.spin_up),
             plate: self.plate.or(as_before.plate),
-            // Tools that are all alike are neither touched off nor measured, whichever was said last.
+            // Equal tool lengths drop the saved probe and tool setter: no tool is measured.
             probe: self.probe.or(as_before.probe.filter(|_| !alike)),
             setter: self.setter.or(as_before.setter.filter(|_| !alike)),
             same_length: alike,
@@ -141,14 +171,14 @@ impl How {
         (how, told)
     }
 
-    /// How the machine changes the tools of these programs itself, by their numbers in the rack or by T words.
+    /// The tool change macro with the tool numbers of these programs, from the tool list or from T words.
     pub(super) fn changer_for(&self, routine: &Routine, tools: Option<&JobTools>) -> Option<Changer> {
         let lines = self.changer.clone()?;
         let numbers = tools.map_or_else(|| routine.numbers.clone(), |tools| tools.numbers(routine));
         Some(Changer { lines, numbers })
     }
 
-    /// The port, opened in this way.
+    /// Port options with this reset behavior.
     fn port_for(&self, reset: Option<ResetOnOpen>) -> PortArgs {
         let reset_on_open = reset.map(|reset| match reset {
             ResetOnOpen::Usual => MayReset::Usual,
@@ -157,7 +187,7 @@ impl How {
         PortArgs { reset_on_open, ..self.port.clone() }
     }
 
-    /// What is kept, by its flags.
+    /// Saved options as flags and values.
     fn words(&self) -> [(&'static str, Option<String>); 9] {
         let number = |value: Option<f64>| value.map(|value| value.to_string());
         let holes = self.found.iter().map(|hole| {
@@ -170,8 +200,8 @@ impl How {
         let numbers = |setter: ToolSetter| setter.numbers().map(|number| number.to_string()).join(",");
         [
             ("--spin-up", number(self.spin_up)),
-            ("--probe", number(self.probe)),
-            ("--plate", number(self.plate)),
+            ("--probe-depth", number(self.probe)),
+            ("--plate-thickness", number(self.plate)),
             ("--same-length", self.same_length.then(String::new)),
             ("--setter", self.setter.map(numbers)),
             ("--found", (!holes.is_empty()).then(|| holes.join(" "))),
@@ -181,26 +211,27 @@ impl How {
         ]
     }
 
-    /// Whether nobody would touch off a tool that `routine` asks for from section `from` on: the first of a job that begins is the one
-    /// that was in when zero was set.
+    /// Returns `true` if `routine`, from section `from` on, requests a tool that would not be touched off.
+    /// The first tool of a new job is the one that zero was set with.
     pub(super) fn leaves_unmeasured(&self, routine: &Routine, from: usize) -> bool {
         let later = routine.sections.iter().skip(from.max(1));
         let mut changes = later.filter(|section| matches!(section.kind, SectionKind::Change(_)));
         let goes_on = from > 0 && !self.zero_here && self.zero_at.is_none();
-        // A changer without a tool setter leaves each length in its offset, or all are alike.
+        // Lengths are known if all are equal, or if a changer without a tool setter leaves each in its
+        // offset.
         let alike = self.same_length || (self.changer.is_some() && self.setter.is_none());
         let nobody = self.confirm_tools.is_some() && self.probe.is_none() && !alike;
-        // A tool setter goes by a tool that was touched off since the port was opened.
+        // A tool setter needs a reference: a tool that was touched off since the port was opened.
         let measured = self.setter.is_some() && !goes_on;
         nobody && !measured && (goes_on || changes.next().is_some())
     }
 }
 
-/// A place of the machine, mm.
+/// Position in machine coordinates, mm.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place(pub(super) [f64; 3]);
 
-/// Three numbers with commas between them.
+/// Parses three numbers separated by commas.
 fn place(text: &str) -> Result<Place, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
@@ -208,18 +239,18 @@ fn place(text: &str) -> Result<Place, String> {
     place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
 }
 
-/// A mill as it is sold, of the command line.
+/// A machine model named on the command line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sold(pub(super) &'static MillProfile);
 
-/// The mill of this name.
+/// Looks up a machine model by name.
 pub(super) fn sold_mill(name: &str) -> Result<Sold, String> {
     let unknown = || Diagnostic::error("grbl.no_such_mill").with("name", name);
     let found = mill(preset_name(name)).map(Sold);
     found.ok_or_else(|| format!("{} {}", unknown().message("en"), unknown().advice("en")))
 }
 
-/// Three numbers of a tool setter, four of them, or all six.
+/// Parses three, four or six numbers of a tool setter.
 fn tool_setter(text: &str) -> Result<ToolSetter, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     let setter = numbers.and_then(|numbers| {
@@ -231,14 +262,14 @@ fn tool_setter(text: &str) -> Result<ToolSetter, String> {
     setter.ok_or_else(|| locale::text("en", "grbl.bad_setter", &[]))
 }
 
-/// A file with the lines of a tool changer.
+/// Reads the lines of a tool change macro.
 fn tool_macro(path: &str) -> Result<ToolMacro, String> {
     let text = std::fs::read_to_string(path).map_err(|error| format!("{path}: {error}"))?;
     let lines = ToolMacro::of_lines(text.lines()).map_err(|why| why.message("en"))?;
     if lines.is_empty() { Err(locale::text("en", "grbl.empty_changer", &[])) } else { Ok(lines) }
 }
 
-/// Two places with `=` between them.
+/// Parses two positions separated by `=`.
 fn found_hole(text: &str) -> Result<FoundHole, String> {
     let place = |text: &str| {
         let (x, y) = text.split_once(',')?;
@@ -269,11 +300,11 @@ mod tests {
         words.how.on(words.machine.map(|sold| sold.0))
     }
 
-    /// What a run of `before` is resumed with by `now`, and the codes and flags that are told.
+    /// Options with which a run of `before` is resumed by `now`, and the reported codes and flags.
     fn resumed(before: &str, now: &str) -> (String, Vec<String>) {
         let before = how(before);
         let entry = AttendedJob { given: before.given(), setter: before.setter, ..AttendedJob::default() };
-        // As it is kept.
+        // As saved.
         let entry: AttendedJob = serde_json::from_str(&serde_json::to_string(&entry).unwrap()).unwrap();
         let (how, told) = how(now).as_before(&entry);
         let words = how.words().into_iter().filter_map(|(flag, value)| Some(format!("{flag} {}", value?)));
@@ -284,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn a_resumed_job_has_what_it_was_given_and_a_flag_wins() {
+    fn flags_override_the_saved_options_of_a_resumed_job() {
         let (again, other) = ("grbl.given_again", "grbl.given_otherwise");
         let setter = "--setter -150,-10,-5,40,150,25";
         let rows = [
@@ -292,29 +323,33 @@ mod tests {
             (
                 "--spin-up 7 --plate 1.5 --probe 12",
                 "",
-                "--spin-up 7 --probe 12 --plate 1.5",
-                vec![format!("{again} --spin-up"), format!("{again} --probe"), format!("{again} --plate")],
+                "--spin-up 7 --probe-depth 12 --plate-thickness 1.5",
+                vec![
+                    format!("{again} --spin-up"),
+                    format!("{again} --probe-depth"),
+                    format!("{again} --plate-thickness"),
+                ],
             ),
             ("--spin-up 7", "--spin-up 2", "--spin-up 2", vec![format!("{other} --spin-up")]),
             ("--same-length", "", "--same-length", vec![format!("{again} --same-length")]),
             (
                 "--same-length",
-                "--probe 10",
-                "--probe 10",
-                vec![format!("{other} --probe"), format!("{other} --same-length")],
+                "--probe-depth 10",
+                "--probe-depth 10",
+                vec![format!("{other} --probe-depth"), format!("{other} --same-length")],
             ),
             (
                 "--probe 10",
                 "--same-length",
                 "--same-length",
-                vec![format!("{other} --probe"), format!("{other} --same-length")],
+                vec![format!("{other} --probe-depth"), format!("{other} --same-length")],
             ),
             (setter, "", setter, vec![format!("{again} --setter")]),
             (
                 setter,
                 "--probe 10",
-                "--probe 10 --setter -150,-10,-5,40,150,25",
-                vec![format!("{other} --probe"), format!("{again} --setter")],
+                "--probe-depth 10 --setter -150,-10,-5,40,150,25",
+                vec![format!("{other} --probe-depth"), format!("{again} --setter")],
             ),
             ("--reset-on-open never", "", "--reset-on-open never", vec![format!("{again} --reset-on-open")]),
             (

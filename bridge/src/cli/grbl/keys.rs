@@ -1,23 +1,21 @@
-//! What is typed while a controller is attended: lines where a tool is changed, and at a terminal keys while a job runs. And Ctrl-C.
+//! Reads input while a job runs at a controller: lines during a tool change, keys at a terminal, and Ctrl-C.
 //!
 //! ```text
-//! pipe      ─ lines ─▶ Word::Line                       no key: what stands in a pipe was written before anything moved
-//! terminal  ─ signs ─▶ Word::Key ─┬─ a job runs ─▶ override, pause, resume
-//!                                 └─ a tool is changed ─▶ a line, with its echo
-//!           ─ another program is in front of it ─▶ nothing: whoever reads there is stopped
+//! pipe      ─ lines ─▶ Word::Line                       never a key: it was written before anything moved
+//! terminal  ─ bytes ─▶ Word::Key ─┬─ job runs ─▶ override, pause, resume
+//!                                 └─ tool change ─▶ a line, with its echo
+//!           ─ another program is in the foreground ─▶ nothing: reading there would suspend this program
 //! ```
-//!
-//! Comes in: standard input, signals. Goes out: words. Does not know what a key is for.
 
 use crate::signals::Signals;
 use std::io::{self, BufRead, Write};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-/// The longest line that is typed.
+/// Maximum length of a typed line, in bytes.
 const LONGEST: usize = 200;
 
-/// What comes from outside of the controller.
+/// Input from outside the controller.
 pub(super) enum Word {
     Line(String),
     /// A key at a terminal.
@@ -25,37 +23,37 @@ pub(super) enum Word {
     Signal,
 }
 
-/// What is listened for besides signals.
+/// What to read in addition to signals.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Typing {
     Nothing,
-    /// At a terminal keys; else nothing: nobody is asked.
+    /// Keys at a terminal; otherwise nothing.
     Keys,
-    /// At a terminal keys; else lines.
+    /// Keys at a terminal; otherwise lines.
     Lines,
 }
 
-/// The keys of a terminal, which is as it was before once this is gone.
+/// The keys of a terminal. Dropping it restores the terminal modes.
 pub(super) struct Keys {
     terminal: Arc<terminal::Terminal>,
-    /// What was typed of a line; none while keys are meant.
+    /// The line typed until now; `None` while keys are read.
     line: Option<String>,
-    /// Percent that were asked for and are not reported yet: feed, rapids, spindle.
+    /// Requested percentages that are not reported yet: feed, rapids, spindle.
     pub(super) wanted: [Option<u16>; 3],
 }
 
 impl Keys {
-    /// Lines are wanted from now on, or keys again.
+    /// Switches between reading lines and reading keys.
     pub(super) fn type_lines(&mut self, lines: bool) {
         self.line = lines.then(String::new);
     }
 
-    /// Takes a key in, where lines are wanted; gives the line that it ends.
+    /// Adds a key to the line. Returns the line if the key completes it.
     pub(super) fn typed(&mut self, key: u8) -> Option<String> {
         take(self.line.as_mut()?, key)
     }
 
-    /// Whether lines are wanted.
+    /// Returns `true` while lines are read.
     pub(super) fn types(&self) -> bool {
         self.line.is_some()
     }
@@ -67,7 +65,7 @@ impl Drop for Keys {
     }
 }
 
-/// Takes a sign of a line in, with its echo; gives the line where that ends it.
+/// Adds a character to the line and echoes it. Returns the line if the character completes it.
 fn take(line: &mut String, key: u8) -> Option<String> {
     let mut out = io::stderr().lock();
     match key {
@@ -88,7 +86,7 @@ fn take(line: &mut String, key: u8) -> Option<String> {
     None
 }
 
-/// Listens for signals, and for what is typed. Gives the keys, where this is at a terminal and they are wanted.
+/// Starts reading signals and input. Returns the keys if this is a terminal and they are wanted.
 pub(super) fn listen(sends: Sender<Word>, typing: Typing) -> Option<Keys> {
     let signals = sends.clone();
     let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
@@ -140,29 +138,30 @@ mod terminal {
     use std::thread::sleep;
     use std::time::Duration;
 
-    /// How long it waits for a key, and between two looks whether it is in front.
+    /// How long to wait for a key, and the interval of the foreground check, ms.
     const TURN_MS: u32 = 100;
 
-    /// A terminal that gives each key as it is pressed, while this program is in front of it.
+    /// A terminal that delivers each key immediately, while this program is in the foreground.
     pub(super) struct Terminal(Mutex<Hold>);
 
-    /// Whether it is still wanted, and how it was before.
+    /// Whether the terminal is still needed, and its original modes.
     #[derive(Default)]
     struct Hold {
         is_over: bool,
         before: Option<Termios>,
     }
 
-    /// Whether no other program has it. What touches it from behind is stopped.
+    /// Returns `true` if this program is in the foreground. The kernel suspends a background program that
+    /// uses the terminal.
     fn is_in_front() -> bool {
         tcgetpgrp(stdin()).map_or(true, |front| front == getpgrp())
     }
 
-    /// Its modes as they are, and as they are to be; none where they are so.
+    /// The current modes and the modes to set; `None` if they are already set.
     fn modes() -> Option<(Termios, Termios)> {
         let before = tcgetattr(stdin()).ok()?;
         let mut now = before.clone();
-        // Ctrl-C stays a signal.
+        // ISIG stays set: Ctrl-C remains a signal.
         now.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
         now.special_codes[SpecialCodeIndex::VMIN] = 1;
         now.special_codes[SpecialCodeIndex::VTIME] = 0;
@@ -174,15 +173,15 @@ mod terminal {
     }
 
     impl Terminal {
-        /// None where standard input is no terminal.
+        /// `None` if standard input is not a terminal.
         pub(super) fn of_keys() -> Option<Self> {
             let terminal = stdin().is_terminal().then(|| Self(Mutex::default()))?;
             terminal.is_held();
             Some(terminal)
         }
 
-        /// Whether it is in front. A shell that was there meanwhile has set the terminal as it wants it: that is undone, until it is given
-        /// back.
+        /// Returns `true` if this program is in the foreground. A shell may have reset the terminal
+        /// meanwhile, so this sets the modes again unless the terminal was given back.
         fn is_held(&self) -> bool {
             let mut hold = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             if hold.is_over || !is_in_front() {
@@ -196,7 +195,7 @@ mod terminal {
             true
         }
 
-        /// The keys that are pressed within a short time; none where the terminal is gone.
+        /// Keys pressed within a short time; `None` if the terminal is gone.
         pub(super) fn pressed(&self) -> Option<Vec<u8>> {
             if !self.is_held() {
                 sleep(Duration::from_millis(TURN_MS.into()));
@@ -217,7 +216,7 @@ mod terminal {
             }
         }
 
-        /// As it was before, where nobody else has it.
+        /// Restores the original modes, unless another program is in the foreground.
         pub(super) fn give_back(&self) {
             let mut hold = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             hold.is_over = true;
@@ -230,21 +229,18 @@ mod terminal {
 
 #[cfg(not(unix))]
 mod terminal {
-    /// No keys: lines are typed there as before.
+    /// Without keys, only lines are read.
     pub(super) struct Terminal;
 
     impl Terminal {
-        /// None.
         pub(super) fn of_keys() -> Option<Self> {
             None
         }
 
-        /// None.
         pub(super) fn pressed(&self) -> Option<Vec<u8>> {
             None
         }
 
-        /// There is nothing to give back.
         pub(super) fn give_back(&self) {}
     }
 }
@@ -254,7 +250,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_typed_sign_by_sign_and_corrected() {
+    fn backspace_corrects_a_typed_line() {
         let mut line = String::new();
         let lines: Vec<String> =
             b"x 1\x7f2\ngo\x1b\r".iter().filter_map(|key| take(&mut line, *key)).collect();

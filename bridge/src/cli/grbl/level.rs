@@ -1,7 +1,5 @@
-//! Height maps from the command line: the board is touched with the controller's probe, the map is kept, and a job follows it.
-//!
-//! Comes in: a job, where its board is to be touched. Goes out: the map, and the job's routine as it follows it. mm. Does not know how
-//! depth is corrected.
+//! Height maps from the command line: probes the board at a controller, saves the map, and lets a job follow
+//! it.
 
 use super::operator::Operator;
 use super::program::{self, Programs};
@@ -20,8 +18,9 @@ use annulus_drill::controller::{AttendedJob, Told};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-/// Touches a board and keeps its map.
+/// Probes a board and saves its height map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
+    super::no_controller(&args.job.on, args.how.port.port.as_deref())?;
     let programs = super::aligned(program::read(&args.job, &args.more, &ledger())?, &args.how)?;
     let mut operator = Operator::new(&args.how(), &ledger(), (AttendedJob::default(), None), json)?;
     let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
@@ -34,7 +33,8 @@ fn maps() -> Maps {
 }
 
 impl Operator {
-    /// The height of the board where the tip is now, over the work zero, mm; 0 without a map, none where nobody knows the place.
+    /// Height of the board below the tool, relative to the work zero, mm. 0 without a map; `None` if the
+    /// position is unknown.
     pub(super) fn surface_mm(&mut self) -> Option<f64> {
         self.rests();
         let Some(map) = &self.map else { return Some(0.0) };
@@ -56,7 +56,7 @@ impl Operator {
         [Length::from_mm(zero_mm[0]), Length::from_mm(zero_mm[1])]
     }
 
-    /// The programs as they follow the surface of the board, where that was asked for, or where the job that is taken up did.
+    /// The programs with their depth corrected by a height map, if requested or if the resumed job had one.
     pub(super) fn followed(
         &mut self,
         programs: &Programs,
@@ -69,7 +69,8 @@ impl Operator {
             (Some((WhichMap::Kept, _)), _) => {
                 let map = maps().kept().map_err(Refusal::content)?;
                 let refused = map.refused(&programs.level_key, self.zero(), self.homes());
-                // Without end switches places begin anew whenever the port is opened: the same numbers are another place.
+                // Without homing, coordinates restart each time the port is opened: equal numbers are another
+                // position.
                 let unknown = || Diagnostic::error("level.other_zero").with("mm", "?");
                 let refused = refused.or_else(|| (!self.homes()).then(unknown));
                 refused.map_or(Ok(map), |why| Err(Refusal::content(why)))?
@@ -78,7 +79,7 @@ impl Operator {
                 let map = maps().kept().map_err(Refusal::content)?;
                 let same = map.key() == *key;
                 let homes = self.homes();
-                // Without end switches the place of a zero means nothing over a reset: it was set again by hand.
+                // Without homing, the saved zero means nothing after a reset: the user has set it again.
                 let refused = map.refused(&programs.level_key, self.zero(), homes).filter(|_| homes);
                 if let Some(why) = refused.or_else(|| (!same).then(|| Diagnostic::error("level.other_map"))) {
                     return Err(Refusal::content(why));
@@ -98,10 +99,11 @@ impl Operator {
             files: programs.files.clone(),
             counted: programs.counted.clone(),
             diagnostics: Vec::new(),
+            written: Arc::clone(&programs.written),
         }))
     }
 
-    /// Touches the board all over what the programs cut, and keeps the map.
+    /// Probes the board over the whole cut area and saves the map.
     pub(super) fn measure_board(
         &mut self,
         programs: &Programs,
@@ -120,6 +122,7 @@ impl Operator {
         self.owner.ask(EngineAsk::Survey(start));
         let survey = self.until_surveyed();
         self.rests();
+        self.is_wanted()?;
         let heights = survey.and_then(|survey| survey.done());
         let Some(heights) = heights.filter(|_| !self.interrupted) else {
             return Err(Refusal::content(self.why("level.stopped")));
@@ -134,7 +137,7 @@ impl Operator {
 
     fn until_surveyed(&mut self) -> Option<Box<annulus_core::level::Survey>> {
         let mut begun = false;
-        while !self.gone {
+        while !self.gone && !self.held.is_stuck() {
             match self.next() {
                 Some(Told::Survey(SurveyNews::Over { survey })) => return survey,
                 Some(Told::Survey(SurveyNews::Touched { height, done, of, .. })) => {

@@ -1,25 +1,26 @@
-//! Controllers of the GRBL family at a serial port: which ports there are, who is there, a job run, a job resumed (N19).
-//!
-//! Comes in: names of ports, programs. Goes out: what was run, and how it ended. Does not know a controller's words.
+//! Controllers of the GRBL family at a serial port: list ports, identify, check, level, run and resume.
 
+mod alone;
 mod check;
-mod how;
+mod held;
+pub(super) mod how;
 mod keys;
 mod level;
 mod operator;
 mod pressed;
-mod program;
+pub(super) mod program;
 
 use super::{Answer, Exit, Refusal};
+use crate::adapter::is_adapter;
 use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
-use crate::serial::Port;
+use crate::serial::{Listed, Port};
 use annulus_core::align::BoardFit;
 use annulus_core::controller::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::machine;
+use annulus_core::machine::{self, Output};
 use annulus_drill::controller::{AttendedJob, Told};
 use how::{How, Sold, sold_mill};
 use operator::Operator;
@@ -29,7 +30,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a controller may take to say who it is. A line at the wrong speed says something for ever.
+/// Time limit to identify a controller. At a wrong baud rate, noise can arrive without end.
 const GREETING: Duration = Duration::from_secs(20);
 
 /// Arguments of `annulus grbl`.
@@ -43,39 +44,39 @@ pub(crate) struct GrblArgs {
 enum GrblCommand {
     /// List the serial ports of this computer.
     Ports,
-    /// Ask a controller who it is, and list its settings in words.
+    /// Identify a controller, and list its settings in words.
     Info(PortArgs),
-    /// Have the controller read a job in its check mode: every line, without a move.
+    /// Let the controller read a job in its check mode: it parses every line without motion.
     Check(Box<CheckArgs>),
-    /// Touch the board with the probe all over and keep its height map, for `run --level kept`.
+    /// Probe the board and save its height map, for `run --level saved`.
     Level(Box<BoardArgs>),
-    /// Run a job: programs in G-code one after the other, or a board.
+    /// Run a job: G-code programs one after the other, or a board.
     Run(Box<RunArgs>),
-    /// Go on with the job that was interrupted, at the hole or toolpath where it was.
+    /// Resume the interrupted job at its hole or toolpath.
     Resume(Box<ResumeArgs>),
 }
 
-/// The port.
+/// Options of the serial port.
 #[derive(Debug, Clone, clap::Args)]
-struct PortArgs {
-    /// The serial port, as `annulus grbl ports` lists it.
+pub(super) struct PortArgs {
+    /// Use this serial port, as listed by `annulus ports`.
     #[arg(long, value_name = "PORT")]
-    port: String,
-    /// Bits in a second; without it the usual speeds are tried until somebody answers.
+    pub(super) port: Option<String>,
+    /// Set the baud rate [default: try the common ones until the controller answers].
     #[arg(long)]
     baud: Option<u32>,
-    /// What opening the port may do to the board: begin anew, as most do (usual), or nothing that is written then resets it (never)
-    /// [default: usual].
+    /// Choose whether opening the port may reset the controller, as it does on most boards (usual), or not
+    /// (never) [default: usual].
     #[arg(long, value_enum)]
     reset_on_open: Option<MayReset>,
 }
 
-/// What opening the port may do to the board.
+/// Whether opening the port may reset the controller.
 #[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
 enum MayReset {
-    /// It may begin anew.
+    /// It may reset it.
     Usual,
-    /// Nothing that is written then resets it.
+    /// It must not reset it.
     Never,
 }
 
@@ -89,14 +90,48 @@ impl From<MayReset> for ResetOnOpen {
 }
 
 impl PortArgs {
-    /// The port, open, and at how many bits in a second.
+    /// Opens the port. Returns it with its baud rate.
     fn open(&self) -> Result<(Port, u32), Refusal> {
         let silent = |bits_per_s: u32| {
             super::say(format_args!("Nobody answers at {bits_per_s} bits a second."));
         };
         let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
-        controller::open(&self.port, self.baud, reset, silent).map_err(Refusal::surroundings)
+        let port = self.port.as_ref().ok_or_else(|| no_port(None))?;
+        if is_adapter_at(port, &controller::list()) {
+            return Err(Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port)));
+        }
+        controller::open(port, self.baud, reset, silent).map_err(Refusal::surroundings)
     }
+}
+
+/// Returns `true` if the port `name`, or the target of that link, is a USB step adapter.
+fn is_adapter_at(name: &str, ports: &[Listed]) -> bool {
+    let real = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
+    ports.iter().any(|port| is_adapter(port) && (port.name == name || real.as_os_str() == port.name.as_str()))
+}
+
+/// Refuses a machine that no GRBL controller drives.
+pub(super) fn no_controller(on: &super::MachineArgs, port: Option<&str>) -> Result<(), Refusal> {
+    let code = match machine_file::named(on.name())?.machine.output {
+        Output::Adapter => "run.port_of_adapter",
+        Output::Card | Output::Parallel => "run.port_of_output",
+        Output::Virtual if on.is_virtual() => "run.port_of_virtual",
+        Output::Virtual => return Ok(()),
+    };
+    let why = Diagnostic::error(code).with("machine", on.name());
+    Err(Refusal::usage(why.with("port", port.unwrap_or("PORT"))))
+}
+
+/// Error if a controller needs a port and none is named: lists the ports. Without any port, the exit code
+/// differs.
+pub(super) fn no_port(machine: Option<&str>) -> Refusal {
+    let found: Vec<String> = controller::list().into_iter().map(|port| port.name).collect();
+    if found.is_empty() {
+        let why = Diagnostic::error("run.no_ports").with("machine", machine.unwrap_or("GRBL"));
+        return Refusal::surroundings(why);
+    }
+    let why = Diagnostic::error("run.no_port").with("machine", machine.unwrap_or("GRBL"));
+    Refusal::usage(why.with("ports", found.join(", ")))
 }
 
 /// Arguments of `annulus grbl check`.
@@ -104,89 +139,90 @@ impl PortArgs {
 struct CheckArgs {
     #[command(flatten)]
     job: super::JobArgs,
-    /// Further programs of the same board, read after the first.
+    /// More programs of the same board, read after the first.
     #[arg(value_name = "PROGRAM")]
     more: Vec<PathBuf>,
     #[command(flatten)]
     port: PortArgs,
-    /// Home first: soft limits mean nothing before.
+    /// Home first: soft limits work only after homing.
     #[arg(long)]
     home: bool,
-    /// How many times faster than life the controller runs, for simulated ones.
+    /// Set how many times faster than real time a simulated controller runs.
     #[arg(long, hide = true, default_value_t = 1.0)]
     speed: f64,
 }
 
-/// Arguments of `annulus grbl run`.
+/// Arguments of `annulus run` and `annulus grbl run`.
 #[derive(Debug, clap::Args)]
-struct RunArgs {
+pub(super) struct RunArgs {
     #[command(flatten)]
-    board: BoardArgs,
-    /// Let depth follow the board's surface: touch it first (measure), or use the map that was kept (kept).
-    #[arg(long, value_name = "WHICH")]
-    level: Option<WhichMap>,
-    /// Begin anew even though this job was interrupted, or another one, which is forgotten then.
+    pub(super) board: BoardArgs,
+    /// Let depth follow the board's surface: the saved height map, or with =measure one that is probed first.
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, require_equals = true, default_missing_value = "kept")]
+    pub(super) level: Option<WhichMap>,
+    /// Start from the beginning even if this job, or another one, was interrupted.
     #[arg(long)]
-    from_start: bool,
+    pub(super) from_start: bool,
 }
 
-/// A board or its programs, at a controller: what `annulus grbl level` touches, and `run` makes.
+/// A board or its programs at a controller: input of `annulus grbl level` and `run`.
 #[derive(Debug, clap::Args)]
-struct BoardArgs {
+pub(super) struct BoardArgs {
     #[command(flatten)]
-    job: super::JobArgs,
-    /// Further programs of the same board, run after the first; between two of them the tool is changed.
+    pub(super) job: super::JobArgs,
+    /// More programs of the same board, run after the first, with a tool change before each.
     #[arg(value_name = "PROGRAM")]
-    more: Vec<PathBuf>,
+    pub(super) more: Vec<PathBuf>,
     #[command(flatten)]
-    how: How,
+    pub(super) how: How,
     #[command(flatten)]
     touches: TouchArgs,
 }
 
-/// Where and how a board is touched.
+/// Where and how to probe a board.
 #[derive(Debug, Clone, clap::Args)]
 struct TouchArgs {
-    /// The board is touched at places that are at most so many mm apart.
-    #[arg(long, value_name = "MM", default_value_t = 10.0)]
+    /// Set the largest distance between two probed positions.
+    #[arg(long = "spacing", alias = "grid", value_name = "MM", default_value_t = 10.0)]
     grid: f64,
-    /// The outermost places lie so many mm inside of what is cut.
+    /// Keep the outermost probed positions this far inside the cut area.
     #[arg(long, value_name = "MM", default_value_t = 2.0)]
     margin: f64,
-    /// From place to place the tip goes so many mm over the highest place touched.
-    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    /// Set the travel height of the tool above the highest probed position.
+    #[arg(long = "travel-height", alias = "clear", value_name = "MM", default_value_t = 1.0)]
     clear: f64,
-    /// One place may lie so many mm below the one before it.
-    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    /// Set how far a position may be below the previous one.
+    #[arg(long = "max-drop", alias = "depth", value_name = "MM", default_value_t = 2.0)]
     depth: f64,
 }
 
-/// Which height map a job follows.
+/// The height map that a job follows.
 #[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
-enum WhichMap {
-    /// One that is measured now.
+pub(super) enum WhichMap {
+    /// Probe the board now.
     Measure,
-    /// The one that was kept.
+    /// Use the saved map.
+    #[value(alias = "saved")]
     Kept,
 }
 
 /// Arguments of `annulus grbl resume`.
 #[derive(Debug, clap::Args)]
 struct ResumeArgs {
-    /// Errors and findings that were seen, by code.
+    /// Accept these errors and problems, by code.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     accept: Vec<String>,
-    /// Use nothing again that the interrupted run was given: only what is given here.
-    #[arg(long)]
+    /// Use only the options given here, not those of the interrupted run. The job continues where it was.
+    #[arg(long = "forget-options", alias = "anew")]
     anew: bool,
-    /// Which mill it is, as it is sold: what the controller's settings are compared with.
+    /// Compare the controller's settings with this machine model.
     #[arg(long, value_name = "NAME", value_parser = sold_mill)]
     machine: Option<Sold>,
     #[command(flatten)]
     how: How,
 }
 
-/// The programs where the board lies.
+/// The programs, aligned with the measured holes.
 fn aligned(programs: Programs, how: &How) -> Result<Programs, Refusal> {
     if how.found.is_empty() {
         return Ok(programs);
@@ -200,7 +236,6 @@ fn aligned(programs: Programs, how: &How) -> Result<Programs, Refusal> {
     Ok(Programs { routine, ..programs })
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
     match &args.command {
         GrblCommand::Ports => Ok(ports()),
@@ -212,14 +247,15 @@ pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
     }
 }
 
-fn ports() -> Answer {
+/// Lists the serial ports of this computer.
+pub(super) fn ports() -> Answer {
     let found = controller::list();
     let text = found.iter().map(|port| format!("{:<16} {}\n", port.name, port.what)).collect();
     let rows: Vec<Value> = found.iter().map(|port| json!({ "port": port.name, "what": port.what })).collect();
     Answer { object: json!({ "ports": rows }), text, exit: Exit::Done }
 }
 
-/// What is done at controllers.
+/// The ledger of jobs at controllers.
 pub(super) fn ledger() -> Ledger {
     Ledger::in_folder(&machine_file::data_folder())
 }
@@ -273,8 +309,9 @@ fn text_of(info: &Info) -> String {
     text
 }
 
-fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
+pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let board = &args.board;
+    no_controller(&board.job.on, board.how.port.port.as_deref())?;
     let ledger = ledger();
     let programs = aligned(program::read(&board.job, &board.more, &ledger)?, &board.how)?;
     let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
@@ -292,12 +329,13 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
     let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
+    operator.tells(how.unattended().into_iter().collect());
     let level = args.level.map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
 }
 
 impl BoardArgs {
-    /// How it is run, on the mill as it is sold that was named as the machine.
+    /// The options, with the machine model that was named.
     fn how(&self) -> How {
         let name = self.job.on.machine.as_deref();
         self.how.on(name.and_then(|name| machine::mill(machine::preset_name(name))))
@@ -319,10 +357,11 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
     operator.tells(told);
+    operator.tells(how.unattended().into_iter().collect());
     operator.run(&programs, Some(&entry), &args.accept, None)
 }
 
-/// How long a job takes from a section on, in words of the object.
+/// Duration of a job from a section on, s, for the JSON object.
 fn time_s(programs: &Programs, info: &Info, from: usize, at: [f64; 3]) -> Option<f64> {
     estimate_s(&programs.routine, &info.values, usize::from(info.options.blocks), from, at)
 }

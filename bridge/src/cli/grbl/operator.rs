@@ -1,7 +1,6 @@
-//! The person at the controller, as the command line has them: homes, sets zero, starts, changes tools, stops.
-//!
-//! Comes in: a job, a port, what is typed, Ctrl-C. Goes out: how it ended. Does not know how anything moves.
+//! The command line as operator of a controller: homes, sets zero, starts, changes tools, stops.
 
+use super::held::HeldAlone;
 use super::how::How;
 use super::keys::{Keys, Typing, Word, listen};
 use super::program::Programs;
@@ -10,7 +9,7 @@ use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
 use crate::controller::Owner;
 use crate::controller::ledger::Ledger;
 use annulus_core::control::{Ending, Trust};
-use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
+use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, Pause, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::level::{Correction, HeightMap};
 use annulus_core::machine::{RackTool, ToolWear};
@@ -21,68 +20,72 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// How fast the probe goes down, mm/min, and how far it is lifted afterwards, mm.
+/// Feed of the probe, mm/min, and lift after the touch, mm.
 const PROBE: (f64, f64) = (60.0, 2.0);
-/// How fast moves by hand are, mm/min.
+/// Feed of jogs, mm/min.
 const JOG_MM_PER_MIN: f64 = 300.0;
-/// How often homing, or a zero, is asked for when the line was damaged.
+/// How often to request homing or a zero if a line was damaged.
 const TRIES: u32 = 3;
-/// Within so long a board that is reset begins to greet.
+/// A controller that is reset sends its banner within this time.
 const RESET: Duration = Duration::from_secs(1);
-/// How long it may take to come to rest, and to say so.
+/// Time limit for the machine to stop and to report it.
 const REST: Duration = Duration::from_secs(30);
-/// The same of a board that did not say who it is.
+/// The same limit for a controller that was not identified.
 const UNMET: Duration = Duration::from_secs(6);
-/// What is said of a job that a person ended before it began.
+/// Code of a job that the user ended before it started.
 const NOT_BEGUN: &str = "grbl.not_begun";
-/// Most lines that wait to be done.
+/// Lines that arrive this soon after a refused line were typed together with it and relied on it.
+const TYPED_WITH: Duration = Duration::from_millis(150);
+/// Maximum number of queued lines.
 pub(super) const MOST_LINES: usize = 64;
 
-/// Stands for the person.
+/// Acts for the user at the controller.
 pub(super) struct Operator {
     pub(super) owner: Owner,
-    /// The speed of its line.
     bits_per_s: u32,
     pub(super) how: How,
     words: Receiver<Word>,
-    /// What was typed and not done yet.
+    /// Typed lines that wait.
     pub(super) lines: VecDeque<String>,
-    /// The keys, where this is at a terminal.
+    /// Lines are ignored until this time.
+    ignores_until: Option<Instant>,
+    /// The keys, at a terminal.
     pub(super) keys: Option<Keys>,
     pub(super) info: Option<Info>,
     pub(super) now: Option<ControllerGlimpse>,
     said: Vec<Diagnostic>,
-    /// The tools of the job that are worn before it begins, or will be before it ends.
+    /// Tools of the job that are worn now or will be before it ends.
     worn: Vec<Diagnostic>,
     pub(super) worst: Option<Diagnostic>,
     zero_set: bool,
     pub(super) gone: bool,
     pub(super) interrupted: bool,
     quiet: bool,
-    /// The board's surface, where depth follows it.
+    /// The height map, if depth follows it.
     pub(super) map: Option<HeightMap>,
-    /// By how much depth was corrected to that.
+    /// Depth correction by the height map.
     pub(super) corrected: Option<Correction>,
     ledger: Ledger,
-    /// How the job ended, whatever was waited for then.
-    ended: Option<Ending>,
-    /// Tools that a person was asked for, and not heard of yet.
+    /// How the job ended, even if it ended during another wait.
+    pub(super) ended: Option<Ending>,
+    /// Requested tools that are not confirmed yet.
     wanted: VecDeque<Wanted>,
-    /// The job has begun.
-    begun: bool,
+    /// The job has started.
+    pub(super) begun: bool,
+    /// How long the job is held without a terminal.
+    pub(super) held: HeldAlone,
 }
 
-/// A tool that a person is asked for: its index, and what is said of one that is worn.
+/// A requested tool: its index, and the tool and its wear if it is worn.
 type Wanted = (u32, Option<Box<(RackTool, ToolWear)>>);
 
-/// What a job came to.
+/// Result of a job.
 struct Ended {
     ending: Option<Ending>,
     entry: AttendedJob,
 }
 
 impl Operator {
-    /// Opens the port.
     pub(super) fn new(
         how: &How,
         ledger: &Ledger,
@@ -99,6 +102,7 @@ impl Operator {
             how: how.clone(),
             words,
             lines: VecDeque::new(),
+            ignores_until: None,
             keys,
             info: None,
             now: None,
@@ -115,10 +119,11 @@ impl Operator {
             ended: None,
             wanted: VecDeque::new(),
             begun: false,
+            held: HeldAlone::default(),
         })
     }
 
-    /// Runs the job, from where `before` says.
+    /// Runs the job, from the section in `before`.
     pub(super) fn run(
         &mut self,
         programs: &Programs,
@@ -137,7 +142,7 @@ impl Operator {
         accept: &[String],
         level: Option<(WhichMap, &TouchArgs)>,
     ) -> Result<Answer, Refusal> {
-        programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
+        self.tells(programs.diagnostics.clone());
         let from = before.map_or(0, |entry| entry.done);
         self.worn = programs.tools(&self.ledger).map(|tools| tools.worn_ahead(from)).unwrap_or_default();
         self.worn.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
@@ -152,7 +157,7 @@ impl Operator {
         let programs = followed.as_ref().unwrap_or(programs);
         let zero_mm = before.and_then(|entry| entry.zero_mm);
         if let Some(tool) = programs.routine.tool_at(from).filter(|_| from > 0) {
-            say(format_args!("{}", tool_name(programs, tool)));
+            say(format_args!("{}", pause_text(programs, tool)));
         }
         let place = self.now.as_ref().and_then(|now| now.place_mm).unwrap_or_default();
         let seconds = self.info.as_ref().and_then(|info| time_s(programs, info, from, place));
@@ -174,7 +179,7 @@ impl Operator {
         Ok(self.answer(programs, &ended, seconds))
     }
 
-    /// Waits until somebody is there, and until the machine knows its place.
+    /// Waits until the controller is identified and the machine knows its position.
     pub(super) fn meets(&mut self) -> Result<(), Refusal> {
         let since = Instant::now();
         self.until(|operator| {
@@ -190,15 +195,18 @@ impl Operator {
         self.find_place()
     }
 
-    /// Says where the controller is not as the mill that it was said to be.
+    /// Reports settings that differ from the named machine model.
     fn compare_with_mill(&mut self) {
         let (Some(mill), Some(info)) = (self.how.mill, &self.info) else { return };
         self.tells(unlike_mill(mill, info.flavour(), &info.values));
     }
 
-    /// Says these, and keeps them for the answer.
+    /// Prints these messages and saves them for the answer.
     pub(super) fn tells(&mut self, found: Vec<Diagnostic>) {
-        found.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
+        for why in &found {
+            let at = why.place.as_ref().map_or(String::new(), |at| format!("{}:{}: ", at.file, at.line));
+            say(format_args!("{at}{} {}", why.message("en"), why.advice("en")));
+        }
         self.said.extend(found);
     }
 
@@ -210,8 +218,9 @@ impl Operator {
         self.worst.clone().unwrap_or_else(|| Diagnostic::error(code))
     }
 
-    /// Takes what is told next.
+    /// Handles the next notice of the engine.
     pub(super) fn next(&mut self) -> Option<Told> {
+        self.ends_held();
         let told = self.owner.next()?;
         match &told {
             Told::Greeted(info) => self.info = Some(info.as_ref().clone()),
@@ -225,7 +234,7 @@ impl Operator {
             Told::Gone => self.gone = true,
             Told::Found(found) => {
                 say(format_args!("{} {} ({})", found.message("en"), found.advice("en"), found.code));
-                // A key that came too late is no reason of anything.
+                // A refused late key is not the reason why a job failed.
                 if found.severity == Severity::Error && !(self.begun && found.code == "grbl.not_now") {
                     self.worst.get_or_insert(found.clone());
                 }
@@ -239,18 +248,24 @@ impl Operator {
         Some(told)
     }
 
-    /// Goes on until something is so, or nobody is there, or a person or the controller ends it.
+    /// Runs the engine until `so` holds, the controller is gone, or the user or the controller ends the job.
     pub(super) fn until(&mut self, so: impl Fn(&Self) -> bool) {
-        while !so(self) && !self.gone && !self.interrupted && self.ended.is_none() {
+        let is_over = |operator: &Self| {
+            operator.gone || operator.interrupted || operator.ended.is_some() || operator.held.is_stuck()
+        };
+        while !so(self) && !is_over(self) {
             self.next();
             self.hear();
         }
     }
 
-    /// Takes what came from outside: the first signal stops, lines wait until they are wanted.
+    /// Handles input: a signal stops, lines are queued.
     pub(super) fn hear(&mut self) {
         while let Ok(word) = self.words.try_recv() {
             match word {
+                Word::Line(_) if self.ignores_until.is_some_and(|until| Instant::now() < until) => {
+                    self.ignores_typed();
+                }
                 Word::Line(line) if self.lines.len() < MOST_LINES => self.lines.push_back(line),
                 Word::Line(_) => {}
                 Word::Key(key) => self.pressed(key),
@@ -263,9 +278,18 @@ impl Operator {
         }
     }
 
-    /// Homes where it can, and sets zero where that was asked for.
+    /// Drops the queued lines, and those that arrive together with them.
+    fn ignores_typed(&mut self) {
+        self.lines.clear();
+        self.ignores_until = Some(Instant::now() + TYPED_WITH);
+    }
+
+    /// Homes the machine if it can home, and sets the work zero if requested.
     fn find_place(&mut self) -> Result<(), Refusal> {
         let homes = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
+        if homes && self.how.zero_here && !self.trusted() {
+            return Err(Refusal::content(Diagnostic::error("grbl.zero_here_homes")));
+        }
         for _ in 0..TRIES {
             if !homes || self.trusted() || self.gone || self.interrupted {
                 break;
@@ -280,7 +304,7 @@ impl Operator {
             });
             self.until(|operator| operator.phase() != Some(EnginePhase::Homing));
             self.rests();
-            // What went wrong first is why: what is tried behind it may be refused for that alone.
+            // The first error is the cause: later attempts may fail only because of it.
             let why = before.or_else(|| self.worst.take());
             self.worst = why.filter(|_| !self.trusted());
         }
@@ -289,17 +313,24 @@ impl Operator {
             return Err(Refusal::content(self.why("grbl.not_homed")));
         }
         let zero = self.how.zero_at.map(|place| place.0);
+        if zero.is_some() && !homes {
+            return Err(Refusal::content(Diagnostic::error("grbl.zero_at_needs_homing")));
+        }
         if zero.is_some() || self.how.zero_here {
             self.set_zero(zero)?;
         }
         Ok(())
     }
 
-    /// Sets zero there, in machine coordinates, or here; until the controller reports it so.
+    /// Sets the work zero at `there`, in machine coordinates, or here. Waits until the controller reports it.
     fn set_zero(&mut self, there: Option<[f64; 3]>) -> Result<(), Refusal> {
         for _ in 0..TRIES {
+            // Without a report, the position of the controller is unknown.
+            self.rests();
+            self.is_wanted()?;
             (self.worst, self.zero_set) = (None, false);
-            // Whatever is said meanwhile, a board that did not answer and was reset among it: what is not set by then will not be.
+            // Any message ends the wait, also one about a controller that was reset: a zero that is not set
+            // by then never will be.
             let said = self.said.len();
             self.owner.ask(match there {
                 Some(zero) => EngineAsk::ZeroAt { place_mm: zero.map(Some) },
@@ -307,7 +338,7 @@ impl Operator {
             });
             self.until(|operator| operator.zero_set || operator.said.len() > said);
             if !self.zero_set {
-                // A board that is reset for it greets soon.
+                // A controller that is reset for this sends its banner soon.
                 let since = Instant::now();
                 self.until(|operator| {
                     operator.phase() == Some(EnginePhase::Greeting) || since.elapsed() > RESET
@@ -322,12 +353,19 @@ impl Operator {
         Err(Refusal::content(self.why("grbl.zero_not_taken")))
     }
 
-    /// Nobody has ended it: what comes next may be asked for. Why it is not, whoever leaves says.
+    /// Fails if the user or a hold has ended the job, so that no further command is sent. `leaves` replaces
+    /// the reason.
     pub(super) fn is_wanted(&self) -> Result<(), Refusal> {
-        if self.interrupted { Err(Refusal::content(Diagnostic::error(NOT_BEGUN))) } else { Ok(()) }
+        if self.interrupted {
+            return Err(Refusal::content(Diagnostic::error(NOT_BEGUN)));
+        }
+        // The controller may still be held: send no more commands.
+        let held = self.held.has_ended().then(|| Diagnostic::error("grbl.held_before"));
+        held.map_or(Ok(()), |why| Err(Refusal::content(why)))
     }
 
-    /// Ends with that. What a person ended before it came to something is said to be so, once the board is at rest.
+    /// Returns `came`. If the user interrupted it, waits until the machine is stopped and returns the error
+    /// `code`.
     pub(super) fn leaves<T>(&mut self, came: Result<T, Refusal>, code: &str) -> Result<T, Refusal> {
         self.hear();
         if self.interrupted && came.is_err() {
@@ -337,8 +375,8 @@ impl Operator {
         came
     }
 
-    /// After Ctrl-C: until the engine has brought the board to rest and it has greeted, or nobody is there. A board that is held stays so
-    /// when its port is closed.
+    /// After Ctrl-C: waits until the engine has stopped the machine and the controller sent its banner, or
+    /// the controller is gone. A held controller stays held when its port closes.
     fn comes_to_rest(&mut self) {
         let since = Instant::now();
         let most = if self.info.is_some() { REST } else { UNMET };
@@ -357,7 +395,7 @@ impl Operator {
         self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted)
     }
 
-    /// Waits for rest, and for the first report; not for ever, where neither is understood.
+    /// Waits until the machine is stopped and has reported its position. Gives up after [`REST`].
     pub(super) fn rests(&mut self) {
         let since = Instant::now();
         self.until(|operator| {
@@ -371,7 +409,7 @@ impl Operator {
 
     fn until_ended(&mut self, programs: &Programs) -> Ended {
         let asked = Instant::now();
-        while self.ended.is_none() && !self.gone {
+        while self.ended.is_none() && !self.gone && !self.held.is_stuck() {
             if let Some((tool, worn)) = self.wanted.pop_front() {
                 if let Some(worn) = worn {
                     say_worn(&worn.0, &worn.1);
@@ -380,9 +418,9 @@ impl Operator {
             }
             match self.next() {
                 Some(Told::ToolFetched { tool }) => {
-                    say(format_args!("{}: put in by the machine.", tool_name(programs, tool)));
+                    say(format_args!("{}: put in by the machine.", pause_text(programs, tool)));
                 }
-                // A refusal: nothing was begun.
+                // Refused: the job did not start.
                 _ if !self.begun && self.interrupted => {
                     self.comes_to_rest();
                     break;
@@ -392,13 +430,14 @@ impl Operator {
             }
             self.hear();
         }
+        self.tells_how_it_is_left();
         let ending = self.ended;
         Ended { ending, entry: self.ledger.interrupted().unwrap_or_default() }
     }
 
-    /// Waits, without any clock, until the person says that the tool is in.
+    /// Waits until the user confirms the tool, or for the time of an unattended change.
     fn change_tool(&mut self, programs: &Programs, tool: u32) {
-        say(format_args!("{}", tool_name(programs, tool)));
+        say(format_args!("{}", pause_text(programs, tool)));
         if let Some(wait) = self.how.confirm_tools {
             let since = Instant::now();
             while since.elapsed() < wait && !self.gone && !self.interrupted && self.ended.is_none() {
@@ -408,12 +447,12 @@ impl Operator {
             return self.confirm_tool();
         }
         say(
-            "Type: x 1, y -0.5, z -0.1 to move by hand in mm; zero when the tip touches the board; probe; go.",
+            "Type: x 1, y -0.5, z -0.1 to jog in mm; zero when the tip touches the board; probe; go. x 1 anyway: jog with the tool in the board.",
         );
         if self.how.setter.is_some() {
             say("The tool is measured on the tool setter behind go.");
         }
-        // What was typed before the question does not answer it.
+        // Lines typed before the question do not answer it.
         self.hear();
         self.lines.clear();
         self.types(true);
@@ -426,24 +465,24 @@ impl Operator {
             self.worst = None;
             self.owner.attend();
             self.do_typed(&line);
-            // What was typed behind something that was refused counted on it.
+            // Lines typed after a refused one relied on it.
             if self.worst.is_some() {
-                self.lines.clear();
+                self.ignores_typed();
             }
         }
         self.types(false);
     }
 
-    /// Measures the tool, where that was asked for, and goes on; ends the job where that is refused again and again.
+    /// Probes the tool if requested, and continues. Ends the job after [`TRIES`] failed attempts.
     fn confirm_tool(&mut self) {
         let mut why: Option<Diagnostic> = None;
         for _ in 0..TRIES {
-            // An alarm, or a person, has ended it.
+            // An alarm or the user has ended the job.
             let is_over = self.gone || self.interrupted || self.ended.is_some();
             if is_over || self.phase() != Some(EnginePhase::ToolChange) {
                 return;
             }
-            // A tool setter wants the board touched only where it has no tool to go by.
+            // With a tool setter, probe the board only if the setter has no reference tool.
             let unknown = why.as_ref().is_some_and(|why| why.code == "setter.no_reference");
             let probe = self.how.probe_mm().filter(|_| self.how.setter.is_none() || unknown);
             let measured = probe.map_or(Ok(()), |depth| self.find_height(depth));
@@ -462,7 +501,8 @@ impl Operator {
             (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
                 let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
                 let um = (mm * 1e3).round() as i32;
-                self.owner.ask(EngineAsk::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
+                let anyway = words.next() == Some("anyway");
+                self.owner.ask(EngineAsk::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN, anyway });
                 self.settle();
             }
             ("resume", _) if self.stands() => self.resumes(),
@@ -473,12 +513,12 @@ impl Operator {
             }
             _ => {
                 say("x, y, z with mm; zero; probe; go.");
-                self.lines.clear();
+                self.ignores_typed();
             }
         }
     }
 
-    /// Where the tip is now is the height of the board: until it was written and read again, or refused.
+    /// Sets the height of the board at the tool. Waits until the controller has reported it, or refused.
     fn zero_height(&mut self) {
         (self.worst, self.zero_set) = (None, false);
         let Some(height_mm) = self.surface_mm() else { return };
@@ -488,13 +528,13 @@ impl Operator {
         self.rests();
     }
 
-    /// Goes on after a tool change; false where that was refused.
+    /// Continues after a tool change; `false` if that was refused.
     fn tool_ready(&mut self) -> bool {
         self.rests();
         self.worst = None;
         self.owner.ask(EngineAsk::ToolReady);
         self.until(|operator| operator.phase() != Some(EnginePhase::ToolChange) || operator.worst.is_some());
-        // It may be measured first; what comes of that, and the way up behind it.
+        // The controller may first measure the tool and retract.
         self.until(|operator| {
             let by_itself = [EnginePhase::Measuring, EnginePhase::Changing, EnginePhase::Jogging];
             operator.phase().is_none_or(|phase| !by_itself.contains(&phase))
@@ -503,7 +543,7 @@ impl Operator {
         is_over || self.phase() != Some(EnginePhase::ToolChange)
     }
 
-    /// Finds the height of the board where the tip is over it, before a job.
+    /// Probes the height of the board below the tool, before a job.
     pub(super) fn find_board(&mut self, depth_mm: f64) -> Result<(), Refusal> {
         self.find_height(depth_mm).map_err(|why| {
             self.worst = None;
@@ -511,7 +551,7 @@ impl Operator {
         })
     }
 
-    /// The same; what went wrong stays said.
+    /// The same; an error stays in `worst`.
     fn find_height(&mut self, depth_mm: f64) -> Result<(), Diagnostic> {
         (self.worst, self.zero_set) = (None, false);
         let said = self.said.len();
@@ -532,7 +572,7 @@ impl Operator {
         self.settle();
     }
 
-    /// Waits until a move by hand that was asked for is over.
+    /// Waits until the requested jog ends.
     fn settle(&mut self) {
         let since = Instant::now();
         while self.phase() == Some(EnginePhase::ToolChange)
@@ -565,6 +605,7 @@ impl Operator {
             "lines_done": now.map_or(0, |now| now.answered),
             "holes_done": holes,
             "toolpaths_done": toolpaths,
+            "driven_by": "controller",
             "sections": programs.routine.sections.len(),
             "stopped_because": ended.ending.unwrap_or(Ending::Alarm),
             "position_trust": now.map_or(Trust::Lost, |now| now.trust),
@@ -578,15 +619,21 @@ impl Operator {
             format!("{} drilled, {} milled.\n", counted(holes, "hole"), counted(toolpaths, "toolpath"));
         if exit != Exit::Done {
             let stopped = Diagnostic::error("grbl.stopped").with("holes", holes).with("toolpaths", toolpaths);
-            let refusal = Refusal::content(self.worst.clone().unwrap_or(stopped));
+            let why = self.worst.clone().unwrap_or(stopped);
+            // The reason why the job did not start is already printed.
+            let is_said = !self.begun && self.said.contains(&why);
+            let refusal = Refusal::content(why);
             object["error"] = refusal.object()["error"].clone();
-            text += &format!("{refusal}\n");
+            text += &if is_said { "Not started.\n".to_owned() } else { format!("{refusal}\n") };
+            if resume_from.is_some() {
+                object["resume_with"] = self.resume_line().into();
+            }
         }
         Answer { object, text, exit }
     }
 }
 
-/// Says that the life of a tool is over.
+/// Reports that a tool is worn.
 fn say_worn(tool: &RackTool, wear: &ToolWear) {
     let code = if tool.wears_by_way() { "preflight.tool_worn_way" } else { "preflight.tool_worn" };
     let why = Diagnostic::warning(code).with("number", tool.number).with("life", tool.life);
@@ -594,7 +641,17 @@ fn say_worn(tool: &RackTool, wear: &ToolWear) {
     say(format_args!("{} {}", why.message("en"), why.advice("en")));
 }
 
-fn tool_name(programs: &Programs, tool: u32) -> String {
-    let name = programs.routine.tools.get(tool as usize).map_or("", String::as_str);
-    format!("Tool {}: {name}", tool + 1)
+/// Text of a tool request at a pause of the program.
+fn pause_text(programs: &Programs, tool: u32) -> String {
+    match programs.routine.pause(tool) {
+        Pause::Stop { said: "" } => "The program stops here (M0).".to_owned(),
+        Pause::Stop { said } => format!("The program stops here: {said}."),
+        Pause::Tool { number, said: "" } => format!("Tool {number}"),
+        Pause::Tool { number, said } if said.to_ascii_lowercase().contains(&format!("tool {number}")) => {
+            let mut letters = said.chars();
+            let first = letters.next().map(|letter| letter.to_ascii_uppercase());
+            first.into_iter().chain(letters).collect()
+        }
+        Pause::Tool { number, said } => format!("Tool {number}: {said}"),
+    }
 }

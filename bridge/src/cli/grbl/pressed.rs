@@ -1,33 +1,31 @@
-//! What keys at a terminal are for while a job runs at a controller: overrides, pause, resume.
-//!
-//! Comes in: keys. Goes out: asks, and what became of them in words. Does not know a terminal.
+//! Keys at a terminal while a controller runs a job: overrides, pause, resume.
 
 use super::operator::{MOST_LINES, Operator};
 use crate::cli::say;
 use annulus_core::controller::{EngineAsk, EnginePhase, OverrideOf};
 
-/// A press of a key makes it so many percent more or less.
+/// Change of an override per key press, %.
 const STEP_PERCENT: i16 = 10;
-/// What is said of the keys.
+/// Help on the keys.
 const KEYS: &str = "Keys: + and - Feed override; ] and [ Spindle override; r Rapid override; 0 all as programmed; \
     space Pause, Resume; ? these keys; Ctrl-C stops.";
 
 impl Operator {
-    /// Says which keys there are.
+    /// Prints the help on the keys.
     pub(super) fn tells_keys(&self) {
         if self.keys.is_some() {
             say(KEYS);
         }
     }
 
-    /// Lines are wanted from now on, or keys again.
+    /// Switches between lines and keys.
     pub(super) fn types(&mut self, lines: bool) {
         if let Some(keys) = &mut self.keys {
             keys.type_lines(lines);
         }
     }
 
-    /// A key was pressed: a sign of a line where lines are wanted; else it does what it is for while a job runs.
+    /// Handles a key: adds it to the line if lines are read; otherwise runs its command during a job.
     pub(super) fn pressed(&mut self, key: u8) {
         let Some(keys) = &mut self.keys else { return };
         if keys.types() {
@@ -70,7 +68,7 @@ impl Operator {
         }
     }
 
-    /// Whether a door or a button at the board itself holds it.
+    /// Returns `true` if a door or a button at the machine holds the job.
     pub(super) fn stands(&self) -> bool {
         self.now.as_ref().is_some_and(|now| now.stands)
     }
@@ -80,7 +78,7 @@ impl Operator {
         self.owner.ask(EngineAsk::Resume);
     }
 
-    /// Percent as they were asked for last, else as they are reported.
+    /// The last requested percentage, or the reported one.
     fn percent(&mut self, of: OverrideOf) -> u16 {
         let row = of as usize;
         let reported = self.now.as_ref().map_or(100, |now| now.overrides[row]);
@@ -107,7 +105,7 @@ impl Operator {
         self.owner.ask(EngineAsk::Override { of, percent: percent as u8 });
     }
 
-    /// An override was not taken: the next key goes by what is reported.
+    /// After a refused override, the next key starts from the reported values.
     pub(super) fn forgets_keys(&mut self) {
         if let Some(keys) = &mut self.keys {
             keys.wanted = [None; 3];

@@ -1,14 +1,15 @@
-//! The programs of a job for a controller: files of G-code as they stand, or a board that is planned and written in its words.
+//! Programs of a job for a controller: G-code files unchanged, or a board that is planned and written as
+//! G-code.
 //!
-//! Comes in: paths. Goes out: a routine, and the files from which it can be read again. A board is written into the folder of data, so
-//! that the job can be resumed though the board has changed, with what its tools are counted by and what its height map is for: into one
-//! of two places, by turns, so that the job that was broken off keeps its own until another one has begun. Does not know ports.
+//! A board's G-code is saved in the data folder, with its tool counts and the key of its height map, so that
+//! the job can be resumed even if the board file has changed. Two files alternate: an interrupted job keeps
+//! its own until another one starts.
 
 use crate::cli::{JobArgs, job};
 use crate::controller::ledger::Ledger;
 use crate::machine_file;
 use crate::refusal::Refusal;
-use annulus_core::controller::{self, Routine, level_key};
+use annulus_core::controller::{self, Routine, WrittenLine, level_key};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Briefing, Program};
 use annulus_core::level::key_of;
@@ -20,37 +21,38 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Endings of files of G-code.
+/// Extensions of G-code files.
 const ENDINGS: &[&str] = &["nc", "ngc", "gc", "gcode", "g", "tap", "cnc"];
-/// Where the words of a board are written, by turns.
+/// Files for the G-code of a board, used alternately.
 const HALVES: [&str; 2] = ["controller.nc", "controller-b.nc"];
-/// Largest file of G-code.
+/// Maximum size of a G-code file, in bytes.
 const LARGEST: u64 = 256 * 1024 * 1024;
 
-/// What is run.
+/// The programs to run.
 pub(super) struct Programs {
-    /// The job.
     pub(super) routine: Arc<Routine>,
-    /// What a height map of it is for.
+    /// Key of its height map.
     pub(super) level_key: String,
-    /// Where it can be read again.
+    /// Where to read the programs again.
     pub(super) files: Vec<PathBuf>,
-    /// What its tools are counted by, where it is a board.
+    /// Tool counts, for a board.
     pub(super) counted: Option<Counted>,
-    /// What there is to say of it.
     pub(super) diagnostics: Vec<Diagnostic>,
+    /// The lines as in the files.
+    pub(super) written: Arc<[WrittenLine]>,
 }
 
-/// What of a board's job is kept beside its words, which do not say of which tool of the rack they are, nor which board they are of.
+/// Data of a board's job that its G-code lacks: the tools of the list, and the board. Saved next to the
+/// G-code.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Counted {
-    /// That of the routine.
+    /// Key of the routine.
     key: String,
     machine: String,
-    /// As lines.
+    /// As text lines.
     rack: Vec<String>,
     sections: SectionWear,
-    /// The name of the board, and what its height map is for; empty where an older version wrote this.
+    /// Name of the board and key of its height map; empty if an older version wrote the file.
     #[serde(default)]
     name: String,
     #[serde(default)]
@@ -66,13 +68,13 @@ impl Counted {
         Self { key, machine, rack, sections, name, level_key }
     }
 
-    /// Beside the words in the file `words`.
+    /// The file next to the G-code file `words`.
     fn path(words: &Path) -> PathBuf {
         let stem = words.file_stem().unwrap_or_default().to_string_lossy();
         words.with_file_name(format!("{stem}-tools.json"))
     }
 
-    /// What was kept beside the words in the file `words`, of the routine with this key.
+    /// Reads the data saved next to the G-code file `words`, if it belongs to the routine with this key.
     fn kept(words: &Path, key: &str) -> Option<Self> {
         let path = Self::path(words);
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
@@ -80,7 +82,7 @@ impl Counted {
         (kept.key == key).then_some(kept)
     }
 
-    /// The tools of the job, which have done what is `known`.
+    /// The tools of the job, with their known wear.
     fn tools(&self, known: Vec<ToolWear>) -> JobTools {
         let rack: Vec<RackTool> = self.rack.iter().filter_map(|line| RackTool::read(line).ok()).collect();
         JobTools::new(self.sections.clone(), (&self.machine, &rack), known)
@@ -88,7 +90,7 @@ impl Counted {
 }
 
 impl Programs {
-    /// It is the board that `counted` is of.
+    /// Takes over name, height map key and tool counts of a board.
     fn keeps(&mut self, counted: Counted) {
         if !counted.level_key.is_empty() {
             self.level_key.clone_from(&counted.level_key);
@@ -97,18 +99,21 @@ impl Programs {
         self.counted = Some(counted);
     }
 
-    /// The tools of the job, by what is kept in the `ledger`; none of finished programs, which do not say which they are.
+    /// The tools of the job with the wear from the `ledger`; `None` for G-code files, which don't name their
+    /// tools.
     pub(super) fn tools(&self, ledger: &Ledger) -> Option<JobTools> {
         self.counted.as_ref().map(|counted| counted.tools(ledger.wear()))
     }
 }
 
-fn is_gcode(path: &Path) -> bool {
+/// Returns `true` if the file has a G-code extension.
+pub(in crate::cli) fn is_gcode(path: &Path) -> bool {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     ending.is_some_and(|ending| ENDINGS.contains(&&*ending))
 }
 
-/// Reads the job of the command line. What the `ledger` says was broken off stays as it is.
+/// Reads the job of the command line. Leaves the files of a job that the `ledger` lists as interrupted
+/// unchanged.
 pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<Programs, Refusal> {
     if is_gcode(&args.job) {
         let all: Vec<PathBuf> = std::iter::once(&args.job).chain(more).cloned().collect();
@@ -143,11 +148,11 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<
         write(Counted::path(words), &serde_json::to_vec(&counted).unwrap_or_default())?;
     }
     programs.keeps(counted);
-    programs.diagnostics = [opened.diagnostics, proved].concat();
+    programs.diagnostics.splice(0..0, [opened.diagnostics, proved].concat());
     Ok(programs)
 }
 
-/// The place for a board's words that the job that was broken off does not lie in.
+/// The G-code file that the interrupted job does not use.
 fn free_half(ledger: &Ledger) -> PathBuf {
     let taken = ledger.interrupted().map(|entry| entry.files).unwrap_or_default();
     let is_taken = |path: &PathBuf| std::path::absolute(path).is_ok_and(|path| taken.contains(&path));
@@ -155,7 +160,6 @@ fn free_half(ledger: &Ledger) -> PathBuf {
     if is_taken(&first) { second } else { first }
 }
 
-/// Reads files of G-code.
 pub(super) fn read_again(paths: &[PathBuf]) -> Result<Programs, Refusal> {
     let mut texts = Vec::new();
     let mut files = Vec::new();
@@ -177,11 +181,12 @@ pub(super) fn read_again(paths: &[PathBuf]) -> Result<Programs, Refusal> {
         files.push(std::path::absolute(path).map_err(|error| cannot(&error))?);
     }
     let name = paths.first().map_or_else(String::new, |path| job::stem(path).display().to_string());
-    let routine = controller::read(&name, &texts).map_err(Refusal::content)?;
+    let (routine, written) = controller::read_written(&name, &texts).map_err(Refusal::content)?;
     let counted = paths.first().and_then(|words| Counted::kept(words, &routine.key));
     let level_key = level_key(&routine);
-    let mut programs =
-        Programs { routine: Arc::new(routine), level_key, files, counted: None, diagnostics: Vec::new() };
+    let (diagnostics, written) = (routine.warnings.clone(), written.into());
+    let routine = Arc::new(routine);
+    let mut programs = Programs { routine, level_key, files, counted: None, diagnostics, written };
     if let Some(counted) = counted {
         programs.keeps(counted);
     }

@@ -1,7 +1,4 @@
-//! `annulus lab automaton`: the step automaton, interrupt by interrupt (A4).
-//!
-//! Comes in: a table of dynamics, targets, when the target changes. Goes out: every step with its state; a plot of
-//! position, state and rate. Does not know the rule.
+//! `annulus lab automaton`: computes the step automaton, interrupt by interrupt.
 
 use super::super::{Answer, Refusal};
 use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
@@ -13,28 +10,28 @@ use annulus_core::steps::automaton::Automaton;
 use serde_json::json;
 use std::path::Path;
 
-/// Interrupts that are served at most.
+/// Maximum number of interrupts.
 const MOST_INTERRUPTS: u64 = 10_000_000;
-/// Steps that are listed at most.
+/// Maximum number of listed steps.
 const MOST_STEPS: usize = 200_000;
 
 /// Arguments of `annulus lab automaton`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct AutomatonArgs {
-    /// Table of dynamics: arendt (as printed), or a JSON file with period, enter and leave.
+    /// Use this table of dynamics: arendt (as printed), or a JSON file with period, enter and leave.
     #[arg(long, default_value = "arendt", value_name = "NAME|FILE")]
     table: String,
-    /// The table and the interrupt frequency of a machine, by name or file.
+    /// Use the table and the interrupt frequency of this machine, a name or a file.
     #[arg(long, value_name = "NAME", conflicts_with = "table")]
     machine: Option<String>,
-    /// Where the axis goes, in steps.
+    /// Set the target of the axis, in steps.
     #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_name = "N",
         value_parser = clap::value_parser!(i64).range(-1_000_000_000..=1_000_000_000))]
     target: i64,
-    /// Another target N, written just before interrupt I; repeated for several.
+    /// Write another target N just before interrupt I. Repeatable.
     #[arg(long, allow_hyphen_values = true, value_name = "I:N")]
     retarget: Vec<String>,
-    /// Interrupt frequency, Hz.
+    /// Set the interrupt frequency, in Hz.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     interrupt_hz: Option<f64>,
     #[command(flatten)]
@@ -44,7 +41,6 @@ pub(crate) struct AutomatonArgs {
 /// A step: interrupt, position, state.
 type Row = (u64, i64, i32);
 
-/// Runs the command.
 pub(crate) fn run(args: &AutomatonArgs) -> Result<Answer, Refusal> {
     let (table, hz) = table(args)?;
     let diagnostics = dynamics::check(&table).map_err(|all| {
@@ -59,7 +55,7 @@ pub(crate) fn run(args: &AutomatonArgs) -> Result<Answer, Refusal> {
     Ok(answer)
 }
 
-/// The table, and the interrupt frequency that goes with it.
+/// The table and its interrupt frequency.
 fn table(args: &AutomatonArgs) -> Result<(Dynamics, f64), Refusal> {
     let (table, usual_hz) = match (&args.machine, args.table.as_str()) {
         (Some(name), _) => {
@@ -80,7 +76,7 @@ fn table(args: &AutomatonArgs) -> Result<(Dynamics, f64), Refusal> {
     Err(Refusal::content(Diagnostic::error("lab.bad_frequency").with("found", hz)))
 }
 
-/// `I:N` … as interrupts and targets, in order.
+/// Parses `I:N` … as interrupts and targets, in order.
 fn changes(texts: &[String]) -> Result<Vec<(u64, i64)>, Refusal> {
     let one = |text: &String| {
         let parsed = text.split_once(':').and_then(|(interrupt, target)| {
@@ -97,7 +93,7 @@ fn changes(texts: &[String]) -> Result<Vec<(u64, i64)>, Refusal> {
     Ok(changes)
 }
 
-/// Every step until the last target is reached, and how many interrupts that took.
+/// Every step until the last target is reached, and the number of interrupts.
 fn steps(table: Dynamics, target: i64, changes: &[(u64, i64)]) -> Result<(Vec<Row>, u64), Refusal> {
     let mut axis = Automaton::new(table, 0);
     axis.retarget(target);
@@ -159,7 +155,7 @@ fn plot(hz: f64, changes: &[(u64, i64)], rows: &[Row]) -> Plot {
         let points = [start].into_iter().chain(rows.iter().map(|row| [ms(row.0), value(row)]));
         vec![Series::line("", points.collect()).looking(SeriesLook::Stairs)]
     };
-    // The rate over an interval is that of the step at its end.
+    // The rate over an interval is the rate of the step at its end.
     let mut rate = vec![start];
     let mut before = 0;
     for row in rows {

@@ -1,7 +1,4 @@
-//! `annulus lab check`: how far Annulus is from numbers computed elsewhere.
-//!
-//! Comes in: files in the schemas that `lab` knows. Goes out: per case the greatest deviation over its tolerance, and how
-//! many cases are within; exit 1 when any is not. Does not recompute anything itself.
+//! `annulus lab check`: compares Annulus with numbers computed elsewhere.
 
 use super::super::{Answer, Exit, Refusal};
 use crate::lab::{self, Report, Tally};
@@ -16,12 +13,11 @@ use std::path::{Path, PathBuf};
 /// Arguments of `annulus lab check`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CheckArgs {
-    /// Files of expected numbers (JSON).
+    /// Check these JSON files of expected numbers.
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     let mut reports = Vec::new();
     for path in &args.files {
@@ -44,7 +40,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     Ok(Answer::refused(object, &text, why))
 }
 
-/// The text of a file of bounded size.
+/// Reads a file of limited size.
 pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
     let trouble = |error: std::io::Error| {
         let code = match error.kind() {
@@ -71,7 +67,7 @@ pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
     })
 }
 
-/// The greatest deviation over tolerance of a case; null where something that has to be equal is not.
+/// The largest deviation of a case, relative to its tolerance; null if a value that must be equal differs.
 fn ratio(case: &Tally) -> Option<f64> {
     let ratio = case.worst.as_ref().map_or(0.0, |worst| worst.ratio);
     ratio.is_finite().then_some(ratio)

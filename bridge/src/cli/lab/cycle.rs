@@ -1,8 +1,6 @@
-//! `annulus lab cycle`: table and spindles in time, hole by hole, with and without overlap (P3, P4, C1).
+//! `annulus lab cycle`: computes table and spindles in time, hole by hole, with and without overlap.
 //!
-//! Comes in: rapids, limits, heights, margins; or a machine. Goes out: every event, the cycle times, a chart of who moves
-//! when. A machine whose table and spindles do not move together shows its own moves. Does not know the rules of release
-//! and trigger.
+//! A machine whose table and spindles do not move together shows its own moves.
 
 use super::super::{Answer, Refusal};
 use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
@@ -18,83 +16,83 @@ use annulus_core::motion::profile::{
 use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
 use serde_json::{Value, json};
 
-/// Rapids where none is given: those of the reference.
+/// Default rapids, from the reference.
 const HOPS_MM: [[f64; 2]; 3] = [[10.0, 0.0], [2.54, 2.54], [0.5, 0.0]];
 
-/// Arguments of `annulus lab cycle`. What is not given is that of the machine, or of the reference.
+/// Arguments of `annulus lab cycle`. Missing values come from the machine, or from the reference.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CycleArgs {
-    /// A rapid in X and Y, mm; repeated, one a hole.
+    /// Add a rapid in X and Y, in mm, for one hole. Repeatable.
     #[arg(long, allow_hyphen_values = true, value_name = "X,Y")]
     hop: Vec<String>,
-    /// A machine, by name or file.
+    /// Use this machine, a name or a file.
     #[arg(long, value_name = "NAME")]
     machine: Option<String>,
-    /// Greatest speed of X and Y, mm/s.
+    /// Set the maximum speed of X and Y, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     xy_speed: Option<f64>,
-    /// Greatest acceleration of X and Y, mm/s².
+    /// Set the maximum acceleration of X and Y, in mm/s².
     #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     xy_acceleration: Option<f64>,
-    /// Greatest jerk of X and Y, mm/s³.
+    /// Set the maximum jerk of X and Y, in mm/s³.
     #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     xy_jerk: Option<f64>,
-    /// Greatest speed of Z downwards, mm/s.
+    /// Set the maximum speed of Z downward, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     down_speed: Option<f64>,
-    /// Greatest acceleration of Z downwards, mm/s².
+    /// Set the maximum acceleration of Z downward, in mm/s².
     #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     down_acceleration: Option<f64>,
-    /// Greatest jerk of Z downwards, mm/s³.
+    /// Set the maximum jerk of Z downward, in mm/s³.
     #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     down_jerk: Option<f64>,
-    /// Greatest speed of Z upwards, mm/s.
+    /// Set the maximum speed of Z upward, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     up_speed: Option<f64>,
-    /// Greatest acceleration of Z upwards, mm/s².
+    /// Set the maximum acceleration of Z upward, in mm/s².
     #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     up_acceleration: Option<f64>,
-    /// Greatest jerk of Z upwards, mm/s³.
+    /// Set the maximum jerk of Z upward, in mm/s³.
     #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     up_jerk: Option<f64>,
-    /// Order of the power law, which Z goes down with; 0: S-curve.
+    /// Set the order of the power law of Z downward; 0 for an S-curve.
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     order: Option<f64>,
-    /// Two-speed stroke: down to the board fast, then with this feed, mm/s.
+    /// Use a two-speed stroke: fast to the board, then with this feed, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     feed: Option<f64>,
-    /// Height of the rest over the board, mm.
+    /// Set the height of the resting tool above the board, in mm.
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     height_mm: Option<f64>,
-    /// Depth below the surface, mm.
+    /// Set the depth below the surface, in mm.
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     depth_mm: Option<f64>,
-    /// Height of the tip from which on the table may move, mm.
+    /// Set the height of the tool from which the table may move, in mm.
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     clear_mm: Option<f64>,
-    /// Rest of the table before a tip may touch the board, ms.
+    /// Set the rest of the table before a tool may touch the board, in ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     settle_ms: Option<f64>,
-    /// How long a signal takes, ms.
+    /// Set the latency of a signal, in ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     latency_ms: Option<f64>,
-    /// How long before the contact the table must have settled, ms.
+    /// Set how long before the contact the table must have settled, in ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     margin_ms: Option<f64>,
-    /// Pause at the bottom, ms.
+    /// Set the pause at the bottom, in ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     dwell_bottom_ms: Option<f64>,
-    /// Least rest on top, ms.
+    /// Set the minimum rest at the top, in ms.
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     dwell_top_ms: Option<f64>,
-    /// Spindles, all alike.
+    /// Set the number of equal spindles.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=6))]
     spindles: Option<u32>,
     #[command(flatten)]
     output: OutputArgs,
 }
 
-/// Everything that a timeline is made of.
+/// All inputs of a timeline.
 struct Setting {
     x: Limits,
     y: Limits,
@@ -113,27 +111,27 @@ struct Setting {
     dwell_bottom_s: f64,
     dwell_top_s: f64,
     spindles: u32,
-    /// What the strokes of a machine's own spindles take, and the last moment for a stop of the first, s; without a machine they follow
-    /// from the rest.
+    /// Stroke times of each spindle of a machine, and the last moment to stop the first one, s. Without a
+    /// machine, they follow from the other values.
     own: Option<(Vec<SpindleTimes>, f64)>,
 }
 
-/// Everything that is shown of a timeline. Times in s.
+/// All results of a timeline. Times in s.
 struct Found {
     /// Of the first spindle.
     times: SpindleTimes,
-    /// Of all of them.
+    /// Of all spindles.
     all: Vec<SpindleTimes>,
     cycles: Vec<Cycle>,
-    /// Whether table and spindles move together.
+    /// Table and spindles move together.
     overlaps: bool,
-    /// Until how long after its start a stroke can be stopped clear of the board; none where the table rests before it.
+    /// How long after its start a stroke can still be stopped clear of the board, s; `None` if the table
+    /// rests first.
     last_stop_s: Option<f64>,
     total_s: f64,
     sequential_s: f64,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &CycleArgs) -> Result<Answer, Refusal> {
     let hops = hops(&args.hop)?;
     let found = match args.machine.as_deref() {
@@ -213,7 +211,7 @@ fn apart(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     })
 }
 
-/// The machine with what was given by hand, setting by setting; refused where a setting is out of its range.
+/// The machine with the given settings; an error if one is out of its range.
 fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
     let curved = args.order.is_none_or(|order| order == 0.0);
     let rows = [
@@ -304,7 +302,7 @@ fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<MotionL
     })
 }
 
-/// How long a rapid takes: its slower axis.
+/// Duration of a rapid: that of its slower axis.
 fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Diagnostic> {
     let mut longest_s = 0.0_f64;
     for (way, limits) in hop.into_iter().zip([setting.x, setting.y]) {
@@ -314,7 +312,7 @@ fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Diagnostic> {
     Ok(longest_s)
 }
 
-/// What the stroke of every spindle takes, and the last moment for a stop of the first.
+/// Stroke times of every spindle, and the last moment to stop the first one.
 fn strokes(setting: &Setting) -> Result<(Vec<SpindleTimes>, f64), Diagnostic> {
     if let Some(own) = &setting.own {
         return Ok(own.clone());
@@ -341,7 +339,7 @@ fn strokes(setting: &Setting) -> Result<(Vec<SpindleTimes>, f64), Diagnostic> {
     Ok((vec![times; setting.spindles as usize], last_stop_s))
 }
 
-/// Table and spindles together.
+/// Table and spindles moving together.
 fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
     let (spindles, last_stop_s) = strokes(setting)?;
@@ -409,7 +407,7 @@ fn rows(found: &Found, hops_mm: &[[f64; 2]], rate: impl Fn(f64) -> f64) -> Vec<(
     rows
 }
 
-/// What a spindle's stroke takes.
+/// Stroke times of a spindle as JSON.
 fn stroke(times: &SpindleTimes) -> Value {
     json!({ "down_s": times.down_s, "up_s": times.up_s, "contact_s": times.contact_s, "leave_s": times.leave_s,
         "margin_s": times.margin_s })
@@ -447,7 +445,7 @@ fn sample(found: &Found, (index, (cycle, hop)): (usize, (&Cycle, &[f64; 2]))) ->
     numbers.into_iter().map(Some).chain([cycle.cycle_s, last_s]).collect()
 }
 
-/// Who moves when: a row for the table, one a spindle.
+/// The plot of the motion over time: a row for the table, one per spindle.
 fn plot(found: &Found) -> Plot {
     let spindles = found.all.len();
     let bar = |from: f64, to: f64, row: f64| [[1e3 * from, row], [1e3 * to, row]];

@@ -1,6 +1,4 @@
-//! `annulus lab`: one case of motion from flags, for a report; and files of expected numbers, recomputed (M1, M2, N24).
-//!
-//! Comes in: parsed arguments. Goes out: the answer of the subcommand. Does not know the maths.
+//! `annulus lab`: computes one case of motion from flags, or checks files of expected numbers.
 
 mod automaton;
 mod check;
@@ -21,19 +19,18 @@ pub(crate) struct LabArgs {
 /// What to compute.
 #[derive(Debug, clap::Subcommand)]
 enum What {
-    /// One move under the laws of motion: place, speed, acceleration, jerk.
+    /// Compute one move under the laws of motion: position, speed, acceleration, jerk.
     Profile(profile::ProfileArgs),
-    /// The step automaton, interrupt by interrupt.
+    /// Compute the step automaton, interrupt by interrupt.
     Automaton(automaton::AutomatonArgs),
-    /// Table and spindles in time, with and without overlap.
+    /// Compute table and spindles in time, with and without overlap.
     Cycle(Box<cycle::CycleArgs>),
-    /// The closed loop: a step or a stroke, fuzzy PID beside plain PID.
+    /// Compute the closed loop: a step or a stroke, fuzzy PID next to plain PID.
     Servo(servo::ServoArgs),
-    /// Recompute every case of files of expected numbers from its inputs, and say how far off each is.
+    /// Recompute every case in files of expected numbers, and report the deviations.
     Check(check::CheckArgs),
 }
 
-/// Runs the subcommand.
 pub(crate) fn run(args: &LabArgs, json: bool) -> Result<Answer, Refusal> {
     let mut answer = match &args.what {
         What::Profile(args) => profile::run(args),
@@ -42,7 +39,7 @@ pub(crate) fn run(args: &LabArgs, json: bool) -> Result<Answer, Refusal> {
         What::Servo(args) => servo::run(args),
         What::Check(args) => return check::run(args),
     }?;
-    // Who asked for the object does not need the plot or the table beside it.
+    // JSON output needs no plot or table.
     if json {
         answer.text.clear();
     }

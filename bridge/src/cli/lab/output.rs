@@ -1,6 +1,4 @@
-//! The forms a computed case goes out in: a short table, JSON, CSV, an SVG plot; on standard output or in a file.
-//!
-//! Comes in: a [`ComputedCase`]. Goes out: the answer, and the file if one was asked for. Does not know what was computed.
+//! Prints a computed case as a short table, JSON, CSV or an SVG plot, or writes it to a file.
 
 use super::super::{Answer, Exit, Refusal};
 use annulus_core::diagnostic::Diagnostic;
@@ -11,7 +9,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
-/// How the result goes out.
+/// Options of the output.
 #[derive(Debug, clap::Args)]
 pub(super) struct OutputArgs {
     /// Print the samples as CSV.
@@ -20,37 +18,36 @@ pub(super) struct OutputArgs {
     /// Print a plot as SVG.
     #[arg(long)]
     svg: bool,
-    /// Write a file; its ending decides: .svg, .csv or .json.
+    /// Write to this file: .svg, .csv or .json.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Width of the plot in pixels.
+    /// Set the width of the plot, in pixels.
     #[arg(long, default_value_t = 900.0, value_name = "PX", allow_negative_numbers = true)]
     width: f64,
-    /// Height of the plot in pixels.
+    /// Set the height of the plot, in pixels.
     #[arg(long, default_value_t = 760.0, value_name = "PX", allow_negative_numbers = true)]
     height: f64,
 }
 
-/// A case computed.
+/// A computed case.
 pub(super) struct ComputedCase {
-    /// For scripts: inputs and results, without the samples.
+    /// Inputs and results as JSON, without the samples.
     pub(super) object: Value,
-    /// For people: what and how much.
+    /// Names and values of the text output.
     pub(super) rows: Vec<(String, String)>,
     /// Names of the columns, with their units.
     pub(super) columns: Vec<String>,
-    /// The samples: a number a column, none where there is nothing.
+    /// The samples, one number per column; `None` for an empty cell.
     pub(super) samples: Vec<Vec<Option<f64>>>,
-    /// The picture.
     pub(super) plot: Plot,
 }
 
-/// A word or sentence of the Lab.
+/// Looks up a word or sentence of the Lab.
 pub(super) fn word(key: &str) -> String {
     locale::text("en", &format!("lab.word.{key}"), &[])
 }
 
-/// Puts the sheet out as asked.
+/// Prints or writes the case as requested.
 pub(super) fn deliver(args: &OutputArgs, mut sheet: ComputedCase) -> Result<Answer, Refusal> {
     sheet.object["columns"] = json!(sheet.columns);
     sheet.object["samples"] = json!(sheet.samples);
@@ -87,7 +84,7 @@ fn table(rows: &[(String, String)]) -> String {
     rows.iter().map(|(what, how_much)| format!("{what:widest$}  {how_much}\n")).collect()
 }
 
-/// Comma separated, a line of names first; lines end as the format wants it.
+/// Comma-separated, with a header line, and CRLF line ends as in RFC 4180.
 fn csv(sheet: &ComputedCase) -> String {
     let quoted = |name: &String| {
         if name.contains([',', '"', '\n']) {
@@ -111,7 +108,7 @@ fn csv(sheet: &ComputedCase) -> String {
     out
 }
 
-/// A number for people: six digits that count.
+/// A number as text, with six significant digits.
 pub(super) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -125,7 +122,7 @@ pub(super) fn short(value: f64) -> String {
     trimmed.to_owned()
 }
 
-/// Seconds for people, in milliseconds.
+/// Seconds as text, in milliseconds.
 pub(super) fn ms(seconds: f64) -> String {
     format!("{} ms", short(1e3 * seconds))
 }
@@ -135,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_for_people_keep_six_digits() {
+    fn printed_numbers_have_six_significant_digits() {
         let rows = [
             (0.0, "0"),
             (1.0, "1"),

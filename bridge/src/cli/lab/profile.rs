@@ -1,7 +1,5 @@
-//! `annulus lab profile`: the same move under the laws of motion: place, speed, acceleration and jerk over time (M1).
-//!
-//! Comes in: length, limits, order, which laws. Goes out: times, peaks, phases, samples; a plot of four panels, one above
-//! the other. Does not know how profiles are planned.
+//! `annulus lab profile`: computes the same move under several laws of motion: position, speed, acceleration
+//! and jerk over time.
 
 use super::super::{Answer, Refusal};
 use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
@@ -14,31 +12,31 @@ use serde_json::{Value, json};
 /// Arguments of `annulus lab profile`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ProfileArgs {
-    /// Length of the move, mm.
+    /// Set the length of the move, in mm.
     #[arg(long, default_value_t = 10.0, value_name = "MM", allow_negative_numbers = true)]
     length_mm: f64,
-    /// Greatest speed, mm/s.
+    /// Set the maximum speed, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     speed: Option<f64>,
-    /// Greatest acceleration, mm/s².
+    /// Set the maximum acceleration, in mm/s².
     #[arg(long, value_name = "MM/S2", allow_negative_numbers = true)]
     acceleration: Option<f64>,
-    /// Greatest jerk, mm/s³.
+    /// Set the maximum jerk, in mm/s³.
     #[arg(long, value_name = "MM/S3", allow_negative_numbers = true)]
     jerk: Option<f64>,
-    /// Order α of the power law, above 0, at most 2.
+    /// Set the order α of the power law, above 0, at most 2.
     #[arg(long, default_value_t = 0.5, value_name = "ALPHA", allow_negative_numbers = true)]
     order: f64,
-    /// Law of motion, repeated for several; without it all three. auto: by length.
+    /// Choose a law of motion; auto chooses by length. Repeatable [default: all three].
     #[arg(long, value_enum, value_name = "LAW")]
     shape: Vec<Law>,
-    /// Limits of a machine, by name or file; single limits can still be given.
+    /// Use the limits of this machine, a name or a file; given limits override them.
     #[arg(long, value_name = "NAME")]
     machine: Option<String>,
-    /// Which axis of the machine.
+    /// Choose the axis of the machine.
     #[arg(long, value_enum, default_value_t = AxisName::X)]
     axis: AxisName,
-    /// How many samples, from the start to the end.
+    /// Set the number of samples from the start to the end.
     #[arg(long, default_value_t = 401, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     samples: u32,
     #[command(flatten)]
@@ -69,7 +67,6 @@ enum AxisName {
     Z,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &ProfileArgs) -> Result<Answer, Refusal> {
     let limits = limits(args)?;
     let choice = profile::choose(args.length_mm, limits).map_err(Refusal::content)?;
@@ -106,7 +103,7 @@ fn limits(args: &ProfileArgs) -> Result<Limits, Refusal> {
     })
 }
 
-/// The law as it is called in JSON and in the names of columns.
+/// Name of the law in JSON and in column names.
 fn key(shape: MotionLaw) -> &'static str {
     match shape {
         MotionLaw::Linear => "linear",
@@ -115,7 +112,7 @@ fn key(shape: MotionLaw) -> &'static str {
     }
 }
 
-/// The law as people read it.
+/// Name of the law in text.
 fn name(shape: MotionLaw) -> String {
     match shape {
         MotionLaw::Power(order) => format!("{} α = {}", word("power"), short(order)),
@@ -175,13 +172,14 @@ fn sheet(
     })
 }
 
-/// Place, speed, acceleration and jerk; the linear law has no jerk, its acceleration jumps.
+/// Position, speed, acceleration and jerk. The linear law has no jerk, because its acceleration jumps.
 fn moments(profile: &Profile, t: f64) -> [Option<f64>; 4] {
     let jerk = (profile.shape != MotionLaw::Linear).then(|| profile.jerk(t));
     [Some(profile.position_mm(t)), Some(profile.speed(t)), Some(profile.acceleration(t)), jerk]
 }
 
-/// Seconds at which a profile is drawn: evenly, and just before and after every end of a phase, where it may jump.
+/// Times of the drawn points, s: evenly spaced, and just before and after each end of a phase, where a value
+/// may jump.
 fn drawn_at(profile: &Profile) -> Vec<f64> {
     let total_s = profile.duration_s();
     let mut times: Vec<f64> = (0..=600).map(|index| total_s * f64::from(index) / 600.0).collect();

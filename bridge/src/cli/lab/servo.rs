@@ -1,7 +1,5 @@
-//! `annulus lab servo`: the closed loop: a step or a whole stroke, staged fuzzy PID beside a plain PID (M2).
-//!
-//! Comes in: gains, plant, step or stroke. Goes out: overshoot, settling and the like of each controller, samples, a plot
-//! of place, error and control. Does not know how the loop is computed.
+//! `annulus lab servo`: computes the closed loop of a step or a stroke, with staged fuzzy PID next to plain
+//! PID.
 
 use super::super::{Answer, Refusal};
 use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
@@ -17,61 +15,61 @@ use serde_json::{Value, json};
 /// Arguments of `annulus lab servo`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ServoArgs {
-    /// A whole stroke of Z instead of a step.
+    /// Compute a whole stroke of Z instead of a step.
     #[arg(long)]
     stroke: bool,
-    /// Step, mm; 0: only the load.
+    /// Set the step, in mm; 0 for only the load.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_name = "MM")]
     step_mm: f64,
-    /// How long the step is watched, s.
+    /// Observe the step for this time, in s.
     #[arg(long, default_value_t = 0.4, value_name = "S", allow_negative_numbers = true)]
     duration: f64,
-    /// Load during the step, V; with --stroke: the load of cutting.
+    /// Set the load during the step, in V; with --stroke, the load of cutting.
     #[arg(long, allow_negative_numbers = true, value_name = "V")]
     load: Option<f64>,
-    /// The load begins at this second.
+    /// Start the load at this time, in s.
     #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true)]
     load_from: f64,
-    /// The load ends at this second.
+    /// End the load at this time, in s.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     load_to: Option<f64>,
-    /// Stage of the drilling cycle that the step is in.
+    /// Choose the stage of the drill cycle that contains the step.
     #[arg(long, value_enum, default_value_t = StageName::Travel)]
     stage: StageName,
-    /// Rules of the fuzzy controller.
+    /// Choose the rules of the fuzzy controller.
     #[arg(long, value_enum, default_value_t = RuleSet::Even)]
     rules: RuleSet,
-    /// Proportional gain, V/mm.
+    /// Set the proportional gain, in V/mm.
     #[arg(long, default_value_t = 1.6, allow_negative_numbers = true)]
     kp: f64,
-    /// Integral gain, V/(mm·s).
+    /// Set the integral gain, in V/(mm·s).
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     ki: f64,
-    /// Derivative gain, V·s/mm.
+    /// Set the derivative gain, in V·s/mm.
     #[arg(long, default_value_t = 0.004, allow_negative_numbers = true)]
     kd: f64,
-    /// Gain of the axis, (mm/s)/V.
+    /// Set the gain of the axis, in (mm/s)/V.
     #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
     plant_gain: f64,
-    /// Delay of the axis, s.
+    /// Set the time constant of the axis, in s.
     #[arg(long, default_value_t = 0.006, value_name = "S", allow_negative_numbers = true)]
     plant_tau: f64,
-    /// Time between two samples, s.
+    /// Set the sample time, in s.
     #[arg(long, default_value_t = 0.0005, value_name = "S", allow_negative_numbers = true)]
     sample: f64,
-    /// Stroke: height of the rest over the board, mm.
+    /// Set the height of the resting tool above the board in a stroke, in mm.
     #[arg(long, default_value_t = 5.0, value_name = "MM", allow_negative_numbers = true)]
     height_mm: f64,
-    /// Stroke: depth below the surface, mm.
+    /// Set the depth below the surface in a stroke, in mm.
     #[arg(long, default_value_t = 3.0, value_name = "MM", allow_negative_numbers = true)]
     depth_mm: f64,
-    /// Stroke: speed down, mm/s.
+    /// Set the speed down in a stroke, in mm/s.
     #[arg(long, default_value_t = 120.0, value_name = "MM/S", allow_negative_numbers = true)]
     down_speed: f64,
-    /// Stroke: speed up, mm/s.
+    /// Set the speed up in a stroke, in mm/s.
     #[arg(long, default_value_t = 200.0, value_name = "MM/S", allow_negative_numbers = true)]
     up_speed: f64,
-    /// Stroke: feed speed and acceleration of the reference forward.
+    /// Feed forward the speed and acceleration of the reference in a stroke.
     #[arg(long)]
     feed_forward: bool,
     #[command(flatten)]
@@ -81,7 +79,7 @@ pub(crate) struct ServoArgs {
 /// A stage by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum StageName {
-    /// X or Y on their way.
+    /// X or Y in motion.
     Travel,
     /// Z above the board.
     Approach,
@@ -94,9 +92,9 @@ enum StageName {
 /// A rule set by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum RuleSet {
-    /// Alike in both directions.
+    /// Equal in both directions.
     Even,
-    /// As most textbooks have it.
+    /// As in most textbooks.
     Classic,
 }
 
@@ -107,10 +105,9 @@ struct Rival {
     controller: ServoController,
 }
 
-/// One curve: t, reference, place, control; V, mm, s.
+/// One point of a curve: time, reference, position, control; s, mm, V.
 type Row = [f64; 4];
 
-/// Runs the command.
 pub(crate) fn run(args: &ServoArgs) -> Result<Answer, Refusal> {
     let sheet = if args.stroke { stroke(args) } else { step(args) };
     deliver(&args.output, sheet.map_err(Refusal::content)?)

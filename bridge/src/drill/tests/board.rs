@@ -1,10 +1,10 @@
-//! The board against the program, at the end of every run, and what is refused before one.
+//! Tests that the board is compared with the program after every run, and of what is refused before one.
 
 use super::*;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::DrilledReport;
 
-/// Ten holes, the last five of them with a spindle that hardly turns.
+/// Ten holes, the last five with the spindle almost stopped.
 fn slow_spindle() -> Program {
     let mut program = grid(&machine(), 10);
     let slow = Leg {
@@ -16,7 +16,7 @@ fn slow_spindle() -> Program {
 }
 
 #[test]
-fn a_broken_bit_ends_no_job_as_done_in_silence() {
+fn broken_tool_raises_an_alarm_that_lists_missing_holes() {
     let mut bench = Bench::new(&machine(), Faults::default());
     bench.start(&slow_spindle());
     assert_eq!(bench.ended(), (Ending::Done, 10), "no sensor of this machine tells");
@@ -32,7 +32,7 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
     assert!(why.message("en").contains('5'), "{}", why.message("en"));
     bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
     assert_eq!(bench.status().state, State::Ready);
-    // With another bit the same place is clean again, and the run before counts no more.
+    // With another board the same position is clean again, and the previous run no longer matters.
     bench.drill.ask(Ask::SetZero).unwrap();
     bench.start_here(&grid(&machine(), 4));
     assert_eq!(bench.ended(), (Ending::Done, 4));
@@ -41,7 +41,7 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
 }
 
 #[test]
-fn what_touches_too_early_or_not_at_all_stops_at_that_hole_and_the_job_goes_on_with_it() {
+fn early_or_missing_contact_stops_at_the_hole_and_resumes_there() {
     let mut looks = machine();
     looks.process.contact_tolerance = Length::from_um(100);
     for (fault, code) in [("contact-early", "control.early_contact"), ("broken-bit", "control.no_contact")] {
@@ -55,7 +55,7 @@ fn what_touches_too_early_or_not_at_all_stops_at_that_hole_and_the_job_goes_on_w
         assert_eq!(why.code, code);
         assert!(fault != "contact-early" || why.message("en").contains("0.25 mm"), "{}", why.message("en"));
         bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
-        // Another bit is in: the same hole, and all further ones.
+        // Another tool is in: the same hole, and all later ones.
         bench.take_up(&grid(&looks, 8));
         assert_eq!(bench.ended(), (Ending::Done, 8), "{fault}");
         assert_eq!(counts(&bench.record(), 8), [1; 8], "{fault}");
@@ -63,7 +63,7 @@ fn what_touches_too_early_or_not_at_all_stops_at_that_hole_and_the_job_goes_on_w
 }
 
 #[test]
-fn a_hole_made_twice_or_beside_its_place_is_counted() {
+fn shifted_holes_are_counted_and_planned_repeats_are_not() {
     let twice = {
         let mut program = grid(&machine(), 3);
         let again = program.legs[2].clone();
@@ -75,7 +75,7 @@ fn a_hole_made_twice_or_beside_its_place_is_counted() {
     bench.ended();
     let status = bench.wait(|status| status.drilled.is_some());
     assert_eq!(status.drilled, Some(DrilledReport::default()), "the program asks for it twice");
-    // Twelve steps of Y lost on the way to the second hole: it and the third are elsewhere.
+    // Twelve steps of Y lost before the second hole: it and the third are displaced.
     let faults = Faults { lost_steps: vec![(1, 16_500), (1, 16_600), (1, 16_700)], ..Faults::default() };
     let mut program = grid(&machine(), 3);
     program.legs[3].commands[0] = Command::Rapid { to: Point::from_mm(10.0, 180.0) };
@@ -89,10 +89,10 @@ fn a_hole_made_twice_or_beside_its_place_is_counted() {
     assert!(told.slipped_steps >= 12 && status.trust == Trust::Suspect, "{status:?}");
 }
 
-/// What the board had when the job was taken up, besides what the journal knows, counted from the hole it goes on with; and what
-/// is told at the end.
+/// Rows: holes on the board beyond the journal's, counted from the hole where the job resumes; and the
+/// expected report.
 #[test]
-fn the_hole_a_job_goes_on_with_may_be_there_already_and_any_other_made_again_is_a_fault() {
+fn only_the_resumed_hole_may_be_drilled_twice() {
     let rows = [(vec![], 0, 0), (vec![0], 1, 0), (vec![3], 0, 1), (vec![0, 3, 4], 1, 2)];
     for (there, twice, doubled) in rows {
         let folder = tempfile::tempdir().unwrap();
@@ -104,7 +104,7 @@ fn the_hole_a_job_goes_on_with_may_be_there_already_and_any_other_made_again_is_
         bench.drill.ask(Ask::StopAfterHole).unwrap();
         let (ending, done) = bench.ended();
         assert!(ending == Ending::StoppedAfterHole && done < 30, "{ending:?} after {done}");
-        // As if the bridge had been killed before it wrote down what was made.
+        // As if the bridge had been killed before it recorded them.
         let path = bench.folder.path().join(RECORD);
         let mut record = fs::OpenOptions::new().append(true).open(path).unwrap();
         for hole in &there {
@@ -127,7 +127,7 @@ fn the_hole_a_job_goes_on_with_may_be_there_already_and_any_other_made_again_is_
 }
 
 #[test]
-fn a_speed_no_spindle_has_and_a_wait_for_a_bit_there_is_not_are_refused_when_armed() {
+fn arming_refuses_impossible_speeds_and_unknown_tools() {
     let bench = Bench::new(&machine(), Faults::default());
     bench.home();
     bench.drill.ask(Ask::SetZero).unwrap();
@@ -155,7 +155,7 @@ fn a_speed_no_spindle_has_and_a_wait_for_a_bit_there_is_not_are_refused_when_arm
 }
 
 #[test]
-fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
+fn second_stop_holds_the_tool_during_its_lift() {
     let folder = tempfile::tempdir().unwrap();
     let drill = Drill::open_with(folder.path(), machine(), 5.0, Faults::default()).unwrap();
     let tells = drill.watch();
@@ -167,6 +167,8 @@ fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
     bench.drill.ask(Ask::Stop).unwrap();
     let low = bench.status().steps[2];
     bench.wait(|status| status.state == State::Stopping && status.steps[2] > low + 40);
+    // A second press within half a second counts as the first.
+    std::thread::sleep(Duration::from_millis(550));
     for _ in 0..5 {
         bench.drill.ask(Ask::Stop).unwrap();
     }
@@ -177,18 +179,18 @@ fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
     assert_eq!(held.trust, Trust::Trusted);
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(bench.status().steps, held.steps, "and it stays");
-    // The way up is by hand, and as ever after that.
+    // The user jogs up; then everything works as before.
     bench.drill.ask(Ask::FeedOverride { percent: 100 }).unwrap();
-    bench.drill.ask(Ask::Jog { axis: 2, distance_um: 1_000 }).unwrap();
+    bench.drill.ask(Ask::Jog { axis: 2, distance_um: 1_000, anyway: false }).unwrap();
     bench.wait(|status| status.state == State::Ready && status.steps[2] > held.steps[2]);
 }
 
 #[test]
-fn a_spindle_that_drills_while_the_first_stays_up_is_lifted_all_the_same() {
+fn stop_lifts_every_spindle_even_if_the_first_is_up() {
     let machine = Machine { tool_change: ToolChange::Unattended, ..six_spindles() };
     let top = machine.z.scale.steps(machine.z.max - machine.z.home_offset);
     let surface = machine.z.scale.steps(machine.process.surface);
-    // Z2 and Z4 alone, one hole slowly: it is stopped in the board, and it pauses between two holes of a chain.
+    // Only Z2 and Z4, one slow hole: stopped in the board, and paused between two holes of a chain.
     let mut program = Program { spindles: 0b1010, ..grid(&machine, 30) };
     let mut bench = Bench::new(&machine, Faults::default());
     bench.start(&program);
@@ -217,7 +219,7 @@ fn a_spindle_that_drills_while_the_first_stays_up_is_lifted_all_the_same() {
 }
 
 #[test]
-fn spindles_each_of_their_own_drill_a_whole_board_that_was_held_stopped_and_taken_up() {
+fn different_spindles_finish_a_paused_and_resumed_board() {
     let own: [(&str, &[f64]); 3] = [
         ("spindle.deeper", &[0.0, 0.4, 0.0, -0.7]),
         ("spindle.longer", &[0.0, 0.0, 1.5, -2.25, 0.8]),

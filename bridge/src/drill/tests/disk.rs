@@ -1,4 +1,4 @@
-//! What becomes of a job where the disk is full, and of a journal that was damaged. No disk but a temporary folder.
+//! Tests of a full disk during a job, and of a damaged journal, in a temporary folder.
 
 use super::*;
 use redb::StorageBackend;
@@ -6,16 +6,15 @@ use redb::backends::InMemoryBackend;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{fmt, io};
 
-/// What is asked of a disk.
+/// An operation of a disk.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Wish {
-    /// To hold something.
     Write,
-    /// To hold for good what was written.
+    /// Make everything written durable.
     Sync,
 }
 
-/// A disk in memory; what it asks first may take its time, or refuse.
+/// A disk in memory; a hook may delay or refuse each operation.
 #[derive(Clone)]
 struct Disk<F>(Arc<InMemoryBackend>, F);
 
@@ -44,7 +43,7 @@ impl<F: Fn(Wish) -> io::Result<()> + Send + Sync + 'static> StorageBackend for D
 }
 
 impl Bench {
-    /// A drill whose journal is on a disk in memory that asks `first`.
+    /// A drill whose journal is on a disk in memory with the hook `first`.
     pub(super) fn on_disk(
         speed: f64,
         first: impl Fn(Wish) -> io::Result<()> + Clone + Send + Sync + 'static,
@@ -59,7 +58,7 @@ impl Bench {
     }
 }
 
-/// A drill whose disk is full as soon as the flag says so.
+/// A drill whose disk is full while the flag is set.
 fn on_a_disk_that_fills_up() -> (Bench, Arc<AtomicBool>) {
     let is_full = Arc::new(AtomicBool::new(false));
     let full = Arc::clone(&is_full);
@@ -69,7 +68,7 @@ fn on_a_disk_that_fills_up() -> (Bench, Arc<AtomicBool>) {
 }
 
 #[test]
-fn a_work_zero_that_cannot_be_kept_is_told_also_where_no_job_runs() {
+fn unsaved_work_zero_raises_an_alarm_without_a_job() {
     let (bench, is_full) = on_a_disk_that_fills_up();
     bench.home();
     is_full.store(true, Ordering::SeqCst);
@@ -85,7 +84,7 @@ fn a_work_zero_that_cannot_be_kept_is_told_also_where_no_job_runs() {
 }
 
 #[test]
-fn a_full_disk_stops_the_job_after_a_whole_hole() {
+fn full_disk_stops_the_job_after_a_complete_hole() {
     let (mut bench, is_full) = on_a_disk_that_fills_up();
     bench.start(&grid(&machine(), 60));
     bench.wait(|status| status.holes_done >= 5);
@@ -101,7 +100,7 @@ fn a_full_disk_stops_the_job_after_a_whole_hole() {
         "no hole was begun that the journal may not know: {counts:?}"
     );
     assert!(counts.iter().all(|count| *count <= 1) && done < 60);
-    // With room again it goes on where it was, and nobody has to start the bridge anew.
+    // With room again, the job continues where it was, without a restart of the bridge.
     is_full.store(false, Ordering::SeqCst);
     bench.drill.ask(Ask::AcknowledgeAlarm).unwrap();
     bench.take_up(&grid(&machine(), 60));
@@ -137,7 +136,7 @@ fn damaged_journals_are_moved_aside() {
         let (journal, contents) =
             journal::open(&path, false).unwrap_or_else(|why| panic!("round {round}: {why:?}"));
         let Some(damage) = contents.damage else {
-            // Believed: then it is what was written, but perhaps for the last record.
+            // If accepted, it is what was written, perhaps without the last record.
             let (job, progress) =
                 contents.job.unwrap_or_else(|| panic!("round {round}: forgotten in silence"));
             assert_eq!(job.holes_total, 8, "round {round}");
@@ -147,7 +146,7 @@ fn damaged_journals_are_moved_aside() {
         damaged += 1;
         assert!(damage.job.is_none_or(|name| name == "grid"), "round {round}");
         assert_eq!(contents.job, None);
-        // It is known until somebody has read it.
+        // The damage is remembered until the user acknowledges it.
         drop(journal);
         let (mut journal, again) = journal::open(&path, false).unwrap();
         assert!(again.damage.is_some(), "round {round}");

@@ -1,10 +1,10 @@
-//! The feed override of a job, as a person orders it.
+//! Tests of the feed override of a job.
 
 use super::*;
 use annulus_core::steps::Switching;
 
 #[test]
-fn the_pace_is_ordered_within_its_bounds_and_told() {
+fn feed_override_is_range_checked_and_reported() {
     let mut bench = Bench::new(&machine(), Faults::default());
     bench.start(&grid(&machine(), 12));
     for wrong in [0, 9, 201] {
@@ -17,7 +17,7 @@ fn the_pace_is_ordered_within_its_bounds_and_told() {
     assert_eq!(bench.record().len(), 12);
 }
 
-/// Holes drilled slowly, so that feeds matter.
+/// Slowly drilled holes, so that feeds matter.
 fn slow_feed(machine: &Machine, count: u32) -> Program {
     let mut program = grid(machine, count);
     for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
@@ -29,7 +29,7 @@ fn slow_feed(machine: &Machine, count: u32) -> Program {
 }
 
 #[test]
-fn a_job_goes_faster_than_planned_from_its_next_rest_and_back_again() {
+fn feed_override_above_100_applies_from_the_next_stop() {
     let mut bench = Bench::new(&machine(), Faults::default());
     let refused = bench.drill.ask(Ask::FeedOverride { percent: 150 }).unwrap_err();
     assert_eq!(refused.code, "control.feed_override_needs_job");
@@ -47,7 +47,7 @@ fn a_job_goes_faster_than_planned_from_its_next_rest_and_back_again() {
     let (fast, percent) = rest_after(12);
     assert_eq!(percent, 200);
     assert!(fast < 0.7 * planned, "{fast} s a hole at 200 %, {planned} at 100 %");
-    // Slower at once, and by the feeds of the program from the next rest on.
+    // Slower at once, and with the program's feeds from the next stop on.
     bench.drill.ask(Ask::FeedOverride { percent: 50 }).unwrap();
     let (slow, percent) = rest_after(20);
     assert_eq!(percent, 50);
@@ -58,10 +58,10 @@ fn a_job_goes_faster_than_planned_from_its_next_rest_and_back_again() {
 }
 
 #[test]
-fn nothing_that_holds_the_job_back_waits_for_a_plan() {
+fn pause_and_slower_feed_do_not_wait_for_the_planner() {
     let mut bench = Bench::new(&machine(), Faults::default());
     bench.start(&slow_feed(&machine(), 60));
-    // A plan is being made, and takes as long as it likes.
+    // A plan is being made, and takes long.
     let planning = bench.drill.planner.lock().unwrap();
     let drill = bench.drill.clone();
     let faster = std::thread::spawn(move || drill.ask(Ask::FeedOverride { percent: 150 }));
@@ -80,7 +80,7 @@ fn nothing_that_holds_the_job_back_waits_for_a_plan() {
 }
 
 #[test]
-fn a_stream_made_leg_by_leg_is_the_same() {
+fn stream_planned_leg_by_leg_equals_the_whole_stream() {
     for (_, machine) in annulus_core::machine::presets() {
         let program = grid(&machine, 40);
         let timeline = annulus_core::motion::timeline(&program, &machine).unwrap();
@@ -105,7 +105,7 @@ fn a_stream_made_leg_by_leg_is_the_same() {
 }
 
 #[test]
-fn higher_feeds_are_planned_to_the_same_places_and_checked() {
+fn higher_feeds_reach_the_same_positions_and_obey_the_clock() {
     let (machine, program) = (machine(), slow_feed(&machine(), 10));
     let bytes = program::encode(&program);
     let context = prepare::Context {
@@ -119,6 +119,7 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
         stock: None,
         offer: None,
         surface: None,
+        known: Default::default(),
     };
     let job = prepare::prepare(&program::key(&bytes), &bytes, 0, &context).unwrap();
     let fast = prepare::at_feed(&job, 200).unwrap();
@@ -131,11 +132,11 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
 }
 
 #[test]
-fn homing_finds_its_sensors_at_any_pace() {
+fn homing_succeeds_at_low_feed_overrides() {
     for percent in [10, 30] {
         let bench = Bench::new(&machine(), Faults::default());
         bench.home();
-        bench.drill.ask(Ask::Jog { axis: 0, distance_um: 250_000 }).unwrap();
+        bench.drill.ask(Ask::Jog { axis: 0, distance_um: 250_000, anyway: false }).unwrap();
         bench.wait(|status| status.state == State::Ready);
         bench.drill.ask(Ask::FeedOverride { percent }).unwrap();
         bench.home();

@@ -1,4 +1,4 @@
-//! Queues of work commands and outputs by hand, on the virtual drill with and without faults.
+//! Tests of command queues and manual outputs, on the virtual drill with and without faults.
 
 use super::{Bench, Drill, holes};
 use annulus_core::chance::Chance;
@@ -14,7 +14,7 @@ use std::time::Duration;
 const FOUR: &str = "SPINDLE 20000\nREPEAT 2\nMOVE_BY 400 0\nCALL hole\nMOVE_TO 5 10\nCALL hole\nEND\nSUB hole\n\
     KMD_WIERTLO_DOL\nKMD_WIERTLO_GORA\nEND\n";
 
-/// A drill with two outputs to switch.
+/// A drill with two outputs.
 fn machine() -> Machine {
     let mut card = Card::default();
     (card.wiring.outputs, card.wiring.output_names) = (vec![25, 26], "lamp vacuum".to_owned());
@@ -57,7 +57,7 @@ fn result(status: &QueueStatus, row: u32) -> RowResult {
 }
 
 #[test]
-fn a_queue_drills_what_it_says_and_tells_every_row() {
+fn queue_drills_its_holes_and_reports_every_row() {
     for machine in [machine(), Machine { stroke_end: StrokeEnd::Sensor, ..machine() }] {
         let bench = Bench::new(&machine, Faults::default());
         bench.ready();
@@ -84,7 +84,7 @@ fn a_queue_drills_what_it_says_and_tells_every_row() {
 }
 
 #[test]
-fn holes_of_a_queue_count_for_the_tool_that_a_job_put_in() {
+fn queue_holes_count_as_wear_of_the_loaded_tool() {
     let rack = vec![RackTool::drill(5, Length::from_um(800))];
     let machine = Machine { rack, ..machine() };
     let mut bench = Bench::new(&machine, Faults::default());
@@ -110,7 +110,7 @@ fn holes_of_a_queue_count_for_the_tool_that_a_job_put_in() {
     bench.wait(|status| status.state == State::Ready);
     run(&bench, FOUR, QueuePhase::Done);
     assert_eq!(hits(&bench), [(5, 3 + 4)]);
-    // It is in the journal.
+    // The wear is in the journal.
     let Bench { drill, folder, .. } = bench;
     drill.shutdown();
     let drill = Drill::open_with(folder.path(), machine, super::SPEED, Faults::default()).unwrap();
@@ -119,7 +119,7 @@ fn holes_of_a_queue_count_for_the_tool_that_a_job_put_in() {
 }
 
 #[test]
-fn what_must_not_run_is_refused_before_anything_moves() {
+fn invalid_queues_are_refused_before_any_motion() {
     let bench = Bench::new(&machine(), Faults::default());
     assert_eq!(bench.go(Mode::Step), Err("control.no_queue".into()));
     assert_eq!(bench.load("MOVE_BY 1 1"), Err("queue.not_homed".into()));
@@ -136,16 +136,16 @@ fn what_must_not_run_is_refused_before_anything_moves() {
         assert_eq!(bench.load(text), Err(code.into()), "{text}");
     }
     assert_eq!(bench.queue().phase, QueuePhase::None);
-    // What was right when it was sent is looked at again when it begins.
+    // A queue is checked again when it starts.
     bench.load("MOVE_BY 23000 0").unwrap();
-    bench.drill.ask(Ask::Jog { axis: 0, distance_um: 50_000 }).unwrap();
+    bench.drill.ask(Ask::Jog { axis: 0, distance_um: 50_000, anyway: false }).unwrap();
     let status = bench.wait(|status| status.state == State::Ready && status.steps[0] > 4_000);
     assert_eq!(bench.go(Mode::ToEnd), Err("queue.outside".into()));
     assert_eq!(bench.status().steps, status.steps);
 }
 
 #[test]
-fn rows_are_stepped_held_and_gone_on_with_and_the_spindle_stays() {
+fn queue_steps_pauses_and_resumes_with_the_spindle_on() {
     let bench = Bench::new(&machine(), Faults::default());
     bench.ready();
     bench.load("SPINDLE 9000\nMOVE_BY 10 0\n* DRILL_DOWN\nDRILL_UP\n* WAIT 5\nWAIT 100000\nWAIT 1").unwrap();
@@ -178,7 +178,7 @@ fn rows_are_stepped_held_and_gone_on_with_and_the_spindle_stays() {
 }
 
 #[test]
-fn a_queue_may_home_and_gives_trust_when_all_axes_are() {
+fn queue_is_trusted_after_it_has_homed_all_axes() {
     let bench = Bench::new(&machine(), Faults::default());
     bench.load("HOME Z\nHOME X\nHOME Y\nMOVE_BY 40 40\n* WAIT 1\nHOME X").unwrap();
     bench.go(Mode::Step).unwrap();
@@ -193,13 +193,13 @@ fn a_queue_may_home_and_gives_trust_when_all_axes_are() {
 }
 
 #[test]
-fn stop_in_the_middle_of_any_row_leaves_a_known_place_and_a_lifted_tip() {
+fn stop_in_any_queue_row_keeps_position_and_lifts_the_tool() {
     let mut chance = Chance::new(11);
     let mut stopped = 0;
     let bench = Bench::new(&machine(), Faults::default());
     bench.ready();
     for round in 0..25 {
-        // Straight back to where it began first, so that the same queue fits again.
+        // First straight back to the start, so that the same queue fits again.
         bench.load(&format!("MOVE_TO 0 0\nOUTPUT lamp ON\n{FOUR}")).unwrap();
         bench.go(Mode::ToEnd).unwrap();
         std::thread::sleep(Duration::from_micros(chance.bits() % 9_000));
@@ -207,7 +207,7 @@ fn stop_in_the_middle_of_any_row_leaves_a_known_place_and_a_lifted_tip() {
         let status = bench.wait(|status| status.state == State::Ready && status.spindle_rpm == 0);
         assert_eq!(status.trust, Trust::Trusted, "round {round}");
         let queue = bench.queue();
-        // Stopped while it was lifted at the end of all rows, it stays there.
+        // A stop during the final lift leaves it where it is.
         assert!(queue.phase == QueuePhase::Done || status.machine_mm[2] > -1.01, "the tip is up: {status:?}");
         let here: Vec<u32> = queue
             .results
@@ -268,7 +268,7 @@ fn faults_stop_the_queue_with_their_alarm() {
 }
 
 #[test]
-fn outputs_are_locked_until_leased_and_lock_again_when_anything_moves() {
+fn outputs_need_a_lease_and_any_motion_locks_them() {
     let bench = Bench::new(&machine(), Faults::default());
     let output = |name: &str, on, pulse_ms| {
         bench.drill.ask(Ask::Output { name: name.to_owned(), on, pulse_ms }).map_err(|why| why.code)

@@ -1,11 +1,11 @@
-//! A slow computer under the virtual drill: it keeps its own time.
+//! Tests that the virtual drill keeps its own time on a slow computer.
 
 use super::disk::Wish;
 use super::*;
 use std::sync::Mutex;
 
 #[test]
-fn a_late_disk_makes_the_virtual_drill_wait_and_lose_nothing() {
+fn late_disk_delays_the_virtual_drill_without_lost_holes() {
     for (speed, holes) in [(SPEED, 100), (200.0, 60), (20.0, 12)] {
         let chance = Arc::new(Mutex::new(Chance::new(77)));
         let mut bench = Bench::on_disk(speed, move |wish| {
@@ -24,8 +24,8 @@ fn a_late_disk_makes_the_virtual_drill_wait_and_lose_nothing() {
 }
 
 #[test]
-fn a_late_computer_is_a_fault_that_one_provokes() {
-    // 10 ms with every step.
+fn late_host_fault_raises_executor_late() {
+    // 10 ms at every step.
     let bench = Bench::new(&machine(), Faults { late_host: Some(100_000), ..Faults::default() });
     bench.home();
     let status = bench.status();

@@ -1,12 +1,13 @@
-//! Tools that the machine fetches itself (C5): stopped at every step, taken up as offered, every hole once and with its tool.
+//! Tests of automatic tool changes: stopped at every step, resumed as offered, every hole drilled once with
+//! its tool.
 
 use super::*;
 use annulus_core::machine::apply;
 use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, change_s};
-use annulus_core::wire::MagazineReport;
+use annulus_core::wire::{ArmedJob, MagazineReport};
 use annulus_drill::line;
 
-/// Bits of 0.6, 0.8 and 1.0 mm, two holes each.
+/// Drills of 0.6, 0.8 and 1.0 mm, two holes each.
 fn three_tools(machine: &Machine) -> Program {
     let base = grid(machine, 6);
     let bit = |um: i64| Bit {
@@ -51,12 +52,13 @@ impl Bench {
         self.drill.ask(Ask::Stock { places, spindle: Held::Nothing }).unwrap();
     }
 
-    /// Waits until a change begins with `step` after `changes` others, or the job is over: then STOP.
+    /// Waits until a change starts `step` after `changes` others, then presses STOP; or until the job is
+    /// over.
     fn stop_at(&mut self, step: ChangeStep, changes: u32) -> bool {
         let mut begun = 0;
         loop {
             match self.tells.blocking_recv() {
-                Ok(Tell::Magazine(report)) if report.changes => {
+                Some(Tell::Magazine(report)) if report.changes => {
                     let now = report.stock.change.map(|change| change.step);
                     begun += u32::from(now == Some(ChangeStep::RaiseZ));
                     if now == Some(step) && begun > changes {
@@ -64,27 +66,27 @@ impl Bench {
                         return true;
                     }
                 }
-                Ok(Tell::Ended { .. }) => return false,
-                Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
-                Err(why) => panic!("{why}"),
+                Some(Tell::Ended(_)) => return false,
+                Some(_) => {}
+                None => panic!("the drill is gone"),
             }
         }
     }
 
-    /// Takes the job up where it was left, and runs it to its end.
+    /// Resumes the job and runs it to its end.
     fn go_on(&self, program: &Program) {
         let bytes = program::encode(program);
         let job = program::key(&bytes);
         let from_leg = self.offer().unwrap();
         let tells = self.drill.ask(Ask::Arm { job: job.clone(), from_leg }).unwrap();
-        let Some(Tell::Armed { stream_digest, checks, .. }) = tells.into_iter().next() else {
+        let Some(Tell::Armed(ArmedJob { stream_digest, checks, .. })) = tells.into_iter().next() else {
             panic!("no verdict")
         };
         assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         self.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
     }
 
-    /// Every hole is there once, made with its tool, and nothing broke.
+    /// Checks that every hole was drilled once with its tool, and that nothing broke.
     fn is_whole(&self, trace: &str) {
         let status = self.wait(|status| matches!(status.state, State::Ready | State::Alarm));
         assert_eq!((status.state, &status.alarm), (State::Ready, &None), "{trace}");
@@ -116,7 +118,7 @@ impl Bench {
 }
 
 #[test]
-fn the_time_that_is_left_counts_the_changes_to_come() {
+fn planned_time_includes_the_tool_changes() {
     let left_s = |machine: &Machine, spindle: Option<Held>| {
         let bench = Bench::new(machine, Faults::default());
         let program = three_tools(machine);
@@ -146,11 +148,11 @@ fn the_time_that_is_left_counts_the_changes_to_come() {
 }
 
 #[test]
-fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
+fn tool_change_stopped_at_any_step_resumes() {
     let machine = changer();
     let program = three_tools(&machine);
     let mut stops = 0;
-    // The first change is from an empty spindle, the second puts a tool back.
+    // The first change starts with an empty spindle, the second puts a tool back.
     for (step, changes) in ChangeStep::ALL.into_iter().flat_map(|step| [(step, 0), (step, 1)]) {
         let trace = format!("{step:?} of change {changes}");
         let mut bench = Bench::new(&machine, Faults::default());
@@ -160,9 +162,8 @@ fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
             stops += 1;
             let status = bench.wait(|status| matches!(status.state, State::Ready | State::Alarm));
             assert_eq!((status.state, &status.alarm), (State::Ready, &None), "{trace}");
-            // Stop may have come just behind the last step.
-            let interrupted =
-                bench.drill.greeting().iter().any(|tell| matches!(tell, Tell::Interrupted { .. }));
+            // The stop may have come after the last step.
+            let interrupted = bench.drill.greeting().iter().any(|tell| matches!(tell, Tell::Interrupted(_)));
             assert!(interrupted, "{trace}");
             let report = bench.magazine();
             assert!(report.stock.change.is_none() || report.goes_on_with.is_some(), "{trace}: {report:?}");
@@ -175,7 +176,7 @@ fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
 }
 
 #[test]
-fn a_worn_tool_is_asked_for_between_two_holes_also_after_a_stop_there_and_nothing_else_is_fetched_for_it() {
+fn worn_tool_is_requested_between_holes_and_again_after_stop() {
     let rack = ["T1 drill 0.6", "T2 drill 0.8 life 1", "T3 drill 1"].map(str::to_owned).to_vec();
     let machine = apply(&changer(), &[("rack.tools".to_owned(), Value::Texts(rack))]).unwrap();
     let program = three_tools(&machine);
@@ -192,7 +193,7 @@ fn a_worn_tool_is_asked_for_between_two_holes_also_after_a_stop_there_and_nothin
     let status = bench.wait(|status| asked(status) && status.spindle_rpm == 0);
     assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
     assert_eq!((hits(), bench.magazine().changes), (1, false));
-    // Whoever stops there is asked again by the job that goes on.
+    // After a stop here, the resumed job asks again.
     bench.drill.ask(Ask::Stop).unwrap();
     bench.wait(|status| status.state == State::Ready);
     bench.go_on(&program);
@@ -205,7 +206,7 @@ fn a_worn_tool_is_asked_for_between_two_holes_also_after_a_stop_there_and_nothin
 }
 
 #[test]
-fn the_clamp_opens_by_hand_where_a_change_stopped_and_nobody_knows_the_tool_until_it_is_said() {
+fn clamp_opened_in_a_stopped_change_makes_the_tool_unknown() {
     let machine = changer();
     let program = three_tools(&machine);
     let mut bench = Bench::new(&machine, Faults::default());
@@ -214,7 +215,7 @@ fn the_clamp_opens_by_hand_where_a_change_stopped_and_nobody_knows_the_tool_unti
     assert_eq!(code(&bench).as_deref(), Some("magazine.nothing_stopped"));
     bench.start(&program);
     assert_eq!(code(&bench).as_deref(), Some("control.busy"));
-    // The old tool is over its place, and held.
+    // The old tool is over its slot, and clamped.
     assert!(bench.stop_at(ChangeStep::YToOld, 1));
     bench.wait(|status| status.state == State::Ready);
     let clamp = |bench: &Bench| bench.status().inputs & Input::ClampOpen.bit() != 0;
@@ -229,7 +230,7 @@ fn the_clamp_opens_by_hand_where_a_change_stopped_and_nobody_knows_the_tool_unti
     let bytes = program::encode(&program);
     let (job, from_leg) = (program::key(&bytes), bench.offer().unwrap());
     let tells = bench.drill.ask(Ask::Arm { job, from_leg }).unwrap();
-    let Some(Tell::Armed { checks, .. }) = tells.into_iter().next() else { panic!("no verdict") };
+    let Some(Tell::Armed(ArmedJob { checks, .. })) = tells.into_iter().next() else { panic!("no verdict") };
     assert!(checks.iter().any(|row| row.finding.code == "magazine.spindle_unknown"), "{checks:?}");
     bench.drill.ask(Ask::ToolSeen { seen: Seen::InSpindle }).unwrap();
     assert!(held(&bench));
@@ -241,7 +242,7 @@ fn the_clamp_opens_by_hand_where_a_change_stopped_and_nobody_knows_the_tool_unti
 }
 
 #[test]
-fn a_clamp_that_did_not_let_go_opens_by_hand_once_the_alarm_is_read() {
+fn stuck_clamp_opens_after_the_alarm_is_acknowledged() {
     let machine = changer();
     let program = three_tools(&machine);
     let faults = annulus_core::virtual_drill::faults::read(["clamp-stuck@2"]).unwrap();
@@ -265,7 +266,7 @@ fn a_clamp_that_did_not_let_go_opens_by_hand_once_the_alarm_is_read() {
 }
 
 #[test]
-fn a_worn_tool_is_taken_out_of_the_clamp_and_a_new_one_put_in_before_the_job_goes_on() {
+fn worn_tool_is_replaced_in_the_open_clamp() {
     let rack = ["T1 drill 0.6", "T2 drill 0.8 life 1", "T3 drill 1"].map(str::to_owned).to_vec();
     let machine = apply(&changer(), &[("rack.tools".to_owned(), Value::Texts(rack))]).unwrap();
     let program = three_tools(&machine);
@@ -292,7 +293,7 @@ fn a_worn_tool_is_taken_out_of_the_clamp_and_a_new_one_put_in_before_the_job_goe
 }
 
 #[test]
-fn stopped_with_the_clamp_open_for_a_new_tool_the_drill_asks_where_it_is_and_the_job_goes_on() {
+fn stop_with_open_clamp_asks_for_the_tool_and_resumes() {
     let rack = ["T1 drill 0.6", "T2 drill 0.8 life 1", "T3 drill 1"].map(str::to_owned).to_vec();
     let machine = apply(&changer(), &[("rack.tools".to_owned(), Value::Texts(rack))]).unwrap();
     let program = three_tools(&machine);
@@ -317,7 +318,7 @@ fn stopped_with_the_clamp_open_for_a_new_tool_the_drill_asks_where_it_is_and_the
 }
 
 #[test]
-fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before() {
+fn unknown_tool_in_spindle_refuses_a_start() {
     let machine = changer();
     let program = three_tools(&machine);
     let faults = annulus_core::virtual_drill::faults::read(["tool-dropped@2"]).unwrap();
@@ -340,11 +341,11 @@ fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before()
     let report = bench.magazine();
     assert_eq!(report.stock.change.map(|change| change.step), Some(ChangeStep::RaiseFromNew));
     assert_eq!((report.stock.spindle, report.goes_on_with), (Held::Unknown, None));
-    // While the tip goes up, an alarm cannot be read away.
+    // While the tool lifts, an alarm cannot be acknowledged.
     bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
     bench.wait(|status| status.state == State::Ready);
     assert_eq!(refused(&bench).as_deref(), Some("magazine.spindle_unknown"));
-    // It is picked up and laid into its place.
+    // The user puts it into its slot.
     bench.drill.ask(Ask::ToolSeen { seen: Seen::InPlace }).unwrap();
     assert_eq!(bench.magazine().goes_on_with, Some(ChangeStep::RaiseBeforeNew));
     bench.go_on(&program);
@@ -353,7 +354,7 @@ fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before()
 }
 
 #[test]
-fn the_clamp_switched_by_hand_and_a_machine_without_a_magazine() {
+fn clamp_output_makes_the_tool_unknown() {
     let bench = Bench::new(&changer(), Faults::default());
     bench.fill(&three_tools(&changer()));
     bench.home();
@@ -366,7 +367,7 @@ fn the_clamp_switched_by_hand_and_a_machine_without_a_magazine() {
 }
 
 #[test]
-fn the_record_tells_the_tool_and_is_read_back() {
+fn record_line_has_spindle_and_tool_diameter() {
     let hole = annulus_core::virtual_drill::VirtualHole {
         x_mm: 1.0,
         y_mm: 2.0,

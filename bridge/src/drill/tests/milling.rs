@@ -1,13 +1,15 @@
-//! Milling on the virtual drill: toolpaths are counted, stopped in the middle, and milled again from their beginning.
+//! Tests of milling on the virtual drill: toolpaths are counted, stopped in the middle, and milled again
+//! from their start.
 
 #[path = "../../../tests/programs/mod.rs"]
 mod programs;
 
 use super::*;
 use annulus_core::steps::Stage;
+use annulus_core::wire::InterruptedJob;
 use programs::{HOLES, WAYS, milling};
 
-/// Slow enough that a toolpath in work is seen.
+/// Slow enough to catch a toolpath in progress.
 fn slow() -> Bench {
     let folder = tempfile::tempdir().unwrap();
     let drill = Drill::open_with(folder.path(), machine(), 60.0, Faults::default()).unwrap();
@@ -15,7 +17,7 @@ fn slow() -> Bench {
     Bench { drill, folder, tells }
 }
 
-/// The holes straight through that were meant, and nothing else, each so often.
+/// How often each expected hole was drilled; panics at any other hole.
 fn drilled(bench: &Bench) -> [u32; 2] {
     let mut counts = [0; 2];
     for [x, y, _] in bench.record() {
@@ -27,7 +29,7 @@ fn drilled(bench: &Bench) -> [u32; 2] {
 }
 
 #[test]
-fn ways_are_milled_and_the_bit_is_whole_afterwards() {
+fn milling_reports_progress_and_ends_with_an_unbroken_tool() {
     let mut bench = slow();
     bench.start(&milling(&machine()));
     let status = bench.wait(|status| status.stage == Some(Stage::Mill));
@@ -43,13 +45,13 @@ fn ways_are_milled_and_the_bit_is_whole_afterwards() {
     assert!(status.toolpath.is_some() && status.hole.is_none() && status.bit == Some(1), "{status:?}");
     assert!(status.lower_dead_point_mm.is_some_and(|low| low < -0.1), "{status:?}");
     assert_eq!(bench.ended(), (Ending::Done, 2));
-    // The last hole is made by the mill that milled all the toolpaths.
+    // The end mill of all toolpaths also drills the last hole.
     assert_eq!(drilled(&bench), [1, 1]);
     assert_eq!(bench.wait(|status| status.state == State::Ready).trust, Trust::Trusted);
 }
 
 #[test]
-fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_out() {
+fn stopped_toolpath_is_milled_again_from_its_start() {
     let program = milling(&machine());
     for way in 0..WAYS {
         let mut bench = slow();
@@ -63,7 +65,7 @@ fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_ou
             continue;
         }
         let offer = bench.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { next_leg, toolpaths_done, toolpaths_total, .. } => {
+            Tell::Interrupted(InterruptedJob { next_leg, toolpaths_done, toolpaths_total, .. }) => {
                 Some((next_leg, toolpaths_done, toolpaths_total))
             }
             _ => None,
@@ -85,7 +87,7 @@ fn a_way_that_was_stopped_is_milled_again_from_its_beginning_and_none_is_left_ou
 }
 
 #[test]
-fn stop_after_hole_stops_after_a_way_too() {
+fn stop_after_hole_stops_after_a_toolpath() {
     let mut bench = slow();
     bench.start(&milling(&machine()));
     bench.wait(|status| status.toolpath == Some(0) && status.stage == Some(Stage::Mill));

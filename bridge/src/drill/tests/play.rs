@@ -1,4 +1,4 @@
-//! Axes with play: the holes are where they were meant, from homing on, also where a job is taken up again.
+//! Tests of axes with backlash: holes are in their planned positions, from homing on and in resumed jobs.
 
 use super::*;
 use annulus_core::queue::Mode;
@@ -10,10 +10,10 @@ fn played() -> Machine {
 }
 
 #[test]
-fn holes_are_where_they_were_meant_whatever_side_an_axis_comes_from() {
+fn backlash_does_not_shift_holes() {
     let mut bench = Bench::new(&played(), Faults::default());
     let mut program = grid(&played(), 30);
-    // There and back again, so that both axes turn.
+    // There and back, so that both axes turn.
     program.legs[2..32].reverse();
     program.legs[8..20].reverse();
     bench.start(&program);
@@ -22,7 +22,7 @@ fn holes_are_where_they_were_meant_whatever_side_an_axis_comes_from() {
 }
 
 #[test]
-fn a_job_taken_up_again_comes_to_its_hole_from_the_side_it_would_have_come_from() {
+fn resumed_job_compensates_backlash() {
     let mut program = grid(&played(), 20);
     program.legs[2..22].reverse();
     let mut stops = 0;
@@ -44,12 +44,12 @@ fn a_job_taken_up_again_comes_to_its_hole_from_the_side_it_would_have_come_from(
 }
 
 #[test]
-fn a_work_zero_set_where_a_job_ended_is_where_the_bit_is() {
+fn work_zero_set_after_a_job_compensates_backlash() {
     let mut bench = Bench::new(&played(), Faults::default());
     let program = grid(&played(), 20);
     bench.start(&program);
     assert_eq!(bench.ended(), (Ending::Done, 20));
-    // The job came back to its work zero from above, with the play on the other side.
+    // The job returned to its work zero from above, with the backlash on the other side.
     bench.wait(|status| status.state == State::Ready);
     bench.start_here(&program);
     assert_eq!(bench.ended(), (Ending::Done, 20));
@@ -57,7 +57,7 @@ fn a_work_zero_set_where_a_job_ended_is_where_the_bit_is() {
 }
 
 #[test]
-fn rows_of_a_queue_come_to_their_holes_whatever_side_they_come_from() {
+fn queue_rows_compensate_backlash() {
     let bench = Bench::new(&played(), Faults::default());
     bench.home();
     bench.drill.ask(Ask::SetZero).unwrap();

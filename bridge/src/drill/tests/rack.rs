@@ -1,10 +1,10 @@
-//! What is refused before a job starts, and what the pre-flight says of the rack: drills are looked for in it, mills and V-bits are
-//! not.
+//! Tests of refusals before a job and of the pre-flight rows about the tool list. Drills must be in the
+//! list; end mills and V-bits need not.
 
 use super::*;
 
 #[test]
-fn only_drills_are_looked_for_in_the_rack() {
+fn only_drills_are_checked_against_the_tool_list() {
     let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
     let bit = |um, cutter, name: &str| Bit {
         diameter: Length::from_um(um),
@@ -30,7 +30,7 @@ fn only_drills_are_looked_for_in_the_rack() {
 }
 
 #[test]
-fn what_must_not_start_does_not() {
+fn start_is_refused_without_homing_zero_and_arming() {
     let bench = Bench::new(&machine(), Faults::default());
     let program = grid(&machine(), 3);
     let (job, stream_digest, checks) = bench.arm(&program);

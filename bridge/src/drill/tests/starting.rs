@@ -1,11 +1,11 @@
-//! A start waits for the disk, and nobody waits for the start (N15).
+//! Tests that a start waits for the disk without blocking the owner.
 
 use super::disk::Wish;
 use super::*;
-use annulus_core::wire::Ask;
+use annulus_core::wire::{Ask, InterruptedJob};
 use std::sync::{Condvar, Mutex};
 
-/// A drill whose job was asked to start while the disk stands still; and what lets the disk go on.
+/// A drill with a pending start while its disk is blocked, and a function that unblocks the disk.
 fn starting() -> (Bench, String, Begun, impl Fn()) {
     let disk = Arc::new((Mutex::new(false), Condvar::new()));
     let hold = |held: bool, disk: &(Mutex<bool>, Condvar)| {
@@ -15,7 +15,7 @@ fn starting() -> (Bench, String, Begun, impl Fn()) {
     let slow = Arc::clone(&disk);
     let bench = Bench::on_disk(SPEED, move |wish| {
         let (held, changed) = &*slow;
-        // What is to be durable waits while it is held.
+        // Syncs wait while it is blocked.
         drop(changed.wait_while(held.lock().unwrap(), |held| *held && wish == Wish::Sync).unwrap());
         Ok(())
     });
@@ -25,13 +25,13 @@ fn starting() -> (Bench, String, Begun, impl Fn()) {
     hold(true, &disk);
     let start = Ask::Start { job: job.clone(), stream_digest, from_leg: 0 };
     let begun = bench.drill.begin(start, Some(bench.drill.ticket()));
-    // The owner goes on meanwhile.
+    // The owner continues meanwhile.
     assert_eq!(bench.status().state, State::Ready);
     (bench, job, begun, move || hold(false, &disk))
 }
 
 #[test]
-fn stop_is_heard_while_the_disk_takes_its_time_and_nothing_moves() {
+fn stop_during_a_slow_start_prevents_all_motion() {
     for by_ticket in [true, false] {
         let (bench, job, begun, go_on) = starting();
         if by_ticket {
@@ -45,11 +45,11 @@ fn stop_is_heard_while_the_disk_takes_its_time_and_nothing_moves() {
         let status = bench.status();
         assert_eq!((status.state, status.job, status.steps), (State::Ready, None, before));
         let offered = bench.drill.greeting().into_iter().any(
-            |tell| matches!(tell, Tell::Interrupted { job: key, next_leg: 0, holes_done: 0, .. } if key == job),
+            |tell| matches!(tell, Tell::Interrupted(InterruptedJob { job: key, next_leg: 0, holes_done: 0, .. }) if key == job),
         );
         assert!(offered, "it is what the journal says");
         assert!(bench.record().is_empty());
-        // It can be started all the same.
+        // The job can still be started.
         let mut bench = bench;
         bench.start_here(&grid(&machine(), 6));
         assert_eq!(bench.ended(), (Ending::Done, 6));
@@ -57,7 +57,7 @@ fn stop_is_heard_while_the_disk_takes_its_time_and_nothing_moves() {
 }
 
 #[test]
-fn whoever_lost_control_meanwhile_starts_nothing() {
+fn loss_of_control_during_a_start_cancels_it() {
     let (bench, _, begun, go_on) = starting();
     bench.drill.control_changed();
     go_on();
@@ -66,11 +66,13 @@ fn whoever_lost_control_meanwhile_starts_nothing() {
 }
 
 #[test]
-fn what_is_asked_after_a_start_is_done_after_it() {
+fn requests_during_a_start_are_handled_after_it() {
     let (mut bench, job, begun, go_on) = starting();
     let ask = |ask| bench.drill.begin(ask, Some(bench.drill.ticket()));
-    let (jog, feed_override) =
-        (ask(Ask::Jog { axis: 0, distance_um: 1_000 }), ask(Ask::FeedOverride { percent: 50 }));
+    let (jog, feed_override) = (
+        ask(Ask::Jog { axis: 0, distance_um: 1_000, anyway: false }),
+        ask(Ask::FeedOverride { percent: 50 }),
+    );
     let forget = ask(Ask::ForgetInterrupted);
     go_on();
     begun.finish().unwrap();
@@ -83,7 +85,7 @@ fn what_is_asked_after_a_start_is_done_after_it() {
 }
 
 #[test]
-fn a_tip_that_goes_far_below_the_board_is_looked_at_before_the_start() {
+fn deep_breakthrough_is_a_warning_before_the_start() {
     let bench = Bench::new(&machine(), Faults::default());
     bench.home();
     bench.drill.ask(Ask::SetZero).unwrap();

@@ -1,9 +1,9 @@
-//! The work zero means a place only as long as the steps of X and Y are counted as they were.
+//! Tests that a work zero is valid only while the steps of X and Y keep their meaning.
 
 use super::*;
 
 #[test]
-fn a_work_zero_does_not_outlive_the_steps_it_was_counted_in() {
+fn changed_steps_per_mm_discard_the_work_zero() {
     let bench = Bench::new(&machine(), Faults::default());
     bench.home();
     bench.drill.ask(Ask::SetZero).unwrap();
@@ -15,14 +15,14 @@ fn a_work_zero_does_not_outlive_the_steps_it_was_counted_in() {
     assert!(checks.iter().any(|row| row.finding.code == "preflight.no_zero"), "{checks:?}");
 }
 
-/// Settings after which a count of X means another place: the scale, and where the home sensor is.
+/// Settings that change the meaning of X steps: the scale, and the position of the home sensor.
 fn recounted() -> [Vec<(String, Value)>; 2] {
     let finer = machine().x.scale.steps_per_mm() * 2.0;
     [vec![("x.scale".to_owned(), Value::Number(finer))], vec![("x.min".to_owned(), Value::Number(-5.0))]]
 }
 
 #[test]
-fn a_machine_file_edited_while_the_bridge_is_down_makes_it_forget_the_work_zero() {
+fn machine_file_edited_offline_discards_the_work_zero() {
     for changes in recounted() {
         let bench = Bench::new(&machine(), Faults::default());
         bench.home();
@@ -40,7 +40,7 @@ fn a_machine_file_edited_while_the_bridge_is_down_makes_it_forget_the_work_zero(
 }
 
 #[test]
-fn an_interrupted_job_brings_no_work_zero_back_whose_steps_no_longer_hold() {
+fn changed_axes_refuse_resume_of_an_interrupted_job() {
     let moved = recounted()[1].clone();
     let program = grid(&machine(), 60);
     for while_down in [false, true] {
@@ -63,7 +63,7 @@ fn an_interrupted_job_brings_no_work_zero_back_whose_steps_no_longer_hold() {
         let (.., checks) = bench.arm(&program);
         let no_zero = checks.iter().any(|row| row.finding.code == "preflight.no_zero");
         assert!(no_zero, "down {while_down}: {checks:?}");
-        // With a new zero it may start anew, and not where it was left.
+        // With a new zero it may start again, but not resume.
         bench.drill.ask(Ask::SetZero).unwrap();
         let (job, stream_digest, _) = bench.arm(&program);
         let from_leg = bench.offer().unwrap();

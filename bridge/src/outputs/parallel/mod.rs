@@ -2,12 +2,11 @@
 //!
 //! ```text
 //! output byte 0   D0 … D7              pins 2 … 9
-//! output byte 1   bits 0 … 3           pins 1, 14, 16, 17    (control; the port turns 1, 14 and 17 round)
-//! input byte 0    bits 0 … 4           pins 15, 13, 12, 10, 11 (status; the port turns 11 round)
+//! output byte 1   bits 0 … 3           pins 1, 14, 16, 17    (control; the port inverts 1, 14 and 17)
+//! input byte 0    bits 0 … 4           pins 15, 13, 12, 10, 11 (status; the port inverts 11)
 //! ```
 //!
-//! Here a 1 is always a high pin: what the port turns round is turned back. Comes in: bytes. Goes out: what is to be on
-//! the three registers. Does not know who can reach them: registers by address, or the system's driver.
+//! Here a 1 is always a high pin: the port's inversions are undone.
 
 #[cfg(target_os = "linux")]
 mod ppdev;
@@ -21,23 +20,20 @@ use annulus_core::machine::Machine;
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
 
-/// Control bits that the port turns round: strobe, autofeed, select.
+/// Control bits that the port inverts: strobe, autofeed, select.
 const TURNED_OUT: u8 = 0b1011;
 
-/// The status bit that the port turns round: busy.
+/// The status bit that the port inverts: busy.
 const TURNED_IN: u8 = 0x80;
 
-/// The three registers.
 trait Lines: Send {
     /// The eight data lines.
     fn data(&mut self, value: u8) -> io::Result<()>;
-    /// The control register.
     fn control(&mut self, value: u8) -> io::Result<()>;
-    /// The status register.
     fn status(&mut self) -> io::Result<u8>;
 }
 
-/// A parallel port behind any lines.
+/// A parallel port on any kind of lines.
 struct Parallel<L>(L);
 
 impl<L: Lines> Port for Parallel<L> {
@@ -45,7 +41,7 @@ impl<L: Lines> Port for Parallel<L> {
         match byte {
             0 => self.0.data(value),
             1 => self.0.control((value & 0x0F) ^ TURNED_OUT),
-            // There are no more outputs; the machine's wiring was checked against that.
+            // No more outputs; the machine's wiring was checked against that.
             _ => Ok(()),
         }
     }
@@ -78,7 +74,7 @@ impl<F: Read + Write + Seek + Send> Lines for Addressed<F> {
     }
 }
 
-/// The port behind `file`: the system's driver where it is one, else registers at its own address.
+/// The port behind `file`: the kernel driver, or registers at the machine's address.
 pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     #[cfg(target_os = "linux")]
     if ppdev::is_driver(&file)? {
@@ -93,7 +89,7 @@ mod tests {
     use std::io::Cursor;
 
     #[test]
-    fn a_one_is_a_high_pin_in_both_directions() {
+    fn set_bit_is_a_high_pin_for_inputs_and_outputs() {
         // (register, pin levels): control 0b1011 in the register holds pins 1, 14 and 17 low and 16 low.
         let rows = [(0b0000, 0b1011), (0b1111, 0b0100), (0b0100, 0b1111), (0b1000, 0b0011)];
         for (pins, register) in rows {
@@ -104,7 +100,7 @@ mod tests {
             port.write(2, 0xFF).unwrap();
             assert_eq!(file.into_inner()[0x378..], [0xA7, 0, register]);
         }
-        // Status bits 3 … 7 are pins 15, 13, 12, 10 and, turned round, 11.
+        // Status bits 3 … 7 are pins 15, 13, 12, 10 and, inverted, 11.
         for (status, pins) in [(0x00, 0b10000), (0x80, 0), (0xF8, 0b01111), (0x08, 0b10001), (0x47, 0b11000)]
         {
             let mut port = Parallel(Addressed { file: Cursor::new(vec![0, status, 0]), base: 0 });

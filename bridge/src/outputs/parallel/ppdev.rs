@@ -1,7 +1,6 @@
-//! The system's driver for parallel ports, `/dev/parport0`: four requests of Linux' `ppdev.h`.
+//! The kernel's parallel port driver, `/dev/parport0`: four requests of Linux' `ppdev.h`.
 //!
-//! Comes in: register values. Goes out: ioctls on a claimed port; the port is let go when the file is closed. Cannot be
-//! tried where there is no such port: what is above it is tried on a file.
+//! Cannot be tested without a parallel port; the layer above is tested on a file.
 #![expect(unsafe_code, reason = "a request number and the type behind it can only be vouched for by hand")]
 
 use super::Lines;
@@ -24,18 +23,17 @@ const CONTROL: rustix::ioctl::Opcode = opcode::write::<u8>(b'p', 0x84);
 /// `PPWDATA`, `_IOW('p', 0x86, unsigned char)`.
 const DATA: rustix::ioctl::Opcode = opcode::write::<u8>(b'p', 0x86);
 
-/// Whether `file` is a port of this driver.
+/// Returns `true` if `file` is a port of this driver.
 pub(super) fn is_driver(file: &File) -> io::Result<bool> {
     let stat = fstat(file)?;
     let is_device = FileType::from_raw_mode(stat.st_mode) == FileType::CharacterDevice;
     Ok(is_device && major(stat.st_rdev) == MAJOR)
 }
 
-/// A claimed port.
 pub(super) struct Driver(File);
 
 impl Driver {
-    /// Makes the port ours alone.
+    /// Claims the port for this process.
     pub(super) fn claim(file: File) -> io::Result<Self> {
         // SAFETY: both requests take no argument (linux/ppdev.h).
         unsafe {
@@ -70,8 +68,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_requests_have_the_numbers_of_the_header_and_a_file_is_no_port() {
-        // As linux/ppdev.h makes them on x86-64.
+    fn ppdev_request_numbers_match_the_kernel_header() {
+        // As defined in linux/ppdev.h for x86-64.
         let numbers = [CLAIM, EXCLUSIVE, STATUS, CONTROL, DATA];
         assert_eq!(numbers, [0x708b, 0x708f, 0x8001_7081, 0x4001_7084, 0x4001_7086]);
         assert!(!is_driver(&tempfile::tempfile().unwrap()).unwrap());

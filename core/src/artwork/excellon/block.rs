@@ -1,14 +1,12 @@
-//! The words of one line sorted by what they are for.
-//!
-//! Comes in: words. Goes out: a [`Block`], or the first word that makes no sense. Does not carry anything out.
+//! Sorts the words of a line by purpose.
 
 use super::words::Word;
 use crate::artwork::number::Decimal;
 
-/// The largest tool number taken for one.
+/// Larger numbers are not tool numbers.
 const HIGHEST_TOOL: i64 = 99_999;
 
-/// Two coordinates, either of which may be missing.
+/// Two coordinates; each can be missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Pair {
     pub(super) x: Option<Decimal>,
@@ -20,25 +18,23 @@ impl Pair {
         self.x.is_some() || self.y.is_some()
     }
 
-    /// Puts a coordinate in; false if it is there already.
+    /// Sets a coordinate; false if it is already set.
     fn put(&mut self, letter: u8, number: Decimal) -> bool {
         let axis = if matches!(letter, b'X' | b'I') { &mut self.x } else { &mut self.y };
         axis.replace(number).is_none()
     }
 }
 
-/// A tool word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ToolWord {
     pub(super) code: u32,
-    /// How many digits it was written with.
+    /// Number of digits as written.
     pub(super) digits: u8,
-    /// The size beside it: none if there is no `C`, or a `C` that holds no number.
+    /// The tool's size. None without a `C`; `Some(None)` for a `C` without a number.
     pub(super) size: Option<Option<Decimal>>,
     pub(super) column: u32,
 }
 
-/// One line sorted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Block {
     pub(super) tool: Option<ToolWord>,
@@ -46,28 +42,26 @@ pub(super) struct Block {
     pub(super) ms: Vec<(u16, u32)>,
     /// X and Y, before a G85 if there is one.
     pub(super) to: Pair,
-    /// X and Y behind a G85.
+    /// X and Y after a G85.
     pub(super) slot_to: Option<Pair>,
-    /// I and J.
     pub(super) centre: Pair,
     /// A, the radius of an arc.
     pub(super) radius: Option<Decimal>,
-    /// R, how often to repeat.
+    /// R, the number of repeats.
     pub(super) repeat: Option<Decimal>,
     /// Feeds, speeds and counts, with their columns.
     pub(super) feeds: Vec<(u8, Decimal, u32)>,
 }
 
-/// A word that makes no sense here.
+/// A word that isn't allowed here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault {
-    /// What kind of fault, as a diagnostic's code.
+    /// Code of the diagnostic.
     pub(super) code: &'static str,
-    /// Column from 1.
+    /// From 1.
     pub(super) column: u32,
 }
 
-/// Sorts the words of a line.
 pub(super) fn sort(words: &[Word]) -> Result<Block, Fault> {
     let mut block = Block::default();
     for word in words {
@@ -112,7 +106,7 @@ pub(super) fn sort(words: &[Word]) -> Result<Block, Fault> {
     Ok(block)
 }
 
-/// A whole number as a G or M code.
+/// An integer G or M code.
 fn code(number: Decimal) -> Option<u16> {
     if number.point { None } else { u16::try_from(number.mantissa).ok() }
 }

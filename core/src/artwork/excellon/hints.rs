@@ -1,36 +1,38 @@
-//! What comments and setup statements of a drill program say about its numbers, tools and plating.
-//!
-//! Comes in: the text of a comment or the arguments of `METRIC`. Goes out: [`Hint`]s. Does not decide anything.
+//! Parses comments and setup statements of a drill program for number format, tools and plating.
 
 use crate::artwork::number::decimal;
 use crate::artwork::text::{holds, starts};
 use crate::artwork::{Digits, Units, Zeros};
 use crate::units::Length;
 
-/// One thing a comment or statement says.
+/// A statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::artwork) enum Hint {
-    /// Units of the coordinates.
     Units(Units),
     /// Digits before and after the point.
     Digits(Digits),
-    /// Zeros that were left out, or that points are written.
+    /// Omitted zeros, or decimal points.
     Zeros(Zeros),
     /// Size and plating of a tool: `T01 Holesize 1. = 8.0 … PLATED MILS`.
-    Tool { code: u32, diameter: Option<Length>, plated: Option<bool>, units: Units },
-    /// Tools defined from here on are plated or not.
+    Tool {
+        code: u32,
+        diameter: Option<Length>,
+        plated: Option<bool>,
+        units: Units,
+    },
+    /// Plating of the tools defined from here on.
     SectionPlated(bool),
-    /// The next tool that is defined is plated or not.
+    /// Plating of the next defined tool.
     NextPlated(bool),
-    /// Tools from this number on are plated or not.
+    /// Plating of tools from this number on.
     PlatedFrom(u32, bool),
-    /// Everything in the file is plated or not.
+    /// Plating of all holes in the file.
     FilePlated(bool),
     /// The program that wrote the file.
     Generator(String),
 }
 
-/// What stands before the number of a tool from which on plating is said.
+/// The text before the number of the first tool with a plating.
 const WORD_START: &[u8] = b"START AT T";
 
 /// The hints of a comment, without its `;`.
@@ -58,7 +60,8 @@ pub(in crate::artwork) fn comment(text: &[u8]) -> Vec<Hint> {
     hints
 }
 
-/// Units, digits and zeros from free text such as `{2:4/ absolute / inch / keep zeros}` or `units: INCH  format: 2.4`.
+/// Units, digits and zeros from free text, such as `{2:4/ absolute / inch / keep zeros}` or `units: INCH
+/// format: 2.4`.
 pub(in crate::artwork) fn format_words(text: &[u8]) -> Vec<Hint> {
     let mut hints = Vec::new();
     if holds(text, "inch") || holds(text, "english") {
@@ -106,7 +109,7 @@ fn template(text: &[u8], digit: u8) -> Option<Digits> {
         .then_some(Digits { integer: before.len() as u8, decimal: behind.len() as u8 })
 }
 
-/// `2:4`, `3.3` or `NN.DDDDD` anywhere in a text, standing alone.
+/// `2:4`, `3.3` or `NN.DDDDD` as a separate word of a text.
 pub(in crate::artwork) fn digits_in(text: &[u8]) -> Option<Digits> {
     text.split(|&byte| b" \t,={}/()".contains(&byte)).find_map(|part| match *part {
         [before @ b'0'..=b'9', b':' | b'.', behind @ b'0'..=b'9'] => {
@@ -120,12 +123,12 @@ fn after<'a>(text: &'a [u8], word: &str) -> Option<&'a [u8]> {
     starts(text, word).then(|| text.get(word.len()..)).flatten()
 }
 
-/// Whether `word` stands in `text` with no letter beside it.
+/// True if `text` contains `word` as a whole word.
 fn word(text: &[u8], word: &str) -> bool {
     text.split(|byte| !byte.is_ascii_alphabetic()).any(|part| part.eq_ignore_ascii_case(word.as_bytes()))
 }
 
-/// Plating named in a text; `NON_PLATED` before `PLATED`, which it contains.
+/// Plating in a text. Tests `NON_PLATED` first, because it contains `PLATED`.
 pub(in crate::artwork) fn plating(text: &[u8]) -> Option<bool> {
     let not = ["non_plated", "nonplated", "non-plated", "unplated", "npth"];
     if not.iter().any(|word| holds(text, word)) {
@@ -156,14 +159,21 @@ fn attribute(text: &[u8]) -> Vec<Hint> {
     }
 }
 
-/// `T01 Holesize 1. = 8.000000 Tolerance = … PLATED MILS Quantity = 1873`.
+/// `T01 Holesize 1. = 8.000000 Tolerance = … PLATED MILS Quantity = 1873`. Without `T01`, the number after
+/// `Holesize` is the tool number.
 fn tool_size(text: &[u8]) -> Option<Hint> {
-    let [b'T' | b't', rest @ ..] = text else { return None };
-    let (code, used) = decimal(rest)?;
-    let rest = rest.get(used..)?;
-    if code.point || !holds(rest, "holesize") {
-        return None;
-    }
+    let (code, rest) = match text {
+        [b'T' | b't', rest @ ..] => {
+            let (code, used) = decimal(rest)?;
+            let rest = rest.get(used..).filter(|rest| !code.point && holds(rest, "holesize"))?;
+            (code, rest)
+        }
+        _ if starts(text, "holesize") => {
+            let rest = text.get("holesize".len()..)?.trim_ascii_start();
+            (decimal(rest)?.0, rest)
+        }
+        _ => return None,
+    };
     let equals = rest.iter().position(|&byte| byte == b'=')?;
     let (size, _) = decimal(rest.get(equals + 1..)?.trim_ascii_start())?;
     let (units, size) = if word(rest, "mils") || word(rest, "mil") {
@@ -204,7 +214,7 @@ fn generator(text: &[u8]) -> Vec<Hint> {
         .collect()
 }
 
-/// A name made fit to show.
+/// A printable name.
 fn visible(text: &[u8]) -> String {
     let kept = text.iter().take(60).filter(|byte| (b' '..=b'~').contains(byte) && !b"*%{}".contains(byte));
     kept.map(|&byte| if byte == b',' { ' ' } else { char::from(byte) }).collect::<String>().trim().to_owned()
@@ -215,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_tell() {
+    fn comments_give_format_and_tool_hints() {
         let digits = |integer, decimal| Hint::Digits(Digits { integer, decimal });
         let tool = |nm, plated| Hint::Tool {
             code: 1,
@@ -239,6 +249,7 @@ mod tests {
             ),
             (" units: INCH  format: 2.4", vec![Hint::Units(Units::Inch), digits(2, 4)]),
             ("T01 Holesize 1. = 8.000000 Tolerance = +3.0/-3.0 NON_PLATED MILS", vec![tool(203_200, false)]),
+            ("Holesize 1. = 3.175 Tolerance = +0.0/-0.0 PLATED MILS Quantity = 12", vec![tool(80_645, true)]),
             ("T01 Holesize 1. = 0.125 PLATED INCHES", vec![tool(3_175_000, true)]),
             (" NON-PLATED HOLES START AT T1", vec![Hint::PlatedFrom(1, false)]),
             (" THROUGH (PLATED) HOLES START AT T100", vec![Hint::PlatedFrom(100, true)]),
@@ -254,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn templates_count_digits() {
+    fn templates_give_the_digits() {
         assert_eq!(
             arguments(b"LZ,0000.00"),
             [Hint::Zeros(Zeros::Trailing), Hint::Digits(Digits { integer: 4, decimal: 2 })]

@@ -1,10 +1,7 @@
-//! Excellon drill and rout programs, with or without a header, in every dialect met.
-//!
-//! Comes in: text. Goes out: a drill file as data. Does not know the board, and not the files beside it except through
-//! what is handed in.
+//! Excellon drill and rout programs, with or without a header, in every known dialect.
 //!
 //! ```text
-//! text ─ survey ─▶ what is said, how numbers look ─ sense ─▶ Reading ─ reader ─▶ DrillFile
+//! text ─ survey ─▶ statements, look of the numbers ─ sense ─▶ Reading ─ reader ─▶ DrillFile
 //!         └ words, hints                                       ├ block   words sorted
 //!                                                              ├ moves   slots, routes, repeats
 //!                                                              └ setup   tools, codes

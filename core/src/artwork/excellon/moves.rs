@@ -1,6 +1,4 @@
-//! Slots, routes, repeats and patterns: whatever is more than one hit a line.
-//!
-//! Comes in: sorted lines. Goes out: more hits, slots and routes in the reader's file. Does not know setup.
+//! Slots, routes, repeats and patterns: everything with more than one hit per line.
 
 use super::arcs;
 use super::block::{Block, Pair};
@@ -12,7 +10,7 @@ use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
 
 impl Reader<'_> {
-    /// A straight slot from here, or from `start`, to `end`.
+    /// A straight slot from `start`, or from the current position, to `end`.
     pub(super) fn slot(&mut self, start: Pair, end: Pair) {
         let reached = !start.any() || self.go(start);
         let from = self.at;
@@ -25,7 +23,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A move in routing: cutting if the tool is down.
+    /// A routing move: cuts if the tool is down.
     pub(super) fn rout(&mut self, from: Point, block: &Block, line: &[u8]) {
         let to = self.at;
         if self.route.is_none() {
@@ -68,14 +66,14 @@ impl Reader<'_> {
         Some(PathSegment::Arc { to, centre, clockwise })
     }
 
-    /// M15: the tool goes down.
+    /// M15: plunges the tool.
     pub(super) fn tool_down(&mut self) {
         self.tool_up();
         let tool = self.tool_in_use();
         self.route = Some(Route { from: self.at, segments: Vec::new(), line: self.line, tool });
     }
 
-    /// M16, M17: the tool comes up.
+    /// M16, M17: retracts the tool.
     pub(super) fn tool_up(&mut self) {
         match self.route.take() {
             Some(route) if route.segments.is_empty() => {
@@ -89,7 +87,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `R5X1000`: the last hit again, five times, each a step further.
+    /// `R5X1000`: repeats the last hit five times, each one step further.
     pub(super) fn repeat(&mut self, count: Decimal, step: Pair) -> Result<(), Diagnostic> {
         let last = self.out.hits.last().filter(|hit| hit.at == self.at).copied();
         let (Some(hit), false, true) = (last, count.point || count.mantissa < 0, step.any()) else {
@@ -117,12 +115,12 @@ impl Reader<'_> {
         [self.out.hits.len(), self.out.slots.len(), self.out.routes.len()]
     }
 
-    /// M25: a pattern starts here.
+    /// M25: starts a pattern.
     pub(super) fn pattern_starts(&mut self) {
         self.pattern = Some(Pattern { from: self.lengths(), to: None, shift: Point::default() });
     }
 
-    /// M01: the pattern ends here.
+    /// M01: ends the pattern.
     pub(super) fn pattern_ends(&mut self) {
         self.tool_up();
         let lengths = self.lengths();
@@ -131,7 +129,7 @@ impl Reader<'_> {
         }
     }
 
-    /// M02 with coordinates: the pattern once more, a step further than the last time.
+    /// M02 with coordinates: repeats the pattern, one step further than the last time.
     pub(super) fn pattern_again(&mut self, step: Pair) -> Result<(), Diagnostic> {
         self.pattern_ends();
         let Some(Pattern { from, to: Some(to), shift }) = self.pattern else {
@@ -157,7 +155,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Whether everything of a pattern moved `by` lies within what a board can be.
+    /// True if a pattern moved `by` stays within the limits of coordinates.
     fn stays(&self, from: [usize; 3], to: [usize; 3], by: Point) -> bool {
         let far =
             |point: Point| (point.x + by.x).abs() > Length::LIMIT || (point.y + by.y).abs() > Length::LIMIT;

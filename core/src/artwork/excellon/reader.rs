@@ -1,9 +1,5 @@
-//! Reads a drill program once its numbers are understood: line by line, hits by the shortest way.
-//!
-//! Comes in: text, a [`Reading`], tool sizes known from elsewhere. Goes out: a [`DrillFile`] and diagnostics, or the one
-//! diagnostic why nothing can be kept. Does not decide how numbers are read.
-//!
-//! A line that holds a fault has no effect at all and is an error; reading goes on behind it.
+//! Reads a drill program with a known number format, line by line; plain hits take a fast path. A line with a
+//! fault has no effect and becomes an error; reading continues after it.
 
 use super::block::{Block, Fault, Pair, sort};
 use super::hints::{self, Hint};
@@ -19,26 +15,25 @@ use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Hits kept of one file.
+/// Maximum number of hits per file.
 pub const MOST_HITS: usize = 4_000_000;
-/// Hits that repeats and patterns may add.
+/// Maximum number of hits from repeats and patterns.
 pub(super) const MOST_REPEATED: usize = 1_000_000;
-/// Slots, routes and moves kept of one file.
+/// Maximum number of slots, routes and moves per file.
 const MOST_MOVES: usize = 500_000;
-/// Tools of one file.
+/// Maximum number of tools per file.
 const MOST_TOOLS: usize = 1_000;
 
-/// Sizes and plating of tools, by number, known from another file.
+/// Sizes and plating of tools by number, from another file.
 pub(in crate::artwork) type ToolTable = BTreeMap<u32, (Option<Length>, Option<bool>)>;
 
-/// Drilling or routing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     Drill,
     Rout,
 }
 
-/// How a routing move goes.
+/// The kind of a routing move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Motion {
     Rapid,
@@ -47,18 +42,18 @@ pub(super) enum Motion {
     Counterclockwise,
 }
 
-/// A pattern that is being written down or repeated (M25 … M01, M02, M08).
+/// A pattern that is being recorded or repeated (M25 … M01, M02, M08).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pattern {
-    /// Where it starts in hits, slots and routes.
+    /// Start index in hits, slots and routes.
     pub(super) from: [usize; 3],
-    /// Where it ends, once M01 was seen.
+    /// End index, after M01.
     pub(super) to: Option<[usize; 3]>,
-    /// How far the last copy was moved.
+    /// Offset of the last copy.
     pub(super) shift: Point,
 }
 
-/// What to read and how.
+/// The text to read, and how.
 #[derive(Clone, Copy)]
 pub(in crate::artwork) struct Task<'a> {
     pub(in crate::artwork) name: &'a str,
@@ -71,19 +66,19 @@ pub(in crate::artwork) struct Task<'a> {
 /// The state while reading.
 pub(super) struct Reader<'a> {
     pub(super) task: &'a Task<'a>,
-    /// Next byte, and the number of the line it stands in.
+    /// Next byte, and the number of its line.
     index: usize,
     pub(super) line: u32,
-    /// The reading in force, which a unit statement may change.
+    /// The current reading; a units statement can change it.
     pub(super) reading: Reading,
-    /// The last units that the program stated.
+    /// Units of the last units statement.
     pub(super) stated: Option<crate::artwork::Units>,
     pub(super) scale: Scale,
     pub(super) findings: Findings,
     pub(super) out: DrillFile,
-    /// Which entry of the table a tool number means.
+    /// Index in the tool table by tool number.
     pub(super) codes: BTreeMap<u32, u16>,
-    /// The tool in the spindle; none before the first one, or after one that could not be understood.
+    /// The current tool; none before the first one, or after an unreadable tool word.
     pub(super) tool: Option<u16>,
     pub(super) at: Point,
     pub(super) zero: Point,
@@ -97,12 +92,14 @@ pub(super) struct Reader<'a> {
     pub(super) moves: usize,
     pub(super) section_plated: Option<bool>,
     pub(super) next_plated: Option<bool>,
-    /// A stop was seen; the end was seen.
+    /// A stop (M00 or M02) was read.
     pub(super) stopped: bool,
+    /// The amount drilled at the last stop for a tool, if tools change at stops.
+    by_stops: Option<usize>,
     pub(super) ended: bool,
 }
 
-/// Reads a drill program. The error is the diagnostic why nothing of it is kept.
+/// Reads a drill program. Fails with the reason why nothing is usable.
 pub(in crate::artwork) fn read(task: &Task<'_>) -> Result<(DrillFile, Vec<Diagnostic>), Diagnostic> {
     let mut reader = Reader::new(task);
     while reader.index < task.text.len() {
@@ -134,6 +131,9 @@ impl<'a> Reader<'a> {
                 out.tools.len() as u16 - 1
             });
         }
+        // Without any tool word, the tools are those of the comments in order, and M00 changes to the next
+        // one.
+        let by_stops = (!task.survey.has_tool_words && !out.tools.is_empty()).then_some(0);
         let guess = task.text.len() / 12;
         out.hits.reserve(guess.min(MOST_HITS));
         Self {
@@ -146,7 +146,8 @@ impl<'a> Reader<'a> {
             findings: Findings::new(task.name),
             out,
             codes,
-            tool: None,
+            tool: by_stops.map(|_| 0),
+            by_stops,
             at: Point::default(),
             zero: Point::default(),
             incremental: false,
@@ -164,8 +165,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The hot path: whole lines of `X…Y…`, `X…` or `Y…` while drilling. Stops in front of anything else, and says
-    /// whether it read any line.
+    /// The fast path for lines of `X…Y…`, `X…` or `Y…` while drilling. Stops before any other line; true if
+    /// it read any.
     fn plain_hits(&mut self) -> bool {
         if self.mode == Mode::Rout || self.header || self.ended {
             return false;
@@ -186,7 +187,7 @@ impl<'a> Reader<'a> {
                 [None, Some(y)] => Point::new(if self.incremental { from.x } else { base.x }, from.y + y),
                 [None, None] => break,
             };
-            // What lies beyond any board is told about by whoever reads the line by its words.
+            // Leave a coordinate beyond the limit to the normal path, which reports it.
             if there.x.abs() > Length::LIMIT || there.y.abs() > Length::LIMIT {
                 break;
             }
@@ -211,12 +212,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The diagnostic of a file that is refused here.
+    /// The error that rejects the file at the current line.
     pub(super) fn refusal(&self, code: &str) -> Diagnostic {
         Diagnostic::error(code).at(self.task.name, self.line, 1)
     }
 
-    /// Says something about a word of the current line.
+    /// Reports a word of the current line.
     pub(super) fn report(&mut self, severity: Severity, code: &str, column: u32, found: &[u8]) {
         self.findings.at(severity, code, self.line, column, found);
     }
@@ -250,7 +251,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A line that makes no sense. If it chose a tool, what follows has no tool rather than the last one.
+    /// A faulty line. If it selects a tool, no tool is active afterwards: the previous one would drill wrong
+    /// holes.
     fn fault(&mut self, words: &[Word], fault: Fault, line: &[u8]) {
         let found = line.get(fault.column.saturating_sub(1) as usize..).unwrap_or_default();
         self.report(Severity::Error, fault.code, fault.column, found);
@@ -293,7 +295,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Moves to a pair of coordinates; false, with a diagnostic, if it lies beyond any board.
+    /// Moves to a pair of coordinates; reports and returns false if it is beyond the limit.
     pub(super) fn go(&mut self, to: Pair) -> bool {
         let length = |number: Option<Decimal>| match number {
             None => Some(None),
@@ -314,7 +316,19 @@ impl<'a> Reader<'a> {
         false
     }
 
-    /// The tool in the spindle; a nameless one where none was chosen.
+    /// M00: the machine stops. If no word selects tools, the next one of the comments becomes active.
+    pub(super) fn stop(&mut self) {
+        self.stopped = true;
+        self.tool_up();
+        let done = self.out.hits.len() + self.out.slots.len() + self.out.routes.len();
+        if self.by_stops.is_some_and(|before| before < done) {
+            self.by_stops = Some(done);
+            let next = self.tool.map(|tool| tool + 1);
+            self.tool = next.filter(|&next| usize::from(next) < self.task.survey.comment_tools.len());
+        }
+    }
+
+    /// The current tool; creates an unnamed one if none was selected.
     pub(super) fn tool_in_use(&mut self) -> u16 {
         if let Some(tool) = self.tool {
             return tool;
@@ -332,6 +346,11 @@ impl<'a> Reader<'a> {
         } else if !self.ended && !self.stopped {
             self.missing_end();
         }
+        if self.by_stops.is_some() && !self.out.hits.is_empty() {
+            let tools = self.task.survey.comment_tools.len();
+            let warning = Diagnostic::warning("drill.tools_by_stops").with("tools", tools);
+            self.findings.push(warning.at(self.task.name, 0, 0));
+        }
         let counts = self.out.counts();
         for (tool, count) in self.out.tools.iter().zip(counts) {
             let holes = count.hits + count.slots + count.routed_paths;
@@ -347,7 +366,8 @@ impl<'a> Reader<'a> {
         Ok((self.out, self.findings.finish()))
     }
 
-    /// No end was written. If the last line is cut off and its number shorter than all others, a digit is missing.
+    /// The program has no end. If the last line is cut off and its number shorter than all others, a digit is
+    /// missing.
     fn missing_end(&mut self) {
         let text = self.task.text;
         let last = text.iter().rposition(|byte| matches!(byte, b'\n' | b'\r')).map_or(0, |at| at + 1);
@@ -369,7 +389,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// `X…`, `Y…` or both, up to and with the end of the line. None for anything else.
+/// `X…`, `Y…` or both, including the line end. None for anything else.
 #[inline]
 fn plain_pair(bytes: &[u8], scale: &Scale) -> Option<([Option<Length>; 2], usize)> {
     let (mut index, mut pair) = (0, [None; 2]);

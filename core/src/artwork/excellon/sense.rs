@@ -1,13 +1,10 @@
-//! How the numbers of a drill program are to be read, and on what ground.
-//!
-//! Comes in: what the program says, how its numbers look, what a companion and a person say. Goes out: a reading with
-//! the ground of each part. Does not look at copper.
+//! Infers how to read the numbers of a drill program, with the source of each part.
 
 use super::survey::{Shape, Survey};
 use crate::artwork::number::{Decimal, Reading};
 use crate::artwork::{Digits, Overrides, Source, Units, Zeros};
 
-/// What another file says about the numbers.
+/// Number format stated by another file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::artwork) struct Stated {
     pub(in crate::artwork) units: Option<Units>,
@@ -15,32 +12,32 @@ pub(in crate::artwork) struct Stated {
     pub(in crate::artwork) zeros: Option<Zeros>,
 }
 
-/// A reading with the ground of each part.
+/// A reading with the source of each part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::artwork) struct Sensed {
     pub(in crate::artwork) reading: Reading,
     pub(in crate::artwork) units: Source,
     pub(in crate::artwork) digits: Source,
     pub(in crate::artwork) zeros: Source,
-    /// The companion says otherwise than the program.
+    /// The companion contradicts the program.
     pub(in crate::artwork) companion_disagrees: bool,
 }
 
 impl Sensed {
-    /// The weakest ground that matters.
+    /// The weakest source that matters.
     pub(in crate::artwork) fn weakest(&self) -> Source {
         let numbers =
             if self.reading.zeros == Zeros::Decimal { self.units } else { self.digits.max(self.zeros) };
         self.units.max(numbers)
     }
 
-    /// Whether the part is settled by words rather than by guessing.
+    /// True if the source is a statement, not an inference.
     pub(in crate::artwork) fn stated(source: Source) -> bool {
         source <= Source::Companion
     }
 }
 
-/// Puts together what is known.
+/// Combines all sources.
 pub(in crate::artwork) fn sense(survey: &Survey, companion: &Stated, person: &Overrides) -> Sensed {
     let said = |value: Option<(Zeros, Source)>| value.filter(|(zeros, _)| *zeros != Zeros::Decimal);
     let contradicts = |own: Option<(Zeros, Source)>, other: Option<Zeros>| matches!((said(own), other), (Some((own, _)), Some(other)) if own != other);
@@ -78,7 +75,7 @@ pub(in crate::artwork) fn sense(survey: &Survey, companion: &Stated, person: &Ov
     }
 }
 
-/// What custom gives where nothing is said: Excellon's own formats.
+/// The usual Excellon formats, if nothing is stated.
 pub(in crate::artwork) const fn customary(units: Units) -> Digits {
     match units {
         Units::Mm => Digits { integer: 3, decimal: 3 },
@@ -86,7 +83,7 @@ pub(in crate::artwork) const fn customary(units: Units) -> Digits {
     }
 }
 
-/// The reading after a unit statement: as decided for the decided units, else as stated or customary.
+/// The reading after a units statement: the decided one for its units, else with the stated or usual digits.
 pub(super) fn after_switch(decided: Reading, units: Units, digits: Option<Digits>) -> Reading {
     if units == decided.units {
         decided
@@ -95,14 +92,14 @@ pub(super) fn after_switch(decided: Reading, units: Units, digits: Option<Digits
     }
 }
 
-/// The units that a statement of `units` means where the program is read as `decided`: the stated ones, unless a person or a
-/// trial takes the first coordinate in other ones.
+/// The units that a statement of `units` means. If the user or a trial reads the first coordinate in other
+/// units than stated, every statement means the other ones.
 pub(super) fn in_trial(decided: Reading, survey: &Survey, units: Units) -> Units {
     let other = if units == Units::Mm { Units::Inch } else { Units::Mm };
     if survey.units.is_some_and(|(stated, _)| stated != decided.units) { other } else { units }
 }
 
-/// Drill bits are between a tenth of a millimetre and a few: that tells inches from millimetres.
+/// Infers the units from drill sizes: drills are 0.1 to 7 mm.
 pub(in crate::artwork) fn units_by_sizes(sizes: &[Decimal]) -> Option<Units> {
     let share = |units| {
         let plausible =
@@ -129,7 +126,7 @@ fn zeros_by_shape(shape: &Shape) -> (Zeros, Source) {
     }
 }
 
-/// Numbers of the customary length, with nothing left out, confirm the custom.
+/// Numbers that all have exactly the usual number of digits confirm the usual format.
 fn digits_by_shape(units: Units, shape: &Shape) -> (Digits, Source) {
     let digits = customary(units);
     (digits, if shape.is_full(digits) { Source::Shape } else { Source::Default })

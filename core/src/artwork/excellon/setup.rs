@@ -1,6 +1,4 @@
-//! Everything of a drill program that is not a place: statements, tools, G and M codes, feeds.
-//!
-//! Comes in: statements and sorted lines. Goes out: changes of the reader's state. Does not make hits.
+//! Everything in a drill program that isn't a position: statements, tools, G and M codes, feeds.
 
 use super::block::{Block, ToolWord};
 use super::hints::{self, Hint};
@@ -12,17 +10,17 @@ use crate::artwork::number::{Decimal, Scale};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::units::Length;
 
-/// The largest diameter taken for one.
+/// A larger number is not a diameter.
 const LARGEST_DIAMETER: Length = Length::from_um(50_000);
 
-/// Setup words that concern the machine and not the board.
+/// Setup words that concern only the machine.
 const MACHINE_WORDS: [&str; 16] = [
     "FMAT", "VER", "DETECT", "ATC", "TCST", "OSTOP", "OTCLMP", "OM", "R", "SBK", "SG", "SIXM", "AFS", "CCW",
     "CP", "BLKD",
 ];
 
 impl Reader<'_> {
-    /// A keyword and its arguments.
+    /// Handles a keyword and its arguments.
     pub(super) fn statement(&mut self, keyword: &[u8], args: &[u8]) {
         let upper = keyword.to_ascii_uppercase();
         if let Some(units) = units_named(keyword) {
@@ -45,7 +43,8 @@ impl Reader<'_> {
         }
     }
 
-    /// A trial reads a program in other units than it states: then every statement of units means the other ones.
+    /// A trial can read a program in other units than stated; then every units statement means the other
+    /// ones.
     fn switch_units(&mut self, units: Units, hints: &[Hint]) {
         let head = self.out.hits.is_empty() && self.out.slots.is_empty() && self.out.routes.is_empty();
         let before = self.stated.replace(units);
@@ -67,7 +66,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where a tool stands in the table; it is added, with what other files know of it, if it is not there.
+    /// Index of a tool in the table. Adds the tool if it is missing, with data from other files.
     pub(super) fn tool_index(&mut self, code: u32) -> u16 {
         self.codes.get(&code).copied().unwrap_or_else(|| {
             let (diameter, plated) = self.task.table.get(&code).copied().unwrap_or_default();
@@ -75,7 +74,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Adds a tool; from now on its number means this one.
+    /// Adds a tool and assigns its number to it.
     pub(super) fn new_tool(&mut self, tool: ToolEntry) -> u16 {
         let index = u16::try_from(self.out.tools.len()).unwrap_or(u16::MAX);
         self.codes.insert(tool.code, index);
@@ -83,8 +82,8 @@ impl Reader<'_> {
         index
     }
 
-    /// `T01` chooses a tool, `T01C0.8` defines one, and outside the header chooses it too.
-    /// `T0101` is tool 1 with its compensation where there is a tool 1 and no tool 101.
+    /// `T01` selects a tool, `T01C0.8` defines one and, outside the header, also selects it. `T0101` is tool
+    /// 1 with its compensation number, if there is a tool 1 and no tool 101.
     pub(super) fn tool_word(&mut self, word: ToolWord, with_coordinates: bool) {
         let short = word.code / 100;
         let doubled =
@@ -93,7 +92,7 @@ impl Reader<'_> {
         let known = self.codes.contains_key(&word.code);
         if word.code == 0 && word.size.is_none() && !known {
             self.tool_up();
-            return; // T0 puts the tool away
+            return; // T0 unloads the tool
         }
         if let Some(size) = word.size {
             self.define(word, size);
@@ -117,7 +116,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether a tool of this number is known, here or in another file.
+    /// True if the tool is defined here or in another file.
     fn is_tool(&self, code: u32) -> bool {
         self.codes.contains_key(&code) || self.task.table.contains_key(&code)
     }
@@ -153,7 +152,7 @@ impl Reader<'_> {
                 format!("T{}", word.code).as_bytes(),
             );
         }
-        // Behind the header, what was drilled keeps the size it had then.
+        // After the header, holes drilled before keep the old size.
         let index = if differs && !self.header {
             self.new_tool(ToolEntry { code: word.code, diameter, plated: None, line: self.line })
         } else {
@@ -166,7 +165,7 @@ impl Reader<'_> {
         self.set_plating(index);
     }
 
-    /// Feeds, speeds and hit counts: noted once each.
+    /// Feeds, speeds and hit counts: one note each.
     pub(super) fn feeds(&mut self, block: &Block) {
         for (letter, number, column) in &block.feeds {
             if number.mantissa != 0 {
@@ -175,7 +174,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Codes that act before the coordinates of their line. True if they use the coordinates up.
+    /// Codes that act before the coordinates of their line. True if they consume the coordinates.
     pub(super) fn codes_before(&mut self, block: &Block, line: &[u8]) -> bool {
         let mut takes = false;
         for &(code, column) in &block.gs {
@@ -223,7 +222,7 @@ impl Reader<'_> {
         takes
     }
 
-    /// G93: coordinates count from here on.
+    /// G93: sets the origin of the coordinates.
     fn zero_set(&mut self, block: &Block, line: &[u8]) {
         let was = (self.at, self.incremental);
         self.incremental = false;
@@ -237,11 +236,11 @@ impl Reader<'_> {
         }
     }
 
-    /// Codes that act behind the coordinates of their line.
+    /// Codes that act after the coordinates of their line.
     pub(super) fn codes_after(&mut self, block: &Block, line: &[u8]) -> Result<(), Diagnostic> {
         for &(code, column) in &block.ms {
             match code {
-                0 => self.stopped = true,
+                0 => self.stop(),
                 1 => self.pattern_ends(),
                 2 if block.to.any() => self.pattern_again(block.to)?,
                 2 if self.pattern.is_none() => self.stopped = true,

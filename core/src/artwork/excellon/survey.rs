@@ -1,6 +1,4 @@
-//! A first look over a drill program: what it says about its numbers, and what they look like.
-//!
-//! Comes in: the text. Goes out: a [`Survey`]. Does not decide how the numbers are to be read.
+//! A first pass over a drill program: its statements, and the look of its numbers.
 
 use super::hints::{self, Hint};
 use super::words::{Content, Word, parse};
@@ -9,9 +7,9 @@ use crate::artwork::text::{front, lines};
 use crate::artwork::{Digits, Source, Units, Zeros};
 use crate::units::Length;
 
-/// Bytes looked at; what a file says about itself stands in front.
+/// Only this many bytes are surveyed; statements are at the start of a file.
 const LOOKED_AT: usize = 256 * 1024;
-/// Tool sizes that comments may give.
+/// Maximum number of tools from comments.
 const MOST_TOOLS: usize = 1000;
 
 /// A tool that a comment describes.
@@ -23,38 +21,37 @@ pub(in crate::artwork) struct CommentTool {
     pub(in crate::artwork) line: u32,
 }
 
-/// What the coordinates look like.
+/// The look of the coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::artwork) struct Shape {
-    /// Coordinates looked at.
     pub(in crate::artwork) numbers: u32,
-    /// Those with a point.
+    /// Numbers with a point.
     pub(in crate::artwork) with_point: u32,
-    /// Fewest and most digits of those without.
+    /// Minimum and maximum number of digits without a point.
     pub(in crate::artwork) shortest: u8,
     pub(in crate::artwork) longest: u8,
-    /// Those that start, or end, with a zero that could have been left out.
+    /// Numbers that start, or end, with a zero that could be omitted.
     pub(in crate::artwork) leading_zeros: u32,
     pub(in crate::artwork) trailing_zeros: u32,
-    /// Fewest and most digits behind the point.
+    /// Minimum and maximum number of digits after the point.
     pub(in crate::artwork) fewest_decimals: u8,
     pub(in crate::artwork) most_decimals: u8,
-    /// A bare `0`: it is zero however it is read.
+    /// Bare `0`, which is zero in any format.
     pub(in crate::artwork) bare_zeros: u32,
 }
 
 impl Shape {
-    /// Whether points are written.
+    /// True if numbers have decimal points.
     pub(in crate::artwork) fn decimal(&self) -> bool {
         self.with_point > 0 && self.with_point * 2 >= self.numbers.saturating_sub(self.bare_zeros)
     }
 
-    /// Whether some numbers have no point where others do.
+    /// True if some numbers have no point.
     pub(in crate::artwork) fn points_missing(&self) -> bool {
         self.with_point + self.bare_zeros < self.numbers
     }
 
-    /// Whether all numbers have all digits of a format.
+    /// True if all numbers have exactly the digits of the format.
     pub(in crate::artwork) fn is_full(&self, digits: Digits) -> bool {
         self.shortest == self.longest && self.longest == digits.integer + digits.decimal
     }
@@ -83,12 +80,12 @@ impl Shape {
     }
 }
 
-/// What a first look found.
+/// The result.
 #[derive(Clone, Debug, Default)]
 pub(in crate::artwork) struct Survey {
-    /// The first unit that is named: tools defined before any are meant in it.
+    /// The first named units; they apply to tools defined before any statement.
     pub(in crate::artwork) first_units: Option<Units>,
-    /// Units in force at the first coordinate.
+    /// Units at the first coordinate.
     pub(in crate::artwork) units: Option<(Units, Source)>,
     pub(in crate::artwork) digits: Option<(Digits, Source)>,
     pub(in crate::artwork) zeros: Option<(Zeros, Source)>,
@@ -98,13 +95,13 @@ pub(in crate::artwork) struct Survey {
     pub(in crate::artwork) shape: Shape,
     /// Tool sizes as written.
     pub(in crate::artwork) sizes: Vec<Decimal>,
-    /// Whether it routes.
     pub(in crate::artwork) routes: bool,
-    /// From which tool number on tools are plated, or are not.
+    /// True if a word selects or defines a tool.
+    pub(in crate::artwork) has_tool_words: bool,
+    /// Plating by the first tool number that it applies to.
     pub(in crate::artwork) plated_from: Vec<(u32, bool)>,
 }
 
-/// Looks over a program.
 pub(in crate::artwork) fn survey(text: &[u8]) -> Survey {
     let mut found = Survey::default();
     for line in lines(front(text, LOOKED_AT)) {
@@ -151,13 +148,13 @@ impl Survey {
         }
     }
 
-    /// What a comment says of the tools from a number on that `code` is among.
+    /// Plating of tool `code` from comments about tool ranges.
     pub(super) fn plated_from(&self, code: u32) -> Option<bool> {
         let before = self.plated_from.iter().filter(|(from, _)| *from <= code);
         before.max_by_key(|(from, _)| *from).map(|(_, plated)| *plated)
     }
 
-    /// Units count while no coordinate was read in them; statements outweigh comments.
+    /// Units count only until the first coordinate; statements override comments.
     fn set_units(&mut self, units: Units, source: Source) {
         let outweighed = self.units.is_some_and(|(_, have)| have < source);
         if self.shape.numbers == 0 && !outweighed {
@@ -186,6 +183,7 @@ impl Survey {
                 (b'G', 21 | 71) => self.set_units(Units::Mm, Source::Header),
                 (b'G', 20 | 70) => self.set_units(Units::Inch, Source::Header),
                 (b'M', 15) => self.routes = true,
+                (b'T', 1..) => self.has_tool_words = true,
                 (b'C', _) if self.sizes.len() < MOST_TOOLS => self.sizes.push(number),
                 (b'X' | b'Y', _) if words.first().is_some_and(|first| first.letter != b'R') => {
                     self.shape.look(number, text.get(word.column as usize..).unwrap_or_default());
@@ -196,7 +194,7 @@ impl Survey {
     }
 }
 
-/// The units that a keyword names.
+/// The units of a keyword.
 pub(super) fn units_named(keyword: &[u8]) -> Option<Units> {
     let is = |names: [&str; 2]| names.iter().any(|name| keyword.eq_ignore_ascii_case(name.as_bytes()));
     if is(["METRIC", "M71"]) { Some(Units::Mm) } else { is(["INCH", "M72"]).then_some(Units::Inch) }

@@ -1,12 +1,9 @@
-//! One line of an Excellon program taken apart.
-//!
-//! Comes in: the bytes of a line. Goes out: a comment, a statement such as `METRIC,LZ`, or words such as `X-5.08`.
-//! Does not know what they mean.
+//! Splits one line of an Excellon program.
 //!
 //! ```text
 //! N30 t01c0.8128F200 (hole comment) ; more
 //! └┬┘ └──────┬─────┘ └────┬───────┘ └─┬──┘
-//! number   words       left out     comment
+//! number   words        ignored     comment
 //! ```
 
 use crate::artwork::number::{Decimal, decimal};
@@ -18,55 +15,49 @@ use nom::multi::many0_count;
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
-/// What some programs put behind the end of a text (^Z).
+/// The end-of-text mark (^Z) that some programs write.
 const END_OF_TEXT: u8 = 0x1A;
 
-/// More words than this on a line are not a program.
+/// A line with more words isn't a program.
 const MOST_WORDS: usize = 64;
 
 /// A letter with its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Word {
-    /// Upper-case letter.
     pub(super) letter: u8,
-    /// Its number, if one can be read.
+    /// None if it can't be parsed.
     pub(super) number: Option<Decimal>,
     /// Column in bytes, from 1.
     pub(super) column: u32,
 }
 
-/// What a line is.
+/// The kind of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Content<'a> {
-    /// Nothing.
     Blank,
     /// `%` alone: end of the header, or start of the tape.
     Percent,
-    /// A keyword with what follows its comma.
+    /// A keyword with arguments.
     Statement {
-        /// As written.
         keyword: &'a [u8],
-        /// What follows the first comma, or nothing.
+        /// The text after the first comma; can be empty.
         args: &'a [u8],
     },
-    /// A line marked with `/`, which a machine may be told to leave out.
+    /// A line marked with `/`, which a machine may skip.
     Optional,
-    /// Words.
     Words(Vec<Word>),
-    /// Words up to the column where something else stands.
+    /// Words up to the column where something else starts.
     Garbled(Vec<Word>, u32),
 }
 
 /// A line with its comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Parsed<'a> {
-    /// What it is.
     pub(super) content: Content<'a>,
-    /// What follows `;`.
+    /// The text after `;`.
     pub(super) comment: Option<&'a [u8]>,
 }
 
-/// Takes a line apart.
 pub(super) fn parse(line: &[u8]) -> Parsed<'_> {
     let (code, comment) = match line.iter().position(|&byte| byte == b';') {
         Some(at) => (line.get(..at).unwrap_or_default(), line.get(at + 1..)),
@@ -94,19 +85,19 @@ fn content<'a>(code: &'a [u8], rest: &'a [u8]) -> Content<'a> {
     }
 }
 
-/// Blanks and comments in brackets, an unclosed one to the end of the line.
+/// White space and comments in parentheses; an unclosed one extends to the end of the line.
 fn gap(input: &[u8]) -> IResult<&[u8], ()> {
     let blank = take_while1(|byte: u8| byte.is_ascii_whitespace() || byte == 0 || byte == END_OF_TEXT);
     let bracket = recognize((tag("("), take_till(|byte| byte == b')'), opt(tag(")"))));
     value((), many0_count(alt((blank, bracket)))).parse(input)
 }
 
-/// Leading blanks and a line number.
+/// Leading white space and a line number.
 fn front(input: &[u8]) -> IResult<&[u8], ()> {
     value((), (gap, opt((one_of("Nn"), digit1, gap)))).parse(input)
 }
 
-/// `METRIC,LZ`, `M47,TEXT`, `R,H`: two letters or more, or a code with a comma.
+/// `METRIC,LZ`, `M47,TEXT`, `R,H`: at least two letters, or a code with a comma.
 fn statement(input: &[u8]) -> IResult<&[u8], (&[u8], &[u8])> {
     let letter = |byte: u8| byte.is_ascii_alphabetic();
     let code = recognize((take_while_m_n(1, 1, letter), digit0));
@@ -143,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_come_apart() {
+    fn lines_are_split_into_words() {
         for (line, want) in [
             ("", "Blank"),
             ("  % ", "Percent"),

@@ -1,10 +1,8 @@
 //! Aperture definitions: `10C,0.8`, `11R,1.5X1.2X0.6`, `12O,…`, `13P,1X6X30`, `14ROUNDRECT,…`.
-//!
-//! Comes in: what stands behind `AD`. Goes out: an [`Aperture`], in millimetres whatever the file's units. Does not draw.
 
+use super::Reader;
 use super::macros::Macros;
 use super::object::{Aperture, Form, Opening};
-use super::reader::Reader;
 use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::{Decimal, decimal};
@@ -12,23 +10,23 @@ use crate::diagnostic::Severity;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Apertures of one layer.
+/// Maximum number of apertures per layer.
 const MOST_APERTURES: usize = 10_000;
-/// Digits behind the point that count.
+/// Further decimals are ignored.
 const FINEST: usize = 9;
-/// D-codes above this are no D-codes.
+/// Maximum D-code.
 const HIGHEST_CODE: i64 = 1_000_000_000;
-/// Corners of a polygon.
+/// Maximum number of corners of a polygon.
 const MOST_CORNERS: i64 = 1_000;
-/// Parameters of an aperture.
+/// Maximum number of parameters of an aperture.
 const MOST_PARAMETERS: usize = 1_000;
-/// An aperture cannot be larger than this.
+/// Maximum size of an aperture.
 const LARGEST: Length = Length::from_um(2_000_000);
 
-/// What D-codes mean, and what apertures can be made of.
+/// Apertures by D-code, and the macros to make apertures from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Apertures {
-    /// Indices of apertures by D-code.
+    /// Index of the aperture by D-code.
     codes: BTreeMap<u32, u32>,
     pub(super) macros: Macros,
 }
@@ -43,7 +41,7 @@ impl Reader {
         }
     }
 
-    /// Reads `D10C,0.8`, the `AD` taken off.
+    /// Parses `D10C,0.8`, without the `AD`.
     pub(super) fn aperture_definition(&mut self, rest: &[u8], block: &Block<'_>) {
         let code = rest.strip_prefix(b"D").and_then(decimal);
         let code = code.filter(|(number, _)| (0..=HIGHEST_CODE).contains(&number.mantissa) && !number.point);
@@ -67,7 +65,7 @@ impl Reader {
             (_, Some(numbers)) => self.macro_aperture(name, numbers, units, block).map(|form| (form, None)),
             _ => None,
         };
-        // A code stays known though its form is not: what it draws is counted, and shows no area.
+        // Keep the code even without a shape: its objects are counted, but have no area.
         let Some((form, opening)) = made else {
             self.tell(Severity::Error, "gerber.bad_aperture", block.at, block.text);
             return;
@@ -90,7 +88,7 @@ impl Reader {
         self.define(aperture, block);
     }
 
-    /// Makes an aperture known.
+    /// Adds an aperture.
     pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
         let index = self.out.apertures.len() as u32;
         if self.apertures.codes.insert(aperture.code, index).is_some() {
@@ -100,7 +98,7 @@ impl Reader {
     }
 }
 
-/// How wide and how high a standard form is; others are taken as boundless.
+/// Width and height of a standard shape; for other shapes the largest allowed size.
 fn sides(form: &Form) -> (Length, Length) {
     match *form {
         Form::Circle { diameter } | Form::Polygon { diameter, .. } => (diameter, diameter),
@@ -109,7 +107,7 @@ fn sides(form: &Form) -> (Length, Length) {
     }
 }
 
-/// A size; digits finer than a nanometre, which computed sizes come with, are cut off.
+/// A size. Decimals finer than a nanometre, as in computed sizes, are cut off.
 fn size(field: &[u8]) -> Option<Decimal> {
     let point = field.iter().position(|&byte| byte == b'.').unwrap_or(field.len());
     let (front, fine) = field.split_at_checked(point + 1 + FINEST).unwrap_or((field, &[]));
@@ -117,7 +115,7 @@ fn size(field: &[u8]) -> Option<Decimal> {
     read.map(|(number, _)| number)
 }
 
-/// A standard aperture and its opening; none if its numbers make none.
+/// A standard aperture and its opening; none if its numbers are invalid.
 fn standard(name: &[u8], numbers: &[Decimal], units: Units) -> Option<(Form, Option<Opening>)> {
     let length = |index: usize| {
         numbers.get(index)?.length(units).filter(|size| (Length::ZERO..=LARGEST).contains(size))
@@ -166,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn definitions_are_read_in_the_units_of_the_file() {
+    fn aperture_definitions_use_the_units_of_the_file() {
         let um = Length::from_um;
         assert_eq!(
             forms(
@@ -182,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_aperture_is_left_out() {
+    fn invalid_aperture_definitions_are_dropped() {
         for text in ["C", "C,", "C,-1", "R,1", "P,5X2", "P,5X1000000000", "C,1e3", "NOSUCH,1", "C,9999"] {
             assert_eq!(forms(&format!("%ADD10{text}*%")), [], "{text}");
         }

@@ -1,15 +1,13 @@
-//! The outlines of apertures, about their origin.
+//! The outlines of apertures, around their origin.
 //!
 //! ```text
-//!  Circle ●   Rectangle ▬   Obround ⬭   Polygon ⬢   Macro: its primitives laid down one over the other
-//!             an opening is taken out of the aperture, never out of what lies below a flash
+//!  Circle ●   Rectangle ▬   Obround ⬭   Polygon ⬢   Macro: its primitives in order
+//!             an opening is removed from the aperture only, not from what is below a flash
 //! ```
-//!
-//! Comes in: [`Form`]s. Goes out: closed paths in whole nanometres with their inside on the left. Does not flash them.
 
 use super::exposures::{Piece, exposures};
 use super::object::{Aperture, Form, Opening};
-use super::primitives::Primitive;
+use super::primitives::{Primitive, ring};
 use super::transform::sin_cos;
 use crate::geometry::{
     Bounds, Enclosing, Exposure, Fuel, Path, PathSegment, Point, circle, enclosed, paint_within, rectangle,
@@ -17,8 +15,8 @@ use crate::geometry::{
 use crate::units::Length;
 use geo::{ConvexHull, Coord, MultiPoint};
 
-/// The outlines of an aperture, about its origin; empty for a block, whose objects are drawn themselves, and for one without
-/// size. None where working it out costs more than there is fuel.
+/// The outlines of an aperture around its origin. Empty for a block, whose objects are drawn directly, and
+/// for size 0. None if there is not enough fuel.
 pub(super) fn outlines(aperture: &Aperture, fuel: &mut Fuel) -> Option<Vec<Path>> {
     let whole = match &aperture.form {
         Form::Circle { diameter } if diameter.nm() > 0 => vec![circle(Point::default(), *diameter)],
@@ -36,8 +34,8 @@ pub(super) fn outlines(aperture: &Aperture, fuel: &mut Fuel) -> Option<Vec<Path>
     painted(&[Exposure { clear: false, outlines: whole }, Exposure { clear: true, outlines: opening }], fuel)
 }
 
-/// The outlines of primitives laid down one over the other. One path of a primitive may run either way; several are rings
-/// whose holes run clockwise.
+/// The outlines of primitives drawn in order. A primitive with one path can run in either direction; with
+/// several, these are rings, and holes run clockwise.
 fn worked_out(primitives: &[Primitive], fuel: &mut Fuel) -> Option<Vec<Path>> {
     let mut pieces = Vec::with_capacity(primitives.len());
     for (dark, paths) in primitives {
@@ -54,9 +52,9 @@ fn worked_out(primitives: &[Primitive], fuel: &mut Fuel) -> Option<Vec<Path>> {
     }
 }
 
-/// Coats painted, as outlines.
+/// The outlines of the painted exposures.
 fn painted(exposures: &[Exposure], fuel: &mut Fuel) -> Option<Vec<Path>> {
-    Some(paint_within(exposures, fuel).ok()?.paths().cloned().collect())
+    Some(paint_within(exposures, false, fuel).ok()?.paths().cloned().collect())
 }
 
 fn box_of(width: Length, height: Length) -> Vec<Path> {
@@ -76,7 +74,7 @@ fn obround(width: Length, height: Length) -> Vec<Path> {
     if width == height {
         return vec![circle(Point::default(), width)];
     }
-    // The middle of the first half circle, and from it the radius at a right angle to the way to the second.
+    // The center of the first half circle, and its radius perpendicular to the direction of the second.
     let reach = Length::from_nm((width.nm() - height.nm()).abs() / 2);
     let (a, side) = if width > height {
         (Point::new(reach, Length::ZERO), Point::new(Length::ZERO, radius))
@@ -105,18 +103,8 @@ fn polygon(diameter: Length, corners: u32, turn_deg: f64) -> Vec<Path> {
     ring((0..corners).map(corner)).into_iter().filter(|_| radius > 0.0).collect()
 }
 
-/// The closed path through corners in mm; none for fewer than two.
-pub(super) fn ring(corners: impl Iterator<Item = (f64, f64)>) -> Option<Path> {
-    let points: Vec<Point> = corners.map(|(x, y)| Point::from_mm(x, y)).collect();
-    let mut path = Path::through(&points).filter(|path| !path.segments.is_empty())?;
-    if !path.is_closed() {
-        path.segments.push(PathSegment::Line { to: path.start });
-    }
-    Some(path)
-}
-
-/// The convex hull of points as a closed path, counter-clockwise from its leftmost corner; none where it has no area.
-/// Exact: whole nanometres are whole numbers in f64, and `geo` turns corners by robust predicates.
+/// The convex hull as a closed path, counter-clockwise from its leftmost corner; none without area. Exact:
+/// whole nanometres are integers in f64, and `geo` uses robust predicates.
 pub(super) fn hull(points: &[Point]) -> Option<Path> {
     let exact = |point: &Point| Coord { x: point.x.nm() as f64, y: point.y.nm() as f64 };
     let around = points.iter().map(exact).collect::<MultiPoint>().convex_hull();
@@ -143,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn apertures_have_their_areas() {
+    fn apertures_have_their_exact_area() {
         let um = Length::from_um;
         let (width, height) = (um(3_000), um(1_000));
         let hexagon = 3.0 * libm::sqrt(3.0) / 2.0;
@@ -165,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hull_holds_its_points() {
+    fn hull_encloses_its_points() {
         let at = Point::from_mm;
         let points = vec![at(0.0, 0.0), at(2.0, 0.0), at(1.0, 0.5), at(2.0, 1.0), at(0.0, 1.0), at(1.0, 0.0)];
         let found = hull(&points).unwrap();

@@ -1,43 +1,37 @@
-//! Comments and attributes: what the layer says about itself and its objects.
-//!
-//! Comes in: `%TF.FileFunction,Copper,L1,Top*%`, `%TO.N,GND*%`, the same behind `G04 #@!`, and plain comments of the CADs.
-//! Goes out: what is in force for the next object, and the layer's own attributes. Does not judge them.
+//! Comments and attributes: what a layer states about itself and its objects.
 
+use super::Reader;
 use super::object::Tag;
-use super::reader::Reader;
 use super::words::{At, Block};
 use crate::artwork::text::holds;
 use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
-/// Text of one attribute, in letters.
+/// Maximum length of an attribute's text, in characters.
 const LONGEST: usize = 200;
-/// File attributes kept.
 const MOST_ATTRIBUTES: usize = 100;
-/// Different tags kept.
 const MOST_TAGS: usize = 200_000;
-/// Comments in which the CAD's name is looked for.
+/// Number of comments searched for the CAD's name.
 const COMMENTS_LOOKED_AT: u32 = 200;
 
-/// The names that are understood.
+/// The supported names.
 const NAMES: [&[u8]; 7] =
     [b".FileFunction", b".FilePolarity", b".GenerationSoftware", b".AperFunction", b".N", b".C", b".P"];
 
-/// Attributes in force, and the tags that objects got of them.
+/// The current attributes, and the tags of objects.
 #[derive(Clone, Debug)]
 pub(super) struct Attributes {
-    /// Those in force; the function is that of apertures and contours.
+    /// The current attributes; the function is that of apertures and contours.
     now: Tag,
-    /// Plain comments read.
+    /// Number of plain comments.
     comments: u32,
-    /// Indices of tags.
     tags: BTreeMap<Tag, u32>,
-    /// Index of the tag in force for flashes and strokes, and for contours, if it is known.
+    /// Index of the current tag for flashes and strokes, and for contours; none until the next use.
     index: [Option<u32>; 2],
 }
 
 impl Attributes {
-    /// None in force: the first tag is the empty one.
+    /// Without attributes; the first tag is the empty one.
     pub(super) fn new() -> Self {
         Self {
             now: Tag::default(),
@@ -47,12 +41,12 @@ impl Attributes {
         }
     }
 
-    /// What an aperture defined now is for.
+    /// The function of an aperture defined now.
     pub(super) fn aperture_function(&self) -> Option<String> {
         self.now.function.clone()
     }
 
-    /// `.N,GND` behind `TO`.
+    /// `.N,GND` after `TO`.
     pub(super) fn of_objects(&mut self, text: &[u8]) {
         let (name, value) = named(text);
         let mut fields = value.split(|&byte| byte == b',').map(shown);
@@ -65,7 +59,7 @@ impl Attributes {
         self.index = [None; 2];
     }
 
-    /// Index among `all` of the tag that an object drawn now carries.
+    /// Index in `all` of the tag for an object drawn now.
     pub(super) fn tag_now(&mut self, contour: bool, all: &mut Vec<Tag>) -> u32 {
         let [other, of_contour] = &mut self.index;
         let known = if contour { of_contour } else { other };
@@ -87,11 +81,11 @@ impl Attributes {
 }
 
 impl Reader {
-    /// What stands behind `G04`.
+    /// The text after `G04`.
     pub(super) fn comment(&mut self, text: &[u8], block: &Block<'_>) {
         let text = text.trim_ascii();
         if let Some(rest) = text.strip_prefix(b"#@!") {
-            // Some CADs leave the percent signs in.
+            // Some CADs keep the percent signs.
             let rest = rest.trim_ascii();
             let rest = rest.strip_prefix(b"%").unwrap_or(rest);
             if let Some((&[b'T', code @ (b'F' | b'A' | b'O' | b'D')], rest)) = rest.split_first_chunk::<2>() {
@@ -113,7 +107,7 @@ impl Reader {
         }
     }
 
-    /// `.FileFunction,Copper,L1,Top` behind `TF`.
+    /// `.FileFunction,Copper,L1,Top` after `TF`.
     pub(super) fn file_attribute(&mut self, text: &[u8]) {
         let (name, value) = named(text);
         let value = shown(value);
@@ -129,7 +123,7 @@ impl Reader {
         }
     }
 
-    /// `.AperFunction,ComponentPad` behind `TA`.
+    /// `.AperFunction,ComponentPad` after `TA`.
     pub(super) fn aperture_attribute(&mut self, text: &[u8]) {
         if let (b".AperFunction", value) = named(text) {
             self.attributes.now.function = Some(shown(value));
@@ -137,7 +131,7 @@ impl Reader {
         }
     }
 
-    /// A name, or none for all, behind `TD`.
+    /// A name, or none for all, after `TD`.
     pub(super) fn forget(&mut self, text: &[u8], place: At) {
         let (name, _) = named(text);
         let now = &mut self.attributes.now;
@@ -155,7 +149,7 @@ impl Reader {
     }
 }
 
-/// Name and value of an attribute, the name as it is written in the specification.
+/// Name and value of an attribute; the name spelled as in the specification.
 fn named(text: &[u8]) -> (&[u8], &[u8]) {
     let text = text.trim_ascii();
     let (name, value) = match text.iter().position(|&byte| byte == b',') {
@@ -165,7 +159,7 @@ fn named(text: &[u8]) -> (&[u8], &[u8]) {
     (NAMES.into_iter().find(|known| known.eq_ignore_ascii_case(name)).unwrap_or(name), value)
 }
 
-/// Text fit to show and to compare: `\u00E4` made a letter, no control characters, not too long.
+/// A printable, comparable text: `\u00E4` decoded, no control characters, limited length.
 fn shown(text: &[u8]) -> String {
     let text = String::from_utf8_lossy(text);
     let mut parts = text.trim().split("\\u");

@@ -1,21 +1,19 @@
-//! Every command of two letters and every G-code, a row each: what they are, and who reads what stands behind them.
-//!
-//! Comes in: blocks such as `FSLAX24Y24`, numbers of G-codes. Goes out: the state, changed. Commands are read in the file of the
-//! store that they change; what changes none stands here.
+//! The tables of two-letter commands and G-codes. A command is implemented in the file of the state that it
+//! changes; those without state are here.
 
+use super::Reader;
 use super::graphics::{Interpolation, Quadrants};
-use super::reader::Reader;
 use super::words::Block;
 use crate::artwork::Units;
 use crate::diagnostic::Severity;
 
-/// Names longer than this are cut off, in letters.
+/// Longer names are truncated, in characters.
 const LONGEST_NAME: usize = 80;
 
-/// Does what a command says, given what stands behind its letters.
+/// Executes a command; gets the text after its letters.
 type Command = fn(&mut Reader, &[u8], &Block<'_>);
 
-/// Commands by their letters.
+/// By letters.
 const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"AB", Reader::block_aperture),
     (b"AD", Reader::aperture_definition),
@@ -24,7 +22,7 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"FS", Reader::format),
     (b"IC", |reader, rest, block| reader.only(matches!(rest, b"" | b"AS" | b"ASCII"), block)),
     (b"IF", |reader, rest, block| reader.tell(Severity::Error, "gerber.include", block.at, rest)),
-    // It centres the image on the film.
+    // Centers the image on the film: no effect on coordinates.
     (b"IJ", |reader, rest, block| {
         reader.only(rest.iter().all(|byte| b"ABLC.+-".contains(byte) || byte.is_ascii_digit()), block);
     }),
@@ -40,7 +38,7 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"MI", Reader::image_mirror),
     (b"MO", Reader::units),
     (b"OF", Reader::image_offset),
-    // It names the film.
+    // Names the film.
     (b"PF", |_, _, _| {}),
     (b"SF", Reader::image_scale),
     (b"SR", Reader::step_and_repeat),
@@ -50,10 +48,10 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"TO", |reader, rest, _| reader.attributes.of_objects(rest)),
 ];
 
-/// Does what a G-code says.
+/// Executes a G-code.
 type Code = fn(&mut Reader, &Block<'_>);
 
-/// G-codes by their numbers. G54 and G55 stand before what they announce.
+/// By number. G54 and G55 precede a D-code and need no action.
 const CODES: [(i64, Code); 17] = [
     (0, |_, _| {}),
     (1, |reader, _| reader.graphics.interpolation = Interpolation::Straight),
@@ -75,7 +73,7 @@ const CODES: [(i64, Code); 17] = [
 ];
 
 impl Reader {
-    /// Does what a command of two letters says.
+    /// Executes a two-letter command.
     pub(super) fn command(&mut self, letters: [u8; 2], rest: &[u8], block: &Block<'_>) {
         match COMMANDS.iter().find(|(known, _)| **known == letters) {
             Some((_, does)) => does(self, rest.trim_ascii(), block),
@@ -83,7 +81,7 @@ impl Reader {
         }
     }
 
-    /// Does what a G-code says.
+    /// Executes a G-code.
     pub(super) fn code(&mut self, number: i64, block: &Block<'_>) {
         match CODES.iter().find(|(known, _)| *known == number) {
             Some((_, does)) => does(self, block),
@@ -91,14 +89,14 @@ impl Reader {
         }
     }
 
-    /// Whether a command that changes nothing says what it may.
+    /// Warns if a command without effect has an unknown argument.
     fn only(&mut self, understood: bool, block: &Block<'_>) {
         if !understood {
             self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text);
         }
     }
 
-    /// Of several levels (`%LN`) the first names the layer; the image's name stands in where none does.
+    /// The first level name (`%LN`) is the layer's name; without one, the image name (`%IN`) is.
     fn name_layer(&mut self, rest: &[u8], level: bool) {
         if level && !self.level_named || self.out.layer_name.is_none() {
             let name = String::from_utf8_lossy(rest);
@@ -108,7 +106,7 @@ impl Reader {
     }
 }
 
-/// Which axis of the plotter is which.
+/// The assignment of plotter axes.
 fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
     match rest {
         b"AXBY" => {}
@@ -117,7 +115,7 @@ fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
     }
 }
 
-/// G11, G12: lines in tenths and hundredths of what is written.
+/// G11, G12: lines at a tenth and a hundredth of the scale. Not supported.
 fn scaled_lines(reader: &mut Reader, block: &Block<'_>) {
     reader.graphics.interpolation = Interpolation::Straight;
     reader.tell_once(Severity::Error, "gerber.scaled_lines", block.at, block.text);
@@ -128,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_word_stands_twice() {
+    fn command_tables_have_no_duplicates() {
         let letters: std::collections::BTreeSet<_> = COMMANDS.iter().map(|(letters, _)| letters).collect();
         let numbers: std::collections::BTreeSet<_> = CODES.iter().map(|(number, _)| number).collect();
         assert_eq!((letters.len(), numbers.len()), (COMMANDS.len(), CODES.len()));

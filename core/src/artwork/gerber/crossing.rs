@@ -1,27 +1,26 @@
-//! Contours that cross themselves: filled even-odd, they lose what they cover twice.
+//! Contours that cross themselves: with even-odd filling, areas covered twice become empty.
 //!
 //! ```text
-//!    ▟▙  ╲╱  a bow tie: its straight edges cross        ┌──┐ a cut-in to a hole: edges lie on each other,
-//!    ▜▛  ╱╲  well inside of both                        │□═┤ which is no crossing
+//!    ▟▙  ╲╱  a bow tie: its straight edges cross        ┌──┐ a cut-in to a hole: coincident edges
+//!    ▜▛  ╱╲  well inside both                           │□═┤ don't cross
 //! ```
-//!
-//! Comes in: a contour in whole nanometres. Goes out: whether it crosses itself. Does not look at arcs, and not for ever.
 
 use crate::geometry::{Path, PathSegment, Point};
 
-/// Pairs of edges looked at in a layer.
+/// Maximum number of edge pairs compared per layer.
 pub(super) const FUEL: u32 = 2_000_000;
-/// An edge counts as crossed only where both of its ends are further away than this from the other: roundings of a CAD
-/// cross by less.
+/// An edge counts as crossed only if both ends are further away from the other than this, because rounding in
+/// CADs causes smaller crossings.
 const SLACK_MM: f64 = 1e-3;
 
-/// Whether straight edges of `path` cross; every pair looked at costs one of `fuel`, and without any left it says no.
+/// True if straight edges of `path` cross. Each compared pair costs one of `fuel`; without fuel returns
+/// false.
 pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
     let line = |(from, segment): (Point, PathSegment)| match segment {
         PathSegment::Line { to } => Some((from.min(to), from.max(to))),
         PathSegment::Arc { .. } => None,
     };
-    // The lower end of an edge comes first, so its first X is its smallest.
+    // The end with the smaller X is the first one.
     let mut edges: Vec<(Point, Point)> = path.pieces().filter_map(line).collect();
     edges.sort_unstable_by_key(|edge| edge.0.x);
     let heights = |edge: &(Point, Point)| (edge.0.y.min(edge.1.y), edge.0.y.max(edge.1.y));
@@ -42,7 +41,7 @@ pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
     false
 }
 
-/// Whether the ends of `other` lie well on different sides of the line through `edge`.
+/// True if the ends of `other` are clearly on different sides of the line through `edge`.
 fn parts(edge: (Point, Point), other: (Point, Point)) -> bool {
     let mm = |from: Point, to: Point| ((to.x - from.x).mm(), (to.y - from.y).mm());
     let along = mm(edge.0, edge.1);

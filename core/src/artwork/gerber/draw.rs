@@ -1,39 +1,41 @@
-//! Moves, strokes, flashes and contours: what coordinates do.
-//!
-//! Comes in: the numbers of a block and the state. Goes out: objects. Does not read words.
+//! Moves, strokes, flashes and contours: the effect of coordinates.
 //!
 //! ```text
-//!  G74: I and J have no sign; of four middles          G75: the middle is where I and J say
-//!       ·   ·      the one is taken that both ends
-//!         ●        lie on and that turns by a          An arc that ends where it starts is a full
-//!       ·   ◉      quarter at most                     circle under G75, a dot under G74.
+//!  G74: I and J have no sign; of four possible         G75: I and J give the center.
+//!       ·   ·      centers, the one that fits both
+//!         ●        ends with an arc of at most         An arc that ends at its start is a full
+//!       ·   ◉      a quarter turn is used.             circle with G75, a dot with G74.
 //! ```
 
+use super::Reader;
 use super::crossing::crosses_itself;
 use super::graphics::{Action, Interpolation, Quadrants};
 use super::object::ObjectShape;
-use super::reader::Reader;
 use super::words::{At, Numbers};
 use crate::artwork::number::Decimal;
 use crate::diagnostic::Severity;
-use crate::geometry::{PathSegment, Point, chords};
+use crate::geometry::{PathSegment, Point, REACH, chords};
 use crate::units::Length;
+use std::f64::consts::PI;
 
-/// Radii at both ends of an arc may differ by this before somebody should look.
+/// From this difference between the radii of an arc's ends on, the user gets a warning.
 const UNEVEN_MM: f64 = 0.05;
-/// Middles are moved by no more than this to make both radii equal.
+/// A center is moved by at most this to make both radii equal.
 const RECENTRED_MM: f64 = 0.02;
-/// A quarter turn with room for rounding, in radians.
+/// An arc with a far center whose ends are this close is a line.
+const POINT_MM: f64 = 0.01;
+/// A quarter turn plus rounding, radians.
 const QUARTER_RAD: f64 = 1.6;
 
 impl Reader {
-    /// Acts on the numbers of a block. `acted` is what its D-code says, if there is one.
+    /// Executes the numbers of a block. `acted` is the action of its D-code, if any.
     pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<Action>, place: At) {
         let moved = numbers.x.is_some() || numbers.y.is_some();
         let circle = acted == Some(Action::Draw)
             && self.graphics.interpolation != Interpolation::Straight
             && (numbers.i.is_some() || numbers.j.is_some());
-        // A D-code alone sets what coordinates do from here on; in a region it is a point of the contour.
+        // A D-code alone only sets the action of later coordinates; in a region, it adds a point to the
+        // contour.
         if !moved
             && !circle
             && acted != Some(Action::Flash)
@@ -69,7 +71,7 @@ impl Reader {
                 self.stroke(from, segment, place);
             }
             Action::Flash if self.graphics.region.is_none() => self.flash(to, place),
-            Action::Flash => self.tell_once(Severity::Warning, "gerber.flash_in_region", place, b""),
+            Action::Flash => self.tell_once(Severity::Error, "gerber.flash_in_region", place, b""),
             Action::Move => {
                 self.end_contour(place);
                 if let Some(path) = &mut self.graphics.region {
@@ -117,7 +119,7 @@ impl Reader {
         }
     }
 
-    /// Ends the contour so far, if there is one, and closes it where the file did not.
+    /// Ends the current contour, if any, and closes it if the file didn't.
     pub(super) fn end_contour(&mut self, place: At) {
         let Some(path) = self.graphics.region.as_mut().filter(|path| !path.segments.is_empty()) else {
             return;
@@ -134,7 +136,7 @@ impl Reader {
         self.put(ObjectShape::Contour(path), 0, place);
     }
 
-    /// The segment from here to there in the motion in force.
+    /// The segment between two points with the current interpolation.
     fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> PathSegment {
         if self.graphics.interpolation == Interpolation::Straight {
             return PathSegment::Line { to };
@@ -157,6 +159,9 @@ impl Reader {
             self.tell_once(Severity::Warning, "gerber.arc_without_radius", place, b"");
             return PathSegment::Line { to };
         }
+        if first > REACH.mm() && self.is_impossible(from, to, (centre, clockwise), place) {
+            return PathSegment::Line { to };
+        }
         if !many && chords::turn(from, to, centre, clockwise) >= QUARTER_RAD {
             self.tell_once(Severity::Warning, "gerber.arc_over_quarter", place, b"");
         }
@@ -167,7 +172,37 @@ impl Reader {
     }
 }
 
-/// In single-quadrant mode: of the four middles, the one that fits both ends best and turns by a quarter at most.
+impl Reader {
+    /// True if an arc with a far center can't be real: an integer overflow in the CAD. Signs: the ends
+    /// coincide or have different radii, the arc is more than half a circle, or the center is out of reach.
+    /// Reports it; the caller draws a line.
+    fn is_impossible(
+        &mut self,
+        from: Point,
+        to: Point,
+        (centre, clockwise): (Point, bool),
+        place: At,
+    ) -> bool {
+        let chord = from.distance_mm(to);
+        let uneven = (from.distance_mm(centre) - to.distance_mm(centre)).abs() > UNEVEN_MM;
+        let is_point = chord <= POINT_MM;
+        let far = from.distance_mm(centre) > 2.0 * REACH.mm();
+        if !is_point && !uneven && !far && chords::turn(from, to, centre, clockwise) <= PI {
+            return false;
+        }
+        let (severity, code) = if is_point {
+            (Severity::Note, "gerber.arc_as_line")
+        } else {
+            (Severity::Error, "gerber.arc_impossible")
+        };
+        let at = format!("X {:.3} Y {:.3} mm", from.x.mm(), from.y.mm());
+        self.tell(severity, code, place, at.as_bytes());
+        true
+    }
+}
+
+/// Single-quadrant mode: of the four possible centers, the one that fits both ends best with at most a
+/// quarter turn.
 fn quarter_centre(from: Point, to: Point, offset: (Length, Length), clockwise: bool) -> Point {
     let middle =
         |(sx, sy): (i64, i64)| Point::new(from.x + offset.0.abs() * sx, from.y + offset.1.abs() * sy);
@@ -180,7 +215,8 @@ fn quarter_centre(from: Point, to: Point, offset: (Length, Length), clockwise: b
     signs.map(middle).into_iter().min_by(|a, b| fits(a).total_cmp(&fits(b))).unwrap_or(from)
 }
 
-/// The middle moved along the chord until both radii are equal: files round I and J. Moved far, it would be another arc.
+/// Moves the center along the chord until both radii are equal, because files round I and J. A large move
+/// would make another arc, so it is limited.
 fn even_centre(from: Point, to: Point, centre: Point) -> Point {
     let chord = from.distance_mm(to);
     let (first, last) = (from.distance_mm(centre), to.distance_mm(centre));
@@ -208,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn arcs_find_their_middle() {
+    fn arcs_get_their_centre() {
         let quarter = arc("G74*G03*", "X5000Y5000I0J5000D01");
         let centre = Point::from_mm(0.0, 5.0);
         assert_eq!(quarter, PathSegment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: false });
@@ -226,5 +262,35 @@ mod tests {
         let rounded = arc("G75*G03*", "X10000Y0I5004J0D01");
         assert!(matches!(rounded, PathSegment::Arc { centre, .. } if centre == Point::from_mm(5.0, 0.0)));
         assert!(matches!(arc("G75*G02*", "X1000Y0I0J0D01"), PathSegment::Line { .. }));
+    }
+
+    #[test]
+    fn overflowing_arc_centres_become_lines() {
+        // The end of the arc, its center, and the diagnostic.
+        for (words, code) in [
+            ("X2000Y2000I-2147483647J2147483646", Some((Severity::Note, "gerber.arc_as_line"))),
+            ("X0Y0I-2147483647J2147483646", Some((Severity::Note, "gerber.arc_as_line"))),
+            ("X9000Y4000I2147483647J-2147483647", Some((Severity::Note, "gerber.arc_as_line"))),
+            ("X11000Y0I-2147483647J2147483646", Some((Severity::Error, "gerber.arc_impossible"))),
+            ("X50000000Y0I-2147483647J2147483646", Some((Severity::Error, "gerber.arc_impossible"))),
+            // A long edge with a slight bend.
+            ("X100000000Y0I50000000J1500000000", None),
+        ] {
+            let text = format!("%FSLAX46Y46*%%MOMM*%%ADD10C,0.1*%D10*G75*G03*X0Y0D02*{words}D01*M02*");
+            let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
+            let found: Vec<_> = diagnostics.iter().map(|told| (told.severity, told.code.as_str())).collect();
+            assert_eq!(found, code.into_iter().collect::<Vec<_>>(), "{words}");
+            let is_line = matches!(
+                gerber.objects[0].shape,
+                ObjectShape::Stroke { segment: PathSegment::Line { .. }, .. }
+            );
+            assert_eq!(is_line, code.is_some(), "{words}");
+            assert!(painted_bounds_mm(&gerber) < 110.0, "{words}");
+        }
+    }
+
+    fn painted_bounds_mm(gerber: &Gerber) -> f64 {
+        let bounds = gerber.centre_bounds().unwrap();
+        (bounds.max.x - bounds.min.x).mm().max((bounds.max.y - bounds.min.y).mm())
     }
 }

@@ -1,31 +1,29 @@
-//! Dark and clear pieces sorted into as few exposures as may be.
+//! Sorts dark and clear pieces into as few exposures as possible.
 //!
 //! ```text
-//!   file    ● ○ ● ○ ● ○        dark and clear by turns, but only the last two lie on others
-//!   exposure    1 2 1 2 1 2 3      what lies on nothing of the other colour belongs to the exposure below
+//!   file       ● ○ ● ○ ● ○        dark and clear alternate, but only the last two overlap others
+//!   exposure   1 2 1 2 1 2 3      a piece that overlaps no other colour joins an earlier exposure
 //! ```
 //!
-//! Comes in: pieces in the order of the file, with the boxes they lie in. Goes out: the same pieces by exposure, each in
-//! the order of the file. Where two pieces may lie on each other, the later one is not in a lower exposure than the earlier, and two of
-//! different colour never in one. Told by cells of a grid, which may say too often that they do. Does not paint.
+//! If two pieces may overlap, the later one is never in an earlier exposure, and pieces of different colour
+//! never share one. Overlap is tested by grid cells, which can report too many.
 
 use crate::geometry::{Bounds, Exposure, Path, path_bounds};
 use crate::units::Length;
 
-/// What is drawn by one object, its outlines with the inside on the left.
+/// The outlines of one object, with the inside on the left.
 pub(super) struct Piece {
-    /// Whether it takes away.
+    /// Clears instead of adding.
     pub(super) clear: bool,
-    /// Its outlines.
     pub(super) outlines: Vec<Path>,
 }
 
-/// Cells of the grid, about, from the finest: the first that is not too much work is taken.
+/// Approximate numbers of grid cells, finest first; the first one within the work limit is used.
 const SIZES_CELLS: [f64; 5] = [65_536.0, 4_096.0, 256.0, 16.0, 1.0];
-/// Cells looked at for every piece, on average, at most.
+/// Maximum number of cells per piece, on average.
 const CELLS_PER_PIECE: u64 = 24;
 
-/// Coats, and for every outline in them the number of the piece that it belongs to.
+/// The exposures, and for every outline in them the index of its piece.
 pub(super) fn exposures(pieces: Vec<Piece>) -> (Vec<Exposure>, Vec<usize>) {
     let heights = heights(&pieces);
     let mut order: Vec<(u32, usize)> = heights.into_iter().zip(0..).collect();
@@ -85,17 +83,16 @@ fn bounds(piece: &Piece) -> Option<Bounds> {
     boxes.reduce(|one, other| one.with(other.min).with(other.max))
 }
 
-/// Square cells over everything.
+/// A grid of square cells over everything.
 struct Grid {
     all: Bounds,
-    /// The side of a cell in nm.
+    /// Side of a cell, nm.
     side: i64,
     columns: i64,
     rows: i64,
 }
 
 impl Grid {
-    /// About `count` cells.
     fn over(all: Bounds, count: f64) -> Self {
         let (width, height) = ((all.max.x - all.min.x).nm() + 1, (all.max.y - all.min.y).nm() + 1);
         let side = libm::sqrt(width as f64 / count * height as f64).max(width.max(height) as f64 / count);
@@ -103,7 +100,7 @@ impl Grid {
         Self { all, side, columns: width / side + 1, rows: height / side + 1 }
     }
 
-    /// First column, first row, last column and last row that a box lies in, and how many cells they are.
+    /// First column, first row, last column and last row of a box, and the number of cells.
     fn cells(&self, bounds: Bounds) -> ([i64; 4], u64) {
         let place = |value: Length, low: Length| (value - low).nm() / self.side;
         let column = |x: Length| place(x, self.all.min.x).clamp(0, self.columns - 1);
@@ -124,11 +121,11 @@ mod tests {
     }
 
     #[test]
-    fn pieces_apart_share_their_exposures() {
+    fn separate_pieces_share_exposures() {
         let row = |index: i32| piece(index % 2 == 1, f64::from(index) * 2.0);
         let found = heights(&(0..1_000).map(row).collect::<Vec<_>>());
         assert!(found.iter().zip(0..).all(|(&height, index)| height == index % 2), "{found:?}");
-        // All on one place: each in an exposure of its own.
+        // All at one position: each needs a separate exposure.
         let pile: Vec<Piece> = (0..9).map(|index| piece(index % 2 == 1, 0.0)).collect();
         assert_eq!(heights(&pile), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
         let (exposures, owners) =

@@ -1,18 +1,14 @@
 //! Arithmetic in macros: `$1x2-($2+.5)/3`.
 //!
-//! Comes in: text, variables, and how much may still be worked through. Goes out: a number, or nothing where the text is no
-//! expression, is nested too deeply, or the fuel is spent. Knows no macros.
-//!
 //! ```text
 //!   sum = product (+|- product)*     product = atom ((x|X|/) atom)*     atom = [+|-] (number | $n | ( sum ))
 //! ```
 
 use std::collections::BTreeMap;
 
-/// Parentheses within parentheses.
 const DEEPEST: u32 = 64;
 
-/// Works out the whole text.
+/// Evaluates the whole text; none if it isn't valid, or without fuel.
 pub(super) fn value(text: &[u8], variables: &BTreeMap<u32, f64>, fuel: &mut usize) -> Option<f64> {
     let mut walk = Walk { text, at: 0, variables, depth: 0 };
     *fuel = fuel.checked_sub(text.len() + 1)?;
@@ -28,7 +24,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// The next byte that is no white space.
+    /// The next byte that isn't white space.
     fn peek(&mut self) -> Option<u8> {
         while self.text.get(self.at)?.is_ascii_whitespace() {
             self.at += 1;
@@ -74,7 +70,7 @@ impl Walk<'_> {
             b'$' => {
                 self.at += 1;
                 let index = self.digits()?;
-                // A variable that was never set is 0.
+                // An undefined variable is 0.
                 self.variables.get(&index).copied().unwrap_or(0.0)
             }
             _ => self.number()?,
@@ -104,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn expressions_have_the_values_they_have() {
+    fn expressions_are_evaluated_or_invalid() {
         let variables = BTreeMap::from([(1, 2.0), (2, 0.5)]);
         for (text, want) in [
             ("1", Some(1.0)),

@@ -1,36 +1,33 @@
-//! All objects of a layer with blocks and repeats taken apart, each with its place.
-//!
-//! Comes in: a [`Gerber`]. Goes out: its objects, one by one in the order in which they are drawn; pads, tracks and boxes
-//! for those who need no areas. The reader has bounded the number of copies and the depth of blocks.
+//! All objects of a layer at their positions, with blocks and repeats expanded. The reader has limited the
+//! number of copies and the depth of blocks.
 
 use super::object::{Aperture, Form, Gerber, Object, ObjectShape, Track};
 use super::transform::{Place, Transform};
 use crate::geometry::{Bounds, Path, PathSegment, Point, chords, path_bounds, segment_bounds};
 use crate::units::Length;
 
-/// How far a chord may be from its arc, in mm.
+/// Maximum distance of a chord from its arc, mm.
 const CHORD_ERROR_MM: f64 = 0.005;
 
-/// Chords cut so finely in one layer; arcs behind that are cut at every quarter turn.
+/// Maximum number of such chords per layer; further arcs are cut at every quarter turn.
 const MOST_CHORDS: usize = 500_000;
 
-/// The error then.
 const COARSE_MM: f64 = 1e6;
 
-/// One object where it is drawn.
+/// An object at its position.
 pub(super) struct Seen<'a> {
-    /// The object: a flash of an aperture that is no block, a stroke or a contour.
+    /// A flash (not of a block), a stroke or a contour.
     pub(super) object: &'a Object,
-    /// Where the copy it belongs to lies.
+    /// Placement of the copy that it belongs to.
     pub(super) place: Place,
-    /// Whether it takes away.
+    /// Clears instead of adding.
     pub(super) clear: bool,
     /// Its tag, or that of the block's flash.
     pub(super) tag: u32,
 }
 
 impl Seen<'_> {
-    /// How its aperture is held in the end.
+    /// The total transform of its aperture.
     pub(super) fn transform(&self, layer: &Gerber) -> Transform {
         self.place.transform.over(layer.transform(self.object))
     }
@@ -77,7 +74,7 @@ fn below<'a>(
 }
 
 impl Gerber {
-    /// The aperture that draws an object.
+    /// The aperture of an object.
     pub fn aperture(&self, object: &Object) -> Option<&Aperture> {
         self.apertures.get(object.aperture as usize)
     }
@@ -90,7 +87,7 @@ impl Gerber {
         self.transforms.get(object.transform as usize).copied().unwrap_or(Transform::PLAIN)
     }
 
-    /// Centres of all flashes.
+    /// Centers of all flashes.
     pub fn pads(&self) -> Vec<Point> {
         let mut pads = Vec::new();
         each(self, &mut |seen| {
@@ -101,7 +98,19 @@ impl Gerber {
         pads
     }
 
-    /// Centre lines of all strokes, arcs as arcs: where each starts and how it goes on.
+    /// All flashes with their smaller width, mm.
+    pub(in crate::artwork) fn flashes(&self) -> Vec<(Point, f64)> {
+        let mut flashes = Vec::new();
+        each(self, &mut |seen| {
+            if let ObjectShape::Flash { at } = seen.object.shape {
+                let width_mm = self.form(seen.object).map_or(0.0, width_mm);
+                flashes.push((seen.place.point(at), width_mm * seen.transform(self).scale));
+            }
+        });
+        flashes
+    }
+
+    /// Center lines of all strokes, including arcs: start and segment.
     pub fn strokes(&self) -> Vec<(Point, PathSegment)> {
         let mut strokes = Vec::new();
         each(self, &mut |seen| {
@@ -112,7 +121,17 @@ impl Gerber {
         strokes
     }
 
-    /// All filled contours.
+    /// The widths of [`strokes`](Self::strokes), in the same order.
+    pub fn stroke_widths(&self) -> Vec<Length> {
+        let mut widths = Vec::new();
+        each(self, &mut |seen| {
+            if matches!(seen.object.shape, ObjectShape::Stroke { .. }) {
+                widths.push(seen.across(self));
+            }
+        });
+        widths
+    }
+
     pub fn contours(&self) -> Vec<Path> {
         let mut contours = Vec::new();
         each(self, &mut |seen| {
@@ -149,7 +168,7 @@ impl Gerber {
         tracks
     }
 
-    /// The box around all flash points and centre lines, arcs bulging included; none for no objects.
+    /// Bounding box of all flash points and center lines, including arcs; none without objects.
     pub fn centre_bounds(&self) -> Option<Bounds> {
         let mut bounds: Option<Bounds> = None;
         each(self, &mut |seen| {
@@ -166,7 +185,7 @@ impl Gerber {
         bounds
     }
 
-    /// Whether there are strokes and none of them has a width.
+    /// True if there are strokes, and all have width 0.
     pub fn has_only_hairlines(&self) -> bool {
         let (mut strokes, mut wide) = (false, false);
         each(self, &mut |seen| match seen.object.shape {
@@ -180,7 +199,15 @@ impl Gerber {
     }
 }
 
-/// Half of the smallest size; none worked out for macros and blocks.
+/// The smaller width of a shape, mm.
+fn width_mm(form: &Form) -> f64 {
+    let Form::Macro { primitives, .. } = form else { return 2.0 * half_width(form).mm() };
+    let paths = primitives.iter().filter(|(adds, _)| *adds).flat_map(|(_, paths)| paths);
+    let bounds = paths.map(path_bounds).reduce(|a, b| a.with(b.min).with(b.max));
+    bounds.map_or(0.0, |bounds| (bounds.max.x - bounds.min.x).mm().min((bounds.max.y - bounds.min.y).mm()))
+}
+
+/// Half of the smallest size; zero for macros and blocks.
 fn half_width(form: &Form) -> Length {
     let size = match *form {
         Form::Circle { diameter } | Form::Polygon { diameter, .. } => diameter,

@@ -1,38 +1,35 @@
-//! What numbers mean: units, digits, omitted zeros, and whether coordinates count from the last point.
-//!
-//! Comes in: `%FS`, `%MO`, G70, G71, G90, G91, what a person says. Goes out: the [`Scale`] of coordinates and the units of sizes.
-//! Does not know points.
+//! The number format: units, digits, omitted zeros, and absolute or incremental coordinates.
 
-use super::reader::Reader;
+use super::Reader;
 use super::words::{At, Block, fields};
 use crate::artwork::number::{Reading, Scale};
 use crate::artwork::text::holds;
 use crate::artwork::{Digits, Overrides, Units, Zeros};
 use crate::diagnostic::Severity;
 
-/// The numbers of a layer, as far as they are stated.
+/// The number format, as far as it is stated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Format {
-    /// Units in force, once stated.
+    /// Current units, once stated.
     pub(super) units: Option<Units>,
-    /// Units before any were stated: those stated further down, else inches.
+    /// Units before any statement: those stated further down, else inches.
     ahead: Option<Units>,
-    /// Units of the first coordinate, once there was one and they were stated.
+    /// Units at the first coordinate, if stated.
     first: Option<Units>,
-    /// Something was measured before any units were stated.
+    /// A length occurred before any units statement.
     pub(super) unstated: bool,
     pub(super) digits: Option<Digits>,
     pub(super) zeros: Option<Zeros>,
     /// `%FS` was read.
     stated: bool,
-    /// Coordinates count from the last point.
+    /// Coordinates are relative to the last point.
     pub(super) incremental: bool,
-    /// What coordinates mean, once digits are known.
+    /// The conversion of coordinates, once the digits are known.
     scale: Option<Scale>,
 }
 
 impl Format {
-    /// Of a layer that starts with `head`. What a person says counts where the layer says nothing.
+    /// For a layer that starts with `head`. The user's statements apply where the layer has none.
     pub(super) fn new(head: &[u8], person: &Overrides) -> Self {
         let Overrides { units, digits, zeros, .. } = *person;
         let mut format = Self { ahead: units.or(units_ahead(head)), digits, zeros, ..Self::default() };
@@ -45,17 +42,17 @@ impl Format {
         self.scale = self.digits.map(|digits| Scale::new(Reading { units, digits, zeros }));
     }
 
-    /// Units of sizes that stand here.
+    /// Units of a size at this point.
     pub(super) fn size_units(&self) -> Units {
         self.stated_units().unwrap_or(Units::Inch)
     }
 
-    /// Units that hold here, if any were stated.
+    /// Units at this point, if stated.
     fn stated_units(&self) -> Option<Units> {
         self.units.or(self.ahead)
     }
 
-    /// What the next coordinate means, if that is known; notes the units of the first.
+    /// The conversion of the next coordinate, if known; also records the units of the first.
     pub(super) fn scale_here(&mut self) -> Option<Scale> {
         let scale = self.scale?;
         self.first = self.first.or(self.stated_units());
@@ -63,14 +60,14 @@ impl Format {
         Some(scale)
     }
 
-    /// Units of the layer as a whole: those of its first coordinate, else any that were stated.
+    /// Units of the whole layer: those of its first coordinate, else any stated ones.
     pub(super) fn layer_units(&self) -> Option<Units> {
         self.first.or(self.units).or(self.ahead)
     }
 }
 
 impl Reader {
-    /// `IN` or `MM` behind `MO`.
+    /// `IN` or `MM` after `MO`.
     pub(super) fn units(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"IN" => self.set_units(Units::Inch, block.at),
@@ -79,7 +76,7 @@ impl Reader {
         }
     }
 
-    /// States the units. A second, other statement counts from there on.
+    /// Sets the units. A second, different statement applies from there on.
     pub(super) fn set_units(&mut self, units: Units, at: At) {
         let before = self.format.units.replace(units);
         if before.is_some_and(|before| before != units) {
@@ -88,11 +85,11 @@ impl Reader {
         self.format.rescale();
     }
 
-    /// `LAX24Y24` behind `FS`, also with N, G, D and M fields that nobody needs.
+    /// `LAX24Y24` after `FS`; also accepts the obsolete N, G, D and M fields.
     pub(super) fn format(&mut self, rest: &[u8], block: &Block<'_>) {
         let zeros =
             if rest.iter().take(2).any(|&byte| byte == b'T') { Zeros::Trailing } else { Zeros::Leading };
-        // How zeros are left out, how coordinates count, and then letters with digits.
+        // Zero omission and notation, then letters with digits.
         let (head, tail) = rest.split_at(rest.iter().position(|&byte| byte == b'X').unwrap_or(0));
         let known = matches!(head, [b'L' | b'T' | b'D', b'A' | b'I', ..] | [b'A' | b'I', ..]);
         let numbered = |text: &[u8]| fields(text, *b"NGXYZDM").is_some();
@@ -123,7 +120,7 @@ impl Reader {
     }
 }
 
-/// Units stated anywhere near the start.
+/// Units stated near the start.
 fn units_ahead(head: &[u8]) -> Option<Units> {
     let stated = |word: &str, units| holds(head, word).then_some(units);
     stated("MOIN*", Units::Inch)

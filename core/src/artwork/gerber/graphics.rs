@@ -1,11 +1,8 @@
-//! The graphics state: what the next coordinate does, with which aperture, how that is held, and where the image lies.
-//!
-//! Comes in: D01 to D03, G01 to G03, G74, G75, `%LP`, `%LM`, `%LR`, `%LS`, and the old `%OF`, `%SF`, `%MI`, `%IR`. Goes out:
-//! the state, and objects that carry it. Does not read coordinates.
+//! The graphics state: action, interpolation, aperture, its transform, and the image's placement.
 
+use super::Reader;
 use super::image::Image;
 use super::object::{Object, ObjectShape};
-use super::reader::Reader;
 use super::transform::{Held, Transform};
 use super::words::{At, Block, fields, number, plain};
 use crate::artwork::number::Decimal;
@@ -14,12 +11,12 @@ use crate::geometry::{Path, Point};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Scales of the image and of transforms, either way.
+/// Limit for scale factors of image and transforms; also for their inverse.
 const MOST_SCALE_FACTOR: f64 = 100.0;
-/// Degrees of a turn, either way.
+/// Limit for rotations, in either direction.
 const MOST_TURN_DEG: f64 = 3_600.0;
 
-/// What a coordinate does.
+/// The action of a coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Action {
     /// D01.
@@ -31,7 +28,6 @@ pub(super) enum Action {
     Flash,
 }
 
-/// On what way it is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Interpolation {
     /// G01.
@@ -43,40 +39,37 @@ pub(super) enum Interpolation {
     Counter,
 }
 
-/// How far an arc goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quadrants {
-    /// G74: a quarter at most, I and J without sign.
+    /// G74: at most a quarter turn; I and J have no sign.
     One,
     /// G75.
     Many,
 }
 
-/// The state that coordinates meet.
+/// The current state.
 #[derive(Clone, Debug)]
 pub(super) struct Graphics {
-    /// Current point as written, before the image is placed.
+    /// Current point as written, before the image transform.
     pub(super) at: Point,
     pub(super) action: Action,
     pub(super) interpolation: Interpolation,
-    /// Once stated.
     pub(super) quadrants: Option<Quadrants>,
-    /// Index of the aperture in force.
+    /// Index of the current aperture.
     pub(super) aperture: Option<u32>,
-    /// Inside G36 … G37: the contour so far.
+    /// Between G36 and G37: the current contour.
     pub(super) region: Option<Path>,
-    /// Clear polarity.
     clear: bool,
     pub(super) image: Image,
     held: Held,
-    /// Index of the transform with the image's turn, if it is known.
+    /// Index of the current transform, including the image's rotation; none until the next use.
     transform: Option<u32>,
-    /// Indices of transforms, by mirror, turn and scale.
+    /// Indices of transforms by mirroring, rotation and scale.
     transforms: BTreeMap<(bool, u64, u64), u32>,
 }
 
 impl Graphics {
-    /// As every layer starts; the first transform is the plain one.
+    /// The initial state; the first transform is the identity.
     pub(super) fn new() -> Self {
         Self {
             at: Point::default(),
@@ -93,7 +86,7 @@ impl Graphics {
         }
     }
 
-    /// Index of the transform in force among `all`.
+    /// Index of the current transform in `all`.
     fn transform_now(&mut self, all: &mut Vec<Transform>) -> u32 {
         *self.transform.get_or_insert_with(|| {
             let transform = self.image.turned(self.held.transform());
@@ -109,7 +102,7 @@ impl Graphics {
 }
 
 impl Reader {
-    /// Keeps an object with the state in force.
+    /// Adds an object with the current state.
     pub(super) fn put(&mut self, shape: ObjectShape, aperture: u32, At { line, column }: At) {
         let tag = self.attributes.tag_now(matches!(shape, ObjectShape::Contour(_)), &mut self.out.tags);
         let transform = self.graphics.transform_now(&mut self.out.transforms);
@@ -117,34 +110,37 @@ impl Reader {
         self.keep(Object { shape, clear, aperture, transform, tag, line, column });
     }
 
-    /// `C` or `D` behind `LP`.
+    /// `C` or `D` after `LP`.
     pub(super) fn polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
-            b"C" | b"D" => self.graphics.clear = rest == b"C",
-            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text),
+            b"C" | b"D" => {
+                // An open region keeps the polarity that it was drawn with, as in every viewer.
+                self.end_contour(block.at);
+                self.graphics.clear = rest == b"C";
+            }
+            _ => self.tell_once(Severity::Error, "gerber.unknown_command", block.at, block.text),
         }
     }
 
-    /// `XY` behind `LM`.
     pub(super) fn mirror(&mut self, rest: &[u8], block: &Block<'_>) {
         let known = matches!(rest, b"N" | b"X" | b"Y" | b"XY" | b"YX");
         let axes = known.then(|| (rest.contains(&b'X'), rest.contains(&b'Y')));
         self.hold(axes, block, |held, (x, y)| (held.mirror_x, held.mirror_y) = (x, y));
     }
 
-    /// `90.0` behind `LR`.
+    /// `90.0` after `LR`.
     pub(super) fn turn(&mut self, rest: &[u8], block: &Block<'_>) {
         let turn_deg = number(rest).filter(|turn| turn.abs() <= MOST_TURN_DEG);
         self.hold(turn_deg, block, |held, turn_deg| held.turn_deg = turn_deg);
     }
 
-    /// `0.8` behind `LS`.
+    /// `0.8` after `LS`.
     pub(super) fn scale(&mut self, rest: &[u8], block: &Block<'_>) {
         let factor = number(rest).filter(|factor| is_scale(*factor));
         self.hold(factor, block, |held, factor| held.scale = factor);
     }
 
-    /// Holds apertures otherwise, where what was said is understood.
+    /// Changes the aperture transform; reports an invalid argument.
     fn hold<T>(&mut self, said: Option<T>, block: &Block<'_>, set: impl FnOnce(&mut Held, T)) {
         match said {
             Some(said) => set(&mut self.graphics.held, said),
@@ -153,7 +149,7 @@ impl Reader {
         self.graphics.transform = None;
     }
 
-    /// `A1.5B0` behind `OF`: gone from the format, found in old files, as the three below.
+    /// `A1.5B0` after `OF`. This command and the three below are obsolete, but occur in old files.
     pub(super) fn image_offset(&mut self, rest: &[u8], block: &Block<'_>) {
         let units = self.format.size_units();
         let length = |n: Option<Decimal>| n.map_or(Some(Length::ZERO), |n| n.length(units));
@@ -161,14 +157,14 @@ impl Reader {
         self.place_image(offset, block, |image, (x, y)| image.offset = Point::new(x, y));
     }
 
-    /// `A1B1` behind `SF`.
+    /// `A1B1` after `SF`.
     pub(super) fn image_scale(&mut self, rest: &[u8], block: &Block<'_>) {
         let factors = fields(rest, *b"AB").map(|both| both.map(|factor| factor.map_or(1.0, plain)));
         let factor = factors.filter(|[a, b]| a == b && is_scale(*a)).map(|[a, _]| a);
         self.place_image(factor, block, |image, factor| image.scale = (factor != 1.0).then_some(factor));
     }
 
-    /// `A1B0` behind `MI`.
+    /// `A1B0` after `MI`.
     pub(super) fn image_mirror(&mut self, rest: &[u8], block: &Block<'_>) {
         let known = fields(rest, *b"AB");
         let known = known.filter(|both| both.iter().flatten().all(|n| matches!(n.mantissa, 0 | 1)));
@@ -176,13 +172,13 @@ impl Reader {
         self.place_image(axes, block, |image, [x, y]| (image.mirror_x, image.mirror_y) = (x, y));
     }
 
-    /// `90` behind `IR`.
+    /// `90` after `IR`.
     pub(super) fn image_turn(&mut self, rest: &[u8], block: &Block<'_>) {
         let turn_deg = number(rest).filter(|turn| [0.0, 90.0, 180.0, 270.0].contains(turn));
         self.place_image(turn_deg, block, |image, turn_deg| image.quarters = (turn_deg / 90.0) as u8);
     }
 
-    /// Places the image otherwise, where what was said is understood.
+    /// Changes the image transform; reports an invalid argument.
     fn place_image<T>(&mut self, said: Option<T>, block: &Block<'_>, set: impl FnOnce(&mut Image, T)) {
         let before = self.graphics.image;
         match said {
@@ -195,15 +191,15 @@ impl Reader {
         self.graphics.transform = None;
     }
 
-    /// `POS` or `NEG` behind `IP`.
+    /// `POS` or `NEG` after `IP`.
     pub(super) fn image_polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"POS" | b"NEG" => self.out.negative_image = rest == b"NEG",
-            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Error, "gerber.unknown_command", block.at, block.text),
         }
     }
 
-    /// G36: a contour begins.
+    /// G36: starts a region.
     pub(super) fn open_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_some() {
             self.tell_once(Severity::Warning, "gerber.region_open", block.at, block.text);
@@ -212,7 +208,7 @@ impl Reader {
         self.graphics.region = Some(Path::default());
     }
 
-    /// G37: it ends.
+    /// G37: ends the region.
     pub(super) fn close_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_none() {
             self.tell_once(Severity::Warning, "gerber.unknown_word", block.at, block.text);

@@ -1,13 +1,10 @@
-//! The holes of a layer that stands for a drill file (X2 file functions `Plated` and `NonPlated`).
+//! The holes of a Gerber drill layer (X2 file functions `Plated` and `NonPlated`).
 //!
 //! ```text
-//!   %TF.FileFunction,Plated,1,2,PTH,Drill*%        flash of C,0.8      ●  hit of 0.8 mm
-//!   %TA.AperFunction,ComponentDrill*%              stroke of C,1.0    ══  slot, or with its successors a route
-//!   %ADD10C,0.8*%                                  anything else       ▰  no hole: a diagnostic with its line
+//!   %TF.FileFunction,Plated,1,2,PTH,Drill*%        flash of C,0.8     ●  hit of 0.8 mm
+//!   %TA.AperFunction,ComponentDrill*%              stroke of C,1.0   ══  slot, or with successors a route
+//!   %ADD10C,0.8*%                                  anything else      ▰  no hole: a diagnostic
 //! ```
-//!
-//! Comes in: a layer. Goes out: a [`DrillFile`] in whole nanometres whose tools are the D-codes, and diagnostics. Does not know
-//! which layers are used, and not what the holes are for.
 
 use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, ObjectShape};
@@ -18,8 +15,8 @@ use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Whether the layer itself says that its objects are holes: by its file function, or without one by what an aperture is
-/// for. A name is not enough: drill drawings have the same ones.
+/// True if the layer declares its objects as holes, by its file function or, without one, by an aperture
+/// function. The file name isn't enough, because drill drawings have the same names.
 pub(in crate::artwork) fn says_holes(layer: &Gerber) -> bool {
     let first = |text: &str, words: &[&str]| {
         let word = text.split(',').next().unwrap_or_default().trim();
@@ -35,7 +32,7 @@ pub(in crate::artwork) fn says_holes(layer: &Gerber) -> bool {
     }
 }
 
-/// The holes of the layer called `name`, all of them `plated` or not.
+/// The holes of the layer `name`, with this plating.
 pub(in crate::artwork) fn holes(
     name: &str,
     layer: &Gerber,
@@ -51,7 +48,7 @@ pub(in crate::artwork) fn holes(
     };
     let function = layer.file_function.as_deref().unwrap_or_default();
     if function.split(',').any(|field| ["Blind", "Buried"].contains(&field.trim())) {
-        reader.findings.at(Severity::Warning, "gerber.holes_not_through", 0, 0, function.as_bytes());
+        reader.findings.at(Severity::Error, "gerber.holes_not_through", 0, 0, function.as_bytes());
     }
     each(layer, &mut |seen| reader.object(&seen));
     reader.end_route();
@@ -61,10 +58,10 @@ pub(in crate::artwork) fn holes(
 struct Reader<'a> {
     layer: &'a Gerber,
     plated: Option<bool>,
-    /// Tools by aperture and size in nanometres: a scaled aperture is another tool.
+    /// Tools by aperture and size in nm: a scaled aperture is another tool.
     tools: BTreeMap<(u32, i64), u16>,
     out: DrillFile,
-    /// The strokes so far that go on where the one before ended.
+    /// The current chain of strokes, each starting at the end of the previous one.
     route: Option<Route>,
     findings: Findings,
 }
@@ -114,7 +111,7 @@ impl Reader<'_> {
         Some(tool)
     }
 
-    /// Whether copies put the hole further away than any board reaches; that is reported.
+    /// True if copies place the hole beyond the coordinate limit; reports it.
     fn is_far(&mut self, at: Point, line: u32) -> bool {
         let far = at.x.abs().max(at.y.abs()) > Length::LIMIT;
         if far {
@@ -143,7 +140,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A single stroke is a slot, and without length a hole; several are a route.
+    /// A single stroke is a slot, or a hole if its length is 0; several are a route.
     fn end_route(&mut self) {
         let Some(route) = self.route.take() else { return };
         let Route { from, line, tool, .. } = route;
@@ -183,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn flashes_are_holes_and_strokes_are_slots_and_routes() {
+    fn flashes_are_holes_and_strokes_are_slots_or_routes() {
         let (drill, diagnostics) = read(
             "D11*\nX1000Y2000D03*\nD10*\nX5000Y0D02*\nX7000D01*\nX0Y0D02*\nX0Y0D01*\n\
              X0Y9000D02*\nX4000D01*\nG75*G03X4000Y11000I0J1000D01*\n",
@@ -207,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_round_hole_is_reported_once_with_its_place() {
+    fn other_shapes_than_round_holes_are_reported_once() {
         let one = |line| vec![("gerber.no_hole".to_owned(), line)];
         for (body, hits, diagnostics) in [
             ("D12*\nX0Y0D03*\nX1000D03*\nD10*\nX0D03*\n", 1, one(7)),
@@ -221,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_and_scaled_apertures_are_holes_of_their_own() {
+    fn copies_and_scaled_apertures_are_separate_holes() {
         let (drill, diagnostics) =
             read("D10*\n%SRX3Y2I10J20*%\nX0Y0D03*\n%SR*%\n%LS2*%\nX50000Y0D03*\n%LS1*%\nX60000D03*\n");
         assert_eq!(diagnostics, []);
@@ -231,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_has_to_say_that_it_is_holes() {
+    fn only_drill_attributes_make_a_hole_layer() {
         for (said, holes) in [
             ("%TF.FileFunction,Plated,1,4,PTH,Drill*%", true),
             ("%TF.FileFunction,Copper,L1,Top*%%TA.AperFunction,ViaDrill*%", false),

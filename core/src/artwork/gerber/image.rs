@@ -1,7 +1,5 @@
-//! The old words that place the image as a whole: mirror (MI), scale (SF), offset (OF), turn (IR).
-//!
-//! Comes in: points as written. Goes out: points of the layer. As the format had it, MI and SF move coordinates and leave
-//! apertures alone; IR turns everything. Does not draw.
+//! The obsolete commands that place the image: mirror (MI), scale (SF), offset (OF), rotation (IR). As
+//! specified, MI and SF change coordinates but not apertures; IR rotates everything.
 //!
 //! ```text
 //!   as written ─ MI ─ SF ─ OF ─ IR ─▶ layer
@@ -11,23 +9,19 @@ use super::transform::Transform;
 use crate::geometry::Point;
 use crate::units::Length;
 
-/// Where the image lies.
+/// Placement of the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Image {
-    /// Whether X is mirrored.
     pub(super) mirror_x: bool,
-    /// Whether Y is mirrored.
     pub(super) mirror_y: bool,
-    /// Factor, if any is stated.
+    /// None if not stated.
     pub(super) scale: Option<f64>,
-    /// Shift.
     pub(super) offset: Point,
-    /// Quarter turns, counter-clockwise.
     pub(super) quarters: u8,
 }
 
 impl Image {
-    /// A point of the layer.
+    /// Converts a point to the layer.
     #[inline]
     pub(super) fn point(&self, at: Point) -> Point {
         if *self == Self::default() {
@@ -47,12 +41,12 @@ impl Image {
         }
     }
 
-    /// Whether arcs turn the other way.
+    /// True if arcs change their direction.
     pub(super) fn flips(&self) -> bool {
         self.mirror_x != self.mirror_y
     }
 
-    /// A transform under the image's turn.
+    /// A transform followed by the image's rotation.
     pub(super) fn turned(&self, transform: Transform) -> Transform {
         Transform { turn_deg: f64::from(self.quarters) * 90.0, ..Transform::PLAIN }.over(transform)
     }
@@ -63,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_image_is_mirrored_then_moved_then_turned() {
+    fn image_is_mirrored_then_shifted_then_rotated() {
         let image = Image {
             mirror_x: true,
             scale: Some(2.0),

@@ -1,49 +1,48 @@
-//! Aperture macros: kept as text, worked out for every aperture that names them.
-//!
-//! Comes in: the lines of a macro, the parameters of an aperture. Goes out: closed paths in millimetres of the layer.
+//! Aperture macros: stored as text, evaluated for each aperture that uses them.
 //!
 //! ```text
 //!  %AMDONUT*             %ADD12DONUT,1.2X.8*%
 //!  0 outer, inner*            $1 = 1.2   $2 = 0.8
 //!  $3=$1-$2*                  $3 = 0.4
 //!  1,1,$1,0,0*                ●
-//!  1,0,$2,0,0*%               ○ taken away
+//!  1,0,$2,0,0*%               ○ removed
 //! ```
 
+use super::Reader;
 use super::expression::value;
 use super::object::Form;
 use super::primitives::{Primitive, primitive};
-use super::reader::Reader;
 use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::Decimal;
 use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
-/// Bytes of macros that one layer may work through: every aperture that names a macro works through its text.
+/// Maximum number of bytes of macro text evaluated per layer; each aperture with a macro counts its whole
+/// text.
 const FUEL: usize = 8_000_000;
-/// Bytes of text that a path, and every segment in it, count as.
+/// Cost of a path, and of each segment, in bytes of text.
 const PATH: usize = 64;
 const SEGMENT: usize = 16;
-/// Macros of one layer.
+/// Maximum number of macros per layer.
 const MOST_MACROS: usize = 10_000;
-/// Lines of one macro.
+/// Maximum number of lines per macro.
 const MOST_LINES: usize = 10_000;
-/// Variables of one macro.
+/// Maximum number of variables per macro.
 const MOST_VARIABLES: usize = 1_000;
-/// Fields of one primitive.
+/// Maximum number of fields per primitive.
 const MOST_FIELDS: usize = 20_005;
 
-/// The lines of a macro, comments left out.
+/// The lines of a macro, without comments.
 type Macro = Vec<Vec<u8>>;
 
 /// The macros of a layer.
 #[derive(Clone, Debug)]
 pub(super) struct Macros {
     by_name: BTreeMap<Vec<u8>, Macro>,
-    /// The one whose lines are being read.
+    /// The macro whose lines are being read.
     open: Option<Vec<u8>>,
-    /// Bytes that may still be worked through.
+    /// Bytes of text left to evaluate.
     fuel: usize,
 }
 
@@ -54,19 +53,19 @@ impl Default for Macros {
 }
 
 impl Macros {
-    /// Whether lines of one are being read.
+    /// True while the lines of a macro are being read.
     pub(super) fn is_open(&self) -> bool {
         self.open.is_some()
     }
 
-    /// What comes is no line of one.
+    /// Ends the macro.
     pub(super) fn close(&mut self) {
         self.open = None;
     }
 }
 
 impl Reader {
-    /// Reads `DONUT`, the `AM` taken off; its lines follow as blocks of their own.
+    /// Parses `DONUT`, without the `AM`; the lines follow as separate blocks.
     pub(super) fn macro_definition(&mut self, name: &[u8], block: &Block<'_>) {
         let macros = &mut self.apertures.macros;
         if macros.by_name.len() >= MOST_MACROS {
@@ -79,7 +78,7 @@ impl Reader {
         }
     }
 
-    /// A line of the macro that is open.
+    /// A line of the current macro.
     pub(super) fn macro_line(&mut self, block: &Block<'_>) {
         let macros = &mut self.apertures.macros;
         let lines = macros.open.as_ref().and_then(|name| macros.by_name.get_mut(name));
@@ -93,7 +92,7 @@ impl Reader {
         }
     }
 
-    /// The macro of this name worked out; reported and without what it cannot do.
+    /// Evaluates the macro `name`; reports and omits unsupported parts.
     pub(super) fn macro_aperture(
         &mut self,
         name: &[u8],
@@ -123,7 +122,7 @@ impl Reader {
     }
 }
 
-/// One line: an assignment makes nothing, a primitive makes paths. None where it is neither.
+/// Evaluates a line: an assignment returns no paths, a primitive returns its paths. None if it is neither.
 fn work_out(
     line: &[u8],
     variables: &mut BTreeMap<u32, f64>,
@@ -168,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_macro_is_worked_out_with_its_parameters() {
+    fn macros_are_evaluated_with_their_parameters() {
         let (paths, diagnostics) =
             paths("%AMD*\n0 a 1,1,9,0,0 comment*\n$3=$1-$2*1,1,$1,$3,0*\n1,0,$2,0,0*%%ADD10D,1.2X.8*%");
         assert_eq!((paths.len(), diagnostics), (2, 0));
@@ -178,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_macro_cannot_do_is_reported_and_the_rest_drawn() {
+    fn unsupported_macro_parts_are_reported_and_the_rest_drawn() {
         let (paths, diagnostics) = paths("%AMD*1,1,1,0,0*9,1,1*1,1,$1x(,0,0*%%ADD10D,1*%");
         assert_eq!((paths.len(), diagnostics), (1, 2));
     }

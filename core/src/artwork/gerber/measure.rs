@@ -1,22 +1,18 @@
-//! The numbers of a painted layer that scripts compare: area, islands, holes, box.
-//!
-//! Comes in: a [`Region`]. Goes out: [`PaintedMeasures`] in square millimetres. Fragments that rounding may leave are no islands.
+//! Measures of a painted layer for scripts: area, islands, holes, bounding box. Ignores tiny fragments from
+//! rounding.
 
 use crate::geometry::{Bounds, Path, Region, island_area_mm2, path_area_mm2, path_bounds};
 
-/// Pieces and holes up to this size, in mm², are not counted.
+/// Smaller islands and holes are ignored, mm².
 const CRUMB_MM2: f64 = 1e-6;
 
-/// What a painted layer measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PaintedMeasures {
-    /// Dark area in mm².
+    /// Dark area, mm².
     pub area_mm2: f64,
-    /// Connected dark pieces.
     pub islands: usize,
-    /// Holes in them.
     pub holes: usize,
-    /// The box around all of it; none for nothing.
+    /// Bounding box; none if empty.
     pub bounds: Option<Bounds>,
 }
 

@@ -1,15 +1,13 @@
-//! Gerber layers: RS-274X with X2 and X3 attributes, and RS-274-D with an aperture list beside it.
-//!
-//! Comes in: text. Goes out: a [`Gerber`]: objects as plain data, and diagnostics for whatever was not understood. Areas are
-//! painted on demand. Does not know drill programs or boards.
+//! Gerber layers: RS-274X with X2 and X3 attributes, and RS-274-D with a separate aperture list. Areas are
+//! painted on demand.
 //!
 //! ```text
-//! text ─ words ─▶ reader ─▶ objects ─┬─ walk ─▶ pads, tracks, contours (places holes, finds outlines)
-//!                  │ commands        ├─ holes ─▶ DrillFile (of layers that say they are drill layers)
+//! text ─ words ─▶ reader ─▶ objects ─┬─ flatten ─▶ pads, tracks, contours (places holes, finds outlines)
+//!                  │ commands        ├─ holes ─▶ DrillFile (of Gerber drill layers)
 //!                  │                 └─ paint ─▶ Region ─ nets
 //!                  │ format · graphics · image · transform · draw
 //!                  │ aperture · macros · expression · primitives
-//!                  │ attributes · copies
+//!                  │ attributes · step_repeat
 //! ```
 
 mod aperture;
@@ -29,6 +27,7 @@ mod macros;
 mod measure;
 mod nets;
 mod object;
+mod pad_boxes;
 mod paint;
 mod primitives;
 mod reader;
@@ -40,6 +39,31 @@ pub(super) use holes::{holes, says_holes};
 pub use measure::{PaintedMeasures, painted_measures};
 pub use nets::{NamedPad, Nets, named_pads, nets};
 pub use object::{Aperture, Form, Gerber, GerberObjects, Object, ObjectShape, Opening, Tag, Track};
-pub use paint::{TooMuch, painted};
+pub use paint::{TooMuch, painted, painted_for_picture};
 pub(super) use reader::read;
 pub use transform::Transform;
+
+use super::findings::Findings;
+use aperture::Apertures;
+use attributes::Attributes;
+use format::Format;
+use graphics::Graphics;
+use step_repeat::StepRepeat;
+
+/// The state while reading.
+struct Reader {
+    findings: Findings,
+    out: Gerber,
+    format: Format,
+    apertures: Apertures,
+    graphics: Graphics,
+    attributes: Attributes,
+    step_repeat: StepRepeat,
+    /// Edge pairs left to compare for self-crossings.
+    pairs_left: u32,
+    /// A level name (`%LN`) has set the layer's name.
+    level_named: bool,
+    ended: bool,
+    /// The object limit was reached, so the rest isn't read.
+    cut: bool,
+}

@@ -1,12 +1,9 @@
-//! Which net every island of a painted layer belongs to, by the X2 attributes of what was drawn there.
-//!
-//! Comes in: a layer and its area. Goes out: a net for every island, and islands on which several nets meet; the pads that bear names.
-//! Does not look at other layers.
+//! The net of every island of a painted layer, from the X2 attributes of the objects on it.
 //!
 //! ```text
 //!   island 0 ── flash "GND", stroke "GND", contour "GND"  ⇒ GND
 //!   island 1 ── flash "A", flash "B"                      ⇒ A, and a diagnostic: a short, or a net tie
-//!   island 2 ── nothing said                              ⇒ none
+//!   island 2 ── no attributes                             ⇒ none
 //! ```
 
 use super::flatten::each;
@@ -16,34 +13,33 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the islands are.
+/// The result, by island.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Nets {
     /// The net of every island.
     pub names: Vec<Option<String>>,
-    /// The first pads on every island, as `R1.2`, or a part, as `R1`; empty where the layer names none.
+    /// The first pads of every island, like `R1.2`, or a part, like `R1`; empty if the layer names none.
     pub pads: Vec<Option<String>>,
-    /// Islands with more than one net, and which nets.
+    /// Islands with several nets, and their nets.
     pub meeting: Vec<(usize, Vec<String>)>,
 }
 
-/// A pad that the layer names, to be written beside it.
+/// A named pad, for a label.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NamedPad {
-    /// Its middle.
     pub at: Point,
-    /// Part and pin, as `R1.2`, or the part alone.
+    /// Part and pin, like `R1.2`, or only the part.
     pub name: String,
-    /// Its net, where that is said.
+    /// Its net, if named.
     pub net: Option<String>,
-    /// The smaller of its sizes; zero where its shape is a macro.
+    /// The smaller side; zero if the shape is a macro.
     pub across: Length,
 }
 
-/// More pads of a layer are not written beside.
+/// Maximum number of labelled pads per layer.
 const MOST_NAMED: usize = 20_000;
 
-/// The pads that `layer` names, in its order.
+/// The named pads of `layer`, in its order.
 pub fn named_pads(layer: &Gerber) -> Vec<NamedPad> {
     let mut pads = Vec::new();
     each(layer, &mut |seen| {
@@ -57,7 +53,7 @@ pub fn named_pads(layer: &Gerber) -> Vec<NamedPad> {
     pads
 }
 
-/// The nets of the islands of `region`, which is `layer` painted.
+/// The nets of the islands of `region`, which is the painted `layer`.
 pub fn nets(layer: &Gerber, region: &Region) -> Nets {
     let mut votes: Vec<BTreeMap<&str, usize>> = vec![BTreeMap::new(); region.islands.len()];
     let mut pads: Vec<BTreeSet<(usize, String)>> = Vec::new();
@@ -85,7 +81,7 @@ pub fn nets(layer: &Gerber, region: &Region) -> Nets {
                 *votes.entry(net).or_default() += 1;
             }
             if let (Some(pad), Some(pads)) = (pad_name(tag), pads.get_mut(island)) {
-                // The shortest names first: R2 before R10.
+                // Shortest names first: R2 before R10.
                 pads.insert((pad.len(), pad));
                 if pads.len() > PADS_NAMED {
                     pads.pop_last();
@@ -114,20 +110,20 @@ pub fn nets(layer: &Gerber, region: &Region) -> Nets {
     Nets { names, pads, meeting: meeting.collect() }
 }
 
-/// An island is called by so many of its pads.
+/// Number of pads in the name of an island.
 const PADS_NAMED: usize = 2;
 
-/// A pad by its part and pin, or the part alone.
+/// The name of a pad: part and pin, or only the part.
 fn pad_name(tag: &Tag) -> Option<String> {
     let part = tag.component.as_deref().filter(|part| !part.is_empty())?;
     let pin = tag.pin.as_deref().filter(|pin| !pin.is_empty());
     Some(pin.map_or_else(|| part.to_owned(), |pin| format!("{part}.{pin}")))
 }
 
-/// Corners of a contour tried for a point inside.
+/// Number of contour corners tried to find a point inside.
 const CORNERS_LOOKED_AT: usize = 16;
 
-/// A point near the corner between two segments, on the chord that cuts it off.
+/// A point near the corner between two segments, on the inner side.
 fn inside(from: Point, first: PathSegment, second: PathSegment) -> Point {
     let (corner, to) = (first.to(), second.to());
     let near = |a: f64, b: f64, c: f64| b + ((a + c) / 2.0 - b) * 0.01;
@@ -140,7 +136,7 @@ mod tests {
     use crate::artwork::Overrides;
 
     #[test]
-    fn islands_bear_the_nets_of_what_lies_on_them() {
+    fn islands_have_the_nets_of_their_objects() {
         let text = "%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*%TO.N,GND*%X0Y0D03*X0Y0D02*X5000D01*\
             %TO.N,A*%X0Y5000D03*%TO.N,B*%X500Y5000D03*%TD*%X0Y9000D03*\
             %TO.N,C*%G36*X0Y20000D02*X5000D01*Y22000D01*X0D01*Y20000D01*G37*M02*";
@@ -154,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn pads_are_named_by_part_and_pin_where_they_lie() {
+    fn pads_are_named_by_part_and_pin() {
         let text = "%FSLAX33Y33*%%MOMM*%%ADD10C,1.5*%%ADD11R,2X0.8*%D10*%TO.N,GND*%%TO.P,J1,1*%X1000Y2000D03*\
             D11*%TO.P,J1,2,VBUS*%%TO.N,*%X4000Y2000D03*%TD*%X9000Y0D03*M02*";
         let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());

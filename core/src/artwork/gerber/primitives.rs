@@ -1,32 +1,28 @@
-//! The shapes that macros are made of.
+//! The primitives of macros.
 //!
 //! ```text
 //!  1 circle   2, 20 line    21 rectangle   22 rectangle     4 outline   5 polygon   6 moiré    7 thermal
-//!                by ends       by centre      by corner
+//!                by ends       by center      by corner
 //!     ●          ▬             ▬              ▬                ◣           ⬢         ◎┼          ◜◝
 //!                                                                                                ◟◞
 //! ```
-//!
-//! Comes in: the fields of a line as numbers, the first being the primitive's code. Goes out: closed paths in whole
-//! nanometres, dark or clear, turned about the macro's origin. Does not unite them.
 
-use super::aperture_shapes::ring;
 use super::transform::sin_cos;
 use crate::artwork::Units;
 use crate::geometry::{Path, PathSegment, Point, circle};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 
-/// Closed paths whose non-zero union is dark or (`false`) taken away from what the macro drew before.
+/// Closed paths whose non-zero union is dark or, if `false`, removed from what the macro has drawn before.
 pub(super) type Primitive = (bool, Vec<Path>);
 
-/// Corners of an outline.
+/// Maximum number of corners of an outline.
 const MOST_CORNERS: usize = 10_000;
-/// Rings of a moiré.
+/// Maximum number of rings of a moiré.
 const MOST_RINGS: f64 = 1_000.0;
-/// A macro cannot be larger than this.
+/// Maximum size of a macro.
 const LARGEST_MM: f64 = 2_000.0;
 
-/// The paths of a primitive; none where its fields make none.
+/// The paths of a primitive; none if its fields are invalid.
 pub(super) fn primitive(fields: &[f64], units: Units) -> Option<Vec<Primitive>> {
     let mm = match units {
         Units::Mm => 1.0,
@@ -86,7 +82,7 @@ pub(super) fn primitive(fields: &[f64], units: Units) -> Option<Vec<Primitive>> 
     }
 }
 
-/// Rings from the outside in, and a cross over them.
+/// Rings from outside to inside, and a cross over them.
 fn moire(fields: &[f64; 8], turn: Turn) -> Option<Vec<Primitive>> {
     let &[x, y, outer, thickness, gap, rings, cross, length] = fields;
     let (mut made, mut diameter) = (Vec::new(), outer);
@@ -110,7 +106,7 @@ fn moire(fields: &[f64; 8], turn: Turn) -> Option<Vec<Primitive>> {
     Some(made)
 }
 
-/// A ring with a cross taken out of it: four pieces, each bounded by two arcs, or by one and a corner.
+/// A ring with a cross removed: four pieces, each bounded by two arcs, or by one arc and a corner.
 fn thermal((x, y): (f64, f64), outer: f64, inner: f64, gap: f64, turn: Turn) -> Option<Vec<Primitive>> {
     if !(inner >= 0.0 && inner < outer && gap >= 0.0) {
         return None;
@@ -150,7 +146,7 @@ fn thermal((x, y): (f64, f64), outer: f64, inner: f64, gap: f64, turn: Turn) -> 
     Some(vec![(true, [0.0, 90.0, 180.0, 270.0].map(piece).to_vec())])
 }
 
-/// A turn about the macro's origin.
+/// A rotation around the macro's origin.
 #[derive(Clone, Copy)]
 struct Turn {
     sin: f64,
@@ -181,11 +177,21 @@ impl Turn {
     }
 }
 
+/// The closed path through corners in mm; none for fewer than two.
+pub(super) fn ring(corners: impl Iterator<Item = (f64, f64)>) -> Option<Path> {
+    let points: Vec<Point> = corners.map(|(x, y)| Point::from_mm(x, y)).collect();
+    let mut path = Path::through(&points).filter(|path| !path.segments.is_empty())?;
+    if !path.is_closed() {
+        path.segments.push(PathSegment::Line { to: path.start });
+    }
+    Some(path)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Area within closed paths of chords, holes taken off.
+    /// Area of closed paths of chords, minus holes.
     fn area(paths: &[Path]) -> f64 {
         let twice = |path: &Path| -> f64 {
             let points = path.flattened(1e-4);
@@ -198,7 +204,7 @@ mod tests {
     #[test]
     fn every_primitive_has_its_area() {
         use std::f64::consts::PI;
-        // A disc less two arms 0.2 wide, whose crossing is counted twice.
+        // A disc minus two arms of width 0.2; their crossing is counted twice.
         let sector = |r: f64| {
             let half = libm::sqrt(r * r - 0.01);
             PI * r * r - 4.0 * (0.1 * half + r * r * libm::asin(0.1 / r)) + 0.04
@@ -224,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn senseless_fields_make_nothing() {
+    fn invalid_fields_give_no_primitive() {
         for fields in [
             &[][..],
             &[1.0, 1.0],

@@ -1,17 +1,16 @@
-//! Reads the blocks of a Gerber layer in one walk.
-//!
-//! Comes in: text. Goes out: a [`Gerber`] and diagnostics. Does not paint; includes are never opened.
+//! Reads the blocks of a Gerber layer in one pass.
 //!
 //! ```text
 //!  block ─┬─ G04 …           comment, or attribute in a comment      attributes
-//!         ├─ two letters      %FS %MO %AD %AM %AB %SR %LP %TF …       commands ─▶ the stores
+//!         ├─ two letters      %FS %MO %AD %AM %AB %SR %LP %TF …       commands ─▶ the state
 //!         ├─ in a macro       its lines                               macros
 //!         └─ words            G                                       commands
 //!                             X Y I J D M                             here ─▶ draw
 //!
-//!  stores: format · apertures · graphics · attributes · copies
+//!  state: format · apertures · graphics · attributes · step_repeat
 //! ```
 
+use super::Reader;
 use super::aperture::Apertures;
 use super::attributes::Attributes;
 use super::crossing;
@@ -28,30 +27,12 @@ use crate::artwork::text::front;
 use crate::artwork::{Overrides, Units};
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// Objects kept of one layer, blocks included.
+/// Maximum number of objects per layer, including blocks.
 const MOST_OBJECTS: usize = 1_000_000;
-/// Bytes looked through for units that stand behind the first aperture.
+/// Number of bytes searched for a units statement after the first aperture.
 const LOOKED_AT: usize = 64 * 1024;
 
-/// What the reading knows so far: a store for each thought.
-pub(super) struct Reader {
-    pub(super) findings: Findings,
-    pub(super) out: Gerber,
-    pub(super) format: Format,
-    pub(super) apertures: Apertures,
-    pub(super) graphics: Graphics,
-    pub(super) attributes: Attributes,
-    pub(super) step_repeat: StepRepeat,
-    /// Pairs of edges that may still be looked at for crossings.
-    pub(super) pairs_left: u32,
-    /// Whether a level (`%LN`) has named the layer.
-    pub(super) level_named: bool,
-    ended: bool,
-    /// The rest was not read: the limit of objects is reached.
-    cut: bool,
-}
-
-/// Reads a layer. What a person says about its numbers counts where the layer says nothing.
+/// Reads a layer. The user's statements about numbers apply where the layer has none.
 pub(in crate::artwork) fn read(name: &str, text: &[u8], person: &Overrides) -> (Gerber, Vec<Diagnostic>) {
     let text = &*raised(text);
     let mut reader = Reader::new(name, text, person);
@@ -123,7 +104,9 @@ impl Reader {
     fn finish(mut self) -> (Gerber, Vec<Diagnostic>) {
         if self.graphics.region.is_some() {
             if !self.cut {
-                self.findings.at(Severity::Warning, "gerber.region_open", 0, 0, b"");
+                // Without M02 the file was truncated inside the region, so copper is missing.
+                let severity = if self.ended { Severity::Warning } else { Severity::Error };
+                self.findings.at(severity, "gerber.region_open", 0, 0, b"");
             }
             self.end_contour(At::default());
         }
@@ -182,7 +165,7 @@ impl Reader {
         self.go(&numbers, acted, block.at);
     }
 
-    /// A number with a point: places and codes have none. It is read as it stands.
+    /// A number with a point, which coordinates and codes must not have. Reads it as written.
     fn point(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
         let place = matches!(letter.to_ascii_uppercase(), b'X' | b'Y' | b'I' | b'J');
         let (severity, code) =
@@ -190,7 +173,7 @@ impl Reader {
         self.tell_once(severity, code, block.place(offset), block.text);
     }
 
-    /// A word that cannot be read. Where it would have moved or selected something, that is missing now.
+    /// An unreadable word. An error if it would move or select something.
     fn bad_word(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
         let (severity, code) = match letter.to_ascii_uppercase() {
             b'X' | b'Y' | b'I' | b'J' | b'D' | b'G' | b'M' => (Severity::Error, "gerber.broken_word"),
@@ -200,18 +183,18 @@ impl Reader {
         self.tell_once(severity, code, block.place(offset), block.text);
     }
 
-    /// Reports something at a place.
+    /// Reports a diagnostic with its position.
     pub(super) fn tell(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
         self.findings.at(severity, code, at.line, at.column, found);
     }
 
-    /// Reports something at a place, unless the same was said before.
+    /// Reports a diagnostic once.
     pub(super) fn tell_once(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
         self.findings.once(severity, code, at.line, at.column, found);
     }
 }
 
-/// Whether a block that starts so is a command of two letters; words that lack their number are none.
+/// True if a block with these first letters is a two-letter command, and not a word without its number.
 fn is_command(first: u8, second: u8) -> bool {
     let word = matches!(first, b'X' | b'Y' | b'D' | b'G' | b'N');
     first.is_ascii_alphabetic() && second.is_ascii_alphabetic() && !word
@@ -227,14 +210,14 @@ mod tests {
     }
 
     #[test]
-    fn what_was_cut_at_the_limit_does_not_miss_its_end() {
+    fn layers_cut_at_the_object_limit_lack_no_end() {
         let objects = "X0Y0D03*".repeat(MOST_OBJECTS + 1);
         let (_, codes) = read_text(&format!("%FSLAX36Y36*%%MOMM*%%ADD10C,0.1*%D10*{objects}M02*"));
         assert_eq!(codes, ["gerber.too_many_objects"]);
     }
 
     #[test]
-    fn what_is_not_understood_is_reported_with_its_severity() {
+    fn unknown_input_is_reported_with_its_severity() {
         let head = "%FSLAX36Y36*%%MOMM*%%ADD10C,0.1*%D10*";
         for (body, code) in [
             ("X0Y0D03*M02*", None),
@@ -306,14 +289,39 @@ mod tests {
     }
 
     #[test]
-    fn line_ends_within_a_command_have_no_meaning() {
+    fn lost_copper_is_always_an_error() {
+        let square = "G36*X0Y0D02*X10000000D01*Y10000000D01*X0D01*Y0D01*";
+        let hole = "X4000000Y4000000D02*X6000000D01*Y6000000D01*X4000000D01*Y4000000D01*";
+        // The body, and the area in mm² as in viewers, else an error.
+        for (body, area) in [
+            (format!("{square}%LPC*%G36*{hole}G37*M02*"), Some(96.0)),
+            (format!("{square}%LPC*%{hole}G37*M02*"), Some(96.0)),
+            (format!("{square}%LPC*%G37*M02*"), Some(100.0)),
+            (format!("{square}G36*{hole}G37*M02*"), Some(100.0)),
+            (format!("{square}M02*"), Some(100.0)),
+            (square.to_owned(), None),
+            (format!("{square}X20000000Y0D03*G37*M02*"), None),
+            (format!("%ABD20*%{square}G37*M02*"), None),
+            (format!("%LPQ*%{square}G37*M02*"), None),
+        ] {
+            let text = format!("%FSLAX46Y46*%%MOMM*%%ADD10C,1*%D10*G01*{body}");
+            let (gerber, diagnostics) = read("t.gbr", text.as_bytes(), &Overrides::default());
+            let error = diagnostics.iter().any(|told| told.severity == Severity::Error);
+            assert_eq!(error, area.is_none(), "{body}: {diagnostics:?}");
+            let drawn = crate::geometry::area_mm2(&super::super::painted(&gerber).unwrap());
+            assert!(area.is_none_or(|area| (drawn - area).abs() < 1e-3), "{body}: {drawn}");
+        }
+    }
+
+    #[test]
+    fn line_ends_inside_commands_are_ignored() {
         let plain = "%FSLAX36Y36*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%AMBox*0 a box*$2=$1x2*\
             21,1,$1,1.25,0,0,30*%%ADD10C,0.1*%%ADD11Box,0.5*%%ADD12R,1.5X0.25*%G04 Plain*\
             D10*X0Y0D02*X1000000Y2500000D01*D11*X5000000Y5000000D03*D12*X7Y8D03*G36*X0Y0D02*X1000D01*Y1000D01*X0Y0D01*G37*M02*";
         let (wanted, none) = read_text(plain);
         assert_eq!((wanted.apertures.len(), none), (3, Vec::new()));
         for end in ["\n", "\r\n", "\r"] {
-            // A line end behind every byte of every command; the comment keeps its words.
+            // A line end after each byte of every command; the comment stays unchanged.
             let (front, rest) = plain.split_once("G04 Plain*").unwrap();
             let broken = |text: &str| text.split("").collect::<Vec<_>>().join(end);
             let (found, codes) = read_text(&format!("{}G04 Plain*{}", broken(front), broken(rest)));
@@ -331,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn diagnostics_stand_where_the_word_is() {
+    fn problems_have_the_position_of_the_word() {
         let text =
             "%FSLAX36Y36*%%MOMM*%\n%ADD10C,0.1*%%ZZ1*%\nD10*X0Y0D03*D11*\n  X1\n Q1Y5D03* X2X3D03*\nM01*X5";
         let (_, diagnostics) = read("t.gbr", text.as_bytes(), &Overrides::default());
@@ -355,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_in_small_letters_is_the_same_layer() {
+    fn lower_case_layers_equal_upper_case_ones() {
         let text = "G04 Small letters: 100%*%FSLAX36Y36*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%\
             %AMBox*$2=$1x2*21,1,$1,$2,0,0,0*%%ADD10C,0.1*%%ADD11Box,0.5*%%TO.N,Gnd*%\
             D10*X0Y0D02*X1000000D01*G36*X0Y0D02*X1000D01*Y1000D01*X0Y0D01*G37*D11*X5Y5D03*M02*";
@@ -370,13 +378,13 @@ mod tests {
     }
 
     #[test]
-    fn units_are_those_of_the_first_coordinate() {
+    fn first_coordinate_decides_the_units() {
         let (gerber, _) = read_text("%FSLAX24Y24*%%MOIN*%%ADD10C,0.01*%D10*X0Y0D03*G71*X1Y1D03*M02*");
         assert_eq!(gerber.units, Some(Units::Inch));
     }
 
     #[test]
-    fn modal_words_draw_on() {
+    fn modal_words_continue_drawing() {
         let (gerber, diagnostics) = read_text(
             "%FSLAX24Y24*%%MOIN*%%ADD10C,0.01*%G54D10*X0Y0D02*X10000*D01*Y10000*X0*D03*X20000*M02*",
         );

@@ -1,47 +1,42 @@
-//! Blocks (`%AB`) and step and repeat (`%SR`): objects written once and drawn often.
-//!
-//! Comes in: their commands, and the objects between them. Goes out: apertures made of objects, and repeats, both still
-//! unexpanded. Whatever would make more copies than a layer may have is drawn once or left out, with a diagnostic: a few
-//! lines can ask for 10¹² flashes.
+//! Blocks (`%AB`) and step and repeat (`%SR`). If the copies exceed the limit, draws one copy or none, with a
+//! diagnostic: a few lines can request 10¹² flashes.
 //!
 //! ```text
-//!  %ABD20* … %AB*%        an aperture that is objects; blocks within blocks up to DEEPEST
+//!  %ABD20* … %AB*%        an aperture made of objects; nested blocks up to DEEPEST
 //!  %SRX3Y2I5J4*% … %SR*%  ⠿  rows first, then columns
 //! ```
 
+use super::Reader;
 use super::object::{Aperture, Form, Object, ObjectShape};
-use super::reader::Reader;
 use super::words::{At, Block, fields};
 use crate::artwork::number::Decimal;
 use crate::diagnostic::Severity;
 use crate::geometry::Point;
 use crate::units::Length;
 
-/// Objects that copies may add to those that are written.
+/// Maximum number of objects from copies.
 const MOST_COPIES: u64 = 250_000;
-/// Corners of a contour that count as one object where it is copied.
+/// A copied contour counts as one object per this many corners.
 const CORNERS: u64 = 8;
-/// Blocks within blocks.
 const DEEPEST: u32 = 16;
 
-/// Where objects go, and how many there are.
+/// Open blocks and repeats, and object counts.
 #[derive(Default)]
 pub(super) struct StepRepeat {
-    /// Blocks and repeats that are being written.
+    /// Open blocks and repeats, innermost last.
     open: Vec<Open>,
-    /// Objects kept, blocks included; segments of contours too.
+    /// Number of stored objects, including those in blocks, plus segments of contours.
     pub(super) kept: usize,
-    /// Objects there are when all copies are made.
+    /// Number of objects with all copies expanded.
     made: u64,
 }
 
-/// A block or repeat that is being written.
+/// A block or repeat that is being recorded.
 struct Open {
     what: What,
     objects: Vec<Object>,
-    /// Objects one copy of it makes, itself included.
+    /// Number of objects per copy.
     copies: u64,
-    /// Blocks below it.
     depth: u32,
     at: At,
 }
@@ -52,13 +47,14 @@ enum What {
 }
 
 impl Reader {
-    /// Keeps an object where objects go now, unless it makes too many copies or holds blocks too deep.
+    /// Stores an object in the innermost open block or repeat, unless it makes too many copies or nests
+    /// blocks too deep.
     pub(super) fn keep(&mut self, object: Object) {
         let aperture = match object.shape {
             ObjectShape::Flash { .. } => self.out.apertures.get(object.aperture as usize),
             _ => None,
         };
-        // A contour that is copied counts by its corners.
+        // A copied contour counts by its corners.
         let corners = match &object.shape {
             ObjectShape::Contour(path) if !self.step_repeat.open.is_empty() => {
                 path.segments.len() as u64 / CORNERS
@@ -110,14 +106,15 @@ impl Reader {
         if code.is_none() || self.step_repeat.open.len() >= DEEPEST as usize {
             self.tell_once(Severity::Error, "gerber.bad_block", block.at, block.text);
         }
-        // Opened in any case, so that its end closes it and nothing else. Without a code nothing can flash it.
+        // Always open, so that the matching end closes this and nothing else. Without a code, nothing can
+        // flash it.
         if self.step_repeat.open.len() < 2 * DEEPEST as usize {
             let what = What::Block { code: code.unwrap_or(0) };
             self.step_repeat.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, at: block.at });
         }
     }
 
-    /// `SRX3Y2I5J4` opens and closes the one before, `SR` and `SRX1Y1` only close.
+    /// `SRX3Y2I5J4` closes the previous repeat and opens one; `SR` and `SRX1Y1` only close.
     pub(super) fn step_and_repeat(&mut self, rest: &[u8], block: &Block<'_>) {
         self.close_repeat();
         let units = self.format.size_units();
@@ -153,11 +150,11 @@ impl Reader {
         }
     }
 
-    /// Closes what is open at the end of the file.
+    /// Closes everything at the end of the file.
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
         if let Some(at) = self.step_repeat.open.last().map(|open| open.at) {
-            self.tell(Severity::Warning, "gerber.block_open", at, b"");
+            self.tell(Severity::Error, "gerber.block_open", at, b"");
         }
         while !self.step_repeat.open.is_empty() {
             self.close(&Block::made(b"AB"));
@@ -181,7 +178,7 @@ impl Reader {
                     self.tell(Severity::Error, "gerber.too_many_copies", at, b"");
                 }
                 let shape = ObjectShape::Repeat { objects, columns, rows, step };
-                // The polarity of a repeat is that of its objects.
+                // The objects of a repeat have their own polarity.
                 let At { line, column } = at;
                 let object = Object { shape, clear: false, aperture: 0, transform: 0, tag: 0, line, column };
                 self.keep_copies(object, if too_many { copies } else { all }, depth);
@@ -210,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_lie_where_blocks_and_repeats_put_them() {
+    fn copies_are_where_blocks_and_repeats_put_them() {
         let (found, diagnostics) = places("%SRX2Y2I5J3*%X1000Y0D03*%SR*%X0Y0D03*");
         assert_eq!(
             found,
@@ -234,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn bombs_do_not_go_off() {
+    fn excessive_copies_are_an_error() {
         let mut bomb = String::from("%ABD20*%X0Y0D03*X1Y0D03*%AB*%");
         for code in 21..60 {
             bomb += &format!("%ABD{code}*%D{}*X0Y0D03*X1Y0D03*%AB*%", code - 1);

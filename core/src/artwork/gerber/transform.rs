@@ -1,25 +1,22 @@
-//! Mirroring, turning, scaling and shifting of apertures, blocks and copies.
+//! Mirroring, rotation, scaling and translation of apertures, blocks and copies.
 //!
 //! ```text
-//!   p ─ mirror (x ↦ −x) ─ turn (counter-clockwise) ─ scale ─ shift ─▶ p'
+//!   p ─ mirror (x ↦ −x) ─ rotate (counter-clockwise) ─ scale ─ translate ─▶ p'
 //! ```
-//!
-//! Comes in: points and paths in whole nanometres. Goes out: the same, moved, rounded to whole nanometres. Does not know
-//! what is moved.
 
 use crate::geometry::{Path, PathSegment, Point};
 use crate::units::Length;
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-/// How an aperture is held (`%LM`, `%LR`, `%LS`).
+/// The transform of an aperture (`%LM`, `%LR`, `%LS`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
-    /// Whether X is mirrored first.
+    /// Mirrored in X first.
     pub mirrored: bool,
-    /// Degrees it is then turned by, counter-clockwise.
+    /// Then rotated, degrees counter-clockwise.
     pub turn_deg: f64,
-    /// Factor it is then scaled by.
+    /// Then scaled.
     pub scale: f64,
 }
 
@@ -30,10 +27,9 @@ impl Default for Transform {
 }
 
 impl Transform {
-    /// As it is.
     pub const PLAIN: Self = Self { mirrored: false, turn_deg: 0.0, scale: 1.0 };
 
-    /// Held like `inner`, and that held like `self`.
+    /// The composition: `inner` first, then `self`.
     #[must_use]
     pub fn over(self, inner: Self) -> Self {
         let turned = if self.mirrored { -inner.turn_deg } else { inner.turn_deg };
@@ -44,14 +40,14 @@ impl Transform {
         }
     }
 
-    /// A direction or a place seen from the origin, in mm.
+    /// Transforms a vector in mm.
     fn apply_mm(self, (x, y): (f64, f64)) -> (f64, f64) {
         let x = if self.mirrored { -x } else { x };
         let (sin, cos) = sin_cos(self.turn_deg);
         (self.scale * (x * cos - y * sin), self.scale * (x * sin + y * cos))
     }
 
-    /// A place seen from the origin.
+    /// Transforms a point around the origin.
     pub(super) fn apply(self, point: Point) -> Point {
         if self == Self::PLAIN {
             return point;
@@ -61,7 +57,7 @@ impl Transform {
     }
 }
 
-/// What `%LM`, `%LR` and `%LS` last said.
+/// The current arguments of `%LM`, `%LR` and `%LS`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held {
     pub(super) mirror_x: bool,
@@ -71,10 +67,9 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// Nothing said.
     pub(super) const PLAIN: Self = Self { mirror_x: false, mirror_y: false, turn_deg: 0.0, scale: 1.0 };
 
-    /// As one transform: mirroring Y is mirroring X and half a turn.
+    /// As one transform: mirroring in Y is mirroring in X followed by half a turn.
     pub(super) fn transform(self) -> Transform {
         let half = if self.mirror_y { 180.0 } else { 0.0 };
         Transform {
@@ -100,17 +95,16 @@ pub(super) fn sin_cos(degrees: f64) -> (f64, f64) {
     (libm::sin(angle), libm::cos(angle))
 }
 
-/// Where a copy of something lies.
+/// The placement of a copy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
-    /// How it is held.
     pub(super) transform: Transform,
-    /// Where its origin lies.
+    /// Position of its origin.
     pub(super) at: Point,
 }
 
 impl Place {
-    /// Where it was drawn.
+    /// As drawn.
     pub(super) const HOME: Self =
         Self { transform: Transform::PLAIN, at: Point::new(Length::ZERO, Length::ZERO) };
 
@@ -132,7 +126,7 @@ impl Place {
         }
     }
 
-    /// A path of the copy. Mirrored, it runs the other way round.
+    /// A path of the copy; mirroring reverses its direction.
     pub(super) fn path<'a>(&self, path: &'a Path) -> Cow<'a, Path> {
         if *self == Self::HOME {
             return Cow::Borrowed(path);
@@ -141,7 +135,7 @@ impl Place {
         Cow::Owned(Path { start: self.point(path.start), segments })
     }
 
-    /// A copy within this copy: something held by `transform` whose origin lies at `at` of this copy.
+    /// The placement of a copy inside this copy, with this transform and origin.
     pub(super) fn inner(&self, transform: Transform, at: Point) -> Self {
         Self { transform: self.transform.over(transform), at: self.point(at) }
     }
@@ -152,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn copies_within_copies_are_where_both_put_them() {
+    fn nested_transforms_are_composed() {
         let outer = Place {
             transform: Transform { mirrored: true, turn_deg: 90.0, scale: 2.0 },
             at: Point::from_mm(10.0, 0.0),

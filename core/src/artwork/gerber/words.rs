@@ -1,8 +1,5 @@
-//! A Gerber text cut into blocks at `*` and `%`.
-//!
-//! Comes in: bytes. Goes out: [`Block`]s with the line each starts in. Does not tell commands apart: what a block is shows
-//! in its first two bytes, so that a lost `%` loses nothing else. Line ends within a block have no meaning and are taken out. A
-//! layer in small letters is put into capitals first. Numbers behind letters are read here for all commands.
+//! Splits a Gerber text into blocks at `*` and `%`. Removes line ends inside blocks, where they have no
+//! meaning; raises lower-case layers to upper case first. Also parses numbers after letters for all commands.
 //!
 //! ```text
 //!  %FSLAX24Y24*%   G04 100% of it*   X100Y200D01*   %AMT*1,1,$1,0,0*%
@@ -13,38 +10,37 @@ use crate::artwork::number::{Decimal, decimal};
 use crate::artwork::text::front;
 use std::borrow::Cow;
 
-/// Bytes in which the first commands are looked for.
+/// Number of bytes searched for the first commands.
 const LOOKED_AT: usize = 64 * 1024;
 
-/// A place in a text: line and column, from 1; 0 for the text as a whole.
+/// Line and column in a text, from 1; 0 for the whole text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct At {
     pub(super) line: u32,
     pub(super) column: u32,
 }
 
-/// One block, without the star behind it.
+/// A block, without its final `*`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a> {
-    /// Its bytes; spaces may stand inside.
+    /// Its bytes without line ends; can contain spaces.
     pub(super) text: &'a [u8],
-    /// The same as it stands in the file, line ends included.
+    /// The block as in the file, with line ends.
     pub(super) written: &'a [u8],
-    /// Where it starts.
     pub(super) at: At,
-    /// Its first byte in the text.
+    /// Offset in the text.
     start: usize,
-    /// Whether a star or a percent sign ends it, and not the file.
+    /// True if it ends with `*` or `%`, false if it ends with the file.
     pub(super) ended: bool,
 }
 
 impl<'a> Block<'a> {
-    /// A block that stands in no text.
+    /// A block that isn't part of a text.
     pub(super) const fn made(text: &'a [u8]) -> Self {
         Self { text, written: text, at: At { line: 0, column: 0 }, start: 0, ended: true }
     }
 
-    /// Its bytes without line ends, which may stand anywhere in a word; those of a comment as they are.
+    /// Its bytes without line ends, which can be anywhere in a word. A comment keeps them.
     pub(super) fn joined(&self) -> Cow<'a, [u8]> {
         let is_plain = || matches!(self.text, [b'G' | b'g', b'0', b'4', ..] | [b'G' | b'g', b'4', b' ', ..]);
         if !self.text.iter().any(is_line_end) || is_plain() {
@@ -53,7 +49,7 @@ impl<'a> Block<'a> {
         Cow::Owned(self.text.iter().copied().filter(|byte| !is_line_end(byte)).collect())
     }
 
-    /// The block with its bytes as `joined` gives them.
+    /// The block with other bytes.
     pub(super) const fn with<'b>(&self, joined: &'b [u8]) -> Block<'b>
     where
         'a: 'b,
@@ -61,14 +57,14 @@ impl<'a> Block<'a> {
         Block { text: joined, written: self.written, at: self.at, start: self.start, ended: self.ended }
     }
 
-    /// Whether it is one that may stand at the end of a file without a star: the end itself, or a comment.
+    /// True if the block is complete without `*` at the end of the file: the end command, or a comment.
     pub(super) fn is_whole(&self) -> bool {
         matches!(self.text.trim_ascii(), b"M02" | b"M00" | b"M2" | b"M0" | [b'G' | b'g', b'0', b'4', ..])
     }
 
-    /// The place of one of its bytes.
+    /// The position of one of its bytes.
     pub(super) fn place(&self, offset: usize) -> At {
-        // As many bytes further as line ends were taken out before it.
+        // Skip line ends, which were removed from `text`.
         let out = self.written.len() != self.text.len();
         let mut kept = (0..).zip(self.written).filter(|(_, byte)| !(out && is_line_end(byte)));
         let before = front(self.written, kept.nth(offset).map_or(self.written.len(), |(at, _)| at));
@@ -80,21 +76,22 @@ impl<'a> Block<'a> {
     }
 }
 
-/// What some programs put behind the end of a text (^Z).
+/// The end-of-text mark (^Z) that some programs write.
 const END_OF_TEXT: u8 = 0x1A;
 
 const fn is_line_end(byte: &u8) -> bool {
     matches!(*byte, b'\r' | b'\n')
 }
 
-/// How many lines end in a text, and how many bytes stand behind the last end.
+/// The number of line ends in a text, and the number of bytes after the last one.
 fn lines(text: &[u8]) -> (u32, u32) {
     let ends = text.iter().filter(|&&byte| byte == b'\n').count();
     let tail = text.iter().rev().take_while(|&&byte| byte != b'\n').count();
     (ends as u32, tail as u32)
 }
 
-/// A layer in small letters put into capitals; comments, names and attributes stay as they are. Others as they are.
+/// Raises a layer in lower case to upper case, except comments, names and attributes. Other layers stay
+/// unchanged.
 pub(super) fn raised(text: &[u8]) -> Cow<'_, [u8]> {
     let small = [b"%fs", b"%mo", b"%ad", b"*fs", b"*mo"];
     if !front(text, LOOKED_AT).windows(3).any(|window| small.iter().any(|mark| window == *mark)) {
@@ -113,7 +110,7 @@ pub(super) fn raised(text: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(capitals)
 }
 
-/// The numbers of one block of words.
+/// The numbers of a block of words.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Numbers {
     pub(super) x: Option<Decimal>,
@@ -124,7 +121,7 @@ pub(super) struct Numbers {
 
 /// The blocks of a text.
 pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
-    // The line that the next byte is in, and where that line starts.
+    // The line of the next byte, and the offset of that line.
     let (mut at, mut line, mut first) = (0_usize, 1_u32, 0_usize);
     std::iter::from_fn(move || {
         while let Some(&byte) = text.get(at) {
@@ -155,12 +152,12 @@ pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
     })
 }
 
-/// A number as it stands, and nothing else.
+/// A number with nothing else; none if there is more.
 pub(super) fn number(text: &[u8]) -> Option<f64> {
     decimal(text).filter(|(_, used)| *used == text.len()).map(|(number, _)| plain(number))
 }
 
-/// The numbers behind letters, each letter at most once and nothing else; none where there is anything else.
+/// The numbers after letters, each letter at most once; none if there is anything else.
 pub(super) fn fields<const COUNT: usize>(
     text: &[u8],
     letters: [u8; COUNT],
@@ -178,7 +175,7 @@ pub(super) fn fields<const COUNT: usize>(
     Some(found)
 }
 
-/// The value of a number as it stands.
+/// The value of a number, with an explicit point.
 pub(super) fn plain(number: Decimal) -> f64 {
     number.mantissa as f64 / libm::pow(10.0, f64::from(number.decimals))
 }
@@ -188,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_know_their_lines() {
+    fn blocks_have_their_lines_and_columns() {
         let text = b"%FSLAX24Y24*\nMOIN*%\nG04 100% of\nit*X1\nY2D01*\n%AMT*\n1,1,$1,0,0*%M02";
         let found: Vec<_> =
             blocks(text).map(|block| (block.at.line, block.at.column, block.text, block.ended)).collect();

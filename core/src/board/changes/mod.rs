@@ -1,15 +1,14 @@
-//! What changed from one board to another: the same board, exported anew by the program that it is drawn in (N24).
+//! Differences between two exports of one board.
 //!
 //! ```text
-//!   before ─┐    ┌─ shift         all of it lies elsewhere: told once, and then left out of account
-//!           ├──▶ ├─ holes, slots  added · gone · moved · of another size · plated otherwise
-//!   now ────┘    ├─ copper        what came and what went, side by side, with its area
-//!                ├─ outline       the box before and now
-//!                └─ nets          added · gone · called otherwise
+//!   before ─┐    ┌─ shift         the whole board moved: reported once, then ignored
+//!           ├──▶ ├─ holes, slots  added · removed · moved · resized · plating changed
+//!   now ────┘    ├─ copper        added and removed areas
+//!                ├─ outline       bounds before and now
+//!                └─ nets          added · removed · renamed
 //! ```
 //!
-//! Comes in: two boards. Goes out: plain data, and lines for people by keys of the locale tables. Does not know files. What files
-//! round is no change: places and sizes within 5 µm, copper thinner than 10 µm.
+//! Rounding in files is no change: positions and sizes within 5 µm, copper thinner than 10 µm.
 
 mod pairs;
 #[cfg(test)]
@@ -23,86 +22,73 @@ use pairs::{SAME, Thing, found, near, pairs};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Copper that came or went and is thinner than this is rounding, in mm.
+/// Copper differences thinner than this are rounding, in mm.
 const THIN_MM: f64 = 0.01;
-/// The most names said in one line.
+/// Most names in one line.
 const MOST_NAMES: usize = 6;
 
-/// What became of a hole or a slot.
+/// Kind of change of a hole or a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
-    /// It is new.
     Added,
-    /// It is there no more.
     Gone,
-    /// It lies elsewhere.
     Moved,
-    /// It is of another size.
     Resized,
-    /// It is plated and was not, or the other way round.
+    /// The plating changed.
     Replated,
 }
 
-/// A hole or a slot that is not as it was. Places are those of the new files.
+/// A changed hole or slot. Positions are those of the new files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Changed<T> {
-    /// What became of it.
     pub fate: Fate,
-    /// How it was, moved along where all of the board was.
+    /// State before, shifted with the whole board.
     pub before: Option<T>,
-    /// How it is.
     pub now: Option<T>,
 }
 
-/// The copper of a side that is not as it was.
+/// Changed copper of a side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChangedCopper {
-    /// Which side.
     pub face: Face,
-    /// What came.
     pub added: Region,
-    /// What went.
     pub gone: Region,
-    /// Area of what came.
+    /// Area added.
     pub added_mm2: f64,
-    /// Area of what went.
+    /// Area removed.
     pub gone_mm2: f64,
-    /// Islands before and now.
+    /// Number of islands before and now.
     pub islands: [u32; 2],
 }
 
-/// Nets by their names, where the files have any.
+/// Named nets, if the files have names.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChangedNets {
-    /// New ones.
     pub added: Vec<String>,
-    /// Those that are there no more.
     pub gone: Vec<String>,
     /// Before and now: the same copper under another name.
     pub renamed: Vec<(String, String)>,
 }
 
-/// What changed from one board to another.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoardChanges {
-    /// How far all of the board was moved.
+    /// Shift of the whole board.
     pub shift: Point,
-    /// Holes and slots that are as they were.
+    /// Number of unchanged holes and slots.
     pub same: u32,
-    /// Holes that are not.
+    /// Changed holes.
     pub holes: Vec<Changed<Hole>>,
-    /// Slots that are not.
+    /// Changed slots.
     pub slots: Vec<Changed<Slot>>,
-    /// Copper that is not as it was.
+    /// Changed copper.
     pub copper: Vec<ChangedCopper>,
-    /// The box of the outline before, moved along, and now, where the outline changed.
+    /// Bounds of a changed outline, before (shifted) and now.
     pub outline: Option<[Option<Bounds>; 2]>,
-    /// Nets.
     pub nets: ChangedNets,
 }
 
-/// What changed from the board `before` to the board `now`.
+/// Compares `before` with `now`.
 pub fn changes(before: &Board, now: &Board) -> BoardChanges {
     let shift = shift(before, now);
     let moved_along;
@@ -127,12 +113,12 @@ pub fn changes(before: &Board, now: &Board) -> BoardChanges {
 }
 
 impl BoardChanges {
-    /// Whether the boards are the same.
+    /// True if the boards are equal.
     pub fn is_none(&self) -> bool {
         *self == Self { same: self.same, ..Self::default() }
     }
 
-    /// Whether so little is as it was that the files may be of another board: fewer than half of the holes and slots.
+    /// True if the files may be of another board: fewer than half of the holes and slots are still there.
     pub fn may_be_another(&self) -> bool {
         let stayed = |fate: Fate| matches!(fate, Fate::Moved | Fate::Resized | Fate::Replated);
         let fates = || self.holes.iter().map(|hole| hole.fate).chain(self.slots.iter().map(|slot| slot.fate));
@@ -141,7 +127,7 @@ impl BoardChanges {
         2 * kept < of_before
     }
 
-    /// What there is to say, line by line: keys of the locale tables with what goes into them.
+    /// The changes as lines: keys of the locale tables with their arguments.
     pub fn lines(&self) -> Vec<ChangeLine> {
         let mut lines = Vec::new();
         if self.shift != Point::default() {
@@ -187,10 +173,10 @@ impl BoardChanges {
     }
 }
 
-/// A line for people: a key of the locale tables, and what goes into its sentence by name.
+/// A line for people: a key of the locale tables, and the arguments of its message by name.
 pub type ChangeLine = (&'static str, Vec<(&'static str, String)>);
 
-/// What is said of holes and of slots of every fate.
+/// Message keys of holes and slots for each kind of change.
 const FATES: [(Fate, &str, &str); 5] = [
     (Fate::Added, "changes.holes_added", "changes.slots_added"),
     (Fate::Gone, "changes.holes_gone", "changes.slots_gone"),
@@ -207,13 +193,13 @@ fn mm(value: f64) -> String {
     format!("{value:.3}")
 }
 
-/// Width and height of a box, in mm.
+/// Width and height in mm.
 fn size(bounds: Option<Bounds>) -> String {
     let size = bounds.map(|bounds| (bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y));
     size.map_or_else(|| "–".to_owned(), |(width, height)| format!("{} × {}", mm(width.mm()), mm(height.mm())))
 }
 
-/// What is a hole, or a slot, as far as changes go.
+/// Common view of holes and slots.
 trait Feature: Clone {
     fn thing(&self) -> Thing;
     fn plated(&self) -> Option<bool>;
@@ -229,7 +215,7 @@ impl Feature for Hole {
 }
 
 impl Feature for Slot {
-    /// A slot is the same from either end.
+    /// A slot may start at either end.
     fn thing(&self) -> Thing {
         let mut path = self.path.clone();
         if path.last() < path.first() {
@@ -248,7 +234,7 @@ fn things<T: Feature>(features: &[T]) -> Vec<Thing> {
     features.iter().map(Feature::thing).collect()
 }
 
-/// What changed of holes, or of slots, and how many did not.
+/// Changed features, and the number of unchanged ones.
 fn features<T: Feature>(before: &[T], now: &[T]) -> (Vec<Changed<T>>, u32) {
     let (old, new) = (things(before), things(now));
     let pairs = pairs(&old, &new);
@@ -277,8 +263,8 @@ fn features<T: Feature>(before: &[T], now: &[T]) -> (Vec<Changed<T>>, u32) {
     (changed, same)
 }
 
-/// How far all of the board was moved: the way between corners of the two after which most of it lies where it lay, and
-/// at least half of it, and more than without.
+/// Shift of the whole board: a shift between corresponding corners that matches most features, at least half
+/// of them, and more than no shift.
 fn shift(before: &Board, now: &Board) -> Point {
     let corners = |board: &Board| -> Vec<Option<Bounds>> {
         let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
@@ -304,7 +290,7 @@ fn shift(before: &Board, now: &Board) -> Point {
     }
 }
 
-/// What is in `first` and not in `second`, without what is as thin as rounding.
+/// The parts of `first` that are not in `second`, without slivers from rounding.
 fn less(first: &Region, second: &Region) -> Region {
     let mut rest = combine(first, second, CombineRule::Difference);
     let thin = |island: &Island| {
@@ -339,7 +325,7 @@ fn outline(before: &Board, now: &Board) -> Option<[Option<Bounds>; 2]> {
     changed.then(|| [old.bounds(), new.bounds()])
 }
 
-/// Names of nets with a place on the copper of each.
+/// Names of nets, each with a position on its copper.
 fn named(board: &Board) -> BTreeMap<&str, (Face, Point)> {
     let mut named = BTreeMap::new();
     for copper in &board.copper {

@@ -1,39 +1,34 @@
-//! Which things of one board are which of another: those that lie where they lay, and those that were moved.
+//! Matches the features of two boards, including moved ones.
 //!
 //! ```text
-//!   1  same place, same size       ─▶ a pair
-//!   2  same place, another size    ─▶ a pair
-//!   3  what is left over           ─▶ pairs by the way that most of them went: a part that was moved takes all its holes along
+//!   1  same position, same size     ─▶ a pair
+//!   2  same position, other size    ─▶ a pair
+//!   3  the rest                     ─▶ pairs by the most frequent offset: a part moves all its holes
 //! ```
-//!
-//! Comes in: places with sizes, before and now. Goes out: pairs of their numbers; who has no partner is in none. Does not know what
-//! the things are.
 
 use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// What is nearer than this lies in the same place, and what differs less has the same size: files round.
+/// Positions nearer than this, and sizes that differ less, are equal: files round.
 pub(super) const SAME: Length = Length::from_um(5);
 
-/// So far a thing alone is believed to have been moved; several that went the same way are believed as many times as far.
+/// A single feature may have moved this far; a group with one offset may have moved this far times its count.
 const ALONE_MM: f64 = 5.0;
 
-/// More pairs than this are not weighed: then nothing was moved, but is gone here and added there.
+/// Limit of pairs to compare. Above it nothing counts as moved: features are removed and added.
 const MOST_WEIGHED: usize = 1_000_000;
 
-/// A thing that lies somewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Thing {
-    /// Where.
     pub(super) at: Point,
-    /// From there to its further places.
+    /// Offsets of its further points.
     pub(super) shape: Vec<Point>,
-    /// How wide it is, where that is known.
+    /// `None` if the width is unknown.
     pub(super) size: Option<Length>,
 }
 
-/// Whether two places are one.
+/// True if two positions are equal.
 pub(super) fn near(a: Point, b: Point) -> bool {
     (a.x - b.x).abs() <= SAME && (a.y - b.y).abs() <= SAME
 }
@@ -44,7 +39,7 @@ impl Thing {
         self.shape.len() == other.shape.len() && shapes.into_iter().all(|(a, b)| near(*a, *b))
     }
 
-    /// Whether both are as wide.
+    /// True if both have the same width.
     pub(super) fn same_size(&self, other: &Self) -> bool {
         match (self.size, other.size) {
             (Some(a), Some(b)) => (a - b).abs() <= SAME,
@@ -53,10 +48,9 @@ impl Thing {
     }
 }
 
-/// Things by where they are, in cells a little larger than what counts as the same place.
+/// Features by position, in cells a little larger than the tolerance.
 struct Cells(BTreeMap<(i64, i64), Vec<usize>>);
 
-/// Side of a cell.
 const CELL_NM: i64 = 2 * SAME.nm();
 
 fn cell(at: Point) -> (i64, i64) {
@@ -79,7 +73,7 @@ impl Cells {
     }
 }
 
-/// How many of `before`, shifted, lie in the same place and size among `now`.
+/// Number of features of `before`, shifted, that have the same position and size in `now`.
 pub(super) fn found(before: &[Thing], now: &[Thing], shift: Point) -> usize {
     let cells = Cells::of(now);
     let is_there = |thing: &&Thing| {
@@ -93,7 +87,7 @@ pub(super) fn found(before: &[Thing], now: &[Thing], shift: Point) -> usize {
     before.iter().filter(is_there).count()
 }
 
-/// Pairs of numbers of `before` and `now`, in the order of `before`.
+/// Pairs of indices into `before` and `now`, in the order of `before`.
 pub(super) fn pairs(before: &[Thing], now: &[Thing]) -> Vec<(usize, usize)> {
     let mut partner: Vec<Option<usize>> = vec![None; before.len()];
     let mut taken = vec![false; now.len()];
@@ -120,7 +114,7 @@ pub(super) fn pairs(before: &[Thing], now: &[Thing]) -> Vec<(usize, usize)> {
     partner.into_iter().enumerate().filter_map(|(number, other)| Some((number, other?))).collect()
 }
 
-/// Finds partners for what has none, by the way that most of them went.
+/// Finds partners for unmatched features by the most frequent offsets.
 fn moved(before: &[Thing], now: &[Thing], partner: &mut [Option<usize>], taken: &mut [bool]) {
     let left: Vec<usize> = (0..before.len()).filter(|number| partner[*number].is_none()).collect();
     let free: Vec<usize> = (0..now.len()).filter(|number| !taken[*number]).collect();
@@ -137,7 +131,7 @@ fn moved(before: &[Thing], now: &[Thing], partner: &mut [Option<usize>], taken: 
             }
         }
     }
-    // The way that most went, then the shortest.
+    // The most frequent offset first, then the shortest.
     let mut offsets: Vec<_> = offsets.into_values().collect();
     let far_mm = |pairs: &[(usize, usize)]| {
         pairs.first().map_or(0.0, |(number, other)| before[*number].at.distance_mm(now[*other].at))

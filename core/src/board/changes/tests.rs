@@ -1,4 +1,4 @@
-//! Boards of a few holes and pads, changed in one way each.
+//! Small boards with one change each.
 
 use super::*;
 use crate::geometry::{circle, rectangle, union};
@@ -26,7 +26,7 @@ fn slot(from: (f64, f64), to: (f64, f64)) -> Slot {
     }
 }
 
-/// Places of holes and pads: no way but one brings them onto each other.
+/// Positions of holes and pads: only the zero offset maps them onto each other.
 const PLACES: [(f64, f64); 8] =
     [(3.0, 4.0), (5.5, 4.0), (8.0, 9.0), (21.0, 7.0), (23.0, 18.5), (12.0, 16.0), (30.0, 3.0), (33.0, 11.0)];
 
@@ -53,7 +53,7 @@ fn board() -> Board {
     }
 }
 
-/// What is said of a change, in short: the keys of its lines.
+/// The message keys of a change.
 fn keys(before: &Board, now: &Board) -> String {
     changes(before, now)
         .lines()
@@ -70,7 +70,7 @@ fn with(change: impl FnOnce(&mut Board)) -> Board {
 }
 
 #[test]
-fn every_change_is_told_by_its_name_and_nothing_else_is() {
+fn every_change_is_reported_alone() {
     let wider = Bounds { min: Point::from_mm(0.0, 0.0), max: Point::from_mm(45.0, 20.0) };
     let rows: [(&str, Board); 13] = [
         ("", board()),
@@ -101,7 +101,7 @@ fn every_change_is_told_by_its_name_and_nothing_else_is() {
 }
 
 #[test]
-fn what_files_round_is_no_change() {
+fn rounding_of_files_is_no_change() {
     let nm = Length::from_nm;
     let rounded = with(|board| {
         for (number, hole) in (0..).zip(&mut board.holes) {
@@ -116,7 +116,7 @@ fn what_files_round_is_no_change() {
 }
 
 #[test]
-fn a_board_that_lies_elsewhere_is_moved_once_and_not_hole_by_hole() {
+fn moved_board_is_one_change() {
     let by = Point::from_mm(101.6, -25.4);
     let mut now = board().placed(&Placement::shifted(by));
     let found = changes(&board(), &now);
@@ -126,14 +126,15 @@ fn a_board_that_lies_elsewhere_is_moved_once_and_not_hole_by_hole() {
     assert_eq!(keys(&board(), &now), "shift holes_added holes_resized");
     let resized = changes(&board(), &now).holes.into_iter().find(|one| one.fate == Fate::Resized).unwrap();
     assert_eq!(resized.before.unwrap().at, resized.now.unwrap().at, "told in the places of the new files");
-    // A wider board is no board that lies elsewhere.
+    // A wider board is not a shifted board.
     let wider = with(|board| board.holes.push(hole(44.0, 19.0, 0.8)));
     assert_eq!(changes(&board(), &wider).shift, Point::default());
 }
 
 #[test]
-fn a_part_takes_its_holes_along_in_rows_and_crossed() {
-    // A row of eight, one pitch of 2.54 mm, moved by two pitches and up: neighbours lie where others lay.
+fn part_moves_with_its_holes_in_crossing_rows() {
+    // A row of eight, pitch 2.54 mm, moved by two pitches and up: pins now cover old positions of their
+    // neighbours.
     let row = |from: f64, y: f64| (0..8).map(move |pin| hole(from + 2.54 * f64::from(pin), y, 1.0));
     let before = with(|board| board.holes.extend(row(50.0, 30.0)));
     let now = with(|board| board.holes.extend(row(57.62, 41.0)));
@@ -150,7 +151,7 @@ fn a_part_takes_its_holes_along_in_rows_and_crossed() {
 }
 
 #[test]
-fn another_board_is_told_from_a_new_export_of_this_one() {
+fn another_board_is_distinct_from_a_new_export() {
     let few = with(|board| board.holes.truncate(5));
     assert!(!changes(&board(), &few).may_be_another());
     let other = Board {
@@ -163,7 +164,7 @@ fn another_board_is_told_from_a_new_export_of_this_one() {
 }
 
 #[test]
-fn areas_of_copper_are_what_came_and_what_went() {
+fn copper_changes_are_added_and_removed_areas() {
     let bar = rectangle(Bounds { min: Point::from_mm(3.0, 3.8), max: Point::from_mm(5.5, 4.2) });
     let now = with(|board| {
         let pads = board.copper[0].region.paths().cloned().chain([bar]).collect::<Vec<_>>();
@@ -173,12 +174,12 @@ fn areas_of_copper_are_what_came_and_what_went() {
     });
     let found = changes(&board(), &now).copper.remove(0);
     assert_eq!((found.islands, found.gone.islands.len()), ([8, 7], 0));
-    // From rim to rim between the two pads: 2.5 mm less two radii, 0.4 mm wide, and what the rims curve away.
+    // Between the rims of the two pads: 2.5 mm minus two radii, 0.4 mm wide, minus the curvature of the rims.
     assert!((0.36..0.40).contains(&found.added_mm2), "{}", found.added_mm2);
 }
 
 #[test]
-fn every_line_has_its_sentence() {
+fn every_change_has_its_text() {
     let now = Board { holes: vec![hole(1.0, 2.0, 3.0)], ..Board::default() };
     for (key, args) in changes(&board(), &now).lines() {
         let args: Vec<_> = args.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();

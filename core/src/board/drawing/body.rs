@@ -1,36 +1,32 @@
-//! The shape of a thing, as far as one needs it to be found, measured and shown.
+//! Simplified shape of an element, for hit tests, distances and display.
 //!
 //! ```text
 //!  circle: one point       track: two points       square, octagon: a ring of points
 //!      (●)  radius           (●═══════●) radius         ▢  no radius
 //! ```
-//!
-//! Comes in: a thing of a drawing. Goes out: a [`Body`]; distances in mm. Does not know copper and is not exact on arcs of
-//! imported layers, which are cut into chords.
 
 use super::{Drawing, Entry, PadShape, Thing};
 use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, circle, stroke};
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Points and what is within a radius of the lines between them; within their ring too where it is closed.
+/// All points within `radius` of the lines through `points`; if closed, also the area inside.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Body {
     /// At least one point.
     pub points: Vec<Point>,
-    /// The last goes on to the first, and what is inside belongs to it.
+    /// The last point connects to the first; the inside belongs to the body.
     pub closed: bool,
-    /// How far it reaches beyond its lines.
+    /// Half width of its lines.
     pub radius: Length,
 }
 
 impl Body {
-    /// A disc.
     pub fn disc(at: Point, diameter: Length) -> Self {
         Self { points: vec![at], closed: false, radius: Length::from_nm(diameter.nm() / 2) }
     }
 
-    /// The body of a thing; none for a group and for what is imported.
+    /// The body of an element; `None` for groups and imported objects.
     pub fn of(drawing: &Drawing, entry: &Entry) -> Option<Self> {
         Some(match &entry.thing {
             Thing::Node { at } => Self::disc(*at, Length::ZERO),
@@ -54,14 +50,13 @@ impl Body {
         })
     }
 
-    /// The same, moved.
     #[must_use]
     pub fn moved(mut self, by: Point) -> Self {
         self.points.iter_mut().for_each(|point| *point = shifted(*point, by));
         self
     }
 
-    /// The same, mirrored and turned about a place, then moved.
+    /// Mirrored and rotated about a position, then moved.
     #[must_use]
     pub fn placed(mut self, placement: Placement, about: Point) -> Self {
         self.points.iter_mut().for_each(|point| *point = placed_about(*point, placement, about));
@@ -71,13 +66,11 @@ impl Body {
         self
     }
 
-    /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let around = Bounds::around(self.points.iter().copied());
         around.unwrap_or(Bounds::of(Point::default())).grown(self.radius)
     }
 
-    /// Its edge, counter-clockwise.
     pub fn outline(&self) -> Vec<Path> {
         let Some((first, rest)) = self.points.split_first() else { return Vec::new() };
         if rest.is_empty() {
@@ -91,7 +84,7 @@ impl Body {
         stroke(&Path { start: *first, segments }, self.radius * 2)
     }
 
-    /// How far `at` is from it, in mm; 0 within.
+    /// Distance of `at`, in mm; 0 inside.
     pub fn distance_mm(&self, at: Point) -> f64 {
         let at = spot(at);
         if self.closed && self.encloses(at) {
@@ -101,7 +94,7 @@ impl Body {
         (nearest - self.radius.mm()).max(0.0)
     }
 
-    /// How far the two are apart, in mm; 0 or less where they touch.
+    /// Distance of two bodies, in mm; 0 or less if they touch.
     pub fn gap_mm(&self, other: &Self) -> f64 {
         let first = |body: &Self| body.points.first().map(|point| spot(*point));
         let inside = |outer: &Self, inner: &Self| {
@@ -119,14 +112,14 @@ impl Body {
         nearest - self.radius.mm() - other.radius.mm()
     }
 
-    /// How far its edge is from a place within it, in mm.
+    /// Distance from a position inside to the edge, in mm.
     pub(super) fn depth_mm(&self, at: Point) -> f64 {
         let at = spot(at);
         let nearest = self.lines().map(|(a, b)| from_line(at, a, b)).fold(f64::INFINITY, f64::min);
         if self.closed { nearest + self.radius.mm() } else { self.radius.mm() - nearest }
     }
 
-    /// Its lines in mm; a point is a line without length.
+    /// Its lines in mm; a point is a line of zero length.
     fn lines(&self) -> impl Iterator<Item = (Spot, Spot)> + '_ {
         let count = self.points.len();
         let lines = if self.closed || count == 1 { count } else { count.saturating_sub(1) };
@@ -144,7 +137,7 @@ impl Body {
     }
 }
 
-/// A place in mm.
+/// A position in mm.
 type Spot = (f64, f64);
 
 fn spot(point: Point) -> Spot {
@@ -155,18 +148,18 @@ pub(super) fn shifted(point: Point, by: Point) -> Point {
     Point::new(point.x + by.x, point.y + by.y)
 }
 
-/// A place, mirrored and turned about another one, then moved.
+/// A position, mirrored and rotated about another one, then moved.
 pub(super) fn placed_about(at: Point, placement: Placement, about: Point) -> Point {
     shifted(placement.point(shifted(at, Point::new(-about.x, -about.y))), about)
 }
 
-/// A path, mirrored and turned about a place, then moved.
+/// A path, mirrored and rotated about a position, then moved.
 pub(super) fn path_about(path: &Path, placement: Placement, about: Point) -> Path {
     let home = Placement::shifted(Point::new(-about.x, -about.y)).path(path);
     Placement::shifted(about).path(&placement.path(&home))
 }
 
-/// Distance of a place from a line with ends.
+/// Distance of a point from a line segment.
 fn from_line((x, y): Spot, a: Spot, b: Spot) -> f64 {
     let along = (b.0 - a.0, b.1 - a.1);
     let length = along.0 * along.0 + along.1 * along.1;
@@ -176,7 +169,7 @@ fn from_line((x, y): Spot, a: Spot, b: Spot) -> f64 {
     libm::sqrt(dx * dx + dy * dy)
 }
 
-/// Distance of two lines with ends; 0 where they cross.
+/// Distance of two line segments; 0 if they cross.
 fn between_lines((a, b): (Spot, Spot), (c, d): (Spot, Spot)) -> f64 {
     let side = |p: Spot, q: Spot, r: Spot| (q.0 - p.0) * (r.1 - p.1) - (q.1 - p.1) * (r.0 - p.0);
     if side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0 {
@@ -186,7 +179,7 @@ fn between_lines((a, b): (Spot, Spot), (c, d): (Spot, Spot)) -> f64 {
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// The corners of a pad about the zero point, counter-clockwise; none for a round one.
+/// Corners of a pad about the origin, counter-clockwise; `None` for a round pad.
 pub(super) fn corners(shape: PadShape, size: Length, turn_mdeg: i32) -> Option<Vec<Point>> {
     let half = size.nm() / 2;
     let short = libm::round(half as f64 * libm::tan(PI / 8.0)) as i64;

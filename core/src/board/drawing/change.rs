@@ -1,11 +1,8 @@
-//! What a person does to a drawing, each as one [`Edit`].
+//! The user's edits of a drawing, each as one [`Edit`].
 //!
 //! ```text
-//!  moved · turned · mirrored (a placement about a point) · removed · grouped · one thing anew
+//!  moved · rotated · mirrored (a placement about a point) · removed · grouped · one element replaced
 //! ```
-//!
-//! Comes in: a [`Drawing`], ids of things and groups, lengths. Goes out: edits; an empty one where there is nothing to do.
-//! Does not apply them.
 
 use super::body::shifted;
 use super::edit::whole_turn;
@@ -14,16 +11,16 @@ use crate::geometry::{Placement, Point};
 use crate::units::Length;
 use std::collections::BTreeSet;
 
-/// The end of a track, the middle of a pad.
+/// The end of a track, or the centre of a pad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackEnd {
-    /// A node that is there.
+    /// An existing node.
     Node(Id),
-    /// A place; the node that is exactly there, or a new one.
+    /// A position: an existing node exactly there, else a new one.
     At(Point),
 }
 
-/// An edit with the ids that it gives away.
+/// An edit under construction, with the ids that it assigns.
 struct Draft<'a> {
     drawing: &'a Drawing,
     next: Id,
@@ -52,14 +49,14 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// A node by itself; nothing where one is there already.
+/// A single node; an empty edit if one exists there.
 pub fn node(drawing: &Drawing, at: Point) -> Edit {
     let mut draft = Draft::new(drawing);
     draft.end(TrackEnd::At(at));
     draft.edit
 }
 
-/// A track from one end to the other, and the id of the node where it ends.
+/// A track, and the id of the node at its end.
 pub fn track(drawing: &Drawing, ends: (TrackEnd, TrackEnd), width: Length, layer: Layer) -> (Edit, Id) {
     let mut draft = Draft::new(drawing);
     let (from, to) = (draft.end(ends.0), draft.end(ends.1));
@@ -67,7 +64,7 @@ pub fn track(drawing: &Drawing, ends: (TrackEnd, TrackEnd), width: Length, layer
     (draft.edit, to)
 }
 
-/// A pad, with a hole in it where `drill` says how wide.
+/// A pad, with a hole of diameter `drill`, if given.
 pub fn pad(
     drawing: &Drawing,
     at: TrackEnd,
@@ -84,7 +81,6 @@ pub fn pad(
     draft.edit
 }
 
-/// A hole.
 pub fn hole(drawing: &Drawing, at: TrackEnd, diameter: Length, plated: bool) -> Edit {
     let mut draft = Draft::new(drawing);
     let node = draft.end(at);
@@ -92,7 +88,7 @@ pub fn hole(drawing: &Drawing, at: TrackEnd, diameter: Length, plated: bool) -> 
     draft.edit
 }
 
-/// One thing anew, in the group where it was.
+/// Replaces an element in its group.
 pub fn put(drawing: &Drawing, id: Id, thing: Thing) -> Edit {
     match drawing.get(id) {
         Some(entry) if entry.thing != thing => Edit::one(id, Some(Entry { thing, group: entry.group })),
@@ -100,7 +96,7 @@ pub fn put(drawing: &Drawing, id: Id, thing: Thing) -> Edit {
     }
 }
 
-/// Another name for a group, or for the drawing.
+/// Renames a group or the drawing.
 pub fn renamed(drawing: &Drawing, group: Option<Id>, name: &str) -> Edit {
     let name = name.to_owned();
     match group {
@@ -110,8 +106,8 @@ pub fn renamed(drawing: &Drawing, group: Option<Id>, name: &str) -> Edit {
     }
 }
 
-/// Everything of `ids` placed anew about a point: mirrored, turned, shifted, in this order. Whatever else hangs on their nodes
-/// goes along with these.
+/// Mirrors, rotates and shifts `ids` about a point, in this order. Other elements on their nodes move with
+/// them.
 pub fn placed(drawing: &Drawing, ids: &BTreeSet<Id>, placement: Placement, about: Point) -> Edit {
     let back = Point::new(-about.x, -about.y);
     let place = |at: Point| shifted(placement.point(shifted(at, back)), about);
@@ -141,16 +137,15 @@ pub fn placed(drawing: &Drawing, ids: &BTreeSet<Id>, placement: Placement, about
     edit
 }
 
-/// Everything of `ids` moved.
 pub fn moved(drawing: &Drawing, ids: &BTreeSet<Id>, by: Point) -> Edit {
     placed(drawing, ids, Placement::shifted(by), Point::default())
 }
 
-/// Everything of `ids` taken out, with the nodes that nothing hangs on after that and the groups that are empty. Objects of files
-/// are taken out of the board, their copies are gone.
+/// Removes `ids`, then unused nodes and empty groups. File objects are taken out of the board; their copies
+/// are deleted.
 pub fn removed(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
     let mut gone = drawing.leaves(ids);
-    // What hangs on a node goes with it.
+    // Elements on a removed node are removed too.
     let nodes: Vec<Id> = gone.iter().copied().filter(|id| drawing.at(*id).is_some()).collect();
     gone.extend(nodes.into_iter().flat_map(|node| drawing.hanging(node)));
     let nodes: BTreeSet<Id> =
@@ -166,7 +161,7 @@ pub fn removed(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
     edit
 }
 
-/// What an object of a file becomes that is taken out; none for a copy of one and for all that is drawn.
+/// A file object after removal; `None` for a copy and for drawn elements.
 pub(super) fn taken_out(thing: &Thing) -> Option<Thing> {
     match thing {
         Thing::Imported { file, object, at, copy: false, .. } => Some(Thing::Imported {
@@ -182,7 +177,7 @@ pub(super) fn taken_out(thing: &Thing) -> Option<Thing> {
     }
 }
 
-/// `gone`, and the groups that nothing is left in then, the inner ones first.
+/// Extends `gone` by the groups that become empty, inner groups first.
 pub(super) fn emptied(drawing: &Drawing, mut gone: BTreeSet<Id>) -> Edit {
     let mut above: Vec<Id> = gone.iter().filter_map(|id| drawing.get(*id)?.group).collect();
     while let Some(group) = above.pop() {
@@ -193,7 +188,7 @@ pub(super) fn emptied(drawing: &Drawing, mut gone: BTreeSet<Id>) -> Edit {
     Edit { name: None, changes: gone.into_iter().map(|id| (id, None)).collect() }
 }
 
-/// The groups in groups that go whole.
+/// Nested groups that are removed as a whole.
 fn groups_below(drawing: &Drawing, ids: &BTreeSet<Id>, gone: &mut BTreeSet<Id>) {
     let mut open: Vec<Id> = ids.iter().copied().collect();
     while let Some(id) = open.pop() {
@@ -204,17 +199,18 @@ fn groups_below(drawing: &Drawing, ids: &BTreeSet<Id>, gone: &mut BTreeSet<Id>) 
     }
 }
 
-/// `ids` in a new group, which lies where they lie if that is one place. And the id of the group.
+/// Moves `ids` into a new group, inside their common group if they have one. Also returns the id of the new
+/// group.
 pub fn grouped(drawing: &Drawing, ids: &BTreeSet<Id>, name: &str) -> (Edit, Option<Id>) {
     into_a_group(drawing, entries_of(drawing, ids), name)
 }
 
-/// Things with what they are, also of those that come only now.
+/// The elements with their entries, including those that the edit adds.
 pub(super) fn entries_of(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<(Id, Entry)> {
     ids.iter().filter_map(|id| Some((*id, drawing.get(*id)?.clone()))).collect()
 }
 
-/// `entries` in a new group, as [`grouped`] makes it.
+/// Moves `entries` into a new group; see [`grouped`].
 pub(super) fn into_a_group(drawing: &Drawing, entries: Vec<(Id, Entry)>, name: &str) -> (Edit, Option<Id>) {
     let Some((_, first)) = entries.first() else { return (Edit::default(), None) };
     let above = first
@@ -229,12 +225,12 @@ pub(super) fn into_a_group(drawing: &Drawing, entries: Vec<(Id, Entry)>, name: &
     (draft.edit, Some(group))
 }
 
-/// The groups among `ids` dissolved: what is in them lies where they lay.
+/// Dissolves the groups among `ids`; their members keep their positions.
 pub fn ungrouped(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
     let mut edit = Edit::default();
     for id in ids {
         let Some(Entry { thing: Thing::Group { .. }, group }) = drawing.get(*id) else { continue };
-        // A group that lies in another one that goes too ends up where that one lay.
+        // If the outer group is dissolved too, members move further up.
         let mut above = *group;
         while let Some(outer) = above.filter(|outer| ids.contains(outer)) {
             above = drawing.get(outer).and_then(|entry| entry.group);
@@ -253,12 +249,12 @@ fn is_group_of(drawing: &Drawing, id: Id, ids: &BTreeSet<Id>) -> bool {
     ids.contains(&id) && matches!(drawing.thing(id), Some(Thing::Group { .. }))
 }
 
-/// `ids` into a group, or to the top.
+/// Moves `ids` into a group, or to the top level.
 pub fn regrouped(drawing: &Drawing, ids: &BTreeSet<Id>, group: Option<Id>) -> Edit {
     into_the_group(entries_of(drawing, ids), group)
 }
 
-/// `entries` into a group, or to the top.
+/// Moves `entries` into a group, or to the top level.
 pub(super) fn into_the_group(entries: Vec<(Id, Entry)>, group: Option<Id>) -> Edit {
     let moved = entries.into_iter().filter(|(id, entry)| entry.group != group && Some(*id) != group);
     let changes = moved.map(|(id, entry)| (id, Some(Entry { group, ..entry }))).collect();

@@ -1,13 +1,11 @@
-//! Copies: a part of a drawing as a drawing of its own, and put back somewhere else.
-//!
-//! Comes in: a [`Drawing`] and ids. Goes out: a drawing of those alone; edits that add one. Does not know clipboards.
+//! Copy and paste of parts of a drawing.
 
 use super::body::shifted;
 use super::{Drawing, Edit, Entry, Id, Thing};
 use crate::geometry::{Placement, Point};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// `ids` with their nodes and the groups that are among them, and nothing else. Objects of files become copies of these.
+/// Copies `ids` with their nodes and the groups among them. File objects become copies.
 pub(super) fn copied(drawing: &Drawing, ids: &BTreeSet<Id>) -> Drawing {
     let mut wanted: BTreeSet<Id> = drawing.leaves(ids);
     wanted.extend(drawing.nodes_of(ids));
@@ -22,12 +20,12 @@ pub(super) fn copied(drawing: &Drawing, ids: &BTreeSet<Id>) -> Drawing {
     let inside = |entry: Entry| Entry { group: entry.group.filter(|group| wanted.contains(group)), ..entry };
     let changes = own.map(|(id, entry)| (id, Some(inside(entry)))).collect();
     let mut copy = Drawing::default();
-    // A part of what holds holds too: every tie leads to what was copied.
+    // Can't fail: every reference of a copied element was copied as well.
     let _ = copy.apply(&Edit { name: None, changes });
     copy
 }
 
-/// A copy of a thing; none of an object of a file that is taken out.
+/// A copy of an element; `None` for a removed file object.
 pub(super) fn copy_of(thing: Thing) -> Option<Thing> {
     match thing {
         Thing::Imported { by: None, .. } => None,
@@ -38,12 +36,12 @@ pub(super) fn copy_of(thing: Thing) -> Option<Thing> {
     }
 }
 
-/// What adds `copy` to `drawing`, moved, and the ids of what lies at its top.
+/// The edit that adds `copy` to `drawing`, shifted, and the ids at its top level.
 pub fn pasted(drawing: &Drawing, copy: &Drawing, by: Point) -> (Edit, BTreeSet<Id>) {
     pasted_from(drawing.next_id(), copy, by)
 }
 
-/// The same, with ids from `next` on.
+/// As [`pasted`], with ids from `next` on.
 pub(super) fn pasted_from(next: Id, copy: &Drawing, by: Point) -> (Edit, BTreeSet<Id>) {
     let fresh: BTreeMap<Id, Id> =
         copy.things().zip(next.0..).map(|((id, _), fresh)| (id, Id(fresh))).collect();

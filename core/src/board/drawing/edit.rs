@@ -1,11 +1,10 @@
-//! One edit as one value: which things become what. To apply it gives the edit that takes it back.
+//! An edit is a value: elements and their new states. Applying it returns the inverse edit.
 //!
 //! ```text
 //!  drawing ─ apply(edit) ─▶ drawing', inverse        drawing' ─ apply(inverse) ─▶ drawing, edit again
 //! ```
 //!
-//! Comes in: a [`Drawing`] and an [`Edit`]. Goes out: its inverse, or why it cannot be; then nothing has changed. Touches what
-//! the edit names and what hangs on that, nothing else. Does not know why it was made.
+//! Time depends on the elements that the edit names and those attached to them, not on the drawing.
 
 use super::{
     Drawing, Entry, FURTHEST, Id, LONGEST_NAME, Layer, MOST_THINGS, NARROWEST, PadShape, Thing,
@@ -17,29 +16,28 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// What becomes of which things, one after the other.
+/// New states of elements, applied in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Edit {
-    /// Another name for the drawing.
+    /// New name of the drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// What each becomes; none where it goes.
+    /// New state of each element; `None` removes it.
     pub changes: Vec<(Id, Option<Entry>)>,
 }
 
 impl Edit {
-    /// An edit that makes something of one thing.
     pub fn one(id: Id, becomes: Option<Entry>) -> Self {
         Self { name: None, changes: vec![(id, becomes)] }
     }
 
-    /// Whether it changes nothing.
+    /// True if it changes nothing.
     pub fn is_empty(&self) -> bool {
         self.name.is_none() && self.changes.is_empty()
     }
 
-    /// The same, and then `other`.
+    /// Appends `other`.
     #[must_use]
     pub fn then(mut self, other: Self) -> Self {
         self.name = other.name.or(self.name);
@@ -49,7 +47,7 @@ impl Edit {
 }
 
 impl Drawing {
-    /// Makes the edit, and gives the one that takes it back. What cannot be is refused, and nothing is changed.
+    /// Applies the edit and returns its inverse. An invalid edit is refused and changes nothing.
     pub fn apply(&mut self, edit: &Edit) -> Result<Edit, Diagnostic> {
         if edit.name.as_ref().is_some_and(|name| name.chars().count() > LONGEST_NAME) {
             return Err(refuse("drawing.long_name", LONGEST_NAME));
@@ -74,14 +72,14 @@ impl Drawing {
         Ok(inverse)
     }
 
-    /// What an edit touches: what it names, and what hangs on the nodes among that.
+    /// The elements that an edit affects: those it names, and those attached to named nodes.
     pub fn touched(&self, edit: &Edit) -> BTreeSet<Id> {
         let named = edit.changes.iter().map(|(id, _)| *id);
         let is_node = |id: &Id| !matches!(self.thing(*id), Some(Thing::Group { .. }));
         named.clone().filter(is_node).flat_map(|id| self.hanging(id)).chain(named).collect()
     }
 
-    /// Sets one thing, unchecked, and gives what it was.
+    /// Sets one element without checks and returns its old state.
     fn set(&mut self, id: Id, becomes: Option<Entry>) -> Option<Entry> {
         let place = |entry: Option<&Entry>| match entry?.thing {
             Thing::Node { at } => Some((at, id)),
@@ -115,7 +113,7 @@ impl Drawing {
         }
     }
 
-    /// Whether all that was changed, and what hangs on it, can be so.
+    /// Checks the changed elements and those attached to them.
     fn check(&self, changed: impl Iterator<Item = Id>) -> Result<(), Diagnostic> {
         if self.things.len() > MOST_THINGS {
             return Err(refuse("drawing.too_many", MOST_THINGS));
@@ -173,7 +171,7 @@ impl Drawing {
         self.ties_hold(id, entry)
     }
 
-    /// Whether what it hangs on is there, and its groups end at the top.
+    /// Checks that its nodes exist, and that its chain of groups ends at the top level.
     fn ties_hold(&self, id: Id, entry: &Entry) -> Result<(), Diagnostic> {
         for node in entry.thing.nodes() {
             if !matches!(self.thing(node), Some(Thing::Node { .. })) {
@@ -192,7 +190,7 @@ impl Drawing {
     }
 }
 
-/// The rotation of a pad that looks the same: from 0 to less than what its form repeats after.
+/// Equivalent rotation of a pad within its symmetry angle.
 pub fn whole_turn(shape: PadShape, turn_mdeg: i32) -> i32 {
     turn_mdeg.rem_euclid(shape.symmetry_mdeg())
 }

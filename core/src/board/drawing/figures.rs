@@ -1,33 +1,32 @@
-//! The smallest gap, track, ring and hole of a drawing, followed edit by edit.
+//! The smallest gap, track, ring and hole of a drawing, updated edit by edit.
 //!
 //! ```text
-//!  touched ─▶ their pairs within 2 mm measured anew ─┬─ those that touch are one net ─▶ nets of what changed, walked anew
-//!                                                    └─ those of two nets ─▶ gaps, the smallest first
+//!  touched ─▶ measure their pairs within 2 mm ─┬─ touching pairs are one net ─▶ recompute the changed nets
+//!                                              └─ pairs of two nets ─▶ gaps, the smallest first
 //!          └▶ tracks, holes, rings ─▶ sizes, the smallest first
 //! ```
 //!
-//! Comes in: a [`Drawing`], its [`Finder`], what an edit touched. Goes out: lengths with whose they are. What is imported counts
-//! with its shape, and as copper as far as its layer draws dark alone. An edit costs what it touched and the nets of that, not
-//! the whole drawing. Does not know how narrow is too narrow.
+//! Imported objects count with their shape. They count as copper only if their layer draws nothing but dark.
+//! An edit takes time for the touched elements and their nets, not for the whole drawing.
 
 use super::sizes::Sizes;
 use super::{Catch, Drawing, Finder, Id, Layer, Thing};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// Gaps wider than this are not looked for.
+/// Larger gaps are not searched.
 pub const WINDOW: Length = Length::from_um(2_000);
-/// What is nearer than this touches.
+/// A smaller distance counts as touching.
 const TOUCH_NM: i64 = 1;
-/// Nets of so many are walked before larger ones.
+/// Nets up to this size are walked before larger ones.
 const SMALL: usize = 64;
 
-/// The smallest of each kind; none where there is none.
+/// The smallest of each kind; `None` if there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Smallest {
     /// Between copper of two nets, up to [`WINDOW`].
     pub gap: Option<(Length, Catch, Catch)>,
-    /// Width of a track that is copper.
+    /// Width of a copper track.
     pub track: Option<(Length, Id)>,
     /// Copper around a hole in its pad.
     pub ring: Option<(Length, Id)>,
@@ -35,22 +34,22 @@ pub struct Smallest {
     pub hole: Option<(Length, Id)>,
 }
 
-/// What is near to what, which net it is of, and what is small.
+/// Near pairs, nets and small sizes.
 #[derive(Clone, Debug, Default)]
 pub struct DrawingFigures {
-    /// What is near to what, by nanometres.
+    /// Distances of near pairs, in nanometres.
     pairs: BTreeMap<Catch, BTreeMap<Catch, i64>>,
-    /// The number of the net of what is copper.
+    /// Net number of each copper element.
     nets: BTreeMap<Catch, u32>,
-    /// The next net has this number.
+    /// Next net number.
     next: u32,
-    /// What is near to copper of another net, the nearest first.
+    /// Pairs of different nets, the nearest first.
     gaps: BTreeSet<(i64, Catch, Catch)>,
     sizes: Sizes,
 }
 
 impl DrawingFigures {
-    /// The figures of all of `drawing`.
+    /// Figures of the whole `drawing`.
     pub fn new(drawing: &Drawing, finder: &Finder) -> Self {
         let mut figures = Self::default();
         let imported = (0..).take(finder.imported().len()).map(Catch::Imported);
@@ -59,7 +58,6 @@ impl DrawingFigures {
         figures
     }
 
-    /// The smallest of each kind now.
     pub fn smallest(&self) -> Smallest {
         let gap = self.gaps.first().map(|(gap, one, other)| (Length::from_nm(*gap), *one, *other));
         let Sizes { tracks, rings, holes, .. } = &self.sizes;
@@ -71,9 +69,9 @@ impl DrawingFigures {
         }
     }
 
-    /// Measures anew what has another body; `finder` has followed already.
+    /// Measures the elements whose bodies changed; `finder` must be up to date.
     pub fn update(&mut self, drawing: &Drawing, finder: &Finder, moved: &BTreeSet<Catch>) {
-        // Whose net may be another one: what moved, what touched it or touches it now, what shares a node with it.
+        // Nets may change for: moved elements, elements that touched or touch them, elements on their nodes.
         let mut seeds = moved.clone();
         let drawn =
             moved.iter().filter_map(|catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None });
@@ -95,7 +93,7 @@ impl DrawingFigures {
         }
     }
 
-    /// What was near to `one` is no longer. Gives those that touched it.
+    /// Forgets the neighbours of `one`. Returns those that touched it.
     fn leave(&mut self, one: Catch) -> Vec<Catch> {
         let mut touched = Vec::new();
         for (other, gap) in self.pairs.remove(&one).unwrap_or_default() {
@@ -113,7 +111,7 @@ impl DrawingFigures {
         touched
     }
 
-    /// What is near to `one` now.
+    /// Measures the neighbours of `one`.
     fn measure(&mut self, drawing: &Drawing, finder: &Finder, one: Catch) {
         let (Some(layer), Some(body)) = (copper(drawing, finder, one), finder.body(one)) else { return };
         for other in finder.meeting(body.bounds().grown(WINDOW)) {
@@ -127,16 +125,16 @@ impl DrawingFigures {
         }
     }
 
-    /// What touches `one`.
     fn touching(&self, one: Catch) -> impl Iterator<Item = Catch> + '_ {
         let near = self.pairs.get(&one).into_iter().flatten();
         near.filter(|(_, gap)| **gap <= TOUCH_NM).map(|(other, _)| *other)
     }
 
-    /// Gives the nets of `seeds` their numbers anew. Gives what is of another net than before.
+    /// Renumbers the nets of `seeds`. Returns the elements whose net changed.
     fn walk(&mut self, drawing: &Drawing, finder: &Finder, seeds: BTreeSet<Catch>) -> BTreeSet<Catch> {
         let (mut open, mut changed, mut taken) = (seeds, BTreeSet::new(), BTreeSet::new());
-        // The large nets come last: where all that is left is found in one of them, the rest of it is as it was.
+        // Large nets last: if all remaining seeds are found in one of them, the rest of that net is
+        // unchanged.
         for most in [SMALL, usize::MAX] {
             for seed in open.clone() {
                 if !open.contains(&seed) {
@@ -161,8 +159,8 @@ impl DrawingFigures {
         changed
     }
 
-    /// What is joined with `seed`, and the numbers that it had: all of it; or as far as all of `open` is found in it and it has
-    /// one number that is not taken. None where it is more than `most`.
+    /// The elements connected to `seed`, and the net numbers they had. Stops early if all of `open` is found
+    /// and only one number, not taken, was seen. `None` above `most` elements.
     fn around(
         &self,
         drawing: &Drawing,
@@ -192,7 +190,7 @@ impl DrawingFigures {
         Some((net, numbers))
     }
 
-    /// The pairs of `one` go among the gaps, or out of them.
+    /// Adds the pairs of `one` to the gaps or removes them.
     fn sort(&mut self, one: Catch) {
         let own = self.nets.get(&one);
         for (other, gap) in self.pairs.get(&one).into_iter().flatten() {
@@ -206,12 +204,12 @@ impl DrawingFigures {
     }
 }
 
-/// The layer of what is copper.
+/// The layer of a copper element.
 fn copper(drawing: &Drawing, finder: &Finder, catch: Catch) -> Option<Layer> {
     finder.layer(drawing, catch).filter(|layer| *layer != Layer::Edge)
 }
 
-/// The copper that is joined with it, from side to side, by plated holes on its nodes.
+/// Copper connected to it by plated holes on its nodes, from side to side.
 fn through_holes(drawing: &Drawing, finder: &Finder, catch: Catch) -> Vec<Catch> {
     let Catch::Drawn(id) = catch else { return Vec::new() };
     let plated = |id: Id| matches!(drawing.thing(id), Some(Thing::Hole { plated: true, .. }));

@@ -1,12 +1,11 @@
-//! A drawing as files for anybody: Gerber X2 for copper and edge, Excellon for holes.
+//! Exports a drawing: Gerber X2 for copper and edge, Excellon for holes.
 //!
 //! ```text
-//!  name-top.gbr · name-bottom.gbr · name-edge.gbr      millimetres with six digits: every nanometre
+//!  name-top.gbr · name-bottom.gbr · name-edge.gbr      millimetres with six decimals: every nanometre
 //!  name-plated.drl · name-unplated.drl
 //! ```
 //!
-//! Comes in: a [`Drawing`]. Goes out: names and texts of the files that have something in them; equal drawings give equal
-//! texts. What is imported is not among it. Does not know who reads them.
+//! Imported objects are not exported.
 
 use super::body::corners;
 use super::{Drawing, Id, Layer, PadShape, Thing};
@@ -15,17 +14,16 @@ use crate::units::{Length, NM_PER_MM};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// The first code of an aperture.
 const FIRST_CODE: usize = 10;
 
-/// What draws an object.
+/// An aperture or drill.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Pen {
     Track(Length),
     Pad { shape: PadShape, size: Length, turn_mdeg: i32, drilled: bool },
 }
 
-/// What is drawn with it.
+/// One use of a pen.
 enum Stroke {
     Line(Point, Point),
     Flash { at: Point, pin: Option<(String, usize)> },
@@ -52,14 +50,14 @@ pub fn files(drawing: &Drawing) -> Vec<(String, String)> {
     files
 }
 
-/// The name of a drawing as it can stand in the name of a file.
+/// The name of a drawing, made safe for file names.
 pub fn stem(name: &str) -> String {
     let plain = |letter: char| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' };
     let stem: String = name.trim().chars().take(60).map(plain).collect();
     if stem.is_empty() { "board".to_owned() } else { stem }
 }
 
-/// Millimetres with no more digits than there are, exactly.
+/// Millimetres, exact, without trailing zeros.
 pub(super) fn decimal(length: Length) -> String {
     let nm = length.nm();
     let (whole, rest) =
@@ -137,7 +135,7 @@ fn gerber_text(drawn: &BTreeMap<Pen, Vec<Stroke>>, layer: Layer, function: &str)
     out + "M02*\n"
 }
 
-/// An aperture of straight edges through exactly these corners.
+/// A macro aperture with straight edges through exactly these corners.
 fn outline_macro(number: usize, corners: &[Point]) -> String {
     let mut out = format!("%AMPAD{number}*\n4,1,{}", corners.len());
     for corner in corners.iter().chain(corners.first()) {
@@ -147,7 +145,7 @@ fn outline_macro(number: usize, corners: &[Point]) -> String {
 }
 
 impl Pen {
-    /// What an aperture of its own is needed for.
+    /// The pads that need a macro aperture.
     fn outlined(&self) -> Option<(PadShape, Length, i32)> {
         match *self {
             Self::Pad { shape: PadShape::Octagon, size, turn_mdeg, .. } => {
@@ -174,14 +172,14 @@ impl Stroke {
     }
 }
 
-/// What pads are called: the name of their group, and their number in it.
+/// Pin names of pads: the name of their group, and their number in it.
 fn pins(drawing: &Drawing) -> BTreeMap<Id, (String, usize)> {
     let mut counts: BTreeMap<Id, usize> = BTreeMap::new();
     let mut pins = BTreeMap::new();
     for (id, entry) in drawing.things() {
         let (Thing::Pad { .. }, Some(group)) = (&entry.thing, entry.group) else { continue };
         let Some(Thing::Group { name }) = drawing.thing(group) else { continue };
-        // These letters end a field or a command of the format.
+        // These characters end a field or a command of the format.
         let plain = |letter: char| if ",*%\\".contains(letter) || letter.is_control() { '_' } else { letter };
         let count = counts.entry(group).or_default();
         *count += 1;

@@ -1,13 +1,12 @@
-//! What is under the pointer, in a box, and near enough to snap to.
+//! Finds elements under the pointer, in a box, and near enough to snap to.
 //!
 //! ```text
-//!  drawing + imported ─ update(touched) ─▶ bodies by place ─┬─ at(place)  ─▶ what is hit, the smallest first
-//!                                                           ├─ within(box) ─▶ what a box takes
-//!                                                           └─ snap(place) ─▶ node · middle of a track · grid
+//!  drawing + imported ─ update(touched) ─▶ bodies by place ─┬─ at(place)   ─▶ hits, the smallest first
+//!                                                           ├─ within(box) ─▶ hits of a box
+//!                                                           └─ snap(place) ─▶ node · track middle · grid
 //! ```
 //!
-//! Comes in: a [`Drawing`], what an edit touched, what is imported. Goes out: ids and places. Follows an edit by what it
-//! touched, whatever the size of the drawing. Does not know pixels.
+//! The time of an update depends on the touched elements, not on the drawing.
 
 use super::over::is_called;
 use super::places::Places;
@@ -18,32 +17,30 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Something that can be caught.
+/// An element under the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Catch {
-    /// A thing of the drawing.
+    /// An element of the drawing.
     Drawn(Id),
-    /// Something of an imported file, by its place in the list of those.
+    /// An object of an imported file: index into the list of imported objects.
     Imported(u32),
 }
 
-/// A place to go to, and why.
+/// Target of a snap, and its reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Snap {
-    /// Where the pointer is.
+    /// No target: the pointer's position.
     Free(Point),
-    /// On the grid.
     Grid(Point),
-    /// At a node: the end of a track, the middle of a pad.
+    /// A node: the end of a track, the centre of a pad.
     Node(Point, Id),
-    /// At the middle of a track.
+    /// The middle of a track.
     Middle(Point, Id),
-    /// At the middle of an imported pad or hole, or the end of an imported track.
+    /// The centre of an imported pad or hole, or the end of an imported track.
     Imported(Point, u32),
 }
 
 impl Snap {
-    /// The place.
     pub const fn at(self) -> Point {
         match self {
             Self::Free(at)
@@ -55,33 +52,32 @@ impl Snap {
     }
 }
 
-/// The rank of a node by which nothing but tracks holds: behind holes and pads, before tracks.
+/// Rank of a node with tracks only: after holes and pads, before tracks.
 const BARE_NODE: u8 = 2;
 
-/// The objects of a file, by their places in the list of what is imported.
+/// The objects of a file: indices into the list of imported objects.
 #[derive(Clone, Debug, Default)]
 struct OfFile {
     by_number: BTreeMap<u32, u32>,
-    /// The first that lies at a place.
+    /// The first object at each position.
     by_place: BTreeMap<Point, u32>,
 }
 
-/// Where everything is.
 #[derive(Clone, Debug, Default)]
 pub struct Finder {
     places: Places<Catch>,
     bodies: BTreeMap<Catch, Body>,
     imported: Arc<Vec<Imported>>,
-    /// What is imported, by its file.
+    /// Imported objects by file.
     files: BTreeMap<String, OfFile>,
-    /// Which imported thing a thing of the drawing speaks of, or is a copy of.
+    /// The imported object that an element refers to or copies.
     spoken_of: BTreeMap<Id, u32>,
-    /// And the other way round, without copies.
+    /// The inverse, without copies.
     spoken_by: BTreeMap<u32, Id>,
 }
 
 impl Finder {
-    /// Everything of `drawing` and of what is imported.
+    /// Indexes `drawing` and the imported objects.
     pub fn new(drawing: &Drawing, imported: Arc<Vec<Imported>>) -> Self {
         let mut finder = Self { imported, ..Self::default() };
         for (at, one) in (0..).zip(finder.imported.clone().iter()) {
@@ -94,14 +90,13 @@ impl Finder {
         finder
     }
 
-    /// What is imported, in order.
     pub fn imported(&self) -> &Arc<Vec<Imported>> {
         &self.imported
     }
 
-    /// The place in that list of the object of a file that a thing speaks of, or is a copy of: found as the board finds it, by its
-    /// number where it lies where the thing says, else the first of its file that does. None where none does, as the file is
-    /// another one by now.
+    /// Index of the imported object that an element refers to or copies. The board uses the same rule: by
+    /// number if that object is at the stated position, else the first object of the file there. `None` if
+    /// there is none: the file has changed.
     pub fn imported_of(&self, thing: &Thing) -> Option<u32> {
         let Thing::Imported { file, object, at, .. } = thing else { return None };
         let called = || self.files.iter().find(|(name, _)| is_called(name, file)).map(|(_, own)| own);
@@ -110,12 +105,12 @@ impl Finder {
         own.by_number.get(object).copied().filter(lies_there).or_else(|| own.by_place.get(at).copied())
     }
 
-    /// The thing of the drawing that says where an imported one is now; none where it is as its file says.
+    /// The element that modifies an imported object; `None` if the object is as in its file.
     pub fn said_of(&self, imported: u32) -> Option<Id> {
         self.spoken_by.get(&imported).copied()
     }
 
-    /// As what a thing of the drawing is caught: as an object of a file where it says where that is.
+    /// The hit for an element: an imported object for an element that modifies one.
     pub fn catch_of(&self, id: Id, thing: &Thing) -> Catch {
         let of = match thing {
             Thing::Imported { copy: false, .. } => self.imported_of(thing),
@@ -124,7 +119,7 @@ impl Finder {
         of.map_or(Catch::Drawn(id), Catch::Imported)
     }
 
-    /// The object of a file that was caught, or of which that is a copy.
+    /// The imported object of a hit, also of a copy.
     pub fn object_of(&self, catch: Catch) -> Option<u32> {
         match catch {
             Catch::Imported(of) => Some(of),
@@ -132,7 +127,7 @@ impl Finder {
         }
     }
 
-    /// Where an object of a file is now, or its copy; none where it was taken out.
+    /// Current position of an imported object or its copy; `None` if it was removed.
     pub fn place_of(&self, drawing: &Drawing, catch: Catch) -> Option<Point> {
         let said = match catch {
             Catch::Drawn(id) => drawing.thing(id),
@@ -145,12 +140,12 @@ impl Finder {
         }
     }
 
-    /// The body of what was caught, where it is now; none where it was taken out.
+    /// Current body of a hit; `None` if it was removed.
     pub fn body(&self, catch: Catch) -> Option<&Body> {
         self.bodies.get(&catch)
     }
 
-    /// Follows the drawing: only these were touched. Gives all that has another body now.
+    /// Updates the touched elements. Returns everything with a changed body.
     pub fn update(&mut self, drawing: &Drawing, touched: &BTreeSet<Id>) -> BTreeSet<Catch> {
         let mut moved = BTreeSet::new();
         for id in touched {
@@ -192,19 +187,19 @@ impl Finder {
         }
     }
 
-    /// Where its copper is; none for holes and nodes.
+    /// The layer of its copper; `None` for holes and nodes.
     pub fn layer(&self, drawing: &Drawing, catch: Catch) -> Option<Layer> {
         let own = if let Catch::Drawn(id) = catch { drawing.thing(id)?.layer() } else { None };
         own.or_else(|| self.imported.get(self.object_of(catch)? as usize)?.layer)
     }
 
-    /// What has a point in common with `bounds`, by their boxes.
+    /// Candidates whose bounds meet `bounds`.
     pub(super) fn meeting(&self, bounds: Bounds) -> BTreeSet<Catch> {
         self.places.meeting(bounds)
     }
 
-    /// What lies within `reach` of a place: what is right there first, holes before pads before tracks, of equal ones the
-    /// latest. A node by which nothing but tracks holds comes before these wherever it is within reach, the nearest first.
+    /// Hits within `reach` of a position. Direct hits first: holes, pads, tracks; among equals the latest.
+    /// Nodes with tracks only come before tracks anywhere within reach, the nearest first.
     pub fn at(&self, drawing: &Drawing, at: Point, reach: Length) -> Vec<Catch> {
         let near = self.meeting(Bounds::of(at).grown(reach)).into_iter();
         let mut hit: Vec<((bool, u8, Length), Catch)> = near
@@ -214,7 +209,7 @@ impl Finder {
                     return None;
                 }
                 let rank = self.rank(drawing, catch);
-                // It has no area: nobody presses right there.
+                // A bare node has no area, so its distance counts instead of a direct hit.
                 let order = if rank == BARE_NODE {
                     (false, rank, Length::from_mm(distance))
                 } else {
@@ -247,7 +242,7 @@ impl Finder {
         }
     }
 
-    /// What a box takes: what lies in it whole, or what it meets where `crossing`.
+    /// Hits of a box: elements entirely inside, or with `crossing` also those that it meets.
     pub fn within(&self, bounds: Bounds, crossing: bool) -> Vec<Catch> {
         let inside = |catch: &Catch| {
             let Some(body) = self.bodies.get(catch) else { return false };
@@ -258,8 +253,8 @@ impl Finder {
         self.meeting(bounds).into_iter().filter(inside).collect()
     }
 
-    /// Where a pointer at `at` goes: to the nearest node or end within `reach`, else to the middle of a track, else onto the
-    /// grid. What is in `without` does not draw it.
+    /// Snaps a pointer at `at`: to the nearest node or end within `reach`, else to the middle of a track,
+    /// else to the grid. Ignores `without`.
     pub fn snap(
         &self,
         drawing: &Drawing,
@@ -297,7 +292,7 @@ impl Finder {
     }
 }
 
-/// The multiple of `grid` that is nearest.
+/// The nearest multiple of `grid`.
 pub fn whole(length: Length, grid: Length) -> Length {
     let (length, grid) = (length.nm(), grid.nm().max(1));
     Length::from_nm((length + grid / 2).div_euclid(grid) * grid)

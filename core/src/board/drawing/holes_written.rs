@@ -1,14 +1,13 @@
-//! A drill file as Excellon, whole: what is said of it when it is not as its file says.
+//! Writes a modified drill file as Excellon.
 //!
-//! Comes in: a [`DrillFile`]. Goes out: its text, in millimetres with a point: every nanometre. Holes and slots stand in the order
-//! of the file, routes behind them. Does not know files.
+//! Holes and slots keep the order of the file; routes follow.
 
 use super::files::decimal;
 use crate::artwork::DrillFile;
 use crate::geometry::{PathSegment, Point};
 use std::fmt::Write;
 
-/// The text of a drill file; `plated` is said of all of it where its tools do not say it.
+/// The text of a drill file; `plated` is the default for tools without that attribute.
 pub(super) fn excellon_text(drill: &DrillFile, plated: Option<bool>) -> String {
     let mut out = "M48\n".to_owned();
     let mixed =
@@ -59,7 +58,7 @@ pub(super) fn excellon_text(drill: &DrillFile, plated: Option<bool>) -> String {
     out + "M30\n"
 }
 
-/// Another tool, where it is another one.
+/// Writes a tool change if the tool differs.
 fn take(out: &mut String, now: &mut Option<u16>, tool: u16) {
     if now.replace(tool) != Some(tool) {
         let _ = writeln!(out, "T{}", u32::from(tool) + 1);

@@ -1,10 +1,9 @@
-//! What files draw, as far as one needs it to be caught, moved, turned and copied.
+//! Objects of imported files, reduced to what the editor needs to select, move, rotate and copy them.
 //!
-//! Comes in: an [`Artwork`]. Goes out: [`Imported`]s. Repeats are taken apart into what they draw; what a block aperture draws with one
-//! flash is one thing, as large as the box around it.
+//! Repeats are expanded. A flash of a block aperture is one object, as large as its bounds.
 
 use super::body::shifted;
-use super::numbered::{is_dark, numbered};
+use super::numbered::{MOST_IMPORTED, is_dark, numbered};
 use super::{Body, Layer};
 use crate::artwork::{
     Aperture, Artwork, DrillFile, Form, Gerber, Object, ObjectShape, Role, Side, Transform,
@@ -15,28 +14,24 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The most objects of files that can be caught.
-pub(super) const MOST_IMPORTED: usize = 50_000;
-/// How far a chord may be from its arc, in mm.
+/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.02;
 
-/// Something that a file draws, as far as one needs it to be caught.
+/// An object of an imported file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Imported {
-    /// The file, by its name as read.
+    /// Name of the file, as read.
     pub file: String,
-    /// Which of its objects, as [`Thing::Imported`](super::Thing::Imported) counts them.
+    /// Object number, as [`Thing::Imported`](super::Thing::Imported) counts it.
     pub object: u32,
-    /// Where it is.
     pub at: Point,
-    /// Its shape.
     #[serde(with = "shape")]
     pub body: Body,
-    /// Where its copper is; none for holes.
+    /// The layer of its copper; `None` for holes.
     pub layer: Option<Layer>,
-    /// A filled area, and no pad or track.
+    /// A filled area, not a pad or track.
     pub is_area: bool,
-    /// A pad or a hole: it has a middle.
+    /// A pad or a hole: has a centre.
     pub is_pad: bool,
 }
 
@@ -56,13 +51,12 @@ mod shape {
 }
 
 impl Imported {
-    /// Whether it looks otherwise when it is turned: all but what is round.
+    /// True if rotation changes it: everything but round shapes.
     pub fn has_angle(&self) -> bool {
         self.body.points.len() > 1
     }
 
-    /// The places of it that a pointer may snap to, where it lies `at` a place with that body: the middle of a pad or hole, the
-    /// ends of a track.
+    /// Snap positions of the object at `at` with that body: the centre of a pad or hole, the ends of a track.
     pub(super) fn spots(&self, at: Point, body: &Body) -> Vec<Point> {
         match body.points.as_slice() {
             _ if self.is_area => Vec::new(),
@@ -72,13 +66,13 @@ impl Imported {
     }
 }
 
-/// What the copper layers and the drill files among `used` draw.
+/// Objects of the copper layers and of the drill files among `used`.
 pub fn imported(artwork: &Artwork, used: &[usize]) -> Vec<Imported> {
     let mut found = Vec::new();
     for (layer, row) in copper_rows(artwork, used) {
         let Some(file) = artwork.files.get(row) else { continue };
         let Some(gerber) = &file.gerber else { continue };
-        // Where copper is taken away again, the shape of an object is not that of the copper.
+        // If the layer also erases copper, an object's shape is not the copper's shape.
         let dark = !gerber.negative_image && is_dark(gerber);
         let blocks = blocks(gerber);
         for (object, drawn) in numbered(&gerber.objects) {
@@ -105,7 +99,7 @@ pub fn imported(artwork: &Artwork, used: &[usize]) -> Vec<Imported> {
     found
 }
 
-/// What a drill file drills, in the order of its numbers: hits, slots, routes; each with its place.
+/// Drilled features in the order of their numbers: hits, slots, routes; each with its position.
 fn drilled(drill: &DrillFile) -> impl Iterator<Item = (Point, Body)> {
     let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter);
     let body = move |points: Vec<Point>, tool: u16| {
@@ -121,13 +115,13 @@ fn drilled(drill: &DrillFile) -> impl Iterator<Item = (Point, Body)> {
     hits.chain(slots).chain(routes)
 }
 
-/// The layers that the copper of each side is made of, as the board takes them.
+/// The copper layers of each side, chosen as for the board.
 fn copper_rows(artwork: &Artwork, used: &[usize]) -> Vec<(Layer, usize)> {
     let side = |(layer, side)| Some((layer, taken(artwork, used, Role::Copper, Some(side))?));
     [(Layer::Top, Side::Top), (Layer::Bottom, Side::Bottom)].into_iter().filter_map(side).collect()
 }
 
-/// The row of the layer that the board takes for a role and a side.
+/// The row of the layer that the board uses for a role and a side.
 pub(super) fn taken(artwork: &Artwork, used: &[usize], role: Role, side: Option<Side>) -> Option<usize> {
     let Some(side) = side else {
         return artwork.files.iter().position(|file| file.role == role && file.gerber.is_some());
@@ -150,10 +144,10 @@ pub(super) fn place_of(shape: &ObjectShape) -> Option<Point> {
     }
 }
 
-/// The boxes around what block apertures draw, about their origins, by aperture.
+/// Bounds of block apertures about their origins, by aperture.
 type Blocks = BTreeMap<u32, Bounds>;
 
-/// Those of a layer. A block that others are made of stands before them.
+/// Those of a layer. Blocks are defined before the blocks that use them.
 fn blocks(gerber: &Gerber) -> Blocks {
     let mut blocks = Blocks::new();
     for (number, aperture) in (0..).zip(&gerber.apertures) {
@@ -166,7 +160,7 @@ fn blocks(gerber: &Gerber) -> Blocks {
     blocks
 }
 
-/// The box around what `objects` add.
+/// Bounds of the dark objects.
 fn bounds(gerber: &Gerber, blocks: &Blocks, objects: &[Object]) -> Option<Bounds> {
     let one = |object: &Object| match &object.shape {
         ObjectShape::Repeat { objects, columns, rows, step } => {
@@ -184,7 +178,7 @@ fn bounds(gerber: &Gerber, blocks: &Blocks, objects: &[Object]) -> Option<Bounds
     objects.iter().filter_map(one).reduce(|a, b| a.with(b.min).with(b.max))
 }
 
-/// The shape of an object; none for repeats, and for what draws nothing.
+/// The shape of an object; `None` for repeats and for objects that draw nothing.
 fn body(gerber: &Gerber, blocks: &Blocks, object: &Object) -> Option<Body> {
     let form = gerber.aperture(object).map(|aperture: &Aperture| &aperture.form);
     let held = gerber.transforms.get(object.transform as usize).copied().unwrap_or(Transform::PLAIN);
@@ -211,14 +205,14 @@ fn body(gerber: &Gerber, blocks: &Blocks, object: &Object) -> Option<Body> {
     }
 }
 
-/// What a closed path encloses.
+/// The area inside a closed path.
 fn ring_of(path: &Path) -> Option<Body> {
     let mut points = path.flattened(CHORD_ERROR_MM);
     points.pop();
     (points.len() > 2).then_some(Body { points, closed: true, radius: Length::ZERO })
 }
 
-/// An aperture about its origin as it is held.
+/// An aperture about its origin, with mirror, rotation and scale applied.
 fn as_held(body: Body, held: Transform) -> Body {
     let rotation_mdeg = libm::round(held.turn_deg * 1_000.0) as i32;
     let placement = Placement { mirror: held.mirrored, rotation_mdeg, shift: Point::default() };
@@ -231,13 +225,12 @@ fn as_held(body: Body, held: Transform) -> Body {
     body
 }
 
-/// What a box encloses.
 fn boxed(Bounds { min, max }: Bounds) -> Body {
     let points = vec![min, Point::new(max.x, min.y), max, Point::new(min.x, max.y)];
     Body { points, closed: true, radius: Length::ZERO }
 }
 
-/// The shape of an aperture about its origin, as it is held by itself.
+/// The shape of an aperture about its origin, without transform.
 fn flash(form: &Form) -> Option<Body> {
     let ring = |points: Vec<Point>| Body { points, closed: true, radius: Length::ZERO };
     match form {
@@ -266,7 +259,7 @@ fn flash(form: &Form) -> Option<Body> {
             Some(ring((0..*corners).map(corner).collect()))
         }
         Form::Macro { primitives, .. } => {
-            // One outline is what it draws; of several the box around them is.
+            // A macro with one outline has that shape; several outlines are replaced by their bounds.
             if let [(true, paths)] = primitives.as_slice()
                 && let [path] = paths.as_slice()
             {

@@ -1,15 +1,14 @@
-//! A board drawn by hand: nodes, and what hangs on them, in groups within groups (S1, S3).
+//! A drawn board: nodes with elements (`Thing`) attached to them, in nested groups.
 //!
 //! ```text
-//!  group "Motor driver"                 a track hangs on two nodes, a pad and a hole on one:
-//!   ├─ group "U1"                       who moves a node moves all that hangs on it
+//!  group "Motor driver"                 a track is attached to two nodes, a pad and a hole to one:
+//!   ├─ group "U1"                       moving a node moves everything attached to it
 //!   │   ├─ pad ▢ ── node 7
 //!   │   └─ hole ○ ── node 7             ●═══════════● track
 //!   └─ track ── nodes 7, 9              7           9
 //! ```
 //!
-//! Comes in: [`Edit`]s. Goes out: a [`Drawing`], which is plain data; and what was before, as an edit. Lengths are whole
-//! nanometres. Does not know screens, and not how copper is milled.
+//! Lengths are whole nanometres.
 
 mod body;
 mod change;
@@ -54,45 +53,43 @@ use body::shifted;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The most things in a drawing.
+/// Limit of elements in a drawing.
 pub const MOST_THINGS: usize = 100_000;
-/// The longest name, in letters.
+/// Longest name, in characters.
 pub const LONGEST_NAME: usize = 200;
-/// How far from the zero point a drawing may reach: 1 m either way.
+/// Largest coordinate: 1 m in each direction.
 pub const FURTHEST: Length = Length::from_um(1_000_000);
-/// The narrowest track, the smallest pad and hole.
+/// Smallest track width, pad and hole.
 pub const NARROWEST: Length = Length::from_um(10);
-/// The widest of them.
+/// Largest track width, pad and hole.
 pub const WIDEST: Length = Length::from_um(100_000);
 
-/// A whole turn in thousandths of a degree.
+/// 360° in thousandths of a degree.
 const WHOLE_TURN_MDEG: i32 = 360_000;
 
-/// Tells one thing of a drawing from the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Id(pub u32);
 
-/// Where copper, or an edge, is drawn.
+/// Layer of copper or board edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// Copper of the component side.
+    /// Copper on the component side.
     #[default]
     Top,
-    /// Copper of the solder side.
+    /// Copper on the solder side.
     Bottom,
-    /// Copper of both sides, for pads with a hole.
+    /// Copper on both sides, for pads with a hole.
     Both,
-    /// The edge of the board: tracks alone; what their middle lines enclose is board.
+    /// Board edge: tracks only; the area inside their centre lines is the board.
     Edge,
 }
 
 impl Layer {
-    /// All of them.
     pub const ALL: [Self; 4] = [Self::Top, Self::Bottom, Self::Both, Self::Edge];
 
-    /// Its word in files and in the address of a sentence.
+    /// Name in files and in message keys.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Top => "top",
@@ -102,7 +99,7 @@ impl Layer {
         }
     }
 
-    /// Whether the two have copper of one side in common, or are both the edge.
+    /// True if both have copper on a common side, or both are the edge.
     pub fn meets(self, other: Self) -> bool {
         self == other
             || self == Self::Both && other != Self::Edge
@@ -110,24 +107,22 @@ impl Layer {
     }
 }
 
-/// The form of a pad.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PadShape {
-    /// Round; its size is the diameter.
+    /// Size: diameter.
     #[default]
     Circle,
-    /// Its size is a side.
+    /// Size: edge length.
     Square,
-    /// Its size is from one flat to the other.
+    /// Size: distance of opposite edges.
     Octagon,
 }
 
 impl PadShape {
-    /// All of them.
     pub const ALL: [Self; 3] = [Self::Circle, Self::Square, Self::Octagon];
 
-    /// Its word in the address of a sentence.
+    /// Name in message keys.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Circle => "circle",
@@ -136,7 +131,7 @@ impl PadShape {
         }
     }
 
-    /// By so much a turn leaves it as it was, in thousandths of a degree.
+    /// Smallest rotation that leaves it unchanged, in thousandths of a degree.
     const fn symmetry_mdeg(self) -> i32 {
         match self {
             Self::Circle => 1,
@@ -146,94 +141,80 @@ impl PadShape {
     }
 }
 
-/// What a thing is.
+/// An element of a drawing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Thing {
-    /// A place that others hang on.
-    Node {
-        /// Where it is.
-        at: Point,
-    },
+    /// A position that others are attached to.
+    Node { at: Point },
     /// A straight track with round ends.
     Track {
-        /// The node of one end.
+        /// Node at the start.
         from: Id,
-        /// That of the other.
+        /// Node at the end.
         to: Id,
-        /// How wide.
         width: Length,
-        /// Where it lies.
         layer: Layer,
     },
-    /// A pad.
     Pad {
-        /// The node of its middle.
+        /// Node at the centre.
         node: Id,
-        /// Its form.
         shape: PadShape,
-        /// How large, see [`PadShape`].
+        /// See [`PadShape`].
         size: Length,
-        /// Rotation counter-clockwise in thousandths of a degree.
+        /// Counter-clockwise, in thousandths of a degree.
         #[serde(default)]
         turn_mdeg: i32,
-        /// Where it lies.
         layer: Layer,
     },
-    /// A drilled hole.
     Hole {
-        /// The node of its middle.
+        /// Node at the centre.
         node: Id,
-        /// Finished diameter.
         diameter: Length,
-        /// Whether it is plated.
         plated: bool,
     },
-    /// Things that belong together.
-    Group {
-        /// What it is called.
-        name: String,
-    },
-    /// Something of an imported file that is not as the file says, or a copy of it. The file itself is never changed.
+    /// Elements that belong together.
+    Group { name: String },
+    /// A modified object of an imported file, or a copy of one. The file itself is never changed.
     ///
-    /// It stays an object of its file, with its aperture: mirrored and turned about the place where the file puts it, then moved.
-    /// An aperture is held so, as `%LM` and `%LR` of the format hold it; strokes and contours get their points anew. Quarter turns
-    /// and mirrors are exact; at any other angle every point is the nearest whole nanometre. However often it is turned, it is
-    /// turned once, from how the file draws it: no error adds up.
+    /// The object keeps its file and aperture. An edit mirrors and rotates it about its original position,
+    /// then moves it. Apertures use `%LM` and `%LR` of the format; strokes and contours get new points.
+    /// Quarter turns and mirrors are exact; at any other angle every point is rounded to whole nanometres.
+    /// The rotation always starts from the original, so repeated rotations add no error.
     Imported {
-        /// The file, by its name as read.
+        /// Name of the file, as read.
         file: String,
-        /// Which of its objects, from 0: what repeats draw comes behind all others; in a drill file hits, then slots, then routes.
+        /// Object number, from 0: expanded repeats follow all others; in a drill file hits, then slots, then
+        /// routes.
         object: u32,
-        /// Where the file puts it: if that is somewhere else, the file is another one by now.
+        /// Original position in the file. If the object is elsewhere, the file has changed.
         at: Point,
-        /// It is moved by so much; none where it is taken out.
+        /// Displacement; `None` if the object is removed.
         by: Option<Point>,
-        /// Rotation counter-clockwise in thousandths of a degree.
+        /// Counter-clockwise, in thousandths of a degree.
         #[serde(default)]
         turn_mdeg: i32,
-        /// Left becomes right before it is turned.
+        /// Mirror left to right before rotating.
         #[serde(default)]
         mirror: bool,
-        /// It is there beside the one in the file.
+        /// The original stays as well.
         #[serde(default)]
         copy: bool,
     },
 }
 
-/// A thing with its place in the tree.
+/// An element with its place in the tree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
-    /// What it is.
     #[serde(flatten)]
     pub thing: Thing,
-    /// The group it belongs to; none at the top.
+    /// Its group; `None` at the top level.
     #[serde(default, rename = "in", skip_serializing_if = "Option::is_none")]
     pub group: Option<Id>,
 }
 
 impl Thing {
-    /// Its word in the address of a sentence.
+    /// Name in message keys.
     pub const fn word(&self) -> &'static str {
         match self {
             Self::Node { .. } => "node",
@@ -245,7 +226,7 @@ impl Thing {
         }
     }
 
-    /// The nodes it hangs on.
+    /// The nodes it is attached to.
     pub fn nodes(&self) -> impl Iterator<Item = Id> + use<> {
         let (one, two) = match self {
             Self::Track { from, to, .. } => (Some(*from), Some(*to)),
@@ -255,7 +236,8 @@ impl Thing {
         one.into_iter().chain(two)
     }
 
-    /// How an object of a file lies, about the place where its file puts it; none where it is taken out, and for all others.
+    /// Placement of a file object about its original position; `None` if it was removed, and for other
+    /// elements.
     pub fn placement(&self) -> Option<Placement> {
         match self {
             Self::Imported { by: Some(shift), turn_mdeg, mirror, .. } => {
@@ -265,7 +247,7 @@ impl Thing {
         }
     }
 
-    /// Where an object of a file lies; none where it is taken out, and for all others.
+    /// Position of a file object; `None` if it was removed, and for other elements.
     pub fn place(&self) -> Option<Point> {
         match self {
             Self::Imported { at, by: Some(by), .. } => Some(shifted(*at, *by)),
@@ -273,12 +255,12 @@ impl Thing {
         }
     }
 
-    /// Whether it is an object of a file that is as its file says.
+    /// True for a file object that equals its original.
     pub fn is_as_in_its_file(&self) -> bool {
         matches!(self, Self::Imported { copy: false, .. }) && self.placement() == Some(Placement::default())
     }
 
-    /// An object of a file placed anew: its place goes as `place` says, and it is mirrored and turned as `placement` does.
+    /// Transforms a file object: its position by `place`, its mirror and rotation by `placement`.
     fn placed(self, placement: Placement, place: impl Fn(Point) -> Point) -> Self {
         match (self.place(), self) {
             (Some(now), Self::Imported { file, object, at, turn_mdeg, mirror, copy, .. }) => {
@@ -292,7 +274,7 @@ impl Thing {
         }
     }
 
-    /// Where its copper is, if it is copper or an edge.
+    /// The layer of copper or edge; `None` for other elements.
     pub const fn layer(&self) -> Option<Layer> {
         match self {
             Self::Track { layer, .. } | Self::Pad { layer, .. } => Some(*layer),
@@ -301,54 +283,49 @@ impl Thing {
     }
 }
 
-/// A drawn board, or what is drawn over files.
+/// A drawn board, or changes drawn over files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Drawing {
     name: String,
     things: BTreeMap<Id, Entry>,
-    /// What hangs on a node, and what is in a group. Follows from `things`.
+    /// Elements attached to a node, and members of a group. Derived from `things`.
     hanging: BTreeMap<Id, BTreeSet<Id>>,
-    /// Nodes by their places. Follows from `things`.
+    /// Nodes by position. Derived from `things`.
     places: BTreeSet<(Point, Id)>,
 }
 
 impl Drawing {
-    /// An empty drawing with a name for people.
     pub fn named(name: &str) -> Self {
         Self { name: name.chars().take(LONGEST_NAME).collect(), ..Self::default() }
     }
 
-    /// Its name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Everything in it, in the order of the ids.
+    /// All elements, in the order of their ids.
     pub fn things(&self) -> impl Iterator<Item = (Id, &Entry)> {
         self.things.iter().map(|(id, entry)| (*id, entry))
     }
 
-    /// How many things there are.
     pub fn len(&self) -> usize {
         self.things.len()
     }
 
-    /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         self.things.is_empty()
     }
 
-    /// What `id` is.
     pub fn get(&self, id: Id) -> Option<&Entry> {
         self.things.get(&id)
     }
 
-    /// What `id` is, without its group.
+    /// The element without its group.
     pub fn thing(&self, id: Id) -> Option<&Thing> {
         self.things.get(&id).map(|entry| &entry.thing)
     }
 
-    /// Where node `id` is.
+    /// Position of a node.
     pub fn at(&self, id: Id) -> Option<Point> {
         match self.thing(id)? {
             Thing::Node { at } => Some(*at),
@@ -356,12 +333,12 @@ impl Drawing {
         }
     }
 
-    /// What hangs on a node, or is in a group.
+    /// Elements attached to a node, or members of a group.
     pub fn hanging(&self, id: Id) -> impl Iterator<Item = Id> + '_ {
         self.hanging.get(&id).into_iter().flatten().copied()
     }
 
-    /// What is in no group, in the order of the ids.
+    /// Elements in no group, in the order of their ids.
     pub fn top(&self) -> impl Iterator<Item = Id> + '_ {
         self.things.iter().filter(|(_, entry)| entry.group.is_none()).map(|(id, _)| *id)
     }
@@ -371,12 +348,12 @@ impl Drawing {
         self.places.range((at, Id(0))..=(at, Id(u32::MAX))).next().map(|(_, id)| *id)
     }
 
-    /// An id that is larger than all that are there.
+    /// An id larger than all existing ids.
     pub fn next_id(&self) -> Id {
         Id(self.things.last_key_value().map_or(1, |(id, _)| id.0.saturating_add(1)))
     }
 
-    /// `ids` without groups: in place of a group all that is in it and in the groups in it. Each once, in order.
+    /// `ids` with groups replaced by their members, recursively. Each once, in order.
     pub fn leaves(&self, ids: &BTreeSet<Id>) -> BTreeSet<Id> {
         let mut leaves = BTreeSet::new();
         let mut open: Vec<Id> = ids.iter().copied().collect();
@@ -390,14 +367,14 @@ impl Drawing {
         leaves
     }
 
-    /// The places of `ids` and of all in the groups among them: of their nodes, and of objects of files.
+    /// Positions of nodes and file objects of `ids`, including members of groups.
     pub fn spots_of(&self, ids: &BTreeSet<Id>) -> Vec<Point> {
         let nodes = self.nodes_of(ids).into_iter().filter_map(|node| self.at(node));
         let objects = self.leaves(ids).into_iter().filter_map(|id| self.thing(id)?.place());
         nodes.chain(objects).collect()
     }
 
-    /// The nodes of `ids`, of all in the groups among them, and those among them that are nodes.
+    /// Nodes of `ids`, including members of groups, and `ids` that are nodes.
     pub fn nodes_of(&self, ids: &BTreeSet<Id>) -> BTreeSet<Id> {
         let mut nodes = BTreeSet::new();
         for id in self.leaves(ids) {

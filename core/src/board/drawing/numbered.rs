@@ -1,19 +1,20 @@
-//! Which number each object of a file has, so that a drawing can speak of it.
+//! Numbers the objects of a file, so that a drawing can refer to them.
 //!
 //! ```text
-//!  layer       0 1 2 ⠿ 4 5 │ 6 7 8 9        objects in their order; behind them, copy by copy, what the repeats among them draw
-//!  drill file  hits │ slots │ routes        each in their order
+//!  layer       0 1 2 ⠿ 4 5 │ 6 7 8 9        objects in order; then, copy by copy, the expanded repeats
+//!  drill file  hits │ slots │ routes        each in order
 //! ```
 //!
-//! Comes in: objects of a layer as read. Goes out: the same with repeats taken apart, each in the place where it is drawn. Repeats
-//! that draw more than can be caught stay whole. Does not know what is done with them.
+//! Repeats with too many objects to select are not expanded.
 
 use super::body::shifted;
-use super::imported::MOST_IMPORTED;
 use crate::artwork::{Form, Gerber, Object, ObjectShape};
 use crate::geometry::{Path, Placement, Point};
 
-/// The objects of a layer with their numbers, in the order in which they are drawn.
+/// Limit of selectable objects.
+pub(super) const MOST_IMPORTED: usize = 50_000;
+
+/// The objects of a layer with their numbers, in drawing order.
 pub(super) fn numbered(objects: &[Object]) -> Vec<(u32, Object)> {
     let mut made = Vec::with_capacity(objects.len());
     let (mut next, mut left) = (objects.len() as u32, MOST_IMPORTED as u64);
@@ -34,7 +35,7 @@ pub(super) fn numbered(objects: &[Object]) -> Vec<(u32, Object)> {
     made
 }
 
-/// Whether everything in a layer adds to what lies below it, in its block apertures too.
+/// True if nothing in a layer erases, block apertures included.
 pub(super) fn is_dark(layer: &Gerber) -> bool {
     let blocks = layer.apertures.iter().filter_map(|aperture| match &aperture.form {
         Form::Block { objects } => Some(objects),
@@ -50,7 +51,7 @@ fn add(objects: &[Object]) -> bool {
     })
 }
 
-/// How many objects a repeat draws.
+/// Number of objects that a repeat draws.
 fn count(object: &Object) -> u64 {
     match &object.shape {
         ObjectShape::Repeat { objects, columns, rows, .. } => {
@@ -60,7 +61,7 @@ fn count(object: &Object) -> u64 {
     }
 }
 
-/// By how much each copy lies beside the first, in the order in which they are drawn.
+/// Offset of each copy from the first, in drawing order.
 fn copies(columns: u32, rows: u32, step: Point) -> impl Iterator<Item = Point> {
     let all = (0..columns).flat_map(move |column| (0..rows).map(move |row| (column, row)));
     all.map(move |(column, row)| Point::new(step.x * i64::from(column), step.y * i64::from(row)))

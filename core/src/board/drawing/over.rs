@@ -1,14 +1,13 @@
-//! Drawn over files: what they draw is moved, turned, copied and taken out, and what is drawn is added. The files are never changed:
-//! what was read of them is, before the board is made.
+//! Applies a drawing to imported files: moves, rotates, copies and removes their objects and adds drawn
+//! elements. The files never change: the changes apply to the data read from them, before the board is made.
 //!
 //! ```text
-//!  files ─ read ─▶ Artwork ─ lay_over(drawing) ─▶ Artwork ─▶ Board ─▶ plan, proof, simulation, like any other
-//!  object 7 ─┬─ as the drawing says, in its own place of the file      apertures are held mirrored and turned,
-//!            └─ its copies, right behind it                            paths get their points anew
+//!  files ─ read ─▶ Artwork ─ lay_over(drawing) ─▶ Artwork ─▶ Board ─▶ plan, proof, simulation
+//!  object 7 ─┬─ as the drawing states, at its own place in the file    apertures are mirrored and rotated,
+//!            └─ its copies, directly after it                          paths get new points
 //! ```
 //!
-//! Comes in: an [`Artwork`] and a [`Drawing`]. Goes out: the same artwork, changed; diagnostics where a file is not as it was.
-//! A repeat of which something is changed is taken apart into what it draws; what a block aperture draws is one thing.
+//! A repeat with a changed object is expanded; a flash of a block aperture is one object.
 
 use super::body::{path_about, placed_about, shifted};
 use super::holes_written::excellon_text;
@@ -25,7 +24,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Placement, Point};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Lays the drawings among `files`, which are no artwork, over the artwork of the others.
+/// Applies the drawings among `files` to the artwork of the other files.
 pub fn lay_over_all(
     files: &[(String, Vec<u8>)],
     artwork: &mut Artwork,
@@ -39,12 +38,12 @@ pub fn lay_over_all(
     drawings.flat_map(each).collect()
 }
 
-/// The artwork of what is no drawing among `files`.
+/// The artwork of those `files` that are no drawings.
 pub fn read_under(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
     read_under_telling(files, overrides, &mut |_, _| {})
 }
 
-/// The same; `progress` is told how many bytes are read, and how many there are.
+/// As [`read_under`]; calls `progress` with the bytes read and the total.
 pub fn read_under_telling(
     files: &[(String, Vec<u8>)],
     overrides: &Overrides,
@@ -54,7 +53,7 @@ pub fn read_under_telling(
     artwork::read_set_telling(&under, overrides, progress)
 }
 
-/// Makes the artwork what the drawing says it is: takes out, moves, adds. `used` follows.
+/// Applies a drawing to the artwork and updates `used`.
 pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>) -> Vec<Diagnostic> {
     let (_, mut diagnostics) = changed(drawing, artwork);
     let texts = files(drawing);
@@ -65,7 +64,7 @@ pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>)
     let texts: Vec<(String, Vec<u8>)> =
         texts.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
     for mut file in artwork::read_set(&texts, &Overrides::default()).files {
-        // Its numbers are as they are written, wherever its holes lie.
+        // Coordinates are exact as written, so no format evidence is needed.
         file.evidence = None;
         file.board = board.clone().unwrap_or_default();
         diagnostics.append(&mut file.diagnostics);
@@ -74,8 +73,8 @@ pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>)
     diagnostics
 }
 
-/// The files that a drawing makes of those it is drawn over: of each in which it moves, turns, copies or takes out something the
-/// whole, as it is then, by the name that it has; and [`files()`] of what is drawn. Files that it does not speak of are as they were.
+/// Exported files of a drawing over files: each changed file as a whole, under its name; and [`files()`] of
+/// the drawn elements. Unchanged files are not included.
 pub fn files_over(drawing: &Drawing, mut artwork: Artwork) -> (Vec<(String, String)>, Vec<Diagnostic>) {
     let (rows, lost) = changed(drawing, &mut artwork);
     let mut texts = files(drawing);
@@ -94,7 +93,7 @@ pub fn files_over(drawing: &Drawing, mut artwork: Artwork) -> (Vec<(String, Stri
     (texts, lost)
 }
 
-/// What is drawn goes into the layer that the board takes; where there is none, it is that layer.
+/// Adds a drawn file to the layer that the board uses for its role, or as a new layer.
 fn add(artwork: &mut Artwork, used: &mut Vec<usize>, file: FileRead) {
     let row = file.gerber.as_ref().and_then(|_| taken(artwork, used, file.role, file.side));
     let into = row.and_then(|row| artwork.files.get_mut(row)?.gerber.as_mut());
@@ -119,24 +118,24 @@ fn graft(into: &mut Gerber, drawn: Gerber) {
         aperture: object.aperture + apertures,
         transform: object.transform + transforms,
         tag: object.tag + tags,
-        // What is drawn on a negative layer is no copper; what is taken away from it is.
+        // A negative layer inverts: drawn copper must clear there.
         clear: object.clear != negative,
         ..object
     }));
 }
 
-/// What becomes of an object of a file.
+/// A change of a file object.
 struct Change {
     object: u32,
-    /// Where its file puts it.
+    /// Original position in the file.
     at: Point,
-    /// How it lies about that place; none where it goes.
+    /// New placement about that position; `None` if removed.
     becomes: Option<Placement>,
-    /// A copy of it does, and it stays.
+    /// The change makes a copy; the original stays.
     copy: bool,
 }
 
-/// Takes out, places anew and copies what the drawing says. Gives the rows of the files, and what there is to say.
+/// Applies the drawing's changes. Returns the changed rows of the files, and diagnostics.
 fn changed(drawing: &Drawing, artwork: &mut Artwork) -> (BTreeSet<usize>, Vec<Diagnostic>) {
     let mut wanted: BTreeMap<&str, Vec<Change>> = BTreeMap::new();
     for (_, entry) in drawing.things() {
@@ -167,8 +166,8 @@ fn changed(drawing: &Drawing, artwork: &mut Artwork) -> (BTreeSet<usize>, Vec<Di
     (rows, lost)
 }
 
-/// Whether a file that was read is the one that a drawing names: by the whole of its name, or by its end, as a file has
-/// another folder before its name where another reads it.
+/// True if a file is the one that a drawing names. One name may be the end of the other, because folders
+/// differ between readers.
 pub(super) fn is_called(name: &str, wanted: &str) -> bool {
     let ends = |long: &str, short: &str| {
         long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('/'))
@@ -176,15 +175,15 @@ pub(super) fn is_called(name: &str, wanted: &str) -> bool {
     ends(name, wanted) || ends(wanted, name)
 }
 
-/// What changes mean: objects of a file by their places in a list of them.
+/// Changes resolved to indices into a list of objects.
 #[derive(Default)]
 struct Meant<'a> {
     changes: Vec<(usize, &'a Change)>,
-    /// The places at which none lies.
+    /// Positions without an object.
     missed: Vec<Point>,
 }
 
-/// What is meant, of objects with their numbers and places: by its number where it lies there, else the first that does.
+/// Resolves changes: by number if that object is at the position, else the first object there.
 fn meant<'a>(changes: &'a [Change], places: &[(u32, Option<Point>)]) -> Meant<'a> {
     let by_number: BTreeMap<u32, usize> =
         (0..).zip(places).map(|(index, (number, _))| (*number, index)).collect();
@@ -254,12 +253,12 @@ fn route_placed(route: &Route, placement: Placement) -> Route {
 /// Objects of a file after changes.
 struct Made<T> {
     objects: Vec<T>,
-    /// Where each that was there, or what is behind it, is now.
+    /// New index of each original object, or of what follows it.
     begins: Vec<usize>,
 }
 
-/// Makes those of `changes` that mean `objects`, of which the first is at `first` in the list of all; in their order: copies come
-/// right behind what they are copies of.
+/// Applies `changes` to `objects`; `first` is the index of the first of them in the whole list. Copies
+/// directly follow their originals.
 fn made<T: Clone>(
     objects: impl IntoIterator<Item = T>,
     first: usize,
@@ -290,15 +289,15 @@ fn made<T: Clone>(
     made
 }
 
-/// How the apertures of a layer are held, with what is turned.
+/// Transforms of a layer, extended for rotated apertures.
 struct Held<'a> {
     transforms: &'a mut Vec<Transform>,
-    /// By what they were held in, mirror and turn.
+    /// New transform by old transform, mirror and rotation.
     known: BTreeMap<(u32, bool, i32), u32>,
 }
 
 impl Held<'_> {
-    /// An object placed about its place.
+    /// The object transformed about its position.
     fn placed(&mut self, object: &Object, placement: Placement) -> Object {
         let mut object = object.clone();
         match &mut object.shape {

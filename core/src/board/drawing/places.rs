@@ -1,29 +1,26 @@
-//! Where things are, so that those near a place are found without looking at all of them.
+//! Spatial index of bounds.
 //!
 //! ```text
-//!  boxes by size:  cells of 1/8 mm … 2 m, each twice as wide as the one before; a box lies in the cells that are
+//!  boxes by size:  cells of 1/8 mm … 2 m, each twice as wide as the one before; a box is in cells
 //!                  no smaller than it is, so in four of them at most
 //! ```
-//!
-//! Comes in: boxes by key. Goes out: the keys whose boxes may meet another one. Does not know what the boxes hold.
 
 use crate::geometry::Bounds;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The smallest cell is 2 to the power of this, in nm.
 const SMALLEST_BITS: u32 = 17;
-/// So many sizes of cells.
+/// Number of cell sizes.
 const SIZES: u32 = 15;
 
-/// A cell: its size, its column and its row.
+/// Cell size, column and row.
 type Cell = (u32, i64, i64);
 
-/// Boxes by key.
 #[derive(Clone, Debug)]
 pub(super) struct Places<K> {
     cells: BTreeMap<Cell, Vec<K>>,
     boxes: BTreeMap<K, Bounds>,
-    /// How many boxes there are of each size.
+    /// Number of boxes of each size.
     counts: [usize; SIZES as usize],
 }
 
@@ -34,7 +31,7 @@ impl<K> Default for Places<K> {
 }
 
 impl<K: Copy + Ord> Places<K> {
-    /// Puts a box, or takes it away, in place of the one that was there under its key.
+    /// Sets or removes the box of a key.
     pub(super) fn set(&mut self, key: K, bounds: Option<Bounds>) {
         if let Some(was) = self.boxes.remove(&key) {
             let size = size_of(was);
@@ -67,7 +64,7 @@ impl<K: Copy + Ord> Places<K> {
         for size in sizes {
             let (low, high) = span(bounds, size);
             for column in low.0..=high.0 {
-                // Rows of a column lie beside each other in the map.
+                // Rows of a column are adjacent in the map.
                 let rows = self.cells.range((size, column, low.1)..=(size, column, high.1));
                 let met = |key: &&K| self.boxes.get(*key).is_some_and(|own| own.meets(bounds));
                 found.extend(rows.flat_map(|(_, keys)| keys).filter(met));
@@ -77,13 +74,13 @@ impl<K: Copy + Ord> Places<K> {
     }
 }
 
-/// The size of the cells that are no smaller than a box.
+/// The smallest cell size that is no smaller than the box.
 fn size_of(bounds: Bounds) -> u32 {
     let width = (bounds.max.x - bounds.min.x).nm().max((bounds.max.y - bounds.min.y).nm()).unsigned_abs();
     (u64::BITS - width.leading_zeros()).saturating_sub(SMALLEST_BITS).min(SIZES - 1)
 }
 
-/// The first and the last cell of a box, by column and row.
+/// First and last cell of a box, by column and row.
 fn span(bounds: Bounds, size: u32) -> ((i64, i64), (i64, i64)) {
     let bits = SMALLEST_BITS + size;
     let (low, high) = (bounds.min, bounds.max);

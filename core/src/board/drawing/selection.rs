@@ -1,13 +1,10 @@
-//! What is chosen, drawn things and objects of files alike, and what is done with all of it: each as one [`Edit`].
+//! A selection of drawn elements and file objects, and its operations, each as one [`Edit`].
 //!
 //! ```text
-//!  things, groups ───┐
-//!                    ├─▶ moved · turned · mirrored · aligned · array · copied · removed
-//!  objects of files ─┘   the first edit of an object begins to speak of it
+//!  elements, groups ─┐
+//!                    ├─▶ moved · rotated · mirrored · aligned · array · copied · removed
+//!  file objects ─────┘   the first edit of a file object adds an element that refers to it
 //! ```
-//!
-//! Comes in: a [`Drawing`], where everything is, what is chosen. Goes out: edits; an empty one where there is nothing to do. Does
-//! not apply them.
 
 use super::body::shifted;
 use super::change::{self, emptied, entries_of, into_a_group, into_the_group, taken_out};
@@ -16,39 +13,35 @@ use crate::geometry::{Bounds, Placement, Point};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Which edges, or middles, come into one line.
+/// Edges or middles to align.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
-    /// The lower ends: left, or bottom.
+    /// Left or bottom.
     Low,
-    /// The middles.
     Middle,
-    /// The upper ends: right, or top.
+    /// Right or top.
     High,
 }
 
-/// How things come into one line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Align {
     /// In X, else in Y.
     pub x: bool,
-    /// With what.
     pub sides: Sides,
 }
 
-/// What is chosen of a drawing and of the files under it.
+/// A selection of a drawing and of the files under it.
 #[derive(Clone, Debug)]
 pub struct Selection<'a> {
     drawing: &'a Drawing,
     finder: &'a Finder,
-    /// Things and groups.
     ids: BTreeSet<Id>,
-    /// Objects of files by their places in the list, without those that are in groups of `ids`.
+    /// File objects by index, without those in groups of `ids`.
     objects: Vec<u32>,
 }
 
 impl<'a> Selection<'a> {
-    /// What is chosen. Objects of files that were taken out are left out.
+    /// Drops removed file objects.
     pub fn new(drawing: &'a Drawing, finder: &'a Finder, chosen: &BTreeSet<Catch>) -> Self {
         let id = |catch: &Catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None };
         let of = |catch: &Catch| if let Catch::Imported(of) = catch { Some(*of) } else { None };
@@ -60,23 +53,23 @@ impl<'a> Selection<'a> {
         Self { drawing, finder, ids, objects }
     }
 
-    /// A part of it.
+    /// A subset of the selection.
     fn part(&self, ids: BTreeSet<Id>, objects: Vec<u32>) -> Self {
         Self { drawing: self.drawing, finder: self.finder, ids, objects }
     }
 
-    /// Its things and objects one by one; a group as one.
+    /// Its elements and objects one by one; a group counts as one.
     fn parts(&self) -> impl Iterator<Item = Self> + '_ {
         let drawn = self.ids.iter().map(|id| self.part(BTreeSet::from([*id]), Vec::new()));
         drawn.chain(self.objects.iter().map(|of| self.part(BTreeSet::new(), vec![*of])))
     }
 
-    /// What the drawing says of its objects of files, or would say if it spoke of them.
+    /// Elements for its file objects: existing ones, or new ones with fresh ids.
     fn entries(&self) -> Vec<(Id, Entry)> {
         let mut next = self.drawing.next_id();
         let entry = |of: &u32| {
             let one = self.finder.imported().get(*of as usize)?;
-            // The finder may be ahead of the drawing, while something is dragged.
+            // During a drag the finder may be ahead of the drawing.
             let said = self.finder.said_of(*of).and_then(|id| Some((id, self.drawing.get(id)?.clone())));
             let said = said.filter(|(_, entry)| self.finder.imported_of(&entry.thing) == Some(*of));
             Some(said.unwrap_or_else(|| {
@@ -88,7 +81,7 @@ impl<'a> Selection<'a> {
         self.objects.iter().filter_map(entry).collect()
     }
 
-    /// Each of its objects of files becomes what `becomes` makes of it.
+    /// Replaces each of its file objects by the result of `becomes`.
     fn objects_anew(&self, becomes: impl Fn(Thing) -> Option<Thing>) -> Edit {
         let anew = |(id, entry): (Id, Entry)| {
             let thing = becomes(entry.thing.clone())?;
@@ -97,24 +90,23 @@ impl<'a> Selection<'a> {
         Edit { name: None, changes: self.entries().into_iter().filter_map(anew).collect() }
     }
 
-    /// What is caught where a thing is: an object of a file as such.
+    /// The hit for an element; for a file object, the object.
     fn catch_of(&self, id: Id) -> Catch {
         self.drawing.thing(id).map_or(Catch::Drawn(id), |thing| self.finder.catch_of(id, thing))
     }
 
-    /// All that can be caught of it.
+    /// All hits in it, with groups expanded.
     pub fn leaves(&self) -> impl Iterator<Item = Catch> + '_ {
         let drawn = self.drawing.leaves(&self.ids).into_iter().map(|id| self.catch_of(id));
         drawn.chain(self.objects.iter().copied().map(Catch::Imported))
     }
 
-    /// The box around all of it.
     pub fn bounds(&self) -> Option<Bounds> {
         let boxes = self.leaves().filter_map(|catch| self.finder.body(catch)).map(Body::bounds);
         boxes.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
     }
 
-    /// The one place that it has: of its node, of its pad or hole. None where it has several, and for tracks and areas.
+    /// The position of its only node, pad or hole. `None` if there are several, and for tracks and areas.
     fn single_place(&self) -> Option<Point> {
         let mut places: BTreeSet<Point> =
             self.drawing.nodes_of(&self.ids).into_iter().filter_map(|node| self.drawing.at(node)).collect();
@@ -127,7 +119,7 @@ impl<'a> Selection<'a> {
         places.first().copied().filter(|_| places.len() == 1)
     }
 
-    /// The place about which it is turned: its node, its pad or hole where that is one place, else the middle of the box around it.
+    /// Centre of rotation: its only node, pad or hole, else the centre of its bounds.
     pub fn middle(&self) -> Option<Point> {
         self.single_place().or_else(|| {
             let all = self.bounds()?;
@@ -135,7 +127,7 @@ impl<'a> Selection<'a> {
         })
     }
 
-    /// Placed anew about a point: mirrored, turned, shifted, in this order.
+    /// Mirrors, rotates and shifts about a point, in this order.
     pub fn placed(&self, placement: Placement, about: Point) -> Edit {
         let back = Point::new(-about.x, -about.y);
         let place = |at: Point| shifted(placement.point(shifted(at, back)), about);
@@ -143,18 +135,17 @@ impl<'a> Selection<'a> {
         edit.then(self.objects_anew(|thing| Some(thing.placed(placement, place))))
     }
 
-    /// Moved.
     pub fn moved(&self, by: Point) -> Edit {
         self.placed(Placement::shifted(by), Point::default())
     }
 
-    /// Turned about its middle by thousandths of a degree, and mirrored before where that is wanted: left becomes right.
+    /// Mirrors (left to right) if wanted, then rotates about its centre, in thousandths of a degree.
     pub fn turned(&self, rotation_mdeg: i32, mirror: bool) -> Edit {
         let placement = Placement { mirror, rotation_mdeg, shift: Point::default() };
         self.middle().map(|middle| self.placed(placement, middle)).unwrap_or_default()
     }
 
-    /// Each of its objects of files turned about its own middle, so that it is turned by so much from how its file draws it.
+    /// Rotates each file object about its own centre to this angle relative to its original.
     pub fn turned_to(&self, turn_mdeg: i32) -> Edit {
         let mut edit = Edit::default();
         let drawn = self.drawing.leaves(&self.ids).into_iter();
@@ -169,36 +160,36 @@ impl<'a> Selection<'a> {
             let part = self.part(BTreeSet::new(), vec![*of]);
             let Some(now) = entry.thing.placement() else { continue };
             let turned = part.turned(turn_mdeg - now.rotation_mdeg, false);
-            // The part counts new things from the start.
+            // Each part numbers new elements from the same id: use the id assigned here.
             edit.changes.extend(turned.changes.into_iter().map(|(_, becomes)| (id, becomes)));
         }
         edit
     }
 
-    /// Taken out, with the nodes that nothing hangs on after that and the groups that are empty.
+    /// Removes it, with unused nodes and empty groups.
     pub fn removed(&self) -> Edit {
         change::removed(self.drawing, &self.ids).then(self.objects_anew(|thing| taken_out(&thing)))
     }
 
-    /// Its things, groups and objects of files, with what they are.
+    /// Its elements, groups and file objects, with their entries.
     fn members(&self) -> Vec<(Id, Entry)> {
         let mut members = entries_of(self.drawing, &self.ids);
         members.extend(self.entries());
         members
     }
 
-    /// In a new group, which lies where they lie if that is one place. And the id of the group. An object of a file is spoken of
-    /// from then on, and stays as it is.
+    /// Moves it into a new group, inside its common group if there is one. Also returns the id of the group.
+    /// A file object gets an element that leaves it unchanged.
     pub fn grouped(&self, name: &str) -> (Edit, Option<Id>) {
         into_a_group(self.drawing, self.members(), name)
     }
 
-    /// Into a group that is there, or to the top.
+    /// Moves it into an existing group, or to the top level.
     pub fn regrouped(&self, group: Option<Id>) -> Edit {
         into_the_group(self.members(), group)
     }
 
-    /// Brought into one line; each group among it goes as one. Nothing where it is one thing.
+    /// Aligns its parts; each group counts as one. An empty edit for a single part.
     pub fn aligned(&self, align: Align) -> Edit {
         let several = self.ids.len() + self.objects.len() > 1;
         let Some(all) = self.bounds().filter(|_| several) else { return Edit::default() };
@@ -219,7 +210,7 @@ impl<'a> Selection<'a> {
                     Thing::Node { at } => Thing::Node { at: shifted(at, by) },
                     object => object.placed(Placement::shifted(by), |at| shifted(at, by)),
                 };
-                // A node that two of them share goes with the first.
+                // A node shared by two parts moves with the first.
                 changes.entry(id).or_insert(Entry { thing, group });
             }
         }
@@ -229,7 +220,7 @@ impl<'a> Selection<'a> {
         Edit { name: None, changes: changes.map(|(id, entry)| (id, Some(entry))).collect() }
     }
 
-    /// Copies in columns and rows, the first being what is there.
+    /// Copies in columns and rows; the original is the first.
     pub fn array(&self, columns: u32, rows: u32, step: Point) -> Edit {
         let copied = self.copied();
         let mut edit = Edit::default();
@@ -248,21 +239,21 @@ impl<'a> Selection<'a> {
         edit
     }
 
-    /// A drawing of it alone, with the nodes of its things and the groups among them. Objects of files are copies in it.
+    /// The selection as a drawing, with its nodes and groups. File objects become copies.
     pub fn copied(&self) -> Drawing {
         let mut copy = clip::copied(self.drawing, &self.ids);
         let objects = self.entries().into_iter().filter_map(|(_, entry)| clip::copy_of(entry.thing));
         let fresh = (copy.next_id().0..).map(Id);
         let changes = fresh.zip(objects).map(|(id, thing)| (id, Some(Entry { thing, group: None })));
         let edit = Edit { name: None, changes: changes.collect() };
-        // Nothing but what already fits is in it.
+        // Can't fail: all references are inside.
         let _ = copy.apply(&edit);
         copy
     }
 }
 
-/// What is chosen of files as its files draw it, all that a drawing speaks of where nothing is chosen: the drawing speaks of it no
-/// longer, unless it is in a group, where it stays. Copies stay.
+/// Restores file objects to their originals: the selected ones, or all if nothing is selected. Their elements
+/// are deleted, except members of groups. Copies stay.
 pub fn put_back(drawing: &Drawing, finder: &Finder, chosen: &BTreeSet<Catch>) -> Edit {
     let drawn = chosen.iter().filter_map(|catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None });
     let leaves = drawing.leaves(&drawn.collect());
@@ -279,7 +270,7 @@ pub fn put_back(drawing: &Drawing, finder: &Finder, chosen: &BTreeSet<Catch>) ->
     edit
 }
 
-/// An object of a file as its file puts it.
+/// A file object at its original position.
 fn as_in_its_file(thing: &Thing) -> Thing {
     match thing {
         Thing::Imported { file, object, at, copy, .. } => Thing::Imported {
@@ -307,7 +298,7 @@ impl Align {
 }
 
 impl Imported {
-    /// What a drawing says that speaks of it and leaves it as it is.
+    /// An element that refers to the object and leaves it unchanged.
     fn thing(&self) -> Thing {
         Thing::Imported {
             file: self.file.clone(),

@@ -1,43 +1,38 @@
-//! Widths of tracks, diameters of holes, rings around them, each kind with the smallest first.
-//!
-//! Comes in: a [`Drawing`], what an edit touched. Goes out: sets of lengths with whose they are. Does not know gaps.
+//! Track widths, hole diameters and annular rings of a drawing, each sorted.
 
 use super::{Body, Drawing, Id, Layer, Thing};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Lengths with whose they are.
+/// Lengths with their elements, the smallest first.
 type Order = BTreeSet<(Length, Id)>;
 
-/// What is known of one thing.
+/// Sizes of one element.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Known {
-    /// The nodes that it hangs on.
+    /// The nodes it is attached to.
     nodes: [Option<Id>; 2],
     track: Option<Length>,
     hole: Option<Length>,
     ring: Option<Length>,
 }
 
-/// The sizes of a drawing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes {
     known: BTreeMap<Id, Known>,
-    /// Widths of tracks that are copper.
+    /// Widths of copper tracks.
     pub tracks: Order,
-    /// Copper around holes.
     pub rings: Order,
-    /// Diameters of holes.
     pub holes: Order,
 }
 
 impl Sizes {
-    /// Follows the drawing: only these were touched. Gives the nodes that they hang on, now and before.
+    /// Updates the touched elements. Returns their nodes, before and after.
     pub(super) fn update(&mut self, drawing: &Drawing, touched: &BTreeSet<Id>) -> BTreeSet<Id> {
         let was = touched.iter().filter_map(|id| self.known.get(id)).flat_map(|known| known.nodes);
         let is = touched.iter().filter_map(|id| drawing.thing(*id)).flat_map(Thing::nodes);
         let nodes: BTreeSet<Id> = was.flatten().chain(is).collect();
-        // A pad that is another one leaves another ring around the holes on its node.
+        // A changed pad changes the rings of the holes on its node.
         let beside = nodes.iter().flat_map(|node| drawing.hanging(*node));
         for id in touched.iter().copied().chain(beside).collect::<BTreeSet<Id>>() {
             self.set(id, known(drawing, id));
@@ -80,7 +75,7 @@ fn known(drawing: &Drawing, id: Id) -> Option<Known> {
     })
 }
 
-/// The copper left around a hole in the pads on its node: of the narrowest of them.
+/// Copper around a hole: the smallest ring over the pads on its node.
 fn ring(drawing: &Drawing, node: Id, diameter: Length) -> Option<Length> {
     let at = drawing.at(node)?;
     let pads = drawing.hanging(node).filter_map(|id| {

@@ -1,7 +1,4 @@
-//! A drawing as a picture that any browser shows, true to size.
-//!
-//! Comes in: a [`Drawing`], or the [`Board`] that it makes over files, arcs as arcs. Goes out: SVG in millimetres, a group for each
-//! layer; what is equal gives equal texts. Does not know the colours of the page.
+//! SVG picture of a drawing, true to size.
 
 use super::files::decimal;
 use super::{Body, Drawing, Layer, Thing};
@@ -11,17 +8,15 @@ use crate::units::Length;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// Free space around everything.
 const MARGIN: Length = Length::from_um(1_000);
 
-/// Layers from below, with their colours; holes come last.
+/// Layers from bottom to top, with their colours; holes follow.
 const LAYERS: [(Layer, &str); 3] =
     [(Layer::Bottom, "#3b6ea5"), (Layer::Top, "#b5532a"), (Layer::Edge, "#8a7a1f")];
 
-/// How the group of the holes begins.
+/// Start of the group of holes.
 const HOLES: &str = "<g id=\"holes\" fill=\"#ffffff\" stroke=\"#202020\" stroke-width=\"0.05\">\n";
 
-/// The picture.
 pub fn svg(drawing: &Drawing) -> String {
     let drawn = |(_, entry)| Body::of(drawing, entry);
     let mut out = head(drawing.things().filter_map(drawn).map(|body| body.bounds()), drawing.name());
@@ -47,7 +42,7 @@ pub fn svg(drawing: &Drawing) -> String {
     out + "</g>\n</svg>\n"
 }
 
-/// The picture of a board: its copper and its edge with their arcs, its holes and slots.
+/// SVG picture of a board: copper and edge with arcs, holes and slots.
 pub fn board_svg(board: &Board, name: &str) -> String {
     let copper = |layer: Layer| {
         let face = if layer == Layer::Top { Face::Top } else { Face::Bottom };
@@ -83,7 +78,7 @@ pub fn board_svg(board: &Board, name: &str) -> String {
     out + "</g>\n</svg>\n"
 }
 
-/// A closed path in the words of a picture. A whole circle is two halves there.
+/// A closed path as SVG path data. A full circle needs two arcs there.
 fn way(path: &Path) -> String {
     let at = |point: Point| format!("{},{}", decimal(point.x), decimal(-point.y));
     let mut out = format!("M{}", at(path.start));
@@ -92,7 +87,8 @@ fn way(path: &Path) -> String {
             PathSegment::Line { to } => out += &format!("L{}", at(to)),
             PathSegment::Arc { to, centre, clockwise } => {
                 let radius = decimal(Length::from_mm(from.distance_mm(centre)));
-                // Y goes down in a picture, and what turns with the clock does so there too.
+                // Y is negated, which mirrors; the sweep flag has the mirrored sense too, so clockwise stays
+                // clockwise.
                 let sweep = i32::from(clockwise);
                 if to == from {
                     let across = Point::new(centre.x * 2 - from.x, centre.y * 2 - from.y);
@@ -106,14 +102,14 @@ fn way(path: &Path) -> String {
     out + "Z"
 }
 
-/// Over what angle an arc goes, in radians.
+/// Angle of an arc in radians.
 fn turn(from: Point, to: Point, centre: Point, clockwise: bool) -> f64 {
     let angle = |at: Point| libm::atan2((at.y - centre.y).mm(), (at.x - centre.x).mm());
     let by = if clockwise { angle(from) - angle(to) } else { angle(to) - angle(from) };
     if by < 0.0 { by + 2.0 * PI } else { by }
 }
 
-/// How a picture of all that lies in these boxes begins.
+/// Start of an SVG picture with these bounds.
 fn head(boxes: impl Iterator<Item = Bounds>, name: &str) -> String {
     let all = boxes.reduce(|a, b| a.with(b.min).with(b.max)).unwrap_or(Bounds::of(Point::default()));
     let all = all.grown(MARGIN);
@@ -126,7 +122,7 @@ fn head(boxes: impl Iterator<Item = Bounds>, name: &str) -> String {
     )
 }
 
-/// How the group of a layer begins.
+/// Start of a layer's group.
 fn group(layer: Layer, colour: &str) -> String {
     let id = layer.word();
     format!(
@@ -134,7 +130,7 @@ fn group(layer: Layer, colour: &str) -> String {
     )
 }
 
-/// Y goes down in a picture.
+/// SVG's Y axis points down.
 fn shape(body: &Body) -> String {
     let at = |point: &Point| (decimal(point.x), decimal(-point.y));
     match (body.closed, body.points.as_slice()) {

@@ -1,11 +1,10 @@
-//! A drawing with its edits as text, as it stands in a project (S2).
+//! A drawing with its edits as text, for project files.
 //!
 //! ```text
-//!  { "annulus_drawing": 1, "name": …, "things": { "1": { "node": { "at": … } }, … }, "back": […], "on": […] }
+//!  { "annulus_drawing": 1, "name": …, "things": { "1": { "node": {…} }, … }, "back": […], "on": […] }
 //! ```
 //!
-//! Comes in: text. Goes out: a [`History`], or why there is none: nothing in it is taken unchecked. And the text of one; equal
-//! histories give equal texts. Does not know files.
+//! Equal histories give equal texts.
 
 use super::{Drawing, Edit, Entry, History, Id, MOST_THINGS};
 use crate::diagnostic::Diagnostic;
@@ -13,11 +12,10 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Version of the layout.
 const SCHEMA: u32 = 1;
-/// How a drawing begins, without spaces.
+/// Start of a drawing file, without spaces.
 const HEAD: &[u8] = b"{\"annulus_drawing\"";
-/// The longest text that is read, in bytes.
+/// Longest accepted text, in bytes.
 const LONGEST: usize = 256 << 20;
 
 #[derive(Serialize, Deserialize)]
@@ -26,21 +24,21 @@ struct Kept<'a> {
     annulus_drawing: u32,
     name: String,
     things: Cow<'a, BTreeMap<Id, Entry>>,
-    /// What takes the edits back, the latest last.
+    /// Undo steps, the latest last.
     #[serde(default)]
     back: Cow<'a, [Edit]>,
-    /// What makes again those that were taken back.
+    /// Redo steps.
     #[serde(default)]
     on: Cow<'a, [Edit]>,
 }
 
-/// Whether `bytes` claim to be a drawing.
+/// True if `bytes` start like a drawing file.
 pub fn is_one(bytes: &[u8]) -> bool {
     let letters = bytes.iter().filter(|byte| !byte.is_ascii_whitespace());
     letters.take(HEAD.len()).eq(HEAD)
 }
 
-/// The drawing in `text`, called `file` in diagnostics.
+/// Parses a drawing; `file` is its name in diagnostics.
 pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).at(file, 0, 0);
     if text.len() > LONGEST {
@@ -70,7 +68,7 @@ pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
     Ok(History::restored(drawing, kept.back.into_owned(), kept.on.into_owned()))
 }
 
-/// The text of a drawing and its edits.
+/// Serializes a drawing with its edits.
 pub fn write(history: &History) -> String {
     let (back, on) = history.edits();
     let drawing = history.now();
@@ -81,6 +79,6 @@ pub fn write(history: &History) -> String {
         back: back.into(),
         on: on.into(),
     };
-    // Plain data with whole numbers: there is nothing in it that cannot be written.
+    // Can't fail: plain data with whole numbers.
     serde_json::to_string(&kept).unwrap_or_default()
 }

@@ -1,13 +1,13 @@
-//! A layer of copper as Gerber X2, whole: what is said of it when it is not as its file says.
+//! Writes a modified copper layer as Gerber X2.
 //!
 //! ```text
-//!  Gerber ─┬─ apertures, one after the other; blocks with what is in them
-//!          └─ objects in their order: polarity, mirror, turn, scale and attributes where they are others than before
+//!  Gerber ─┬─ apertures in order; blocks with their contents
+//!          └─ objects in order: polarity, mirror, rotation, scale and attributes whenever they change
 //! ```
 //!
-//! Comes in: a [`Gerber`]. Goes out: its text, in millimetres with six digits: every nanometre. Read again, it draws the same.
-//! Macros are written by what they draw: discs and straight outlines as such; where an arc is in one that is no whole circle,
-//! all of it as chords of a tenth of a micrometre. Does not know files.
+//! Reading the text draws the same layer. Macros are written as the shapes that they draw: discs and
+//! polygons. If a macro has an arc that is no full circle, all of it becomes chords with a tolerance of 0.1
+//! µm.
 
 use super::files::decimal;
 use crate::artwork::{Aperture, Form, Gerber, Object, ObjectShape, Opening, Tag, Transform, painted};
@@ -15,12 +15,11 @@ use crate::geometry::{Path, PathSegment, Point, path_area_mm2};
 use crate::units::Length;
 use std::fmt::Write;
 
-/// The first code of an aperture.
 const FIRST_CODE: u32 = 10;
-/// How far a chord may be from its arc in a macro, in mm.
+/// Tolerance of chords in a macro, in mm.
 const CHORD_ERROR_MM: f64 = 0.0001;
 
-/// What was said last, so that it holds.
+/// Modal state of the written text.
 #[derive(Clone, Debug, PartialEq)]
 struct InForce {
     aperture: Option<u32>,
@@ -30,16 +29,15 @@ struct InForce {
 }
 
 impl InForce {
-    /// As a layer begins.
+    /// State at the start of a layer.
     fn first() -> Self {
         Self { aperture: None, clear: false, transform: Transform::PLAIN, tag: Tag::default() }
     }
 }
 
-/// The text of a layer.
 pub(super) fn gerber_text(layer: &Gerber) -> String {
     let mut out = String::new();
-    // A sum over the text would be that of another one.
+    // The checksum would be wrong for the new text.
     for (name, value) in layer.attributes.iter().filter(|(name, _)| name != "MD5") {
         let comma = if value.is_empty() { "" } else { "," };
         let _ = writeln!(out, "%TF.{name}{comma}{}*%", escaped(value, ""));
@@ -106,7 +104,7 @@ impl Writer<'_> {
         }
     }
 
-    /// All is as a layer begins.
+    /// Resets the modal state.
     fn begin_anew(&mut self) {
         if self.now != InForce::first() {
             self.line("%TD*%\n%LPD*%\n%LMN*%\n%LR0*%\n%LS1*%");
@@ -155,7 +153,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Says what holds for an object and did not hold before.
+    /// Writes the modal changes that an object needs.
     fn put_in_force(&mut self, object: &Object) {
         if matches!(object.shape, ObjectShape::Repeat { .. }) {
             return;
@@ -213,14 +211,14 @@ fn place(at: Point) -> String {
     format!("X{}Y{}", at.x.nm(), at.y.nm())
 }
 
-/// A number with nine digits at most, and no more than there are.
+/// At most nine decimals, without trailing zeros.
 fn number(value: f64) -> String {
     let text = format!("{value:.9}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
-/// Letters that end a field or a command of the format, as the format writes them.
+/// Escapes characters that end a field or a command of the format.
 fn escaped(text: &str, also: &str) -> String {
     let one = |letter: char| {
         if "*%\\".contains(letter) || also.contains(letter) || !letter.is_ascii() || letter.is_control() {
@@ -233,7 +231,7 @@ fn escaped(text: &str, also: &str) -> String {
     text.chars().map(one).collect::<String>()
 }
 
-/// What a macro draws, as primitives of another one.
+/// A macro that draws these primitives.
 fn macro_text(aperture: &Aperture, primitives: &[(bool, Vec<Path>)]) -> String {
     let plain: Option<Vec<String>> = primitives
         .iter()
@@ -245,7 +243,7 @@ fn macro_text(aperture: &Aperture, primitives: &[(bool, Vec<Path>)]) -> String {
     plain.map_or_else(|| outlined(aperture), |lines| lines.concat())
 }
 
-/// A disc, or an outline of straight lines; none for others.
+/// A disc or a polygon; `None` for others.
 fn primitive(path: &Path, dark: bool) -> Option<String> {
     let dark = i32::from(dark);
     if let [PathSegment::Arc { to, centre, .. }] = path.segments.as_slice()
@@ -259,7 +257,7 @@ fn primitive(path: &Path, dark: bool) -> Option<String> {
     path.segments.iter().all(is_line).then(|| outline(&path.corners().collect::<Vec<_>>(), dark))
 }
 
-/// An outline through corners; the last one goes on to the first.
+/// A closed polygon.
 fn outline(corners: &[Point], dark: i32) -> String {
     let corners = match corners {
         [first, rest @ .., last] if !rest.is_empty() && first == last => {
@@ -274,7 +272,7 @@ fn outline(corners: &[Point], dark: i32) -> String {
     out + ",0*\n"
 }
 
-/// An aperture as its outlines, arcs as chords: what is around something comes before it.
+/// The aperture as polygons, arcs as chords: outer outlines before inner ones.
 fn outlined(aperture: &Aperture) -> String {
     let flash = Object {
         shape: ObjectShape::Flash { at: Point::default() },

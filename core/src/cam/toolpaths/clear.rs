@@ -1,13 +1,12 @@
-//! Copper away that does not belong to the picture (N7): rings outwards from the copper until the board is covered.
+//! Clears copper outside the design: rings outwards from the copper until the board is covered.
 //!
-//! The widest bit takes all that it reaches, every thinner one what those before it left.
-//!
-//! Comes in: the copper of one side, an operation. Goes out: tasks, widest bit first. Does not know isolation.
+//! The widest tool clears all that it reaches, every narrower one the rest.
 
 use super::super::work::Clear;
 use super::cut::Area;
 use super::fill::{Field, Stopped, fill, without};
-use super::isolate::turned;
+use super::isolate::{LINK_SLACK, turned};
+use super::linked::{LONGEST_MM, Links};
 use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
 use super::{PlanContext, PlannedOperation};
@@ -15,7 +14,6 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Region, grow, rectangle, union};
 use crate::units::Length;
 
-/// Plans the operation.
 pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
@@ -48,11 +46,20 @@ pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<Plann
         if touched {
             context.report(Diagnostic::warning("cam.zone_in_the_way"));
         }
+        let links = Links {
+            reach: width,
+            longest_mm: LONGEST_MM,
+            spacing: width,
+            min_distance: half(width) + clear.margin - LINK_SLACK,
+            max_distance: Length::LIMIT,
+            copper: &islands,
+            closed: closed.as_ref(),
+        };
         let rules = Rules {
             start: context.scene.origin,
             overlap: Length::ZERO,
             both_ways: true,
-            link: Some((width, half(width) + clear.margin - Length::from_um(4), &islands)),
+            link: Some(&links),
             seed: context.means.options.seed,
         };
         let paths = arranged(paths, &rules);
@@ -64,7 +71,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<Plann
     Ok(part)
 }
 
-/// What is to be cleared, copper included: the board, or without an outline the copper's box.
+/// The area to clear, including copper: the board, or without an outline the copper's bounds.
 fn board(context: &PlanContext<'_>, copper: &Region) -> Option<Region> {
     if !context.scene.board.outline.is_empty() {
         return Some(context.scene.board.outline.clone());

@@ -1,24 +1,23 @@
-//! Paths cut into pieces: at lengths along them, and where they cross the edges of an area.
+//! Splits paths: at lengths along them, and at the edges of an area.
 //!
 //! ```text
-//!   path  ────────┼─────────┼──────▶        cut at lengths: tabs, ramps, overlaps
+//!   path  ────────┼─────────┼──────▶        at lengths: tabs, ramps, overlaps
 //!
 //!            ┌─────────┐
-//!   path  ───┼─────────┼─── path            inside an area: what lies in it, or what lies out of it
+//!   path  ───┼─────────┼─── path            at an area: the parts inside, or the parts outside
 //!            └─────────┘
 //! ```
 //!
-//! Comes in: paths, lengths in mm, an [`Area`]. Goes out: paths. Ends of pieces are on the line or circle that was cut to
-//! a nanometre. Does not know what the pieces are for.
+//! Ends of pieces are on the original line or circle, to a nanometre.
 
 use crate::geometry::{Index, Path, PathSegment, Point, Region, chords, segment_bounds};
 use crate::units::Length;
 use std::f64::consts::TAU;
 
-/// Pieces shorter than this, in mm, are not made.
+/// Shorter pieces, in mm, are dropped.
 const CRUMB_MM: f64 = 1e-5;
 
-/// A segment with its start and the lengths along the path at which it begins and ends, in mm.
+/// A segment with its start, and the lengths along the path of its ends, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     pub(crate) from: Point,
@@ -27,7 +26,7 @@ pub(crate) struct Piece {
     pub(crate) end_mm: f64,
 }
 
-/// A region that points are asked of.
+/// A region prepared for point queries.
 pub(crate) struct Area {
     index: Index,
 }
@@ -46,7 +45,7 @@ impl Area {
     }
 }
 
-/// How long a segment is, in mm.
+/// Length of a segment, in mm.
 pub(super) fn length(from: Point, segment: PathSegment) -> f64 {
     match segment {
         PathSegment::Line { to } => from.distance_mm(to),
@@ -73,7 +72,7 @@ pub(crate) fn point_on(from: Point, segment: PathSegment, share: f64) -> Point {
     }
 }
 
-/// The same kind of segment, ending at `to`.
+/// A segment of this kind, ending at `to`.
 fn ending(segment: PathSegment, to: Point) -> PathSegment {
     match segment {
         PathSegment::Line { .. } => PathSegment::Line { to },
@@ -81,7 +80,7 @@ fn ending(segment: PathSegment, to: Point) -> PathSegment {
     }
 }
 
-/// The segment cut at ascending shares: the parts with their starts, and the shares at which they begin and end.
+/// The segment split at ascending shares: the parts with their starts, and the shares of their ends.
 pub(crate) fn parted(
     from: Point,
     segment: PathSegment,
@@ -104,7 +103,7 @@ pub(crate) fn parted(
     parts
 }
 
-/// The segments of `path`, cut also at the given lengths along it.
+/// The segments of `path`, also split at the given lengths along it.
 pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
     let mut sorted = lengths.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -144,7 +143,7 @@ pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
     Path { start, segments }
 }
 
-/// The share of a segment at which it is nearest to `at`.
+/// The share of a segment nearest to `at`.
 pub(crate) fn nearest_share(from: Point, segment: PathSegment, at: Point) -> f64 {
     let found = share(from, segment, (at.x.mm(), at.y.mm()));
     if (0.0..=1.0).contains(&found) {
@@ -154,7 +153,7 @@ pub(crate) fn nearest_share(from: Point, segment: PathSegment, at: Point) -> f64
     if from.distance_mm(at) <= to_end { 0.0 } else { 1.0 }
 }
 
-/// A closed path started at its place nearest to `at`.
+/// A closed path started at its point nearest to `at`.
 pub(crate) fn started_near(path: &Path, at: Point) -> Path {
     let away = |(from, segment): &(Point, PathSegment)| {
         point_on(*from, *segment, nearest_share(*from, *segment, at)).distance_mm(at)
@@ -173,7 +172,7 @@ pub(crate) fn started_near(path: &Path, at: Point) -> Path {
     turned
 }
 
-/// Where the carriers of two segments meet: at most two points, in mm.
+/// Intersections of the lines or circles of two segments: at most two points, in mm.
 fn meetings(a: (Point, PathSegment), b: (Point, PathSegment)) -> Vec<(f64, f64)> {
     match (a.1, b.1) {
         (PathSegment::Line { to: a1 }, PathSegment::Line { to: b1 }) => lines((a.0, a1), (b.0, b1)),
@@ -221,7 +220,7 @@ fn circles((c, on_c): (Point, Point), (d, on_d): (Point, Point)) -> Vec<(f64, f6
     vec![(foot.0 - uy * aside, foot.1 + ux * aside), (foot.0 + uy * aside, foot.1 - ux * aside)]
 }
 
-/// The share of a segment at which a point of its carrier lies; outside 0 … 1 where it is not on the segment.
+/// Share of a segment at a point of its line or circle; outside 0 … 1 if the point is not on the segment.
 fn share(from: Point, segment: PathSegment, at: (f64, f64)) -> f64 {
     match segment {
         PathSegment::Line { to } => {
@@ -255,7 +254,7 @@ fn crossings(from: Point, segment: PathSegment, area: &Area) -> Vec<f64> {
     shares
 }
 
-/// The parts of `path` that lie in `area` (`inside`), or out of it. A closed path that is whole stays closed.
+/// The parts of `path` inside `area` (`inside`), or outside. A complete closed path stays closed.
 pub(crate) fn parts(path: &Path, area: &Area, inside: bool) -> Vec<Path> {
     let mut found: Vec<Path> = Vec::new();
     let mut open = false;
@@ -277,7 +276,7 @@ pub(crate) fn parts(path: &Path, area: &Area, inside: bool) -> Vec<Path> {
     if whole || !path.is_closed() || found.len() < 2 || !open {
         return found;
     }
-    // The last part runs into the first one where the closed path happened to start.
+    // If the closed path starts within a part, join the last part with the first.
     if found.first().is_some_and(|first| first.start == path.start)
         && let Some(mut last) = found.pop()
     {
@@ -289,4 +288,22 @@ pub(crate) fn parts(path: &Path, area: &Area, inside: bool) -> Vec<Path> {
         }
     }
     found
+}
+
+/// Distance of `path` from `at`, and the length along the path at the nearest point, if within `reach_mm`;
+/// all in mm.
+pub(super) fn nearest(path: &Path, at: Point, reach_mm: f64) -> Option<(f64, f64)> {
+    let pieces = cut_at(path, &[]);
+    let mut best: Option<(f64, f64)> = None;
+    for piece in pieces {
+        let looks = (((piece.end_mm - piece.begin_mm) / 0.1) as u32).clamp(1, 10_000);
+        for look in 0..=looks {
+            let share = f64::from(look) / f64::from(looks);
+            let away = point_on(piece.from, piece.segment, share).distance_mm(at);
+            if best.is_none_or(|(least, _)| away < least) {
+                best = Some((away, piece.begin_mm + (piece.end_mm - piece.begin_mm) * share));
+            }
+        }
+    }
+    best.filter(|(away, _)| *away <= reach_mm)
 }

@@ -1,17 +1,14 @@
-//! The board cut out (N10): inner contours first, passes in depth, tabs or mouse-bites.
+//! Cuts out the board: inner contours first, passes in depth, tabs or mouse-bites.
 //!
 //! ```text
-//!   ╭──────╌╌──────╮     ╌╌ tabs: the bit stays above them, or with mouse-bites does not cut there at all
+//!   ╭──────╌╌──────╮     ╌╌ tabs: the tool stays above them; with mouse-bites it does not cut there,
 //!   │  ╭───────╮   │        and a row of holes lets them break
 //!   ╎  │ inner │   ╎
-//!   ╎  ╰───────╯   ╎     the bit runs outside of the outline, and inside of inner contours
+//!   ╎  ╰───────╯   ╎     the tool is outside the outline, and inside inner contours
 //!   ╰──────╌╌──────╯
 //! ```
 //!
-//! Smaller bits go first, for what is too narrow for the bit: the board is still held then.
-//!
-//! Comes in: the outline, an operation. Goes out: tasks that mill, the one round the board last, and before them one that drills
-//! mouse-bites. Does not know copper.
+//! Smaller tools go first, for parts too narrow for the main tool: the board is still held then.
 
 use super::super::rack;
 use super::super::usual::POINT_DEG;
@@ -21,19 +18,19 @@ use super::checks::tab_strength::{self, BITE_TOLERANCE};
 use super::cut::{self, Area};
 use super::hand_tabs;
 use super::isolate::turned;
+use super::joints::joints;
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
-use super::{BitTask, DrillCycle, EntryMove, PlanContext, PlannedOperation, Toolpath};
+use super::{BitTask, DrillCycle, EntryMove, PlanContext, PlannedOperation, Toolpath, with_position};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, PathSegment, Point, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Lengths along a way, in mm, between which tabs are.
+/// Lengths along a path, in mm, of the ends of each tab.
 type Tabs = Vec<(f64, f64)>;
 
-/// Plans the operation.
 pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<PlannedOperation, Diagnostic> {
     context.go_on()?;
     let mut part = PlannedOperation::default();
@@ -52,14 +49,18 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
         CutSide::Outside => grow(outline, offset),
         CutSide::On => outline.clone(),
     };
+    let panel = &context.work.setup.panel;
+    let drawn = panel.gap > Length::ZERO || (panel.columns, panel.rows) == (1, 1);
+    let joints = if drawn && cut_out.side == CutSide::Outside { joints(outline) } else { Vec::new() };
     if cut_out.side == CutSide::Outside {
         let thin = smaller.last().unwrap_or(bit);
         let between = Closed {
             inner: closed(&context.scene.board, half(thin.diameter) - NEARER).inner,
             ..closed(&context.scene.board, offset)
         };
-        told(context, &between, (bit, thin));
+        told(context, &between, (bit, thin), &joints);
     }
+    untabbed(context, cut_out, &joints, bit);
     pins_hit(context, cut_out, bit);
     tab_strength::tabs(context, cut_out);
     let (inner, outer): (Vec<Path>, Vec<Path>) =
@@ -73,7 +74,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
     let mut bites = Vec::new();
     let mut toolpaths = Vec::new();
     let mut start = context.scene.origin;
-    for (paths, tabbed) in [(inner, false), (outer, true)] {
+    for (paths, held) in [(inner, Held::No), (joints, Held::InTheMiddle), (outer, Held::All)] {
         let rules = Rules {
             start,
             overlap: Length::ZERO,
@@ -82,11 +83,16 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
             seed: context.means.options.seed,
         };
         let paths = arranged(paths, &rules);
-        let by_hand = if tabbed { hand_tabs::middles(context, cut_out, &paths, bit) } else { Vec::new() };
+        let by_hand =
+            if held == Held::All { hand_tabs::middles(context, cut_out, &paths, bit) } else { Vec::new() };
         for (index, path) in paths.into_iter().enumerate() {
             start = path.end();
             let hand = by_hand.get(index).map_or(&[][..], Vec::as_slice);
-            let middles = if tabbed { tab_middles(context, cut_out, &path, bit, hand) } else { Vec::new() };
+            let middles = match held {
+                Held::No => Vec::new(),
+                Held::InTheMiddle => joint_tabs(cut_out, &path, bit),
+                Held::All => tab_middles(context, cut_out, &path, bit, hand),
+            };
             contour(context, cut_out, path, &middles, closed.as_ref(), bit, (&mut toolpaths, &mut bites));
         }
     }
@@ -96,8 +102,37 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
     Ok(part)
 }
 
-/// What each of the `smaller` bits cuts of inlets and inner contours that are too narrow for the bits before it. What a hole or
-/// a slot of the board makes is left to it.
+/// Tabs of a contour.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Held {
+    No,
+    /// An edge that two boards share: they hold each other until the board is removed.
+    InTheMiddle,
+    All,
+}
+
+/// Tabs along an edge that two boards share. They are at its middle; a closed edge has the job's number of
+/// tabs. None if it is too short or if no tabs are wanted.
+fn joint_tabs(cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<f64> {
+    let whole = path.length_mm();
+    let count = if path.is_closed() { cut_out.tabs } else { cut_out.tabs.min(1) };
+    let wide = (cut_out.tab_width + bit.diameter).mm();
+    if 2.0 * wide * f64::from(count) > whole {
+        return Vec::new();
+    }
+    (0..count).map(|tab| (f64::from(tab) + 0.5) * whole / f64::from(count)).collect()
+}
+
+/// Reports shared edges that are too short for a tab: a board without another edge gets loose.
+fn untabbed(context: &mut PlanContext<'_>, cut_out: &CutOut, joints: &[Path], bit: &Bit) {
+    let mut short = joints.iter().filter(|path| joint_tabs(cut_out, path, bit).is_empty());
+    let Some(first) = short.next().filter(|_| cut_out.tabs > 0) else { return };
+    let error = Diagnostic::error("cam.shared_edge_short").with("count", 1 + short.count());
+    context.report(with_position(error, first.start));
+}
+
+/// Cuts of each `smaller` tool in inlets and inner contours too narrow for the previous tools. Holes and
+/// slots of the board are left out.
 fn narrower(
     context: &mut PlanContext<'_>,
     cut_out: &CutOut,
@@ -123,19 +158,24 @@ fn narrower(
     Ok(tasks)
 }
 
-/// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
-fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
+/// Reports contours closed to the tools: the widest around the boards, the narrowest inside.
+fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit), joints: &[Path]) {
+    let merged = closed.merged + if joints.is_empty() { closed.touching } else { 0 };
+    if !joints.is_empty() {
+        let shared = Diagnostic::warning("cam.edges_shared").with("count", joints.len());
+        let half_mm = format!("{:.2}", half(bit.diameter).mm());
+        context.report(shared.with("half", half_mm).with("bit", bit.titled()));
+    }
     let inner =
         closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", thin.titled()));
-    let merged =
-        (closed.merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", closed.merged));
+    let merged = (merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", merged));
     inner.chain(merged.map(|error| error.with("bit", bit.titled()))).for_each(|error| context.report(error));
 }
 
-/// What stays between the cut and a pin, at least.
+/// Least material between the cut and a pin.
 const BESIDE_PINS: Length = Length::from_um(100);
 
-/// Tells that the bit runs into pins, which stand where they were drilled while the board is cut out.
+/// Reports that the tool hits pins: they stay in their holes while the board is cut out.
 fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
     let scene = context.scene;
     let width = if cut_out.side == CutSide::On { half(bit.diameter) } else { bit.diameter };
@@ -146,10 +186,10 @@ fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
     let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", bit.titled());
-    context.report(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
+    context.report(with_position(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
-/// The toolpaths of one contour, and the mouse-bites along it.
+/// The toolpaths of one contour, and its mouse-bites.
 fn contour(
     context: &mut PlanContext<'_>,
     cut_out: &CutOut,
@@ -180,8 +220,9 @@ fn contour(
     }
 }
 
-/// What is left of toolpaths, with their tabs, outside of a zone. Told is where the zone takes away less of them than the bit is
-/// wide, which holds nothing, and what of the tabs with these `middles` along the whole contour falls into it.
+/// The parts of toolpaths outside a zone, with their tabs. Reports a zone that removes less than the tool's
+/// width, which holds nothing. Also reports tabs, with these `middles` along the whole contour, that are in
+/// the zone.
 fn kept_out(
     context: &mut PlanContext<'_>,
     toolpaths: Vec<(Path, Tabs)>,
@@ -213,7 +254,9 @@ fn kept_out(
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        context.report(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", bit.titled()));
+        context.report(
+            with_position(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", bit.titled()),
+        );
     }
     let through = |place: Point| {
         let within =
@@ -222,33 +265,28 @@ fn kept_out(
     };
     for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
         if zone.contains(place) && !through(place) {
-            context.report(at(Diagnostic::warning("cam.tab_in_zone"), place));
+            context.report(with_position(Diagnostic::warning("cam.tab_in_zone"), place));
         }
     }
     left
 }
 
-/// The diagnostic with the place that it speaks of.
-pub(super) fn at(diagnostic: Diagnostic, place: Point) -> Diagnostic {
-    diagnostic.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
-}
-
-/// The place so far along `path`.
+/// The point at `length` along `path`.
 fn place_at(path: &Path, length: f64) -> Option<Point> {
     cut::between(path, 0.0, length.max(1e-3)).map(|part| part.end())
 }
 
-/// The tabs of the closed `path` as far as they lie on `part`, a part of it: lengths along that one.
+/// The tabs of the closed `path` on `part`, a part of it: as lengths along the part.
 fn spans_on(part: &Path, path: &Path, tabs: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let (own, whole) = (part.length_mm(), path.length_mm());
-    let Some((_, begin)) = nearest(path, part.start, 0.1) else { return Vec::new() };
+    let Some((_, begin)) = cut::nearest(path, part.start, 0.1) else { return Vec::new() };
     let on_part = |from: f64| tabs.iter().map(move |tab| ((tab.0 + from).max(0.0), (tab.1 + from).min(own)));
-    // What lies before its start along the whole comes again behind its end.
+    // Positions before its start along the whole path appear again after its end.
     let all = on_part(-begin).chain(on_part(whole - begin));
     all.filter(|(from, to)| to > from).collect()
 }
 
-/// Where the middles of tabs are: lengths along the way; `hand` are those of tabs put on it by hand.
+/// Middles of the tabs: lengths along the path; `hand` are those of tabs that the user placed.
 fn tab_middles(
     context: &mut PlanContext<'_>,
     cut_out: &CutOut,
@@ -265,7 +303,7 @@ fn tab_middles(
         hand.to_vec()
     };
     if middles.is_empty() && !cut_out.tab_at.is_empty() {
-        context.report(at(Diagnostic::error("cam.cut_free"), path.start));
+        context.report(with_position(Diagnostic::error("cam.cut_free"), path.start));
     }
     if wide * middles.len() as f64 > 0.8 * whole {
         context.report(Diagnostic::error("cam.no_room_for_tabs").with("tabs", middles.len()));
@@ -274,13 +312,13 @@ fn tab_middles(
     middles
 }
 
-/// Where the bit stays above tabs around these `middles`: pairs of lengths along the way, ascending and apart.
+/// Spans above tabs around these `middles`: pairs of lengths along the path, ascending and disjoint.
 fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
     let whole = path.length_mm();
     let mut spans: Vec<(f64, f64)> = Vec::new();
     for middle in middles {
         let (begin, end) = (middle - wide / 2.0, middle + wide / 2.0);
-        // A tab across the start is two.
+        // A tab across the start becomes two.
         if begin < 0.0 {
             spans.push((begin + whole, whole));
         }
@@ -298,23 +336,6 @@ fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
         }
     }
     apart
-}
-
-/// How far `path` is from `at` where it is nearest, and the length along it there, if that is within `reach_mm`; all in mm.
-pub(super) fn nearest(path: &Path, at: Point, reach_mm: f64) -> Option<(f64, f64)> {
-    let pieces = cut::cut_at(path, &[]);
-    let mut best: Option<(f64, f64)> = None;
-    for piece in pieces {
-        let looks = (((piece.end_mm - piece.begin_mm) / 0.1) as u32).clamp(1, 10_000);
-        for look in 0..=looks {
-            let share = f64::from(look) / f64::from(looks);
-            let away = cut::point_on(piece.from, piece.segment, share).distance_mm(at);
-            if best.is_none_or(|(least, _)| away < least) {
-                best = Some((away, piece.begin_mm + (piece.end_mm - piece.begin_mm) * share));
-            }
-        }
-    }
-    best.filter(|(away, _)| *away <= reach_mm)
 }
 
 /// `path` without the spans of tabs.
@@ -337,13 +358,13 @@ fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
     parts
 }
 
-/// Rows of holes along the board's edge within the tabs. What stays is on the right of a climbing way.
+/// Rows of holes along the board's edge within the tabs. The board is on the right of a climb path.
 fn bite_places(cut_out: &CutOut, path: &Path, tabs: &[(f64, f64)], bit: &Bit, inwards: Length) -> Vec<Point> {
     let whole = path.length_mm();
     let right = cut_out.direction == super::super::work::CutDirection::Climb;
     let mut places = Vec::new();
     for &(begin, end) in tabs {
-        // The bit's radius at both ends is cut away: the tab itself lies between.
+        // The tool's radius at both ends is cut away: the tab itself is between.
         let radius = bit.diameter.mm() / 2.0;
         let joined = tabs.len() > 1 && (begin <= 0.0 || end >= whole);
         let (begin, end) = if joined { (begin, end) } else { (begin + radius, end - radius) };
@@ -358,7 +379,7 @@ fn bite_places(cut_out: &CutOut, path: &Path, tabs: &[(f64, f64)], bit: &Bit, in
     places
 }
 
-/// The place `by` to the right, or left, of the end of `path`.
+/// The point `by` to the right, or left, of the end of `path`.
 fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
     let (from, segment) = path.pieces().last()?;
     let to = segment.to();
@@ -374,7 +395,7 @@ fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
     Some(Point::from_mm(to.x.mm() + y / length * by, to.y.mm() - x / length * by))
 }
 
-/// The drilling of mouse-bites with the nearest drill of the rack.
+/// Drills mouse-bites with the nearest available drill.
 fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<BitTask> {
     if places.is_empty() {
         return None;

@@ -1,12 +1,10 @@
-//! Round holes with the drills of the rack (S5, N9).
+//! Drills round holes with the available drills.
 //!
 //! ```text
-//!   holes of the board ─ nearest drill ─┬─ 0.8 mm   ● ● ● ●    through, point and all, or as deep as the operation says
-//!   or those for pins    within         └─ 1.0 mm   ● ●
+//!   holes of the board ─ nearest drill ─┬─ 0.8 mm   ● ● ● ●    through including the point, or the
+//!   or pin holes          within         └─ 1.0 mm   ● ●      operation's depth
 //!                        tolerance
 //! ```
-//!
-//! Comes in: holes, the rack, an operation, the bit that is loaded. Goes out: one task for each bit. Does not know slots.
 
 use super::super::places::{Places, Twice};
 use super::super::tour::Effort;
@@ -19,18 +17,18 @@ use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Plans the operation.
 pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
     let mut by_bit: BTreeMap<Length, Vec<(u32, Point)>> = BTreeMap::new();
     let mut missing = 0_usize;
     let drills = context.machine.drills();
+    let tolerance = drill.tolerance_on(context.machine);
     for (index, hole) in (0..).zip(&context.scene.board.holes) {
         if context.scene.pins.contains(&index) != (drill.holes == Holes::Alignment) {
             continue;
         }
         let Some(size) = hole.diameter else { continue };
-        match rack::nearest(&drills, size, drill.tolerance) {
+        match rack::nearest(&drills, size, tolerance) {
             Some(bit) => by_bit.entry(bit).or_default().push((index, hole.at)),
             None if drill.holes == Holes::Alignment => missing += 1,
             None => {}
@@ -72,7 +70,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Plann
         context.go_on()?;
         part.holes.extend(holes.iter().map(|(index, _)| *index));
         holes_done += holes.len() as u64;
-        // Each bit's share grows with its holes, and the shares add up to the whole.
+        // Each tool's share grows with its holes, and the shares add up to the whole.
         let until = share(kicks, holes_done, total as u64);
         part.tasks.push(task(context, drill, diameter, &holes, (part.iterations, until, kicks))?);
         part.iterations = until;
@@ -82,12 +80,12 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Plann
     Ok(part)
 }
 
-/// How much of `whole` belongs to the first `part` of `all`.
+/// The share of `whole` for the first `part` of `all`.
 fn share(whole: u64, part: u64, all: u64) -> u64 {
     (u128::from(whole) * u128::from(part) / u128::from(all.max(1))) as u64
 }
 
-/// Takes holes away that the same bit makes at the same place, but for the first in the file; they count as made.
+/// Removes repeated holes of one tool at one position, except the first in the file; they count as made.
 fn once(
     context: &mut PlanContext<'_>,
     part: &mut PlannedOperation,
@@ -107,7 +105,7 @@ fn once(
     twice.note("cam.holes_twice").into_iter().for_each(|note| context.report(note));
 }
 
-/// The bits in order of use: ascending, or the loaded one first where that is wanted.
+/// The tools in order of use: ascending, or the loaded one first if wanted.
 fn in_order<T>(
     context: &mut PlanContext<'_>,
     drill: &Drill,
@@ -118,14 +116,14 @@ fn in_order<T>(
     if drill.holes == Holes::Alignment {
         return bits;
     }
-    match loaded_first(&sizes, context.means.options, drill.tolerance) {
+    match loaded_first(&sizes, context.means.options, drill.tolerance_on(context.machine)) {
         Ok(first) => bits[..=first].rotate_right(1),
         Err(why) => why.into_iter().for_each(|diagnostic| context.report(diagnostic)),
     }
     bits
 }
 
-/// What one bit drills, in order. `kicks` are those made before, those made afterwards and those of all bits.
+/// Holes of one tool, in order. `kicks` are those already made, those made afterwards and those of all tools.
 fn task(
     context: &mut PlanContext<'_>,
     drill: &Drill,
@@ -152,7 +150,7 @@ fn task(
     })
 }
 
-/// How deep a drill goes: as the operation says, else through, and pins into the bed.
+/// Depth of a drill: the operation's, else through the board; for pins into the bed.
 fn depth(context: &PlanContext<'_>, drill: &Drill, diameter: Length) -> Length {
     if context.operation.depth > Length::ZERO {
         return context.operation.depth;

@@ -1,6 +1,4 @@
-//! Lines that the middle of the bit follows: legend, outline, edges of copper (N7).
-//!
-//! Comes in: lines of the board. Goes out: one task. Does not offset anything.
+//! Lines that the tool centre follows: silkscreen, outline, edges of copper.
 
 use super::super::work::{Engrave, Lines};
 use super::route::arranged;
@@ -8,7 +6,6 @@ use super::{PlanContext, PlannedOperation};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Path;
 
-/// Plans the operation.
 pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<PlannedOperation, Diagnostic> {
     context.go_on()?;
     let (board, face) = (&context.scene.board, context.operation.face);
@@ -47,7 +44,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<P
     Ok(part)
 }
 
-/// Lines that go on where the one before ended, as one.
+/// Joins lines that start at the end of the previous one.
 fn chained(lines: Vec<Path>) -> Vec<Path> {
     let mut out: Vec<Path> = Vec::with_capacity(lines.len());
     for line in lines {

@@ -1,15 +1,14 @@
-//! Areas that a bit takes away as a whole (N7): rings round what stays, then toolpaths through what the rings leave.
+//! Clears areas: rings around the copper that stays, then toolpaths through the remaining pieces.
 //!
 //! ```text
-//!   ▓▓▓▓▓▓▓▓▓▓▓▓    what stays
-//!   ────────────    1st ring: the bit touches what stays
-//!   ────────────    every next one further by the stepover, as far as it lies on the board
-//!   ░░░▒▒▒▒▒▒░░░    beyond the last ring no further one fits: what is left there ▒ and at the edge of the board is
-//!   ────────────    followed along its own edges, or where it is small touched once in its middle
+//!   ▓▓▓▓▓▓▓▓▓▓▓▓    copper that stays
+//!   ────────────    1st ring: the tool touches that copper
+//!   ────────────    each further ring at the stepover, as far as it is on the board
+//!   ░░░▒▒▒▒▒▒░░░    beyond the last ring: the remaining piece ▒, also at the board's edge, is cut
+//!   ────────────    along its own edges, or if small by one touch at its centre
 //! ```
 //!
-//! Comes in: what stays, the board, a bit's width, what wider bits left. Goes out: paths of the bit's middle. Toolpaths come
-//! 1 µm nearer to what stays than half the width. What is thinner than 4 µm counts as taken. Does not know operations.
+//! Toolpaths are 1 µm nearer to the copper than half the width. Remains thinner than 4 µm count as cleared.
 
 use super::cut::{self, Area};
 use super::narrow::{NEARER, half, is_fragment};
@@ -19,51 +18,51 @@ use crate::geometry::{
 };
 use crate::units::Length;
 
-/// More rings than this are not made.
+/// Limit of rings.
 const MOST_RINGS: usize = 4_000;
-/// More segments than this are not made.
+/// Limit of segments.
 const MOST_SEGMENTS: usize = 4_000_000;
-/// So often what is left is looked for.
+/// Limit of rounds for remaining pieces.
 const MOST_ROUNDS: usize = 8;
-/// Half of the width of what counts as taken.
+/// Half of the width that counts as cleared.
 const CRUMB: Length = Length::from_um(2);
-/// Pieces up to this, in mm², go with the chips.
+/// Pieces up to this, in mm², leave with the chips.
 const DUST_MM2: f64 = 1e-4;
-/// Rings are wanted this much beside what they are to take.
+/// Margin of the area for rings beyond the area to clear.
 const BESIDE: Length = Length::from_um(5);
-/// So many segments are swept at once.
+/// Segments swept at once.
 const STRETCH: usize = 500;
-/// Toolpaths of this many mm stand for a single place.
+/// Length of a toolpath for a single point, in mm.
 const DOT_MM: f64 = 0.02;
 
-/// What is to be filled.
+/// An area to clear.
 pub(super) struct Field<'a> {
-    /// What stays.
     pub(super) kept: &'a Region,
-    /// All that there is.
+    /// The whole area.
     pub(super) board: &'a Region,
-    /// How far the bit's middle may leave the board.
+    /// How far the tool centre may leave the board.
     pub(super) margin: Length,
 }
 
-/// What one bit does.
+/// Work of one tool.
 #[derive(Default)]
 pub(super) struct Filled {
-    /// The toolpaths of its middle, inside of rings on the left.
+    /// Paths of its centre, with the inside of rings on the left.
     pub(super) paths: Vec<Path>,
-    /// What it takes: outlines, inside on the left, that may overlap.
+    /// Area cleared: outlines, inside on the left, that may overlap.
     pub(super) swept: Vec<Path>,
 }
 
-/// Why nothing was filled.
+/// Why nothing was cleared.
 pub(super) enum Stopped {
-    /// Nobody wants it any more.
+    /// The user cancelled.
     Cancelled,
-    /// More rings than anybody wants.
+    /// The limit of rings was exceeded.
     TooMany,
 }
 
-/// Fills `wanted` as far as a bit that cuts `width` reaches; none for the whole board. Every ring is further by `step`.
+/// Clears `wanted` as far as a tool that cuts `width` reaches; `None`: the whole board. Rings are `step`
+/// apart.
 pub(super) fn fill(
     field: &Field<'_>,
     wanted: Option<&Region>,
@@ -74,7 +73,7 @@ pub(super) fn fill(
     let first = grow(field.kept, near);
     let around = grow(field.board, field.margin.min(half(width)));
     let open = combine(&around, &first, CombineRule::Difference);
-    // What the bit does not reach is what is closed to its middle, shrunk again by half of its width.
+    // The unreachable area: the area closed to the tool's centre, shrunk by half the width.
     let beyond = combine(&frame(&around, width), &around, CombineRule::Difference);
     let unreached = grow(&combine(&first, &beyond, CombineRule::Union), -near);
     let mut reached = combine(wanted.unwrap_or(field.board), &unreached, CombineRule::Difference);
@@ -84,7 +83,7 @@ pub(super) fn fill(
     if reached.is_empty() {
         return Ok(Filled::default());
     }
-    // A ring after the first is wanted beside the area only where the one before leaves something.
+    // Rings after the first are needed next to the area only if the previous one left something.
     let beside = [half(width), (step - half(width)).max(Length::ZERO) + BESIDE];
     let area = if wanted.is_some() { &reached } else { field.board };
     let zones = beside.map(|by| combine(&grow(area, by), &around, CombineRule::Intersection));
@@ -108,19 +107,19 @@ pub(super) fn fill(
     Ok(Filled { paths, swept })
 }
 
-/// A box that reaches beyond `region` by several times `width`.
+/// A box several `width`s larger than `region`.
 fn frame(region: &Region, width: Length) -> Region {
     let bounds = region.bounds().map(|bounds| bounds.grown(width + width));
     bounds.map_or_else(Region::default, |bounds| union(&[rectangle(bounds)]))
 }
 
-/// `region` without what was swept.
+/// `region` minus the swept area.
 pub(super) fn without(region: &Region, swept: &[Path]) -> Region {
     let there = Exposure { clear: false, outlines: region.paths().cloned().collect() };
     paint(&[there, Exposure { clear: true, outlines: swept.to_vec() }])
 }
 
-/// The outlines of what a bit sweeps along `paths`, stretch by stretch: a stretch has far fewer outlines than segments.
+/// Outlines of the swept area of `paths`, by stretches: a stretch has far fewer outlines than segments.
 fn outlines(paths: &[Path], width: Length) -> Vec<Path> {
     let mut out = Vec::new();
     for path in paths {
@@ -134,7 +133,8 @@ fn outlines(paths: &[Path], width: Length) -> Vec<Path> {
     out
 }
 
-/// The rings from the edges of `region` on: the first as far as it lies in the first of `zones`, all others in the second.
+/// Rings outwards from the edges of `region`: the first clipped to the first of `zones`, all others to the
+/// second.
 fn rings(
     mut region: Region,
     step: Length,
@@ -167,8 +167,8 @@ fn rings(
     Err(Stopped::TooMany)
 }
 
-/// The toolpaths that take a piece, or what is near its edges, where the middle of a bit of this radius may go: round it, or
-/// one touch where that is enough.
+/// Toolpaths that clear a piece or its edges, within the area open to the centre of a tool of this radius. A
+/// single touch if sufficient, else a path around the piece.
 fn through(piece: &Island, open: &Area, radius: Length) -> Vec<Path> {
     let bounds = path_bounds(&piece.outer);
     let middle = Point::new(
@@ -182,7 +182,7 @@ fn through(piece: &Island, open: &Area, radius: Length) -> Vec<Path> {
     piece.paths().flat_map(|path| cut::parts(path, open, true)).collect()
 }
 
-/// The pieces of `region` that are worth a way.
+/// The pieces of `region` large enough for a path.
 fn pieces(region: &Region) -> Vec<Island> {
     let solid = grow(&grow(region, -CRUMB), CRUMB);
     solid.islands.into_iter().filter(|island| island_area_mm2(island) > DUST_MM2).collect()

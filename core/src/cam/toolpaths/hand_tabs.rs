@@ -1,28 +1,25 @@
-//! Tabs put by hand: each on the contour that is nearest to it, and in a panel on every copy.
+//! Tabs placed by the user: each on the nearest contour, and in a panel on every copy.
 //!
 //! ```text
 //!   ╭────────╮ ╭────────╮
-//!   │        │ │        │      ● a tab as given: it belongs to the copy in whose share of the panel it lies
-//!   ╰───●────╯ ╰───○────╯      ○ the same for every other copy
+//!   │        │ │        │      ● a tab as given, in one copy of the panel
+//!   ╰───●────╯ ╰───○────╯      ○ repeated on every other copy
 //! ```
-//!
-//! Comes in: places in the coordinates of the board as it lies, the contours. Goes out: lengths along the contours in mm.
-//! Does not know how wide a tab is.
 
 use super::super::work::{CutOut, Panel};
-use super::PlanContext;
-use super::cut_out::{at, nearest};
+use super::cut::nearest;
 use super::narrow::half;
+use super::{PlanContext, with_position};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Path, Point, path_bounds};
 use crate::job::Bit;
 use crate::units::Length;
 
-/// A tab farther from all contours than so many widths of the bit is none of theirs.
+/// A tab farther from all contours than this many tool widths belongs to none.
 const REACH: i64 = 4;
 
-/// Where on each of `paths` the middles of tabs are that were put by hand: lengths along it. A tab out of reach of every
-/// contour, here or on another copy, is told with the place it was given.
+/// Middles of user-placed tabs on each of `paths`: lengths along it. Reports a tab out of reach of every
+/// contour, on any copy, with its original position.
 pub(super) fn middles(
     context: &mut PlanContext<'_>,
     cut_out: &CutOut,
@@ -49,13 +46,13 @@ pub(super) fn middles(
             }
         }
         if missed {
-            context.report(at(Diagnostic::error("cam.tab_out_of_reach"), tab));
+            context.report(with_position(Diagnostic::error("cam.tab_out_of_reach"), tab));
         }
     }
     middles
 }
 
-/// The place on every copy of the panel whose box is `bounds`.
+/// The position on every copy of the panel with these `bounds`.
 fn copies(panel: &Panel, bounds: Bounds, place: Point) -> Vec<Point> {
     let all = |low: Length, high: Length, count: u32, at: Length| -> Vec<Length> {
         let count = i64::from(count.max(1));

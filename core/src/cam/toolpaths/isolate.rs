@@ -1,23 +1,25 @@
-//! Isolation: passes round the copper (N7).
+//! Isolation: passes around the copper.
 //!
 //! ```text
 //!   ▓▓▓▓▓▓▓   copper
-//!   ─ ─ ─ ─   1st way: half the cut's width away
-//!   ─ ─ ─ ─   2nd way: further by the width less the overlap
+//!   ─ ─ ─ ─   1st path: half the cut's width away
+//!   ─ ─ ─ ─   2nd path: further by the width minus the overlap
 //!
-//!   a thinner bit afterwards goes only where the one before was too wide
+//!   a narrower tool then cuts only where the previous one was too wide
 //! ```
 //!
-//! Comes in: the copper of one side, an operation. Goes out: tasks, widest bit first. Toolpaths follow the true offset within
-//! 2 µm: 1 µm of the offset itself, and 1 µm that they run nearer, so that a gap exactly as wide as the bit stays open.
-//! Does not know what was left uncut: the proof tells.
+//! Toolpaths follow the true offset within 2 µm: 1 µm from the offset itself, and 1 µm that they are nearer.
+//! So a gap exactly as wide as the tool stays open.
 
 use super::super::work::{CutDirection, Isolate, LocalIsolation, Remedy};
 use super::cut::{self, Area};
+use super::kept::REFIT;
+use super::linked::{LONGEST_MM, Links, along_and_back, linked};
 use super::narrow::{self, NEARER, Necks, half};
+use super::refit::refitted;
 use super::route::{Rules, arranged};
-use super::shared;
 use super::{BitTask, PlacedBoard, PlanContext, PlannedOperation};
+use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, voronoi};
@@ -26,10 +28,20 @@ use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// Links stay this much nearer to the copper than toolpaths, to allow for rounding.
-const LINK_SLACK: Length = Length::from_um(4);
+/// Links may be nearer to the copper than half a cut by this, like toolpaths.
+pub(super) const LINK_SLACK: Length = Length::from_um(2);
 
-/// Plans the operation.
+/// The longest link of one pass, as a share of the cut's width: the toolpaths at both ends already cut its
+/// whole area.
+const ACROSS_SHARE: f64 = 0.7;
+
+/// The longest link across copper that belongs to no net. There and back takes less time than a retract and a plunge.
+const ACROSS_STRIP: Length = Length::from_um(1_000);
+/// Open toolpaths up to this length, in mm, run forwards and back if such a link joins them.
+const BACK_MM: f64 = 2.0;
+/// The distance between places from which links across such copper are searched.
+const STRIP_SPACING: Length = Length::from_um(250);
+
 pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
@@ -65,7 +77,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<P
     Ok(part)
 }
 
-/// The width that `bit` cuts at `depth`; told when the bit is already as wide as it gets.
+/// The width that `bit` cuts at `depth`; warns if the tool is already at its full width.
 fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length {
     let width = bit.width_at(depth);
     if matches!(bit.cutter, Cutter::Vee { .. }) && width >= bit.diameter {
@@ -75,14 +87,14 @@ fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length 
     width
 }
 
-/// Copper and what is made of it once.
+/// Copper with cached results.
 pub(super) struct Isolated<'a> {
     copper: &'a Region,
     scene: &'a PlacedBoard,
     islands: Option<Area>,
-    /// Grown by what the toolpaths of cuts of these widths keep.
+    /// Copper grown by the distance of toolpaths, by cut width.
     grown: BTreeMap<Length, Region>,
-    /// By the width of the wider cut and of the thinner.
+    /// By the width of the wider and of the narrower cut.
     necks: BTreeMap<(Length, Length), Rc<Necks>>,
 }
 
@@ -91,17 +103,17 @@ impl<'a> Isolated<'a> {
         Self { copper, scene, islands: None, grown: BTreeMap::new(), necks: BTreeMap::new() }
     }
 
-    /// The copper and what the toolpath of a cut of `width` keeps around it.
+    /// The copper with the distance that toolpaths of a cut of `width` keep.
     fn keeping(&self, width: Length) -> Region {
         self.scene.making().grown(self.copper, narrow::kept(width))
     }
 
-    /// The islands, to be looked up.
+    /// The islands, for queries.
     fn islands(&mut self) -> &Area {
         self.islands.get_or_insert_with(|| Area::of(self.copper))
     }
 
-    /// The places where a cut of `width` goes on from where one of width `wider` had to turn.
+    /// The necks where a cut of `width` continues and a cut of `wider` had to turn.
     fn necks(&mut self, wider: Length, width: Length) -> Rc<Necks> {
         let (copper, scene) = (self.copper, self.scene);
         let grown = self.grown.entry(wider);
@@ -117,7 +129,7 @@ impl<'a> Isolated<'a> {
     }
 }
 
-/// The rings of the first bit, and the toolpaths along the slivers between them.
+/// The rings of the first tool, and the toolpaths along the slivers between them.
 fn rings(
     context: &mut PlanContext<'_>,
     copper: &Region,
@@ -127,8 +139,8 @@ fn rings(
     let depth = context.depth();
     let width = bit.width_at(depth);
     let through = bit.width_at(depth - COPPER_THICKNESS) - NEARER;
-    let step = Length::from_mm(width.mm() * (1.0 - isolate.overlap_percent / 100.0));
-    // Where a groove narrows downwards, neighbours that overlap at the surface may leave a sliver below.
+    let step = pass_step(width, isolate);
+    // A groove narrows downwards: neighbours that overlap at the surface may leave a sliver below.
     let close = isolate.slivers && through > Length::ZERO && step < through + THINNEST;
     let step = if close { step.min(through) } else { step };
     let mut region = context.scene.making().grown(copper, half(width) - NEARER);
@@ -138,7 +150,10 @@ fn rings(
         let next = (pass < isolate.passes).then_some(step);
         let toolpaths = match isolate.slivers {
             true => context.scene.making().with_slivers(&region, through, next),
-            false => shared::once(region.paths().cloned().collect()),
+            false => {
+                let ways = shared::once(region.paths().cloned().collect());
+                ways.into_iter().map(|way| refitted(&way, REFIT)).collect()
+            }
         };
         paths.extend(turned(toolpaths, isolate.direction));
         if next.is_some() {
@@ -148,8 +163,13 @@ fn rings(
     Ok(paths)
 }
 
-/// The lines midway between islands, as far as they lie on the board, or without an outline in the copper's box, and as
-/// far as a cut of `width` has room there.
+/// Distance between passes.
+fn pass_step(width: Length, isolate: &Isolate) -> Length {
+    Length::from_mm(width.mm() * (1.0 - isolate.overlap_percent / 100.0))
+}
+
+/// The lines midway between islands, clipped to the board (or to the copper's bounds), where a cut of `width`
+/// has room.
 fn between_islands(context: &PlanContext<'_>, copper: &Region, width: Length) -> Vec<Path> {
     let outline = &context.scene.board.outline;
     let margin = context.work.setup.margin;
@@ -162,15 +182,15 @@ fn between_islands(context: &PlanContext<'_>, copper: &Region, width: Length) ->
     voronoi(copper, &around).iter().flat_map(|path| cut::parts(path, &too_near, false)).collect()
 }
 
-/// Outlines as regions have them, what is inside on their left, turned so that the cut goes as wanted.
+/// Region outlines, with their inside on the left, in the wanted cutting direction.
 pub(super) fn turned(paths: Vec<Path>, direction: CutDirection) -> Vec<Path> {
     match direction {
         CutDirection::Conventional => paths,
-        CutDirection::Climb => paths.iter().map(Path::reversed).collect(),
+        CutDirection::Climb => paths.into_iter().map(|path| path.reversed()).collect(),
     }
 }
 
-/// Trimmed, in order and joined.
+/// Trims, orders and joins.
 fn finished(
     context: &mut PlanContext<'_>,
     isolated: &Isolated<'_>,
@@ -184,19 +204,40 @@ fn finished(
     if touched {
         context.report(Diagnostic::warning("cam.zone_in_the_way"));
     }
-    let islands = (isolate.passes > 1).then(|| Area::of(isolated.copper));
+    let islands = Area::of(isolated.copper);
+    let (step, min_distance) = (pass_step(width, isolate), half(width) - LINK_SLACK);
+    let beyond = Length::from_mm(step.mm() * f64::from(isolate.passes.saturating_sub(1)));
+    let across = Length::from_mm(width.mm() * ACROSS_SHARE);
+    let outside = if isolate.slivers { slivers::room(width, None) } else { across };
+    let links = Links {
+        reach: across.max(step) + LINK_SLACK,
+        longest_mm: LONGEST_MM * f64::from(isolate.passes.max(1)),
+        spacing: across.max(step) + LINK_SLACK,
+        min_distance,
+        max_distance: half(width) + beyond + half(outside.max(across)) + LINK_SLACK,
+        copper: &islands,
+        closed: closed.as_ref(),
+    };
+    let paths = linked(paths, &links);
+    let strips = Links {
+        reach: ACROSS_STRIP,
+        spacing: STRIP_SPACING,
+        max_distance: links.max_distance + half(ACROSS_STRIP),
+        ..links
+    };
+    let paths = linked(paths.into_iter().map(|path| along_and_back(path, BACK_MM)).collect(), &strips);
     let rules = Rules {
         start: context.scene.origin,
         overlap: isolate.loop_overlap,
         both_ways: true,
-        link: islands.as_ref().map(|islands| (width, half(width) - LINK_SLACK, islands)),
+        link: Some(&links),
         seed: context.means.options.seed,
     };
     let paths = arranged(paths, &rules);
     context.milling(bit, paths, context.depth())
 }
 
-/// How deep `bit` goes through a gap of width `gap`: a V-bit as deep as fits, any other as the operation goes.
+/// Depth of `bit` for a gap of width `gap`: a V-bit as deep as fits, other tools as in the operation.
 fn fitting_depth(bit: &Bit, gap: Length, depth: Length) -> Length {
     let least = COPPER_THICKNESS + DEPTH_MARGIN;
     match bit.cutter {
@@ -205,16 +246,16 @@ fn fitting_depth(bit: &Bit, gap: Length, depth: Length) -> Length {
     }
 }
 
-/// What one cure has done, to be done with others that are done alike.
+/// A local fix, to be planned together with similar ones.
 struct Remedied<'c> {
     cure: &'c LocalIsolation,
     bit: Bit,
     depth: Length,
-    /// The necks that it is looked for in: those that a cut of this width gets into.
+    /// Its necks: those that a cut of this width can enter.
     fits: Length,
 }
 
-/// How a cure is done, with the operation's first bit or its thinnest.
+/// Plans a fix with the operation's first tool or its narrowest.
 fn remedied<'c>(
     context: &mut PlanContext<'_>,
     (own, thin): (&Bit, &Bit),
@@ -235,7 +276,8 @@ fn remedied<'c>(
     Some(Remedied { cure, bit, depth, fits })
 }
 
-/// What cures add, a task for all that one bit does at one depth; told where a gap is not found, and how much copper one takes.
+/// Toolpaths of the fixes, one task for each tool and depth. Reports gaps that were not found, and the loss
+/// of copper.
 fn cured(
     context: &mut PlanContext<'_>,
     isolated: &mut Isolated<'_>,
@@ -286,7 +328,7 @@ fn cured(
     Ok(all.into_iter().filter_map(|cut| at_depth(context, isolated, isolate, cut)).collect())
 }
 
-/// Tells once of all the places where a centred pass takes copper on each side: how many, and the worst.
+/// Reports once all places where a centred pass removes copper: count, and the worst.
 fn tell_taken(context: &mut PlanContext<'_>, taken: Vec<(Length, String, String)>) {
     let count = taken.len();
     if let Some((most, x, y)) = taken.into_iter().rev().max_by_key(|(lost, ..)| *lost) {
@@ -295,7 +337,7 @@ fn tell_taken(context: &mut PlanContext<'_>, taken: Vec<(Length, String, String)
     }
 }
 
-/// Single toolpaths of a bit at a depth of their own.
+/// Single toolpaths of a tool at their own depth.
 fn at_depth(
     context: &mut PlanContext<'_>,
     isolated: &Isolated<'_>,

@@ -1,35 +1,42 @@
-//! What isolation made before and may need again: copper grown, and the ways round it.
+//! Cache of isolation: grown copper and the paths around it.
 //!
 //! ```text
-//!   copper ─ families: islands that a pass joins ─┬─ known by what they look like and how far they grow: as it was
-//!                                                 └─ else made now, each by itself, as if there were no other
+//!   copper ─ families: islands that a pass joins ─┬─ cached by shape and distance: reused
+//!                                                 └─ else computed now, each as if there were no other
 //! ```
 //!
-//! What is kept is found by all that went into it, to the nanometre; so it does not matter when it was made, on which board, nor whether it
-//! is still there: the same comes out. A pad that moves is made anew with what it touches, the rest of the board is not.
-//!
-//! Comes in: regions and distances. Goes out: regions and paths. What was not asked for the longest goes when there is too much. Does
-//! not know operations.
+//! The key of an entry is its whole input, to the nanometre, so the cache never changes a result. If a pad moves, only its family is
+//! computed again. Regions of more than [`MOST_KEPT`] segments are not cached. The least recently used entries are dropped first.
 
+use super::linked::along_and_back;
+use super::refit::refitted;
 use super::{shared, slivers};
 use crate::geometry::{Island, Path, Region, families, grow};
 use crate::units::Length;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Islands farther apart than they grow together, by this, stay apart for certain.
+/// Margin of the reach: islands farther apart are certainly independent.
 const BETWEEN: Length = Length::from_um(20);
-/// Larger regions, by their segments, are one family: to part them would take half as long as what it may save.
+/// Larger regions, by segments, are one family: splitting would take half the time that it may save.
 const MOST_PARTED: usize = 20_000;
+/// Larger regions, by their segments, are made without a copy of them: they would take most of what is kept.
+const MOST_KEPT: usize = 100_000;
 /// So many segments are kept.
 const MOST_SEGMENTS: usize = 600_000;
 
+/// Tolerance of refitted toolpaths. With the errors of the offset and the 1 µm that toolpaths are nearer, the
+/// total is 2 µm.
+pub(super) const REFIT: Length = Length::from_nm(800);
+
+/// Toolpaths along slivers up to this length, in mm, run forwards and back. For longer ones a retract takes less time.
+const SLIVER_BACK_MM: f64 = 10.0;
+
 /// A family and how far it grows.
 type Growing = (Length, Vec<Island>);
-/// A family whose edges are followed, how wide the cut is below, and how far the next pass is from it.
+/// A family to follow, the width of the cut at the bottom, and the distance of the next pass.
 type Followed = (Length, Option<Length>, Vec<Island>);
 
-/// What was made before.
 #[derive(Debug, Default)]
 pub struct Kept {
     grown: Shelf<Growing, Vec<Island>>,
@@ -37,11 +44,11 @@ pub struct Kept {
     made: u32,
 }
 
-/// Things by what they were made of.
+/// Cached results by input.
 #[derive(Debug)]
 struct Shelf<K, V> {
     things: BTreeMap<K, Thing<V>>,
-    /// Counts what was asked for.
+    /// Counter of requests.
     asked: u64,
     segments: usize,
 }
@@ -49,7 +56,7 @@ struct Shelf<K, V> {
 #[derive(Debug)]
 struct Thing<V> {
     made: Rc<V>,
-    /// When it was asked for last.
+    /// Number of the last request.
     asked: u64,
     segments: usize,
 }
@@ -61,7 +68,7 @@ impl<K, V> Default for Shelf<K, V> {
 }
 
 impl<K: Ord + Clone, V> Shelf<K, V> {
-    /// What is made of `of`, and whether it had to be made.
+    /// The result for `of`, and whether it was computed now.
     fn take(&mut self, of: K, make: impl FnOnce(&K) -> (V, usize)) -> (Rc<V>, bool) {
         self.asked += 1;
         if let Some(known) = self.things.get_mut(&of) {
@@ -75,7 +82,7 @@ impl<K: Ord + Clone, V> Shelf<K, V> {
         (made, true)
     }
 
-    /// Puts away what was not asked for the longest, until no more than `most` segments are left.
+    /// Drops the least recently used entries until at most `most` segments remain.
     fn tidy(&mut self, most: usize) {
         if self.segments <= most {
             return;
@@ -102,7 +109,7 @@ fn of_islands(islands: &[Island]) -> usize {
     segments(islands.iter().flat_map(Island::paths))
 }
 
-/// The islands by families whose members are farther apart than `reach`.
+/// The islands in families farther apart than `reach`.
 fn parted(region: &Region, reach: Length) -> Vec<Vec<Island>> {
     match of_islands(&region.islands) {
         0 => Vec::new(),
@@ -111,14 +118,28 @@ fn parted(region: &Region, reach: Length) -> Vec<Vec<Island>> {
     }
 }
 
+/// The toolpaths along the edges of `pass` and along its slivers.
+fn ways(pass: &Region, through: Length, next: Option<Length>) -> Vec<Path> {
+    let (rings, slivers): (Vec<Path>, Vec<Path>) =
+        slivers::with_slivers(pass, through, next).into_iter().partition(Path::is_closed);
+    let fitted = |way: Path| refitted(&way, REFIT);
+    let mut ways: Vec<Path> = shared::once(rings).into_iter().map(fitted).collect();
+    ways.extend(slivers.into_iter().map(|way| along_and_back(fitted(way), SLIVER_BACK_MM)));
+    ways
+}
+
 impl Kept {
-    /// How many families were grown or gone round since there is this, because they were not known.
+    /// Number of families computed since creation, because they were not cached.
     pub fn made(&self) -> u32 {
         self.made
     }
 
-    /// All that is at most `by` away from `region`.
+    /// Everything within `by` of `region`.
     pub(super) fn grown(&mut self, region: &Region, by: Length) -> Region {
+        if of_islands(&region.islands) > MOST_KEPT {
+            self.made += 1;
+            return grow(region, by);
+        }
         let mut islands = Vec::new();
         for family in parted(region, by + by + BETWEEN) {
             let make = |(by, family): &Growing| {
@@ -134,14 +155,17 @@ impl Kept {
         Region { islands }
     }
 
-    /// The toolpaths along the edges of `pass`, each stretch once, with those along the slivers that it leaves, see
-    /// [`slivers::with_slivers`].
+    /// The toolpaths along the edges of `pass`, each stretch once, with those along the slivers that it
+    /// leaves, see [`slivers::with_slivers`].
     pub(super) fn with_slivers(&mut self, pass: &Region, through: Length, next: Option<Length>) -> Vec<Path> {
+        if of_islands(&pass.islands) > MOST_KEPT {
+            self.made += 1;
+            return ways(pass, through, next);
+        }
         let mut paths = Vec::new();
         for family in parted(pass, slivers::room(through, next) + BETWEEN) {
             let make = |(through, next, family): &Followed| {
-                let region = Region { islands: family.clone() };
-                let ways = shared::once(slivers::with_slivers(&region, *through, *next));
+                let ways = ways(&Region { islands: family.clone() }, *through, *next);
                 let segments = of_islands(family) + segments(ways.iter());
                 (ways, segments)
             };
@@ -152,7 +176,7 @@ impl Kept {
         paths
     }
 
-    /// Makes room for what comes next.
+    /// Makes room for new entries.
     pub(super) fn tidy(&mut self) {
         self.grown.tidy(MOST_SEGMENTS / 2);
         self.ways.tidy(MOST_SEGMENTS / 2);
@@ -164,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_asked_for_the_longest_goes_first() {
+    fn least_recently_used_entry_is_dropped_first() {
         let mut shelf: Shelf<u32, u32> = Shelf::default();
         let mut take = |of: u32| *shelf.take(of, |of| (of * 10, 4)).0;
         assert_eq!([1, 2, 3, 1].map(&mut take), [10, 20, 30, 10]);

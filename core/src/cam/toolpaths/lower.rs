@@ -1,19 +1,17 @@
-//! From planned toolpaths to a program: each bit is asked for, each hole and each toolpath becomes a leg.
+//! Converts planned toolpaths to a program: requests each tool; each hole and each toolpath becomes a leg.
 //!
 //! ```text
 //!   plunge   ●          ramp  ●──╮             helix  ●──╮  one lap for every pass, then one lap
 //!            │                   ╰──●──────           ●──╯  at the bottom
-//!            ●─────── way         (the ramp again at the bottom)
+//!            ●─────── path        (the ramp again at the bottom)
 //! ```
 //!
-//! The order of legs is the order of the parts, tasks, strokes and toolpaths; picture, simulation and output all show this one
-//! program (S10). A toolpath at several depths that is closed stays down between passes; an open one is run to and fro.
-//!
-//! Comes in: [`Planned`], its work and machine. Goes out: a [`Program`] in work coordinates. Does not know how fast anything
-//! goes.
+//! The order of legs is the order of parts, tasks, drill cycles and toolpaths. Picture, simulation and output
+//! all use this program. Between passes, a closed toolpath stays down and an open one is cut back and forth.
 
 use super::super::limits;
-use super::super::work::{Operation, Work};
+use super::super::usual::Speeds;
+use super::super::work::Work;
 use super::cut::{self, Piece};
 use super::{BitTask, DrillCycle, EntryMove, Planned, Toolpath};
 use crate::board::Face;
@@ -27,7 +25,7 @@ fn micros(us: f64) -> u32 {
     libm::round(us) as u32
 }
 
-/// The program of `planned`, which came of `work`, on `machine`.
+/// The program of `planned`, the plan of `work` on `machine`.
 pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program {
     let mut writer = Writer {
         machine,
@@ -37,24 +35,25 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
         rpm: 0,
         toolpaths: 0,
     };
+    // Holes that are not in the board, such as mouse-bites, get the numbers after the board's.
     let mut strays = planned.board.holes.len() as u32;
     for part in &planned.parts {
         let Some(operation) = work.operations.get(part.operation as usize) else { continue };
         for task in &part.tasks {
-            let operation = &limits::with_bit(operation, &task.bit, machine);
-            writer.take(&task.bit, operation);
+            let speeds = &limits::with_bit(operation, &task.bit, machine);
+            writer.take(&task.bit, speeds);
             for stroke in &task.drill_cycles {
                 let hole = stroke.hole.unwrap_or_else(|| {
                     strays += 1;
                     strays - 1
                 });
-                let commands = writer.stroke(stroke, task, operation);
-                writer.push(Mark::Hole(hole), commands, operation);
+                let commands = writer.stroke(stroke, task, speeds);
+                writer.push(Mark::Hole(hole), commands, speeds);
             }
             for way in &task.toolpaths {
-                let commands = writer.way(way, operation);
+                let commands = writer.way(way, speeds);
                 let mark = Mark::Toolpath(writer.toolpaths);
-                writer.push(mark, commands, operation);
+                writer.push(mark, commands, speeds);
                 writer.toolpaths += 1;
             }
         }
@@ -73,7 +72,7 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
     }
 }
 
-/// What the program of a side is called: after the board, where that has a name.
+/// Name of a side's program: from the board's name, if any.
 fn called(board: &str, face: Face) -> String {
     let side = face.name();
     if board.is_empty() { side.to_owned() } else { format!("{board}-{side}") }
@@ -84,14 +83,14 @@ struct Writer<'a> {
     origin: Point,
     bits: Vec<Bit>,
     legs: Vec<Leg>,
-    /// Speed of the spindle now; 0 while it is off.
+    /// Current speed of the spindle; 0 while it is off.
     rpm: u32,
     toolpaths: u32,
 }
 
 impl Writer<'_> {
-    /// Asks for `bit`, handled as the rack says of it, unless it is in the spindle.
-    fn take(&mut self, bit: &Bit, operation: &Operation) {
+    /// Requests `bit`, with the handling in the machine's tools, unless it is in the spindle.
+    fn take(&mut self, bit: &Bit, speeds: &Speeds) {
         let known = self.machine.rack.iter().find(|tool| tool.is(bit));
         let bit = Bit { handling: known.map(RackTool::handling).unwrap_or_default(), ..bit.clone() };
         if self.bits.last() == Some(&bit) {
@@ -105,13 +104,13 @@ impl Writer<'_> {
             Command::AwaitBit { bit: index },
         ];
         self.rpm = 0;
-        commands.extend(self.turning(operation));
+        commands.extend(self.turning(speeds));
         self.legs.push(Leg { mark: Mark::ToolChange(index), commands });
     }
 
-    /// What brings the spindle to the speed of `operation`.
-    fn turning(&mut self, operation: &Operation) -> Vec<Command> {
-        let rpm = operation.spindle_rpm;
+    /// Commands that start the spindle.
+    fn turning(&mut self, speeds: &Speeds) -> Vec<Command> {
+        let rpm = speeds.spindle_rpm;
         if self.rpm == rpm {
             return Vec::new();
         }
@@ -123,19 +122,20 @@ impl Writer<'_> {
         commands
     }
 
-    fn push(&mut self, mark: Mark, commands: Vec<Command>, operation: &Operation) {
-        let mut all = self.turning(operation);
+    fn push(&mut self, mark: Mark, commands: Vec<Command>, speeds: &Speeds) {
+        let mut all = self.turning(speeds);
         all.extend(commands);
+        all.shrink_to_fit();
         self.legs.push(Leg { mark, commands: all });
     }
 
-    /// A place of the board in work coordinates.
+    /// A position of the board in work coordinates.
     fn at(&self, at: Point) -> Point {
         Point::new(at.x - self.origin.x, at.y - self.origin.y)
     }
 
     /// One hole: down, perhaps in pecks, and up.
-    fn stroke(&self, stroke: &DrillCycle, task: &BitTask, operation: &Operation) -> Vec<Command> {
+    fn stroke(&self, stroke: &DrillCycle, task: &BitTask, speeds: &Speeds) -> Vec<Command> {
         let process = &self.machine.process;
         let counted = self.machine.stroke_end == StrokeEnd::Counted;
         let gate = (!counted).then(|| Gate {
@@ -143,7 +143,7 @@ impl Writer<'_> {
             deadline_us: micros(self.machine.longest_drilling_s * 1e6),
             otherwise: Otherwise::Alarm,
         });
-        let feed_um_per_s = speed(operation.plunge_mm_per_s);
+        let feed_um_per_s = speed(speeds.plunge_mm_per_s);
         let mut commands = vec![Command::Rapid { to: self.at(stroke.at) }];
         let pecks = match task.peck.nm() {
             peck if peck > 0 && counted => ((task.depth.nm() + peck - 1) / peck).clamp(1, 100),
@@ -164,12 +164,12 @@ impl Writer<'_> {
     }
 
     /// One toolpath, from safe height to safe height.
-    fn way(&self, way: &Toolpath, operation: &Operation) -> Vec<Command> {
+    fn way(&self, way: &Toolpath, speeds: &Speeds) -> Vec<Command> {
         let mut pen = Pen {
             writer: self,
             way,
-            feed: speed(operation.feed_mm_per_s),
-            plunge: speed(operation.plunge_mm_per_s),
+            feed: speed(speeds.feed_mm_per_s),
+            plunge: speed(speeds.plunge_mm_per_s),
             height: Length::ZERO,
             moving_s: 0.0,
             commands: vec![Command::Rapid { to: self.at(way.path.start) }],
@@ -180,7 +180,7 @@ impl Writer<'_> {
     }
 }
 
-/// A path that takes longer than this, in s, is divided by a moment of rest: a single move has a longest time.
+/// A path longer than this, in s, is split by a short stop, because a single move has a longest duration.
 const LONGEST_PATH_S: f64 = 240.0;
 
 /// A speed in whole µm/s, at least 1.
@@ -193,9 +193,9 @@ struct Pen<'a> {
     way: &'a Toolpath,
     feed: u32,
     plunge: u32,
-    /// Height of the tip now.
+    /// Current height of the tip.
     height: Length,
-    /// Seconds since the bit last stood still.
+    /// Seconds since the last stop.
     moving_s: f64,
     commands: Vec<Command>,
 }
@@ -223,7 +223,7 @@ impl Pen<'_> {
         self.commands.push(Command::Plunge { to: -depth, feed_um_per_s: self.plunge, gate: None });
     }
 
-    /// Pass by pass; an open way to and fro.
+    /// Pass by pass; an open path back and forth.
     fn plunged(&mut self, whole: f64) {
         let way = self.way;
         let back = way.path.reversed();
@@ -234,12 +234,14 @@ impl Pen<'_> {
             let (path, tabs) =
                 if pass % 2 == 1 && !closed { (&back, &turned) } else { (&way.path, &way.tabs) };
             let first = tabs.first().is_some_and(|tab| tab.0 <= 0.0);
+            // The plunge must not cut a tab at the start.
             self.down(if first { depth.min(way.tab_depth) } else { depth });
             self.stretch(path, tabs, (0.0, whole), (depth, depth));
         }
     }
 
-    /// Down along the way: so much for every mm, or with 0 one lap for every pass; at last once more where it was a ramp.
+    /// Down along the path: by `slope` for every mm, or with 0 one lap for every pass; a ramp ends with a
+    /// final lap.
     fn ramped(&mut self, slope: f64, whole: f64) {
         let way = self.way;
         let mut before = Length::ZERO;
@@ -257,7 +259,7 @@ impl Pen<'_> {
         self.stretch(&way.path, &way.tabs, (0.0, ramp), (before, before));
     }
 
-    /// From one length along `path` to another while the depth changes evenly, over tabs no deeper than they allow.
+    /// From one length along `path` to another with linear depth; over tabs no deeper than allowed.
     fn stretch(&mut self, path: &Path, tabs: &[(f64, f64)], span: (f64, f64), depths: (Length, Length)) {
         let mut cuts = vec![span.0, span.1];
         cuts.extend(tabs.iter().flat_map(|tab| [tab.0, tab.1]));
@@ -283,7 +285,7 @@ impl Pen<'_> {
             self.moving_s = 0.0;
         }
         self.moving_s += takes_s;
-        // Rounding of a share is no step.
+        // A rounding difference is no step.
         if (begin - self.height).abs() > Length::from_nm(10) {
             let feed_um_per_s = if begin < self.height { self.plunge } else { self.feed };
             self.commands.push(Command::Mill {

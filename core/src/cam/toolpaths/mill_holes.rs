@@ -1,16 +1,13 @@
-//! Slots, and holes for which there is no drill, milled (N9).
+//! Mills slots, and holes without a suitable drill.
 //!
 //! ```text
-//!   hole wider than the bit: a helix down        slot wider than the bit: rings, the innermost first,
-//!   and once round at the bottom                 each a ramp all along
+//!   hole wider than the tool: a helix down       slot wider than the tool: rings, the innermost first,
+//!   and one lap at the bottom                    each a ramp over its whole length
 //!       ╭───╮                                       ╭──────────────╮
 //!      │ ╭─╮ │                                      │ ╭──────────╮ │
 //!      │ ╰─╯ │                                      │ ╰──────────╯ │
 //!       ╰───╯                                       ╰──────────────╯
 //! ```
-//!
-//! Comes in: holes and slots, mills of the job. Goes out: one task for each bit, widest first. Does not know the rack but for
-//! telling which holes have a drill.
 
 use super::super::places::Twice;
 use super::super::rack;
@@ -25,21 +22,20 @@ use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
 use crate::job::Bit;
 use crate::units::Length;
 
-/// A bit is not too wide for what it is wider than by no more than this.
+/// A tool may be wider than its hole by this.
 const SLACK: Length = Length::from_um(2);
-/// Neighbouring rings share so much of the bit's width.
+/// Share of the tool's width that neighbouring rings overlap.
 const OVERLAP_SHARE: f64 = 0.55;
-/// More rings than this are not made in one hole.
+/// Limit of rings in one hole.
 const MOST_RINGS: usize = 200;
 
-/// What is milled: where its middle line goes, how wide it is to be, and what of the board it is.
+/// A shape to mill: centre line, width, and its hole or slot.
 struct Wanted {
     middle: Vec<Point>,
     width: Length,
     shape: HoleOrSlot,
 }
 
-/// Plans the operation.
 pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
     let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
@@ -54,7 +50,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Pl
     for wanted in wanted(context, bore, tolerance) {
         context.go_on()?;
         let again = milled.again(&wanted.middle, wanted.width, Length::ZERO);
-        // The widest bit that fits; else the thinnest, if it is too wide by no more than a drill may be.
+        // The widest tool that fits; else the narrowest, if its excess is within the tolerance of a drill.
         let fits = |slack: Length| move |bit: &Bit| bit.diameter <= wanted.width + slack;
         let fits = bits.iter().position(fits(SLACK)).or_else(|| bits.iter().rposition(fits(tolerance)));
         let Some((bit, paths)) = fits.and_then(|fits| bits.get(fits).zip(by_bit.get_mut(fits))) else {
@@ -95,7 +91,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Pl
     Ok(part)
 }
 
-/// What there is to mill: holes that no drill of the rack fits, but for pins, and slots.
+/// Shapes to mill: holes that no available drill fits, except pin holes, and slots.
 fn wanted(context: &PlanContext<'_>, bore: &MillHoles, tolerance: Length) -> Vec<Wanted> {
     let drills = context.machine.drills();
     let undrilled = |size: Length| rack::nearest(&drills, size, tolerance).is_none();
@@ -110,7 +106,7 @@ fn wanted(context: &PlanContext<'_>, bore: &MillHoles, tolerance: Length) -> Vec
     holes.chain(slots).collect()
 }
 
-/// The toolpaths that `bit` clears `wanted` with, the innermost first.
+/// The toolpaths of `bit` that clear `wanted`, the innermost first.
 fn rings(wanted: &Wanted, bit: &Bit, direction: CutDirection) -> Vec<Path> {
     let room = wanted.width - bit.diameter;
     let around = |path: Path| if direction == CutDirection::Climb { path } else { path.reversed() };
@@ -136,7 +132,7 @@ fn rings(wanted: &Wanted, bit: &Bit, direction: CutDirection) -> Vec<Path> {
     inwards
 }
 
-/// What `bit` mills: shapes that are one plunge first, then the others.
+/// Toolpaths of `bit`: single plunges first, then the others.
 fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(HoleOrSlot, Vec<Path>)>) -> Option<BitTask> {
     let closed = context.scene.closed_to(bit.diameter);
     let mut touched = false;
@@ -151,7 +147,7 @@ fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(HoleOrSlot, Vec<P
     for (shape, mut paths) in shapes {
         let wanted = paths.len();
         paths.retain(&mut free);
-        // What a zone cuts short is not cleared: another operation may still come for it.
+        // A shape cut short by a zone is not cleared: another operation may still clear it.
         let shape = (paths.len() == wanted).then_some(shape);
         let (point, ring): (Vec<Path>, Vec<Path>) =
             paths.into_iter().partition(|path| path.segments.is_empty());
@@ -173,12 +169,12 @@ fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(HoleOrSlot, Vec<P
     (!toolpaths.is_empty()).then(|| BitTask { toolpaths, ..BitTask::with(bit) })
 }
 
-/// Whether a toolpath keeps out of a zone altogether.
+/// True if a toolpath is entirely outside a zone.
 fn whole(path: &Path, zone: &super::cut::Area) -> bool {
     super::cut::parts(path, zone, false).first() == Some(path)
 }
 
-/// Rings of one shape follow each other from the inside out; the shapes are put in order by their last rings.
+/// Rings of one shape are in order from the inside out; shapes are ordered by their last rings.
 fn grouped(
     mut shapes: Vec<(Option<HoleOrSlot>, Vec<Path>)>,
     rules: &Rules<'_>,

@@ -1,17 +1,16 @@
-//! Toolpaths: where the middle of each bit goes, operation by operation.
+//! Toolpaths: paths of each tool's centre, operation by operation.
 //!
 //! ```text
 //!  Board ─ laid ─▶ Scene ─┬─ isolate ─▶ Part ─┐
 //!     (panel, pins,       ├─ clear            ├─▶ Planned ─ lower ─▶ Program
-//!      turned over)       ├─ drill, bore      │
+//!      flipped)            ├─ drill, bore      │
 //!                         └─ cut out ─────────┘
 //! ```
 //!
-//! Every operation is planned by itself from the same [`PlacedBoard`], so that a caller can keep the parts of those that did not
-//! change: [`key`] tells whether one did.
+//! Every operation is planned separately from one [`PlacedBoard`], so that a caller can reuse the parts of
+//! unchanged operations: [`key`] shows whether one has changed.
 //!
-//! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
-//! the coordinates of the board as it lies. Does not know how fast anything goes: the time of a rapid it is told.
+//! Lengths in whole nanometres in the coordinates of the board as placed.
 
 mod checks;
 mod clear;
@@ -22,14 +21,18 @@ mod engrave;
 mod fill;
 mod hand_tabs;
 mod isolate;
+mod joints;
 mod kept;
+mod linked;
 mod lower;
 mod mill_holes;
 mod narrow;
+mod refit;
 mod route;
 mod scene;
 mod shared;
 mod slivers;
+
 #[cfg(test)]
 mod tests;
 
@@ -48,101 +51,95 @@ use crate::units::Length;
 use checks::{duplicates, holding};
 use sha2::{Digest, Sha256};
 
-/// One way of a bit: a path of its middle, at one depth after the other.
+/// A path of a tool's centre, at one or more depths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Toolpath {
-    /// The way of the middle of the bit.
     pub path: Path,
     /// Depths of the passes, positive downwards, shallow first.
     pub depths: Vec<Length>,
-    /// How the bit goes down.
+    /// How the tool enters the material.
     pub entry: EntryMove,
-    /// Lengths along the path, in mm, between which the bit stays above `tab_depth`.
+    /// Lengths along the path, in mm, of the ends of each tab; between them the tool stays above `tab_depth`.
     pub tabs: Vec<(f64, f64)>,
     /// Greatest depth over a tab.
     pub tab_depth: Length,
-    /// The hole or slot of the board as it lies that it clears, if it does.
+    /// The hole or slot of the placed board that it clears, if any.
     pub clears: Option<HoleOrSlot>,
 }
 
-/// A hole or a slot, by its number on the board as it lies.
+/// A hole or a slot, by its index on the placed board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum HoleOrSlot {
-    /// A round hole.
     Hole(u32),
-    /// A slot.
     Slot(u32),
 }
 
-/// How a bit goes down to a depth.
+/// Motion of a tool down to a depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum EntryMove {
-    /// Straight down.
     #[default]
     Plunge,
-    /// Along the way, so much deeper for every mm.
+    /// Along the path, by this depth for every mm.
     Ramp(f64),
-    /// Along the whole way once round for every pass.
+    /// One lap of the path for every pass.
     Helix,
 }
 
-/// A place to drill.
+/// A position to drill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DrillCycle {
-    /// Where.
     pub at: Point,
-    /// The hole of the board that it makes, if it is one.
+    /// The hole of the board that it makes, if any.
     pub hole: Option<u32>,
 }
 
-/// What one bit does in an operation: first it drills, then it mills.
+/// Work of one tool in an operation: first it drills, then it mills.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BitTask {
-    /// The bit.
     pub bit: Bit,
-    /// Places to drill, in order.
+    /// In order.
     pub drill_cycles: Vec<DrillCycle>,
-    /// How deep it drills, positive downwards.
+    /// Drilling depth, positive downwards.
     pub depth: Length,
-    /// Depth after which it comes up to clear itself; 0 for never.
+    /// Depth of a peck, after which the drill retracts to clear chips; 0 for none.
     pub peck: Length,
-    /// Toolpaths to mill, in order.
+    /// In order.
     pub toolpaths: Vec<Toolpath>,
 }
 
 /// One operation as planned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlannedOperation {
-    /// Which operation, as index into [`Work::operations`].
+    /// Index into [`Work::operations`].
     pub operation: u32,
-    /// What its bits do, in order.
+    /// Work of its tools, in order.
     pub tasks: Vec<BitTask>,
-    /// What there is to say about it.
     pub diagnostics: Vec<Diagnostic>,
-    /// Holes of the board as it lies that it makes.
+    /// Indices of the holes of the placed board that it makes.
     pub holes: Vec<u32>,
-    /// Slots that it makes.
+    /// Indices of the slots that it makes.
     pub slots: Vec<u32>,
-    /// Holes that it leaves out, as its diagnostics say.
+    /// Holes that it leaves out, with diagnostics.
     pub left_holes: Vec<u32>,
-    /// Slots that it leaves out, as its diagnostics say.
+    /// Slots that it leaves out, with diagnostics.
     pub left_slots: Vec<u32>,
-    /// Iterations that the search for the order of its holes made.
+    /// Iterations of the search for the order of its holes.
     pub iterations: u64,
 }
 
 /// All operations of the side that is up, as planned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planned {
-    /// The board as it lies.
+    /// The board as placed.
     pub board: Board,
-    /// The place in its coordinates that becomes the work zero.
+    /// The position that becomes the work zero.
     pub origin: Point,
-    /// The operations, in order.
+    /// In order.
     pub parts: Vec<PlannedOperation>,
-    /// Codes of errors that it and its files have and that were accepted. Where it has others too, nobody may export or run it yet.
+    /// Codes of accepted errors of the plan and its files. If it has other errors, it must not be exported or
+    /// run.
     pub accepted: Vec<String>,
-    /// The spindles that work, one bit each (bit 0 is Z1).
+    /// The spindles in use, as bits (bit 0 is Z1).
     pub spindles: u8,
 }
 
@@ -152,8 +149,8 @@ impl Planned {
         self.parts.iter().flat_map(|part| &part.tasks).flat_map(|task| &task.toolpaths)
     }
 
-    /// The operation, as index into [`Work::operations`], of leg `leg` of `program`, which these became: strokes and toolpaths
-    /// stand in the program in the order in which they stand here. None for legs between them.
+    /// The operation of a leg of `program`, the program of this plan, as index into [`Work::operations`].
+    /// Drill cycles and toolpaths have one order in the program and here. `None` for legs between them.
     pub fn operation_at(&self, program: &Program, leg: u32) -> Option<u32> {
         let does = |leg: &&Leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_));
         let leg = leg as usize;
@@ -168,34 +165,42 @@ impl Planned {
         })
     }
 
+    /// Empties the toolpaths, once they are a program: a board has millions of segments. How many toolpaths there are stays known.
+    pub fn empty_toolpaths(&mut self) {
+        let tasks = self.parts.iter_mut().flat_map(|part| &mut part.tasks);
+        tasks.flat_map(|task| &mut task.toolpaths).for_each(|way| way.path = Path::default());
+    }
+
     /// Length of all toolpaths in mm, every pass counted; what ramps and links take besides is in the program.
     pub fn toolpaths_mm(&self) -> f64 {
         self.toolpaths().map(|way| way.path.length_mm() * way.depths.len() as f64).sum()
     }
 }
 
-/// What planning needs to know beyond board, work and machine.
+/// Inputs of planning other than board, work and machine.
 pub struct Means<'a> {
-    /// Seed, bound of the search, spindles and accepted errors.
+    /// Seed, search limit, spindles and accepted errors.
     pub options: &'a PlanOptions,
-    /// Seconds from one place to another, the same there and back.
+    /// Seconds from one position to another, equal in both directions.
     pub rapid_time: &'a dyn Fn(Point, Point) -> f64,
 }
 
-/// A digest of all that the part of operation `index` depends on, apart from the board's files: as long as it and the
-/// board stay, the part stays. What an operation is called and how fast it goes is no part of it: [`assemble`] says that.
+/// A digest of all inputs of the part of operation `index`, apart from the board's files. If digest and board
+/// are unchanged, the part is valid. The operation's name and speeds are excluded: [`assemble`] adds them.
 pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
     let operation = work.operations.get(index);
     let bits: Vec<&Bit> =
         operation.iter().flat_map(|o| o.bit_names()).filter_map(|name| work.bit(name)).collect();
     let shape = operation.cloned().map(|operation| Operation {
         name: String::new(),
-        feed_mm_per_s: 0.0,
-        plunge_mm_per_s: 0.0,
-        spindle_rpm: 0,
+        feed_mm_per_s: None,
+        plunge_mm_per_s: None,
+        spindle_rpm: None,
         ..operation
     });
-    let tolerances: Vec<Length> = work.operations.iter().filter_map(board_tolerance).collect();
+    let tolerances: Vec<Length> =
+        work.operations.iter().filter_map(|one| board_tolerance(one, machine)).collect();
+    let tolerances = (tolerances, machine.rack_tolerance);
     let text = serde_json::to_string(&(&work.setup, &bits, &shape, &tolerances, super::makes_more(work)))
         .unwrap_or_default();
     let mut hash = Sha256::new();
@@ -206,17 +211,17 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The tolerance with which a drilling operation takes the holes of the board.
-fn board_tolerance(operation: &Operation) -> Option<Length> {
+/// Tolerance of a drilling operation for the holes of the board.
+fn board_tolerance(operation: &Operation, machine: &Machine) -> Option<Length> {
     match &operation.action {
         OperationKind::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => {
-            Some(drill.tolerance)
+            Some(drill.tolerance_on(machine))
         }
         _ => None,
     }
 }
 
-/// The operations of `work` that are planned: those of the side that is up and are on.
+/// The operations of `work` to plan: active ones of the side that is up.
 pub fn planned_operations(work: &Work) -> impl Iterator<Item = (usize, &Operation)> {
     work.operations
         .iter()
@@ -224,8 +229,8 @@ pub fn planned_operations(work: &Work) -> impl Iterator<Item = (usize, &Operatio
         .filter(|(_, operation)| operation.on && operation.face == work.setup.face)
 }
 
-/// Plans operation `index` of `work` on `scene`. `tick` is told now and then how many [`WHOLE`]ths are done, and says whether to
-/// go on.
+/// Plans operation `index` of `work` on `scene`. Calls `tick` with the progress in [`WHOLE`]ths; false
+/// cancels.
 pub fn plan_operation(
     scene: &PlacedBoard,
     work: &Work,
@@ -251,7 +256,7 @@ pub fn plan_operation(
     Ok(part)
 }
 
-/// What is said of a part by the name of its operation, with what there is to say of its speeds.
+/// Adds the operation's name and the notes about its speeds to the diagnostics.
 fn with_speeds(part: &mut PlannedOperation, work: &Work, machine: &Machine) {
     let Some(operation) = work.operations.get(part.operation as usize) else { return };
     let mut found = limits::bounded(operation, machine);
@@ -265,11 +270,11 @@ fn with_speeds(part: &mut PlannedOperation, work: &Work, machine: &Machine) {
     part.diagnostics.extend(found.into_iter().map(|found| found.with("operation", &title)));
 }
 
-/// Into so many parts the planning of one operation is divided for whoever shows how far it is.
+/// Progress units of one operation.
 pub const WHOLE: u64 = 1_000;
 
-/// Plans all operations of the side that is up, as far as bits and rack allow. What is left out is an error among the diagnostics,
-/// to be seen before anything is exported or run ([`Diagnostic::is_unacknowledged`]). Fails where nothing is left to do.
+/// Plans all operations of the side that is up. Each feature left out is an error among the diagnostics, to
+/// be accepted before export or run ([`Diagnostic::is_unacknowledged`]). Fails if nothing is left to do.
 pub fn plan_work(
     board: &Board,
     work: &Work,
@@ -287,8 +292,8 @@ pub fn plan_work(
     assemble(scene, work, machine, means, parts)
 }
 
-/// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. What two
-/// of them drill or bore, or one drills twice, is made once. Diagnostics and failures as those of [`plan_work`].
+/// Combines parts that were planned on `scene`, perhaps at different times, in the order of the operations.
+/// Repeated holes are made once. Diagnostics and failures are those of [`plan_work`].
 pub fn assemble(
     scene: PlacedBoard,
     work: &Work,
@@ -323,8 +328,8 @@ pub fn assemble(
     Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, diagnostics))
 }
 
-/// Where the bits of an operation that mills holes may go in any order, the one that is in goes first, and the one with which the
-/// next operation begins goes last: so it goes in once.
+/// Avoids tool changes: in an operation that mills holes, the tool order is free. The current tool is first,
+/// and the first tool of the next operation last.
 fn once_in(work: &Work, parts: &mut [PlannedOperation]) {
     let mills_holes = |part: &PlannedOperation| {
         let operation = work.operations.get(part.operation as usize);
@@ -341,14 +346,14 @@ fn once_in(work: &Work, parts: &mut [PlannedOperation]) {
     }
 }
 
-/// What holes and slots no operation makes or tells, where holes of the board are drilled, or slots milled, at all.
+/// Holes and slots that no operation makes or reports, if any holes of the board are drilled or slots milled.
 fn left_out(
     scene: &PlacedBoard,
     work: &Work,
     machine: &Machine,
     parts: &[PlannedOperation],
 ) -> Vec<Diagnostic> {
-    let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
+    let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o, machine).is_some());
     let mills_slots = |o: &Operation| matches!(&o.action, OperationKind::MillHoles(bore) if bore.slots);
     if !holes_wanted && !planned_operations(work).any(|(_, o)| mills_slots(o)) {
         return Vec::new();
@@ -372,7 +377,7 @@ fn left_out(
     super::rack::errors(&without, unsized_holes, open_slots, (&machine.drills(), tolerance))
 }
 
-/// What planning one operation has at hand.
+/// Inputs and state while one operation is planned.
 struct PlanContext<'a> {
     scene: &'a PlacedBoard,
     work: &'a Work,
@@ -380,13 +385,13 @@ struct PlanContext<'a> {
     machine: &'a Machine,
     means: &'a Means<'a>,
     tick: &'a mut dyn FnMut(u64) -> bool,
-    /// How much is done, in [`WHOLE`]ths.
+    /// Progress in [`WHOLE`]ths.
     done: u64,
     diagnostics: Vec<Diagnostic>,
 }
 
 impl PlanContext<'_> {
-    /// Toolpaths in whatever order and direction is shortest from the work zero, none joined.
+    /// Rules for toolpaths in any order and direction, the shortest from the work zero, without links.
     fn free(&self) -> route::Rules<'static> {
         let (start, seed) = (self.scene.origin, self.means.options.seed);
         route::Rules { start, overlap: Length::ZERO, both_ways: true, link: None, seed }
@@ -396,12 +401,12 @@ impl PlanContext<'_> {
         self.diagnostics.push(diagnostic.with("operation", self.operation.title()));
     }
 
-    /// Refuses to go on when nobody wants it any more.
+    /// Fails if the user cancelled the plan.
     fn go_on(&mut self) -> Result<(), Diagnostic> {
         if (self.tick)(self.done) { Ok(()) } else { Err(Diagnostic::error("plan.cancelled")) }
     }
 
-    /// The bits called `names` that can mill, widest first. What is no bit, or only drills, is told.
+    /// The mills called `names`, widest first. Reports unknown tools and drills.
     fn mills(&mut self, names: &[&str], flat: bool) -> Vec<Bit> {
         let depth = self.depth();
         let mut bits: Vec<Bit> = Vec::new();
@@ -424,7 +429,7 @@ impl PlanContext<'_> {
         bits
     }
 
-    /// How deep the operation goes.
+    /// Depth of the operation.
     fn depth(&self) -> Length {
         let process = &self.machine.process;
         match self.operation.depth {
@@ -433,14 +438,14 @@ impl PlanContext<'_> {
         }
     }
 
-    /// The depths of its passes: equal steps, none over the depth of one pass.
+    /// Depths of its passes: equal steps, none above the depth of one pass.
     fn depths(&self, depth: Length) -> Vec<Length> {
         let step = self.operation.depth_per_pass.nm();
         let passes = if step > 0 { (depth.nm() + step - 1) / step } else { 1 }.clamp(1, MOST_PASSES);
         (1..=passes).map(|pass| Length::from_nm(depth.nm() * pass / passes)).collect()
     }
 
-    /// A task that mills `paths` in this order straight down at each start.
+    /// A task that mills `paths` in this order with a plunge at each start.
     fn milling(&self, bit: &Bit, paths: Vec<Path>, depth: Length) -> Option<BitTask> {
         let depths = self.depths(depth);
         let way = |path| Toolpath {
@@ -457,7 +462,7 @@ impl PlanContext<'_> {
 }
 
 impl BitTask {
-    /// Nothing yet with this bit.
+    /// A task of this tool without work.
     fn with(bit: &Bit) -> Self {
         Self {
             bit: bit.clone(),
@@ -469,5 +474,10 @@ impl BitTask {
     }
 }
 
-/// More passes in depth than this are not made; each then is deeper.
+/// Limit of passes; beyond it each pass gets deeper.
 const MOST_PASSES: i64 = 500;
+
+/// The diagnostic with its position.
+fn with_position(diagnostic: Diagnostic, place: Point) -> Diagnostic {
+    diagnostic.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
+}

@@ -1,19 +1,17 @@
-//! Places that a bit is too wide for.
+//! Places too narrow for a tool.
 //!
 //! ```text
-//!    ▓▓▓▓╲  ╱▓▓▓▓       a neck: what the cut cannot pass though it may reach all of it from both sides, so that nothing
-//!    ▓▓▓▓ )( ▓▓▓▓       is closed there. Necks are where a thinner cut ░ goes on from where the wider one had to turn
+//!    ▓▓▓▓╲  ╱▓▓▓▓       a neck: the cut can't pass, although it may reach all of it from both sides.
+//!    ▓▓▓▓ )( ▓▓▓▓       In necks a narrower cut ░ continues where the wider one had to turn
 //!    ▓▓▓▓╱  ╲▓▓▓▓
 //!
-//!    ▓▓▓▓▓▓▓│    │▓▓▓▓▓▓▓       inlets: an outline grown by the bit's radius and shrunk again closes what the bit
-//!    ▓▓▓▓▓▓▓└────┘▓▓▓▓▓▓▓       cannot enter
+//!    ▓▓▓▓▓▓▓│    │▓▓▓▓▓▓▓       inlets: growing an outline by the tool's radius and shrinking it again
+//!    ▓▓▓▓▓▓▓└────┘▓▓▓▓▓▓▓       closes places that the tool cannot enter
 //! ```
 //!
-//! Which gaps are not open the proof alone says: a cure takes the neck at its gap, and nothing asks again whether it is one. A
-//! thinner bit of the same operation takes the necks between islands, and those that are more than a rounded inner corner.
-//!
-//! Comes in: copper and the width of a cut. Goes out: necks and inlets, and toolpaths of a thinner bit through them. Does not know
-//! operations.
+//! Only the proof decides which gaps are uncut: a fix uses the neck at its gap without another check. A
+//! narrower tool of the operation cuts the necks between islands, and those larger than a rounded inner
+//! corner.
 
 use super::super::work::LocalIsolation;
 use super::cut::{self, Area};
@@ -23,28 +21,28 @@ use crate::geometry::{
 };
 use crate::units::Length;
 
-/// Toolpaths run this much nearer to the copper than the bit's radius, so that a gap exactly as wide as the bit stays open.
+/// Toolpaths are this much nearer to the copper than the tool's radius, so that a gap exactly as wide as the
+/// tool stays open.
 pub(super) const NEARER: Length = Length::from_um(1);
-/// Gaps are looked for in steps of this: necks of the whole copper are made once for each.
+/// Gaps are searched in steps of this: necks of the whole copper are computed once for each.
 const STEP: Length = Length::from_um(20);
-/// Beyond a neck and its gap copper is not looked at.
+/// Copper beyond a neck and its gap by this is ignored.
 const ROOM: Length = Length::from_um(500);
-/// What lies this near to an island touches it.
+/// A place this near to an island touches it.
 const TOUCH: Length = Length::from_um(5);
-/// Thinner remains than this are rounding.
+/// Thinner remains are rounding.
 const CRUMB: Length = Length::from_um(2);
-/// Toolpaths of a thinner cut lie this deep in the necks that they are for.
+/// Toolpaths of a narrower cut are this deep inside their necks.
 const WITHIN: Length = Length::from_um(4);
-/// What is left in a corner is no longer than so many times what the wider bit's radius is greater: that of a corner of 60°.
+/// The rest in a corner is at most this many times the difference of both radii long: a corner of 60°.
 const CORNER_FACTOR: f64 = 2.0;
 
-/// Half of a width.
 pub(super) fn half(width: Length) -> Length {
     Length::from_nm(width.nm() / 2)
 }
 
-/// The places of one island of `outline` that a cut of `width` cannot enter: inlets and inner contours, but not where it only
-/// rounds a corner, nor between islands.
+/// Inlets and inner contours of one island of `outline` that a cut of `width` cannot enter. Excludes rounded
+/// corners and gaps between islands.
 pub(super) fn inlets(outline: &Region, width: Length) -> Vec<Island> {
     let radius = half(width) - NEARER;
     let edges = Area::of(outline);
@@ -62,21 +60,22 @@ pub(super) fn inlets(outline: &Region, width: Length) -> Vec<Island> {
     solid.islands.into_iter().filter(wanted).collect()
 }
 
-/// How far the way of a cut keeps from the copper.
+/// Distance of a cut's toolpath from the copper.
 pub(super) fn kept(width: Length) -> Length {
     half(width) - NEARER
 }
 
-/// Where a thinner cut goes on from where a wider one had to turn, to be looked up.
+/// Necks where a narrower cut continues and a wider one had to turn, prepared for queries.
 pub(super) struct Necks {
     pub(super) islands: Vec<Island>,
     area: Area,
 }
 
 impl Necks {
-    /// Where a cut of `width` goes on along `copper` from where one of width `wider` has to turn: what lies between copper and
-    /// too near to it for the wider one, less what any of its toolpaths leaves along all edges. Wide enough for the toolpath of the
-    /// thinner cut. `grown` is the copper grown by what the toolpath of the wider cut keeps.
+    /// Necks along `copper` where a cut of `width` continues and one of width `wider` has to turn. A neck is
+    /// the area between copper that is too near for the wider cut. The rest that its toolpaths leave along
+    /// all edges is subtracted. Each is wide enough for the toolpath of the narrower cut. `grown` is the
+    /// copper grown by the distance of the wider toolpath.
     pub(super) fn of((copper, grown): (&Region, &Region), wider: Length, width: Length) -> Self {
         let outer = kept(wider);
         let inner = (half(width) - NEARER - WITHIN).max(Length::ZERO);
@@ -89,7 +88,8 @@ impl Necks {
         Self { area: Area::of(&necks), islands: necks.islands }
     }
 
-    /// The neck that a cure is for: the one that holds the middle of its gap, else the nearest within the gap's width.
+    /// The neck of a fix: the one that contains the middle of its gap, else the nearest within the gap's
+    /// width.
     pub(super) fn at(&self, cure: &LocalIsolation) -> Option<&Island> {
         let middle = cut::point_on(cure.from, crate::geometry::PathSegment::Line { to: cure.to }, 0.5);
         let reach = Length::from_mm(cure.from.distance_mm(cure.to)) + TOUCH;
@@ -97,7 +97,8 @@ impl Necks {
         self.islands.get(self.area.index().island_at(middle).or_else(near)?)
     }
 
-    /// Those between islands of the copper, and those that are more than what a cut of width `wider` leaves in a corner.
+    /// Necks between islands of the copper, and necks larger than the rest that a cut of width `wider` leaves
+    /// in a corner.
     pub(super) fn of_a_bit(&self, islands: &Area, (wider, width): (Length, Length)) -> Vec<Island> {
         let corner = Length::from_mm((half(wider) - half(width)).mm() * CORNER_FACTOR);
         let large = |neck: &Island| {
@@ -109,7 +110,8 @@ impl Necks {
     }
 }
 
-/// The parts of the toolpaths of a cut that lie in `necks`; they go along the edges of `grown`, which is asked for where there are necks.
+/// The parts of a cut's toolpaths in `necks`. They follow the edges of `grown`, which is computed only if
+/// there are necks.
 pub(super) fn paths_in(necks: &[Island], grown: impl FnOnce() -> Region) -> Vec<Path> {
     let zone = grow(&Region { islands: necks.to_vec() }, TOUCH);
     if zone.is_empty() {
@@ -123,7 +125,7 @@ pub(super) fn paths_in(necks: &[Island], grown: impl FnOnce() -> Region) -> Vec<
     region.paths().filter(near).flat_map(|path| cut::parts(path, &zone, true)).collect()
 }
 
-/// How many islands of copper are within `reach` of a narrow place; counting ends at two.
+/// Number of copper islands within `reach` of a narrow place; stops at two.
 fn touched(place: &Island, islands: &Area, reach: Length) -> usize {
     let mut first = None;
     for (from, segment) in place.paths().flat_map(Path::pieces) {
@@ -140,7 +142,8 @@ fn touched(place: &Island, islands: &Area, reach: Length) -> usize {
     usize::from(first.is_some())
 }
 
-/// The toolpaths of a bit that cuts `width` round `copper`, as far as they lie in `places` or near enough to clean them.
+/// The toolpaths of a tool that cuts `width` around `copper`, as far as they are in `places` or near enough
+/// to clear them.
 pub(super) fn paths_through(copper: &Region, places: &[Island], width: Length) -> Vec<Path> {
     let radius = half(width) - NEARER;
     let zone = grow(&Region { islands: places.to_vec() }, half(width) + TOUCH);
@@ -160,8 +163,8 @@ fn alone(place: &Island) -> Region {
     Region { islands: vec![place.clone()] }
 }
 
-/// One way through the middle of the gap of a cure: half of its width beside the island on that side of it that has less of an
-/// edge. None where nothing is found.
+/// One path through the middle of the gap of a fix: at half its width from the island on the side with fewer
+/// edges. Empty if nothing is found.
 pub(super) fn centred(copper: &Region, islands: &Area, neck: &Island, cure: &LocalIsolation) -> Vec<Path> {
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
     let island = |at: Point| {
@@ -179,18 +182,18 @@ pub(super) fn centred(copper: &Region, islands: &Area, neck: &Island, cure: &Loc
     beside.paths().flat_map(|path| cut::parts(path, &zone, true)).collect()
 }
 
-/// The width of a cut that would fit through the middle of a gap, in whole steps, so that equal gaps are looked for once.
+/// Width of a cut that fits through the middle of a gap, in steps, so that equal gaps are searched once.
 pub(super) fn fitting(gap: Length) -> Length {
     let less = gap - CRUMB - CRUMB;
     Length::from_nm(less.nm() - less.nm() % STEP.nm()).max(Length::ZERO)
 }
 
-/// Whether anything is left of `region` worth a way.
+/// True if the rest of `region` is negligible.
 pub(super) fn is_fragment(region: &Region) -> bool {
     area_mm2(region) < 1e-6
 }
 
-/// The middle of a cure's gap, for people.
+/// The middle of a fix's gap, for people.
 pub(super) fn middle_text(cure: &LocalIsolation) -> (String, String) {
     let middle: Point = cut::point_on(cure.from, crate::geometry::PathSegment::Line { to: cure.to }, 0.5);
     (format!("{:.3}", middle.x.mm()), format!("{:.3}", middle.y.mm()))

@@ -1,6 +1,4 @@
-//! The board as it lies, made ready for planning: copies, pins, turned over, zero, and where no bit may go.
-//!
-//! Comes in: a board and a [`Work`]. Goes out: a [`PlacedBoard`]. Does not know operations.
+//! The board as placed, prepared for planning: copies, pins, flip, zero, and zones.
 
 use super::super::Corner;
 use super::super::work::{Flip, Work, Zero};
@@ -14,28 +12,28 @@ use crate::units::Length;
 use std::cell::{RefCell, RefMut};
 use std::ops::Range;
 
-/// A board as it lies.
+/// A board as placed.
 pub struct PlacedBoard {
-    /// With its copies and pins, turned over where its bottom is up.
+    /// With its copies and pins, flipped if its bottom is up.
     pub board: Board,
-    /// The holes for pins among its holes.
+    /// The pin holes among its holes.
     pub pins: Range<u32>,
-    /// The place that becomes the work zero.
+    /// The position that becomes the work zero.
     pub origin: Point,
-    /// What turning the board over does to a place.
+    /// The placement of the flip.
     turning: Option<Placement>,
-    /// Where no bit may go.
+    /// Zones that tools must not enter.
     zones: Vec<Bounds>,
-    /// Where toolpaths of the copper side may go; none for everywhere.
+    /// Area of the toolpaths on the copper side; `None`: everywhere.
     pub(super) field: Option<Area>,
-    /// What the outer edges of the outline enclose; none where there is no outline.
+    /// The area inside the outer edges of the outline; `None` without an outline.
     body: Option<Area>,
-    /// What isolation made before.
+    /// Cached results of isolation.
     kept: RefCell<Kept>,
 }
 
 impl PlacedBoard {
-    /// The scene of `board` as `work` lays it.
+    /// Places `board` as in `work`.
     pub fn of(board: &Board, work: &Work) -> Self {
         let setup = &work.setup;
         let mirror_x = setup.flip == Flip::LeftRight;
@@ -65,36 +63,36 @@ impl PlacedBoard {
         Self { origin, board: laid, pins, turning: over, zones, field, body, kept }
     }
 
-    /// With what was made before, on this board or another.
+    /// Uses the cache of an earlier plan, of this board or another.
     #[must_use]
     pub fn remembering(self, kept: Kept) -> Self {
         Self { kept: RefCell::new(kept), ..self }
     }
 
-    /// What was made before and on this board, for the next one.
+    /// Takes the cache, for the next plan.
     pub fn kept(&self) -> Kept {
         let mut kept = self.kept.take();
         kept.tidy();
         kept
     }
 
-    /// What was made before, to be added to.
+    /// The cache, to be extended.
     pub(super) fn making(&self) -> RefMut<'_, Kept> {
         self.kept.borrow_mut()
     }
 
-    /// That the work zero is not the corner of the board, which has no outline.
+    /// Warning that the board has no outline, so the work zero is not its corner.
     pub(super) fn zero_without_outline(&self, work: &Work) -> Option<Diagnostic> {
         let untold = work.setup.zero == Zero::Board && Corner::of(&self.board, work) == Corner::Copper;
         untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
     }
 
-    /// What turning the board over does to a place; none for an empty board.
+    /// The placement of a flip; `None` for an empty board.
     pub fn turning(&self) -> Option<Placement> {
         self.turning
     }
 
-    /// Where no bit may go, as the board lies.
+    /// Zones that tools must not enter, as placed.
     pub fn zones(&self) -> &[Bounds] {
         &self.zones
     }
@@ -104,23 +102,23 @@ impl PlacedBoard {
         self.board.copper.iter().find(|copper| copper.face == face && !copper.region.is_empty())
     }
 
-    /// Whether all within `half` around `at` lies beyond the outer edges of the outline.
+    /// True if everything within `half` of `at` is outside the outer edges of the outline.
     pub(super) fn is_beside(&self, at: Point, half: Length) -> bool {
         let beyond = |body: &Area| !body.contains(at) && body.index().nearest(at, half).is_none();
         self.body.as_ref().is_some_and(beyond)
     }
 
-    /// Where the middle of a bit that cuts `width` may not go.
+    /// The area closed to the centre of a tool that cuts `width`.
     pub(super) fn closed_to(&self, width: Length) -> Option<Area> {
         let radius = Length::from_nm((width.nm() + 1) / 2);
         let boxes: Vec<Path> = self.zones.iter().map(|zone| rectangle(*zone)).collect();
         (!boxes.is_empty()).then(|| Area::of(&grow(&union(&boxes), radius)))
     }
 
-    /// A warning for every zone of `work` that lies beside all there is, so that it keeps nothing out.
+    /// A warning for every zone of `work` that is outside everything, so that it has no effect.
     pub(super) fn idle_zones(&self, work: &Work) -> Vec<Diagnostic> {
         let Some(blank) = blank(&self.board) else { return Vec::new() };
-        // A bit runs beside what it cuts, and that far beyond the outline where it clears.
+        // A tool runs next to its cut; when clearing it may leave the outline by the margin.
         let widest = work.bits.iter().map(|bit| bit.diameter).max().unwrap_or_default();
         let all = blank.grown(widest + work.setup.margin);
         let beside = |zone: &Bounds| {
@@ -139,7 +137,8 @@ impl PlacedBoard {
         zones.filter(|(laid, _)| beside(laid)).map(|(_, zone)| told(zone)).collect()
     }
 
-    /// `paths` without what lies beyond the field or in `closed`; and whether zones took anything away.
+    /// `paths` without the parts outside the field or in `closed`; also returns whether zones removed
+    /// anything.
     pub(super) fn trimmed(&self, paths: Vec<Path>, closed: Option<&Area>) -> (Vec<Path>, bool) {
         let inside = match &self.field {
             Some(field) => paths.into_iter().flat_map(|path| kept(path, field, true)).collect(),
@@ -157,21 +156,21 @@ impl PlacedBoard {
         (left, touched)
     }
 
-    /// How far a hole's size may be from its drill: what the drilling operation says, else the machine.
+    /// Tolerance of hole sizes: the drilling operation's, else the machine's.
     pub(super) fn tolerance(&self, work: &Work, machine: &Machine) -> Length {
-        let said = work.operations.iter().filter_map(super::board_tolerance).max();
+        let said = work.operations.iter().filter_map(|one| super::board_tolerance(one, machine)).max();
         said.unwrap_or(machine.rack_tolerance)
     }
 }
 
-/// The box of all there is of `board`.
+/// The bounds of everything on `board`.
 fn blank(board: &Board) -> Option<Bounds> {
     let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
     let all = board.outline.bounds().into_iter().chain(copper).chain(board.outer_bounds());
     all.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
 }
 
-/// The parts of `path` inside of `area`, or out of it; looked at closely only where its box meets an edge.
+/// The parts of `path` inside `area`, or outside; a detailed check only if the bounds meet an edge.
 fn kept(path: Path, area: &Area, inside: bool) -> Vec<Path> {
     let bounds = path_bounds(&path);
     if area.index().edges_in(bounds).is_empty() {

@@ -1,15 +1,14 @@
-//! Toolpaths of neighbours that run over each other: what both cut is cut once.
+//! Merges overlapping toolpaths of neighbours: a stretch in both is cut once.
 //!
 //! ```text
-//!   ▓▓▓▓╭┄╮╭┄╮▓▓▓▓      islands exactly one cut apart: the way round the one and the way round the other run through the
-//!   ▓▓▓▓┊ ┊┊ ┊▓▓▓▓      gap a hair apart. The second leaves that stretch out, and where it runs over the first all round,
-//!   ▓▓▓▓╰┄╯╰┄╯▓▓▓▓      it goes.
+//!   ▓▓▓▓╭┄╮╭┄╮▓▓▓▓      islands exactly one cut apart: both toolpaths run through the gap, a few µm apart.
+//!   ▓▓▓▓┊ ┊┊ ┊▓▓▓▓      The second omits that stretch. If it overlaps the first completely, it is removed.
+//!   ▓▓▓▓╰┄╯╰┄╯▓▓▓▓
 //! ```
 //!
-//! A stretch more to leave out is a time more to come up and go down: only long ones are worth that.
+//! Every omitted stretch costs a retract and a plunge, so only long ones are omitted.
 //!
-//! Comes in: toolpaths of one pass with one bit. Goes out: the same without what another of them cuts. Toolpaths that are not closed stay.
-//! Does not know copper.
+//! Open toolpaths are unchanged.
 
 use super::cut;
 use crate::geometry::{Path, PathSegment, Point, chords};
@@ -17,43 +16,60 @@ use crate::units::Length;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-/// Toolpaths this near to each other cut the same: each runs within 2 µm of where it should.
+/// Toolpaths this near to each other cut equally: each is within 2 µm of its ideal.
 const SAME: Length = Length::from_um(5);
-/// Stretches shorter than this, in mm, are cut twice.
+/// Shorter stretches, in mm, are cut twice.
 const LEAST_MM: f64 = 0.2;
-/// Of the stretches of one way the longest goes, and others that are longer than this, in mm.
+/// The longest stretch of a toolpath is omitted, and others only if longer than this, in mm.
 const WORTH_MM: f64 = 8.0;
-/// Stretches this near to each other, in mm, are one; what is shorter than this is no way.
+/// Stretches this near to each other, in mm, are merged; a shorter rest is dropped.
 const JOINED_MM: f64 = 0.02;
 
-/// Carriers this near to each other may have edges that run over each other: [`SAME`] across a slanting line.
+/// Lines or circles this near to each other may have overlapping edges: [`SAME`] across a slanting line.
 const NEAR: Length = Length::from_um(8);
-/// Lines whose slopes differ by less than one part in so many are looked at together.
+/// Lines with slopes that differ by less than 1 over this are compared.
 const SLOPE_PARTS: f64 = 1e3;
-/// The steeper slope from which on a line is taken for an upright one; not 1, which many lines have.
+/// From this slope on a line counts as vertical; not 1, which many lines have.
 const STEEP_SLOPE: f64 = 0.84;
-/// Where the boxes begin, in nm, into which centres of arcs are put: centres stand on whole micrometres more often than not.
+/// Offset of the grid for centres of arcs, in nm: centres are usually on whole micrometres, so the grid lines
+/// must not be.
 const BESIDE: i64 = 1_700;
 
-/// Lengths along a closed path in mm; the end may lie beyond its start.
+/// Lengths along a closed path in mm; the end may be beyond its start.
 type Stretch = (f64, f64);
-/// A toolpath by its number, and one of its segments.
+/// A toolpath and one of its segments, by number.
 type Edge = (u32, u32);
 
-/// An edge by what it lies on: a line of about this slope, or a circle about this centre.
+/// An edge by its carrier: a line of about this slope, or a circle about this centre.
 struct Row {
     carrier: (u8, i64, i64),
-    /// Where on its axis the line is, or the radius; in nm.
+    /// Position of the line on its axis, or the radius; in nm.
     at: i64,
+    /// How much it moves on its axis for each nm along the other one.
+    slope: f64,
     /// What it covers of the axis that it runs along, in nm.
     from: i64,
     to: i64,
     edge: Edge,
 }
 
+impl Row {
+    /// Whether the two are nearer than [`NEAR`] where both are: rows of one carrier may lie far apart.
+    fn is_near(&self, other: &Self) -> bool {
+        let along = self.from.max(other.from) as f64;
+        let by = (self.at - other.at) as f64 + (self.slope - other.slope) * along;
+        by.abs() <= NEAR.nm() as f64
+    }
+}
+
 /// `toolpaths` without what one of them cuts as well as another one. The order of `toolpaths` does not matter.
 pub(super) fn once(toolpaths: Vec<Path>) -> Vec<Path> {
-    if pairs(&toolpaths).is_empty() {
+    let mut is_any = false;
+    beside(&toolpaths, &mut |_, _| {
+        is_any = true;
+        false
+    });
+    if !is_any {
         return toolpaths;
     }
     let mut toolpaths: Vec<Path> =
@@ -80,33 +96,46 @@ pub(super) fn once(toolpaths: Vec<Path>) -> Vec<Path> {
     out
 }
 
-/// Edges of closed toolpaths that lie on the same line or circle and may run beside each other: the one of the later toolpath first. In
-/// order.
+/// Pairs of edges of closed toolpaths on one line or circle that may overlap; the edge of the later toolpath
+/// first. In order.
 fn pairs(toolpaths: &[Path]) -> Vec<(Edge, Edge)> {
-    let closed = (0..).zip(toolpaths).filter(|(_, way)| way.is_closed());
-    let mut rows: Vec<Row> = closed
-        .flat_map(|(number, way)| {
-            (0..).zip(way.pieces()).filter_map(move |(segment, piece)| row((number, segment), piece))
-        })
-        .collect();
-    rows.sort_unstable_by_key(|row| (row.carrier, row.at, row.edge));
     let mut found = Vec::new();
+    beside(toolpaths, &mut |row, other| {
+        if row.is_near(other) {
+            found.push((row.edge.max(other.edge), row.edge.min(other.edge)));
+        }
+        true
+    });
+    found.sort_unstable();
+    found
+}
+
+/// Calls `each` with every pair of neighbours on about the same line or circle, until `each` returns false. A large board has many
+/// more such pairs than edges that overlap, because many of its lines are about the same.
+fn beside(toolpaths: &[Path], each: &mut dyn FnMut(&Row, &Row) -> bool) {
+    let closed = || (0..).zip(toolpaths).filter(|(_, way)| way.is_closed());
+    let mut rows: Vec<Row> = Vec::with_capacity(closed().map(|(_, way)| way.segments.len()).sum());
+    for (number, way) in closed() {
+        rows.extend((0..).zip(way.pieces()).filter_map(|(segment, piece)| row((number, segment), piece)));
+    }
+    rows.sort_unstable_by_key(|row| (row.carrier, row.at, row.edge));
     let apart = |a: &Row, b: &Row| a.carrier != b.carrier || b.at - a.at > NEAR.nm();
     for together in rows.chunk_by_mut(|a, b| !apart(a, b)).filter(|rows| rows.len() > 1) {
         together.sort_unstable_by_key(|row| (row.from, row.edge));
         let mut open: Vec<&Row> = Vec::new();
         for row in &*together {
             open.retain(|other| other.to > row.from);
-            let others = open.iter().filter(|other| other.edge.0 != row.edge.0);
-            found.extend(others.map(|other| (row.edge.max(other.edge), row.edge.min(other.edge))));
+            for other in open.iter().filter(|other| other.edge.0 != row.edge.0) {
+                if !each(row, other) {
+                    return;
+                }
+            }
             open.push(row);
         }
     }
-    found.sort_unstable();
-    found
 }
 
-/// What an edge lies on; none for what is too short to look at.
+/// The carrier of an edge; `None` for edges too short to compare.
 fn row(edge: Edge, (from, segment): (Point, PathSegment)) -> Option<Row> {
     match segment {
         PathSegment::Line { to } => {
@@ -121,6 +150,7 @@ fn row(edge: Edge, (from, segment): (Point, PathSegment)) -> Option<Row> {
             Some(Row {
                 carrier: (u8::from(upright), libm::round(slope * SLOPE_PARTS) as i64, 0),
                 at: Length::from_mm(foot).nm(),
+                slope,
                 from: along.0.min(along.1).nm(),
                 to: along.0.max(along.1).nm(),
                 edge,
@@ -130,12 +160,12 @@ fn row(edge: Edge, (from, segment): (Point, PathSegment)) -> Option<Row> {
             let cell = |length: Length| (length.nm() + BESIDE).div_euclid(NEAR.nm());
             let radius = Length::from_mm(from.distance_mm(centre)).nm();
             let carrier = (2, cell(centre.x), cell(centre.y));
-            Some(Row { carrier, at: radius, from: 0, to: 1, edge })
+            Some(Row { carrier, at: radius, slope: 0.0, from: 0, to: 1, edge })
         }
     }
 }
 
-/// The stretches of `way` that toolpaths before it cut too, as `pairs` say, with the edges of `way` that they are on.
+/// Stretches of `way` that earlier toolpaths also cut, from `pairs`, with their edges of `way`.
 fn doubled(
     way: &Path,
     pairs: &[(Edge, Edge)],
@@ -163,7 +193,7 @@ fn doubled(
     found
 }
 
-/// The shares of a piece between which another one runs back beside it.
+/// The shares of a piece along which another one runs in the opposite direction.
 fn covered(one: (Point, PathSegment), other: (Point, PathSegment)) -> Vec<(f64, f64)> {
     let found = match (one.1, other.1) {
         (PathSegment::Line { to }, PathSegment::Line { to: others }) => {
@@ -184,7 +214,7 @@ fn covered(one: (Point, PathSegment), other: (Point, PathSegment)) -> Vec<(f64, 
             let turn = chords::turn(one.0, to, centre, clockwise);
             let others_turn = chords::turn(other.0, others, middle, turned);
             let first = (sign * (angle(others, middle) - angle(one.0, centre))).rem_euclid(TAU);
-            // The other one may begin before this one does.
+            // The other one may start before this one.
             [first, first - TAU].map(|first| (first / turn, (first + others_turn) / turn)).to_vec()
         }
         _ => Vec::new(),
@@ -193,7 +223,7 @@ fn covered(one: (Point, PathSegment), other: (Point, PathSegment)) -> Vec<(f64, 
     found.into_iter().map(within).filter(|(a, b)| a < b).collect()
 }
 
-/// The same for two lines.
+/// The shares for two lines.
 fn beside_line((from, to): (Point, Point), (start, end): (Point, Point)) -> Vec<(f64, f64)> {
     let length = from.distance_mm(to).max(1e-9);
     let (x, y) = ((to.x - from.x).mm() / length, (to.y - from.y).mm() / length);
@@ -206,7 +236,7 @@ fn beside_line((from, to): (Point, Point), (start, end): (Point, Point)) -> Vec<
     if near && last < first { vec![(last / length, first / length)] } else { Vec::new() }
 }
 
-/// Stretches of a closed toolpath `total` long that touch made one.
+/// Merges touching stretches of a closed toolpath of length `total`.
 fn joined(found: &[(Edge, Stretch)], total: f64) -> Vec<Stretch> {
     let mut sorted: Vec<Stretch> = found.iter().map(|(_, stretch)| *stretch).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -217,7 +247,7 @@ fn joined(found: &[(Edge, Stretch)], total: f64) -> Vec<Stretch> {
             None => out.push((begin, end)),
         }
     }
-    // What ends where the way ends goes on where it begins.
+    // A stretch at the end of the path continues at its start.
     if let (Some(first), Some(last)) = (out.first().copied(), out.last_mut())
         && first.0 <= JOINED_MM
         && last.1 >= total - JOINED_MM
@@ -229,7 +259,7 @@ fn joined(found: &[(Edge, Stretch)], total: f64) -> Vec<Stretch> {
     out
 }
 
-/// Those of the stretches that are worth leaving out, the longest first.
+/// The stretches worth omitting, the longest first.
 fn chosen(mut stretches: Vec<Stretch>, total: f64) -> Vec<Stretch> {
     let length = |stretch: &Stretch| stretch.1 - stretch.0;
     stretches.retain(|stretch| length(stretch) >= LEAST_MM.min(total - JOINED_MM));
@@ -239,19 +269,19 @@ fn chosen(mut stretches: Vec<Stretch>, total: f64) -> Vec<Stretch> {
     stretches
 }
 
-/// Whether two stretches of a closed toolpath `total` long have something in common.
+/// True if two stretches of a closed toolpath of length `total` overlap.
 fn meet(one: Stretch, other: Stretch, total: f64) -> bool {
     let apart = |one: Stretch, by: f64| one.1 + by <= other.0 || other.1 <= one.0 + by;
     !(apart(one, 0.0) && apart(one, total))
 }
 
-/// What is left of a closed toolpath `total` long without these stretches.
+/// The rest of a closed toolpath of length `total` without these stretches.
 fn without(way: &Path, chosen: &[Stretch], total: f64) -> Vec<Path> {
     let Some(&(begin, end)) = chosen.first() else { return vec![way.clone()] };
     if end - begin >= total - JOINED_MM {
         return Vec::new();
     }
-    // Opened where the longest stretch ends.
+    // Opened at the end of the longest stretch.
     let opened = match end.rem_euclid(total) {
         start if end >= total => cut::between(way, start, begin),
         start => {
@@ -293,24 +323,24 @@ mod tests {
     }
 
     #[test]
-    fn what_two_ways_share_is_cut_once() {
+    fn shared_stretches_of_two_toolpaths_are_cut_once() {
         let ring = |mm: f64| circle(Point::default(), Length::from_mm(mm));
-        // The toolpaths, how many are left, and their length.
+        // The toolpaths, the number of toolpaths left, and their length.
         let rows: [(Vec<Path>, usize, f64); 10] = [
             (vec![boxed(0.0, 0.0, 2.0, 1.0), boxed(2.002, 0.0, 3.0, 1.0)], 2, 6.0 + 2.996),
             (vec![boxed(0.0, 0.0, 2.0, 1.0), boxed(2.0, 0.5, 3.0, 2.0)], 2, 6.0 + 4.5),
             (vec![boxed(0.0, 0.0, 2.0, 1.0), boxed(2.006, 0.0, 3.0, 1.0)], 2, 6.0 + 3.988),
-            // Three in a row, and beside a long one two short ones.
+            // Three in a row, and two short ones next to a long one.
             (vec![boxed(0.0, 0.0, 1.0, 1.0), boxed(1.0, 0.0, 2.0, 1.0), boxed(2.0, 0.0, 3.0, 1.0)], 3, 10.0),
             (
                 vec![boxed(0.0, 0.0, 1.0, 9.0), boxed(1.0, 0.0, 2.0, 1.0), boxed(1.0, 3.0, 2.0, 5.0)],
                 3,
                 20.0 + 3.0 + 4.0,
             ),
-            // One goes all round the other: nothing of it is left.
+            // Two that overlap completely: one is removed.
             (vec![ring(4.0), ring(3.996).reversed()], 1, TAU * 2.0),
             (vec![boxed(0.0, 0.0, 2.0, 1.0), boxed(0.0, 0.0, 2.0, 1.0).reversed()], 1, 6.0),
-            // The middle one comes last: long sides are worth a time more to come up, short ones are not.
+            // The middle one is last: long sides are worth a retract, short ones are not.
             (
                 vec![boxed(0.0, 0.0, 20.0, 1.0), boxed(0.5, 1.0, 20.0, 2.0), boxed(0.0, 2.0, 20.0, 3.0)],
                 4,
@@ -334,8 +364,31 @@ mod tests {
         }
     }
 
+    /// Lines of one slope from equal islands on a grid: neighbours among them are nearer than [`NEAR`], but not where the islands are.
     #[test]
-    fn stretches_over_the_start_are_one() {
+    fn parallel_edges_pair_only_if_adjacent() {
+        let turned = |column: i64, row: i64| {
+            let at = |x: i64, y: i64| {
+                let nm = |nm: i64| Length::from_nm(nm);
+                Point::new(nm(column * 130_000 + x), nm(row * 131_000 + y))
+            };
+            let corners = [at(0, 0), at(90_000, 27_000), at(63_000, 117_000), at(-27_000, 90_000), at(0, 0)];
+            Path::through(&corners).expect("corners")
+        };
+        let toolpaths: Vec<Path> = (0..2_500).map(|number| turned(number % 50, number / 50)).collect();
+        let mut beside_each_other = 0;
+        beside(&toolpaths, &mut |_, _| {
+            beside_each_other += 1;
+            true
+        });
+        assert!(beside_each_other > 100_000, "{beside_each_other}");
+        assert_eq!(pairs(&toolpaths), []);
+        let twice = [toolpaths, vec![turned(7, 9).reversed()]].concat();
+        assert_eq!(pairs(&twice).len(), 4);
+    }
+
+    #[test]
+    fn stretches_across_the_start_are_joined() {
         let edge = (0, 0);
         let found = [(edge, (9.0, 10.0)), (edge, (0.0, 2.0)), (edge, (4.0, 4.1))];
         let stretches = joined(&found, 10.0);

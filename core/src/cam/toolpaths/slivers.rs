@@ -1,51 +1,49 @@
-//! Toolpaths that take slivers away: thin strips of copper that belong to nothing, between the grooves round neighbouring islands.
+//! Removes slivers: thin strips of loose copper between the grooves around neighbouring islands.
 //!
 //! ```text
-//!   ▓▓▓ copper ▓▓▓         the strip ░ is what two grooves leave between them: where it is thinner than what holds on
-//!   ── ── groove ── ──     the board, one more way runs along its middle, as far from the copper as a pass more
+//!   ▓▓▓ copper ▓▓▓         the strip ░ is left between two grooves. If it is too thin to hold on the board,
+//!   ── ── groove ── ──     another path runs along its centre, as far from the copper as one more pass
 //!   ░░░░░░·····░░░░░░
 //!   ── ── groove ── ──
 //!   ▓▓▓ copper ▓▓▓
 //! ```
 //!
-//! The way of the pass leaves for a short sliver and comes back: that is sooner done than coming up and going down again.
+//! For a short sliver the path of the pass makes a detour and returns: that takes less time than a retract
+//! and a plunge.
 //!
-//! Blunt corners and what is smaller than dust are left: the first hold, the second goes with the chips.
-//!
-//! Comes in: the toolpaths of a pass as a region, the width cut through the copper. Goes out: toolpaths of the same bit. Does
-//! not know operations, nor the edge of the board.
+//! Blunt corners hold on the board and stay; dust leaves with the chips.
 
 use super::cut;
 use crate::board::THINNEST;
 use crate::geometry::{Edge, Near, Path, PathSegment, Point, Region, Strip, strips};
 use crate::units::Length;
 
-/// Strips wider than what is a sliver by this are taken too: the proof measures along chords.
+/// Strips wider than a sliver by this are removed too: the proof measures along chords.
 const SLACK: Length = Length::from_um(4);
-/// Where a strip is thinner than this it comes to its end.
+/// A strip ends where it is thinner than this.
 const POINTED: Length = Length::from_um(10);
 /// A strip that narrows to a point within this many mm is a blunt corner.
 const BLUNT_MM: f64 = 0.14;
-/// A longer sliver than this, in mm, has a way of its own.
+/// A longer sliver, in mm, gets a separate path.
 const LONGEST_DETOUR_MM: f64 = 3.0;
-/// Toolpaths of this many mm stand for a single place.
+/// Length of a toolpath for a single point, in mm.
 const DOT_MM: f64 = 0.02;
-/// Places this near to a straight line, in mm, lie on it.
+/// Points this near to a straight line, in mm, are on it.
 const STRAIGHT_MM: f64 = 0.002;
-/// At most so many places are swallowed by one line.
+/// Limit of points absorbed by one line.
 const LONGEST_LOOK: usize = 256;
 
-/// A way along a sliver that begins beside an edge of the pass.
+/// A path along a sliver that starts next to an edge of the pass.
 struct Detour {
     edge: Edge,
-    /// The place of the edge beside its start.
+    /// Point of the edge next to its start.
     place: Point,
     path: Path,
 }
 
-/// The toolpaths of a pass whose bit's middle follows the edges of `pass` and which cuts `through` wide at the underside of the
-/// copper, with the slivers that it leaves; `next` is how far the following pass is from it, which goes where it has
-/// room. Inside is on the left of closed toolpaths.
+/// The toolpaths of a pass with the slivers that it leaves. The tool centre follows the edges of `pass`, and
+/// the cut is `through` wide at the underside of the copper. `next` is the distance of the following pass,
+/// which is made only where it has room. The inside is on the left of closed toolpaths.
 pub(super) fn with_slivers(pass: &Region, through: Length, next: Option<Length>) -> Vec<Path> {
     let thin = thin(through);
     let found = strips(pass, through, room(through, next));
@@ -74,18 +72,18 @@ pub(super) fn with_slivers(pass: &Region, through: Length, next: Option<Length>)
     paths
 }
 
-/// Wider copper than this is no sliver.
+/// Wider copper is no sliver.
 fn thin(through: Length) -> Length {
     (THINNEST + SLACK).min(Length::from_nm(through.nm() / 2))
 }
 
-/// How far apart edges of a pass are at most that a sliver may lie between.
+/// Largest distance of two edges of a pass with a sliver between them.
 pub(super) fn room(through: Length, next: Option<Length>) -> Length {
     let widest = through + thin(through);
     next.map_or(widest, |step| (step + step).min(widest))
 }
 
-/// A closed path that leaves for its detours, in the order of their edges, and comes back from each.
+/// A closed path with its detours, in the order of their edges.
 fn with_detours(path: &Path, detours: &[Detour]) -> Path {
     if detours.is_empty() {
         return path.clone();
@@ -101,7 +99,7 @@ fn with_detours(path: &Path, detours: &[Detour]) -> Path {
         let parts = cut::parted(from, segment, &shares);
         let mut stops = stops.into_iter().peekable();
         for (_, part, begin, end) in parts {
-            // Stops that were too near to an end of the part to part it are made at that end.
+            // Stops too near to the end of a part to split it are made at that end.
             while let Some((_, detour)) = stops.next_if(|(share, _)| *share <= (begin + end) / 2.0) {
                 there_and_back(&mut out, &detour.path);
             }
@@ -112,7 +110,7 @@ fn with_detours(path: &Path, detours: &[Detour]) -> Path {
     out
 }
 
-/// Goes from where `out` ends to `detour`, along it, and back the same way.
+/// Moves from the end of `out` to `detour`, along it, and back.
 fn there_and_back(out: &mut Path, detour: &Path) {
     let from = out.end();
     let line = |to: Point| PathSegment::Line { to };
@@ -121,7 +119,7 @@ fn there_and_back(out: &mut Path, detour: &Path) {
     out.segments.extend([line(from)].into_iter().filter(|_| detour.start != from));
 }
 
-/// Whether a strip is more than the tip of a blunt corner, or dust.
+/// True if a strip is more than the tip of a blunt corner, or dust.
 fn is_sliver(strip: &Strip, through: Length, thin: Length) -> bool {
     let width = |place: Option<&(Point, Length)>| place.map_or(Length::ZERO, |(_, clear)| *clear - through);
     let (first, last) = (width(strip.middle.first()), width(strip.middle.last()));
@@ -137,13 +135,13 @@ fn is_sliver(strip: &Strip, through: Length, thin: Length) -> bool {
     !(strip.own && tip || dust)
 }
 
-/// A toolpath that stands for a single place.
+/// A toolpath for a single point.
 fn dot(at: Point) -> Option<Path> {
     let end = |by: f64| Point::from_mm(at.x.mm() + by, at.y.mm());
     Path::through(&[end(-DOT_MM / 2.0), end(DOT_MM / 2.0)])
 }
 
-/// The way along the middle of a strip, in as few lines as it needs; none of them where it is a single place.
+/// The path along the centre of a strip, with few lines; without segments for a single point.
 fn along(strip: &Strip) -> Option<Path> {
     let places: Vec<Point> = strip.middle.iter().map(|(at, _)| *at).collect();
     if let [only] = places.as_slice() {
@@ -161,7 +159,7 @@ fn along(strip: &Strip) -> Option<Path> {
     Path::through(&kept).filter(|path| !path.segments.is_empty())
 }
 
-/// Whether all places lie on the line from the first to the last.
+/// True if all points are on the line from the first to the last.
 fn is_straight(places: Option<&[Point]>) -> bool {
     let Some([first, between @ .., last]) = places else { return false };
     let (ux, uy) = ((last.x - first.x).mm(), (last.y - first.y).mm());

@@ -1,46 +1,46 @@
-//! Better tours by Lin and Kernighan's moves (Operations Research 21, 1973) in the chained form of Martin, Otto and
-//! Felten: local search to a local optimum, a small kick, local search around the kick, keep it unless it got worse.
+//! Improves tours by Lin and Kernighan's moves (Operations Research 21, 1973) in the chained form of Martin,
+//! Otto and Felten. Local search to a local optimum, a small kick, local search around the kick; undo it if
+//! the tour got longer.
 //!
 //! ```text
-//!  one link of a move: rapid (t1,t2) is open, t2 finds a near t3, t4 comes just before t3 and is the new t2
+//!  one link of a move: rapid (t1,t2) is open, t2 finds a near t3, t4 is just before t3 and becomes t2
 //!
 //!    t1 → t2 … t4 → t3 … ⟲           t1 → t4 … t2 → t3 … ⟲
-//!         └── reverse ──┘      ⇒          (t1,t4) is open now
+//!        └── reverse ──┘      ⇒          now (t1,t4) is open
 //!
-//!  the move without reversal: t4 comes just after t3, t5 and t6 lie between t2 and t3
+//!  the move without reversal: t4 is directly after t3, t5 and t6 are between t2 and t3
 //!
 //!    t1 → [t2 … t5][t6 … t3] → t4    ⇒    t1 → [t6 … t3][t2 … t5] → t4
 //! ```
-//!
-//! Comes in: a ring, lists of near nodes, the cost of a rapid. Goes out: a cheaper ring. Does not know what rapids mean.
 
 use super::ring::Ring;
 use crate::chance::Chance;
 
-/// How many links are tried at each depth of a move; at most 5.
+/// Links tried at each depth of a move; at most 5.
 const BREADTH: [usize; DEPTH] = [5, 3, 1];
 
-/// How many links a move may have.
+/// Limit of links in a move.
 const DEPTH: usize = 3;
 
-/// Gains below this are rounding, not gains.
+/// Smaller gains are rounding.
 pub(crate) const EPSILON: f64 = 1e-9;
 
-/// The cost of a rapid that must stay: so cheap that no move gains by leaving it.
+/// The cost of a rapid that must stay: so cheap that no move gains by removing it.
 pub(crate) const FIXED: f64 = -1e12;
 
-/// Longest stretch turned: on very large rings longer ones cost more time than they gain.
+/// Longest stretch to reverse: on very large rings longer ones cost more time than they gain.
 const LONGEST_TURN: usize = 50_000;
 
-/// How many rapids between near nodes the ends of a kick lie apart. Kicks must be small to be repaired at a gain.
+/// Number of rapids between near nodes that separate the ends of a kick. Only small kicks can be repaired
+/// with a gain.
 const WALK: u32 = 3;
 
-/// The way from t2 round to t1 as a move would leave it. Every link turns a front piece of it, so a list of lengths is
-/// enough, and nothing needs to be turned in memory until the move is known to gain.
+/// The path from t2 around to t1 after the links of a move. Every link reverses a front piece of it, so a
+/// list of lengths is enough. Nothing is reversed in memory until the move is known to gain.
 ///
 /// ```text
-///   ring          t2 a b c d e … t1
-///   turn front 3  b a t2 c d e … t1        rank(t2) = 2, node_at(0) = b
+///   ring             t2 a b c d e … t1
+///   reverse front 3  b a t2 c d e … t1        rank(t2) = 2, node_at(0) = b
 /// ```
 #[derive(Clone, Copy)]
 struct Path {
@@ -75,7 +75,7 @@ impl Path {
     }
 }
 
-/// A search under way.
+/// A search in progress.
 pub(crate) struct Search<'a, C: Fn(u32, u32) -> f64> {
     pub(crate) ring: Ring,
     near: &'a [Vec<(f64, u32)>],
@@ -87,8 +87,8 @@ pub(crate) struct Search<'a, C: Fn(u32, u32) -> f64> {
 }
 
 impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
-    /// A search that begins with `ring`. `near` holds for every node the near ones with the cost of the rapid, cheapest
-    /// first.
+    /// A search that starts with `ring`. `near` has for every node its near nodes with the cost of the rapid,
+    /// cheapest first.
     pub(crate) fn new(ring: Ring, near: &'a [Vec<(f64, u32)>], cost: C) -> Self {
         let n = ring.len();
         Self {
@@ -102,7 +102,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         }
     }
 
-    /// Looks at every node, in the order of the ring; false when `go_on` said stop.
+    /// Processes every node, in the order of the ring; false if `go_on` cancelled.
     pub(crate) fn settle(&mut self, go_on: &mut dyn FnMut() -> bool) -> bool {
         let mut all = self.ring.from(0);
         all.reverse();
@@ -118,7 +118,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         true
     }
 
-    /// One kick and the repair around it. Undone when the tour got longer. Gives what was gained, 0 or more.
+    /// One kick and the repair around it, undone if the tour got longer. Returns the gain, 0 or more.
     pub(crate) fn kick(&mut self, chance: &mut Chance) -> f64 {
         let n = self.ring.len();
         if n < 5 {
@@ -144,7 +144,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         gain
     }
 
-    /// Three different nodes that lie near each other, in the order of the ring.
+    /// Three different nodes near each other, in the order of the ring.
     fn three_near(&self, chance: &mut Chance) -> Option<[u32; 3]> {
         let a = chance.below(self.ring.len()) as u32;
         let mut walk = || {
@@ -175,7 +175,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         self.turns.push((first, last, self.mirrored));
     }
 
-    /// Takes back every turn after the first `keep`.
+    /// Undoes every reversal after the first `keep`.
     fn undo(&mut self, keep: usize) {
         while self.turns.len() > keep {
             if let Some((first, last, mirrored)) = self.turns.pop() {
@@ -192,7 +192,8 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         self.turn(b, a);
     }
 
-    /// Takes the next node to look at, and improves around it until nothing more is found. None when no node waits.
+    /// Takes the next queued node, and improves around it until nothing more is found. `None` if the queue is
+    /// empty.
     fn improve_next(&mut self) -> Option<f64> {
         let node = self.queue.pop()?;
         self.queued[node as usize] = false;
@@ -218,8 +219,8 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         Some(gain)
     }
 
-    /// Looks for links that close with a gain, and turns them. `open` is what was gained so far with the rapid from the
-    /// first node of `path` back to `t1` still missing. Nothing is turned when none is found.
+    /// Searches links that close with a gain, and applies them. `open` is the gain before adding the rapid
+    /// from the first node of `path` back to `t1`. Without a gain nothing is reversed.
     fn deepen(&mut self, t1: u32, open: f64, path: Path) -> Option<f64> {
         let t2 = path.node_at(&self.ring, 0);
         let (links, count) = self.links(t1, t2, open, path);
@@ -246,7 +247,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         None
     }
 
-    /// Turns the `length` nodes after `t1`.
+    /// Reverses the `length` nodes after `t1`.
     fn turn_front(&mut self, t1: u32, length: usize) {
         self.turn(self.ring.next(t1), self.ring.further(t1, length));
     }
@@ -277,7 +278,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         (best, count)
     }
 
-    /// The move without reversal, and its sister that reverses both stretches.
+    /// The move without reversal, and its variant that reverses both stretches.
     fn swap(&mut self, t1: u32, t2: u32, open: f64) -> Option<f64> {
         let near = self.near;
         for &(hop23, t3) in &near[t2 as usize] {

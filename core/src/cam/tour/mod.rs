@@ -1,8 +1,5 @@
-//! Good orders of points: greedy start, Lin–Kernighan moves, kicks. Bounded by a number of kicks and seeded, so equal
-//! input gives equal output everywhere; time is nowhere asked.
-//!
-//! Comes in: points, the cost of a rapid. Goes out: an order as indices of the points. Does not know holes, bits or
-//! machines.
+//! Orders points: greedy start, Lin–Kernighan moves, kicks. The number of kicks is limited and the random
+//! numbers are seeded, so equal input gives equal output everywhere; time is never used.
 
 mod lin_kernighan;
 mod near;
@@ -14,21 +11,20 @@ use crate::geometry::Point;
 use lin_kernighan::{FIXED, Search};
 use ring::Ring;
 
-/// Near nodes in each list: so many of each quadrant, filled up with the nearest of all.
+/// Near nodes in each list: this many of each quadrant, filled up with the nearest of all.
 const QUADRANT: usize = 2;
 const NEAR: usize = 10;
 
-/// How long and with which chance.
+/// Limit and seed of the search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
-    /// How many kicks.
     pub(crate) kicks: u64,
     /// Seed of the kicks.
     pub(crate) seed: u64,
 }
 
-/// A short ring through all `points`, which are all different; `rapid` is the cost between two of them by index, the same
-/// there and back. None when `tick`, told the kicks done, said false.
+/// A short ring through all `points`, which must differ; `rapid` is the cost between two of them by index,
+/// equal in both directions. Calls `tick` with the number of kicks; `None` if `tick` returned false.
 pub(crate) fn closed(
     points: &[Point],
     rapid: &impl Fn(u32, u32) -> f64,
@@ -45,11 +41,11 @@ pub(crate) fn closed(
     anneal(&mut search, effort, tick).then(|| search.ring.from(0))
 }
 
-/// A cheap path from the first of `points` through all others, ending anywhere; the same arguments otherwise, and the
-/// first point may lie where another one does.
+/// A cheap path from the first of `points` through all others, ending anywhere; arguments as for [`closed`],
+/// but the first point may equal another one.
 ///
-/// The path is a ring with one node more, the end: every rapid to the end is free, and the rapid from the end back to the
-/// first must stay.
+/// The path is a ring with one additional node, the end. Every rapid to the end is free, and the rapid from
+/// the end back to the first must stay.
 pub(crate) fn open(
     points: &[Point],
     rapid: &impl Fn(u32, u32) -> f64,
@@ -88,7 +84,7 @@ fn priced(near: &[Vec<u32>], rapid: &impl Fn(u32, u32) -> f64) -> Vec<Vec<(f64, 
     (0..).zip(near).map(price).collect()
 }
 
-/// To a local optimum, then kick by kick; false when stopped.
+/// To a local optimum, then kick by kick; false if cancelled.
 fn anneal<C: Fn(u32, u32) -> f64>(
     search: &mut Search<'_, C>,
     effort: Effort,

@@ -1,13 +1,11 @@
-//! Who lies near whom: a k-d tree, robust against any clustering, and lists of near nodes made with it.
+//! Near neighbours: a k-d tree, robust against any clustering, and lists of near nodes made with it.
 //!
 //! ```text
 //!            |  x          each node's list holds the few nearest nodes of each quadrant,
 //!     x   x  | x           filled up with the nearest of all: across a gap between clusters
-//!   ─────────o───────      there is always somebody to look at
+//!   ─────────o───────      a candidate always exists
 //!        x   |   x
 //! ```
-//!
-//! Comes in: points. Goes out: nearest points. Knows no tours.
 
 use crate::geometry::Point;
 
@@ -24,7 +22,7 @@ pub(crate) struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    /// Over those of `points` that `nodes` names.
+    /// Over the `points` with the numbers `nodes`.
     pub(crate) fn new(points: &'a [Point], mut nodes: Vec<u32>) -> Self {
         fn split(points: &[Point], nodes: &mut [u32], by_x: bool) {
             if nodes.len() < 2 {
@@ -43,8 +41,8 @@ impl<'a> Tree<'a> {
         Self { points, nodes }
     }
 
-    /// The `count` nearest to node `of`, itself left out, nearest first; ties by number. With a quadrant (0 … 3),
-    /// only those that lie in it.
+    /// The `count` nearest to node `of`, without itself, nearest first; ties by number. With a quadrant (0 …
+    /// 3), only nodes in it.
     pub(crate) fn nearest(&self, of: u32, count: usize, quadrant: Option<u8>) -> Vec<u32> {
         let mut found =
             Found { of, at: self.points[of as usize], count, quadrant, best: Vec::with_capacity(count + 1) };
@@ -79,7 +77,7 @@ impl Found {
         if self.best.len() < self.count { f64::INFINITY } else { self.best.last().map_or(-1.0, |&(d, _)| d) }
     }
 
-    /// Whether the half plane beyond a splitting line can hold anything of the quadrant.
+    /// True if the half plane beyond a splitting line overlaps the quadrant.
     fn may_lie(&self, by_x: bool, beyond_is_high: bool) -> bool {
         self.quadrant.is_none_or(|quadrant| {
             let wants_high = quadrant & (if by_x { 1 } else { 2 }) != 0;
@@ -135,7 +133,7 @@ mod tests {
     use crate::chance::Chance;
 
     #[test]
-    fn the_tree_finds_what_looking_at_all_finds() {
+    fn tree_search_equals_brute_force() {
         let mut chance = Chance::new(3);
         for n in 1..60_usize {
             let spread = 1 + chance.below(12);

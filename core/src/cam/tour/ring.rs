@@ -1,14 +1,12 @@
-//! The tour itself: nodes around a ring, with quick reversal of any stretch.
+//! A tour: nodes around a ring, with fast reversal of any stretch.
 //!
 //! ```text
 //!  before   … a  [b c d e]  f …          reverse(b, e)
 //!  after    … a  [e d c b]  f …
 //! ```
 //!
-//! The shorter of the stretch and its complement is turned in memory; turning the complement is the same ring read
-//! the other way round, which `backwards` remembers.
-//!
-//! Comes in: an order. Goes out: neighbours on the ring, and the order. Does not know where the nodes lie.
+//! The shorter of the stretch and its complement is reversed in memory. Reversing the complement gives the
+//! ring in the opposite direction, which `backwards` records.
 
 /// An order of the nodes 0 … n − 1 around a ring.
 #[derive(Clone, Debug)]
@@ -28,7 +26,6 @@ impl Ring {
         Self { order, place, backwards: false }
     }
 
-    /// How many nodes.
     pub(crate) fn len(&self) -> usize {
         self.order.len()
     }
@@ -55,26 +52,26 @@ impl Ring {
         self.step(node, self.backwards)
     }
 
-    /// Reads the ring the other way round from now on.
+    /// Reverses the direction of the ring.
     pub(crate) fn mirror(&mut self) {
         self.backwards = !self.backwards;
     }
 
-    /// How many nodes come from `from` to `to`, not counting `from`.
+    /// Number of nodes from `from` to `to`, without `from`.
     pub(crate) fn ahead(&self, from: u32, to: u32) -> usize {
         let (from, to) = (self.place[from as usize] as usize, self.place[to as usize] as usize);
         let (low, high) = if self.backwards { (to, from) } else { (from, to) };
         if high >= low { high - low } else { high + self.order.len() - low }
     }
 
-    /// The node `count` places after `node`; `count` < n.
+    /// The node `count` steps after `node`; `count` < n.
     pub(crate) fn further(&self, node: u32, count: usize) -> u32 {
         let (at, n) = (self.place[node as usize] as usize, self.order.len());
         let to = if self.backwards { at + n - count } else { at + count };
         self.order[if to >= n { to - n } else { to }]
     }
 
-    /// Turns the stretch that runs from `first` to `last` round.
+    /// Reverses the stretch from `first` to `last`.
     pub(crate) fn reverse(&mut self, first: u32, last: u32) {
         let n = self.order.len();
         let length = self.ahead(first, last) + 1;
@@ -105,7 +102,7 @@ impl Ring {
         }
     }
 
-    /// The nodes in order, beginning with `first`.
+    /// The nodes in order, starting with `first`.
     pub(crate) fn from(&self, first: u32) -> Vec<u32> {
         let mut out = Vec::with_capacity(self.len());
         let mut node = first;
@@ -123,7 +120,7 @@ mod tests {
     use crate::chance::Chance;
 
     #[test]
-    fn turning_a_stretch_equals_turning_it_in_a_plain_list() {
+    fn ring_reversal_equals_reversal_in_a_list() {
         let mut chance = Chance::new(7);
         for n in 1..40_u32 {
             let mut ring = Ring::new((0..n).collect());

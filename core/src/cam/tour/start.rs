@@ -1,19 +1,17 @@
-//! A good first tour: greedy fragments. The cheapest rapids between near nodes are taken first, as long as they make
-//! neither a fork nor a ring; what is left in pieces is joined at their ends in further rounds.
+//! A good first tour by greedy fragments: the cheapest rapids between near nodes first, if they make neither
+//! a fork nor a ring. Further rounds join the remaining pieces at their ends.
 //!
 //! ```text
 //!  round 1   o──o──o   o──o     o──o──o──o
 //!  round 2   o──o──o───o──o─────o──o──o──o
 //! ```
-//!
-//! Comes in: points, lists of near nodes, the cost of a rapid. Goes out: an order. Does not know what rapids mean.
 
 use super::near::Tree;
 use crate::geometry::Point;
 
 const NONE: u32 = u32::MAX;
 
-/// How many near ends each open end looks at when pieces are joined.
+/// Near ends considered for each open end when pieces are joined.
 const ENDS: usize = 6;
 
 struct Pieces {
@@ -63,7 +61,7 @@ impl Pieces {
         }
     }
 
-    /// The single piece, walked from one end.
+    /// The nodes of the single piece, from one end.
     fn walk(&self) -> Vec<u32> {
         let mut order = Vec::with_capacity(self.links.len());
         let mut node = (0..self.links.len() as u32).find(|&node| self.is_open(node)).unwrap_or(0);

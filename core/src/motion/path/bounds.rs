@@ -1,59 +1,82 @@
-//! How fast a piece may be driven, how fast a corner, and how hard a path may be pulled where two curves meet.
+//! Speed limits of pieces and corners, and limits of acceleration where two curves meet.
 //!
-//! Comes in: curves, limits of X, Y and Z. Goes out: speeds in mm/s, accelerations in mm/s². Does not know how long anything takes.
+//! Maths. The axes' shares limit a piece. On an arc of radius r, the centripetal acceleration v²/r and the
+//! tangential acceleration a add up at right angles. v²/r may use 0.9 of the axes' limit, a the rest.
+//! Similarly, tangential jerk (with v³/r²) and radial jerk (3va/r) share the axes' jerk. For a helix this
+//! applies to its projection onto XY; its height has its share, as on a line. A slower arc permits more
+//! tangential acceleration. So an arc with a slow end gets the one of several speeds with the shortest time.
 //!
-//! Maths. A piece is limited by its axes' shares of it. On an arc of radius r the pull to the centre v²/r and the
-//! acceleration along it a add up at right angles: v²/r is kept to 0.9 of what the axes may do, a to what is then
-//! left. In the same way jerk along (with v³/r²) and across (3va/r) the arc share the axes' jerk. Of a helix this holds
-//! for what is seen from above; its height has its share, as on a line. The slower an arc is taken, the harder it may be sped
-//! up on; one with a slow end is given the speed, of a few, at which it is done first.
+//! A corner with angle φ is treated as an arc that touches both sides and passes the corner at distance d.
+//! Its radius is R = d·cos(φ/2)/(1 − cos(φ/2)), from R/cos(φ/2) − R = d. The centripetal acceleration v²/R
+//! must stay within the axes' limit in the direction of the change. (The actual path keeps the sharp corner:
+//! d is the assumed compliance of the machine.) So the speed of an axis with acceleration A never jumps by
+//! more than √(8·A·d). Many small corners approximate a curve: in each, the speed of an axis may jump by at
+//! most 0.6·A times the duration of the shorter side.
 //!
-//! A corner that turns by φ is taken as if an arc touched both sides and passed the corner in the distance d: its radius
-//! is R = d·cos(φ/2)/(1 − cos(φ/2)), from R/cos(φ/2) − R = d; the pull to its centre v²/R must stay within what the axes
-//! may do in the direction of the change. (The corner is still driven sharp: d is how far the machine may give way.) So
-//! no axis of acceleration A ever changes its speed in a corner by more than √(8·A·d). Many small corners are a curve:
-//! in each of them no axis changes its speed by more than 0.6 of its acceleration does in the time of the shorter side.
+//! Runs end without acceleration, except at corners. There, the axes change their speeds anyway and may keep
+//! some acceleration. A path that brakes into a corner and accelerates after it may do both with up to P =
+//! min(1, |Δ|)·A/|t₁ + t₂|, with directions t₁, t₂ and their difference Δ. The least P of all axes counts,
+//! within the limit of the runs. So the acceleration of no axis jumps by more than A. At a reversal, P is the
+//! limit of the runs, and no axis sees a jump: its acceleration keeps its direction.
 //!
-//! Runs end without acceleration, but for corners. There the axes change places anyway, and so they may keep some of their
-//! pull: one that is braked into a corner and speeds up again behind it may do both with up to P = min(1, |Δ|)·A/|t₁ + t₂|
-//! (t₁, t₂ the directions, Δ what they differ by; the least of all axes, and no more than the runs allow), so that no axis
-//! gets another acceleration at once by more than A. Where the path turns back P is all that the runs allow, and no axis
-//! feels anything: it goes on being pulled the same way.
-//!
-//! Where a line goes over into an arc without a corner, the pull to the centre comes or goes at once. There the line may be
-//! braked or sped up with up to P = v²/r, too, which comes or goes with it, if no axis gets another acceleration by more
-//! than A; the arc has none there.
+//! At a smooth transition from a line to an arc, the centripetal acceleration starts or ends at once. There,
+//! the line may also brake or accelerate with up to P = v²/r, if the acceleration of no axis jumps by more
+//! than A. The arc has none there.
 
 use super::curve::{Curve, PathPoint};
-use super::plan::PathRules;
+use crate::machine::Machine;
 use crate::motion::profile::Limits;
 
-/// Share of the acceleration that may pull to the centre of an arc.
+/// Share of the acceleration for the centripetal part on an arc.
 const ACROSS_SHARE: f64 = 0.9;
 
-/// Shares of the jerk of an arc: what turning the pull may take; what it takes at least with the change of the acceleration,
-/// which both point along the arc; and what is kept for that change in any case. The rest is for changing the pull.
+/// Shares of the jerk on an arc. Rotation of the centripetal acceleration may use the first. Together with
+/// the change of tangential acceleration, which has the same direction, it may use the second; the third is
+/// always reserved for that change. The rest is for changes of the centripetal part.
 const JERK_OF_TURNING_SHARE: f64 = 0.8;
 const JERK_ALONG_SHARE: f64 = 0.8;
 const JERK_OF_CHANGE_SHARE: f64 = 0.1;
 
-/// Share of the acceleration with which many small corners may change the direction.
+/// Share of the acceleration for direction changes at many small corners.
 pub(super) const OF_CORNERS_SHARE: f64 = 0.6;
 
-/// Parts of directions that differ by less than this are no corner, where a line goes over into an arc.
+/// Direction components that differ by less are a smooth transition, if a line meets an arc.
 const SMOOTH_SINE: f64 = 1e-3;
 
-/// Parts of directions that differ by less than this are the same.
+/// Direction components that differ by less are equal.
 const STRAIGHT_SINE: f64 = 1e-12;
 
-/// How hard a path may be braked into a corner or a change of curves, and sped up behind it, mm/s².
+/// Greatest braking before, and acceleration after, a corner or a transition between curves, mm/s².
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pulls {
     pub(super) before_mm_per_s2: f64,
     pub(super) after_mm_per_s2: f64,
 }
 
-/// The limits along a piece, an arc at the given share of its greatest speed.
+/// Parameters of path planning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathRules {
+    /// Share of every axis's acceleration that the plan may use, 0 < share ≤ 1; the rest is for hold and
+    /// override.
+    pub share: f64,
+    /// d: assumed deviation of the machine in a corner, mm.
+    pub deviation_mm: f64,
+    /// A longer path is split, with rests between, s.
+    pub longest_s: f64,
+}
+
+/// Longest path, in seconds: a run can't encode pulses more than 429 s apart.
+const LONGEST_PATH_S: f64 = 300.0;
+
+impl PathRules {
+    /// From the settings `motion.reserve` and `motion.corner` of `machine`.
+    pub fn of(machine: &Machine) -> Self {
+        let (share, deviation_mm) = (1.0 - machine.motion.reserve, machine.motion.corner_mm);
+        Self { share, deviation_mm, longest_s: LONGEST_PATH_S }
+    }
+}
+
+/// Limits along a piece; arcs at the given share of their highest speed.
 pub(super) fn along(curve: &Curve, feed_mm_per_s: f64, axes: &[Limits; 3], slower_share: f64) -> Limits {
     let mut limits = Limits {
         speed_mm_per_s: feed_mm_per_s,
@@ -72,7 +95,7 @@ pub(super) fn along(curve: &Curve, feed_mm_per_s: f64, axes: &[Limits; 3], slowe
         }
     }
     let Curve::Arc { radius_mm, .. } = *curve else { return limits };
-    // As seen from above, then along the way.
+    // In the XY projection, then along the path.
     let level = curve.level_share();
     let (a, j) = (
         axes[0].acceleration_mm_per_s2.min(axes[1].acceleration_mm_per_s2),
@@ -94,14 +117,14 @@ pub(super) fn along(curve: &Curve, feed_mm_per_s: f64, axes: &[Limits; 3], slowe
     }
 }
 
-/// How the direction changes from one curve to the next: nothing where it is less than rounding.
+/// Change of direction between two curves; zero if it is below rounding.
 pub(super) fn turn(before: &Curve, after: &Curve) -> PathPoint {
     let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
     let change: PathPoint = core::array::from_fn(|axis| to[axis] - from[axis]);
     if change.iter().all(|part| part.abs() < STRAIGHT_SINE) { [0.0; 3] } else { change }
 }
 
-/// The greatest speed in a corner with the given change of direction and the shorter side.
+/// Highest speed in a corner with this change of direction and shorter side.
 pub(super) fn corner(change: PathPoint, shorter_mm: f64, axes: &[Limits; 3], rules: &PathRules) -> f64 {
     let size = libm::sqrt(change.iter().map(|part| part * part).sum());
     if size == 0.0 {
@@ -118,7 +141,7 @@ pub(super) fn corner(change: PathPoint, shorter_mm: f64, axes: &[Limits; 3], rul
     libm::sqrt((pull * radius_mm).min(curve))
 }
 
-/// How hard a path may be braked and sped up where two curves meet, at `speed_mm_per_s`.
+/// Greatest braking and acceleration where two curves meet, at `speed_mm_per_s`.
 pub(super) fn pulls(before: &Curve, after: &Curve, speed_mm_per_s: f64, axes: &[Limits; 3]) -> Pulls {
     let pull = pull(before, after, axes);
     let arcs = [before, after].map(|curve| matches!(curve, Curve::Arc { .. }));
@@ -144,7 +167,7 @@ pub(super) fn pulls(before: &Curve, after: &Curve, speed_mm_per_s: f64, axes: &[
     }
 }
 
-/// P: how hard a path may be braked into the corner between two curves, and pulled out of it.
+/// P: the greatest braking into, and acceleration out of, the corner between two curves.
 fn pull(before: &Curve, after: &Curve, axes: &[Limits; 3]) -> f64 {
     let change = turn(before, after);
     let size = libm::sqrt(change.iter().map(|part| part * part).sum()).min(1.0);

@@ -1,46 +1,43 @@
-//! When an axis of a path makes its steps: the seconds at which it is half-way between two of them.
+//! Step times of an axis on a path: the times at which the axis is half-way between two steps.
 //!
 //! ```text
-//! x ^       ,-.            a sweep: steps one way, from turn to turn
+//! x ^       ,-.            a sweep: steps in one direction, between reversals
 //!   | k+½ ·/· ·\· · ·
-//!   |     /     \          a turn that comes back over the line too soon for the motor is left out with both its
-//!   | k-½·       \·        steps: the motor stays where it is, no further off than half a step and that little
+//!   |     /     \          a reversal that is too quick for the motor is omitted with both its steps:
+//!   | k-½·       \·        the motor stays, at most half a step and that little off
 //!   +--------------> t
 //! ```
-//!
-//! Comes in: a path, an axis, the length of its step. Goes out: sweeps, and the second of every step in them. Does not
-//! know how steps are stored.
 
 use super::curve::Stretch;
 use super::{PlannedPath, PlannedPiece};
 
-/// Steps one way, one after the other.
+/// Consecutive steps in one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
-    /// Whether they count up.
+    /// True if they count up.
     pub forward: bool,
-    /// The step at which the axis stands before, counted from the zero of the path's coordinates.
+    /// Step of the axis before the sweep, from the zero of the path's coordinates.
     pub from_step: i64,
-    /// How many they are.
+    /// Number of steps.
     pub count: u64,
     axis: usize,
     mm_per_step: f64,
     parts: Vec<Part>,
 }
 
-/// The steps of a sweep that are made in one stretch of one piece.
+/// Steps of a sweep in one stretch of one piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     piece: usize,
     stretch: Stretch,
-    /// Steps at which the axis stands before and after.
+    /// Steps of the axis before and after.
     from: i64,
     to: i64,
 }
 
-/// The steps of `axis` (0 X, 1 Y, 2 Z) along `path`, in the order of time. Where an axis turns, its last step one way
-/// and its first one back are at least `turn_s` apart. In all, the axis goes from the step next to its start to the step
-/// next to its end.
+/// Steps of `axis` (0 X, 1 Y, 2 Z) along `path`, in order of time. At a reversal, the last step in one
+/// direction and the first one back are at least `turn_s` apart. In total, the axis moves from the step
+/// nearest to its start to the step nearest to its end.
 pub fn sweeps(path: &PlannedPath, axis: usize, mm_per_step: f64, turn_s: f64) -> Vec<Sweep> {
     if axis > 2 {
         return Vec::new();
@@ -49,8 +46,8 @@ pub fn sweeps(path: &PlannedPath, axis: usize, mm_per_step: f64, turn_s: f64) ->
     sweeps_between(path, axis, mm_per_step, turn_s, (step(path.start[axis]), step(path.end()[axis])))
 }
 
-/// The same from the step at which the axis stands to the one at which it is to stand, which are the ones next to the
-/// path's ends. Half-way between two steps either is as near.
+/// Like [`sweeps`], with given start and end steps of the axis, which must be nearest to the path's ends.
+/// Half-way between two steps, both are valid.
 pub fn sweeps_between(
     path: &PlannedPath,
     axis: usize,
@@ -68,7 +65,7 @@ pub fn sweeps_between(
     };
     let mut stretches = path.pieces.iter().enumerate().flat_map(of_piece).peekable();
     while let Some((piece, stretch)) = stretches.next() {
-        // Its start is where the piece before ended, which may differ by rounding: count on from there.
+        // Continue from the end of the previous piece, which may differ from this start by rounding.
         let from = found.last().map_or(first, Sweep::to_step);
         let to = if stretches.peek().is_some() { step(stretch.axis_to_mm) } else { last };
         if from != to {
@@ -79,7 +76,7 @@ pub fn sweeps_between(
     found
 }
 
-/// Adds a sweep, to the last one where both go the same way.
+/// Appends a sweep; merges it with the last one if both have one direction.
 fn add(found: &mut Vec<Sweep>, next: Sweep) {
     match found.last_mut() {
         Some(last) if last.forward == next.forward => {
@@ -90,7 +87,7 @@ fn add(found: &mut Vec<Sweep>, next: Sweep) {
     }
 }
 
-/// Leaves out turns that come back too soon.
+/// Removes reversals that are too quick.
 fn settle(found: &mut Vec<Sweep>, path: &PlannedPath, turn_s: f64) {
     while let Some(mut back) = found.pop() {
         let Some(there) = found.last_mut() else { return found.push(back) };
@@ -123,19 +120,19 @@ impl Sweep {
         }
     }
 
-    /// The step at which the axis stands afterwards.
+    /// Step of the axis after the sweep.
     pub fn to_step(&self) -> i64 {
         self.after(self.count)
     }
 
-    /// Where the axis stands after `steps` of its steps.
+    /// Position after `steps` steps.
     fn after(&self, steps: u64) -> i64 {
         let steps = steps as i64;
         if self.forward { self.from_step + steps } else { self.from_step - steps }
     }
 
-    /// The second, from the start of `path`, at which its step number `step` is made, 1 … count: when the axis is
-    /// half-way between the steps.
+    /// Time of step `step` (1 … count), in seconds from the start of `path`: when the axis is half-way
+    /// between the steps.
     pub fn time_s(&self, path: &PlannedPath, step: u64) -> f64 {
         let to = self.after(step);
         let found = self.parts.partition_point(|part| if self.forward { part.to < to } else { part.to > to });

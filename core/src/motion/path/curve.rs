@@ -1,61 +1,56 @@
-//! One piece of a path: a straight line in space, or a true arc in the plane, whose height may change evenly: a helix.
+//! One piece of a path: a straight line in space, or an arc in XY. With a linear change of height, the arc is
+//! a helix.
 //!
 //! ```text
-//! y ^     ,--- to           ψ: the angle from an axis; over [mπ, (m+1)π] the axis only rises
-//!   |   ,'  ψ  \            or only falls, so every place is passed once there
+//! y ^     ,--- to           ψ: the angle from an axis; over [mπ, (m+1)π] the coordinate is monotonic,
+//!   |   ,'  ψ  \            so every position occurs once there
 //!   |  /____.   |           and acos finds it
 //!   | from  centre
 //!   +--------------> x
 //! ```
 //!
-//! A helix of radius r that turns by φ and rises by h is L = √((rφ)² + h²) long. Its plane sees rφ/L of every length, its
-//! height h/L; seen from above it is the arc.
-//!
-//! Comes in: end points and centres in mm. Goes out: place, direction and curvature at any length along the piece, and
-//! the length at which an axis passes a place. Does not know time.
+//! A helix of radius r, angle φ and height h has the length L = √((rφ)² + h²). Its XY projection, an arc, has
+//! the share rφ/L of the length, its height h/L.
 
 use crate::diagnostic::Diagnostic;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use serde::{Deserialize, Serialize};
 
-/// Distances of an arc's start and end from its centre may differ by so much, as coordinates of files are rounded.
+/// Greatest difference of an arc's radii at start and end, because coordinates in files are rounded.
 const ARC_MISMATCH_MM: f64 = 5e-3;
 
-/// Arcs of less than a nanometre's radius cannot be meant.
+/// Smallest plausible radius: a nanometre.
 const LEAST_RADIUS_MM: f64 = 1e-6;
 
-/// An arc that leaves its chord by less than this is a line.
+/// An arc that deviates less from its chord is treated as a line.
 const FLAT_MM: f64 = 1e-7;
 
-/// A place, mm: X, Y, Z.
+/// A position in mm: X, Y, Z.
 pub type PathPoint = [f64; 3];
 
-/// A line or an arc, as long as it says.
+/// A line or an arc with known length.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
     /// A straight line in space.
     Line {
-        /// Start.
         from: PathPoint,
-        /// End.
         to: PathPoint,
-        /// mm.
+        /// In mm.
         length_mm: f64,
     },
-    /// An arc in the plane of X and Y, or a helix above it.
+    /// An arc in XY, or a helix.
     Arc {
-        /// Centre, X and Y.
+        /// X and Y in mm.
         center: [f64; 2],
-        /// mm, greater than 0.
+        /// In mm, above 0.
         radius_mm: f64,
-        /// Angle of the start, seen from the centre.
+        /// Angle of the start, from the centre.
         from_rad: f64,
-        /// How far it turns; positive is counter-clockwise.
+        /// Swept angle; positive is counter-clockwise.
         sweep_rad: f64,
-        /// How far it rises, evenly along its length, mm; negative where it falls.
+        /// Change of height, linear along the length, mm.
         rise_mm: f64,
-        /// End.
         to: PathPoint,
     },
 }
@@ -64,13 +59,12 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     libm::sqrt(a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum())
 }
 
-/// A straight line.
 pub(super) fn line(from: PathPoint, to: PathPoint) -> Curve {
     Curve::Line { from, to, length_mm: distance(&from, &to) }
 }
 
-/// An arc or a helix around `center`, as one or two pieces. It ends where it says exactly: where its ends are not equally
-/// far from the centre, the centre is moved onto the line between them that is.
+/// An arc or a helix around `center`, as one or two pieces. Its end is exact: if the radii at both ends
+/// differ, the centre is moved onto the perpendicular bisector of the ends.
 pub(super) fn arc(
     from: PathPoint,
     end: PathPoint,
@@ -96,7 +90,8 @@ pub(super) fn arc(
     if exact || turn <= 1.5 * PI {
         return Ok(vec![one_arc(from, end, center, turn, ccw, exact)]);
     }
-    // A centre can only be moved where the chord says where to: a nearly full circle becomes two arcs.
+    // The chord determines the direction in which the centre moves, so a nearly full circle is split into two
+    // arcs.
     let middle_rad = angle(start) + if ccw { 0.5 * turn } else { -0.5 * turn };
     let radius = 0.5 * (r0 + r1);
     let height = 0.5 * (from[2] + end[2]);
@@ -138,7 +133,6 @@ fn one_arc(from: PathPoint, to: PathPoint, center: [f64; 2], turn: f64, ccw: boo
 }
 
 impl Curve {
-    /// How long it is.
     pub fn length_mm(&self) -> f64 {
         match *self {
             Self::Line { length_mm, .. } => length_mm,
@@ -149,7 +143,7 @@ impl Curve {
         }
     }
 
-    /// The share of an arc's length that is seen from above: 1 for one that does not rise. 1 for lines too.
+    /// Length of the XY projection of an arc, as a share of its length: 1 without a rise. 1 for lines, too.
     pub(super) fn level_share(&self) -> f64 {
         match *self {
             Self::Line { .. } => 1.0,
@@ -157,7 +151,7 @@ impl Curve {
         }
     }
 
-    /// The part of it between two of its lengths.
+    /// The part between two lengths.
     pub(super) fn cut(&self, from_mm: f64, to_mm: f64) -> Self {
         let (start, end) = (self.at(from_mm), self.at(to_mm));
         match *self {
@@ -171,7 +165,7 @@ impl Curve {
         }
     }
 
-    /// The same somewhere else.
+    /// Shifts the curve.
     pub(super) fn shifted(&self, by: PathPoint) -> Self {
         let moved = |place: PathPoint| core::array::from_fn(|axis| place[axis] + by[axis]);
         match *self {
@@ -183,19 +177,18 @@ impl Curve {
         }
     }
 
-    /// Where it ends.
     pub fn end(&self) -> PathPoint {
         match *self {
             Self::Line { to, .. } | Self::Arc { to, .. } => to,
         }
     }
 
-    /// Angle of an arc at the length `s_mm`.
+    /// Angle of an arc at length `s_mm`.
     fn angle_at(&self, from_rad: f64, radius_mm: f64, sweep_rad: f64, s_mm: f64) -> f64 {
         from_rad + libm::copysign(s_mm * self.level_share() / radius_mm, sweep_rad)
     }
 
-    /// The place at the length `s_mm`: exactly the end at the whole length and beyond.
+    /// Position at length `s_mm`: exactly the end at the whole length and beyond.
     pub fn at(&self, s_mm: f64) -> PathPoint {
         let length = self.length_mm();
         if s_mm >= length {
@@ -215,7 +208,7 @@ impl Curve {
         }
     }
 
-    /// The direction at the length `s_mm`, of length 1.
+    /// Unit direction at length `s_mm`.
     pub fn tangent(&self, s_mm: f64) -> PathPoint {
         match *self {
             Self::Line { from, to, length_mm } => {
@@ -229,7 +222,7 @@ impl Curve {
         }
     }
 
-    /// How the direction changes with the length at `s_mm`, 1/mm: towards the centre of an arc, nothing on a line.
+    /// Derivative of the direction by length at `s_mm`, 1/mm: towards the centre of an arc, zero on a line.
     pub fn curvature(&self, s_mm: f64) -> PathPoint {
         match *self {
             Self::Line { .. } => [0.0; 3],
@@ -242,13 +235,13 @@ impl Curve {
         }
     }
 
-    /// The greatest share that an axis has of the way, 0 … 1.
+    /// Greatest share of an axis in the path's direction, 0 … 1.
     pub fn greatest_share(&self, axis: usize) -> f64 {
         match *self {
             Self::Line { .. } => self.tangent(0.0)[axis].abs(),
             Self::Arc { rise_mm, .. } if axis > 1 => rise_mm.abs() / self.length_mm(),
             Self::Arc { .. } => {
-                // |sin ψ| is greatest where ψ is half a turn from its zeros, or else at an end.
+                // |sin ψ| is greatest half-way between its zeros, or else at an end.
                 let (from, to) = self.psi(axis);
                 let (low, high) = (from.min(to), from.max(to));
                 let top = libm::ceil((low - FRAC_PI_2) / PI) * PI + FRAC_PI_2;
@@ -258,7 +251,7 @@ impl Curve {
         }
     }
 
-    /// Angles of start and end of an arc counted from the direction of `axis`.
+    /// Start and end angles of an arc from the direction of `axis`.
     fn psi(&self, axis: usize) -> (f64, f64) {
         match *self {
             Self::Arc { from_rad, sweep_rad, .. } => {
@@ -269,7 +262,7 @@ impl Curve {
         }
     }
 
-    /// The stretches over which `axis` only rises, only falls, or stands, in order.
+    /// Stretches with monotonic or constant `axis`, in order.
     pub(super) fn stretches(&self, axis: usize) -> Vec<Stretch> {
         let length = self.length_mm();
         let stretch = |from_mm: f64, to_mm: f64, half_turn: i32| {
@@ -286,7 +279,7 @@ impl Curve {
         let mut half_turn = libm::floor(from / PI) as i32;
         let mut start_mm = 0.0;
         let mut found = Vec::new();
-        // A turn has at most four ends of such stretches, with those at its own ends.
+        // A full circle has at most four boundaries, including its own ends.
         for _ in 0..4 {
             let border = PI * f64::from(if way > 0 { half_turn + 1 } else { half_turn });
             let end_mm = ((border - from).abs() * along).min(length);
@@ -301,7 +294,7 @@ impl Curve {
         found
     }
 
-    /// The length at which `axis` is at `value_mm` in `stretch`.
+    /// Length at which `axis` is at `value_mm` in `stretch`.
     pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value_mm: f64) -> f64 {
         let s = match *self {
             _ if stretch.axis_from_mm == stretch.axis_to_mm => stretch.from_mm,
@@ -320,15 +313,15 @@ impl Curve {
     }
 }
 
-/// A part of a curve over which one axis only rises, only falls, or stands.
+/// A part of a curve with one axis monotonic or constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
-    /// Lengths along the curve between which it lies.
+    /// Range of lengths along the curve.
     pub(super) from_mm: f64,
     pub(super) to_mm: f64,
-    /// Places of the axis there.
+    /// Positions of the axis at its ends.
     pub(super) axis_from_mm: f64,
     pub(super) axis_to_mm: f64,
-    /// m, where the angle from the axis is between mπ and (m+1)π.
+    /// m, with the angle from the axis between mπ and (m+1)π.
     half_turn: i32,
 }

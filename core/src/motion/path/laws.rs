@@ -1,30 +1,28 @@
-//! The laws a path must keep, from its closed forms alone (N14): at every moment no axis faster, harder or jerkier than
-//! it may, every piece from where and as fast as the one before ended, rest at both ends.
+//! Laws of paths, checked from closed forms alone: axis limits always hold, pieces join in position and
+//! speed, and both ends are at rest.
 //!
-//! Comes in: a path, limits of X, Y and Z, the rules it was planned by. Goes out: what is broken,
-//! if anything. Does not know how it was planned.
+//! The highest speed, acceleration and jerk of a span are among its numbers. A line gives an axis its share
+//! of each, and so does a helix for the height. On an arc of radius r, an axis has at most |v|·(its greatest
+//! share) of the speed, √(a² + (v²/r)²) of the acceleration and √((j + v³/r²)² + (3va/r)²) of the jerk. Here
+//! v, a, j are the highest of the span; for a helix, XY has its share of them.
 //!
-//! Greatest speed, acceleration and jerk of a span are among its numbers. A line gives an axis its share of each, as does
-//! a helix to the height. On an arc of radius r an axis sees at most |v|·(its greatest share) of the speed, √(a² + (v²/r)²)
-//! of the acceleration and √((j + v³/r²)² + (3va/r)²) of the jerk, with the greatest v, a, j of the span, of which the
-//! plane has its share where the arc is a helix. In a corner the speed of an axis jumps:
-//! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A. There, and where
-//! a line goes over into an arc, alone it may be braked or pulled at the end of a run.
+//! In a corner, the speed of an axis may jump by √(8·A·d). The squared jump, divided by the shorter side, is
+//! limited to 0.6·A. Only in corners, and where a line meets an arc, may a run end with an acceleration.
 
+use super::bounds::PathRules;
 use super::bounds::{OF_CORNERS_SHARE, pulls, turn};
-use super::plan::PathRules;
 use super::{Curve, PathPoint, PathRun, PlannedPath, PlannedPiece};
 use crate::diagnostic::Diagnostic;
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
 
-/// Room for rounding, as a share of the limit.
+/// Tolerance for rounding, as a share of the limit.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Places that should be the same may differ by so much: a thousandth of a nanometre for each metre.
+/// Tolerance of equal positions: a thousandth of a nanometre per metre.
 const SAME_SHARE: f64 = 1e-9;
 
-/// The first broken law, with the number of the piece in the chain, from 1.
+/// The first violation, with the number of the piece in the chain, from 1.
 pub fn laws(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> Result<(), Diagnostic> {
     let axes = &axes
         .map(|axis| Limits { acceleration_mm_per_s2: axis.acceleration_mm_per_s2 * rules.share, ..axis });
@@ -67,9 +65,9 @@ pub fn laws(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> Result
     })
 }
 
-/// How fast the rate of a path may change, in parts of the full rate a second, so that with what the plan has left no axis
-/// gets more than its whole acceleration: at a rate r that changes by r′ an axis has r²·a + r′·v, at most
-/// share·A + r′·v. Infinite for a path that goes nowhere.
+/// Greatest change of a path's rate, in parts of the full rate per second, with no axis above its full
+/// acceleration. At a rate r with change r′, the acceleration of an axis is r²·a + r′·v, at most share·A +
+/// r′·v. Infinite for a path of no length.
 pub fn override_change_per_s(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> f64 {
     let mut least = f64::INFINITY;
     for run in &path.runs {
@@ -90,7 +88,7 @@ fn near(a: PathPoint, b: PathPoint) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_SHARE + SAME_SHARE * b.abs())
 }
 
-/// Whether the spans of a run follow each other and go all the way of its pieces.
+/// True if the spans of a run are consecutive and cover its pieces.
 fn whole(run: &PathRun, pieces: &[PlannedPiece], index: usize) -> bool {
     let (mut s, mut t, mut speed) = (0.0, 0.0, None);
     for (at, span) in run.spans.iter().enumerate() {
@@ -116,8 +114,8 @@ fn whole(run: &PathRun, pieces: &[PlannedPiece], index: usize) -> bool {
     (s - length).abs() <= SAME_SHARE + SAME_SHARE * s
 }
 
-/// The piece before which the path is braked or pulled harder than the corner allows, if it is: not at all where it goes
-/// straight on.
+/// The piece before which the path brakes or accelerates more than the corner permits, if any. Without a
+/// corner, no acceleration is permitted.
 fn pulled(path: &PlannedPath, pair: &[PathRun], axes: &[Limits; 3]) -> Option<u32> {
     let [before, after] = pair else { return None };
     let (last, first) = (path.pieces_of(before).last()?, path.pieces_of(after).first()?);
@@ -134,7 +132,7 @@ fn end_speeds(run: &PathRun) -> (f64, f64) {
     (first, run.spans.last().map_or(0.0, |span| span.end_speeds().1))
 }
 
-/// The axis that is turned too fast between two pieces, if one is.
+/// The axis that turns too fast between two pieces, if any.
 fn sharp(path: &PlannedPath, pair: &[PlannedPiece], axes: &[Limits; 3], rules: &PathRules) -> Option<usize> {
     let [before, after] = pair else { return None };
     let change = turn(&before.curve, &after.curve);

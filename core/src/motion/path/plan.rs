@@ -1,100 +1,66 @@
-//! The speeds of a path: how fast each piece may be, how fast each corner, and what can be reached in between.
+//! Speed planning of a path: limits of pieces and corners, and the speeds reachable in between.
 //!
 //! ```text
 //! corner speed    ·    ·  ·      ·      1. limits of every piece, then of every corner
-//!                                       2. neighbours that may be driven alike become one run
-//! backward   <──/‾‾‾\──/‾\────────      3. from the end: no faster than what can still be braked from
-//! forward    ──/‾‾‾\──/‾\───────>       4. from the start: no faster than what can be reached
+//!                                       2. neighbours with similar limits become one run
+//! backward   <──/‾‾‾\──/‾\────────      3. from the end: no faster than braking permits
+//! forward    ──/‾‾‾\──/‾\───────>       4. from the start: no faster than acceleration permits
 //! ```
 //!
-//! Comes in: a [`Chain`], limits of X, Y and Z, [`PathRules`]. Goes out: a [`PlannedPath`]. Does not know time before it is done.
-//!
-//! Maths. What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
-//! (`docs/motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
+//! Maths. The speed reachable over a length ℓ from speed v is v + Δ with (v + Δ/2)·t(Δ) = ℓ, with the time t
+//! of a rise by Δ (`docs/motion-profiles.md` C2.5). A quadratic if the full acceleration is reached, else a
+//! cubic in √Δ.
 
-use super::bounds::{Pulls, along, corner, pulls, turn};
+use super::bounds::{PathRules, Pulls, along, corner, pulls, turn};
 use super::curve::{self, Curve, PathPoint};
 use super::{PathRun, PlannedPath, PlannedPiece};
 use crate::diagnostic::Diagnostic;
-use crate::machine::Machine;
 use crate::motion::profile::{Limits, MotionLaw, Span};
 
-/// Shorter pieces than this are not driven: a thousandth of a nanometre.
+/// Shorter pieces are skipped: a thousandth of a nanometre.
 const NOTHING_MM: f64 = 1e-9;
 
-/// Slower feeds than this, a nanometre a second, cannot be meant.
+/// Least plausible feed: a nanometre per second.
 const LEAST_FEED_MM_PER_S: f64 = 1e-6;
 
-/// Coordinates beyond this cannot be meant.
+/// Greatest plausible coordinate.
 const FARTHEST_MM: f64 = 1e9;
 
-/// Shares of its greatest speed that an arc with a slow end is tried at, besides the whole.
+/// Shares of its highest speed that are tried for an arc with a slow end, in addition to 1.
 const SLOWER_SHARE: [f64; 4] = [0.85, 0.7, 0.6, 0.5];
 
-/// Pieces are driven as one while their common speed is at least this share of what one of them could do alone.
+/// Pieces form one run while their common speed is at least this share of what each could reach alone.
 const ALIKE_SHARE: f64 = 0.8;
 
-/// How often the top speed of a group is halved in.
+/// Bisections for the highest speed of a group.
 const HALVINGS: u32 = 60;
 
-/// Pieces from one place to the next, at rest at both ends.
+/// Consecutive pieces, at rest at both ends.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chain {
-    /// Where it starts, mm.
+    /// In mm.
     pub start: PathPoint,
-    /// What follows.
     pub pieces: Vec<WantedPiece>,
 }
 
-/// A piece as it is wanted.
+/// A requested piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedPiece {
-    /// Where it goes.
     pub to: To,
-    /// Not faster than this along it, mm/s; infinite for as fast as the axes can.
+    /// Highest speed along the piece, mm/s; infinite for the axes' limit.
     pub feed_mm_per_s: f64,
 }
 
-/// How a piece goes to its end.
+/// Target and shape of a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum To {
-    /// Straight to a place, mm.
+    /// Straight to a position, mm.
     Line(PathPoint),
-    /// In the plane of X and Y around `center`, mm; a full circle where it ends where it starts. The height changes evenly
-    /// on the way.
-    Arc {
-        /// End.
-        to: PathPoint,
-        /// Centre.
-        center: [f64; 2],
-        /// Counter-clockwise.
-        ccw: bool,
-    },
+    /// In XY around `center`, mm; a full circle if it ends at its start. The height changes linearly.
+    Arc { to: PathPoint, center: [f64; 2], ccw: bool },
 }
 
-/// How a path is planned.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathRules {
-    /// Share of every axis's acceleration that the plan may use, 0 < share ≤ 1; the rest is kept for hold and override.
-    pub share: f64,
-    /// d: how far the machine may give way in a corner, mm.
-    pub deviation_mm: f64,
-    /// A path that would take longer is driven as several, with a rest between them, s.
-    pub longest_s: f64,
-}
-
-/// Longer than this no path takes, in seconds: a run cannot say how far its pulses would be apart after 429 s.
-const LONGEST_PATH_S: f64 = 300.0;
-
-impl PathRules {
-    /// As the settings `motion.reserve` and `motion.corner` of `machine` say.
-    pub fn of(machine: &Machine) -> Self {
-        let (share, deviation_mm) = (1.0 - machine.motion.reserve, machine.motion.corner_mm);
-        Self { share, deviation_mm, longest_s: LONGEST_PATH_S }
-    }
-}
-
-/// A curve with its limits along it.
+/// A curve with its limits.
 struct Limited {
     source: u32,
     curve: Curve,
@@ -103,14 +69,14 @@ struct Limited {
 
 /// The fastest path along `chain` within the limits of X, Y and Z (`axes`, in this order).
 ///
-/// Refused with the number of the piece, from 1: coordinates that are no numbers, arcs without a radius or whose ends
-/// are not equally far from the centre, feeds and limits that cannot be planned with.
+/// Refuses, with the number of the piece from 1: non-finite coordinates, arcs without a radius or with ends
+/// at different distances from the centre, unusable feeds and limits.
 pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &PathRules) -> Result<PlannedPath, Diagnostic> {
     check(chain, axes, rules)?;
     Ok(along_curves(chain.start, &curves(chain)?, axes, rules))
 }
 
-/// A curve as it is wanted.
+/// A curve with its requested feed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fed {
     pub(super) source: u32,
@@ -118,7 +84,7 @@ pub(super) struct Fed {
     pub(super) feed_mm_per_s: f64,
 }
 
-/// The curves of a chain that go anywhere.
+/// The curves of a chain, without empty ones.
 pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Diagnostic> {
     let mut found: Vec<Fed> = Vec::with_capacity(chain.pieces.len());
     let mut at = chain.start;
@@ -177,7 +143,7 @@ pub(super) fn along_curves(
     assemble(start, &pieces, &groups, &ends)
 }
 
-/// Gives every arc with a slow end the speed, of a few, at which it is done first.
+/// Gives every arc with a slow end the one of several speeds with the shortest time.
 fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: &PathRules) {
     let fastest = corners(pieces, axes, rules);
     for (index, (piece, fed)) in pieces.iter_mut().zip(curves).enumerate() {
@@ -205,7 +171,8 @@ fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: 
     }
 }
 
-/// How hard the path may be braked and sped up before piece number `index`, at `speed` there; not at all at its ends.
+/// Greatest braking before and acceleration after the start of piece `index`, at `speed`; zero at the path's
+/// ends.
 fn pulls_at(pieces: &[Limited], index: usize, speed: f64, axes: &[Limits; 3]) -> Pulls {
     match (index.checked_sub(1).and_then(|before| pieces.get(before)), pieces.get(index)) {
         (Some(before), Some(after)) => pulls(&before.curve, &after.curve, speed, axes),
@@ -213,7 +180,7 @@ fn pulls_at(pieces: &[Limited], index: usize, speed: f64, axes: &[Limits; 3]) ->
     }
 }
 
-/// The path of pieces in groups with the given speeds and pulls at the ends of the groups.
+/// The path of grouped pieces, with given speeds and accelerations at the ends of the groups.
 fn assemble(start: PathPoint, pieces: &[Limited], groups: &[Group], ends: &[(f64, Pulls)]) -> PlannedPath {
     let mut path = PlannedPath {
         start,
@@ -238,18 +205,19 @@ fn assemble(start: PathPoint, pieces: &[Limited], groups: &[Group], ends: &[(f64
     path
 }
 
-/// Pieces that are driven as one.
+/// Pieces in one run.
 struct Group {
     first: usize,
     count: usize,
     length_mm: f64,
     limits: Limits,
-    /// The greatest speed that one of them could use alone.
+    /// The highest speed that any of the pieces could use alone.
     best: f64,
 }
 
-/// Neighbours in groups, as long as the slowest piece and corner of a group takes little from what each could do alone:
-/// short pieces gather speed together instead of each for itself, long ones between sharp corners stay alone.
+/// Groups neighbours, as long as the slowest piece and corner of a group cost little compared with separate
+/// runs. Short pieces accelerate together instead of each on its own; long ones between sharp corners stay
+/// alone.
 fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
     let mut found: Vec<Group> = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
@@ -263,6 +231,7 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
                 acceleration_mm_per_s2: a.acceleration_mm_per_s2.min(b.acceleration_mm_per_s2),
                 jerk_mm_per_s3: a.jerk_mm_per_s3.min(b.jerk_mm_per_s3),
             };
+            // Common limits must keep at least half of each piece's own.
             let alike = limits.acceleration_mm_per_s2
                 >= 0.5 * a.acceleration_mm_per_s2.max(b.acceleration_mm_per_s2)
                 && limits.jerk_mm_per_s3 >= 0.5 * a.jerk_mm_per_s3.max(b.jerk_mm_per_s3);
@@ -308,7 +277,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &PathRules) -> Res
     Ok(())
 }
 
-/// The greatest speed at every corner, with rest at both ends: one more than there are pieces.
+/// The highest speed at every corner, with rest at both ends: one more value than pieces.
 fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &PathRules) -> Vec<f64> {
     let mut speeds = vec![0.0; pieces.len() + 1];
     for (speed, pair) in speeds.iter_mut().skip(1).zip(pieces.windows(2)) {
@@ -320,7 +289,7 @@ fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &PathRules) -> Vec<f64
     speeds
 }
 
-/// The greatest speed at the other end of `length` mm that begin with `speed`.
+/// The highest speed at the end of `length` mm that start with `speed`.
 fn reached(speed: f64, limits: &Limits, length: f64) -> f64 {
     let Limits { speed_mm_per_s: most, acceleration_mm_per_s2: a, jerk_mm_per_s3: j } = *limits;
     if speed >= most {
@@ -334,11 +303,11 @@ fn reached(speed: f64, limits: &Limits, length: f64) -> f64 {
     } else {
         rise_by_jerk(speed, length * libm::sqrt(j))
     };
-    // A hair less, so that rounding never makes the piece too short.
+    // Slightly less, so that rounding never makes the piece too short.
     (speed + rise * (1.0 - 1e-12)).min(most)
 }
 
-/// The same where it begins with the acceleration `pull` already, as far as it may rise: halved in.
+/// Like [`reached`], with a start acceleration `pull`, which may still rise. By bisection.
 fn reached_pulled((speed, pull): (f64, f64), limits: &Limits, length: f64) -> f64 {
     let mut low = reached(speed, limits, length);
     if pull <= 0.0 || low >= limits.speed_mm_per_s {
@@ -356,8 +325,8 @@ fn reached_pulled((speed, pull): (f64, f64), limits: &Limits, length: f64) -> f6
     (speed + (low - speed) * (1.0 - 1e-12)).min(limits.speed_mm_per_s)
 }
 
-/// Δ from x³ + 2·speed·x = y for x = √Δ. The left side rises and bends up, so Newton's steps fall onto the root from
-/// where one of its two parts alone would do.
+/// Δ from x³ + 2·speed·x = y for x = √Δ. The left side is increasing and convex, so Newton steps approach the
+/// root from above. They start where one of the two terms alone would reach y.
 fn rise_by_jerk(speed: f64, y: f64) -> f64 {
     let mut x = libm::cbrt(y);
     if speed > 0.0 {
@@ -373,7 +342,7 @@ fn rise_by_jerk(speed: f64, y: f64) -> f64 {
     x * x
 }
 
-/// Rise, steady run and fall of a group between the speeds of its ends; those of no length are left out.
+/// Rise, constant speed and fall of a group between its end speeds; empty spans are omitted.
 fn spans((from, pull_from): (f64, f64), (to, pull_to): (f64, f64), group: &Group) -> Vec<Span> {
     let (limits, length) = (group.limits, group.length_mm);
     let rise = |top| Span::pulled(from, top, pull_from, limits);

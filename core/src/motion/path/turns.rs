@@ -1,31 +1,30 @@
-//! A chain on a machine with play: cut into paths at the turns of the axes that have it.
+//! Splits a chain on a machine with backlash into paths, at the reversals of the axes with backlash.
 //!
 //! ```text
-//! x ^    /\        the motor takes the play up at rest, while the axis stands; on the way down in its
-//!   |   /  \      numbers it stands lower by the play
+//! x ^    /\        at rest, the motor removes the backlash while the axis doesn't move;
+//!   |   /  \       while counting down, the motor is lower by the backlash
 //!   |  /    \
 //!   +----------> t
 //! ```
-//!
-//! Comes in: a [`Chain`], the play of X and Y in mm. Goes out: paths of the axes, from rest to rest. Does not know motors.
 
 use super::PlannedPath;
+use super::bounds::PathRules;
 use super::curve::{Curve, PathPoint};
-use super::plan::{Chain, Fed, PathRules, along_curves, check, curves};
+use super::plan::{Chain, Fed, along_curves, check, curves};
 use crate::diagnostic::Diagnostic;
 use crate::motion::profile::Limits;
 
-/// Parts of a curve shorter than this are not cut off it: a nanometre.
+/// Shorter parts of a curve are not split off: a nanometre.
 const SHORTEST_PART_MM: f64 = 1e-6;
 
-/// An axis that goes less far than this does not turn: a nanometre.
+/// Shorter motion of an axis doesn't count as a reversal: a nanometre.
 const STANDS_MM: f64 = 1e-6;
 
-/// The fastest paths along `chain`, cut where an axis of the plane that has play turns: paths that follow each other, in each of
-/// which no such axis turns, and none of which takes longer than it may. `play_mm` is the play of X and Y.
+/// The fastest consecutive paths along `chain`, split at reversals of X or Y if that axis has backlash. No
+/// path takes longer than permitted. `play_mm` is the backlash of X and Y.
 ///
-/// With every path comes, for X and Y, which way the motor goes: down where it is true. What stands keeps the way of
-/// before, at first `down`. The paths are where the axes are, not the motors.
+/// Each path has the motor directions of X and Y; true is down. An axis that doesn't move keeps its
+/// direction, initially `down`. The paths are in axis coordinates, not motor coordinates.
 pub fn turns(
     chain: &Chain,
     (play_mm, down): ([f64; 2], [bool; 2]),
@@ -57,7 +56,7 @@ pub fn turns(
     Ok(found)
 }
 
-/// The paths along curves that go on from each other: halves of halves, until none takes longer than it may.
+/// Paths along consecutive curves: halves the list until no path takes longer than permitted.
 fn in_time(start: PathPoint, curves: &[Fed], how: (&[Limits; 3], &PathRules), paths: &mut Vec<PlannedPath>) {
     let (axes, rules) = how;
     let path = along_curves(start, curves, axes, rules);
@@ -77,7 +76,7 @@ fn in_time(start: PathPoint, curves: &[Fed], how: (&[Limits; 3], &PathRules), pa
     in_time(middle, &second, how, paths);
 }
 
-/// The parts of a curve in which no axis with play turns.
+/// Parts of a curve without a reversal of an axis with backlash.
 fn monotone(fed: &Fed, play_mm: [f64; 2]) -> Vec<Fed> {
     let length = fed.curve.length_mm();
     let played = (0..2).filter(|axis| play_mm[*axis] > 0.0);
@@ -88,7 +87,7 @@ fn monotone(fed: &Fed, play_mm: [f64; 2]) -> Vec<Fed> {
     let mut from = 0.0;
     let mut parts = Vec::with_capacity(ends.len());
     for end in ends {
-        // A part too short to drive is driven with the one before or after it.
+        // A part that is too short is merged with a neighbour.
         if end - from >= SHORTEST_PART_MM && (end == length || length - end >= SHORTEST_PART_MM) {
             parts.push(Fed { curve: fed.curve.cut(from, end), ..*fed });
             from = end;
@@ -97,7 +96,8 @@ fn monotone(fed: &Fed, play_mm: [f64; 2]) -> Vec<Fed> {
     if parts.is_empty() { vec![*fed] } else { parts }
 }
 
-/// Which way X and Y go along a curve in which none of them turns; true is down. One that stands goes on as `before`.
+/// Directions of X and Y along a curve without reversals; true is down. An axis that doesn't move keeps
+/// `before`.
 fn going(curve: &Curve, play_mm: [f64; 2], before: [bool; 2]) -> [bool; 2] {
     let (from, to) = (curve.at(0.0), curve.end());
     core::array::from_fn(|axis| {

@@ -1,14 +1,12 @@
-//! What no profile can beat, and a yardstick beside the profiles: the move with limited snap.
+//! Lower bounds on move times, and a reference: the snap-limited move.
 //!
-//! Comes in: length in mm, limits in mm/s … mm/s⁴. Goes out: seconds. Does not plan moves.
-//!
-//! Maths: `docs/motion-profiles.md` D.1 (bounds; anchor after Lambrechts et al., Trajectory planning and feedforward design
-//! for electromechanical motion systems, 2005).
+//! Maths: `docs/motion-profiles.md` D.1 (bounds; reference after Lambrechts et al., Trajectory planning and
+//! feedforward design for electromechanical motion systems, 2005).
 
 use super::{GREATEST, LEAST_LIMIT, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 
-/// How often the speed of the anchor is halved in: more than a number has digits.
+/// Bisections for the reference's speed: more than the digits of an `f64`.
 const HALVINGS: u32 = 120;
 
 fn check(length_mm: f64, limits: Limits, snap_mm_per_s4: Option<f64>) -> Result<(), Diagnostic> {
@@ -20,8 +18,8 @@ fn check(length_mm: f64, limits: Limits, snap_mm_per_s4: Option<f64>) -> Result<
     MotionLaw::SCurve.check(limits)
 }
 
-/// No move over `length_mm` from rest to rest within `limits`, and within `snap_mm_per_s4` where given, takes less than
-/// this many seconds.
+/// Lower bound, in seconds, for any move over `length_mm` from rest to rest within `limits`, and within
+/// `snap_mm_per_s4` if given.
 pub fn least_duration_s(
     length_mm: f64,
     limits: Limits,
@@ -35,8 +33,9 @@ pub fn least_duration_s(
     Ok(by_speed.max(by_acceleration).max(by_jerk).max(by_snap))
 }
 
-/// Seconds of the symmetric move of fifteen phases over `length_mm`: speed, acceleration, jerk and `snap_mm_per_s4`
-/// limited. The fastest such move where it cruises; without cruise up to 7 % slower than that.
+/// Duration of the symmetric move of fifteen phases over `length_mm`, in seconds, with limited speed,
+/// acceleration, jerk and `snap_mm_per_s4`. Optimal if it cruises; without cruise up to 7 % slower than the
+/// optimum.
 pub fn fifteen_phases_s(length_mm: f64, limits: Limits, snap_mm_per_s4: f64) -> Result<f64, Diagnostic> {
     check(length_mm, limits, Some(snap_mm_per_s4))?;
     let ramp_s = |speed: f64| snap_ramp_s(speed, limits, snap_mm_per_s4);

@@ -1,13 +1,12 @@
-//! Which profile a move of one length gets when the machine chooses.
+//! Automatic choice of the profile for a move of one length.
 //!
 //! ```text
 //! length  0 ───────── L_T ─────────── L_S ──────────▶
 //!           case 3         case 2          case 1
-//!           neither law    only linear     both laws reach the speed:
-//!           reaches it: linear             S-curve, it is the smoother one
+//!           neither law    only linear     both laws reach the
+//!           reaches the    reaches the     speed: S-curve, the
+//!           speed: linear  speed           smoother one
 //! ```
-//!
-//! Comes in: length in mm, limits. Goes out: a [`Choice`]. Does not plan the move.
 //!
 //! Maths: `docs/motion-profiles.md` B.1–B.2 (Ma and You; thresholds and peak speeds reconstructed there).
 
@@ -15,29 +14,29 @@ use super::{GREATEST, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-/// The answer of the automatic choice with what it was decided on.
+/// The automatic choice and its inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
-    /// L_T: the least length on which the linear law reaches the speed, mm.
+    /// L_T: the shortest length at which the linear law reaches the speed, mm.
     pub linear_from_mm: f64,
-    /// L_S: the least length on which the S-curve reaches the speed, mm.
+    /// L_S: the shortest length at which the S-curve reaches the speed, mm.
     pub s_curve_from_mm: f64,
-    /// Whether the S-curve reaches the full acceleration on the way to the speed.
+    /// True if the S-curve reaches the full acceleration on the way to the speed.
     pub reaches_acceleration: bool,
     /// 1: both reach the speed. 2: only linear does. 3: neither.
     pub case: u8,
-    /// The law to take.
+    /// The chosen law.
     pub choice: MotionLaw,
-    /// The law by the letter of the source, which never takes an S-curve that does not use the full acceleration.
+    /// The choice exactly as in the source, which never uses an S-curve without full acceleration.
     pub choice_strict: MotionLaw,
-    /// Greatest speed of the linear law over this length, mm/s.
+    /// Highest speed of the linear law over this length, mm/s.
     pub linear_peak_mm_per_s: f64,
-    /// Greatest speed of the S-curve over this length, mm/s.
+    /// Highest speed of the S-curve over this length, mm/s.
     pub s_curve_peak_mm_per_s: f64,
 }
 
-/// The choice between linear and S-curve for a move over `length_mm`. A length or limit that cannot be planned with is
-/// refused with a diagnostic that names it.
+/// Chooses between linear and S-curve for a move over `length_mm`. An unusable length or limit is refused and
+/// named.
 pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));

@@ -1,18 +1,16 @@
-//! The second at a place: what the step generator asks millions of times a second.
+//! Time at a position; the step generator calls this millions of times per second.
 //!
 //! ```text
 //! s ^        s3 ,-'          the first half of a move has four phases, each with its own closed inverse:
-//!   |       s2,'|            edge: a root      hold: a square root
-//!   |   s1 ,-'| |            turned edge: a few of Newton's steps      cruise: a division
-//!   +---'---|-|-|---> t      the second half is the first one turned around
+//!   |       s2,'|            edge: a root          hold: a square root
+//!   |   s1 ,-'| |            mirrored edge: a few Newton steps      cruise: a division
+//!   +---'---|-|-|---> t      the second half mirrors the first
 //! ```
-//!
-//! Comes in: a [`Profile`], then places in mm. Goes out: seconds from the start. Does not know steps.
 
 use super::Profile;
 use super::ramp::Ramp;
 
-/// What the second at a place is computed from, worked out once for a move: the places where its phases meet.
+/// Precomputed values of a move for its inverse: positions of the phase boundaries.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverse {
     length_mm: f64,
@@ -28,13 +26,12 @@ pub struct Inverse {
     acceleration: f64,
     speed: f64,
     jerk_by_six_speeds: f64,
-    /// The power law's edges are not cubes.
+    /// The edges of the power law are not cubic.
     power: bool,
     ramp: Ramp,
 }
 
 impl Inverse {
-    /// Of `profile`.
     pub fn of(profile: &Profile) -> Self {
         let ramp = profile.ramp();
         let (jerk, theta, hold) = (ramp.jerk_mm_per_s3, ramp.jerk_time_s, ramp.hold_s);
@@ -57,12 +54,12 @@ impl Inverse {
         }
     }
 
-    /// Between which places the speed is steady, mm; from beyond to before where it never is.
+    /// Range of positions with constant speed, mm; start after end if there is none.
     pub fn cruise_mm(&self) -> (f64, f64) {
         (self.s3_mm, self.length_mm - self.s3_mm)
     }
 
-    /// The second at which the place `s_mm` is reached.
+    /// Time in seconds at position `s_mm`.
     #[inline]
     pub fn time_at(&self, s_mm: f64) -> f64 {
         if s_mm + s_mm > self.length_mm {
@@ -91,10 +88,11 @@ impl Inverse {
         }
     }
 
-    /// The time x still needed to the end of the ramp: x − k·x³ = y with k = jerk/(6·speed).
+    /// The time x to the end of the ramp: x − k·x³ = y with k = jerk/(6·speed).
     ///
-    /// The left side rises and bends down in the whole phase, so Newton's steps from below stay below and at least
-    /// square the error; from y + k·y³ four of them always suffice (the error starts under 7 % of the phase).
+    /// The left side is increasing and concave in the whole phase, so Newton steps from below stay below and
+    /// at least square the error. From y + k·y³, four steps always suffice (the initial error is under 7 % of
+    /// the phase).
     #[inline]
     fn left_in_third_phase(&self, y: f64) -> f64 {
         let k = self.jerk_by_six_speeds;

@@ -1,23 +1,20 @@
-//! The move from rest to rest, in closed form: the fastest one within speed, acceleration and jerk, under one of three
+//! Moves from rest to rest in closed form: the fastest within speed, acceleration and jerk, for one of three
 //! laws of acceleration.
 //!
 //! ```text
 //! v ^            ________________            V
 //!   |          ,'                '.
 //!   |         /                    \        Θ  edge: acceleration rises or falls (linear law: Θ = 0)
-//!   |       ,'                      '.      H  hold: acceleration A is kept
+//!   |       ,'                      '.      H  hold: constant acceleration A
 //!   +------'--------------------------'---> t
 //!    | Θ |H| Θ |    cruise       | Θ |H| Θ |
 //!    |<-ramp-->|                 |<-ramp-->|
 //! ```
 //!
-//! Comes in: length in mm, limits in mm/s, mm/s², mm/s³. Goes out: a [`Profile`], from which place, speed,
-//! acceleration and jerk at any second follow, and the second at any place. Does not know axes or steps.
+//! The second ramp mirrors the first, so only the first half is computed.
 //!
-//! The second ramp is the first one turned around, so only the first half is ever computed.
-//!
-//! Maths: `docs/motion-profiles.md` B.1–B.3 (linear and S-curve; Ma and You) and C.1–C.4 (seven and eleven phases; patent on
-//! PCB drilling control, its power law reconstructed there).
+//! Maths: `docs/motion-profiles.md` B.1–B.3 (linear and S-curve; Ma and You) and C.1–C.4 (seven and eleven
+//! phases; patent on PCB drilling control, its power law reconstructed there).
 
 pub mod bounds;
 mod choose;
@@ -28,7 +25,6 @@ mod stop;
 mod stroke;
 mod vibration;
 
-pub use super::limits::Limits;
 pub use choose::{Choice, choose};
 pub use inverse::Inverse;
 pub use ramp::Ramp;
@@ -40,21 +36,29 @@ pub use vibration::residual_mm;
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-/// Shorter moves than this (a millionth of a nanometre) take no time: below it a power of the length could vanish.
+/// Shorter moves (a millionth of a nanometre) take no time, because a power of their length could underflow.
 const NOTHING_MM: f64 = 1e-12;
 
-/// Limits and lengths beyond these cannot be meant, and products of them could leave the numbers.
+/// Plausible range of limits and lengths; products of numbers outside could overflow.
 const LEAST_LIMIT: f64 = 1e-9;
 const GREATEST: f64 = 1e15;
 
-/// The greatest order of the power law; the least is just over 0, where it becomes the S-curve.
+/// Highest order of the power law. Towards 0 it becomes the S-curve.
 pub const GREATEST_ORDER: f64 = 2.0;
 
-/// The law by which the acceleration comes and goes.
+/// Highest speed, acceleration and jerk of an axis or along a path (mm and s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    pub speed_mm_per_s: f64,
+    pub acceleration_mm_per_s2: f64,
+    pub jerk_mm_per_s3: f64,
+}
+
+/// Law of the acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionLaw {
-    /// The acceleration jumps; jerk is not limited. Three phases.
+    /// The acceleration jumps; jerk is unlimited. Three phases.
     Linear,
     /// Constant jerk. Seven phases.
     #[default]
@@ -64,13 +68,13 @@ pub enum MotionLaw {
 }
 
 impl MotionLaw {
-    /// α: 0 for the laws without a power.
+    /// α; 0 for the laws without a power.
     #[inline]
     pub fn order(self) -> f64 {
         if let Self::Power(order) = self { order } else { 0.0 }
     }
 
-    /// The constant jerk with which an edge would take as long (C.4).
+    /// The constant jerk with an edge of equal duration (C.4).
     fn equivalent_jerk(self, limits: Limits) -> f64 {
         if let Self::Power(order) = self {
             limits.jerk_mm_per_s3 / (1.0 + order)
@@ -79,18 +83,18 @@ impl MotionLaw {
         }
     }
 
-    /// Θ: how long the acceleration takes to its limit.
+    /// Θ: time for the acceleration to reach its limit.
     fn edge_s(self, limits: Limits) -> f64 {
         if self == Self::Linear { 0.0 } else { limits.acceleration_mm_per_s2 / self.equivalent_jerk(limits) }
     }
 
-    /// Greatest jerk of an edge; 0 where the acceleration jumps.
+    /// Highest jerk of an edge; 0 if the acceleration jumps.
     fn peak_jerk(self, limits: Limits) -> f64 {
         if self == Self::Linear { 0.0 } else { limits.jerk_mm_per_s3 }
     }
 
-    /// Whether moves can be planned with this law within `limits`; the diagnostic names the one that is wrong. The linear
-    /// law does not look at the jerk.
+    /// Checks that this law works with `limits`; the diagnostic names the wrong one. The linear law ignores
+    /// the jerk.
     pub fn check(self, limits: Limits) -> Result<(), Diagnostic> {
         if let Self::Power(order) = self
             && !(order > 0.0 && order <= GREATEST_ORDER)
@@ -109,32 +113,31 @@ impl MotionLaw {
     }
 }
 
-/// A diagnostic about a number that cannot be planned with.
+/// Diagnostic about an unusable number.
 pub(super) fn wrong(code: &str, value: f64) -> Diagnostic {
     Diagnostic::error(code).with("value", value)
 }
 
-/// Which limits a move reaches.
+/// The limits that a move reaches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
-    /// Speed and acceleration.
     Both,
-    /// The speed, but not the acceleration.
+    /// Speed, but not acceleration.
     Speed,
-    /// The acceleration, but not the speed.
+    /// Acceleration, but not speed.
     Acceleration,
-    /// Only the jerk: a tiny move.
+    /// Only jerk: a tiny move.
     #[default]
     Neither,
-    /// Linear law, the speed.
+    /// Linear law with the full speed.
     Cruise,
-    /// Linear law, not the speed.
+    /// Linear law without the full speed.
     Triangle,
 }
 
 impl Case {
-    /// Its name in tables: `VA`, `V-`, `-A`, `--`; `cruise` and `triangle` for the linear law.
+    /// Name in tables: `VA`, `V-`, `-A`, `--`; `cruise` and `triangle` for the linear law.
     pub fn name(self) -> &'static str {
         match self {
             Self::Both => "VA",
@@ -154,28 +157,28 @@ pub struct Profile {
     pub length_mm: f64,
     /// Law of its ramps.
     pub shape: MotionLaw,
-    /// Which limits it reaches.
+    /// Limits that it reaches.
     pub case: Case,
-    /// Greatest speed reached, mm/s.
+    /// Highest speed, mm/s.
     pub speed_mm_per_s: f64,
-    /// Greatest acceleration reached, mm/s².
+    /// Highest acceleration, mm/s².
     pub acceleration_mm_per_s2: f64,
-    /// Greatest jerk, mm/s³; 0 for the linear law, whose acceleration jumps.
+    /// Highest jerk, mm/s³; 0 for the linear law, because its acceleration jumps.
     pub jerk_mm_per_s3: f64,
-    /// Θ: how long the acceleration takes to rise, s; 0 for the linear law.
+    /// Θ: rise time of the acceleration, s; 0 for the linear law.
     pub jerk_time_s: f64,
-    /// H: how long the greatest acceleration is kept, s.
+    /// H: time at the highest acceleration, s.
     pub hold_s: f64,
-    /// How long the greatest speed is kept, s.
+    /// Time at the highest speed, s.
     pub cruise_s: f64,
 }
 
-/// The fastest move of this shape over `length_mm` within `limits` (mm and s). A length, limit or order that cannot be
-/// planned with is refused with a diagnostic that names it.
+/// The fastest move of this shape over `length_mm` within `limits` (mm and s). An unusable length, limit or
+/// order is refused and named.
 ///
-/// Four cases: whether the speed is reached, and whether the acceleration is. They join without a gap, so it does
-/// not matter on which side of a boundary a rounding error falls. With α the power law is planned as an S-curve of
-/// jerk J/(1 + α), which has edges of the same length (C.4).
+/// Four cases: the speed is reached or not, and the acceleration is reached or not. They join continuously,
+/// so a rounding error at a boundary is harmless. The power law of order α is planned as an S-curve with jerk
+/// J/(1 + α), which has edges of equal length (C.4).
 pub fn plan(shape: MotionLaw, length_mm: f64, limits: Limits) -> Result<Profile, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
@@ -229,7 +232,7 @@ pub fn plan(shape: MotionLaw, length_mm: f64, limits: Limits) -> Result<Profile,
     })
 }
 
-/// The move with jumping acceleration: three phases, or two where the speed is not reached (B.1).
+/// The move with jumps of acceleration: three phases, or two if the speed isn't reached (B.1).
 fn linear(length_mm: f64, limits: Limits) -> Profile {
     let (v, a) = (limits.speed_mm_per_s, limits.acceleration_mm_per_s2);
     let reaches_v = length_mm >= v * v / a;
@@ -247,17 +250,16 @@ fn linear(length_mm: f64, limits: Limits) -> Profile {
 }
 
 impl Profile {
-    /// How long the move takes.
     pub fn duration_s(&self) -> f64 {
         2.0 * self.ramp_s() + self.cruise_s
     }
 
-    /// How long it takes to reach the greatest speed.
+    /// Time to reach the highest speed.
     pub fn ramp_s(&self) -> f64 {
         2.0 * self.jerk_time_s + self.hold_s
     }
 
-    /// Its first ramp; the last is the same turned around.
+    /// The first ramp; the last one mirrors it.
     #[inline]
     pub fn ramp(&self) -> Ramp {
         Ramp {
@@ -270,7 +272,8 @@ impl Profile {
         }
     }
 
-    /// Lengths of its phases in seconds: 3 of the linear law, 7 of the S-curve, 11 of the power law (each edge is two).
+    /// Durations of the phases in seconds: 3 for the linear law, 7 for the S-curve, 11 for the power law (two
+    /// per edge).
     pub fn phases(&self) -> Vec<f64> {
         let (theta, hold, cruise) = (self.jerk_time_s, self.hold_s, self.cruise_s);
         let half = 0.5 * theta;
@@ -281,7 +284,7 @@ impl Profile {
         }
     }
 
-    /// Place along the path at second `t`: exactly 0 before the start and exactly the length after the end.
+    /// Position along the path at second `t`: exactly 0 before the start, exactly the length after the end.
     pub fn position_mm(&self, t: f64) -> f64 {
         let (ramp_s, duration_s) = (self.ramp_s(), self.duration_s());
         if t >= duration_s {
@@ -306,7 +309,7 @@ impl Profile {
         }
     }
 
-    /// Acceleration at second `t`, mm/s²; negative while slowing down.
+    /// Acceleration at second `t`, mm/s²; negative while braking.
     pub fn acceleration(&self, t: f64) -> f64 {
         match self.part(t) {
             Part::Rest | Part::Cruise => 0.0,
@@ -315,7 +318,7 @@ impl Profile {
         }
     }
 
-    /// Jerk at second `t`, mm/s³; 0 for the linear law, whose acceleration jumps.
+    /// Jerk at second `t`, mm/s³; 0 for the linear law, because its acceleration jumps.
     pub fn jerk(&self, t: f64) -> f64 {
         match self.part(t) {
             Part::Rest | Part::Cruise => 0.0,
@@ -323,12 +326,12 @@ impl Profile {
         }
     }
 
-    /// The second at which the place `s_mm` is reached: 0 before the start, the duration after the end.
+    /// Time in seconds at position `s_mm`: 0 before the start, the duration after the end.
     pub fn time_at(&self, s_mm: f64) -> f64 {
         Inverse::of(self).time_at(s_mm)
     }
 
-    /// Where in the move second `t` is.
+    /// Part of the move at second `t`.
     fn part(&self, t: f64) -> Part {
         let (ramp_s, duration_s) = (self.ramp_s(), self.duration_s());
         if !(t > 0.0 && t < duration_s) {
@@ -343,7 +346,7 @@ impl Profile {
     }
 }
 
-/// A part of a move, with the second counted from rest.
+/// A part of a move, with the seconds from its end at rest.
 enum Part {
     Rest,
     Rise(f64),

@@ -1,18 +1,16 @@
-//! A rise of speed: from one speed with zero acceleration to another with zero acceleration.
+//! A ramp: a rise of speed with zero acceleration at both ends.
 //!
 //! ```text
 //! a ^   ________            linear: Θ = 0, the acceleration jumps
-//!   |  /        \           S-curve: the edge is a straight line, its jerk constant
-//!   | /          \          power: the edge is an S, its jerk rises as tᵅ and falls again in mirror image
+//!   |  /        \           S-curve: the edge is straight, with constant jerk
+//!   | /          \          power: the edge is an S; its jerk rises as tᵅ and falls mirrored
 //!   +------------------> t
 //!    |Θ|  hold  |Θ|
 //! ```
 //!
-//! Comes in: a rise in mm/s, limits in mm/s² and mm/s³. Goes out: a [`Ramp`], from which way, speed, acceleration and
-//! jerk at any second follow. Does not know where it begins: it counts speed and way from nothing.
-//!
-//! Maths: `docs/motion-profiles.md` B.3 (times), C.1 (S-curve), C.2–C.4 (power law, equivalent jerk). The way a ramp loses
-//! against full speed is the way it gained from rest, in reverse; so the last edge is the first one turned around.
+//! Maths: `docs/motion-profiles.md` B.3 (times), C.1 (S-curve), C.2–C.4 (power law, equivalent jerk). The
+//! distance that a ramp loses relative to full speed mirrors the distance gained from rest, so the last edge
+//! mirrors the first.
 
 use super::{GREATEST, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
@@ -23,21 +21,21 @@ use serde::{Deserialize, Serialize};
 pub struct Ramp {
     /// Law of its edges.
     pub shape: MotionLaw,
-    /// How much speed is gained, mm/s.
+    /// Gain of speed, mm/s.
     pub rise_mm_per_s: f64,
-    /// Greatest acceleration, mm/s².
+    /// Highest acceleration, mm/s².
     pub acceleration_mm_per_s2: f64,
-    /// Greatest jerk, mm/s³; 0 where the acceleration jumps.
+    /// Highest jerk, mm/s³; 0 if the acceleration jumps.
     pub jerk_mm_per_s3: f64,
-    /// Θ: how long the acceleration takes to rise, s.
+    /// Θ: rise time of the acceleration, s.
     pub jerk_time_s: f64,
-    /// How long the greatest acceleration is kept, s.
+    /// Time at the highest acceleration, s.
     pub hold_s: f64,
 }
 
 impl Ramp {
-    /// The fastest rise by `rise_mm_per_s` within acceleration and jerk of `limits`. A rise or limit that cannot be
-    /// planned with is refused with a diagnostic that names it; the speed of `limits` is not a bound here.
+    /// The fastest rise by `rise_mm_per_s` within acceleration and jerk of `limits`. An unusable rise or
+    /// limit is refused and named. The speed of `limits` doesn't limit the rise.
     pub fn rising(shape: MotionLaw, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Diagnostic> {
         shape.check(limits)?;
         if !(0.0..=GREATEST).contains(&rise_mm_per_s) {
@@ -46,7 +44,7 @@ impl Ramp {
         Ok(Self::within(shape, rise_mm_per_s, limits))
     }
 
-    /// The same for limits and a rise that are usable.
+    /// Like [`Self::rising`], for valid limits and rise.
     pub(in crate::motion) fn within(shape: MotionLaw, rise_mm_per_s: f64, limits: Limits) -> Self {
         let rise = rise_mm_per_s;
         if rise <= 0.0 {
@@ -66,17 +64,16 @@ impl Ramp {
         }
     }
 
-    /// Length of the rise that begins with `base_mm_per_s`.
+    /// Length of the ramp with start speed `base_mm_per_s`.
     pub fn length_mm(&self, base_mm_per_s: f64) -> f64 {
         (base_mm_per_s + 0.5 * self.rise_mm_per_s) * self.duration_s()
     }
 
-    /// How long it takes.
     pub fn duration_s(&self) -> f64 {
         2.0 * self.jerk_time_s + self.hold_s
     }
 
-    /// Length gained `t` seconds after the beginning, `t` from 0 to the end.
+    /// Distance gained at `t` seconds of the ramp.
     #[inline]
     pub fn position_mm(&self, t: f64) -> f64 {
         let theta = self.jerk_time_s;
@@ -92,7 +89,7 @@ impl Ramp {
         self.rise_mm_per_s * (0.5 * self.duration_s() - left) + self.edge_position_mm(left)
     }
 
-    /// Speed gained `t` seconds after the beginning, mm/s.
+    /// Speed gained at `t` seconds of the ramp, mm/s.
     pub fn speed(&self, t: f64) -> f64 {
         let theta = self.jerk_time_s;
         if t <= theta {
@@ -105,13 +102,13 @@ impl Ramp {
         self.rise_mm_per_s - self.edge_speed((self.duration_s() - t).max(0.0))
     }
 
-    /// Acceleration `t` seconds after the beginning, mm/s².
+    /// Acceleration at `t` seconds of the ramp, mm/s².
     pub fn acceleration(&self, t: f64) -> f64 {
         let edge_s = t.min(self.duration_s() - t).max(0.0);
         if edge_s < self.jerk_time_s { self.edge_acceleration(edge_s) } else { self.acceleration_mm_per_s2 }
     }
 
-    /// Jerk `t` seconds after the beginning, mm/s³; 0 for the linear law, whose acceleration jumps.
+    /// Jerk at `t` seconds of the ramp, mm/s³; 0 for the linear law, because its acceleration jumps.
     pub fn jerk(&self, t: f64) -> f64 {
         let left = self.duration_s() - t;
         if t < self.jerk_time_s {
@@ -123,7 +120,7 @@ impl Ramp {
         }
     }
 
-    /// Length of the first edge alone.
+    /// Distance on the first edge.
     #[inline]
     pub(super) fn edge_position_mm(&self, x_s: f64) -> f64 {
         if self.shape.order() == 0.0 {
@@ -141,7 +138,7 @@ impl Ramp {
         self.power_edge(x_s).speed_mm_per_s
     }
 
-    /// Length and speed on the first edge.
+    /// Distance and speed on the first edge.
     #[inline]
     fn edge(&self, x: f64) -> (f64, f64) {
         if self.shape.order() == 0.0 {
@@ -163,7 +160,7 @@ impl Ramp {
         if self.shape.order() == 0.0 { self.jerk_mm_per_s3 } else { self.power_edge(x).jerk_mm_per_s3 }
     }
 
-    /// The power law's edge at `x_s`, 0 … Θ: rising up to its middle, mirrored from there (C.3, phases 1 and 2).
+    /// The power law's edge at `x_s`, 0 … Θ: rising to the middle, mirrored from there (C.3, phases 1 and 2).
     #[inline]
     pub(super) fn power_edge(&self, x_s: f64) -> Point {
         let (x_s, order, half_s) = (x_s.max(0.0), self.shape.order(), 0.5 * self.jerk_time_s);
@@ -195,9 +192,9 @@ impl Ramp {
     }
 }
 
-/// The inverse: when the way of a rise that begins with `base` mm/s is done.
+/// Inverse: times at distances of a ramp with start speed `base`.
 impl Ramp {
-    /// The second at which the way `y_mm` is done, `y_mm` from 0 to the whole way.
+    /// Time in seconds at distance `y_mm`, from 0 to the whole length.
     pub fn time_at(&self, base_mm_per_s: f64, y_mm: f64) -> f64 {
         let (theta, hold) = (self.jerk_time_s, self.hold_s);
         let first = base_mm_per_s * theta + self.edge_position_mm(theta);
@@ -212,8 +209,9 @@ impl Ramp {
         (self.duration_s() - self.left_on_last_edge(base_mm_per_s + self.rise_mm_per_s, left_mm)).max(0.0)
     }
 
-    /// The second at the way `y_mm` on the first edge: base·x + e(x) = y. The left side rises and bends up, so Newton's
-    /// steps fall onto the root from above; they start where one of its two parts alone would do all the way.
+    /// Time at distance `y_mm` on the first edge: base·x + e(x) = y. The left side is increasing and convex,
+    /// so Newton steps approach the root from above. They start where one of the two terms alone would reach
+    /// y.
     pub(super) fn edge_time(&self, base_mm_per_s: f64, y_mm: f64) -> f64 {
         let (theta, order) = (self.jerk_time_s, self.shape.order());
         if y_mm <= 0.0 || theta <= 0.0 {
@@ -246,9 +244,10 @@ impl Ramp {
         x
     }
 
-    /// The time x still needed to the end of the rise, `top_mm_per_s` mm/s fast at its end and `y_mm` of its way left:
-    /// top·x − e(x) = y. The left side rises and bends down, at the edge's other end with at least half of the speed,
-    /// so Newton's steps from y/top stay below the root and square the error; they are done when they no longer rise.
+    /// The time x to the end of the ramp, with end speed `top_mm_per_s` and remaining distance `y_mm`: top·x
+    /// − e(x) = y. The left side is increasing and concave, and its slope is at least half of `top_mm_per_s`.
+    /// So Newton steps from y/top stay below the root and square the error; stop when they no longer
+    /// increase.
     pub(super) fn left_on_last_edge(&self, top_mm_per_s: f64, y_mm: f64) -> f64 {
         let mut x = y_mm / top_mm_per_s;
         for _ in 0..8 {
@@ -263,12 +262,12 @@ impl Ramp {
     }
 }
 
-/// When `way` is done with `speed` at its beginning and a constant acceleration.
+/// Time over the distance `way` with start speed `speed` and constant acceleration.
 fn later(speed: f64, acceleration: f64, way: f64) -> f64 {
     2.0 * way / (speed + libm::sqrt(speed * speed + 2.0 * acceleration * way))
 }
 
-/// Length, speed, acceleration and jerk at one second.
+/// Distance, speed, acceleration and jerk at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Point {
     pub(super) position_mm: f64,
@@ -277,7 +276,7 @@ pub(super) struct Point {
     pub(super) jerk_mm_per_s3: f64,
 }
 
-/// uᵅ for u from 0 to 1; the usual orders without a power function.
+/// uᵅ for u from 0 to 1, without a power function for common orders.
 #[inline]
 fn power(u: f64, order: f64) -> f64 {
     if order == 0.5 {

@@ -1,51 +1,48 @@
-//! A stretch of a longer motion: a rise or a fall of speed, or a steady run.
+//! A stretch of a longer motion: a rise or a fall of speed, or constant speed.
 //!
 //! ```text
-//! v ^      ______ high          a fall is a rise run backwards: only rises are ever computed,
-//!   |    ,'                     and both ends come out exact
+//! v ^      ______ high          a fall is a reversed rise: only rises are computed,
+//!   |    ,'                     and both ends are exact
 //!   |  ,' ramp
 //!   |_'  low
 //!   +------------> t
 //! ```
 //!
-//! A rise may begin with an acceleration that is there already, as behind a corner: it is the rest of a rise that began
-//! earlier and slower (its base may even be below nothing), of which the first seconds are left out.
-//!
-//! Comes in: speeds in mm/s, limits. Goes out: way, speed, acceleration and jerk at any second of the stretch, and the
-//! second at any way. Does not know what lies before and behind it.
+//! A rise may start with an acceleration, as after a corner. Then the span is the rest of a rise that started
+//! earlier and slower, with its first seconds skipped. The start speed of that rise may even be negative.
 
 use super::{Limits, MotionLaw, Ramp};
 use serde::{Deserialize, Serialize};
 
-/// Most of Newton's steps and halvings, and the share of a time that does not matter any more.
+/// Most Newton steps and bisections, and the relative precision of a time.
 const MOST_STEPS: u32 = 60;
 const NEAR_SHARE: f64 = 1e-15;
 
-/// A rise, a fall or a steady run.
+/// A rise, a fall or constant speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Span {
-    /// Second at which it begins.
+    /// Start time, s.
     pub start_s: f64,
-    /// Place at which it begins, mm.
+    /// Start position, mm.
     pub start_mm: f64,
-    /// How long it takes, s.
+    /// Duration, s.
     pub duration_s: f64,
-    /// How far it goes, mm.
+    /// Length, mm.
     pub length_mm: f64,
-    /// The speed at which its rise begins, mm/s: the lower of its two end speeds where nothing of the rise is left out.
+    /// Start speed of the rise, mm/s: the lower end speed if nothing is skipped.
     pub low_mm_per_s: f64,
-    /// From there to the higher speed; no rise in a steady run.
+    /// From there to the higher speed; no rise at constant speed.
     pub ramp: Ramp,
-    /// Seconds at the beginning of the rise that are left out, and the way in them; their end has an acceleration.
+    /// Seconds skipped at the start of the rise; the acceleration at their end isn't zero.
     pub skip_s: f64,
-    /// That way, mm.
+    /// Skipped distance, mm.
     pub skip_mm: f64,
-    /// Whether the speed falls.
+    /// True if the speed falls.
     pub falls: bool,
 }
 
 impl Span {
-    /// From one speed to another as fast as acceleration and jerk of `limits` allow. All of it is usable.
+    /// From one speed to another as fast as acceleration and jerk of `limits` permit. Inputs must be valid.
     pub(in crate::motion) fn change(
         shape: MotionLaw,
         from_mm_per_s: f64,
@@ -64,8 +61,8 @@ impl Span {
         }
     }
 
-    /// From one speed to another by a law of constant jerk, where the lower end may have the acceleration `pull_mm_per_s2`
-    /// towards the higher one already.
+    /// From one speed to another with constant jerk. The lower end may start with the acceleration
+    /// `pull_mm_per_s2` towards the higher one.
     pub(in crate::motion) fn pulled(
         from_mm_per_s: f64,
         to_mm_per_s: f64,
@@ -96,19 +93,19 @@ impl Span {
         }
     }
 
-    /// Speeds at its beginning and its end.
+    /// Speeds at start and end.
     pub(in crate::motion) fn end_speeds(&self) -> (f64, f64) {
         let (low, high) = (self.speed_at_rise(0.0), self.low_mm_per_s + self.ramp.rise_mm_per_s);
         if self.falls { (high, low) } else { (low, high) }
     }
 
-    /// How hard it is pulled at its beginning and at its end, with the sign of the acceleration.
+    /// Signed accelerations at start and end.
     pub(in crate::motion) fn end_pulls(&self) -> (f64, f64) {
         let pull = self.ramp.jerk_mm_per_s3 * self.skip_s;
         if self.falls { (0.0, -pull) } else { (pull, 0.0) }
     }
 
-    /// `length_mm` at a steady speed greater than 0.
+    /// `length_mm` at a constant speed above 0.
     pub(in crate::motion) fn steady(speed_mm_per_s: f64, length_mm: f64) -> Self {
         Self {
             duration_s: length_mm / speed_mm_per_s,
@@ -118,29 +115,29 @@ impl Span {
         }
     }
 
-    /// The same beginning where and when `before` ends.
+    /// Shifts the span to the end of `before`.
     #[must_use]
     pub(in crate::motion) fn after(self, before: &Self) -> Self {
         Self { start_s: before.end_s(), start_mm: before.end_mm(), ..self }
     }
 
-    /// Second at which it ends.
+    /// End time, s.
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s
     }
 
-    /// Place at which it ends.
+    /// End position, mm.
     pub fn end_mm(&self) -> f64 {
         self.start_mm + self.length_mm
     }
 
-    /// Second of the rise that belongs to second `t`.
+    /// Time within the used part of the rise at second `t`.
     fn rise_s(&self, t: f64) -> f64 {
         let since = (t - self.start_s).clamp(0.0, self.duration_s);
         if self.falls { self.duration_s - since } else { since }
     }
 
-    /// Place at second `t`, mm.
+    /// Position at second `t`, mm.
     pub fn position_mm(&self, t: f64) -> f64 {
         let x = self.rise_s(t);
         let way = self.way_mm(x);
@@ -152,12 +149,12 @@ impl Span {
         self.speed_at_rise(self.rise_s(t))
     }
 
-    /// Speed `x` seconds after the beginning of what is driven of the rise.
+    /// Speed at `x` seconds of the used part of the rise.
     fn speed_at_rise(&self, x: f64) -> f64 {
         self.low_mm_per_s + if self.is_steady() { 0.0 } else { self.ramp.speed(self.skip_s + x) }
     }
 
-    /// Length of the first `x` seconds of what is driven of the rise.
+    /// Length of the first `x` seconds of the used part of the rise.
     fn way_mm(&self, x: f64) -> f64 {
         if self.is_steady() {
             return self.low_mm_per_s * x;
@@ -166,7 +163,7 @@ impl Span {
         self.low_mm_per_s * since + self.ramp.position_mm(since) - self.skip_mm
     }
 
-    /// Acceleration at second `t`, mm/s²; negative where the speed falls.
+    /// Acceleration at second `t`, mm/s²; negative if the speed falls.
     pub fn acceleration(&self, t: f64) -> f64 {
         if self.is_steady() {
             return 0.0;
@@ -180,7 +177,7 @@ impl Span {
         if self.is_steady() { 0.0 } else { self.ramp.jerk(self.skip_s + self.rise_s(t)) }
     }
 
-    /// The second at which the place `s_mm` of this stretch is reached.
+    /// Time in seconds at position `s_mm` of this stretch.
     pub fn time_at(&self, s_mm: f64) -> f64 {
         if self.length_mm <= 0.0 {
             return self.start_s;
@@ -201,8 +198,8 @@ impl Span {
         self.ramp.rise_mm_per_s == 0.0
     }
 
-    /// The second of what is driven of the rise at which `way` is done: Newton's steps, halved where they leave the bounds
-    /// between which the root is known to lie. They start where the first edge alone would do.
+    /// Time within the used part of the rise at distance `way`: Newton steps, replaced by bisections if they
+    /// leave the bounds of the root. They start where the first edge alone would reach `way`.
     fn pulled_time(&self, way: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.duration_s);
         let speed = self.speed_at_rise(0.0);

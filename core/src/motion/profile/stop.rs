@@ -1,16 +1,13 @@
-//! How far a moving axis still goes when it must stop, and until when it may be told so.
+//! Stopping distance of a moving axis, and the latest time for a stop.
 //!
 //! ```text
 //! s ^ . . . . . . . . . . . . . surface
 //!   | - - - - - - ,-' - - - - - gap
-//!   |          ,'o  <- the last moment from which a stop still ends over the gap
+//!   |          ,'o  <- the latest time at which a stop still ends above the gap
 //!   |       ,-'  |
 //!   +----'-------+------------> t
 //!               t_pnr
 //! ```
-//!
-//! Comes in: speed in mm/s, acceleration in mm/s², limits of the stop. Goes out: millimetres and seconds. Does not know
-//! why it stops.
 //!
 //! Maths: `docs/motion-profiles.md` C2.3.
 
@@ -18,13 +15,13 @@ use super::stroke::Stroke;
 use super::{GREATEST, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 
-/// How often the time is halved in when the point of no return is looked for: more than a number has digits.
+/// Bisections for the point of no return: more than the digits of an `f64`.
 const HALVINGS: u32 = 80;
 
-/// Length of the fastest stop from `speed_mm_per_s` (not negative) and `acceleration_mm_per_s2` within acceleration and jerk of
-/// `limits`. The linear law stops with its full acceleration at once.
+/// Distance of the fastest stop from `speed_mm_per_s` (not negative) and `acceleration_mm_per_s2`, within
+/// acceleration and jerk of `limits`. The linear law brakes at once with full acceleration.
 ///
-/// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
+/// If the braking already in progress stops the axis, the distance to that point.
 pub fn stopping_mm(
     shape: MotionLaw,
     speed_mm_per_s: f64,
@@ -52,16 +49,16 @@ pub fn stopping_mm(
     t * (v - 0.5 * braking * t + j * t * t / 6.0)
 }
 
-/// The stop from a steady speed.
+/// Stopping distance from constant speed.
 fn from_steady_mm(speed: f64, limits: Limits) -> f64 {
     let (a, j) = (limits.acceleration_mm_per_s2, limits.jerk_mm_per_s3);
     if speed >= a * (a / j) { 0.5 * speed * (speed / a + a / j) } else { speed * libm::sqrt(speed / j) }
 }
 
-/// The point of no return: the last second of `stroke` from which a stop within `limits` ends at least `gap_mm` before
-/// `surface_mm`, both along the stroke. Never later than the surface is reached.
+/// The point of no return: the latest second of `stroke` at which a stop within `limits` ends at least
+/// `gap_mm` before `surface_mm`, both measured along the stroke. Never later than contact with the surface.
 ///
-/// Limits that cannot be planned with, and a gap that is negative or wider than the way to the surface, are refused.
+/// Refuses unusable limits, and a gap that is negative or exceeds the distance to the surface.
 pub fn point_of_no_return_s(
     stroke: &Stroke,
     surface_mm: f64,

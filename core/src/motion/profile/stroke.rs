@@ -1,16 +1,13 @@
-//! The stroke of a spindle down through the board: one profile, or two speeds.
+//! A stroke of a spindle down through the board: one profile, or two speeds.
 //!
 //! ```text
-//! v ^     ______                V_p: as fast as the height over the board allows
+//! v ^     ______                V_p: as fast as the height over the board permits
 //!   |   ,'      '.
-//!   | ,'          '.________    v_f: the feed, steady from the surface on
+//!   | ,'          '.________    v_f: the feed, constant from the surface on
 //!   |'             |        '.
 //!   +--------------+-----------'-> t
 //!    | height H    | depth D   |
 //! ```
-//!
-//! Comes in: height over the board and depth in mm, limits, feed in mm/s. Goes out: a [`Stroke`] from rest to rest, from
-//! which place, speed, acceleration and jerk at any second follow, and the second at any place. Does not know X and Y.
 //!
 //! Maths: `docs/motion-profiles.md` C2.5.
 
@@ -18,39 +15,39 @@ use super::{GREATEST, LEAST_LIMIT, Limits, MotionLaw, Profile, Span, wrong};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-/// How often the speed of the approach is halved in: more than a number has digits.
+/// Bisections for the approach speed: more than the digits of an `f64`.
 const HALVINGS: u32 = 120;
 
 /// A stroke from rest to rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stroke {
-    /// One profile over all of it.
+    /// One profile over the whole length.
     One(Profile),
-    /// Fast to the surface, then with the feed.
+    /// Fast to the surface, then at feed.
     Two(Box<TwoSpeeds>),
 }
 
 /// A stroke with an approach at one speed and a cut at another.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwoSpeeds {
-    /// Height and depth together, mm.
+    /// Sum of height and depth, mm.
     pub length_mm: f64,
-    /// V_p: greatest speed of the approach, mm/s.
+    /// V_p: highest approach speed, mm/s.
     pub approach_mm_per_s: f64,
     /// v_f: speed at the surface and in the board, mm/s.
     pub feed_mm_per_s: f64,
-    /// t_z: second at which the surface is reached.
+    /// t_z: time of contact with the surface, s.
     pub contact_s: f64,
-    /// Rise, steady run, fall to the feed, cut, stop.
+    /// Rise, constant speed, fall to the feed, cut, stop.
     pub spans: [Span; 5],
 }
 
-/// A stroke with two speeds: `height_mm` down to the surface as fast as `limits` allow, arriving with `feed_mm_per_s` and
-/// no acceleration, then `depth_mm` with the feed, at its end to rest.
+/// A stroke with two speeds. First `height_mm` to the surface as fast as `limits` permit, arriving with
+/// `feed_mm_per_s` and without acceleration. Then `depth_mm` at feed, to rest.
 ///
-/// Refused where the height is too small to reach the feed, or the depth too small to stop from it, each with what
-/// would be needed; and for numbers that cannot be planned with.
+/// Fails if the height is too small to reach the feed, or the depth too small to stop from it; the diagnostic
+/// has the required value. Also fails for unusable numbers.
 pub fn two_speeds(
     shape: MotionLaw,
     height_mm: f64,
@@ -107,7 +104,7 @@ pub fn two_speeds(
 }
 
 impl Stroke {
-    /// Height and depth together, mm.
+    /// Sum of height and depth, mm.
     pub fn length_mm(&self) -> f64 {
         match self {
             Self::One(profile) => profile.length_mm,
@@ -123,7 +120,7 @@ impl Stroke {
         }
     }
 
-    /// Greatest speed, acceleration and jerk in it: mm/s, mm/s², mm/s³.
+    /// Highest speed, acceleration and jerk: mm/s, mm/s², mm/s³.
     pub fn peaks(&self) -> (f64, f64, f64) {
         match self {
             Self::One(one) => (one.speed_mm_per_s, one.acceleration_mm_per_s2, one.jerk_mm_per_s3),
@@ -137,7 +134,6 @@ impl Stroke {
         }
     }
 
-    /// How long it takes.
     pub fn duration_s(&self) -> f64 {
         match self {
             Self::One(profile) => profile.duration_s(),
@@ -145,7 +141,7 @@ impl Stroke {
         }
     }
 
-    /// Place at second `t`, mm from the start: exactly 0 before it and exactly the length after the end.
+    /// Position at second `t`, mm from the start: exactly 0 before it, exactly the length after the end.
     pub fn position_mm(&self, t: f64) -> f64 {
         match self {
             Self::One(profile) => profile.position_mm(t),
@@ -162,7 +158,7 @@ impl Stroke {
         }
     }
 
-    /// Acceleration at second `t`, mm/s²; negative while slowing down.
+    /// Acceleration at second `t`, mm/s²; negative while braking.
     pub fn acceleration(&self, t: f64) -> f64 {
         match self {
             Self::One(profile) => profile.acceleration(t),
@@ -180,7 +176,7 @@ impl Stroke {
         }
     }
 
-    /// The second at which the place `s_mm` is reached: 0 before the start, the duration after the end.
+    /// Time in seconds at position `s_mm`: 0 before the start, the duration after the end.
     pub fn time_at(&self, s_mm: f64) -> f64 {
         match self {
             Self::One(profile) => profile.time_at(s_mm),

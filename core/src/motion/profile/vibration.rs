@@ -1,24 +1,22 @@
-//! How much a move leaves a machine swinging.
+//! Residual vibration of a machine after a move.
 //!
 //! ```text
-//! left ^ \
-//! over |  \    ,-.           zeros where a whole number of swings fits into an edge,
-//!      |   \  /   \  ,-.     into an edge and a hold, or between the two ramps
-//!      |    \/     \/   \,
-//!      +-------------------> frequency
+//! ampli- ^ \
+//! tude   |  \    ,-.           zeros at a whole number of periods in an edge,
+//!        |   \  /   \  ,-.     in an edge and a hold, or between the two ramps
+//!        |    \/     \/   \,
+//!        +-------------------> frequency
 //! ```
 //!
-//! Comes in: a profile, the frequency in Hz of something that swings without damping. Goes out: millimetres. Does not
-//! know what swings.
-//!
-//! Maths: `docs/motion-profiles.md` D.2. The amplitude is |∫a(t)·e^(−i2πft)dt|/(2πf), and the acceleration is the shape of an
-//! edge's jerk run over a box of an edge and a hold, once up and once down: the product of their transforms.
+//! Maths: `docs/motion-profiles.md` D.2. The amplitude is |∫a(t)·e^(−i2πft)dt|/(2πf). The acceleration is the
+//! convolution of an edge's jerk with a box of edge plus hold, once up and once down, so its transform is a
+//! product.
 
 use super::{GREATEST, MotionLaw, Profile, wrong};
 use crate::diagnostic::Diagnostic;
 use core::f64::consts::PI;
 
-/// Gauss's five places and weights in −1 … 1.
+/// Five-point Gauss quadrature: positions and weights in −1 … 1.
 const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
@@ -27,10 +25,10 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
-/// The most swings in an edge; more leave nothing that could be seen.
+/// Most periods in an edge; with more, the amplitude is negligible.
 const MOST_SWINGS: f64 = 1e4;
 
-/// Amplitude in mm with which something of `frequency_hz`, greater than 0, swings on after the move.
+/// Amplitude in mm of the vibration at `frequency_hz` (above 0) after the move.
 pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Diagnostic> {
     if !(1e-9..=GREATEST).contains(&frequency_hz) {
         return Err(wrong("motion.bad_frequency", frequency_hz));
@@ -47,8 +45,8 @@ pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Diagnost
     Ok((profile.speed_mm_per_s * edge * hold * pair).abs())
 }
 
-/// Transform of the power law's jerk over an edge, 1 at rest: (1 + α)·∫ uᵅ·cos(φ(1 − u)) du over 0 … 1, in u = x³ so that
-/// the power is smooth at 0.
+/// Transform of the power law's jerk over an edge, normalised to 1 at frequency 0: (1 + α)·∫ uᵅ·cos(φ(1 − u))
+/// du over 0 … 1. Substitutes u = x³, so that the power is smooth at 0.
 fn power_edge(order: f64, phi: f64) -> f64 {
     let panels = 32 + libm::ceil(phi) as u32;
     let half = 0.5 / f64::from(panels);

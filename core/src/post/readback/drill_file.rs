@@ -1,7 +1,4 @@
 //! Drill files as Annulus writes them: Excellon, metric, with points, X and Y on every hit, toolpaths routed.
-//!
-//! Comes in: text. Goes out: moves for the hand; what is drilled or routed goes through the board. Does not know other ways of
-//! writing numbers: the readers of designs do.
 
 use super::hand::{Hand, Tip};
 use super::titles::titled;
@@ -9,10 +6,9 @@ use super::words::{Word, bare, of};
 use crate::diagnostic::Diagnostic;
 use crate::post::excellon::THROUGH;
 
-/// How high over the board moves go, in mm.
+/// Height of moves over the board, in mm.
 const OVER_MM: f64 = 2.0;
 
-/// Reads the file.
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let (mut head, mut routing, mut down, mut code) = (true, false, false, 0);
     for (line_number, line) in (1..).zip(text.lines()) {

@@ -1,25 +1,26 @@
-//! G-code: G0 to G3, G17, G20 and G21 (G70, G71), G90 and G91, drilling cycles, tools, spindle. What would change places and is not
-//! followed is refused; what only tells the controller how to drive is passed over.
+//! G-code: G0 to G3, G17, G20 and G21 (G70, G71), G90 and G91, drilling cycles, tools, spindle. Words that
+//! could change positions and are not followed are refused; words that only affect driving are skipped.
 //!
-//! Comes in: text. Goes out: moves for the hand, in mm. Does not know which controller it was written for: where they differ (the
-//! centre of an arc) the file says which it is, or its arcs do.
+//! Controllers differ in the centre of an arc: the file states the mode, or its arcs show it.
 
 use super::cycles::Cycle;
 use super::hand::{Hand, Tip};
 use super::words::{self, Word};
 use crate::diagnostic::Diagnostic;
+use crate::gcode::{Interpreter, Judge, Refused, grbl};
 
-/// As high as a machine goes, in mm: where a move to its reference point ends.
+/// Assumed height of the machine's reference point, in mm.
 const TOP_MM: f64 = 100.0;
-/// Codes, in tenths, that change no place: waiting, the plane, offsets of tools, modes of driving.
+/// Codes, in tenths, that change no position: waiting, the plane, tool offsets, driving modes.
 const PASSED: &[u32] =
     &[40, 80, 90, 170, 400, 430, 490, 600, 601, 602, 610, 640, 641, 642, 670, 690, 940, 960, 970, 971];
-/// The zero that holds where none is named: G54.
+/// The default zero: G54.
 const FIRST_ZERO: u32 = 540;
+/// How far a half circle may miss its own middle by rounding, in mm.
+const ROUNDED_MM: f64 = 0.05;
 /// Axes whose places are followed.
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
-/// How moves go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motion {
     Rapid,
@@ -28,7 +29,7 @@ enum Motion {
     Drill,
 }
 
-/// What holds from line to line.
+/// Modal state.
 struct State {
     motion: Motion,
     /// Millimetres in one unit.
@@ -36,18 +37,27 @@ struct State {
     absolute: bool,
     centre_absolute: bool,
     cycle: Cycle,
-    /// A cycle comes back to the height before it (G98).
+    /// The cycle returns to the height before it (G98).
     back: bool,
     tool: Option<u32>,
-    /// The zero that places count from, G54 to G59 in tenths, once one is named or used.
+    /// The zero in use, G54 to G59 in tenths, once one is named or used.
     zero: Option<u32>,
-    /// X, Y, Z of which nobody knows where they are since the machine went to a place of its own.
+    /// Axes X, Y, Z with unknown position, because the machine moved to a position in machine coordinates.
     unknown: [bool; 3],
-    /// Some controllers change with the tool word alone: those that never say M6.
+    /// Some controllers change tools at the T word alone: those with files that never have M6.
     changes_with_t: bool,
+    /// The controller that the file is for.
+    of: Interpreter,
+    judge: Judge,
+    /// Known controllers that have accepted every line until now.
+    others: Vec<(Interpreter, Judge)>,
+    has_started: bool,
+    /// The program starts with a percent sign, and the next one ends it.
+    is_in_percents: bool,
+    has_ended: bool,
 }
 
-/// The words of a line by their letters, the last of each.
+/// The words of a line by letter, the last of each.
 struct Line<'w> {
     words: &'w [Word],
 }
@@ -84,8 +94,7 @@ impl Line<'_> {
     }
 }
 
-/// Reads the file.
-pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
+pub(super) fn read(hand: &mut Hand, text: &str, of: Interpreter) -> Result<(), Diagnostic> {
     let changes_with_t = !text.lines().any(|line| {
         let bare = words::bare(line);
         words::of(&bare).is_ok_and(|words| words.contains(&Word::Letter('M', 6.0)))
@@ -101,27 +110,129 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
         zero: None,
         unknown: [false; 3],
         changes_with_t,
+        of,
+        judge: Judge::new(of),
+        others: others(of),
+        has_started: false,
+        is_in_percents: false,
+        has_ended: false,
     };
-    for (number, line) in (1..).zip(text.lines()) {
+    if of != Interpreter::Any {
+        // Controllers start with a spindle speed of 0.
+        hand.speed(0.0);
+    }
+    for (number, line) in (1..).zip(lines(of, text)) {
         hand.at_line(number)?;
-        for comment in words::comments(line) {
-            hand.comment(&comment);
+        let block = Block::new(of, line);
+        block.comments.iter().for_each(|comment| hand.comment(comment));
+        if let Some(letter) = grbl::acts_at_once(line).filter(|_| of == Interpreter::Grbl) {
+            hand.warning("readback.acts_at_once", letter.escape_debug());
         }
-        let bare = words::bare(line);
-        let bare = bare.trim();
-        if bare.is_empty() || bare.starts_with('%') || is_name(bare) {
+        if state.is_past_end(hand, line)? {
+            break;
+        }
+        state.refuse_foreign(hand, line)?;
+        state.note_start(line);
+        if block.text.starts_with('%') || of == Interpreter::Any && is_name(&block.text) {
             continue;
         }
-        let words = words::of(bare).map_err(|column| {
-            let mut why = hand.refuse("readback.unknown_word", bare);
+        let words = words::of(&block.text).map_err(|column| {
+            let mut why = hand.refuse("readback.unknown_word", &block.text);
             why.place.iter_mut().for_each(|place| place.column = column as u32);
             why
         })?;
-        if state.line(hand, &Line { words: &words })? {
-            break;
-        }
+        state.accepts(hand, &block, &words)?;
+        let words: Vec<Word> = words.into_iter().map(|word| taken(of, word)).collect();
+        state.has_ended |= state.line(hand, &Line { words: &words })?;
+    }
+    if of == Interpreter::LinuxCnc && !state.has_ended {
+        return Err(hand.refuse("readback.no_end", ""));
     }
     Ok(())
+}
+
+/// The lines of a text, as the controller parts them.
+fn lines<'t>(of: Interpreter, text: &'t str) -> Box<dyn Iterator<Item = &'t str> + 't> {
+    match of {
+        Interpreter::Grbl => Box::new(grbl::lines(text)),
+        _ => Box::new(text.lines()),
+    }
+}
+
+/// The word with the number that the controller acts on.
+fn taken(of: Interpreter, word: Word) -> Word {
+    match word {
+        Word::Letter(letter, value) => Word::Letter(letter, grbl::taken(of, letter, value)),
+        named => named,
+    }
+}
+
+/// A line as its controller takes it.
+struct Block {
+    /// Without comments, and without spaces for a controller that is known.
+    text: String,
+    comments: Vec<String>,
+    /// The number that it starts with, if that isn't in the text.
+    number: Option<f64>,
+    /// Characters without spaces and comments.
+    length: usize,
+    whole: usize,
+}
+
+impl Block {
+    fn new(of: Interpreter, line: &str) -> Self {
+        let whole = line.chars().count();
+        if of == Interpreter::Grbl {
+            let bare = grbl::bare(line);
+            let comments = bare.brackets.into_iter().chain(bare.remark);
+            let comments = comments.map(|comment| comment.trim().to_owned()).collect();
+            let length = bare.text.chars().count();
+            return Self { text: bare.text, comments, number: None, length, whole };
+        }
+        let (bare, number) = (words::bare(line), words::line_number(line));
+        let spaceless = || bare.chars().filter(|c| !c.is_whitespace());
+        let length = spaceless().count() + number.map_or(0, |number| format!("N{number}").len());
+        // Controllers skip spaces everywhere, even in numbers.
+        let text = if of == Interpreter::Any { bare.trim().to_owned() } else { spaceless().collect() };
+        Self { text, comments: words::comments(line), number, length, whole }
+    }
+}
+
+/// Controllers whose refusals are reported beside: of a file whose controller nobody named.
+fn others(of: Interpreter) -> Vec<(Interpreter, Judge)> {
+    let known = Interpreter::KNOWN.into_iter().filter(|_| of == Interpreter::Any);
+    known.map(|one| (one, Judge::new(one))).collect()
+}
+
+/// Whether a controller accepts a line. Words with names are Sinumerik's, so known controllers refuse them.
+fn judged(of: Interpreter, judge: &mut Judge, block: &Block, words: &[Word]) -> Result<(), Refused> {
+    let named = words.iter().find_map(|word| match word {
+        Word::Named(name, _) | Word::Call(name, _) => Some(name),
+        Word::Letter(..) => None,
+    });
+    if let Some(name) = named.filter(|_| of != Interpreter::Any) {
+        return Err(Refused { code: "gcode.unknown_word", word: name.clone(), number: 2 });
+    }
+    let Some(letters) = lettered(block.number, words) else { return Ok(()) };
+    judge.line(&letters, if of == Interpreter::LinuxCnc { block.whole } else { block.length })?;
+    grbl::cut_short(of, &block.text).map_or(Ok(()), Err)
+}
+
+/// The words of a line by letters, for a judge; none if a cycle is called by its name.
+fn lettered(number: Option<f64>, words: &[Word]) -> Option<Vec<(char, f64)>> {
+    let number = number.map(|number| Some(('N', number)));
+    let letters = words.iter().map(|word| match word {
+        Word::Letter(letter, value) => Some((*letter, *value)),
+        Word::Named(name, value) if name == "CR" => Some(('R', *value)),
+        Word::Named(name, value) if name.len() == 1 => Some((name.chars().next()?, *value)),
+        Word::Named(..) | Word::Call(..) => None,
+    });
+    number.into_iter().chain(letters).collect()
+}
+
+/// Whether a line has more than comments.
+fn says(line: &str) -> bool {
+    !words::bare(line).is_empty() || words::line_number(line).is_some()
 }
 
 /// Whether a line only names the program: `O0001`.
@@ -130,7 +241,71 @@ fn is_name(bare: &str) -> bool {
 }
 
 impl State {
-    /// Follows one line; whether it is the last.
+    /// Whether the program ended before this line and the controller skips the rest. Refuses lines after the end that only some run.
+    fn is_past_end(&self, hand: &mut Hand, line: &str) -> Result<bool, Diagnostic> {
+        let text = line.trim();
+        if !self.has_ended || text.starts_with('%') || !says(line) {
+            return Ok(false);
+        }
+        if self.of == Interpreter::LinuxCnc {
+            hand.warning("readback.after_end", text);
+            return Ok(true);
+        }
+        Err(hand.refuse("readback.after_end", text))
+    }
+
+    /// Refuses characters that the controller doesn't know, and lines that it skips while a switch is on.
+    fn refuse_foreign(&self, hand: &mut Hand, line: &str) -> Result<(), Diagnostic> {
+        let text = line.trim();
+        let is_sign = text.starts_with('%');
+        let is_foreign = match self.of {
+            Interpreter::Grbl => is_sign,
+            Interpreter::LinuxCnc => {
+                is_sign && (text != "%" || self.has_started && !self.is_in_percents)
+                    || words::foreign_to_linuxcnc(line).is_some()
+            }
+            _ => false,
+        };
+        if is_foreign && !self.has_ended {
+            let word = words::foreign_to_linuxcnc(line).unwrap_or('%').escape_debug().to_string();
+            let why = Refused { code: "gcode.unknown_word", word, number: 1 };
+            return Err(hand.placed(why.diagnostic(self.of)));
+        }
+        match self.of {
+            Interpreter::Any if text.starts_with('/') => hand.warning("readback.optional_line", text),
+            Interpreter::LinuxCnc | Interpreter::GrblHal if text.starts_with('/') => {
+                return Err(hand.refuse("readback.optional_line", text));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Notes where the program starts, and its percent signs.
+    fn note_start(&mut self, line: &str) {
+        let is_sign = line.trim().starts_with('%');
+        if is_sign {
+            self.has_ended |= self.has_started;
+            self.is_in_percents |= !self.has_started;
+        }
+        self.has_started |= is_sign || says(line);
+    }
+
+    /// Refuses a line that the controller refuses, and notes what others would.
+    fn accepts(&mut self, hand: &mut Hand, block: &Block, words: &[Word]) -> Result<(), Diagnostic> {
+        judged(self.of, &mut self.judge, block, words).map_err(|why| hand.placed(why.diagnostic(self.of)))?;
+        self.others.retain_mut(|(of, judge)| match judged(*of, judge, block, words) {
+            Ok(()) => true,
+            Err(why) => {
+                let note = Diagnostic::note("gcode.others_refuse").with("word", why.word);
+                hand.other_refuses(note.with("controller", of.name()).with("number", why.number));
+                false
+            }
+        });
+        Ok(())
+    }
+
+    /// Executes one line; true if it is the last.
     fn line(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<bool, Diagnostic> {
         let strange = line.words.iter().find_map(|word| match word {
             Word::Named(name, _) if name.len() > 1 && name != "CR" => Some(name),
@@ -143,6 +318,9 @@ impl State {
         let mut starts_cycle = false;
         for code in line.codes('G') {
             let tenths = libm::round(code * 10.0) as u32;
+            if libm::fabs(code * 10.0 - f64::from(tenths)) > 1e-6 {
+                return Err(hand.refuse("readback.changes_place", format!("G{code}")));
+            }
             match tenths {
                 0 => self.motion = Motion::Rapid,
                 10 => self.motion = Motion::Line,
@@ -173,15 +351,20 @@ impl State {
             self.call(hand, name, numbers)?;
         } else if let Some(tenths) = reference {
             self.reference(hand, line, tenths == 530)?;
-        } else if !line.waits() {
+        } else if !self.waits_by_axis(line) {
             self.go(hand, line, starts_cycle)?;
-        } else if let Some(axis) = ['Y', 'Z'].into_iter().find(|axis| line.names(*axis)) {
+        } else if let Some(axis) = moves_too(line) {
             return Err(hand.refuse("readback.changes_place", axis));
         }
         Ok(line.codes('M').any(|code| matches!(code as u32, 2 | 30)))
     }
 
-    /// Places count from this zero: refused once they counted from another.
+    /// True if an axis word may be the dwell time: some controllers read G4 X5 as 5 s.
+    fn waits_by_axis(&self, line: &Line<'_>) -> bool {
+        self.of == Interpreter::Any && line.waits()
+    }
+
+    /// Sets the zero of positions; refused if another one was in use.
     fn zero_at(&mut self, hand: &Hand, tenths: u32) -> Result<(), Diagnostic> {
         if *self.zero.get_or_insert(tenths) == tenths {
             return Ok(());
@@ -190,7 +373,7 @@ impl State {
     }
 
     fn tools(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Diagnostic> {
-        if let Some(rpm) = line.letter('S').filter(|_| !line.waits()) {
+        if let Some(rpm) = line.letter('S').filter(|_| !self.waits_by_axis(line)) {
             hand.speed(rpm);
         }
         if let Some(tool) = line.letter('T') {
@@ -231,8 +414,8 @@ impl State {
         }
     }
 
-    /// To the machine's own reference point, by the place that is named, or in the machine's coordinates: up is all that is known
-    /// of that.
+    /// A move to the machine's reference point via the named position, or in machine coordinates: only the
+    /// upward direction is known.
     fn reference(&mut self, hand: &mut Hand, line: &Line<'_>, own_places: bool) -> Result<(), Diagnostic> {
         let mut goes = AXES.map(|axis| line.names(axis));
         if goes == [false; 3] {
@@ -254,27 +437,27 @@ impl State {
         if goes[2] {
             hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)?;
         }
-        // The reference point is up; a height in the machine's coordinates may be anywhere.
+        // The reference point is up; a height in machine coordinates may be anywhere.
         let [x, y, z] = self.unknown;
         self.unknown = [x || goes[0], y || goes[1], if goes[2] { own_places } else { z }];
         Ok(())
     }
 
-    /// Axes that are named where places count from zero are known again.
+    /// Axes named in absolute mode are known again.
     fn names_again(&mut self, line: &Line<'_>) {
         for (unknown, axis) in self.unknown.iter_mut().zip(AXES) {
             *unknown &= !(self.absolute && line.names(axis));
         }
     }
 
-    /// Refuses to cut where one of these axes is not known.
+    /// Refuses to cut if one of these axes is unknown.
     fn known(&self, hand: &Hand, needed: [bool; 3]) -> Result<(), Diagnostic> {
         let open =
             self.unknown.into_iter().zip(needed).zip(AXES).find(|((open, needed), _)| *open && *needed);
         open.map_or(Ok(()), |(_, axis)| Err(hand.refuse("readback.place_unknown", axis)))
     }
 
-    /// Where an axis goes.
+    /// Target of an axis.
     fn axis(&self, line: &Line<'_>, name: char, before: f64) -> f64 {
         match line.letter(name).map(|value| value * self.scale) {
             Some(value) if self.absolute => value,
@@ -283,7 +466,7 @@ impl State {
         }
     }
 
-    /// The place that a line names.
+    /// Target of a line.
     fn to(&self, hand: &Hand, line: &Line<'_>) -> Tip {
         Tip {
             x: self.axis(line, 'X', hand.tip.x),
@@ -322,13 +505,23 @@ impl State {
             Motion::Arc { ccw } => {
                 let radius = line.letter('R').or_else(|| line.named("CR")).map(|radius| radius * self.scale);
                 let centre = match radius {
-                    Some(radius) => by_radius(from, to, radius, ccw)
-                        .ok_or_else(|| hand.refuse("readback.no_arc", radius))?,
+                    Some(radius) => self
+                        .by_radius(from, to, radius, ccw)
+                        .ok_or_else(|| hand.refuse("readback.no_arc_of_radius", radius))?,
                     None => self.centre(line, from),
                 };
+                let to_centre = |tip: Tip| libm::hypot(tip.x - centre.0, tip.y - centre.1);
+                if !self.of.takes_radii(to_centre(from), to_centre(to)) {
+                    return Err(hand.refuse("readback.no_arc", format!("X {} Y {}", to.x, to.y)));
+                }
                 hand.arc_to(to, centre, ccw)
             }
         }
+    }
+
+    fn by_radius(&self, from: Tip, to: Tip, radius: f64, ccw: bool) -> Option<(f64, f64)> {
+        let takes = self.of.takes_radius([from.x, from.y], [to.x, to.y], radius);
+        takes.then(|| by_radius(from, to, radius, ccw)).flatten()
     }
 
     fn centre(&self, line: &Line<'_>, from: Tip) -> (f64, f64) {
@@ -346,7 +539,7 @@ impl State {
         }
         self.cycle.back = self.back;
         let own = |name: char| line.letter(name).map(|value| value * self.scale);
-        // Counted from here, R counts from the height before the cycle and Z from R.
+        // In relative mode R counts from the height before the cycle and Z from R.
         if let Some(reference) = own('R') {
             self.cycle.reference_mm =
                 if self.absolute { reference } else { self.cycle.before_mm + reference };
@@ -370,6 +563,13 @@ impl State {
     }
 }
 
+/// The axis that a dwell line would also move. X alone may be the dwell time.
+fn moves_too(line: &Line<'_>) -> Option<char> {
+    let moves =
+        line.codes('G').any(|code| code < 4.0) || ['P', 'F', 'S'].into_iter().any(|name| line.names(name));
+    ['Y', 'Z'].into_iter().chain(moves.then_some('X')).find(|axis| line.names(*axis))
+}
+
 /// The centre of an arc by its radius: below zero for more than half a circle.
 fn by_radius(from: Tip, to: Tip, radius: f64, ccw: bool) -> Option<(f64, f64)> {
     let (dx, dy) = (to.x - from.x, to.y - from.y);
@@ -378,8 +578,7 @@ fn by_radius(from: Tip, to: Tip, radius: f64, ccw: bool) -> Option<(f64, f64)> {
         return None;
     }
     let square = radius * radius - chord * chord / 4.0;
-    // A half circle may miss its own middle by what rounding leaves.
-    let height = if square < 0.0 && libm::sqrt(-square) < 0.05 { 0.0 } else { libm::sqrt(square) };
+    let height = if square < 0.0 && libm::sqrt(-square) < ROUNDED_MM { 0.0 } else { libm::sqrt(square) };
     if height.is_nan() {
         return None;
     }

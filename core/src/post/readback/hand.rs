@@ -1,13 +1,11 @@
-//! Moves of a tool's tip, put together as a program.
+//! Builds a program from moves of the tool's tip.
 //!
 //! ```text
-//!   tip over the board, XY moves      ─▶ Rapid: what was cut before it is a leg
-//!   tip goes down, up                 ─▶ Plunge, Retract
+//!   tip over the board, XY moves      ─▶ Rapid: the cut before it becomes a leg
+//!   tip moves down, up                ─▶ Plunge, Retract
 //!   XY moves, tip in the board        ─▶ Mill, MillArc
-//!   a leg in which a drill only goes down and up ─▶ a hole; any other ─▶ a way
+//!   a leg of a drill with only moves down and up ─▶ a hole; any other ─▶ a path
 //! ```
-//!
-//! Comes in: moves in mm, tools by number. Goes out: a [`Program`] in the coordinates of the file. Does not know any controller.
 
 use super::titles::{Named, named};
 use super::{MOST_DIAGNOSTICS, ReadBack};
@@ -17,14 +15,14 @@ use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where the tip is before the first move, over the board.
+/// Height of the tip before the first move, over the board.
 const START: Length = Length::from_um(10_000);
-/// Places beyond this, in mm, are no places of a board.
+/// Positions beyond this, in mm, can't be on a board.
 const FARTHEST_MM: f64 = 2_000.0;
-/// More commands than this, over all legs, are not read.
-const MOST_COMMANDS: usize = 1_000_000;
+/// Limit of commands, over all legs.
+const MOST_COMMANDS: usize = 4_000_000;
 
-/// A place and a height of the tip, in mm.
+/// Position and height of the tip, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tip {
     pub(super) x: f64,
@@ -38,28 +36,30 @@ impl Tip {
     }
 }
 
-/// A program being put together.
+/// A program under construction.
 pub(super) struct Hand {
     file: String,
     line: u32,
     pub(super) tip: Tip,
     known: BTreeMap<u32, Bit>,
-    /// Tools that the file names.
+    /// Tools named in the file.
     named: BTreeSet<u32>,
-    /// Tools in the order in which they go in, by their numbers.
+    /// Numbers of the tools in order of use.
     used: Vec<u32>,
     current: Option<u32>,
     commands: Vec<Command>,
     /// Commands of all legs.
     count: usize,
-    /// Whether the spindle was told to turn, and how fast: none where nobody said.
+    /// The spindle is on.
     turns: bool,
+    /// Speed of the spindle; `None` if not given.
     rpm: Option<f64>,
     legs: Vec<Leg>,
     cuts: bool,
     side: Option<String>,
     thickness: Option<Length>,
     diagnostics: Vec<Diagnostic>,
+    others: Vec<Diagnostic>,
 }
 
 impl Hand {
@@ -81,10 +81,11 @@ impl Hand {
             side: None,
             thickness: None,
             diagnostics: Vec::new(),
+            others: Vec::new(),
         }
     }
 
-    /// Another line is read: refused where there is too much already.
+    /// Starts another line; refused beyond the limit of commands.
     pub(super) fn at_line(&mut self, line: u32) -> Result<(), Diagnostic> {
         self.line = line;
         self.few_enough()
@@ -107,7 +108,18 @@ impl Hand {
         Diagnostic::error(code).with("found", found).at(&self.file, self.line, 0)
     }
 
-    /// Something that may have been meant otherwise.
+    /// A refusal, at the line being read.
+    pub(super) fn placed(&self, why: Diagnostic) -> Diagnostic {
+        why.at(&self.file, self.line, 0)
+    }
+
+    /// Another controller would refuse the current line.
+    pub(super) fn other_refuses(&mut self, why: Diagnostic) {
+        let why = self.placed(why);
+        self.others.push(why);
+    }
+
+    /// A warning about an ambiguity.
     pub(super) fn warning(&mut self, code: &str, found: impl ToString) {
         if self.diagnostics.len() < MOST_DIAGNOSTICS
             && !self.diagnostics.iter().any(|known| known.code == code)
@@ -117,11 +129,11 @@ impl Hand {
         }
     }
 
-    /// What a comment says of tools, of the side and of the board.
+    /// Reads a comment for tools, side and board.
     pub(super) fn comment(&mut self, text: &str) {
         if let Some(Named { number, bit, goes_in }) = named(text) {
             if let Some(bit) = bit {
-                // What a person says goes before what the file says.
+                // The user's tools take precedence over the file.
                 self.known.entry(number).or_insert(bit);
                 self.named.insert(number);
             }
@@ -136,7 +148,7 @@ impl Hand {
         self.thickness = self.thickness.or_else(|| thickness(text));
     }
 
-    /// Another tool goes in.
+    /// Loads another tool.
     pub(super) fn take(&mut self, number: u32) {
         if self.current == Some(number) {
             return;
@@ -152,20 +164,20 @@ impl Hand {
         self.legs.push(Leg { mark: Mark::ToolChange(index), commands });
     }
 
-    /// The spindle turns so fast; 0 stands.
+    /// Sets the spindle speed; 0 is off.
     pub(super) fn spindle(&mut self, rpm: f64) {
         self.push(Command::Spindle { rpm: rpm.clamp(0.0, 1e6) as u32 });
     }
 
-    /// The spindle begins to turn, as fast as was said or will be, or stands.
+    /// Switches the spindle on, at the last or next speed, or off.
     pub(super) fn turn(&mut self, on: bool) {
         self.turns = on;
-        // Turning at a speed that nobody said is turning.
+        // On without a known speed still counts as on.
         let rpm = self.rpm.map_or(1.0, |rpm| if rpm > 0.0 { rpm.max(1.0) } else { 0.0 });
         self.spindle(if on { rpm } else { 0.0 });
     }
 
-    /// How fast the spindle turns, or will once it is told to.
+    /// Sets the speed of the spindle, now or for the next start.
     pub(super) fn speed(&mut self, rpm: f64) {
         self.rpm = Some(rpm);
         if self.turns {
@@ -173,7 +185,7 @@ impl Hand {
         }
     }
 
-    /// A size that the head says a tool has.
+    /// A tool size from the header.
     pub(super) fn know(&mut self, number: u32, bit: Bit) {
         self.known.entry(number).or_insert(bit);
     }
@@ -187,7 +199,7 @@ impl Hand {
         }
     }
 
-    /// Straight to a place.
+    /// Moves straight to a position.
     pub(super) fn line_to(&mut self, to: Tip, fast: bool) -> Result<(), Diagnostic> {
         self.checked(to)?;
         let from = std::mem::replace(&mut self.tip, to);
@@ -221,7 +233,7 @@ impl Hand {
         Ok(())
     }
 
-    /// Along an arc, or a helix; where it ends where it begins, once round.
+    /// Moves along an arc or a helix; equal ends are a full turn.
     pub(super) fn arc_to(&mut self, to: Tip, (x, y): (f64, f64), ccw: bool) -> Result<(), Diagnostic> {
         self.checked(to)?;
         self.checked(Tip { x, y, z: 0.0 })?;
@@ -241,7 +253,7 @@ impl Hand {
         Ok(())
     }
 
-    /// Through a third place to the end.
+    /// Moves along an arc through a point to the end.
     pub(super) fn arc_through(&mut self, middle: Tip, to: Tip) -> Result<(), Diagnostic> {
         let from = self.tip;
         let (ax, ay, bx, by) = (middle.x - from.x, middle.y - from.y, to.x - from.x, to.y - from.y);
@@ -255,7 +267,8 @@ impl Hand {
         self.arc_to(to, centre, turn > 0.0)
     }
 
-    /// Something is cut from here on: with the only tool that the file names, or that there is, where none was asked for.
+    /// A cut starts. Without a requested tool it uses the only tool that the file names, or the only known
+    /// one.
     fn begin(&mut self) {
         if self.current.is_some() {
             return;
@@ -269,23 +282,24 @@ impl Hand {
         }
     }
 
-    /// A hole by itself begins, though it may be where the last one was.
+    /// Starts a separate hole, perhaps at the position of the last one.
     pub(super) fn another(&mut self) {
         self.flush();
     }
 
-    /// What was done since the last move over the board becomes a leg.
+    /// Ends a leg with the commands since the last move over the board.
     fn flush(&mut self) {
-        let commands = std::mem::take(&mut self.commands);
+        let mut commands = std::mem::take(&mut self.commands);
         if commands.is_empty() {
             return;
         }
+        commands.shrink_to_fit();
         // Which of these are holes is known with the tools.
         let mark = if std::mem::take(&mut self.cuts) { Mark::Toolpath(0) } else { Mark::Prepare };
         self.legs.push(Leg { mark, commands });
     }
 
-    /// The program. Refused where a tool is used of which nobody says what it is.
+    /// The program. Refused if an unknown tool is used.
     pub(super) fn finish(mut self, of_files: bool) -> Result<ReadBack, Diagnostic> {
         self.flush();
         let mut bits = Vec::new();
@@ -314,18 +328,21 @@ impl Hand {
             accepted: Vec::new(),
         };
         let (side, thickness) = (self.side, self.thickness);
-        Ok(ReadBack { program, side, thickness, of_files, diagnostics: self.diagnostics })
+        // A header with the board's thickness is from Annulus: the file is for the intended controller.
+        let others = if thickness.is_some() { Vec::new() } else { self.others };
+        Ok(ReadBack { program, side, thickness, of_files, diagnostics: self.diagnostics, others })
     }
 }
 
-/// How thick the board is, as a head says it: `board: 1.6 mm thick`.
+/// The board's thickness from a header: `board: 1.6 mm thick`.
 fn thickness(text: &str) -> Option<Length> {
     let lower = text.trim().to_ascii_lowercase();
     let mm: f64 = lower.strip_prefix("board:")?.trim().strip_suffix("mm thick")?.trim().parse().ok()?;
     (0.1..=20.0).contains(&mm).then(|| Length::from_mm(mm))
 }
 
-/// Numbers what is cut: strokes of drills are holes, everything else is a toolpath, what a mill or a V-bit makes by going down and up too.
+/// Numbers the cuts: drill cycles of drills are holes. Everything else is a toolpath, even if a mill or a
+/// V-bit only moves down and up.
 fn number(legs: &mut [Leg], bits: &[Bit]) {
     let (mut holes, mut toolpaths, mut drills) = (0, 0, false);
     for leg in legs {
@@ -346,7 +363,7 @@ fn number(legs: &mut [Leg], bits: &[Bit]) {
     }
 }
 
-/// Whether commands only go down and up at one place.
+/// True if commands only move down and up at one position.
 fn is_stroke(commands: &[Command]) -> bool {
     !commands.iter().any(|command| matches!(command, Command::Mill { .. } | Command::MillArc { .. }))
 }

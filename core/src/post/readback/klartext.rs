@@ -1,20 +1,17 @@
 //! Heidenhain Klartext: L, CC, C, CP, TOOL CALL.
-//!
-//! Comes in: text. Goes out: moves for the hand. Does not know cycles: what it does not follow is refused.
 
 use super::hand::{Hand, Tip};
 use super::words::number;
 use crate::diagnostic::Diagnostic;
 
-/// As high as a machine goes, in mm: where a move to a height of its own ends.
+/// Assumed height of the machine's own positions, in mm.
 const TOP_MM: f64 = 100.0;
-/// Words that set the spindle going, let it stand, and that change no place.
+/// Words that switch the spindle on, off, and words that change no position.
 const TURN: &[&str] = &["M3", "M03", "M4", "M04", "M13", "M14"];
 const STAND: &[&str] = &["M5", "M05"];
 const PASSED: &[&str] =
     &["M0", "M00", "M1", "M01", "M2", "M02", "M30", "M7", "M07", "M8", "M08", "M9", "M09"];
 
-/// Reads the file.
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let (mut scale, mut centre) = (1.0, (0.0, 0.0));
     let mut unknown = false;
@@ -82,7 +79,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// Up to a place of the machine: only its top is known to be over the board.
+/// Up to a machine position: only the machine's top is certainly over the board.
 fn up(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
     only(hand, words, &["Z", "F"], &["FMAX", "FAUTO"])?;
     if axis(words, "Z").is_none_or(|height| height < 0.0) {
@@ -91,12 +88,13 @@ fn up(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
     hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)
 }
 
-/// Refuses to cut where the height is `unknown`: it was one of the machine's own.
+/// Refuses to cut if the height is `unknown`: the last move was in machine coordinates.
 fn known(hand: &Hand, unknown: bool) -> Result<(), Diagnostic> {
     if unknown { Err(hand.refuse("readback.place_unknown", 'Z')) } else { Ok(()) }
 }
 
-/// Takes a tool by its number, and the speed: a change of its length or radius is refused, and a name, which says nothing.
+/// Loads a tool by number, and sets the speed. Refuses changes of length or radius, and tool names, because
+/// they give no size.
 fn tool(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
     let (number, words) = match words {
         [first, rest @ ..] => first.parse().map_or((None, words), |number| (Some(number), rest)),
@@ -115,7 +113,8 @@ fn tool(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// Refuses a block that says more than numbers by these names, these words, and what changes no place.
+/// Refuses a block with other words than numbers by these names, these words, and words that change no
+/// position.
 fn only(hand: &Hand, words: &[&str], names: &[&str], also: &[&str]) -> Result<(), Diagnostic> {
     let followed = |word: &str| {
         let known = also.contains(&word) || word == "R0";
@@ -128,14 +127,14 @@ fn only(hand: &Hand, words: &[&str], names: &[&str], also: &[&str]) -> Result<()
     Err(hand.refuse(if is_place { "readback.changes_place" } else { "readback.unknown_word" }, word))
 }
 
-/// The spindle as the words of a block say: it turns before the move, and stands behind it.
+/// Applies the spindle words of a block: on before the move, off after it.
 fn spindle(hand: &mut Hand, words: &[&str], before: bool) {
     if words.iter().any(|word| (if before { TURN } else { STAND }).contains(word)) {
         hand.turn(before);
     }
 }
 
-/// Along an arc, whose sense must be said.
+/// Moves along an arc; the direction must be given.
 fn arc(hand: &mut Hand, words: &[&str], to: Tip, centre: (f64, f64)) -> Result<(), Diagnostic> {
     if words.contains(&"DR+") == words.contains(&"DR-") {
         return Err(hand.refuse("readback.unknown_word", "C"));
@@ -146,7 +145,7 @@ fn arc(hand: &mut Hand, words: &[&str], to: Tip, centre: (f64, f64)) -> Result<(
     Ok(())
 }
 
-/// The number behind the name of an axis, and nothing behind it.
+/// The number after the name of an axis, with nothing after it.
 fn axis(words: &[&str], name: &str) -> Option<f64> {
     let value = words.iter().find_map(|word| {
         word.strip_prefix(name).filter(|rest| {
@@ -156,7 +155,7 @@ fn axis(words: &[&str], name: &str) -> Option<f64> {
     number(value).filter(|(_, rest)| rest.is_empty()).map(|(number, _)| number)
 }
 
-/// Where a move ends: axes that are not named stay; with an I in front they count from here.
+/// Target of a move: axes that are not named stay; a leading I makes them relative.
 fn place(from: Tip, words: &[&str], scale: f64) -> Tip {
     let own = |name: &str, incremental: &str, before: f64| match (axis(words, name), axis(words, incremental))
     {
@@ -169,7 +168,7 @@ fn place(from: Tip, words: &[&str], scale: f64) -> Tip {
 
 fn turned(from: Tip, (x, y): (f64, f64), turn: f64) -> Tip {
     let (dx, dy) = (from.x - x, from.y - y);
-    // Whole turns end where they begin.
+    // Full turns end at their start.
     let rest = libm::fmod(turn, std::f64::consts::TAU);
     if libm::fabs(rest) < 1e-6 {
         return from;

@@ -1,14 +1,12 @@
-//! Written files read back: what a controller will do, as a program again (N8). Dialects that ship, and G-code of others.
+//! Reads files back: the motion of the controller as a program. Supports the shipped dialects and foreign
+//! G-code.
 //!
 //! ```text
-//!   G-code (GRBL, LinuxCNC, Mach3, Marlin, Fanuc, Sinumerik, others) ─ gcode ─────┐
-//!   Heidenhain Klartext ───────────────────────────────────────────── klartext ──┼─ hand ─▶ Program, work coordinates
-//!   KUKA KRL, ABB RAPID, Fanuc TP ─────────────────────────────────── robots ────┤
-//!   Excellon ──────────────────────────────────────────────────────── drill_file ┘
+//!   G-code (GRBL, LinuxCNC, Mach3, Marlin, Fanuc, Sinumerik, others) ─ gcode ────┐
+//!   Heidenhain Klartext ──────────────────────────────────────────── klartext ───┼─ hand ─▶ Program
+//!   KUKA KRL, ABB RAPID, Fanuc TP ────────────────────────────────── robots ─────┤
+//!   Excellon ─────────────────────────────────────────────────────── drill_file ─┘
 //! ```
-//!
-//! Comes in: the text of a file, and the tools a person says it uses. Goes out: a [`ReadBack`], or what cannot be followed, with its
-//! line. Does not know templates nor boards: it reads what stands in the file, not what was meant.
 
 mod cycles;
 mod drill_file;
@@ -22,27 +20,31 @@ mod words;
 pub use titles::titled;
 
 use crate::diagnostic::Diagnostic;
+use crate::gcode::Interpreter;
 use crate::job::{Bit, Program};
 use crate::units::Length;
 use hand::Hand;
 use std::collections::BTreeMap;
 
-/// At most so many diagnostics are kept.
+/// Limit of diagnostics.
 const MOST_DIAGNOSTICS: usize = 50;
 
 /// A file read back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadBack {
-    /// What it does, in its own coordinates: its zero is the program's.
+    /// Its program, in the file's coordinates: its zero is the program's.
     pub program: Program,
-    /// The side that its head says it is for: `top` or `bottom`.
+    /// Side from its header: `top` or `bottom`.
     pub side: Option<String>,
-    /// How thick its head says the board is.
+    /// Thickness of the board from its header.
     pub thickness: Option<Length>,
     /// Its coordinates are those of the design files: a drill file.
     pub of_files: bool,
-    /// What was read otherwise than it may have been meant.
+    /// Warnings about ambiguities.
     pub diagnostics: Vec<Diagnostic>,
+    /// The first line that each known controller would refuse. Empty for files from Annulus and files read
+    /// for one controller.
+    pub others: Vec<Diagnostic>,
 }
 
 impl ReadBack {
@@ -50,7 +52,7 @@ impl ReadBack {
     pub const LARGEST: usize = 64 << 20;
 }
 
-/// What kind of words a file is written in.
+/// Format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Gcode,
@@ -61,8 +63,18 @@ enum Kind {
     Drill,
 }
 
-/// Reads `text`; `file` names it in diagnostics, `tools` are those that a person says have these numbers.
+/// Reads `text`; `file` names it in diagnostics, `tools` are the user's tools by number.
 pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<ReadBack, Diagnostic> {
+    read_back_for(file, text, tools, Interpreter::Any)
+}
+
+/// As [`read_back`], for one controller: a line of G-code that it refuses is refused here.
+pub fn read_back_for(
+    file: &str,
+    text: &str,
+    tools: &BTreeMap<u32, Bit>,
+    of: Interpreter,
+) -> Result<ReadBack, Diagnostic> {
     if text.len() > ReadBack::LARGEST {
         return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
     }
@@ -71,7 +83,7 @@ pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<R
     };
     let mut hand = Hand::new(file, tools);
     match kind {
-        Kind::Gcode => gcode::read(&mut hand, text)?,
+        Kind::Gcode => gcode::read(&mut hand, text, of)?,
         Kind::Klartext => klartext::read(&mut hand, text)?,
         Kind::Krl => robots::krl(&mut hand, text)?,
         Kind::Rapid => robots::rapid(&mut hand, text)?,
@@ -81,7 +93,7 @@ pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<R
     hand.finish(kind == Kind::Drill)
 }
 
-/// What a text is written in; none for what is no program at all.
+/// Format of a text; `None` if it is no program.
 fn kind(text: &str) -> Option<Kind> {
     let head: Vec<&str> = text.lines().take(400).map(str::trim).filter(|line| !line.is_empty()).collect();
     let begins = |word: &str| {

@@ -1,13 +1,11 @@
-//! Robots: KUKA KRL, ABB RAPID, Fanuc TP, as the dialects that ship write them.
-//!
-//! Comes in: text. Goes out: moves for the hand. Does not know frames or orientations: the bit points into the board.
+//! Robots: KUKA KRL, ABB RAPID, Fanuc TP, as in the shipped dialects.
 
 use super::hand::{Hand, Tip};
 use super::words::number;
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
-/// Begins of KRL statements that change no place.
+/// Starts of KRL statements that change no position.
 const KRL_PASSED: &[&str] = &[
     "&",
     "DEF ",
@@ -22,7 +20,7 @@ const KRL_PASSED: &[&str] = &[
     "HALT",
     "WAIT SEC ",
 ];
-/// Begins of RAPID statements that change no place.
+/// Starts of RAPID statements that change no position.
 const RAPID_PASSED: &[&str] = &[
     "PROC main",
     "VAR ",
@@ -40,12 +38,12 @@ const RAPID_PASSED: &[&str] = &[
     "TPErase",
 ];
 
-/// What must stay as it was first said: frames and tools, by their names.
+/// Frames and tools by name: their values must not change.
 #[derive(Default)]
 struct Stays(BTreeMap<String, String>);
 
 impl Stays {
-    /// Refuses a name that gets another value than before.
+    /// Refuses a name with a value different from before.
     fn same(&mut self, hand: &Hand, name: &str, value: &str) -> Result<(), Diagnostic> {
         let (name, value) = (name.trim().to_owned(), value.trim().to_owned());
         if *self.0.entry(name).or_insert_with(|| value.clone()) == value {
@@ -94,8 +92,8 @@ fn called(code: &str, name: &str) -> Option<f64> {
     number(code.strip_prefix(name)?).map(|(number, _)| number)
 }
 
-/// The places of a move: `LIN {X 1.0, Y 2.0, Z 3.0, …}`. None for a frame that lacks an axis; no places at all where anything else
-/// stands beside the frames, which may round corners or go on along the arc.
+/// Positions of a move: `LIN {X 1.0, Y 2.0, Z 3.0, …}`. `None` for a frame without an axis. Empty if there
+/// are words after a frame, because they may round corners or continue along the arc.
 fn frames(code: &str) -> Vec<Option<Tip>> {
     let mut places = Vec::new();
     for frame in code.split('{').skip(1) {
@@ -163,7 +161,7 @@ fn targets(code: &str) -> impl Iterator<Item = Tip> {
     })
 }
 
-/// Reads a TP program as text: its lines, and its points behind them.
+/// Reads a TP program as text: its lines, and the points after them.
 pub(super) fn tp(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let points = points(text);
     let mut stays = Stays::default();
@@ -197,7 +195,7 @@ pub(super) fn tp(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// A line of a TP program that is no move.
+/// A line of a TP program without a move.
 fn beside(hand: &mut Hand, stays: &mut Stays, code: &str) -> Result<(), Diagnostic> {
     if let Some(comment) = code.strip_prefix('!') {
         hand.comment(comment.trim());
@@ -220,7 +218,7 @@ fn beside(hand: &mut Hand, stays: &mut Stays, code: &str) -> Result<(), Diagnost
     Ok(())
 }
 
-/// The points behind /POS by their numbers.
+/// The points after /POS by number.
 fn points(text: &str) -> BTreeMap<u32, Tip> {
     let mut points = BTreeMap::new();
     for entry in text.split("\nP[").skip(1) {

@@ -1,6 +1,7 @@
-//! What was written is read back: every dialect that ships, and G-code of others, against the program it came from.
+//! Reads written files back and compares them with their program: every shipped dialect, and foreign G-code.
 
 use super::*;
+use crate::gcode::Interpreter;
 use crate::geometry::Point;
 use crate::job::{Command, Cutter, Leg, Mark};
 use crate::post;
@@ -15,10 +16,10 @@ fn read(text: &str, rows: &[(u32, &str)]) -> ReadBack {
         .unwrap_or_else(|why| panic!("{}: {:?}", why.message("en"), why.place))
 }
 
-/// A place in µm.
+/// A position in µm.
 type Place = (i64, i64, i64);
 
-/// Where and how deep holes are, and the corners of ways, in µm.
+/// Position and depth of holes, and corners of paths, in µm.
 fn done(program: &Program) -> Vec<(u32, &'static str, Vec<Place>)> {
     let um = |length: Length| libm::round(length.mm() * 1e3) as i64;
     let (mut bit, mut at, mut out) = (0, Point::default(), Vec::new());
@@ -105,7 +106,7 @@ fn program() -> Program {
     }
 }
 
-/// Which bit cuts which leg where to, and how far: arcs may have become lines.
+/// Tool, end point and length of each leg: arcs may have become lines.
 fn ends(program: &Program) -> Vec<((u32, &'static str, Place), f64)> {
     let milled = crate::job::milled_mm(program);
     let legs = program.legs.iter().zip(milled);
@@ -116,7 +117,7 @@ fn ends(program: &Program) -> Vec<((u32, &'static str, Place), f64)> {
 }
 
 #[test]
-fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
+fn every_shipped_dialect_reads_back_as_its_program() {
     let program = program();
     let known = tools(&[(1, "V-bit 30°, tip 0.1"), (2, "drill 0.8"), (3, "end mill 1")]);
     for (name, _) in post::shipped() {
@@ -141,7 +142,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
 }
 
 #[test]
-fn drill_files_read_back_where_holes_are() {
+fn drill_files_read_back_their_holes() {
     let mut program = program();
     program.legs.retain(|leg| !matches!(leg.mark, Mark::Toolpath(_) | Mark::ToolChange(0 | 2)));
     let files = post::write("excellon", &program, &post::Manner::default()).unwrap().unwrap();
@@ -159,7 +160,8 @@ fn g_code_of_others_is_followed() {
     let drill = [(1, "drill 1.0")];
     type Row<'r> = (&'r str, &'r [(u32, &'r str)], &'r [(&'r str, &'r [(i64, i64, i64)])]);
     let rows: [Row<'_>; 8] = [
-        // Inches, relative, numbers without leading zeros, words run together, block numbers, skipped blocks.
+        // Inches, relative, numbers without leading zeros, words without spaces, block numbers, skipped
+        // blocks.
         (
             "%\nN10G20G91\nN20M3S9000\nG0X.1Y.1\nG1Z-.4F9\n/N30X.1\nZ.4\nM2\n",
             &vee,
@@ -176,9 +178,9 @@ fn g_code_of_others_is_followed() {
             &vee,
             &[("way", &[(1_000, 0, -1_000), (1_000, 0, -1_000)])],
         ),
-        // What a mill makes by going down is no stroke of a drill.
+        // A mill that only moves down and up makes no hole.
         ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG0 Z1", &vee, &[("way", &[(1_000, 0, -1_000)])]),
-        // Cycles hold, G80 ends them, G99 stays low, L0 only takes the numbers, relative ones repeat.
+        // Cycles are modal, G80 ends them, G99 stays low, L0 only stores the numbers, relative ones repeat.
         (
             "G21 G90 M3 S1\nG0 Z5\nG99 G81 X1 Y1 Z-2 R1 F50\nX2\nG98 Y3\nG80\nG0 X9 Y9\n",
             &drill,
@@ -193,13 +195,13 @@ fn g_code_of_others_is_followed() {
             &drill,
             &[("hole", &[(1_000, 0, -2_000)]), ("hole", &[(2_000, 0, -2_000)])],
         ),
-        // Centres that do not count from the start, and a way home through the machine's own coordinates.
+        // Absolute centres, and a return home in machine coordinates.
         (
             "G90 G90.1 M3 S1\nG0 X10 Y10\nG1 Z-1\nG3 X12 Y12 I10 J12\nG91 G28 Z0\nG90 G0 X0 Y0\n",
             &vee,
             &[("way", &[(10_000, 10_000, -1_000), (12_000, 12_000, -1_000)])],
         ),
-        // A move down in G0 is told, and followed.
+        // A move down in G0 is reported, and followed.
         ("M3 S1\nG0 X1 Y1 Z-1\nG0 Z5", &drill, &[("way", &[(1_000, 1_000, -1_000)])]),
     ];
     for (text, known, wanted) in rows {
@@ -213,7 +215,7 @@ fn g_code_of_others_is_followed() {
 }
 
 #[test]
-fn what_would_go_elsewhere_is_refused_with_its_line() {
+fn lines_that_change_positions_are_refused() {
     let rows = [
         ("G21\nG0 X0 Y0\nG41 D1\nG1 X5\n", "readback.changes_place", 3),
         ("G21\nG0 X0 Y0\nG18\n", "readback.changes_place", 3),
@@ -223,10 +225,10 @@ fn what_would_go_elsewhere_is_refused_with_its_line() {
         ("G0 X0 Y0\nG1 Z-1\nG2 X5 Y0 I1 J0\n", "readback.no_arc", 3),
         ("G0 X0 Y0\nM98 P100\n", "readback.changes_place", 2),
         ("G0 X9000 Y0\nG0 X0\n", "readback.out_of_reach", 1),
-        // Places and zeros that a word gives another meaning.
+        // Words that change the meaning of positions and zeros.
         ("G0 X0 Y0\nG10 L2 P1 X5\nG1 X1\n", "readback.changes_place", 2),
         ("G0 X0 Y0\nG10 P1 X5\nG1 X1\n", "readback.changes_place", 2),
-        ("G0 X0 Y0\nG1 X5 L3\n", "readback.changes_place", 2),
+        ("G0 X0 Y0\nG1 X5 L3\n", "gcode.unused_word", 2),
         ("G0 X0 Y0\nG5 X5 Y5 I1 J1 P1 Q1\n", "readback.changes_place", 2),
         ("G0 X0 Y0\nG6 X5\n", "readback.changes_place", 2),
         ("G54\nG0 X0 Y0\nG55\nG0 X1\n", "readback.changes_place", 3),
@@ -234,9 +236,9 @@ fn what_would_go_elsewhere_is_refused_with_its_line() {
         ("G0 X0 Y0\nG56\nG0 X1\n", "readback.changes_place", 2),
         ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG2 I-1 J0 P2\n", "readback.changes_place", 4),
         ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG3 I-1 J0 TURN=2\n", "readback.unknown_word", 4),
-        ("G0 X0 Y0\nG1 Z-1\nG4 P1 Y5\n", "readback.changes_place", 3),
+        ("G0 X0 Y0\nG1 Z-1\nG4 P1 Y5\n", "gcode.unused_word", 3),
         ("G0 X0 Y0 Z5\nG0 X1 Y0\nCYCLE81(2,0,0.5,R1,3)\n", "readback.unknown_word", 3),
-        // Nobody knows where the reference point lies over the board.
+        // The position of the reference point over the board is unknown.
         ("G0 X0 Y0 Z5\nG28 X0 Y0\nG0 X1\nG1 Z-1\n", "readback.place_unknown", 4),
         ("G0 X0 Y0 Z5\nG28\nG0 Y1\nG1 Z-1\n", "readback.place_unknown", 4),
         ("G0 X0 Y0 Z5\nG91 G30 X0\nX1 Y1\nG1 Z-16\n", "readback.place_unknown", 4),
@@ -244,6 +246,17 @@ fn what_would_go_elsewhere_is_refused_with_its_line() {
         ("G0 X0 Y0 Z5\nG53 G0 Z-50\nG1 X5\n", "readback.place_unknown", 3),
         ("G0 X0 Y0 Z5\nG53 G0 X0\nCYCLE81(2,0,1,-2)\n", "readback.place_unknown", 3),
         ("G0 X0 Y0\nG1 Z-1\nG28 X0 Y0\n", "readback.changes_place", 3),
+        // Lines that no controller accepts.
+        ("G0 X0 Y0 Z1\nG0 X3.5 Y-4 I0.5 J0\n", "gcode.unused_word", 2),
+        ("G0 X0 Y0 Z1\nG1 Z-1 F9\nG0 G1 X1\n", "gcode.axes_twice", 3),
+        ("G0 X0 Y0 Z1\nM3 M5\n", "gcode.same_group", 2),
+        ("G0 X0 Y0 Z1\nG90 G91 X5\n", "gcode.same_group", 2),
+        ("G0 X0 Y0 Z1\nG1 X1 X2\n", "gcode.repeated_word", 2),
+        ("G0 X0 Y0 Z1\nG1 Z-1\nG2 X5 Y5\n", "gcode.no_centre", 3),
+        ("G0 X0 Y0 Z1\nG1 X5 E3\n", "gcode.unused_word", 2),
+        ("G0 X0 Y0 Z1\nG80\nX5\n", "gcode.axes_without_motion", 3),
+        ("G0 X0 Y0 Z1\nG1.04 X5\n", "readback.changes_place", 2),
+        ("G0 X0 Y0 Z1\nM3.4\nG1 X5\n", "gcode.not_whole", 2),
         // More than any board needs.
         ("G0 X0 Y0\nG91 G81 X0.001 Z-2 R1 L4000000\n", "readback.too_many", 2),
     ];
@@ -263,7 +276,7 @@ fn what_would_go_elsewhere_is_refused_with_its_line() {
 }
 
 #[test]
-fn heads_and_messages_name_tools() {
+fn headers_and_messages_name_tools() {
     let text =
         "(job: board)\n(side: bottom)\n(tool 2: end mill 0.8)\nM3 S9000\nG0 X1 Y1\nG1 Z-1\nX5\nG0 Z5\n";
     let back = read(text, &[]);
@@ -279,12 +292,12 @@ fn heads_and_messages_name_tools() {
         done(&back.program).iter().map(|row| (row.0, row.1)).collect::<Vec<_>>(),
         [(0, "way"), (1, "hole")]
     );
-    // What a person says goes before what the file says.
+    // The user's tools take precedence over the file.
     let back = read(text, &[(2, "drill 0.9")]);
     assert_eq!(back.program.bits[1].diameter, Length::from_um(900));
 }
 
-/// Whether the spindle turns at every move down into the board.
+/// Whether the spindle is on at each plunge into the board.
 fn turning(program: &Program) -> Vec<bool> {
     let (mut turns, mut out) = (false, Vec::new());
     for command in program.legs.iter().flat_map(|leg| &leg.commands) {
@@ -298,7 +311,7 @@ fn turning(program: &Program) -> Vec<bool> {
 }
 
 #[test]
-fn the_spindle_turns_from_its_own_word_on_and_not_from_its_speed() {
+fn spindle_turns_after_its_command_and_not_its_speed() {
     let g_code = [
         ("G0 X0 Y0\nG1 Z-1 S9000\nX5 S9000\nG0 Z5\nG1 Z-1\n", [false, false]),
         ("M3\nS9000\nG0 X0 Y0\nG1 Z-1\nG0 Z5\nM5\nG1 Z-1\n", [true, false]),
@@ -331,9 +344,10 @@ fn refused(rows: &[(String, &str)]) {
     }
 }
 
-/// At the top of the machine nobody knows how high that is: X and Y may go rapidly there, and nothing is cut before Z is said.
+/// The height of the machine's top is unknown: X and Y may move rapidly there, but no cut is allowed before Z
+/// is given.
 #[test]
-fn klartext_and_siemens_go_to_the_top_of_the_machine() {
+fn klartext_and_siemens_retract_to_the_machine_top() {
     let rows = [
         (
             "BEGIN PGM T MM\nTOOL CALL 1 Z S9000\nL Z+0 R0 FMAX M91\nL X+1 Y+2 R0 FMAX\nL Z+5 R0 FMAX\nL Z-1 R0 F100\nL Z+5 R0 FMAX\n",
@@ -357,7 +371,7 @@ fn klartext_and_siemens_go_to_the_top_of_the_machine() {
 }
 
 #[test]
-fn klartext_refuses_what_it_does_not_follow() {
+fn klartext_refuses_unsupported_lines() {
     let klartext = [
         ("L X+1 RL F100", "readback.changes_place"),
         ("L X+1 RR F100", "readback.changes_place"),
@@ -381,7 +395,7 @@ fn klartext_refuses_what_it_does_not_follow() {
 }
 
 #[test]
-fn robots_refuse_what_they_do_not_follow() {
+fn robots_refuse_unsupported_lines() {
     let krl = [
         "LIN P1",
         "LIN {X 1, Y 2}",
@@ -439,15 +453,42 @@ fn robots_refuse_what_they_do_not_follow() {
 }
 
 #[test]
-fn known_places_stay_known_behind_a_reference_point() {
+fn controller_dialects_refuse_their_unsupported_lines() {
+    let tools = tools(&[(1, "end mill 1"), (2, "end mill 1")]);
+    let head = "T1\nG21 G90\nM3 S1000\nG0 X0 Y0 Z1\nG1 Z-1 F60\n";
+    let rows = [
+        ("G64 P0.01\n", [20, 20, 0]),
+        ("G2 I1\n", [26, 26, 0]),
+        ("G81 X1 Z-1 R1\n", [20, 0, 0]),
+        ("G90.1\n", [20, 20, 0]),
+        ("M6 T2\n", [20, 0, 0]),
+        ("G1 X1 Y1\n", [0, 0, 0]),
+    ];
+    for (line, wanted) in rows {
+        for (of, wanted) in Interpreter::KNOWN.into_iter().zip(wanted) {
+            let text = format!("{head}{line}G0 Z1\nM2\n");
+            let why = read_back_for("t.nc", &text, &tools, of).err();
+            let number =
+                why.as_ref().and_then(|why| why.argument(&["number"])).map_or(0, |n| n.parse().unwrap());
+            assert_eq!(number, wanted, "{of:?}: {line}");
+            assert!(why.is_none_or(|why| why.place.unwrap().line == 6), "{line}");
+        }
+        let any = read_back("t.nc", &format!("{head}{line}G0 Z1\nM2\n"), &tools);
+        let others = any.unwrap().others.len();
+        assert_eq!(others, wanted.iter().filter(|number| **number > 0).count(), "{line}");
+    }
+}
+
+#[test]
+fn known_positions_survive_a_reference_return() {
     let drill = [(1, "drill 1.0")];
     let rows = [
-        // Z alone, both named again, and the way by which G28 goes.
+        // Z alone, both named again, and the intermediate point of G28.
         "M3\nG0 X1 Y2 Z5\nG91 G28 Z0.\nG90\nG1 Z-1\nG0 Z5\n",
         "M3\nG0 X9 Y9 Z5\nG28 X0 Y0\nG0 X1\nG0 Y2\nG1 Z-1\nG0 Z5\n",
         "M3\nG53 G0 Z0\nG0 X1 Y2\nG0 Z5\nG1 Z-1\nG0 Z5\n",
         "M3\nG0 X1 Y2 Z5\nG28 Z-1\nG0 Z5\n",
-        "M3\nG54 G0 X1 Y2 Z5\nG54\nG1 Z-1 L1\nG0 Z5\n",
+        "M3\nG54 G0 X1 Y2 Z5\nG54\nG1 Z-1\nG0 Z5\n",
     ];
     for text in rows {
         let found: Vec<_> = done(&read(text, &drill).program).into_iter().map(|row| row.2).collect();
@@ -459,13 +500,144 @@ fn known_places_stay_known_behind_a_reference_point() {
 }
 
 #[test]
-fn moves_are_counted_over_all_lines() {
+fn move_limit_counts_all_lines() {
     let lines = "X0.001 L10000\n".repeat(200);
     let text = format!("G0 X0 Y0\nG91 G81 X0.001 Z-2 R1\n{lines}G80\n");
     let why = read_back("t.nc", &text, &tools(&[(1, "drill 1.0")])).unwrap_err();
     assert_eq!(why.code, "readback.too_many");
     assert!(!why.message("en").contains('{'), "{}", why.message("en"));
-    let text = format!("G0 X0 Y0\nG0 Z1\n{}", "M3\nM5\n".repeat(600_000));
+    let text = format!("G0 X0 Y0\nG0 Z1\n{}", "M3\nM5\n".repeat(2_100_000));
     let why = read_back("t.nc", &text, &tools(&[(1, "drill 1.0")])).unwrap_err();
     assert_eq!(why.code, "readback.too_many");
+}
+
+/// Reads a program for one controller, with `line` as line 6.
+fn sixth(of: Interpreter, line: &str) -> Result<ReadBack, Diagnostic> {
+    let head = "T1\nG21 G90\nM3 S1000\nG0 X0 Y0 Z1\nG1 Z-1 F60\n";
+    let tools = tools(&[(1, "end mill 1")]);
+    read_back_for("t.nc", &format!("{head}{line}\nG0 Z1\nM2\n"), &tools, of)
+}
+
+#[test]
+fn axis_words_on_a_dwell_or_stop_line_move() {
+    use Interpreter::{Any, Grbl, LinuxCnc};
+    let cut = |of: Interpreter, line: &str| {
+        let done = sixth(of, line).map(|back| done(&back.program)).unwrap_or_default();
+        done.iter().flat_map(|(_, _, places)| places).any(|place| place.0 == 5_000)
+    };
+    for line in ["G4 P0.1 X5", "G4 P0.1 G1 X5", "M0 X5", "M1 G1 X5", "M0 (look) X5"] {
+        assert!([Grbl, LinuxCnc].into_iter().all(|of| cut(of, line)), "{line}");
+    }
+    assert!(cut(Any, "M0 X5"));
+    assert!(sixth(Any, "M0 Change the bit").is_ok() && sixth(Any, "G4 X5").is_ok());
+    assert_eq!(sixth(Any, "G4 P0.1 X5").unwrap_err().code, "readback.changes_place");
+    assert_eq!(sixth(Any, "G4 G1 X5").unwrap_err().code, "readback.changes_place");
+}
+
+#[test]
+fn lines_foreign_to_a_controller_are_refused_with_their_number() {
+    use Interpreter::{Any, Grbl, GrblHal, LinuxCnc};
+    // The line, the controllers that refuse it, and their codes.
+    let rows: [(&str, &[(Interpreter, &str)]); 13] = [
+        (
+            "G1 X=5",
+            &[
+                (Grbl, "gcode.unknown_word"),
+                (GrblHal, "gcode.unknown_word"),
+                (LinuxCnc, "gcode.unknown_word"),
+            ],
+        ),
+        (
+            "%",
+            &[
+                (Grbl, "gcode.unknown_word"),
+                (GrblHal, "readback.after_end"),
+                (LinuxCnc, "gcode.unknown_word"),
+            ],
+        ),
+        (
+            "O100",
+            &[(Grbl, "gcode.unknown_word"), (GrblHal, "gcode.unknown_word"), (LinuxCnc, "gcode.unused_word")],
+        ),
+        (
+            ":100",
+            &[
+                (Grbl, "readback.unknown_word"),
+                (GrblHal, "readback.unknown_word"),
+                (LinuxCnc, "readback.unknown_word"),
+            ],
+        ),
+        ("N10000001", &[(Grbl, "gcode.too_large"), (GrblHal, "gcode.too_large")]),
+        (
+            "M0 P1",
+            &[(Grbl, "gcode.unused_word"), (GrblHal, "gcode.unused_word"), (LinuxCnc, "gcode.unused_word")],
+        ),
+        (
+            "M0 M1",
+            &[
+                (Grbl, "gcode.same_group"),
+                (GrblHal, "gcode.same_group"),
+                (LinuxCnc, "gcode.same_group"),
+                (Any, "gcode.same_group"),
+            ],
+        ),
+        ("(open", &[(LinuxCnc, "gcode.unknown_word")]),
+        ("((a)", &[(LinuxCnc, "gcode.unknown_word")]),
+        ("G1\u{b}X5", &[(LinuxCnc, "gcode.unknown_word")]),
+        ("/G1 X5", &[(GrblHal, "readback.optional_line"), (LinuxCnc, "readback.optional_line")]),
+        (
+            "M2\nG1 X5",
+            &[(Grbl, "readback.after_end"), (GrblHal, "readback.after_end"), (Any, "readback.after_end")],
+        ),
+        ("G1 X 4 0", &[]),
+    ];
+    for (line, refusals) in rows {
+        for of in [Grbl, GrblHal, LinuxCnc] {
+            let wanted = refusals.iter().find(|(who, _)| *who == of).map(|(_, code)| *code);
+            let why = sixth(of, line).err();
+            assert_eq!(why.as_ref().map(|why| why.code.as_str()), wanted, "{of:?}: {line}");
+            let at = if wanted == Some("readback.after_end") { 7 } else { 6 };
+            assert!(why.is_none_or(|why| why.place.unwrap().line == at), "{line}");
+        }
+        for (of, code) in refusals.iter().filter(|(of, _)| *of == Any) {
+            assert_eq!(sixth(*of, line).unwrap_err().code, *code, "{line}");
+        }
+    }
+}
+
+#[test]
+fn arcs_with_too_small_a_radius_are_refused() {
+    for of in Interpreter::KNOWN.into_iter().chain([Interpreter::Any]) {
+        let why = sixth(of, "G2 X1 R0.1").unwrap_err();
+        assert_eq!(
+            (why.code.as_str(), why.argument(&["found"])),
+            ("readback.no_arc_of_radius", Some("0.1")),
+            "{of:?}"
+        );
+    }
+}
+
+#[test]
+fn linuxcnc_needs_an_end_and_runs_nothing_after_it() {
+    use Interpreter::LinuxCnc;
+    let after = sixth(LinuxCnc, "M2\nG1 X5").unwrap();
+    assert_eq!(after.diagnostics.last().map(|told| told.code.as_str()), Some("readback.after_end"));
+    let tools = tools(&[(1, "end mill 1")]);
+    let text = "T1\nG21 G90\nM3 S1000\nG0 X0 Y0 Z1\nG1 Z-1 F60\nG0 Z1\n";
+    for (text, wanted) in [(text.to_owned(), Some("readback.no_end")), (format!("%\n{text}%\n"), None)] {
+        let why = read_back_for("t.nc", &text, &tools, LinuxCnc).err();
+        assert_eq!(why.map(|why| why.code), wanted.map(str::to_owned), "{text}");
+    }
+}
+
+#[test]
+fn spindle_without_a_speed_is_stopped_on_known_controllers() {
+    let tools = tools(&[(1, "end mill 1")]);
+    let text = "T1\nG21 G90\nM3\nG0 X0 Y0 Z1\nG1 Z-1 F60\nG0 Z1\nS100\nG1 Z-1\nG0 Z1\nM2\n";
+    for (of, wanted) in [(Interpreter::Any, true), (Interpreter::Grbl, false), (Interpreter::LinuxCnc, false)]
+    {
+        let back = read_back_for("t.nc", text, &tools, of).unwrap();
+        let turns = turning(&back.program);
+        assert_eq!((turns.first(), turns.last()), (Some(&wanted), Some(&true)), "{of:?}: {turns:?}");
+    }
 }

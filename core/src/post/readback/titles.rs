@@ -1,29 +1,29 @@
-//! Tools as heads and comments name them.
+//! Tool names in headers and comments.
 //!
 //! ```text
-//!   (tool 2: end mill 0.8)          a tool and its number, in the head of a file
-//!   (MSG, put in tool 1: V-bit 30°, tip 0.1)          the same, and it goes in here
+//!   (tool 2: end mill 0.8)          a tool and its number, in the header of a file
+//!   (MSG, put in tool 1: V-bit 30°, tip 0.1)          likewise, and the tool is loaded here
 //! ```
 //!
-//! Comes in: a comment. Goes out: number, [`Bit`], whether it is put in. Sizes in mm. Does not know controllers.
+//! Sizes in mm.
 
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
 
-/// The greatest diameter of a V-bit whose name does not say it, in mm.
+/// Diameter of a V-bit if its name doesn't state it, in mm.
 const VEE_MM: f64 = 3.175;
 
-/// What a comment says of a tool.
+/// A tool in a comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Named {
     pub(super) number: u32,
-    /// None where the comment does not say its form and size.
+    /// `None` if the comment doesn't state type and size.
     pub(super) bit: Option<Bit>,
-    /// It goes in here.
+    /// The tool is loaded here.
     pub(super) goes_in: bool,
 }
 
-/// The tool that a comment names, if it does.
+/// The tool in a comment, if any.
 pub(super) fn named(comment: &str) -> Option<Named> {
     let lower = comment.to_ascii_lowercase();
     let at = ["tool ", "bit "].iter().find_map(|word| Some(lower.find(word)? + word.len()))?;
@@ -34,7 +34,7 @@ pub(super) fn named(comment: &str) -> Option<Named> {
     Some(Named { number, bit: titled(title), goes_in: lower.contains("put in") })
 }
 
-/// The tool of a title: `V-bit 30°, tip 0.1`, `end mill 0.8`, `drill 0.8`, with or without `mm`.
+/// The tool with a title: `V-bit 30°, tip 0.1`, `end mill 0.8`, `drill 0.8`, with or without `mm`.
 pub fn titled(title: &str) -> Option<Bit> {
     let lower = title.to_lowercase();
     let number_after = |word: &str| {

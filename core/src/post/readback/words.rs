@@ -1,6 +1,4 @@
 //! A line of G-code as words: letters with numbers, and the few that are more than a letter.
-//!
-//! Comes in: a line. Goes out: words in their order, comments apart. Does not know what words mean.
 
 /// A word of a line.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,7 +7,7 @@ pub(super) enum Word {
     Letter(char, f64),
     /// `CR=5`: a name and its number.
     Named(String, f64),
-    /// `CYCLE82(2,0,0.5,-2,,0.1)`: a name and its numbers, none where one is left out.
+    /// `CYCLE82(2,0,0.5,-2,,0.1)`: a name and its numbers, `None` if one is omitted.
     Call(String, Vec<Option<f64>>),
 }
 
@@ -25,7 +23,33 @@ pub(super) fn bare(line: &str) -> String {
     text.get(1..).unwrap_or_default().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start().to_owned()
 }
 
-/// The comments of a line, and what messages in it say.
+/// The number of a line that begins with one: N10.
+pub(super) fn line_number(line: &str) -> Option<f64> {
+    let (text, _) = split(line);
+    let rest = text.trim().trim_start_matches('/').trim_start().strip_prefix('N')?;
+    let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    rest.get(..digits)?.parse().ok()
+}
+
+/// The first character that LinuxCNC refuses in a line: an unclosed or nested bracket comment, or a space
+/// other than blank and tab.
+pub(super) fn foreign_to_linuxcnc(line: &str) -> Option<char> {
+    let mut is_comment = false;
+    for letter in line.chars() {
+        match letter {
+            ';' if !is_comment => return None,
+            '(' if is_comment => return Some('('),
+            '(' => is_comment = true,
+            ')' => is_comment = false,
+            ' ' | '\t' | '\r' => {}
+            space if space.is_whitespace() && !is_comment => return Some(space),
+            _ => {}
+        }
+    }
+    is_comment.then_some('(')
+}
+
+/// The comments and messages of a line.
 pub(super) fn comments(line: &str) -> Vec<String> {
     split(line).1
 }
@@ -34,14 +58,15 @@ pub(super) fn comments(line: &str) -> Vec<String> {
 fn split(line: &str) -> (String, Vec<String>) {
     let (mut text, mut comments) = (String::new(), Vec::new());
     let mut rest = line;
-    // The text of a message is for people: Sinumerik's in quotes, Marlin's behind M0 or M117.
+    // Messages are for people: Sinumerik's in quotes, Marlin's after M0 or M117.
     let upper = line.to_ascii_uppercase();
     let spoken = upper.trim_start();
     if spoken.starts_with("M0 ") || spoken.starts_with("M1 ") || spoken.starts_with("M117 ") {
         let at = line.len() - spoken.len();
         let said = line.get(at + 3..).unwrap_or_default();
-        let is_word = said.trim().starts_with(['(', ';']) || said.trim().is_empty();
-        if !is_word {
+        // M0 X40 is a stop and a move, M117 X40 a message.
+        let is_words = !spoken.starts_with("M117 ") && of(&bare(said)).is_ok();
+        if !is_words {
             return (spoken.chars().take_while(|c| *c != ' ').collect(), vec![said.trim().to_owned()]);
         }
     }
@@ -55,7 +80,7 @@ fn split(line: &str) -> (String, Vec<String>) {
         }
         let end = comment.find(')').map_or(comment.len(), |end| end + 1);
         let whole = comment.get(..end).unwrap_or_default();
-        // Brackets behind a name belong to a call; behind a number they are a comment.
+        // Brackets after a name belong to a call; after a number they are a comment.
         let name = before.rsplit(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
         if name.chars().take_while(char::is_ascii_alphabetic).count() > 1 {
             if whole.contains('"') {
@@ -73,7 +98,7 @@ fn split(line: &str) -> (String, Vec<String>) {
     (text.to_ascii_uppercase(), comments)
 }
 
-/// The words of a bare line, or the column of the first letter that begins none.
+/// The words of a bare line, or the column of the first letter that starts no word.
 pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
     let mut words = Vec::new();
     let mut rest = line;
@@ -111,7 +136,7 @@ pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
             rest = after;
             continue;
         }
-        // Sinumerik's word for places of the machine, whatever else was set.
+        // Sinumerik's word for machine coordinates, regardless of other modes.
         if name == "SUPA" {
             words.push(Word::Letter('G', 53.0));
             rest = behind;
@@ -127,7 +152,7 @@ pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
     }
 }
 
-/// The number that a text begins with, and what follows it.
+/// The number at the start of a text, and the rest.
 pub(super) fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
     let sign = usize::from(text.starts_with(['+', '-']));

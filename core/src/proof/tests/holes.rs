@@ -1,10 +1,12 @@
-//! Holes, slots and the edge of a board against programs by hand: a good set has nothing wrong, every fault put into it has its count.
+//! Holes, slots and edges of a board with hand-made programs: a good set has no errors, every fault in it is
+//! counted.
 
 use super::*;
 use crate::board::Slot;
 use crate::job::{Asked, AskedEdge};
 
-/// A board of 20 by 10 mm: holes of 0.8 at (4, 3) and 3.0 at (8, 5), holes of 0.8 and 1.2 at (12, 5), a slot of 1.0 from (15, 3) to (15, 6).
+/// A board of 20 by 10 mm: holes of 0.8 at (4, 3) and 3.0 at (8, 5), holes of 0.8 and 1.2 at (12, 5), a slot
+/// of 1.0 from (15, 3) to (15, 6).
 fn holed() -> Board {
     let hole = |x: f64, y: f64, diameter: f64| Hole {
         at: Point::from_mm(x, y),
@@ -37,7 +39,7 @@ pub(super) fn drill(diameter: f64, depth: f64, places: &[(f64, f64)]) -> Program
     program(bit(diameter, Cutter::Drill), &strokes)
 }
 
-/// Rings of a mill round one place, by the diameters of their middle lines, as chords.
+/// Circles of a mill around one point, by the diameters of their centre lines, as chords.
 fn rings(tool: f64, depth: f64, at: (f64, f64), wide: &[f64]) -> Program {
     let ring = |wide: &f64| {
         let point = |step: i32| {
@@ -53,7 +55,7 @@ fn slot(tool: f64, depth: f64) -> Program {
     program(mill(tool), &[way(&[(15.0, 3.0), (15.0, 6.0)], depth)])
 }
 
-/// Round the board, its middle so far from the edge.
+/// Around the board, the tool centre at this distance from the edge.
 pub(super) fn around(tool: f64, away: f64, depth: f64) -> Program {
     program(mill(tool), &[contour((0.0, 0.0, 20.0, 10.0), away, depth)])
 }
@@ -84,7 +86,7 @@ pub(super) fn planned() -> Asked {
     Asked { holes: Some(true), slots: Some(true), cut_out: Some(edge), ..nothing }
 }
 
-/// Missing, doubled, shifted, of another size, shallow, slots missing, edges missing, into the board, toolpaths repeated.
+/// Missing, doubled, shifted, wrong size, shallow, slots missing, edges missing, bites, repeated toolpaths.
 fn counts(programs: &[Program], asked: &Asked) -> [usize; 9] {
     let board = holed();
     let found = crate::proof::drilled(&[SideRun { board: &board, programs, pins: 0..0 }], asked);
@@ -102,20 +104,20 @@ fn counts(programs: &[Program], asked: &Asked) -> [usize; 9] {
 }
 
 #[test]
-fn holes_slots_and_edge_of_a_whole_job_have_nothing_wrong() {
+fn complete_job_has_no_hole_slot_or_edge_problems() {
     assert_eq!(counts(&whole(), &planned()), [0; 9]);
     assert_eq!(counts(&whole(), &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
-    // One program of all, and what no hole asks for: a mouse-bite.
+    // One more program with a hole that the board doesn't have: a mouse-bite.
     let mut bites = whole();
     bites.push(drill(0.5, 2.0, &[(0.0, 4.0)]));
     assert_eq!(counts(&bites, &planned()), [0; 9]);
-    // Copper alone: nobody asks for holes.
+    // Isolation only: no holes are required.
     let isolating = rings(0.2, 0.1, (4.0, 3.0), &[1.8]);
     assert_eq!(counts(&[isolating], &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
 }
 
 #[test]
-fn every_fault_of_holes_slots_and_edge_has_its_count() {
+fn hole_slot_and_edge_faults_are_counted() {
     let with = |index: usize, program: Program| {
         let mut programs = whole();
         programs[index] = program;
@@ -159,7 +161,7 @@ fn every_fault_of_holes_slots_and_edge_has_its_count() {
     ];
     for (fault, programs, wanted) in rows {
         assert_eq!(counts(&programs, &planned()), wanted, "{fault}");
-        // Without a job only that the board is not cut out at all may be meant.
+        // Without a job, only a board that is not cut out may be intended.
         if fault != "not cut out" {
             assert_ne!(counts(&programs, &Asked::nothing(Length::from_mm(1.6))), [0; 9], "{fault}, no job");
         }
@@ -167,7 +169,7 @@ fn every_fault_of_holes_slots_and_edge_has_its_count() {
 }
 
 #[test]
-fn what_a_job_leaves_out_is_not_asked_for() {
+fn features_outside_the_job_are_not_required() {
     let asked = planned();
     let without = |index: usize| {
         let mut programs = whole();
@@ -182,4 +184,49 @@ fn what_a_job_leaves_out_is_not_asked_for() {
     marked[0] = drill(0.8, 0.3, &[(4.0, 3.0), (12.0, 5.0)]);
     marked[1] = drill(1.2, 0.3, &[(12.0, 5.0)]);
     assert_eq!(counts(&marked, &Asked { drilled: Length::from_mm(0.3), ..asked }), [0; 9]);
+}
+
+/// Without a job, features that nothing makes are listed; features made in the wrong place are missing.
+#[test]
+fn features_missing_without_a_job_are_listed() {
+    let board = holed();
+    let nothing = Asked::nothing(Length::from_mm(1.6));
+    let found = |programs: &[Program]| {
+        let run = SideRun { board: &board, programs, pins: 0..0 };
+        crate::proof::drilled(&[run], &nothing)
+    };
+    let half = program(mill(1.0), &[way(&[(15.0, 3.0), (15.0, 4.5)], 2.1)]);
+    let rows = [
+        ("nothing", Vec::new(), [4, 1, 1], [0, 0, 0, 0], false),
+        (
+            "in the air",
+            vec![program(mill(1.0), &[way(&[(1.0, 1.0), (9.0, 1.0)], -0.5)])],
+            [4, 1, 1],
+            [0; 4],
+            false,
+        ),
+        (
+            "a ring beside the middle",
+            vec![rings(1.0, 2.1, (8.5, 5.0), &[1.0])],
+            [0, 0, 1],
+            [3, 1, 1, 0],
+            true,
+        ),
+        ("a ring in no hole", vec![rings(1.0, 2.1, (8.0, 9.0), &[0.5])], [4, 1, 1], [0; 4], true),
+        ("half of a slot", vec![half], [4, 0, 1], [0, 0, 1, 0], true),
+        ("the edge", vec![around(1.5, 0.75, 2.1)], [4, 1, 0], [0; 4], true),
+        ("holes", vec![drill(0.8, 2.2, &[(4.0, 3.0)])], [0, 0, 1], [3, 0, 1, 1], true),
+    ];
+    for (what, programs, left, wrong, cuts) in rows {
+        let found = found(&programs);
+        assert_eq!([found.holes_left.len(), found.slots_left.len(), found.edges_left.len()], left, "{what}");
+        let counts = [found.missing.len(), found.shifted.len(), found.slots_missing.len()];
+        assert_eq!((counts.as_slice(), found.made as usize), (&wrong[..3], wrong[3]), "{what}");
+        assert_eq!(found.cuts, cuts, "{what}");
+    }
+    // A job states what it leaves out: nothing is listed.
+    let run = SideRun { board: &board, programs: &[], pins: 0..0 };
+    let planned = Asked { holes: Some(false), slots: Some(false), ..nothing };
+    let found = crate::proof::drilled(&[run], &planned);
+    assert_eq!([found.holes_left.len(), found.slots_left.len(), found.edges_left.len()], [0; 3]);
 }

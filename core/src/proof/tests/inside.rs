@@ -1,10 +1,10 @@
-//! Contours within a board, tabs and pin holes against programs by hand: every fault put into them is counted.
+//! Inner contours, tabs and pin holes with hand-made programs: every fault is counted.
 
 use super::holes::{drill, planned};
 use super::*;
 use crate::job::{Asked, AskedEdge};
 
-/// A board of 30 by 20 mm with a cut-out of 8 by 6 mm in it, and two holes of 3 mm for pins beside it.
+/// A board of 30 by 20 mm with a cut-out of 8 by 6 mm, and two pin holes of 3 mm next to it.
 fn framed() -> Board {
     let pin = |x: f64| Hole {
         at: Point::from_mm(x, 10.0),
@@ -23,12 +23,12 @@ fn framed() -> Board {
     }
 }
 
-/// Round the cut-out, this far within it.
+/// Around the cut-out, this far inside.
 fn inner(away: f64, depth: f64) -> Program {
     program(mill(1.5), &[contour((10.0, 7.0, 18.0, 13.0), -away, depth)])
 }
 
-/// Round the board with a bit of 1.5 mm, with gaps this wide for the bit below and above the middle.
+/// Around the board with a tool of 1.5 mm, with gaps of these widths at the bottom and at the top.
 fn tabbed(below: f64, above: f64) -> Program {
     let (low, high, left, right) = (-0.75, 20.75, -0.75, 30.75);
     let ways = [
@@ -49,7 +49,7 @@ fn asked() -> Asked {
     Asked { pins: true, cut_out: edge, ..planned() }
 }
 
-/// Missing, shifted, contours within, tabs, loose.
+/// Missing, shifted, inner contours, tabs, loose.
 fn counts(programs: &[Program], asked: &Asked) -> [usize; 5] {
     let board = framed();
     let found = crate::proof::drilled(&[SideRun { board: &board, programs, pins: 0..2 }], asked);
@@ -58,7 +58,7 @@ fn counts(programs: &[Program], asked: &Asked) -> [usize; 5] {
 }
 
 #[test]
-fn what_is_within_a_board_and_what_holds_it_is_counted() {
+fn inner_contours_pins_and_tabs_are_counted() {
     let good = || [pins(&PINS), inner(0.75, 2.1), tabbed(3.5, 3.5)];
     let with = |at: usize, program: Program| {
         let mut programs = good();
@@ -86,9 +86,9 @@ fn what_is_within_a_board_and_what_holds_it_is_counted() {
             "{fault}, no job"
         );
     }
-    // The board comes loose: said whoever asks.
+    // A board without tabs is always reported.
     assert_eq!(counts(&with(2, tabbed(0.0, 0.0)), &nobody), [0, 0, 0, 0, 1]);
-    // Two tabs by hand, side by side, are one piece; half of that is one tab.
+    // Two user-placed adjacent tabs are one piece; half of it is one tab.
     let edge = asked().cut_out.map(|edge| AskedEdge { tabs_together: true, ..edge });
     let by_hand = Asked { cut_out: edge, ..asked() };
     assert_eq!(counts(&with(2, tabbed(5.5, 0.0)), &by_hand), [0; 5]);
@@ -96,7 +96,7 @@ fn what_is_within_a_board_and_what_holds_it_is_counted() {
 }
 
 #[test]
-fn a_job_without_cut_out_asks_for_no_contours() {
+fn job_without_cut_out_requires_no_contours() {
     let asked = Asked { cut_out: None, ..asked() };
     assert_eq!(counts(&[pins(&PINS)], &asked), [0; 5]);
 }

@@ -1,9 +1,10 @@
-//! Boards from a seed: good programs have no findings; a way taken out, made shallow, moved or widened is found.
+//! Random boards: good programs have no findings; a path that is removed, shallow, moved or widened is found.
 
 use super::*;
 use crate::chance::Chance;
 
-/// Islands in the cells of an uneven grid, and one way along every border between two cells or to the outside.
+/// Islands in the cells of an uneven grid, and one path along every border between two cells or to the
+/// outside.
 fn cells(chance: &mut Chance) -> (Board, Vec<Toolpath>, Vec<(String, String)>) {
     let count = 2 + (chance.unit() * 3.0) as usize;
     let mut lines = || -> Vec<f64> {
@@ -42,7 +43,7 @@ fn cells(chance: &mut Chance) -> (Board, Vec<Toolpath>, Vec<(String, String)>) {
 }
 
 #[test]
-fn any_way_taken_out_of_a_good_program_is_a_short() {
+fn every_removed_toolpath_is_a_short() {
     for seed in 1..=12 {
         println!("seed {seed}");
         let (board, toolpaths, neighbours) = cells(&mut Chance::new(seed));
@@ -56,7 +57,7 @@ fn any_way_taken_out_of_a_good_program_is_a_short() {
             let mut nets = vec![one.clone(), other.clone()];
             nets.sort();
             assert_eq!(short.nets, nets, "seed {seed} way {missing}");
-            // The place is in the gap that the way runs through.
+            // The position is in the gap of the removed path.
             let path =
                 Path::through(&gone.points.iter().map(|&(x, y)| Point::from_mm(x, y)).collect::<Vec<_>>());
             let away = edges::spots(&path.unwrap());
@@ -68,7 +69,7 @@ fn any_way_taken_out_of_a_good_program_is_a_short() {
 }
 
 #[test]
-fn any_way_made_shallow_moved_or_widened_is_found() {
+fn every_shallow_moved_or_widened_toolpath_is_found() {
     for seed in 1..=6 {
         println!("seed {seed}");
         let mut chance = Chance::new(seed);
@@ -78,7 +79,7 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
             shallow[index].depth = 0.034;
             let found_shallow = kinds(&found(&board, &[program(mill(0.2), &shallow)]));
             assert_eq!(found_shallow, [FindingKind::Short, FindingKind::Shallow], "seed {seed} way {index}");
-            // Moved by 0.45 it goes through the copper beside it.
+            // Moved by 0.45 the path cuts into the neighbouring copper.
             let mut moved = toolpaths.clone();
             let upright = moved[index].points[0].0 == moved[index].points[1].0;
             for (x, y) in &mut moved[index].points {
@@ -93,7 +94,7 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
 }
 
 #[test]
-fn a_proof_does_not_depend_on_speeds_but_on_whether_the_spindle_turns() {
+fn proof_depends_on_a_turning_spindle_and_not_on_speeds() {
     for seed in 1..=12 {
         println!("seed {seed}");
         let mut chance = Chance::new(seed);

@@ -1,16 +1,16 @@
-//! What is told together: a job that isolates nothing, gaps of one cause, what a lesser depth of the whole opens; slivers that a
-//! net depends on, and those that no net does.
+//! Grouped reports: a job that isolates nothing, gaps of one cause, the effect of a smaller depth for the
+//! whole job. Also slivers with and without a dependent net.
 
 use super::*;
 
-/// A drill, and holes in the middles of the three pads.
+/// A drill, and holes in the centres of the three pads.
 fn drilled() -> Program {
     let hole = |x: f64, y: f64, hole| Toolpath { mark: Mark::Hole(hole), ..way(&[(x, y)], 2.0) };
     program(bit(0.8, Cutter::Drill), &[hole(2.0, 1.0, 0), hole(6.0, 1.0, 1), hole(4.0, 3.0, 2)])
 }
 
 #[test]
-fn a_job_that_isolates_nothing_is_told_so_once_and_nobody_need_read_it() {
+fn job_without_isolation_has_one_optional_note() {
     let cut_out = program(mill(1.0), &[contour((-1.0, -1.0, 9.0, 5.0), 0.5, 2.0)]);
     for (programs, isolates) in [
         (vec![drilled()], Some(false)),
@@ -24,7 +24,8 @@ fn a_job_that_isolates_nothing_is_told_so_once_and_nobody_need_read_it() {
         assert!(verdict.findings.iter().all(|finding| !finding.must_be_read()), "{:#?}", verdict.findings);
         assert_eq!(kinds(&verdict.findings), [FindingKind::NotIsolated]);
     }
-    // A way among the copper is one that is meant to isolate; and a job that isolates is told every short.
+    // A path among the copper means that isolation is intended; a job that isolates gets every short
+    // reported.
     let half = [drilled(), program(mill(0.2), &good()[..1])];
     let told = prove(&three(), &half, &ProofOptions { isolates: None, ..ProofOptions::default() }).findings;
     assert_eq!(kinds(&told), [FindingKind::Short]);
@@ -43,7 +44,7 @@ fn row(gaps: &[f64]) -> Board {
     board(&rects)
 }
 
-/// Once round every pad of such a row with a V-bit of 30° and a tip of 0.1, 0.08 deep: 0.143 wide.
+/// Once around every pad of such a row with a V-bit of 30° and a tip of 0.1, 0.08 deep: 0.143 wide.
 fn around_all(gaps: &[f64]) -> Program {
     let depth = 0.08;
     let bit = bit(3.175, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 });
@@ -53,7 +54,7 @@ fn around_all(gaps: &[f64]) -> Program {
 }
 
 #[test]
-fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() {
+fn gaps_of_one_cause_are_grouped_with_a_depth_fix() {
     let gaps = [0.13, 0.135, 0.13, 0.125, 0.11, 0.04];
     let verdict = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default());
     let [group] = verdict.groups.as_slice() else { panic!("{:#?}", verdict.groups) };
@@ -62,7 +63,7 @@ fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() 
     assert_eq!((mm(group.least), mm(group.most), mm(group.tool.unwrap())), (40, 135, 143));
     let said = group.diagnostic().message("en");
     assert!(said.contains("0.143") && said.contains("6") && said.contains("0.040"), "{said}");
-    // At 0.05 mm, the least that goes through for certain, it cuts 0.1268 mm: 0.13 and wider fit, at 0.055.
+    // At 0.05 mm, the least depth that is certainly through, it cuts 0.1268 mm: 0.13 and wider fit, at 0.055.
     let whole = verdict.whole.unwrap();
     let shallower = whole.shallower.clone().unwrap();
     assert_eq!((whole.gaps, shallower.opens, whole.rest), (6, 3, 3));
@@ -70,7 +71,7 @@ fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() 
         shallower.width <= Length::from_mm(0.13) && shallower.depth >= Length::from_mm(0.05),
         "{shallower:?}"
     );
-    // 0.11 less the flanks of 0.0268: a tip of 0.08 opens 0.125 and 0.11. None opens 0.04.
+    // 0.11 minus the flanks of 0.0268: a tip of 0.08 opens 0.125 and 0.11. None opens 0.04.
     assert_eq!((whole.tip, whole.tip_opens), (Some(Length::from_mm(0.08)), 2));
     let said: Vec<String> = whole.diagnostics().iter().map(|diagnostic| diagnostic.message("en")).collect();
     assert_eq!(said.len(), 3);
@@ -79,7 +80,7 @@ fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() 
 }
 
 #[test]
-fn nothing_is_offered_where_every_gap_is_open_or_none_opens() {
+fn no_fix_is_suggested_if_all_gaps_or_none_open() {
     assert_eq!(prove(&three(), &[program(mill(0.2), &good())], &ProofOptions::default()).whole, None);
     let gaps = [0.02, 0.03];
     let whole = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default()).whole.unwrap();
@@ -87,8 +88,8 @@ fn nothing_is_offered_where_every_gap_is_open_or_none_opens() {
 }
 
 #[test]
-fn a_tip_that_can_hardly_be_bought_is_not_offered() {
-    // Less the flanks of 0.0268, 0.06 would need a tip of 0.03, and 0.09 one of 0.06.
+fn tips_too_fine_to_buy_are_not_suggested() {
+    // Minus the flanks of 0.0268, 0.06 would need a tip of 0.03, and 0.09 one of 0.06.
     let gaps = [0.06, 0.09];
     let whole = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default()).whole.unwrap();
     assert_eq!((whole.tip, whole.tip_opens, whole.rest), (Some(Length::from_um(60)), 1, 2));
@@ -97,8 +98,8 @@ fn a_tip_that_can_hardly_be_bought_is_not_offered() {
 }
 
 #[test]
-fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
-    // Two pads with a thread between them, and one with a thread that leads nowhere.
+fn sliver_must_be_read_only_if_a_net_depends_on_it() {
+    // Two pads connected by a thread, and one with a dead-end thread.
     let pads = [(0.0, 0.0, 2.0, 2.0), (4.0, 0.0, 6.0, 2.0)];
     let thread = |right: f64| (1.9, 0.99, right, 1.01);
     for (right, depends) in [(4.1, true), (2.45, false)] {
@@ -107,7 +108,7 @@ fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
         let nets = vec![Some("A".to_owned()); shape.islands.len()];
         let copper = vec![Copper { face: Face::Top, region: shape.clone(), nets, ..Copper::default() }];
         let board = Board { copper, ..Board::default() };
-        // Followed exactly, as the planner would.
+        // The exact contour, as the planner makes it.
         let path = crate::geometry::grow(&shape, Length::from_mm(0.1));
         let toolpaths: Vec<Toolpath> = path
             .paths()
@@ -127,7 +128,7 @@ fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
 }
 
 #[test]
-fn islands_without_a_net_are_called_by_their_pads() {
+fn unnamed_islands_are_named_by_their_pads() {
     let mut board = board(&[(A, None), (B, None), (C, Some("GND"))]);
     board.copper[0].pads = vec![Some("R1.2+U3.14".to_owned()), None, Some("C1.1".to_owned())];
     let findings = found(&board, &[program(mill(0.2), &[])]);
@@ -137,7 +138,7 @@ fn islands_without_a_net_are_called_by_their_pads() {
 }
 
 #[test]
-fn of_nets_that_touch_no_cut_of_no_width_is_asked() {
+fn nearly_touching_nets_suggest_no_cut_of_zero_width() {
     let gaps = [0.13, 0.000_2];
     let verdict = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default());
     let [group] = verdict.groups.as_slice() else { panic!("{:#?}", verdict.groups) };

@@ -1,20 +1,21 @@
-//! A line of G-code: its words are read, held against each other, and done.
+//! G-code of the simulated controller: parses the words of a line, checks them against each other and
+//! executes them.
 
 use super::{Automaton, BLOCKS, Block, Lock, Modal, RAPID_MM};
 
 const AXES: [(usize, char); 3] = [(0, 'X'), (1, 'Y'), (2, 'Z')];
 
-/// What a line says.
+/// A parsed line.
 struct Said<'a> {
     words: &'a [(char, f64)],
-    /// What holds after it.
+    /// Modal state after the line.
     modal: Modal,
     dwells: bool,
-    /// It writes where zero is.
+    /// The line sets a coordinate system (G10).
     writes: bool,
-    /// Its places are the machine's own.
+    /// Coordinates are machine coordinates (G53).
     of_machine: bool,
-    /// It has the changer fetch a tool.
+    /// The line makes the tool changer fetch a tool.
     fetches: bool,
 }
 
@@ -35,19 +36,19 @@ impl Said<'_> {
         self.words.iter().any(|(letter, number)| *letter == 'G' && (38.0..39.0).contains(number))
     }
 
-    /// What is done with the spindle is done when the moves before are.
+    /// Spindle words take effect only after all earlier moves have ended.
     fn switches(&self) -> bool {
         self.words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'))
     }
 
-    /// How many mm its unit is.
+    /// Millimetres per unit.
     fn unit_mm(&self) -> f64 {
         if self.modal.inches { 25.4 } else { 1.0 }
     }
 }
 
 impl Automaton {
-    /// Does a line; false when it has to wait.
+    /// Executes a line. Returns `false` if the line has to wait.
     pub(super) fn gcode(&mut self, words: &[(char, f64)]) -> Result<bool, u16> {
         let said = self.read(words)?;
         if said.has(('G', 49.0)) {
@@ -100,6 +101,8 @@ impl Automaton {
                 ('M', 30 | 40 | 50) => said.modal.spindle = *number as u32,
                 ('M', 70) if !self.has_mist => return Err(20),
                 ('M', 70 | 80 | 90) => {}
+                // Pauses and program end: no effect in check mode.
+                ('M', 0 | 10 | 20 | 300) => {}
                 ('F', _) => said.modal.feed = *number,
                 ('S', _) => said.modal.speed = *number,
                 ('X' | 'Y' | 'Z' | 'I' | 'J' | 'P' | 'L', _) => {}
@@ -114,7 +117,7 @@ impl Automaton {
         }
     }
 
-    /// The changer hears of a tool, or fetches it: true, and then the line is done.
+    /// Selects a tool or makes the changer fetch it. Returns `true` if that completes the line.
     fn fetches(&mut self, said: &Said<'_>) -> bool {
         let Some(rack) = self.rack else { return false };
         if let Some(tool) = said.value('T') {
@@ -132,7 +135,7 @@ impl Automaton {
     }
 
     fn write_zero(&mut self, said: &Said<'_>) -> Result<(), u16> {
-        // L20 says where the tip is now, L2 where zero is.
+        // L20 gives the position of the tool in the new coordinates, L2 gives the zero itself.
         let here = match said.value('L') {
             Some(2.0) => false,
             Some(20.0) => true,
@@ -149,7 +152,7 @@ impl Automaton {
         Ok(())
     }
 
-    /// How a probe that is on its way ended, or why it does not begin; none where it begins now.
+    /// Result of the running probe, or the reason why no probe starts; `None` if it starts now.
     fn answer_of_probe(&mut self, said: &Said<'_>) -> Option<bool> {
         let Some(met) = self.probing else {
             self.must_meet = said.has(('G', 38.2));
@@ -175,7 +178,7 @@ impl Automaton {
         Some(true)
     }
 
-    /// A move is planned; false when the line has to wait for its end.
+    /// Plans a move. Returns `false` if the line has to wait for the end of a move.
     fn go_to(&mut self, said: &Said<'_>) -> Result<bool, u16> {
         let modal = &said.modal;
         if modal.motion > 0 && modal.feed <= 0.0 {
@@ -203,7 +206,7 @@ impl Automaton {
         Ok(!probes)
     }
 
-    /// Where a line leads, in machine coordinates.
+    /// Target of a line in machine coordinates.
     fn place_of(&self, said: &Said<'_>) -> [f64; 3] {
         let zero = self.zeros[said.modal.zero];
         let mut to = self.planned;

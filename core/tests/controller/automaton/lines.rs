@@ -1,4 +1,4 @@
-//! Lines of text: what the board itself is asked (`$…`), moves by hand, and words that go on to the interpreter.
+//! Lines of the simulated controller: `$` commands and jogs. All other lines go to the G-code interpreter.
 
 use super::{Automaton, Block, Counts, Lock, Modal};
 
@@ -21,7 +21,7 @@ impl Automaton {
         }
     }
 
-    /// Runs a line; false when it has to wait.
+    /// Executes a line. Returns `false` if the line has to wait.
     fn run(&mut self, text: &str) -> Result<bool, u16> {
         if text.is_empty() {
             return Ok(true);
@@ -36,7 +36,7 @@ impl Automaton {
         self.gcode(&words)
     }
 
-    /// A move by hand, in mm: relative, or to a place in machine coordinates (G53).
+    /// A jog in mm, relative or to machine coordinates (G53).
     fn jog(&mut self, text: &str) -> Result<bool, u16> {
         if self.lock == Lock::Alarm {
             return Err(9);
@@ -122,7 +122,7 @@ impl Automaton {
         Ok(true)
     }
 
-    /// A setting is written: `13=1`.
+    /// Writes a setting, for example `13=1`.
     fn set(&mut self, text: &str) -> Result<(), u16> {
         let (number, value) = text.split_once('=').ok_or(3_u16)?;
         let (number, value) = (number.parse().map_err(|_| 3_u16)?, value.parse().map_err(|_| 2_u16)?);

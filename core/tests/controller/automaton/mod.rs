@@ -1,18 +1,17 @@
-//! A GRBL of our own for the tests: receive buffer, parser, planner and real-time characters, in simulated milliseconds. It knows nothing
-//! of the engine, and is simpler than the firmware: moves begin and end at rest, arcs are taken as their chords.
-//!
-//! Comes in: bytes, time. Goes out: bytes, and every place where the tip was.
+//! A simulated GRBL controller for the tests: receive buffer, parser, planner and real-time characters, in
+//! simulated milliseconds. Independent of the engine, and simpler than the firmware: moves begin and end at
+//! rest, arcs are approximated by their chords.
 
 mod gcode;
 mod lines;
 
 use std::collections::{BTreeSet, VecDeque};
 
-/// Bytes of the receive buffer.
+/// Size of the receive buffer in bytes.
 const RX: usize = 128;
-/// Blocks of the planner.
+/// Size of the planner in blocks.
 const BLOCKS: usize = 15;
-/// How far a rapid goes in a millisecond, mm.
+/// Length of a rapid per millisecond, in mm.
 const RAPID_MM: f64 = 0.1;
 
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -24,13 +23,13 @@ enum Lock {
 struct Block {
     to: [f64; 3],
     per_ms: f64,
-    /// It ends where the probe meets the board.
+    /// The block ends where the probe touches the board.
     probes: bool,
-    /// It was asked for as a move by hand, which alone a jog cancel ends.
+    /// The block is a jog: only jogs are ended by a jog cancel.
     by_hand: bool,
 }
 
-/// What holds from line to line.
+/// Modal state of the interpreter.
 #[derive(Clone)]
 struct Modal {
     relative: bool,
@@ -48,100 +47,108 @@ impl Default for Modal {
     }
 }
 
-/// How the places of a board count after homing.
+/// Origin of an axis after homing.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Counts {
-    /// From minus the travel to zero.
+    /// Coordinates from minus the travel to zero.
     Down,
-    /// From zero up.
+    /// Coordinates from zero up.
     Up,
-    /// From where homing leaves it.
+    /// Zero where homing leaves the axis.
     FromThere,
 }
 
-/// The board.
 pub(super) struct Automaton {
     rx: VecDeque<u8>,
     line: Vec<u8>,
     out: Vec<u8>,
     queue: VecDeque<Block>,
-    /// Machine position.
     pub(super) at: [f64; 3],
-    /// Where the planner's last block ends.
+    /// End of the planner's last block.
     planned: [f64; 3],
-    /// Stored places: G54 to G59.
+    /// Zeros of G54 to G59.
     pub(super) zeros: [[f64; 3]; 6],
     modal: Modal,
-    /// Why nothing goes on, as it reports it: by a hold, or by what a person does at the board.
+    /// Reported reason for a hold: a feed hold, or an action of the user at the machine.
     pub(super) held: Option<&'static str>,
     goes_on: bool,
-    /// A hold was heard since it looked last: with it in one look, what leads on is passed over.
+    /// A hold came since the last check. A cycle start in the same check is then ignored, as in the
+    /// firmware.
     hold_heard: bool,
     lock: Lock,
     check: bool,
     dwell_ms: f64,
-    /// A line that waits for the planner to run empty, or for room.
+    /// A line that waits for room in the planner, or until the planner is empty.
     pending: Option<Vec<u8>>,
-    /// How its places count after homing.
+    /// Origin of the axes after homing.
     pub(super) counts: Counts,
-    /// Axes that look for a switch.
+    /// Axes that are still searching for a switch.
     pub(super) homes: [bool; 3],
-    /// Physical place of machine zero: it changes when the board forgets where it is.
+    /// Physical position of machine zero. Changes if the controller forgets its position.
     pub(super) origin: [f64; 3],
-    /// Bytes that had no room.
+    /// Number of bytes that overflowed the receive buffer.
     pub(super) overrun: u32,
-    /// Physical places where the tip was in the board, and at which the spindle stood still while it moved there.
+    /// Physical positions of the tool after each millisecond of a move and at its end, with or without
+    /// contact with the board.
     pub(super) cuts: Vec<[f64; 3]>,
     asked: bool,
-    /// Its settings, by their numbers.
+    /// Settings by number.
     pub(super) settings: Vec<(u16, f64)>,
-    /// The physical height of the board at a physical place, for the probe.
+    /// Physical height of the board at a physical place, for the probe.
     pub(super) surface: Option<fn(f64, f64) -> f64>,
-    /// How long it goes on after the probe met the board, ms: the firmware runs what it has made ready.
+    /// Time for which the machine moves on after the probe's contact, in ms: the firmware executes the
+    /// steps it has already prepared.
     pub(super) coast_ms: u32,
     coasts: u32,
-    /// Where the probe met the board.
+    /// Position at the probe's contact.
     latched: [f64; 3],
-    /// A probing move is on its way, and whether it met the board.
+    /// A probing move is running; `Some(true)` after contact.
     probing: Option<bool>,
-    /// Where it meets nothing, that is an alarm.
+    /// A probe without contact is an alarm (G38.2).
     must_meet: bool,
-    /// What the last probing move came to.
+    /// Report of the last probing move.
     probed: String,
-    /// How far the tool stands out, mm.
+    /// Length by which the tool protrudes, in mm.
     pub(super) tool_mm: f64,
-    /// Moves by hand go past the end of the travel, as it knows it.
+    /// Refuses jogs beyond the end of the travel.
     pub(super) refuses_jogs: bool,
-    /// It has a check mode, and mist.
+    /// A cancelled jog leaves it deaf to lines, reporting Idle, until a resume: GRBL 1.1h does so if the cancel
+    /// arrives just as the jog ends.
+    pub(super) deaf_after_cancel: bool,
+    /// Optional features: check mode and mist.
     pub(super) checks: bool,
     pub(super) has_mist: bool,
-    /// Feed, rapids, spindle; percent. Characters that came and were not seen to: two of a kind are one.
+    /// Feed, rapid and spindle override in percent. `pressed` holds characters that were received but not
+    /// yet processed: two of the same kind count as one.
     pub(super) overrides: [u16; 3],
     pressed: BTreeSet<u8>,
     since_pressed: u32,
     told_overrides: [u16; 3],
     reports: u32,
-    /// The lead of its probe has a short; its reports say nothing of pins.
+    /// The probe's wires have a short. `hides_pins`: reports contain no pin states.
     pub(super) shorted: bool,
     pub(super) hides_pins: bool,
-    /// It does nothing more before a reset, as behind a switch; whether it reports all the same.
+    /// Waits for a reset and accepts nothing else, as after a limit switch. `reports_waiting`: status
+    /// reports are still sent.
     waits_for_reset: bool,
     pub(super) reports_waiting: bool,
-    /// It tells its zero now and then, as the firmware does, and in how many reports.
+    /// Sends its work offset only in some reports, as the firmware does; `zero_due` counts the reports
+    /// until then.
     pub(super) rarely_tells_zero: bool,
     zero_due: u32,
-    /// It changes tools itself: how long each is, by its number; which it has fetched, and with the spindle on.
+    /// Changes tools by itself. `rack` gives each tool's length by number, `fetched` the numbers of all
+    /// fetched tools, `fetched_turning` whether the spindle was on.
     pub(super) rack: Option<fn(u32) -> f64>,
     pub(super) fetched: Vec<u32>,
     pub(super) fetched_turning: bool,
     tool: u32,
-    /// The length that it counts Z by (G43 H), and the shift of all of it (G92).
+    /// Tool length offset (G43 H) and coordinate shift (G92).
     pub(super) length: f64,
     pub(super) shift: [f64; 3],
 }
 
 impl Automaton {
-    /// A board at rest, its switches at the physical origin.
+    /// A controller at rest with its switches at the physical origin.
     pub(super) fn new(at: [f64; 3]) -> Self {
         let mut settings = vec![(11, 0.01), (12, 0.002), (22, 1.0), (32, 0.0), (13, 0.0), (30, 20_000.0)];
         for axis in 0..3 {
@@ -184,6 +191,7 @@ impl Automaton {
             probed: "[PRB:0.000,0.000,0.000:0]".to_owned(),
             tool_mm: 0.0,
             refuses_jogs: false,
+            deaf_after_cancel: false,
             checks: true,
             has_mist: true,
             overrides: [100; 3],
@@ -221,7 +229,7 @@ impl Automaton {
         }
     }
 
-    /// Power was lost, or the reset pin was pulled: it forgets where it is.
+    /// Simulates a loss of power or a pulled reset pin: the position is forgotten.
     pub(super) fn power_up(&mut self) {
         let physical = self.carriage();
         self.begin_anew();
@@ -231,14 +239,14 @@ impl Automaton {
         self.greet();
     }
 
-    /// The same on a board without switches, and its greeting is lost on its way.
+    /// The same for a controller without switches, and with its greeting lost.
     pub(super) fn power_up_unheard(&mut self) {
         self.power_up();
         self.lock = Lock::None;
         self.out.clear();
     }
 
-    /// Another program left this work zero in force, 1 for G54.
+    /// Simulates another program that left this coordinate system active, 1 for G54.
     pub(super) fn leaves_in_force(&mut self, place: usize) {
         self.modal.zero = place - 1;
     }
@@ -270,7 +278,7 @@ impl Automaton {
         self.greet();
     }
 
-    /// A switch or a soft limit has spoken, by the number of its alarm: it stands where it is, and waits for a reset.
+    /// Stops with this alarm of a limit switch or soft limit, and waits for a reset.
     pub(super) fn is_stopped(&mut self, alarm: u16) {
         self.begin_anew();
         (self.lock, self.waits_for_reset) = (Lock::Alarm, true);
@@ -278,23 +286,24 @@ impl Automaton {
         self.say("[MSG:Reset to continue]");
     }
 
-    /// It locks itself, and the line that says so is lost on its way.
+    /// Locks, and the message about it is lost.
     pub(super) fn lock_unheard(&mut self) {
         self.begin_anew();
         self.lock = Lock::Alarm;
     }
 
-    /// It goes on with what it has as if it had never been in check mode.
+    /// Leaves check mode and continues without a reset.
     pub(super) fn leaves_check_mode(&mut self) {
         self.check = false;
     }
 
-    /// Whether a move by hand is on its way.
+    /// Returns `true` during a jog.
     fn jogs(&self) -> bool {
         self.queue.front().is_some_and(|block| block.by_hand)
     }
 
-    /// Physically the travel goes from its minus to the origin; a switch leaves each axis a millimetre off one of its ends.
+    /// Physically the travel extends from minus its length to the origin. A switch leaves each axis a
+    /// millimetre from one of the ends.
     fn home(&mut self) {
         let setting = |number: u16| {
             self.settings.iter().find(|(known, _)| *known == number).map_or(0.0, |(_, value)| *value)
@@ -312,28 +321,28 @@ impl Automaton {
         self.planned = self.at;
     }
 
-    /// Where the carriage is, physically.
+    /// Physical position of the carriage.
     fn carriage(&self) -> [f64; 3] {
         std::array::from_fn(|axis| self.origin[axis] + self.at[axis])
     }
 
-    /// Where the tip is, physically.
+    /// Physical position of the tool.
     pub(super) fn place(&self) -> [f64; 3] {
         let [x, y, z] = self.carriage();
         [x, y, z - self.tool_mm]
     }
 
-    /// Bytes that it has said.
+    /// Takes the bytes that the controller has sent.
     pub(super) fn said(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }
 
-    /// Bytes that it hears.
+    /// Receives bytes.
     pub(super) fn hear(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             match byte {
                 b'?' => self.asked = true,
-                // In check mode there is nothing to be held.
+                // In check mode there is nothing to hold.
                 b'!' => {
                     self.hold_heard = true;
                     if !self.check && self.held.is_none() {
@@ -346,6 +355,7 @@ impl Automaton {
                 0x85 if self.jogs() => {
                     self.queue.clear();
                     self.planned = self.at;
+                    self.held = self.deaf_after_cancel.then_some("Idle");
                 }
                 0x90..=0x9d => drop(self.pressed.insert(byte)),
                 0x80.. => {}
@@ -355,13 +365,12 @@ impl Automaton {
         }
     }
 
-    /// A millisecond passes.
     pub(super) fn tick(&mut self) {
         self.see_to_overrides();
         if std::mem::take(&mut self.asked) && (!self.waits_for_reset || self.reports_waiting) {
             self.report();
         }
-        // Behind the report, as GRBL does it.
+        // After the report, in the same order as GRBL.
         let hold_heard = std::mem::take(&mut self.hold_heard);
         if std::mem::take(&mut self.goes_on) && !hold_heard {
             self.held = None;
@@ -380,7 +389,7 @@ impl Automaton {
         if self.held.is_some_and(|why| why != "Hold:0") {
             return;
         }
-        // Some ten bytes are read in a millisecond.
+        // About ten bytes are parsed per millisecond.
         for _ in 0..12 {
             if self.pending.is_some() {
                 self.try_pending();
@@ -402,7 +411,7 @@ impl Automaton {
         }
     }
 
-    /// It sees to them every few milliseconds, between two lines.
+    /// Processes override characters every few milliseconds, between two lines.
     fn see_to_overrides(&mut self) {
         self.since_pressed += 1;
         if self.pressed.is_empty() || self.since_pressed < 5 {
@@ -456,13 +465,13 @@ impl Automaton {
         }
     }
 
-    /// Whether the tip is on the board.
+    /// Returns `true` if the tool touches the board.
     fn touches(&self) -> bool {
         let [x, y, z] = self.place();
         self.shorted || self.surface.is_some_and(|height| z <= height(x, y))
     }
 
-    /// A probing move ends where the tip meets the board, or comes to rest behind that.
+    /// A probing move ends at the contact, or coasts to rest shortly after it.
     fn probe(&mut self) {
         if self.probing == Some(false) && self.touches() {
             (self.latched, self.probing, self.coasts) = (self.at, Some(true), self.coast_ms);
@@ -478,7 +487,7 @@ impl Automaton {
         self.coasts = self.coasts.saturating_sub(1);
     }
 
-    /// Work zero, with every offset in force.
+    /// Work zero with all offsets that are in force.
     pub(super) fn zero(&self) -> [f64; 3] {
         let [x, y, z] = self.zeros[self.modal.zero];
         let [dx, dy, dz] = self.shift;
@@ -509,12 +518,12 @@ impl Automaton {
         self.say(&format!("<{doing}|MPos:{at}|FS:{feed},0{pins}{zero}{overrides}>"));
     }
 
-    /// Whether it reports in inches.
+    /// Returns `true` if reports are in inches.
     fn tells_inches(&self) -> bool {
         self.settings.iter().any(|(number, value)| *number == 13 && *value != 0.0)
     }
 
-    /// A place in the unit of its reports.
+    /// Formats a position in the unit of the reports.
     fn words(&self, place: [f64; 3]) -> String {
         let words = if self.tells_inches() {
             place.map(|value| format!("{:.4}", value / 25.4))
@@ -524,7 +533,7 @@ impl Automaton {
         words.join(",")
     }
 
-    /// A feed in the unit of its reports.
+    /// Formats a feed in the unit of the reports.
     fn rate(&self, feed: f64) -> String {
         if self.tells_inches() { format!("{:.1}", feed / 25.4) } else { format!("{feed:.0}") }
     }

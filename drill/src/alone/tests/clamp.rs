@@ -1,4 +1,4 @@
-//! The clamp of a machine with a magazine by a person's hand, in a time of its own (C5): not while the spindle turns.
+//! Tests of the manually opened clamp: it stays closed while the spindle turns.
 
 use super::*;
 use annulus_core::job::Input;
@@ -18,7 +18,7 @@ fn is_open(bench: &Bench) -> bool {
     bench.status().inputs & Input::ClampOpen.bit() != 0
 }
 
-/// What was told of the magazine last.
+/// The latest magazine report.
 fn told(bench: &Bench) -> MagazineReport {
     let told = bench.heard.iter().rev();
     let mut told =
@@ -30,7 +30,7 @@ fn held(bench: &Bench) -> Held {
     told(bench).stock.spindle
 }
 
-/// A job whose tool is worn after two holes, at life's own speed: the person is asked just now.
+/// A job in real time whose tool is worn after two holes; the user has just been asked.
 fn worn() -> Bench {
     let machine = apply(&virtual_drill(), &changes()).unwrap();
     let program = drilled::holes(&machine, 4, 4, |_| 800);
@@ -49,7 +49,7 @@ fn worn() -> Bench {
 }
 
 #[test]
-fn it_stays_closed_until_the_spindle_stands() {
+fn clamp_opens_only_after_the_spindle_stopped() {
     let mut bench = worn();
     bench.ask(&Ask::OpenClamp);
     assert_eq!(bench.refused(), Some("magazine.spindle_turns"));
@@ -63,7 +63,7 @@ fn it_stays_closed_until_the_spindle_stands() {
 }
 
 #[test]
-fn a_change_that_is_over_is_told_so_and_who_asks_for_a_new_tool_is_seen_to_wait() {
+fn worn_tool_change_reports_no_magazine_change() {
     let bench = worn();
     let report = told(&bench);
     assert_eq!((report.changes, report.stock.change), (false, None), "it fetches nothing for a worn tool");

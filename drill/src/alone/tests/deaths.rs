@@ -1,7 +1,7 @@
-//! A host that dies in the midst of a job: wherever the last packet was that came, it ends on the path.
+//! Tests of a host that dies during a job: after any last packet, the adapter stops on the path.
 //!
-//! The job is played by the executor of adapters on an adapter in memory; the same job is the same packets every time. Lines that begin
-//! with `measured` are read by `cargo xtask bench --adapter`.
+//! The adapter's executor plays the job on an adapter in memory; the same job always gives the same
+//! packets. `cargo xtask bench --adapter` reads the lines that begin with `measured`.
 
 use super::port::{machine, milled};
 use super::world::{Pulse, World};
@@ -22,10 +22,10 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Waker};
 
-/// Packets that come when nobody dies.
+/// No packet is lost.
 const ALL: u64 = u64::MAX;
 
-/// Orders that follow each other.
+/// A fixed sequence of tasks.
 pub(super) struct Ordered(pub(super) VecDeque<Task>);
 
 impl Orders for Ordered {
@@ -34,7 +34,7 @@ impl Orders for Ordered {
     }
 }
 
-/// A program, leg by leg.
+/// A program, one task per leg.
 fn tasks(program: &Program) -> VecDeque<Task> {
     let mut tasks = VecDeque::<Task>::new();
     for segment in stream_of(program, &machine()).unwrap().segments {
@@ -56,17 +56,17 @@ fn tasks(program: &Program) -> VecDeque<Task> {
     tasks
 }
 
-/// A job that was played until so many packets had come.
+/// A job, played until this many packets had arrived.
 struct Played {
     pulses: Vec<Pulse>,
-    /// Pulses that had been given then, and when that was, in µs.
+    /// Pulses given until then, and the time, in µs.
     before: usize,
     died_us: u64,
     status: Said,
     packets: u64,
     bytes: u64,
     of_path: u64,
-    /// Whether there was nothing left to be said.
+    /// Everything had been sent.
     is_whole: bool,
 }
 
@@ -94,7 +94,7 @@ fn played(tasks: &VecDeque<Task>, packets: u64) -> Played {
     }
     assert!(!is_whole || completed.get() == tasks.len());
     let (before, died_us) = (world.written_down.as_ref().map_or(0, Vec::len), now().as_micros() as u64);
-    // Outputs go off when it rests, or 2 s later.
+    // Outputs go off when it stops, at the latest after 2 s.
     let until = now() + Duration::from_millis(2_500);
     while now() < until && (world.status().state == At::Running || world.status().outputs != 0) {
         NOW.set(NOW.get() + Duration::from_millis(10));
@@ -115,20 +115,22 @@ fn place(pulses: &[Pulse]) -> [i32; 4] {
     std::array::from_fn(|axis| of_axis(pulses, axis).map(|pulse| if pulse.forward { 1 } else { -1 }).sum())
 }
 
-/// What deaths came to.
+/// Statistics of the simulated deaths.
 #[derive(Default)]
 struct Deaths {
     count: u32,
     starved: u32,
-    /// Longest time from the last packet to the last pulse, and longest way in that time, all axes together.
+    /// Longest time from the last packet to the last pulse, and longest travel in that time, all axes
+    /// together.
     longest_ms: f64,
     farthest_mm: f64,
-    /// The greatest difference of what the adapter counts and what the pins did.
+    /// Greatest difference between the adapter's count and the pins.
     most_off: i32,
 }
 
 impl Deaths {
-    /// That it rests on the path of the `whole` job, that all axes rest at one moment of it, and that it counts as its pins did.
+    /// Checks that the adapter stopped on the path of the `whole` job, all axes at the same moment, with
+    /// counts that agree with its pins.
     fn judge(&mut self, whole: &[Pulse], dead: &Played) {
         let (mut last, mut next) = (0, u64::MAX);
         for axis in 0..4 {
@@ -167,7 +169,7 @@ impl Deaths {
 }
 
 #[test]
-fn a_host_that_dies_at_any_packet_of_a_job_leaves_it_at_rest_on_the_path() {
+fn host_death_at_any_packet_leaves_the_path_at_rest() {
     let tasks = tasks(&drilled::holes(&machine(), 2, 2, |_| 800));
     let whole = played(&tasks, ALL);
     assert!(whole.is_whole && whole.pulses.len() > 1_000);
@@ -181,7 +183,7 @@ fn a_host_that_dies_at_any_packet_of_a_job_leaves_it_at_rest_on_the_path() {
 }
 
 #[test]
-fn a_host_that_dies_at_packets_of_chance_leaves_it_at_rest_on_the_path() {
+fn host_death_at_random_packets_leaves_the_path_at_rest() {
     let jobs = [drilled::holes(&machine(), 6, 3, |_| 800), milled()].map(|program| tasks(&program));
     let mut deaths = Deaths::default();
     for (seed, tasks) in (1..).zip(&jobs) {
@@ -194,7 +196,7 @@ fn a_host_that_dies_at_packets_of_chance_leaves_it_at_rest_on_the_path() {
     deaths.tell("at packets of chance of two jobs");
 }
 
-/// The board that every page offers as a sample: its holes, and everything else, as programs.
+/// The sample board that the page offers, as two programs: its holes, and everything else.
 fn sample() -> [Program; 2] {
     let file = |name: &str| {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../www/examples");
@@ -215,8 +217,8 @@ fn sample() -> [Program; 2] {
 }
 
 #[test]
-fn a_step_of_the_sample_board_costs_few_bytes_of_the_cable() {
-    // At 80 steps a mm and 6 mm/s round pads of 1 mm a run has few steps, and 50 ms have 24.
+fn sample_board_takes_few_bytes_per_step() {
+    // At 80 steps/mm and 6 mm/s around pads of 1 mm, a run has few steps, and 50 ms have 24.
     for ((what, most), program) in [("drilling", 0.25), ("milling", 1.0)].into_iter().zip(sample()) {
         let whole = played(&tasks(&program), ALL);
         let (steps, bytes) = (whole.pulses.len(), whole.bytes);

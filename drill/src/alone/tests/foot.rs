@@ -1,11 +1,12 @@
-//! A presser foot that is down where a second STOP holds the lift: it is up again before X and Y move, whoever moves them (C7).
+//! Tests that a presser foot left down by a second STOP is up again before X and Y move, for any kind of
+//! move.
 
 use super::*;
 use annulus_core::job::Input;
 use annulus_core::machine::apply;
 use annulus_core::queue::Mode;
 
-/// A foot, and strokes slow enough to be met in their middle.
+/// A presser foot, and drill cycles slow enough to stop within.
 fn changes() -> Vec<(String, Value)> {
     let word = |word: &str| Value::Text(word.to_owned());
     let slow = ["stroke.feed", "z.max_speed", "motion.down_speed"].map(|key| (key, Value::Number(4.0)));
@@ -17,7 +18,18 @@ fn is_down(status: &Status) -> bool {
     status.inputs & Input::FootDown.bit() != 0
 }
 
-/// Stopped in mid-stroke, and stopped again while the tip rises.
+/// Presses STOP, and again while the tool rises: later than the second half of a double click.
+fn stops_twice(bench: &mut Bench) {
+    bench.ask(&Ask::FeedOverride { percent: 10 });
+    bench.ask(&Ask::Stop);
+    let deep = bench.status().work_mm[2];
+    (0..70).for_each(|_| bench.turn(TURN));
+    bench.until(|status| status.work_mm[2] > deep + 0.2);
+    bench.ask(&Ask::Stop);
+    bench.ask(&Ask::FeedOverride { percent: 100 });
+}
+
+/// Stopped within a drill cycle, and stopped again while the tool rises.
 fn held() -> Bench {
     let machine = apply(&virtual_drill(), &changes()).unwrap();
     let program = drilled::holes(&machine, 4, 4, |_| 800);
@@ -31,10 +43,7 @@ fn held() -> Bench {
     bench.until(|status| status.state == State::ToolChange);
     bench.ask(&Ask::ToolChanged);
     bench.until(|status| status.work_mm[2] < -1.0);
-    bench.ask(&Ask::Stop);
-    let deep = bench.status().work_mm[2];
-    bench.until(|status| status.work_mm[2] > deep + 0.2);
-    bench.ask(&Ask::Stop);
+    stops_twice(&mut bench);
     let status = bench.until(|status| status.state == State::Ready);
     assert!(
         status.work_mm[2] < 0.0 && is_down(&status),
@@ -44,14 +53,14 @@ fn held() -> Bench {
 }
 
 #[test]
-fn a_foot_that_a_second_stop_left_down_is_up_before_x_and_y_move() {
+fn foot_left_down_by_a_second_stop_is_raised_before_xy_moves() {
     let mut bench = held();
     bench.home();
     let status = bench.status().clone();
     assert_eq!((status.alarm.clone(), is_down(&status)), (None, false), "{status:?}");
     let mut bench = held();
     for (axis, distance_um) in [(2, 8_000), (0, 3_000)] {
-        bench.ask(&Ask::Jog { axis, distance_um });
+        bench.ask(&Ask::Jog { axis, distance_um, anyway: false });
         while bench.status().state == State::Jogging {
             bench.ask(&Ask::JogOn);
             bench.turn(TURN);
@@ -61,7 +70,7 @@ fn a_foot_that_a_second_stop_left_down_is_up_before_x_and_y_move() {
     assert!(!is_down(bench.status()), "{:?}", bench.status());
 }
 
-/// Brings a queue and runs it to its end, good or bad.
+/// Loads a queue and runs it to its end, successful or not.
 fn queue(bench: &mut Bench, text: &str) -> Status {
     bench.ask(&Ask::Queue { text: text.to_owned() });
     bench.ask(&Ask::QueueRun { mode: Mode::ToEnd });
@@ -69,23 +78,20 @@ fn queue(bench: &mut Bench, text: &str) -> Status {
 }
 
 #[test]
-fn a_queue_that_begins_under_a_foot_that_was_left_down_lifts_it_before_x_and_y_move() {
+fn queue_raises_a_foot_left_down_before_xy_moves() {
     let mut bench = held();
     let status = queue(&mut bench, "HOME Z\nMOVE_BY 400 0\n");
     assert_eq!((status.alarm.clone(), is_down(&status)), (None, false), "{status:?}");
     let mut bench = held();
     let status = queue(&mut bench, "HOME ALL\n");
     assert_eq!((status.alarm.clone(), is_down(&status)), (None, false), "{status:?}");
-    // What a queue leaves down when it is stopped and held likewise.
+    // The same for a queue that is stopped and held with the foot down.
     let mut bench = held();
     bench.ask(&Ask::Queue { text: "DRILL_UP\nSPINDLE 20000\nDRILL_DOWN\n".to_owned() });
     bench.ask(&Ask::QueueRun { mode: Mode::ToEnd });
     bench.until(|status| status.work_mm[2] > 0.5);
     bench.until(|status| status.work_mm[2] < -1.0);
-    bench.ask(&Ask::Stop);
-    let deep = bench.status().work_mm[2];
-    bench.until(|status| status.work_mm[2] > deep + 0.2);
-    bench.ask(&Ask::Stop);
+    stops_twice(&mut bench);
     let status = bench.until(|status| status.state == State::Ready);
     assert!(is_down(&status), "{status:?}");
     let status = queue(&mut bench, "HOME Z\nMOVE_BY 400 0\n");
@@ -93,11 +99,11 @@ fn a_queue_that_begins_under_a_foot_that_was_left_down_lifts_it_before_x_and_y_m
 }
 
 #[test]
-fn a_tip_that_is_taken_out_of_the_board_by_hand_lifts_the_foot_and_one_that_stays_in_it_does_not() {
+fn jogging_the_tool_out_of_the_board_raises_the_foot() {
     let mut bench = held();
     let deep_um = (-1e3 * bench.status().work_mm[2]) as i32;
     for (distance_um, stays) in [(100, true), (deep_um + 1_000, false)] {
-        bench.ask(&Ask::Jog { axis: 2, distance_um });
+        bench.ask(&Ask::Jog { axis: 2, distance_um, anyway: false });
         bench.until(|status| status.state == State::Jogging);
         while bench.status().state == State::Jogging {
             bench.ask(&Ask::JogOn);

@@ -1,10 +1,10 @@
-//! Parking: up first, then out of the way; by itself only where that was set, and never behind a STOP (C7).
+//! Tests of parking: up first, then aside; automatic only if set, and never after a STOP.
 
 use super::*;
 
 const PLACE_MM: [f64; 2] = [120.0, 80.0];
 
-/// A drill that is parked at a place of its own; by itself after a job where that is said.
+/// A drill with its own park position; parks after a job as `after_job` sets it.
 fn parked_apart(speed: f64, after_job: &str) -> Bench {
     let word = |word: &str| Value::Text(word.to_owned());
     let rows = [
@@ -21,7 +21,7 @@ fn parked_apart(speed: f64, after_job: &str) -> Bench {
 }
 
 fn by_hand(bench: &mut Bench, axis: u8, distance_um: i32) {
-    bench.ask(&Ask::Jog { axis, distance_um });
+    bench.ask(&Ask::Jog { axis, distance_um, anyway: false });
     bench.until(|status| status.state == State::Jogging);
     while bench.status().state == State::Jogging {
         bench.ask(&Ask::JogOn);
@@ -38,7 +38,7 @@ fn was_parking(bench: &Bench) -> bool {
 }
 
 #[test]
-fn the_head_goes_up_and_then_away_and_its_place_stays_known() {
+fn parking_lifts_first_and_preserves_the_position() {
     let mut bench = parked_apart(1.0, "no");
     bench.ask(&Ask::Park);
     assert_eq!(bench.refused(), Some("control.not_homed"));
@@ -62,7 +62,7 @@ fn the_head_goes_up_and_then_away_and_its_place_stays_known() {
 }
 
 #[test]
-fn stop_ends_it_on_its_way() {
+fn stop_ends_parking_on_its_way() {
     let mut bench = parked_apart(1.0, "no");
     bench.home();
     bench.ask(&Ask::Park);
@@ -75,7 +75,7 @@ fn stop_ends_it_on_its_way() {
     assert_eq!(bench.status().alarm, None, "no step was lost");
 }
 
-/// In the middle of a job of four holes.
+/// Drills until the middle of a job of four holes.
 fn drill(bench: &mut Bench) {
     bench.home();
     bench.ask(&Ask::SetZero);
@@ -85,14 +85,14 @@ fn drill(bench: &mut Bench) {
     bench.ask(&Ask::ToolChanged);
 }
 
-/// Where it rests when all of the job is done.
+/// The status after the whole job.
 fn done(bench: &mut Bench) -> Status {
     assert_eq!(bench.finish(), (Ending::Done, 4));
     bench.until(|status| status.state == State::Ready)
 }
 
 #[test]
-fn after_a_job_the_head_is_parked_only_where_that_was_set() {
+fn parking_after_a_job_depends_on_its_setting() {
     for (after_job, parks) in [("no", false), ("yes", true)] {
         let mut bench = parked_apart(200.0, after_job);
         drill(&mut bench);
@@ -103,7 +103,7 @@ fn after_a_job_the_head_is_parked_only_where_that_was_set() {
 }
 
 #[test]
-fn nothing_moves_behind_a_stop_in_the_last_lift_of_a_job() {
+fn stop_in_the_last_lift_of_a_job_prevents_parking() {
     let mut bench = parked_apart(1.0, "yes");
     drill(&mut bench);
     bench.until(|status| status.state == State::Stopping);

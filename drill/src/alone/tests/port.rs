@@ -1,4 +1,4 @@
-//! A page with an adapter at its port: whole boards, and whatever can happen to them.
+//! Tests of a page with an adapter at its port: whole boards, and all kinds of failures.
 
 use super::world::World;
 use super::*;
@@ -21,8 +21,8 @@ pub(super) fn opened(files: &Memory, mut world: World, seed: u64) -> Bench {
     Bench::of(Alone::at_port(files.clone(), port, seed, now).unwrap(), Some(world))
 }
 
-/// Homed and with its work zero.
-fn ready(files: &Memory) -> Bench {
+/// A homed machine with a work zero.
+pub(super) fn ready(files: &Memory) -> Bench {
     let mut bench = opened(files, World::new(&machine(), files), 1);
     bench.home();
     assert_eq!(bench.status().state, State::Ready, "{:?}", bench.status().alarm);
@@ -55,19 +55,19 @@ impl Bench {
         self.is_done();
     }
 
-    /// The job is drilled to its end, and no bit broke on the way.
+    /// Finishes the job, and checks that no tool broke.
     fn is_done(&mut self) {
         assert_eq!(self.finish().0, Ending::Done);
         assert_eq!(self.world().broken(), None);
     }
 
-    /// The alarm is read, once what it does for safety is done.
+    /// Acknowledges the alarm `code`, once the machine is safe.
     fn acknowledge(&mut self, code: &str) -> Status {
         let status = self.until(|status| status.state == State::Alarm);
         assert_eq!(status.alarm.unwrap().code, code);
         for _ in 0..100 {
             (0..50).for_each(|_| self.turn(TURN));
-            // Who said nothing for long is not in control any more.
+            // Control lapsed during the silence.
             self.ask(&Ask::TakeControl { force: true });
             self.ask(&Ask::AcknowledgeAlarm);
             self.turn(TURN);
@@ -80,7 +80,7 @@ impl Bench {
 }
 
 #[test]
-fn a_board_is_drilled_whole_over_a_bad_cable_too() {
+fn board_is_drilled_whole_over_a_bad_cable() {
     let (files, program) = (Memory::default(), program(40));
     let mut bench = ready(&files);
     for garbled in [false, true] {
@@ -96,7 +96,7 @@ fn a_board_is_drilled_whole_over_a_bad_cable_too() {
     }
 }
 
-/// Circles and lines, milled one behind the other.
+/// Circles and lines, milled in sequence.
 pub(super) fn milled() -> Program {
     let mut program = program(1);
     let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);
@@ -126,8 +126,8 @@ pub(super) fn milled() -> Program {
 }
 
 #[test]
-fn a_step_costs_few_bytes_of_the_cable() {
-    // With everything else that is said: statuses are asked for, sessions kept alive.
+fn job_takes_few_bytes_per_step() {
+    // Includes all other traffic: status requests and keep-alives.
     for (what, program, most) in [("drilling", program(40), 0.25), ("milling", milled(), 0.35)] {
         let mut bench = ready(&Memory::default());
         let before = (bench.world().steps, bench.world().bytes);
@@ -148,7 +148,7 @@ fn a_step_costs_few_bytes_of_the_cable() {
 }
 
 #[test]
-fn stopped_or_without_its_cable_for_a_while_it_rests_on_the_path_and_goes_on() {
+fn stop_or_brief_unplugging_resumes_without_homing() {
     for seed in 0..6 {
         let (files, program) = (Memory::default(), program(16));
         let mut chance = Chance::new(seed);
@@ -177,7 +177,7 @@ fn stopped_or_without_its_cable_for_a_while_it_rests_on_the_path_and_goes_on() {
 }
 
 #[test]
-fn stopped_while_unplugged_or_unplugged_for_too_long_it_is_homed_and_goes_on() {
+fn long_unplugging_requires_homing_before_resume() {
     for is_stopped in [true, false] {
         let (files, program) = (Memory::default(), program(12));
         let mut bench = drilling(&files, &program, 2);
@@ -205,10 +205,10 @@ fn stopped_while_unplugged_or_unplugged_for_too_long_it_is_homed_and_goes_on() {
 }
 
 #[test]
-fn a_stroke_is_too_long_by_what_was_made_of_it_and_not_by_what_was_sent() {
+fn drilling_time_limit_counts_executed_motion() {
     let (text, number) = (|word: &str| Value::Text(word.to_owned()), Value::Number);
     let changes = |longest_s| -> Vec<(String, Value)> {
-        // A second of path to the end of its way; the sensor of the bottom comes after eight tenths of it.
+        // One second of path to the end of the move; the bottom sensor turns on after 0.8 s.
         let changes = [
             ("overlap.on", text("no")),
             ("stroke.end", text("sensor")),
@@ -237,7 +237,7 @@ fn a_stroke_is_too_long_by_what_was_made_of_it_and_not_by_what_was_sent() {
             assert_eq!(status.alarm.unwrap().code, "control.drilling_too_long");
             continue;
         }
-        // Stopped amid a stroke it is stopped, although more of it was sent than may be drilled.
+        // A stop within a drill cycle takes effect although more path was already sent.
         bench.until(|status| status.holes_done >= 1 && status.stage == Some(Stage::Drill));
         (0..100).for_each(|_| bench.turn(TURN));
         bench.ask(&Ask::Stop);
@@ -248,7 +248,7 @@ fn a_stroke_is_too_long_by_what_was_made_of_it_and_not_by_what_was_sent() {
 }
 
 #[test]
-fn a_hub_that_stands_still_for_two_seconds_costs_the_job_its_pace_and_no_step() {
+fn two_second_hub_stall_loses_no_step() {
     let (files, program) = (Memory::default(), program(12));
     let mut bench = drilling(&files, &program, 1);
     bench.world().fast_ppm = 100;
@@ -264,7 +264,7 @@ fn a_hub_that_stands_still_for_two_seconds_costs_the_job_its_pace_and_no_step() 
 }
 
 #[test]
-fn closed_at_any_moment_the_adapter_rests_and_the_next_page_goes_on_after_homing() {
+fn closed_page_stops_the_adapter_and_resumes_after_homing() {
     let program = program(12);
     for seed in 0..8 {
         let (files, mut chance) = (Memory::default(), Chance::new(seed));
@@ -291,10 +291,10 @@ fn closed_at_any_moment_the_adapter_rests_and_the_next_page_goes_on_after_homing
 }
 
 #[test]
-fn a_page_that_is_called_too_rarely_runs_dry_and_loses_nothing() {
+fn rarely_called_page_runs_dry_and_loses_nothing() {
     let (files, program) = (Memory::default(), program(12));
     let mut bench = drilling(&files, &program, 1);
-    // A quarter of a second is nothing to it: so much waits in the adapter.
+    // The adapter bridges a quarter of a second: it holds that much path.
     (0..8).for_each(|_| bench.turn(Duration::from_millis(240)));
     assert_eq!(bench.status().alarm, None);
     bench.turn(Duration::from_secs(3));
@@ -306,13 +306,13 @@ fn a_page_that_is_called_too_rarely_runs_dry_and_loses_nothing() {
 }
 
 #[test]
-fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_goes_on() {
+fn emergency_stop_or_power_loss_requires_homing() {
     let (files, program) = (Memory::default(), program(12));
     let mut bench = drilling(&files, &program, 2);
     bench.world().pressed = true;
     let status = bench.until(|status| status.state == State::Alarm && status.stage.is_none());
     assert_eq!(status.alarm.unwrap().code, "adapter.emergency_stop");
-    // While it is pressed the alarm comes back.
+    // While it is pressed, the alarm returns.
     bench.ask(&Ask::AcknowledgeAlarm);
     bench.turn(Duration::from_millis(500));
     bench.until(|status| status.state == State::Alarm);
@@ -333,7 +333,7 @@ fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_goes_on() 
 }
 
 #[test]
-fn an_adapter_that_could_not_keep_its_time_is_homed_and_goes_on() {
+fn adapter_timing_fault_requires_homing() {
     let (files, program) = (Memory::default(), program(12));
     let mut bench = drilling(&files, &program, 2);
     bench.world().fault();
@@ -345,7 +345,7 @@ fn an_adapter_that_could_not_keep_its_time_is_homed_and_goes_on() {
 }
 
 #[test]
-fn nobody_at_the_port_or_somebody_else_is_a_sentence() {
+fn missing_or_foreign_device_at_the_port_gives_an_alarm() {
     let files = Memory::default();
     let mut world = World::new(&machine(), &files);
     world.plug(false);
@@ -365,7 +365,7 @@ fn nobody_at_the_port_or_somebody_else_is_a_sentence() {
     assert_eq!(alarm(&mut bench), "adapter.another_program");
 }
 
-/// Frames that say which versions an adapter speaks, for every hello among `bytes`.
+/// Frames of an adapter with other protocol versions, one for every hello in `bytes`.
 fn refusals(bytes: &[u8], frames: &mut Unstuffer<FRAME>) -> Vec<u8> {
     let mut answer = Vec::new();
     for byte in bytes {
@@ -383,7 +383,7 @@ fn refusals(bytes: &[u8], frames: &mut Unstuffer<FRAME>) -> Vec<u8> {
 }
 
 #[test]
-fn an_adapter_that_speaks_another_version_is_a_sentence() {
+fn adapter_with_another_version_gives_an_alarm() {
     let (port, mut frames) = (crate::alone::Port::default(), Unstuffer::new());
     port.opened();
     let mut bench = Bench::of(Alone::at_port(Memory::default(), port.clone(), 1, now).unwrap(), None);
@@ -396,14 +396,14 @@ fn an_adapter_that_speaks_another_version_is_a_sentence() {
 }
 
 #[test]
-fn a_firmware_that_knows_no_filters_is_refused_where_a_sensor_has_one() {
+fn firmware_without_filters_is_refused_for_filtered_sensors() {
     let files = Memory::default();
     let mut bench = ready(&files);
     bench.world().knows_no_filters = true;
     let filters = Value::Numbers(vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 30.0]);
     bench.ask(&Ask::Configure { changes: vec![("adapter.filters".to_owned(), filters)] });
     let alarm = |bench: &mut Bench| bench.until(|status| status.alarm.is_some()).alarm.unwrap().code;
-    // The contact is not wired: nothing is to be filtered.
+    // The contact sensor is not wired, so nothing is filtered.
     bench.until(|status| status.trust == Trust::Lost);
     assert_eq!(bench.status().alarm, None);
     let filters = Value::Numbers(vec![30.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -412,7 +412,7 @@ fn a_firmware_that_knows_no_filters_is_refused_where_a_sensor_has_one() {
 }
 
 #[test]
-fn that_the_adapter_has_another_firmware_is_told_with_the_status_and_it_works_all_the_same() {
+fn different_adapter_firmware_is_reported_and_works() {
     let own = own_firmware();
     for (found, wanted) in [(own, None), (7, Some(OtherFirmware { found: 7, wanted: own }))] {
         let files = Memory::default();
@@ -432,7 +432,7 @@ fn that_the_adapter_has_another_firmware_is_told_with_the_status_and_it_works_al
 }
 
 #[test]
-fn the_wiring_of_its_adapter_is_set_by_the_page_and_which_machine_it_is_is_not() {
+fn page_sets_adapter_wiring_but_not_the_output() {
     let files = Memory::default();
     let mut bench = ready(&files);
     let set = |key: &str, value| Ask::Configure { changes: vec![(key.to_owned(), value)] };
@@ -454,7 +454,7 @@ fn the_wiring_of_its_adapter_is_set_by_the_page_and_which_machine_it_is_is_not()
 }
 
 #[test]
-fn touches_too_short_for_the_filter_of_a_sensor_are_told_with_the_status() {
+fn touches_too_short_for_the_filter_are_reported() {
     let files = Memory::default();
     let mut bench = ready(&files);
     assert_eq!(bench.status().touches, None, "nothing is filtered");
@@ -473,7 +473,7 @@ fn touches_too_short_for_the_filter_of_a_sensor_are_told_with_the_status() {
 }
 
 #[test]
-fn a_page_wires_its_adapter_for_phases_and_the_adapter_takes_up_the_tables() {
+fn page_configures_phases_and_the_adapter_drives_them() {
     let mut bench = ready(&Memory::default());
     let (text, number) = (|word: &str| Value::Text(word.to_owned()), Value::Number);
     let mut changes = vec![

@@ -1,4 +1,5 @@
-//! A path that an adapter does not take: the first reason is said, and nothing moves beyond what it took.
+//! Tests of a path that the adapter refuses: the first reason is reported, and nothing moves beyond the
+//! accepted part.
 
 use super::deaths::Ordered;
 use super::port::machine;
@@ -14,7 +15,7 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
-/// A way of X in these runs, then a rest.
+/// A move of X in these runs, then a dwell.
 fn way(runs: Vec<Run>, ticks: u64) -> Task {
     let (mark, stage, effect) = (Mark::Prepare, Stage::Travel, Switching::None);
     let (end, gate, lift_to) = (Steps::default(), None, None);
@@ -32,7 +33,7 @@ fn way(runs: Vec<Run>, ticks: u64) -> Task {
     }
 }
 
-/// Plays it: why it was not done, how the adapter is half a minute later, and how many pulses it gave.
+/// Plays a task. Returns the error, the adapter's state half a minute later, and its number of pulses.
 fn played(task: Task) -> (Diagnostic, At, usize) {
     NOW.set(Duration::from_secs(1));
     let machine = machine();
@@ -59,7 +60,7 @@ fn played(task: Task) -> (Diagnostic, At, usize) {
     (why, world.status().state, world.written_down.unwrap().len())
 }
 
-/// Why the adapter refused it, in its own word.
+/// The adapter's own reason for a refusal.
 fn reason(why: &Diagnostic) -> &str {
     assert_eq!(why.code, "adapter.refused");
     assert!(!why.message("en").contains('{'), "{}", why.message("en"));
@@ -68,7 +69,7 @@ fn reason(why: &Diagnostic) -> &str {
 }
 
 #[test]
-fn a_path_that_turns_too_often_for_any_frame_is_a_sentence_and_does_not_begin() {
+fn too_dense_path_is_refused_before_it_starts() {
     let there_and_back =
         (0..200).map(|step| Run::even(1, step % 2 == 0, if step == 0 { 1_000 } else { 0 }, 1));
     let (why, state, pulses) = played(way(there_and_back.collect(), 10_000));
@@ -77,8 +78,8 @@ fn a_path_that_turns_too_often_for_any_frame_is_a_sentence_and_does_not_begin() 
 }
 
 #[test]
-fn of_a_path_that_is_refused_the_first_reason_is_said() {
-    // Steps a microsecond apart, where pulses alone are longer; what follows comes in pieces that have a gap before them.
+fn refused_path_reports_its_first_reason() {
+    // Steps one microsecond apart, closer than a pulse is long; the later pieces begin with a gap.
     for (slow, some) in [(100, false), (60_000, true)] {
         let runs = vec![
             Run::even(1, true, 1_000, slow),

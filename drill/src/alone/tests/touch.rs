@@ -1,21 +1,23 @@
-//! A board that lies askew and bows is touched by the drill's own contact, and jobs follow it: what is drilled says how deep (N17).
+//! Tests with a tilted and bowed board: the drill's contact sensor measures it, jobs follow it, and the
+//! drilled depths are compared.
 
 use super::*;
 use annulus_core::job::{Command, touched};
 use annulus_core::level::{ProbeGrid, key_of};
 use annulus_core::virtual_drill::UnevenBoard;
-use annulus_core::wire::HeightMapReport;
+use annulus_core::wire::{ArmedJob, HeightMapReport};
 
-/// How deep a hole may be beside what was planned, mm: two steps, a touch that is found one late, what lies between the places.
+/// Allowed error of a hole's depth, mm: two steps, a touch noticed one step late, and interpolation between
+/// points.
 pub(super) const TOLERANCE_MM: f64 = 0.015;
 pub(super) const THICK_MM: f64 = 1.6;
 
-/// Holes over 20 by 30 mm, so deep.
+/// Holes over 20 by 30 mm, of this depth.
 fn deep(depth_mm: f64) -> Program {
     deepened(holes(24), depth_mm)
 }
 
-/// The same program with holes so deep.
+/// The program with holes of this depth.
 pub(super) fn deepened(mut program: Program, depth_mm: f64) -> Program {
     for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
         if let Command::Plunge { to, .. } = command {
@@ -31,7 +33,7 @@ pub(super) fn wish(program: &Program) -> Ask {
     Ask::Survey { grid, job: key_of(program), clear_um: 1_000, depth_um: 2_000, now_s: 1_764_000_000 }
 }
 
-/// On a board that is not flat, homed, the zero not in the corner.
+/// A homed machine with a board that is not flat; the zero is not at its corner.
 fn askew(files: &Memory) -> Bench {
     let mut bench = Bench::open(files);
     bench.ask(&Ask::Provoke { faults: vec!["board-not-flat".to_owned()] });
@@ -54,9 +56,9 @@ impl Bench {
         report.unwrap().as_ref().clone()
     }
 
-    /// Moves by hand, as somebody who goes on wanting it.
+    /// Jogs, and keeps renewing the permission.
     fn by_hand(&mut self, axis: u8, distance_um: i32) {
-        self.ask(&Ask::Jog { axis, distance_um });
+        self.ask(&Ask::Jog { axis, distance_um, anyway: false });
         for _ in 0..20 {
             self.ask(&Ask::JogOn);
             self.turn(TURN);
@@ -65,7 +67,7 @@ impl Bench {
         self.turn(Duration::from_millis(200));
     }
 
-    /// Touches the board for `program`.
+    /// Measures the board for `program`.
     pub(super) fn survey(&mut self, program: &Program) -> HeightMapReport {
         self.ask(&wish(program));
         assert_eq!(self.status().state, State::Running, "{:?}", self.refused());
@@ -73,14 +75,14 @@ impl Bench {
         self.report()
     }
 
-    /// Has it checked: its key, whether it follows the map, and what of the rows is about that.
+    /// Arms the program. Returns its key, whether it follows the map, and the pre-flight codes about that.
     pub(super) fn armed(&mut self, program: &Program, from_leg: u32) -> (String, bool, Vec<String>) {
         let bytes = program::encode(program);
         let key = program::key(&bytes);
         self.drill.upload(&key, bytes).unwrap();
         self.ask(&Ask::Arm { job: key.clone(), from_leg });
         let armed = self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Armed { levelled, checks, .. } => Some((*levelled, checks.clone())),
+            Tell::Armed(ArmedJob { levelled, checks, .. }) => Some((*levelled, checks.clone())),
             _ => None,
         });
         let (levelled, checks) = armed.unwrap();
@@ -88,7 +90,7 @@ impl Bench {
         (key, levelled, codes.filter(|code| code.starts_with("level.")).collect())
     }
 
-    /// Drills it: how many holes came through, by the drilled-board record.
+    /// Drills it. Returns how many holes went through, by the drilled-board record.
     pub(super) fn through(&mut self, files: &Memory, program: &Program) -> usize {
         let recorded =
             || String::from_utf8(files.clone().read(File::Drilled).unwrap()).unwrap().lines().count();
@@ -102,7 +104,7 @@ impl Bench {
 }
 
 #[test]
-fn every_hole_is_as_deep_below_the_board_as_planned_and_without_its_map_it_is_not() {
+fn holes_have_planned_depth_only_with_the_height_map() {
     let files = Memory::default();
     let (just_through, just_not) = (deep(THICK_MM + TOLERANCE_MM), deep(THICK_MM - TOLERANCE_MM));
     let mut bench = ready_askew(&files);
@@ -126,7 +128,7 @@ fn every_hole_is_as_deep_below_the_board_as_planned_and_without_its_map_it_is_no
 }
 
 #[test]
-fn a_tip_touches_early_where_it_does_over_the_board_as_it_was_touched() {
+fn early_contact_is_measured_against_the_height_map() {
     let program = deep(THICK_MM + 0.1);
     let tolerance = || vec![("stroke.contact_tolerance".to_owned(), Value::Number(0.08))];
     for (faults, wanted) in [
@@ -152,7 +154,7 @@ fn a_tip_touches_early_where_it_does_over_the_board_as_it_was_touched() {
 }
 
 #[test]
-fn a_map_outlives_its_page_and_is_refused_by_another_zero_another_job_and_another_height() {
+fn height_map_survives_reload_and_refuses_other_zero_or_job() {
     let (files, program) = (Memory::default(), deep(1.62));
     let mut bench = ready_askew(&files);
     let report = bench.survey(&program);
@@ -177,7 +179,7 @@ fn a_map_outlives_its_page_and_is_refused_by_another_zero_another_job_and_anothe
 }
 
 #[test]
-fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
+fn interrupted_job_resumes_only_with_its_height_map() {
     let (files, program) = (Memory::default(), deep(1.62));
     let mut bench = ready_askew(&files);
     bench.survey(&program);
@@ -197,7 +199,7 @@ fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
 }
 
 #[test]
-fn a_contact_that_is_missing_or_closed_ends_it_with_a_sentence_and_leaves_no_map() {
+fn missing_or_closed_contact_ends_the_survey_without_a_map() {
     let program = deep(1.62);
     let mut bench = Bench::open(&Memory::default());
     bench.ask(&Ask::Provoke { faults: vec!["contact-missing".to_owned()] });
@@ -207,7 +209,7 @@ fn a_contact_that_is_missing_or_closed_ends_it_with_a_sentence_and_leaves_no_map
     let ends = |bench: &Bench| bench.status().alarm.as_ref().map(|why| why.code.clone());
     assert_eq!((ends(&bench).as_deref(), report.grid), (Some("level.no_board"), None));
     assert_eq!(bench.status().trust, Trust::Trusted);
-    // The tip is on the board already: the contact cannot say where it begins.
+    // The tool already touches the board: the contact cannot find the surface.
     let mut bench = ready(&Memory::default());
     let down = bench.status().work_mm[2] + 0.03;
     bench.by_hand(2, (-down * 1e3) as i32);
@@ -218,7 +220,7 @@ fn a_contact_that_is_missing_or_closed_ends_it_with_a_sentence_and_leaves_no_map
 }
 
 #[test]
-fn it_pauses_with_the_tip_up_stops_at_once_and_is_refused_where_nobody_knows_the_place() {
+fn survey_pauses_lifted_stops_at_once_and_needs_homing() {
     let (files, program) = (Memory::default(), deep(1.62));
     let mut bench = askew(&files);
     bench.ask(&wish(&program));
@@ -252,12 +254,12 @@ fn it_pauses_with_the_tip_up_stops_at_once_and_is_refused_where_nobody_knows_the
 }
 
 #[test]
-fn a_plate_on_the_board_sets_its_height_and_a_map_goes_along() {
+fn plate_sets_the_board_height_and_the_map_follows() {
     let (files, program) = (Memory::default(), deep(1.62));
     let mut bench = ready_askew(&files);
     bench.ask(&Ask::Probe { depth_um: 0, plate_um: 0 });
     assert_eq!(bench.refused(), Some("touch.bad"));
-    // From the top, 30 mm over the board: further than it may look.
+    // From the top, 30 mm above the board: further than the probe may search.
     bench.ask(&Ask::Probe { depth_um: 5_000, plate_um: 0 });
     let status = bench.until(|status| status.state == State::Alarm);
     assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("level.no_board", Trust::Trusted));
@@ -276,7 +278,7 @@ fn a_plate_on_the_board_sets_its_height_and_a_map_goes_along() {
         let Some(Value::Number(mm)) = told else { panic!("{told:?}") };
         mm
     };
-    // What is touched there is the board as its map says: the surface stays where it is, less the plate.
+    // The touch agrees with the map: the surface stays, less the plate.
     bench.ask(&Ask::Probe { depth_um: 45_000, plate_um: 1_500 });
     bench.until(|status| status.state == State::Ready);
     assert!((surface(&bench) - (before.mm() - 1.5)).abs() < 0.006, "{} {at:?}", surface(&bench));
@@ -293,15 +295,15 @@ fn a_plate_on_the_board_sets_its_height_and_a_map_goes_along() {
 }
 
 #[test]
-fn edges_are_found_from_either_side_half_a_tool_taken_off() {
+fn edges_are_found_from_either_side_with_the_tool_radius() {
     let mut bench = ready(&Memory::default());
     let machine = virtual_drill();
-    // The board on the virtual drill ends 0.2 mm inside of its travel.
+    // The virtual drill's board ends 0.2 mm inside its travel.
     for (axis, settings) in [(0_usize, &machine.x), (1, &machine.y)] {
         for up in [true, false] {
             bench.ask(&Ask::SetZero);
             let end = if up { settings.min } else { settings.max };
-            // The other axis over the board.
+            // Move the other axis over the board.
             let over = 50.0 - bench.status().machine_mm[1 - axis];
             bench.by_hand(1 - axis as u8, (over * 1_000.0) as i32);
             let way = end.mm() - bench.status().machine_mm[axis];
@@ -321,7 +323,7 @@ fn edges_are_found_from_either_side_half_a_tool_taken_off() {
             assert!(bench.status().work_mm[2] > 1.0, "the tip is up");
         }
     }
-    // In the middle of nowhere there is no edge: the zero stays.
+    // Away from an edge nothing is found, and the zero stays.
     let zero = bench.status().zero_mm;
     bench.ask(&Ask::Edge { axis: 0, up: false, reach_um: 3_000, tool_um: 800 });
     let status = bench.until(|status| status.state == State::Alarm);

@@ -1,5 +1,5 @@
-//! A machine behind an adapter whose sensors are all wired: the board is touched to the step, and what is broken shows as the manual
-//! says (N17, N18, N20).
+//! Tests of a machine on an adapter with all sensors wired: the board is touched to the step, and faults
+//! show as in the manual.
 
 use super::port::{machine, opened};
 use super::touch::{THICK_MM, TOLERANCE_MM, deepened, wish};
@@ -10,10 +10,10 @@ use annulus_core::virtual_drill::faults::{FAULTS, read};
 use annulus_core::virtual_drill::{Faults, UnevenBoard};
 use std::collections::BTreeSet;
 
-/// The input that the contact is wired to.
+/// The input of the contact sensor.
 const CONTACT: u8 = 6;
 
-/// The contact wired, which has no place beside moves that overlap.
+/// Wires the contact sensor; it excludes overlapping moves.
 fn changes() -> Vec<(String, Value)> {
     let sensors = Value::Numbers((0..7).map(f64::from).collect());
     let rows = [("adapter.sensors", sensors), ("overlap.on", Value::Text("no".to_owned()))];
@@ -28,7 +28,7 @@ fn program(count: usize) -> Program {
     drilled::holes(&wired(), count, 4, |_| 800)
 }
 
-/// Broken so, and homed where it can be.
+/// A machine with these faults, homed if possible.
 fn homed(files: &Memory, faults: Faults) -> Bench {
     let mut bench = opened(files, World::broken_by(&wired(), files, faults), 1);
     (0..50).for_each(|_| bench.turn(TURN));
@@ -40,9 +40,9 @@ fn homed(files: &Memory, faults: Faults) -> Bench {
 }
 
 impl Bench {
-    /// Moves by hand, as somebody who goes on wanting it.
+    /// Jogs, and keeps renewing the permission.
     fn moved(&mut self, axis: u8, mm: f64) {
-        self.ask(&Ask::Jog { axis, distance_um: (mm * 1e3).round() as i32 });
+        self.ask(&Ask::Jog { axis, distance_um: (mm * 1e3).round() as i32, anyway: false });
         self.until(|status| status.state == State::Jogging);
         while self.status().state == State::Jogging {
             self.ask(&Ask::JogOn);
@@ -50,14 +50,14 @@ impl Bench {
         }
     }
 
-    /// Until nothing is done any more: the code of the alarm, if there is one.
+    /// Waits until nothing moves. Returns the code of the alarm, if any.
     fn rested(&mut self) -> Option<String> {
         let is_over = |state: State| matches!(state, State::Ready | State::Alarm | State::NotHomed);
         let status = self.until(|status| is_over(status.state) && status.stage.is_none());
         status.alarm.map(|why| why.code)
     }
 
-    /// Where the contact closed, each time.
+    /// Positions at which the contact closed.
     fn closed(&mut self) -> Vec<[i64; 3]> {
         let stops = self.world().stops.iter();
         stops.filter(|(_, input)| *input == CONTACT).map(|(at, _)| *at).collect()
@@ -65,7 +65,7 @@ impl Bench {
 }
 
 #[test]
-fn a_board_is_touched_through_an_adapter_and_the_map_is_what_it_is_to_the_step() {
+fn adapter_survey_is_exact_to_the_step() {
     let (files, machine) = (Memory::default(), wired());
     let uneven = Some(UnevenBoard::BOWED);
     let mut bench = homed(&files, Faults { uneven, ..Faults::default() });
@@ -88,7 +88,7 @@ fn a_board_is_touched_through_an_adapter_and_the_map_is_what_it_is_to_the_step()
         assert_eq!(height.unwrap(), found, "{index}");
         assert!((found.mm() - UnevenBoard::BOWED.raised_mm(x, y)).abs() < 0.006, "{index}: {found:?}");
     }
-    // What stopped the pulses is where the machine counts that it is, and the tip is up again.
+    // The pulses stopped where the machine counts itself to be, and the tool is up again.
     let (real, status) = (bench.world().real(), bench.status().clone());
     assert_eq!(real[..], status.steps[..3]);
     assert!(status.work_mm[2] > 0.9, "{status:?}");
@@ -98,7 +98,7 @@ fn a_board_is_touched_through_an_adapter_and_the_map_is_what_it_is_to_the_step()
 }
 
 #[test]
-fn the_height_and_an_edge_of_a_board_are_found_through_an_adapter() {
+fn adapter_finds_height_and_edge_of_a_board() {
     let (files, machine) = (Memory::default(), wired());
     let mut bench = homed(&files, Faults::default());
     bench.ask(&Ask::Probe { depth_um: 45_000, plate_um: 1_500 });
@@ -113,7 +113,7 @@ fn the_height_and_an_edge_of_a_board_are_found_through_an_adapter() {
     });
     let surface = machine.z.scale.length(closed[0][2]) - Length::from_um(1_500);
     assert_eq!((closed.len(), told), (1, Some(Value::Number(surface.mm()))));
-    // Beside the board, and below its surface; the tip went up by itself.
+    // Off the board and below its surface; the tool went up by itself.
     bench.moved(1, 5.0);
     let [x, _, z] = bench.status().machine_mm;
     bench.moved(0, -x);
@@ -130,8 +130,8 @@ fn the_height_and_an_edge_of_a_board_are_found_through_an_adapter() {
 }
 
 #[test]
-fn a_cable_that_is_pulled_while_a_board_is_touched_leaves_no_wrong_map_and_the_place_known() {
-    // On the long way down to the first place, and between two places, where nothing is missed.
+fn unplugging_during_a_survey_leaves_no_wrong_map() {
+    // On the long way down to the first point, and between two points, where no touch is due.
     for (done, turns, seen) in [(0, 250, Some("adapter.ran_dry")), (2, 0, None)] {
         let mut bench = homed(&Memory::default(), Faults::default());
         bench.ask(&Ask::SetZero);
@@ -155,17 +155,17 @@ fn a_cable_that_is_pulled_while_a_board_is_touched_leaves_no_wrong_map_and_the_p
     }
 }
 
-/// What is done with the machine.
+/// An action of the test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Work {
     Home,
-    /// The board is touched.
+    /// Measure the board.
     Touch,
-    /// Eight holes are drilled; so many come through, and so the next homing ends.
+    /// Drill eight holes: how many go through, and the result of the next homing.
     Drill(usize, Option<&'static str>),
 }
 
-/// A fault, what is done, and the alarm that comes of it.
+/// A fault, an action, and the resulting alarm.
 const ROWS: &[(&str, Work, Option<&str>)] = &[
     ("lost-step@1", Work::Drill(8, Some("control.lost_count")), None),
     ("stuck-switch", Work::Home, Some("control.sensor_stuck")),
@@ -181,15 +181,15 @@ const ROWS: &[(&str, Work, Option<&str>)] = &[
     ("cable-pulled@2", Work::Drill(2, Some("control.sensor_not_found")), None),
 ];
 
-/// Faults that are none of a machine behind an adapter, or that other tests show.
+/// Faults that cannot occur on an adapter, or that other tests cover.
 const ELSEWHERE: [&str; 7] = [
-    // Inputs are watched by the chip: `link/tests/adapter/touches.rs`.
+    // The chip watches the inputs: `link/tests/adapter/touches.rs`.
     "bouncing-switch",
-    // A host that is late: `a_page_that_is_called_too_rarely_runs_dry_and_loses_nothing`.
+    // A late host: `rarely_called_page_runs_dry_and_loses_nothing`.
     "late-host",
-    // The adapter has no input for a cover; that is wired into the emergency stop.
+    // The adapter has no cover input: a cover switch belongs in the emergency stop circuit.
     "cover-open",
-    // Nor for a magazine: `machine.magazine_beside_adapter`.
+    // An adapter cannot have a magazine: `machine.magazine_beside_adapter`.
     "clamp-stuck",
     "tool-dropped",
     "place-occupied",
@@ -197,7 +197,7 @@ const ELSEWHERE: [&str; 7] = [
 ];
 
 #[test]
-fn every_fault_behind_an_adapter_is_what_the_manual_says_of_it() {
+fn every_adapter_fault_acts_as_documented() {
     let mut known: BTreeSet<&str> = ROWS.iter().filter_map(|row| row.0.split('@').next()).collect();
     known.extend(ELSEWHERE);
     assert_eq!(known, FAULTS.iter().map(|row| row.name).collect());
@@ -239,7 +239,7 @@ fn every_fault_behind_an_adapter_is_what_the_manual_says_of_it() {
         }
     }
     assert!(other.is_empty(), "{}", other.join("\n"));
-    // What it has no wire for is refused before anything moves.
+    // Settings that need a missing wire are refused before anything moves.
     let refused = |key: &str, value: Value| {
         let changes = [changes(), vec![(key.to_owned(), value)]].concat();
         apply(&machine(), &changes).err().and_then(|why| why.into_iter().next()).map(|why| why.code)

@@ -1,7 +1,5 @@
-//! An adapter in memory with the virtual drill at its pins: the adapter's own program, its chip apart.
-//!
-//! Comes in: bytes of a port, what happens to cable and emergency stop. Goes out: bytes, holes in a drilled-board record. Does not know
-//! what is wanted.
+//! An adapter in memory with the virtual drill at its pins. The adapter's own program runs, without the
+//! chip.
 
 use super::{Memory, now};
 use crate::adapter::own_firmware;
@@ -23,16 +21,16 @@ use annulus_link::{AXES, CYCLES_PER_TICK, INPUTS, TICK_HZ};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, channel};
 
-/// How often the program goes round, in µs.
+/// Time of one main loop, in µs.
 const ROUND_US: u64 = 250;
-/// Words are made so far ahead, in ticks.
+/// How far ahead words are made, in ticks.
 const AHEAD: u32 = 20_000;
 const TICKS_PER_US: u64 = 10;
 
-/// Pulses that were made and not given: cycle and direction.
+/// Pulses that are made but not yet given: cycle and direction.
 #[derive(Default)]
 struct Rings {
-    /// Cycle behind the last word.
+    /// Cycle after the last word.
     behind: [u64; AXES],
     pulses: [VecDeque<(u64, bool)>; AXES],
     pulse: u32,
@@ -75,41 +73,41 @@ pub(super) struct World {
     adapter: Adapter<'static>,
     rings: Rings,
     motion: Motion,
-    /// When the pulses began, and when it is, in µs.
+    /// Start of the pulses, and current time, in µs.
     begun_us: u64,
     now_us: u64,
     drill: VirtualDrill,
     holes: Receiver<String>,
     files: Memory,
-    /// Its firmware is one that knows no filters.
+    /// Simulates firmware without filters.
     pub(super) knows_no_filters: bool,
-    /// How often its inputs were touched for less than their filter.
+    /// Counts of touches shorter than their filter.
     pub(super) touches: Touches,
     /// The emergency stop is pressed.
     pub(super) pressed: bool,
     plugged: bool,
-    /// A hub between does nothing.
+    /// The USB hub passes nothing on.
     pub(super) stalled: bool,
-    /// How much faster the adapter's clock is, in millionths.
+    /// How much faster the adapter's clock runs, in parts per million.
     pub(super) fast_ppm: u64,
-    /// Turns a bit of one of so many bytes.
+    /// Flips a bit of one in this many bytes.
     pub(super) garble: Option<(Chance, usize)>,
-    /// Pulses that were given, and bytes that came.
+    /// Pulses given, and bytes received.
     pub(super) steps: u64,
     pub(super) bytes: u64,
-    /// Bytes of those that were in frames with pieces of path.
+    /// Bytes of frames that carry path.
     pub(super) of_path: u64,
     frames: Unstuffer<FRAME>,
     since: u64,
-    /// There is no drill at its pins: what they do is written down here instead.
+    /// Records the pulses instead of driving a drill.
     pub(super) written_down: Option<Vec<Pulse>>,
-    /// So many packets more come, then nothing any more.
+    /// Number of packets that still arrive; all later ones are lost.
     pub(super) packets: Option<u64>,
-    /// Where X, Y and Z were when an input stopped the pulses, each time, in steps; and which input that was.
+    /// Position of X, Y and Z at each stop by an input, in steps, and the input.
     pub(super) stops: Vec<([i64; 3], u8)>,
 }
 
-/// A pulse as it was given: when, of which axis, which way.
+/// A pulse: time, axis and direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pulse {
     pub(super) tick: u64,
@@ -117,7 +115,7 @@ pub(super) struct Pulse {
     pub(super) forward: bool,
 }
 
-/// The same bytes, with a word in the place of filters that nobody knows.
+/// Replaces the filter requests in these bytes by an unknown kind.
 fn without_filters(bytes: &[u8]) -> Vec<u8> {
     const UNKNOWN: u8 = 100;
     let (mut frames, mut all, mut since) = (Unstuffer::<FRAME>::new(), Vec::new(), 0);
@@ -137,7 +135,7 @@ fn without_filters(bytes: &[u8]) -> Vec<u8> {
     all
 }
 
-/// What USB carries at once, in bytes.
+/// Bytes of one USB packet.
 const PACKET: usize = 64;
 
 fn fresh(firmware: u32) -> Adapter<'static> {
@@ -153,7 +151,7 @@ fn fresh(firmware: u32) -> Adapter<'static> {
 }
 
 impl World {
-    /// Plugged in; its drill writes holes down in `files`.
+    /// A connected adapter, whose drill writes its holes to `files`.
     pub(super) fn new(machine: &Machine, files: &Memory) -> Self {
         Self::broken_by(machine, files, Faults::default())
     }
@@ -200,39 +198,38 @@ impl World {
         self.port.clone()
     }
 
-    /// Pulls the cable, or plugs it in again.
+    /// Unplugs the cable, or plugs it in again.
     pub(super) fn plug(&mut self, plugged: bool) {
         self.plugged = plugged;
         if plugged { self.port.opened() } else { self.port.gone() }
     }
 
-    /// The adapter loses its power and gets it again.
+    /// Power-cycles the adapter.
     pub(super) fn power(&mut self) {
         self.flashed(own_firmware());
     }
 
-    /// The same with another firmware in it.
+    /// Power-cycles the adapter with another firmware.
     pub(super) fn flashed(&mut self, firmware: u32) {
         (self.adapter, self.rings, self.motion) = (fresh(firmware), Rings::default(), Motion::Rest);
         self.drill.safe();
     }
 
-    /// Whether its pins drive windings.
+    /// Returns `true` if its pins drive windings.
     pub(super) fn drives_phases(&self) -> bool {
         self.adapter.settings().phases != 0
     }
 
-    /// Where X, Y and Z really are, in steps.
+    /// True position of X, Y and Z, in steps.
     pub(super) fn real(&self) -> [i64; 3] {
         self.drill.real()
     }
 
-    /// Why a bit broke, if one did.
+    /// Why a tool broke, if one did.
     pub(super) fn broken(&self) -> Option<Breakage> {
         self.drill.broken()
     }
 
-    /// What happened since.
     pub(super) fn go_on(&mut self) {
         let now_us = now().as_micros() as u64;
         let until_us = now_us + now_us * self.fast_ppm / 1_000_000;
@@ -252,7 +249,7 @@ impl World {
         }
     }
 
-    /// Counts bytes by what their frame says.
+    /// Counts the bytes of each kind of frame.
     fn weigh(&mut self, byte: u8) {
         self.since += 1;
         let Some(frame) = self.frames.take(byte) else { return };
@@ -263,7 +260,7 @@ impl World {
         self.since = 0;
     }
 
-    /// Leaves what comes in packets before the last one that comes at all.
+    /// Cuts off everything after the last packet that still arrives.
     fn carried(&mut self, bytes: &mut Vec<u8>) {
         let Some(left) = &mut self.packets else { return };
         let come = bytes.len().div_ceil(PACKET).min(usize::try_from(*left).unwrap_or(usize::MAX));
@@ -271,12 +268,11 @@ impl World {
         *left -= come as u64;
     }
 
-    /// How long its inputs have to be touched.
+    /// How long each input must be touched.
     pub(super) fn filters_us(&self) -> [u16; INPUTS] {
         *self.adapter.filters_us()
     }
 
-    /// How it is.
     pub(super) fn status(&self) -> Status {
         self.adapter.status(self.now_us as u32)
     }
@@ -291,7 +287,7 @@ impl World {
         bytes
     }
 
-    /// The program goes round once.
+    /// One main loop of the program.
     fn round(&mut self) {
         self.adapter.obey_next();
         while let Some(order) = self.adapter.order() {
@@ -347,7 +343,7 @@ impl World {
         self.machine.adapter.wired(on)
     }
 
-    /// Gives the pulses that are due, in their order; a sensor that stops ends it.
+    /// Gives the pulses that are due, in order, until a sensor stops them.
     fn give(&mut self) {
         let cycles = (self.now_us - self.begun_us) * TICKS_PER_US * u64::from(CYCLES_PER_TICK);
         loop {
@@ -373,12 +369,12 @@ impl World {
         }
     }
 
-    /// Its machines ran dry.
+    /// The state machines ran dry.
     pub(super) fn fault(&mut self) {
         self.force(None, false);
     }
 
-    /// The pulses are stopped, by an input, by the emergency stop, or because nothing was there to play.
+    /// Stops the pulses: by an input, by the emergency stop, or because there was nothing to play.
     fn force(&mut self, input: Option<u8>, stop: bool) {
         let mut index = self.adapter.index();
         for (index, pulses) in index.iter_mut().zip(&mut self.rings.pulses) {

@@ -1,11 +1,12 @@
-//! Lines by which a machine changes tools itself, written by the page and kept: nobody is asked, and the page sees which is in work.
+//! Tests of a tool-change macro entered in the page: the user is not asked, and the page shows the current
+//! tool.
 
 use super::{Bench, Memory, holes};
 use crate::controller::tests::Automaton;
 use annulus_core::control::{Ending, State};
 use annulus_core::controller::CHANGER_KEY;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, RowVerdict, Tell};
+use annulus_core::wire::{ArmedJob, Ask, ControllerReport, JobEnd, RowVerdict, Tell};
 
 fn lines(text: &str) -> Ask {
     let lines = text.lines().map(str::to_owned).collect();
@@ -13,7 +14,7 @@ fn lines(text: &str) -> Ask {
 }
 
 #[test]
-fn a_machine_that_changes_its_tools_asks_nobody_and_shows_its_lines() {
+fn tool_changer_runs_its_lines_without_asking() {
     let mut board = Automaton::new([-20.0, -30.0, -10.0]);
     board.rack = Some(|_| 0.0);
     let mut bench = Bench::ready_with(&Memory::default(), board);
@@ -26,7 +27,7 @@ fn a_machine_that_changes_its_tools_asks_nobody_and_shows_its_lines() {
     assert_eq!(bench.refused(&lines("G53 G0 Z-1\nM6 T{tool}\nG53 G0 X-200")), None);
     bench.start(&key, 0);
     let told = bench.heard.iter().any(|tell| match tell {
-        Tell::Armed { checks, .. } => {
+        Tell::Armed(ArmedJob { checks, .. }) => {
             checks.iter().any(|row| row.finding.code == "changer.lengths" && row.verdict == RowVerdict::Warn)
         }
         _ => false,
@@ -34,7 +35,7 @@ fn a_machine_that_changes_its_tools_asks_nobody_and_shows_its_lines() {
     assert!(told, "that nobody measures them is a row to be read");
     let rows = |bench: &Bench| {
         let checks = bench.heard.iter().filter_map(|tell| match tell {
-            Tell::Armed { checks, .. } => Some(checks.iter().map(|row| row.finding.code.clone())),
+            Tell::Armed(ArmedJob { checks, .. }) => Some(checks.iter().map(|row| row.finding.code.clone())),
             _ => None,
         });
         checks.flatten().collect::<Vec<_>>()
@@ -45,14 +46,14 @@ fn a_machine_that_changes_its_tools_asks_nobody_and_shows_its_lines() {
     assert!(bench.refused(&Ask::ToolChanged).is_some());
     bench.until(|status| status.job.is_none());
     assert_eq!(bench.made(&program), (vec![1; 10], 0));
-    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Done, .. })));
-    // By its number in the rack.
+    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended(JobEnd { ending: Ending::Done, .. }))));
+    // By their numbers in the tool list.
     assert_eq!(bench.board.fetched, [6, 8]);
-    // Kept, until there are none.
+    // The macro is saved until it is deleted.
     let bench = bench.replug();
     let told = |bench: &Bench| {
         bench.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Controller { changer, .. } => Some(changer.len()),
+            Tell::Controller(ControllerReport { changer, .. }) => Some(changer.len()),
             _ => None,
         })
     };

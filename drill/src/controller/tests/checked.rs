@@ -1,10 +1,10 @@
-//! A job that the page has the controller read in its check mode, and run afterwards.
+//! Tests of a job that the controller reads in check mode and then runs.
 
 use super::*;
 use annulus_core::wire::CheckModeReport;
 
 impl Bench {
-    /// What was told of it last.
+    /// The latest check report.
     fn was_checked(&self) -> Option<CheckModeReport> {
         let mut told = self.heard.iter().rev();
         told.find_map(
@@ -14,7 +14,7 @@ impl Bench {
 }
 
 #[test]
-fn a_job_is_read_without_a_move_told_and_run_as_it_was_compared() {
+fn job_is_checked_without_motion_and_then_run() {
     let mut bench = Bench::ready(&Memory::default());
     let program = holes(4);
     let key = bench.upload(&program);
@@ -28,7 +28,7 @@ fn a_job_is_read_without_a_move_told_and_run_as_it_was_compared() {
     assert!(!report.goes && report.done == report.of && report.of > 20, "{report:?}");
     assert_eq!((report.job, report.refused, report.why), (key.clone(), 0, None));
     assert_eq!((status.trust, bench.board.cuts.len()), (Trust::Trusted, cuts));
-    // It is still the one that was compared.
+    // The job is still armed.
     let start = Ask::Start { job: key, stream_digest: String::new(), from_leg: 0 };
     assert_eq!(bench.refused(&start), None);
     assert_eq!(bench.finish(), (Ending::Done, 4));
@@ -36,7 +36,7 @@ fn a_job_is_read_without_a_move_told_and_run_as_it_was_compared() {
 }
 
 #[test]
-fn a_controller_without_check_mode_and_a_job_that_nobody_brought_are_told() {
+fn missing_check_mode_and_unknown_job_are_reported() {
     let mut bench = Bench::ready(&Memory::default());
     bench.board.checks = false;
     let key = bench.upload(&holes(4));
@@ -48,7 +48,7 @@ fn a_controller_without_check_mode_and_a_job_that_nobody_brought_are_told() {
 }
 
 #[test]
-fn stop_ends_the_reading() {
+fn stop_ends_the_check() {
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(10));
     assert_eq!(bench.refused(&Ask::Check { job: key }), None);

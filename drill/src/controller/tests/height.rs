@@ -1,10 +1,11 @@
-//! The height of the board by the page: which bit it counts for, over jobs, worn tools, STOP; and a zero that is elsewhere when a job
-//! goes on.
+//! Tests of the board height: the tool that it is valid for, over jobs, worn tools and STOP. Also of a zero
+//! that moved before a job resumes.
 
 use super::*;
+use annulus_core::wire::{ArmedJob, JobEnd};
 
 impl Bench {
-    /// Starts, and is asked for the first tool.
+    /// Starts, and waits for the first tool request.
     fn first_change(&mut self, key: &str, from_leg: u32) {
         self.start(key, from_leg);
         self.state(State::ToolChange);
@@ -16,18 +17,18 @@ impl Bench {
         assert_eq!(self.refused(&Ask::Configure { changes }), None);
     }
 
-    /// Rows of the pre-flight that are to be ticked.
+    /// Pre-flight rows that need to be accepted.
     pub(super) fn ticks(&mut self, key: &str, from_leg: u32) -> Vec<String> {
         self.fails(key, from_leg);
         let armed = self.heard.iter().find_map(|tell| match tell {
-            Tell::Armed { checks, .. } => Some(checks.clone()),
+            Tell::Armed(ArmedJob { checks, .. }) => Some(checks.clone()),
             _ => None,
         });
         let warned = armed.unwrap().into_iter().filter(|row| row.verdict == RowVerdict::Warn);
         warned.map(|row| row.finding.code).collect()
     }
 
-    /// A job that is stopped after some holes: what is offered of it.
+    /// Stops a job after some holes. Returns the offer to resume.
     fn stopped(&mut self, key: &str) -> (String, u32) {
         self.first_change(key, 0);
         assert_eq!(self.refused(&Ask::ToolChanged), None);
@@ -39,7 +40,7 @@ impl Bench {
         (job, next_leg)
     }
 
-    /// Asks for a zero, and waits for it.
+    /// Requests a zero, and waits for it.
     fn zeroed(&mut self, ask: &Ask) {
         assert_eq!(self.refused(ask), None);
         (0..500).for_each(|_| self.millisecond());
@@ -49,26 +50,26 @@ impl Bench {
 const FIRST: Option<&str> = Some("grbl.height_first");
 
 #[test]
-fn the_first_tool_of_the_second_board_is_touched_off() {
+fn first_tool_of_the_second_board_needs_touch_off() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     let key = bench.upload(&program);
     assert!(bench.ticks(&key, 0).contains(&"grbl.height_of_first".to_owned()));
     bench.start(&key, 0);
     assert_eq!(bench.finish(), (Ending::Done, 10));
-    // Zero of Z is that of the second tool now.
+    // The Z zero is now that of the second tool.
     bench.first_change(&key, 0);
     assert_eq!(bench.refused(&Ask::ToolChanged).as_deref(), FIRST);
     assert_eq!(bench.finish(), (Ending::Done, 10));
     assert_eq!(bench.made(&program), (vec![2; 10], 0));
-    // Touched off between two boards, it is the one that is in.
+    // Touched off between two boards, the zero is that of the current tool.
     bench.zeroed(&Ask::SetHeight);
     bench.first_change(&key, 0);
     assert_eq!(bench.refused(&Ask::ToolChanged), None);
 }
 
 #[test]
-fn a_worn_first_tool_is_replaced_and_touched_off() {
+fn replaced_first_tool_needs_touch_off() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     bench.tools(&["T1 drill 0.8 life 6", "T2 drill 1 life 100"]);
@@ -82,7 +83,7 @@ fn a_worn_first_tool_is_replaced_and_touched_off() {
 }
 
 #[test]
-fn a_new_tool_by_a_persons_word_is_touched_off() {
+fn tool_reported_as_new_needs_touch_off() {
     let mut bench = Bench::ready(&Memory::default());
     bench.tools(&["T1 drill 0.8 life 6", "T2 drill 1 life 100"]);
     let key = bench.upload(&holes(10));
@@ -92,7 +93,7 @@ fn a_new_tool_by_a_persons_word_is_touched_off() {
 }
 
 #[test]
-fn a_job_that_was_stopped_goes_on_with_a_tool_that_is_touched_off() {
+fn stopped_job_resumes_with_touch_off() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     let key = bench.upload(&program);
@@ -107,7 +108,7 @@ fn a_job_that_was_stopped_goes_on_with_a_tool_that_is_touched_off() {
 }
 
 #[test]
-fn a_zero_that_was_set_elsewhere_since_is_ticked_with_its_millimetres_before_a_job_goes_on() {
+fn moved_zero_needs_confirmation_before_resume() {
     for way in ["set", "undone", "edge"] {
         let mut bench = Bench::ready(&Memory::default());
         let key = bench.upload(&holes(10));
@@ -121,7 +122,7 @@ fn a_zero_that_was_set_elsewhere_since_is_ticked_with_its_millimetres_before_a_j
             }
             "undone" => bench.zeroed(&Ask::UndoZero),
             _ => {
-                // A board whose edge is a cliff, 2 mm to the right of where the tip stands.
+                // A board whose edge is a cliff, 2 mm to the right of the tool.
                 bench.jog(2, 5.0);
                 bench.board.surface = Some(|x, _| if x > -140.0 { 0.0 } else { -100.0 });
                 let at = bench.status().unwrap().machine_mm[0];
@@ -134,24 +135,24 @@ fn a_zero_that_was_set_elsewhere_since_is_ticked_with_its_millimetres_before_a_j
         assert_eq!(bench.refused(&armed).as_deref(), Some("control.not_armed"), "{way}: nobody has read it");
         assert!(bench.ticks(&job, next_leg).contains(&"grbl.zero_moved".to_owned()), "{way}");
         if way == "set" {
-            // Ticked, it is begun.
+            // Once accepted, the job starts.
             assert_eq!(bench.refused(&armed), None);
             bench.state(State::ToolChange);
         }
-        // Nobody set it since the port was opened: it is not meant.
+        // Nothing set the zero since the port was opened, so its difference is not intended.
         let mut again = bench.replug();
         again.ask(&Ask::Home);
         again.state(State::Ready);
         (0..500).for_each(|_| again.millisecond());
         let (job, next_leg, _) = again.offer().unwrap();
-        // A job that was begun with the zero as it is has that one.
+        // A job that started with the current zero has no difference.
         let moved = again.fails(&job, next_leg).contains(&"grbl.zero_moved".to_owned());
         assert_eq!(moved, way != "set", "{way}");
     }
 }
 
 #[test]
-fn a_touch_that_met_nothing_takes_the_height_with_it() {
+fn probe_without_contact_discards_the_height() {
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(4));
     assert_eq!(bench.fails(&key, 0), Vec::<String>::new());
@@ -165,18 +166,20 @@ fn a_touch_that_met_nothing_takes_the_height_with_it() {
 }
 
 #[test]
-fn stop_while_a_tool_is_touched_off_ends_the_job() {
+fn stop_during_touch_off_ends_the_job() {
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(10));
     bench.first_change(&key, 0);
     assert_eq!(bench.refused(&Ask::ToolChanged), None);
     bench.until(|status| status.holes_done == 6);
     bench.state(State::ToolChange);
-    assert_eq!(bench.refused(&Ask::Jog { axis: 2, distance_um: 20_000 }), None);
+    assert_eq!(bench.refused(&Ask::Jog { axis: 2, distance_um: 20_000, anyway: false }), None);
     bench.state(State::Jogging);
     bench.ask(&Ask::Stop);
     let status = bench.until(|status| status.job.is_none());
     assert_ne!(status.state, State::ToolChange);
-    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Stopped, .. })));
+    assert!(
+        bench.heard.iter().any(|tell| matches!(tell, Tell::Ended(JobEnd { ending: Ending::Stopped, .. })))
+    );
     bench.state(State::Ready);
 }

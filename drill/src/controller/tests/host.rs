@@ -1,4 +1,5 @@
-//! The computer stands still: a page that carries no bytes, a worker that has no time. And the page's hand on a move by hand.
+//! Tests of a stalled host: a page that carries no bytes, a worker without time. Also the page's permission
+//! for a jog.
 
 use super::{Bench, Memory, NOW, holes};
 use crate::controller::tests::Automaton;
@@ -17,7 +18,7 @@ impl Bench {
         said
     }
 
-    /// For so long the page hears nobody and carries nothing; the worker has its time.
+    /// The page is blocked for `ms`; the worker runs.
     fn stuck(&mut self, ms: u64) {
         let (mut said, mut written) = (Vec::new(), Vec::new());
         for _ in 0..ms / 10 {
@@ -31,11 +32,11 @@ impl Bench {
         }
         self.station.bytes(said);
         self.turn();
-        // It was silent for so long that nobody has control.
+        // After the long silence the page has lost control.
         self.ask(&Ask::TakeControl { force: false });
     }
 
-    /// For so long neither has any time.
+    /// Page and worker are both suspended for `ms`.
     fn asleep(&mut self, ms: u64) {
         let said = self.board_alone(ms);
         self.station.bytes(said);
@@ -62,7 +63,7 @@ impl Bench {
 }
 
 #[test]
-fn a_computer_that_stood_still_for_long_holds_the_job_and_it_goes_on_where_it_was() {
+fn long_computer_stall_pauses_the_job_without_losing_holes() {
     for (ms, stuck) in [(6_000, true), (6_000, false), (60_000, true), (3_600_000, false)] {
         let (mut bench, program) = Bench::running();
         if stuck {
@@ -83,7 +84,7 @@ fn a_computer_that_stood_still_for_long_holds_the_job_and_it_goes_on_where_it_wa
 }
 
 #[test]
-fn a_computer_that_was_late_is_no_board_that_is_silent_or_too_quick() {
+fn late_computer_is_not_taken_for_a_silent_controller() {
     for stuck in [true, false] {
         let (mut bench, program) = Bench::running();
         for ms in [1_500, 2_500, 3_500] {
@@ -96,7 +97,7 @@ fn a_computer_that_was_late_is_no_board_that_is_silent_or_too_quick() {
 }
 
 #[test]
-fn a_board_that_is_silent_beside_a_computer_that_is_not_is_gone() {
+fn silent_controller_with_a_live_computer_is_closed() {
     let (mut bench, _) = Bench::running();
     for _ in 0..600 {
         bench.board_alone(10);
@@ -112,23 +113,23 @@ fn a_board_that_is_silent_beside_a_computer_that_is_not_is_gone() {
 }
 
 #[test]
-fn a_move_by_hand_ends_soon_without_its_cable_and_is_not_taken_up_by_a_word_that_was_late() {
+fn unplugged_jog_ends_soon_and_ignores_late_renewals() {
     let mut bench = Bench::plug(&Memory::default(), Automaton::new([-20.0, -30.0, -10.0]));
     bench.ask(&Ask::Home);
     bench.state(State::Ready);
-    // 300 mm/min: 0.25 s of it.
-    bench.ask(&Ask::Jog { axis: 2, distance_um: -2_000_000 });
+    // At 300 mm/min, for 0.25 s.
+    bench.ask(&Ask::Jog { axis: 2, distance_um: -2_000_000, anyway: false });
     (0..100).for_each(|_| bench.millisecond());
     let from = bench.board.place()[2];
     bench.station.unplugged();
     bench.board_alone(30_000);
     let way = from - bench.board.place()[2];
     assert!((0.1..1.25).contains(&way), "it went on for {way} mm");
-    // The page wants it again, too late: the worker was late too.
+    // The page renews the jog too late, because the worker was late too.
     let mut bench = bench.replug();
     bench.ask(&Ask::Home);
     bench.state(State::Ready);
-    bench.ask(&Ask::Jog { axis: 2, distance_um: -2_000_000 });
+    bench.ask(&Ask::Jog { axis: 2, distance_um: -2_000_000, anyway: false });
     (0..50).for_each(|_| bench.millisecond());
     let said = bench.board_alone(200);
     bench.ask(&Ask::JogOn);
@@ -142,7 +143,7 @@ fn a_move_by_hand_ends_soon_without_its_cable_and_is_not_taken_up_by_a_word_that
 }
 
 #[test]
-fn a_door_that_is_opened_while_a_tool_is_changed_is_told_and_led_on() {
+fn door_opened_during_a_tool_change_is_reported_and_resumed() {
     let program = holes(10);
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&program);

@@ -1,13 +1,13 @@
-//! A height map by the page: touched, followed, refused where it does not fit, forgotten.
+//! Tests of a height map from the page: measured, followed, refused if it does not fit, forgotten.
 
 use super::*;
 use annulus_core::geometry::Bounds;
 use annulus_core::job::touched;
 use annulus_core::level::{ProbeGrid, key_of};
 use annulus_core::units::Length;
-use annulus_core::wire::HeightMapReport;
+use annulus_core::wire::{ArmedJob, HeightMapReport};
 
-/// The physical height of the board: it is askew and bows, and lies at the work zero where that is.
+/// True height of the board: tilted, bowed, and level with the work zero at the work zero.
 fn bowed(x: f64, y: f64) -> f64 {
     let (x, y) = (x - ZERO[0], y - ZERO[1]);
     ZERO[2] + 0.004 * x - 0.003 * y + 0.000_2 * x * (40.0 - x)
@@ -46,7 +46,7 @@ impl Bench {
     fn warned(&mut self, key: &str, from_leg: u32) -> Vec<String> {
         assert_eq!(self.fails(key, from_leg), Vec::<String>::new());
         let armed = self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Armed { checks, .. } => Some(checks.clone()),
+            Tell::Armed(ArmedJob { checks, .. }) => Some(checks.clone()),
             _ => None,
         });
         let warned = armed.unwrap().into_iter().filter(|row| row.verdict == RowVerdict::Warn);
@@ -55,13 +55,13 @@ impl Bench {
 }
 
 #[test]
-fn a_board_is_touched_and_the_job_follows_it() {
+fn surveyed_board_is_followed_by_the_job() {
     let (files, program) = (Memory::default(), one_bit(10));
     let mut bench = Bench::ready(&files);
     bench.board.surface = Some(bowed);
     let key = bench.upload(&program);
     assert_eq!((bench.report().grid, bench.warned(&key, 0)), (None, vec![]));
-    // The tip stands on the board: the lead speaks before it is lifted.
+    // The tool touches the board: the contact reports that before it is lifted.
     bench.survey(&program);
     let report = bench.report();
     let grid = report.grid.unwrap();
@@ -86,7 +86,7 @@ fn a_board_is_touched_and_the_job_follows_it() {
 }
 
 #[test]
-fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
+fn height_map_survives_reload_until_forgotten() {
     let (files, program) = (Memory::default(), one_bit(6));
     let mut bench = Bench::ready(&files);
     bench.board.surface = Some(bowed);
@@ -99,7 +99,7 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
     let key = again.upload(&program);
     assert_eq!(again.report().heights, before.heights);
     assert_eq!(again.fails(&key, 0), ["grbl.no_height"]);
-    // Zero of Z is set elsewhere on the board: it becomes what the map says there, not 0.
+    // Setting Z zero elsewhere on the board gives the map's height there, not 0.
     for (axis, mm) in [(0, 12.0), (1, 9.0)] {
         let place = again.status().unwrap().work_mm[usize::from(axis)];
         again.jog(axis, mm - place);
@@ -111,12 +111,12 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
     let height_mm = again.status().unwrap().work_mm[2];
     assert!((height_mm - (bowed(at[0], at[1]) - ZERO[2])).abs() < 0.02, "{height_mm}");
     assert_eq!(again.warned(&key, 0), ["level.follows"]);
-    // Another job of another zero in its files does not follow it, and its height was not set by that map.
+    // A job with another zero in its files does not follow the map, and its height was not set with it.
     let mut other = program.clone();
     other.origin.x += Length::from_mm(1.0);
     let other = again.upload(&other);
     assert_eq!(again.fails(&other, 0), ["level.other_height"]);
-    // The zero moves: the map does not fit any more.
+    // After the zero moved, the map no longer fits.
     again.jog(2, 3.0);
     again.jog(0, 1.0);
     assert_eq!(again.refused(&Ask::SetZero), None);
@@ -124,7 +124,7 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
     assert_eq!(again.fails(&key, 0), ["level.other_zero"]);
     assert_eq!(again.report().refused.unwrap().code, "level.other_zero");
     assert_eq!(again.refused(&Ask::ForgetHeightMap), None);
-    // The map is gone, and zero of Z stands where it had put it.
+    // The map is deleted; the Z zero still refers to it.
     assert_eq!((again.report().grid, again.fails(&key, 0)), (None, vec!["level.other_height".to_owned()]));
     assert_eq!(again.refused(&Ask::SetHeight), None);
     (0..500).for_each(|_| again.millisecond());
@@ -134,7 +134,7 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
 }
 
 #[test]
-fn a_height_that_was_set_beside_the_map_is_not_that_of_a_job_that_follows_it() {
+fn height_set_off_the_map_does_not_fit_its_job() {
     let (files, program) = (Memory::default(), one_bit(6));
     let mut bench = Bench::ready(&files);
     bench.board.surface = Some(bowed);
@@ -142,12 +142,12 @@ fn a_height_that_was_set_beside_the_map_is_not_that_of_a_job_that_follows_it() {
     let mut other = program.clone();
     other.origin.x += Length::from_mm(1.0);
     let (key, other) = (bench.upload(&program), bench.upload(&other));
-    // As it was touched from, the height is that of the board itself: good for both.
+    // At the map's starting point the height is that of the board itself: valid for both jobs.
     assert_eq!(
         (bench.warned(&key, 0), bench.warned(&other, 0)),
         (vec!["level.follows".to_owned()], vec!["level.not_used".to_owned()])
     );
-    // The other one is begun, and at its tool the height is set anew: of a board that has no map.
+    // The other job starts, and its tool change sets the height again: for a board without a map.
     bench.start(&other, 0);
     bench.state(State::ToolChange);
     let at = bench.status().unwrap().work_mm[2];
@@ -165,7 +165,7 @@ fn a_height_that_was_set_beside_the_map_is_not_that_of_a_job_that_follows_it() {
 }
 
 #[test]
-fn no_height_is_set_where_nobody_knows_the_place() {
+fn unknown_position_refuses_a_height() {
     let mut bench = Bench::plug(&Memory::default(), Automaton::new([-20.0, -30.0, -10.0]));
     bench.ask(&Ask::Unlock);
     bench.state(State::Ready);
@@ -176,7 +176,7 @@ fn no_height_is_set_where_nobody_knows_the_place() {
 }
 
 #[test]
-fn the_board_is_looked_for_as_deep_below_the_place_before_as_was_said() {
+fn survey_probes_as_deep_as_allowed() {
     let program = one_bit(6);
     let mut bench = Bench::ready(&Memory::default());
     bench.board.cuts.clear();
@@ -188,7 +188,7 @@ fn the_board_is_looked_for_as_deep_below_the_place_before_as_was_said() {
 }
 
 #[test]
-fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
+fn interrupted_job_resumes_only_with_its_height_map() {
     let (files, program) = (Memory::default(), one_bit(8));
     let mut bench = Bench::ready(&files);
     bench.board.surface = Some(bowed);
@@ -211,7 +211,7 @@ fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
 }
 
 #[test]
-fn without_switches_a_job_goes_on_with_its_map_and_does_not_begin_anew_with_it() {
+fn job_without_homing_resumes_but_does_not_restart_with_its_map() {
     let program = one_bit(8);
     let mut board = Automaton::new(ZERO);
     board.settings.retain(|(number, _)| *number != 22);
@@ -228,7 +228,7 @@ fn without_switches_a_job_goes_on_with_its_map_and_does_not_begin_anew_with_it()
     bench.until(|status| status.holes_done == 3);
     let mut again = bench.replug();
     again.unlock();
-    // The bit is brought up, and to where a person takes it for the work zero: nothing tells whether that is right.
+    // The user lifts the tool and sets what looks like the old work zero: nothing can verify that.
     again.jog(2, 8.0);
     again.set_zero();
     let (job, next_leg, _) = again.offer().unwrap();
@@ -239,7 +239,7 @@ fn without_switches_a_job_goes_on_with_its_map_and_does_not_begin_anew_with_it()
 }
 
 #[test]
-fn nothing_is_touched_before_the_height_is_known_and_stop_ends_it() {
+fn survey_needs_a_height_and_stops() {
     let (files, program) = (Memory::default(), one_bit(6));
     let mut bench = Bench::plug(&files, Automaton::new([-20.0, -30.0, -10.0]));
     bench.ask(&Ask::Home);

@@ -1,10 +1,10 @@
-//! What opening the port may do to the board, chosen by the page and kept.
+//! Tests of the setting whether opening the port may reset the controller.
 
 use super::{Bench, Memory};
 use annulus_core::control::{State, Trust};
 use annulus_core::controller::{RESET_KEY, ResetOnOpen};
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, Tell};
+use annulus_core::wire::{Ask, ControllerReport, Tell};
 
 fn choice(word: &str) -> Ask {
     Ask::Configure { changes: vec![(RESET_KEY.to_owned(), Value::Text(word.to_owned()))] }
@@ -13,12 +13,12 @@ fn choice(word: &str) -> Ask {
 impl Bench {
     fn chosen(&self) -> Option<ResetOnOpen> {
         self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Controller { reset_on_open, .. } => Some(*reset_on_open),
+            Tell::Controller(ControllerReport { reset_on_open, .. }) => Some(*reset_on_open),
             _ => None,
         })
     }
 
-    /// The page is loaded anew, and the board goes on as it is, its spindle on.
+    /// Reloads the page while the controller keeps running, its spindle on.
     fn reload(mut self) -> Self {
         self.board.hear(b"M3S9000\n");
         (0..50).for_each(|_| self.board.tick());
@@ -35,7 +35,7 @@ impl Bench {
 }
 
 #[test]
-fn a_board_that_is_not_to_be_reset_goes_on_when_the_page_comes_back() {
+fn controller_without_reset_continues_after_a_reload() {
     let mut bench = Bench::ready(&Memory::default());
     assert_eq!(bench.chosen(), Some(ResetOnOpen::Usual));
     assert_eq!(bench.refused(&choice("sometimes")), Some("grbl.no_such_reset".to_owned()));
@@ -43,7 +43,7 @@ fn a_board_that_is_not_to_be_reset_goes_on_when_the_page_comes_back() {
     assert_eq!(bench.chosen(), Some(ResetOnOpen::Never));
     let mut bench = bench.reload();
     assert_eq!((bench.chosen(), bench.spindle_turns()), (Some(ResetOnOpen::Never), true));
-    // Where it is, is believed of nobody.
+    // The controller's position is not trusted.
     let status = bench.status().unwrap().clone();
     assert_eq!((status.state, status.trust), (State::NotHomed, Trust::Lost));
     assert_eq!(bench.refused(&choice("usual")), None);

@@ -1,4 +1,4 @@
-//! Feed, spindle and rapids of a controller, from the page: what the controller reports of them is what the page is told.
+//! Tests of feed, spindle and rapid overrides: the page shows the controller's own report.
 
 use super::*;
 
@@ -7,7 +7,7 @@ fn told(status: &Status) -> (u8, Option<u8>, Option<u8>) {
 }
 
 #[test]
-fn the_page_changes_feed_spindle_and_rapids_and_hears_what_they_are() {
+fn page_sets_overrides_and_shows_the_actual_values() {
     let mut bench = Bench::ready(&Memory::default());
     assert_eq!(told(bench.status().unwrap()), (100, Some(100), Some(100)));
     let asks = [
@@ -20,7 +20,7 @@ fn the_page_changes_feed_spindle_and_rapids_and_hears_what_they_are() {
     }
     bench.until(|status| told(status) == (85, Some(150), Some(25)));
     assert_eq!(bench.board.overrides, [85, 25, 150]);
-    // What somebody changes at the machine is told as well, and stays.
+    // A change made at the machine is reported too, and stays.
     (0..5_000).for_each(|_| bench.millisecond());
     bench.board.hear(&[0x99, 0x96]);
     bench.until(|status| told(status) == (85, Some(100), Some(50)));

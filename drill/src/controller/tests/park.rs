@@ -1,4 +1,4 @@
-//! A mill behind a controller is parked where its settings say; by itself after a job only where they do.
+//! Tests of parking on a controller: at the position in the settings, and after a job only if set.
 
 use super::*;
 
@@ -9,13 +9,13 @@ fn is_parked(status: &Status) -> bool {
 }
 
 #[test]
-fn a_mill_is_parked_where_its_settings_say_and_after_a_job_where_they_do() {
+fn machine_parks_at_its_configured_position() {
     let word = |word: &str| Value::Text(word.to_owned());
     let set = |rows: &[(&str, Value)]| {
         let changes = rows.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
         Ask::Configure { changes: changes.collect() }
     };
-    // From the lowest ends of a travel of 300 mm, as the settings have them.
+    // From the lower ends of a travel of 300 mm, as in the settings.
     let low_mm = |bench: &Bench, key: &str| {
         let told = bench.heard.iter().rev().find_map(|tell| match tell {
             Tell::Machine { settings, .. } => settings.iter().find(|(known, _)| known == key),
@@ -25,7 +25,7 @@ fn a_mill_is_parked_where_its_settings_say_and_after_a_job_where_they_do() {
     };
     for (after_job, stops, parks) in [("no", false, false), ("yes", false, true), ("yes", true, false)] {
         let mut board = Automaton::new([-20.0, -30.0, -10.0]);
-        // How far homing leaves it from its switches.
+        // The pull-off distance after homing.
         board.settings.push((27, 1.0));
         let mut bench = Bench::ready_with(&Memory::default(), board);
         let along = |key: &str, axis: usize| Value::Number(low_mm(&bench, key) + 300.0 + PLACE_MM[axis]);

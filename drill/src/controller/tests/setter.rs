@@ -1,11 +1,12 @@
-//! Tools that are measured on a tool setter, as the page has it: chosen once and kept, said before a job, named while it is done, and
-//! every hole as deep as the program says whatever tool is in.
+//! Tests of a tool setter on a controller: chosen once and saved, announced before a job, shown while
+//! measuring. Every hole must have its planned depth with any tool.
 
 use super::*;
 use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, SetterStep, ToolLengths, ToolSetter};
+use annulus_core::wire::{ArmedJob, ControllerReport, JobEnd};
 use std::collections::BTreeSet;
 
-/// A pin at the left, 20 mm higher than the board.
+/// A pin on the left, 20 mm above the board.
 const SETTER: ToolSetter = ToolSetter {
     place_mm: [-250.0, -20.0],
     from_mm: -5.0,
@@ -28,19 +29,20 @@ fn at(numbers: &[f64]) -> Ask {
 }
 
 impl Bench {
-    /// What was told last of how lengths are found.
+    /// The latest report on how lengths are found.
     fn lengths(&self) -> ToolLengths {
         let mut told = self.heard.iter().rev();
-        let told = told
-            .find_map(|tell| if let Tell::Controller { lengths, .. } = tell { Some(lengths) } else { None });
+        let told = told.find_map(|tell| {
+            if let Tell::Controller(ControllerReport { lengths, .. }) = tell { Some(lengths) } else { None }
+        });
         *told.unwrap()
     }
 
-    /// The row of the pre-flight that tells of the tool setter.
+    /// The pre-flight row about the tool setter.
     fn setter_row(&mut self, key: &str) -> Option<(String, RowVerdict)> {
         self.fails(key, 0);
         let armed = self.heard.iter().rev().find_map(|tell| match tell {
-            Tell::Armed { checks, .. } => Some(checks.clone()),
+            Tell::Armed(ArmedJob { checks, .. }) => Some(checks.clone()),
             _ => None,
         });
         let is_its = |code: &str| code.starts_with("setter.") && code != "setter.reference";
@@ -50,7 +52,7 @@ impl Bench {
 }
 
 #[test]
-fn a_choice_is_kept_and_said_before_a_job() {
+fn tool_setter_choice_is_saved_and_shown_before_a_job() {
     let files = Memory::default();
     let mut bench = Bench::ready(&files);
     let key = bench.upload(&holes(3));
@@ -66,7 +68,7 @@ fn a_choice_is_kept_and_said_before_a_job() {
     assert_eq!(bench.refused(&at(&far.numbers())), None);
     assert_eq!(bench.setter_row(&key), Some(("setter.no_room".to_owned(), RowVerdict::Fail)));
     assert_eq!(bench.refused(&at(&SETTER.numbers())), None);
-    // What else is set stays, and this with it.
+    // Other settings stay, and this one stays with them.
     let thick = vec![("stroke.board_thickness".to_owned(), Value::Number(1.2))];
     assert_eq!(bench.refused(&Ask::Configure { changes: thick }), None);
     let mut again = bench.replug();
@@ -76,7 +78,7 @@ fn a_choice_is_kept_and_said_before_a_job() {
 }
 
 #[test]
-fn every_tool_is_measured_and_named_while_it_is() {
+fn every_tool_is_measured_during_its_change() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);
     bench.board.surface = Some(surface);
@@ -86,7 +88,7 @@ fn every_tool_is_measured_and_named_while_it_is() {
     let key = bench.upload(&program);
     assert!(bench.ticks(&key, 0).contains(&"setter.reference".to_owned()));
     bench.start(&key, 0);
-    // What zero was set with, before any tool is asked for.
+    // The tool that zero was set with is measured before any tool is requested.
     bench.until(|status| status.measuring.is_some());
     for longer_mm in [1.2, 3.7] {
         let now = bench.until(|status| status.state == State::ToolChange && status.measuring.is_none());
@@ -100,7 +102,7 @@ fn every_tool_is_measured_and_named_while_it_is() {
             .filter_map(|tell| if let Tell::Status(status) = tell { status.measuring } else { None })
             .map(|step| format!("{step:?}"))
             .collect();
-        // What is over between two statuses is not seen.
+        // Steps shorter than two status reports may be missed.
         for step in [SetterStep::Up, SetterStep::Near, SetterStep::Touch, SetterStep::Again, SetterStep::Lift]
         {
             assert!(steps.contains(&format!("{step:?}")), "{longer_mm}: {steps:?}");
@@ -113,5 +115,5 @@ fn every_tool_is_measured_and_named_while_it_is() {
     }
     bench.until(|status| status.job.is_none());
     assert_eq!(bench.made(&program), (vec![1; 10], 0));
-    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Done, .. })));
+    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended(JobEnd { ending: Ending::Done, .. }))));
 }

@@ -1,16 +1,15 @@
-//! What the drill touches with its contact sensor, by moves of its own: a board place by place, its height or a plate on it, its edges
-//! (N17).
+//! Probing with the contact sensor: the board point by point, its height or a plate on it, its edges, the
+//! tool setter.
 //!
 //! ```text
-//!  board    rise ─▶ over ─▶ near ─▶ down ─▶ rise …    the contact ends the way over and near: something stands there
-//!  height   look ─▶ down                              look: the contact has to be open
+//!  board    rise ─▶ over ─▶ near ─▶ down ─▶ rise …    contact during over or near: something is in the way
+//!  height   look ─▶ down                              look: the contact must be open
 //!  edge     look ─▶ side ─▶ back
 //! ```
 //!
-//! Down and side go slowly, to where the contact closes and no further: the place, latched at the step. It runs and holds in the
-//! states of a queue: nothing of it is journaled, what was broken off is touched anew.
-//!
-//! Comes in: asks, reports. Goes out: tasks, the work zero, the board's surface. Does not know which height fits to which.
+//! `down` and `side` move slowly and stop where the contact closes; the position is latched at that step.
+//! Probing uses the queue's states to run and hold. Nothing is journaled: an interrupted measurement starts
+//! again.
 
 mod survey;
 
@@ -25,21 +24,23 @@ use annulus_core::control::{Ending, Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Input, Otherwise};
+use annulus_core::level::HeightMap;
 use annulus_core::machine::{self, Output, Steps, Value, axis_name};
 use annulus_core::motion::cycles;
 use annulus_core::queue::travel;
 use annulus_core::steps::{Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::Length;
 use annulus_core::wire::Tell;
+use std::sync::Arc;
 
-/// How long it rests before the contact is looked at, ticks: 20 ms.
+/// Wait before reading the contact, ticks: 20 ms.
 const LOOK_TICKS: u64 = TICK_HZ / 50;
-/// The furthest it looks for something, µm, the thickest plate and tool, µm, and how far it goes off an edge again.
+/// Furthest search, thickest plate and widest tool (µm), and how far to back off an edge.
 const FURTHEST_UM: u32 = 50_000;
 const THICKEST_UM: u32 = 50_000;
 const BACK: Length = Length::from_um(1_000);
 
-/// What is in hand.
+/// The current step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TouchStep {
     Rise,
@@ -51,23 +52,25 @@ enum TouchStep {
     Back,
 }
 
-/// What it is for.
+/// The purpose of the probing.
 pub(crate) enum TouchFor {
     /// The height map of a board.
     Survey(Surveying),
-    /// The height of the board, at most `depth` below the tip, with a plate on it.
+    /// The height of the board, at most `depth` below the tool, with a plate of this thickness on it.
     Height { depth: Length, plate: Length },
+    /// The tool setter, in a tool change.
+    Setter,
     /// An edge of the board.
     Edge { axis: usize, up: bool, reach: Length, radius: Length },
 }
 
-/// Something that is being touched.
+/// A probing in progress.
 pub(crate) struct Touching {
     pub(super) what: TouchFor,
     step: TouchStep,
-    /// Where the step began.
+    /// Position at the start of the step.
     from: Steps,
-    /// Where the contact closed.
+    /// Position where the contact closed.
     found: Option<Steps>,
 }
 
@@ -76,8 +79,9 @@ pub(super) fn length(um: u32) -> Length {
 }
 
 impl Owner {
-    /// Whether anything may be touched now.
+    /// Checks that probing is possible now.
     pub(super) fn may_touch(&self) -> Result<(), Diagnostic> {
+        self.may_move_in_change()?;
         if self.session.queue || self.touching.is_some() {
             return Err(diagnostic("control.busy"));
         }
@@ -94,11 +98,14 @@ impl Owner {
     }
 
     pub(super) fn begin_touching(&mut self, what: TouchFor) -> Result<(), Diagnostic> {
+        let is_of_change =
+            self.session.changes_by_hand() && matches!(what, TouchFor::Height { .. } | TouchFor::Setter);
+        let event = if is_of_change { Event::Touch } else { Event::Queue };
         self.touching = Some(Touching { what, step: TouchStep::Look, from: self.position, found: None });
-        self.try_event(Event::Queue).inspect_err(|_| self.touching = None)
+        self.try_event(event).inspect_err(|_| self.touching = None)
     }
 
-    /// The board is looked for below the tip.
+    /// Starts to search for the board below the tool.
     pub(crate) fn touch_height(&mut self, depth_um: u32, plate_um: u32) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if !(1..=FURTHEST_UM).contains(&depth_um) || plate_um > THICKEST_UM {
@@ -107,7 +114,7 @@ impl Owner {
         self.begin_touching(TouchFor::Height { depth: length(depth_um), plate: length(plate_um) })
     }
 
-    /// An edge of the board is looked for along an axis.
+    /// Starts to search for an edge of the board along an axis.
     pub(crate) fn touch_edge(
         &mut self,
         (axis, up): (u8, bool),
@@ -122,15 +129,19 @@ impl Owner {
         self.begin_touching(TouchFor::Edge { axis, up, reach, radius })
     }
 
-    /// The tip touches the board here.
+    /// The user states that the tool touches the board here.
     pub(crate) fn height_here(&mut self) -> Result<(), Diagnostic> {
         if self.session.trust != Trust::Trusted {
             return Err(diagnostic("control.not_homed"));
         }
+        if self.session.moving {
+            return Err(diagnostic("control.busy"));
+        }
+        self.may_move_in_change()?;
         self.set_surface(self.position, Length::ZERO)
     }
 
-    /// Machine steps of a place of the board, where that is within the travel.
+    /// Machine steps of a point of the board, if it is within the travel.
     pub(super) fn steps_at(&self, place: Point) -> Result<[i64; 2], Diagnostic> {
         let zero = self.session.zero().ok_or_else(|| diagnostic("preflight.no_zero"))?;
         let place = [place.x, place.y];
@@ -146,26 +157,26 @@ impl Owner {
         settings.scale.steps(settings.min)..=settings.scale.steps(settings.max)
     }
 
-    /// Machine steps of Z of a height over the board's surface.
+    /// Machine steps of Z for a height over the board's surface.
     fn z_steps(&self, height: Length) -> i64 {
         self.machine.z.scale.steps(self.machine.process.surface + height)
     }
 
-    /// The session lets it begin, or go on.
+    /// The session allows the start, or the continuation.
     pub(crate) fn touching_begins(&mut self) {
         self.tell(self.surface_tell());
-        let surveys =
-            matches!(self.touching.as_ref().map(|touching| &touching.what), Some(TouchFor::Survey(_)));
-        self.touch(if surveys { TouchStep::Rise } else { TouchStep::Look });
+        let what = self.touching.as_ref().map(|touching| &touching.what);
+        let rises = matches!(what, Some(TouchFor::Survey(_) | TouchFor::Setter));
+        self.touch(if rises { TouchStep::Rise } else { TouchStep::Look });
     }
 
-    /// Goes on after a pause.
+    /// Continues after a pause.
     pub(crate) fn touching_goes_on(&mut self) -> Result<(), Diagnostic> {
         let rests = self.session.state == State::Paused;
         self.try_event(if rests { Event::Queue } else { Event::Resume })
     }
 
-    /// Has the next step played.
+    /// Plays the next step.
     fn touch(&mut self, step: TouchStep) {
         let from = self.position;
         let Some(touching) = &mut self.touching else { return };
@@ -195,8 +206,11 @@ impl Owner {
                 moves.push(look(down_to(z).1));
                 Ok(moves)
             }
-            (TouchStep::Over, _) => {
-                let [x, y] = self.steps_at(self.next_place())?;
+            (TouchStep::Over, what) => {
+                let [x, y] = match what {
+                    TouchFor::Setter => self.setter_place(),
+                    _ => self.steps_at(self.next_place())?,
+                };
                 let mut to = from;
                 (to[0], to[1]) = (x, y);
                 let mut moves = travel(machine, from, to)?;
@@ -212,6 +226,7 @@ impl Owner {
                         self.z_steps(surveying.last - surveying.depth) + self.machine.reach()
                     }
                     TouchFor::Height { depth, .. } => from[2] - machine.z.scale.steps(*depth),
+                    TouchFor::Setter => from[2] - machine.z.scale.steps(machine.change.setter.depth),
                     TouchFor::Edge { .. } => from[2],
                 };
                 let lowest = lowest.max(*self.travel_steps(2).start());
@@ -225,7 +240,7 @@ impl Owner {
         }
     }
 
-    /// From here along an axis, not past the end of its travel.
+    /// From here along an axis, at most to the end of its travel.
     fn aside(&self, axis: usize, up: bool, way: Length) -> (Steps, Steps) {
         let (from, travel) = (self.position, self.travel_steps(axis));
         let way = self.machine.axis(axis).scale.steps(way);
@@ -234,8 +249,11 @@ impl Owner {
         (from, to)
     }
 
-    /// Machine steps of Z at which the tip goes from place to place.
+    /// Machine steps of Z for moves between points.
     fn clear_steps(&self) -> i64 {
+        if self.touching.as_ref().is_some_and(|touching| matches!(touching.what, TouchFor::Setter)) {
+            return cycles::top(&self.machine);
+        }
         let Some(TouchFor::Survey(surveying)) = self.touching.as_ref().map(|touching| &touching.what) else {
             return self.position[2];
         };
@@ -243,23 +261,23 @@ impl Owner {
         self.z_steps(clear.min(self.machine.process.safe_height)) + self.machine.reach()
     }
 
-    /// The place of the board that is touched next, or where the tip is.
+    /// The next point of the board, or the tool's position.
     fn next_place(&self) -> Point {
         let next = self.touching.as_ref().and_then(|touching| match &touching.what {
             TouchFor::Survey(surveying) => surveying.survey.next(),
-            TouchFor::Height { .. } | TouchFor::Edge { .. } => None,
+            TouchFor::Height { .. } | TouchFor::Setter | TouchFor::Edge { .. } => None,
         });
         next.unwrap_or_else(|| self.place(self.position))
     }
 
-    /// A place of the machine in work coordinates.
+    /// Converts machine steps to work coordinates.
     fn place(&self, at: Steps) -> Point {
         let zero = self.session.zero().unwrap_or_default();
         let [x, y] = [0, 1].map(|axis: usize| self.machine.axis(axis).scale.length(at[axis] - zero[axis]));
         Point::new(x, y)
     }
 
-    /// A step came to its end.
+    /// Handles the end of a step.
     pub(crate) fn touched(&mut self, ended: Ended, inputs: u32) {
         if self.session.state == State::Stopping {
             return self.pending.push_back(Event::Rested);
@@ -270,31 +288,40 @@ impl Owner {
         match (step, ended) {
             (TouchStep::Rise | TouchStep::Look, Ended::Completed) if closed => self.closed_already(),
             (TouchStep::Rise, Ended::Completed) => self.risen(),
+            // Over the setter, check first that the contact is open.
+            (TouchStep::Over, Ended::Completed) if matches!(touching.what, TouchFor::Setter) => {
+                self.touch(TouchStep::Look);
+            }
             (TouchStep::Over, Ended::Completed) => self.touch(TouchStep::Near),
             (TouchStep::Near, Ended::Completed) => self.touch(TouchStep::Down),
             (TouchStep::Look, Ended::Completed) => {
                 let aside = matches!(touching.what, TouchFor::Edge { .. });
                 self.touch(if aside { TouchStep::Side } else { TouchStep::Down });
             }
-            // It was so before it moved.
+            // The contact closed without a move: it was closed before.
             (TouchStep::Down | TouchStep::Side, Ended::Gated(at)) if at == from => self.closed_already(),
             (TouchStep::Down | TouchStep::Side, Ended::Gated(at)) => self.touched_at(at),
+            (TouchStep::Down, Ended::Unmet(_) | Ended::Completed)
+                if matches!(touching.what, TouchFor::Setter) =>
+            {
+                self.touch_fails(diagnostic("control.setter_not_met"));
+            }
             (TouchStep::Down, Ended::Unmet(_) | Ended::Completed) => {
                 let lowest = self.machine.lowest(&self.position);
                 let below = self.machine.process.surface - self.machine.z.scale.length(lowest);
                 let why = self.placed(diagnostic("level.no_board"));
-                self.fails(why.with("mm", mm(below)), self.session.trust);
+                self.touch_fails(why.with("mm", mm(below)));
             }
             (TouchStep::Side, Ended::Unmet(_) | Ended::Completed) => {
                 let axis = usize::from(from[0] == self.position[0]);
                 let way = self.machine.axis(axis).scale.length((self.position[axis] - from[axis]).abs());
                 let why = diagnostic("touch.no_edge").with("axis", axis_name(axis)).with("mm", mm(way));
-                self.fails(why, self.session.trust);
+                self.touch_fails(why);
             }
             (TouchStep::Back, Ended::Completed) => self.pending.push_back(Event::QueueDone),
             _ => {
                 let why = self.placed(diagnostic("level.in_the_way"));
-                self.fails(why, self.session.trust);
+                self.touch_fails(why);
             }
         }
     }
@@ -305,10 +332,28 @@ impl Owner {
     }
 
     fn closed_already(&mut self) {
-        self.fails(diagnostic("level.contact_closed"), self.session.trust);
+        self.touch_fails(diagnostic("level.contact_closed"));
     }
 
-    /// The tip is up: held, over, or on to the next place.
+    /// The probing failed. Raises an alarm; in a tool change, reports it and lifts the tool instead.
+    fn touch_fails(&mut self, why: Diagnostic) {
+        if !self.session.in_change {
+            return self.fails(why, self.session.trust);
+        }
+        self.touching = None;
+        self.tell(Tell::Refused { why });
+        if let Err(why) = self.rise_in_change() {
+            self.fails(why, self.session.trust);
+        }
+    }
+
+    /// The board was found with the new tool of a tool change.
+    pub(crate) fn touched_in_change(&mut self) -> Result<(), Diagnostic> {
+        self.touching_over(Ending::Done);
+        self.rise_in_change()
+    }
+
+    /// The tool is up: hold, finish, or go to the next point.
     fn risen(&mut self) {
         if self.session.state == State::Pausing {
             return self.pending.push_back(Event::QueueHeld);
@@ -324,7 +369,7 @@ impl Owner {
         }
     }
 
-    /// The contact closed there.
+    /// The contact closed at `at`.
     fn touched_at(&mut self, at: Steps) {
         let height = self.machine.z.scale.length(self.machine.lowest(&at)) - self.machine.process.surface;
         let Some(touching) = &mut self.touching else { return };
@@ -338,12 +383,12 @@ impl Owner {
                 self.tell(self.surface_tell());
                 self.touch(TouchStep::Rise);
             }
-            TouchFor::Height { .. } => self.pending.push_back(Event::QueueDone),
+            TouchFor::Height { .. } | TouchFor::Setter => self.pending.push_back(Event::QueueDone),
             TouchFor::Edge { .. } => self.touch(TouchStep::Back),
         }
     }
 
-    /// The session ended what was being done, however; at rest.
+    /// The session ended the probing, for any reason; the axes are stopped.
     pub(crate) fn touching_over(&mut self, ending: Ending) {
         let Some(Touching { what, found, .. }) = self.touching.take() else { return };
         let stopped = |code| Err(diagnostic(code));
@@ -351,6 +396,7 @@ impl Owner {
             (TouchFor::Survey(_), _) if ending == Ending::Stopped => stopped("level.stopped"),
             _ if ending == Ending::Stopped => stopped("touch.stopped"),
             (TouchFor::Height { plate, .. }, Some(at)) => self.set_surface(at, plate),
+            (TouchFor::Setter, Some(at)) => self.met_setter(at),
             (TouchFor::Edge { axis, up, radius, .. }, Some(at)) => {
                 self.set_edge(axis, up, radius, at);
                 Ok(())
@@ -363,24 +409,39 @@ impl Owner {
         self.tell(self.surface_tell());
     }
 
-    /// The board's surface is where the tip was at `at`, or by a plate below it. A height map that lies there goes along: it is its
-    /// height at this place that was touched.
+    /// Sets the board surface from a touch at `at`, through a plate. If a height map belongs to this board,
+    /// its height at this point is subtracted, and the map moves along.
     fn set_surface(&mut self, at: Steps, plate: Length) -> Result<(), Diagnostic> {
-        let mut height = self.machine.z.scale.length(self.machine.lowest(&at)) - plate;
+        let height = self.machine.z.scale.length(self.machine.lowest(&at)) - plate;
+        let mapped = self.map_there().map_or(Length::ZERO, |map| map.height(self.place(at)));
+        self.set_height(height - mapped)
+    }
+
+    /// The height map of the current board, if it fits the work zero.
+    fn map_there(&self) -> Option<HeightMap> {
         let zero = self.session.zero().map(|_| self.zero_mm());
         let lies = |kept: &&KeptSurface| {
             zero.is_some_and(|zero| kept.map.refused(&kept.map.job, zero, true).is_none())
         };
-        let map = self.surface.as_deref().filter(lies).map(|kept| kept.map.clone());
-        if let Some(map) = &map {
-            height -= map.height(self.place(at));
-        }
+        self.surface.as_deref().filter(lies).map(|kept| kept.map.clone())
+    }
+
+    /// Sets the surface height of the board, for the current tool.
+    pub(super) fn set_height(&mut self, height: Length) -> Result<(), Diagnostic> {
+        let map = self.map_there();
         let changes = [("stroke.surface".to_owned(), Value::Number(height.mm()))];
         let changed = machine::apply(&self.machine, &changes)
             .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
-        self.try_event(Event::Disarmed { position_lost: false })?;
+        let rebased = self.rebased(&changed)?;
+        if rebased.is_none() {
+            self.try_event(Event::Disarmed { position_lost: false })?;
+        }
         self.outside.keep_settings(&changed)?;
-        // What a drill is built from stays where it is: the board was there before.
+        if let Some((work, job)) = self.work.as_mut().zip(rebased) {
+            work.job = Arc::new(job);
+        }
+        self.height_is_known();
+        // The executor is not rebuilt: the simulated board does not move.
         let height = changed.process.surface;
         (self.machine, self.prepared) = (changed, None);
         self.tell(self.machine_tell());
@@ -393,12 +454,12 @@ impl Owner {
         }
     }
 
-    /// The edge that was touched is work zero of its axis.
+    /// Sets the touched edge as work zero of its axis.
     fn set_edge(&mut self, axis: usize, up: bool, radius: Length, at: Steps) {
         let settings = self.machine.axis(axis);
         let (radius, play) = (settings.scale.steps(radius), settings.scale.steps(settings.backlash));
         let mut place_steps = self.session.zero().unwrap_or_else(|| self.table());
-        // A motor that went down stands below the table by its play.
+        // After a move down, the motor is below the table by the backlash.
         place_steps[axis] = if up { at[axis] + radius } else { at[axis] + play - radius };
         self.pending.push_back(Event::SetZero { place_steps });
     }

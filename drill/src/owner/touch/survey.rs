@@ -1,7 +1,5 @@
-//! The height map of the board: begun, kept, forgotten, told (N17).
-//!
-//! Comes in: asks, heights that were touched. Goes out: the map. Heights over the board's surface as it is set. Does not know how
-//! anything is touched.
+//! The height map of the board: measured, saved, forgotten, reported. Heights are over the board surface in
+//! the settings.
 
 use super::super::{Owner, diagnostic};
 use super::{TouchFor, length};
@@ -13,10 +11,10 @@ use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, Tell};
 use std::sync::Arc;
 
-/// How far over the highest place it may be asked to go, and how far down, µm.
+/// Limit of the travel height over the highest point, and of the search depth, µm.
 const MOST_UM: u32 = 20_000;
 
-/// What there is to be touched, and how.
+/// A request to measure the board.
 pub(crate) struct SurveyWish {
     pub(crate) grid: ProbeGrid,
     pub(crate) job: String,
@@ -25,20 +23,20 @@ pub(crate) struct SurveyWish {
     pub(crate) now_s: u64,
 }
 
-/// A board that is being touched.
+/// A measurement in progress.
 pub(crate) struct Surveying {
     pub(super) survey: Survey,
     job: String,
     now_s: u64,
     pub(super) clear: Length,
     pub(super) depth: Length,
-    /// Height where it was touched last, and the highest so far.
+    /// The last measured height, and the highest.
     pub(super) last: Length,
     pub(super) highest: Length,
 }
 
 impl Owner {
-    /// Begins to touch the board.
+    /// Starts to measure the board.
     pub(crate) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if !wish.grid.is_sound() {
@@ -62,7 +60,7 @@ impl Owner {
         }))
     }
 
-    /// All places are touched: the map is kept.
+    /// All points are measured: saves the map.
     pub(super) fn surveyed(&mut self, surveying: Surveying) {
         let (grid, heights) = (*surveying.survey.grid(), surveying.survey.done().unwrap_or_default());
         let (job, measured_s, zero) = (surveying.job, surveying.now_s, self.zero_mm());
@@ -80,7 +78,7 @@ impl Owner {
         [0, 1].map(|axis: usize| self.machine.axis(axis).scale.length(zero[axis]))
     }
 
-    /// Keeps a map in place of the one before, or none. A job that was compared with the one before has to be compared again.
+    /// Saves a map, or deletes it. Disarms the job, because it was checked with the previous map.
     pub(super) fn keep_surface(&mut self, surface: Option<KeptSurface>) -> Result<(), Diagnostic> {
         let kept = self.outside.keep_surface(surface.as_ref());
         self.surface = surface.map(Arc::new);
@@ -89,7 +87,6 @@ impl Owner {
         kept
     }
 
-    /// Forgets the map.
     pub(crate) fn forget_surface(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() || self.touching.is_some() {
             return Err(diagnostic("control.busy"));
@@ -97,7 +94,7 @@ impl Owner {
         self.keep_surface(None)
     }
 
-    /// How it stands, for the page.
+    /// The height map report for the pages.
     pub(crate) fn surface_tell(&self) -> Tell {
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
         let report = match (self.touching.as_ref().map(|touching| &touching.what), &self.surface) {

@@ -1,11 +1,9 @@
-//! Times every work here. `cargo xtask bench` runs it and then does the same works in WebAssembly.
-//!
-//! Goes out: a line for each work on standard output: name, best time in ms, what was made; apart by tabs.
+//! Times every work natively. `cargo xtask bench` runs it, then the same works in WebAssembly.
 
 use annulus_speed::works;
 use std::time::Instant;
 
-/// Each work is done so often; the best time counts.
+/// Repetitions per work; the best time counts.
 const ROUNDS: usize = 5;
 
 fn main() {

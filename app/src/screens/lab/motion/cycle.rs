@@ -1,10 +1,8 @@
-//! Table and spindles in time: what overlaps, what waits, and what a hole takes.
-//!
-//! Comes in: the machine and the length of a hop. Goes out: a plot and numbers. Changes nothing.
+//! Table and spindles over time: what overlaps, what waits, and the time per hole. Changes nothing.
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::cycle::{self, CycleShown};
-use crate::page::open_board;
+use crate::page::shared;
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
 use crate::widgets::plotted;
@@ -14,11 +12,10 @@ use leptos::html::{dd, div, dl, dt, h3, p, section};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The part.
 pub(super) fn cycle() -> impl IntoView {
     let hop = Field { name: "cycle.hop", unit: "mm", range: (0.0, 1000.0), own: Memo::new(|_| 5.0) };
     let found = Memo::new(move |_| match hop.number() {
-        Some(mm) => open_board().machine.with(|machine| cycle::shown(machine, mm)).map_err(Some),
+        Some(mm) => shared(|m| &m.machine).with(|machine| cycle::shown(machine, mm)).map_err(Some),
         None => Err(None::<Diagnostic>),
     });
     let plot =
@@ -81,7 +78,7 @@ fn drawn(shown: &CycleShown) -> Plot {
     }
 }
 
-/// Holes a minute of one spindle, and of all where there are more.
+/// Holes per minute of one spindle, and of all if there are several.
 fn per_minute(seconds: f64, spindles: u32) -> String {
     let one = 60.0 / seconds;
     if spindles == 1 {

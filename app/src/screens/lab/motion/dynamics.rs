@@ -1,12 +1,10 @@
-//! The table of dynamics: typed, checked by running it, shown as speed over time, applied to the machine.
+//! The dynamics table: typed, checked by running it, plotted as speed over time, applied to the machine.
 //!
 //! ```text
-//! state  period enter leave  steps/s  mm/s │ speed over time with the lost-step line
+//! state  period enter leave  steps/s  mm/s │ speed over time with the lost-step limit
 //! interrupts, move                         │ mm/s of each axis
-//! what is wrong with it                    │ the steps
+//! its errors                               │ the steps
 //! ```
-//!
-//! Comes in: the bench, else the machine's table. Goes out: `Configure`, once the core's check lets it.
 
 use super::steps;
 use super::table::{Shown, shown};
@@ -14,8 +12,7 @@ use crate::i18n::{advice, message, say, t};
 use crate::lab::motion::StateRow;
 use crate::lab::motion::{self, Column};
 use crate::model::LabEvent;
-use crate::page::open_lab;
-use crate::page::send;
+use crate::page::{lab, send};
 use crate::readout::short;
 use crate::screens::lab::apply;
 use crate::widgets::{Icon, icon, push, push_if};
@@ -24,7 +21,6 @@ use leptos::ev;
 use leptos::html::{div, h3, input, li, p, section, span, strong, table, tbody, td, th, thead, tr, ul};
 use leptos::prelude::*;
 
-/// The part.
 pub(super) fn dynamics() -> impl IntoView {
     let shown = shown();
     div().class("lab-part").child((
@@ -79,7 +75,6 @@ fn row(shown: Shown, at: usize) -> impl IntoView {
 }
 
 fn cell(shown: Shown, at: usize, column: Column) -> impl IntoView {
-    let lab = open_lab();
     let text = move || {
         shown.rows.with(|rows| {
             let row = rows.get(at).cloned().unwrap_or_default();
@@ -102,29 +97,28 @@ fn cell(shown: Shown, at: usize, column: Column) -> impl IntoView {
         .class("short number")
         .attr("aria-label", name)
         .attr("aria-invalid", move || text().trim().parse::<u32>().is_err().then_some("true"))
-        .prop("readOnly", move || lab.locked.get())
+        .prop("readOnly", lab::locked)
         .prop("value", text)
         .on(ev::input, move |event| {
             let rows = motion::with_cell(&shown.rows.get_untracked(), at, column, event_target_value(&event));
-            lab.change(Some(&field), |bench| bench.with_dynamics(rows));
+            lab::change(Some(&field), |bench| bench.with_dynamics(rows));
         })
         .on(ev::change, move |_| send(LabEvent::Rest))
 }
 
 fn buttons(shown: Shown) -> impl IntoView {
-    let lab = open_lab();
     let edit = move |made: fn(&[StateRow]) -> Vec<StateRow>| {
         let rows = shown.rows.with_untracked(|rows| made(rows));
-        lab.change(None, |bench| bench.with_dynamics(rows));
+        lab::change(None, |bench| bench.with_dynamics(rows));
     };
-    let free = move || !lab.locked.get();
+    let free = move || !lab::locked();
     let printed = |_: &[StateRow]| motion::rows(&Dynamics::arendt());
     div().class("row").child((
         push_if("button small", free, t!("page.lab.motion.add"), move |_| edit(motion::with_state)),
         push_if("button small", free, t!("page.lab.motion.remove"), move |_| edit(motion::without_state)),
         push_if("button small", free, t!("page.lab.motion.printed"), move |_| edit(printed)),
         push("button small", t!("page.lab.motion.of_machine"), move |_| {
-            lab.change(None, |bench| bench.without_dynamics());
+            lab::change(None, |bench| bench.without_dynamics());
         }),
     ))
 }

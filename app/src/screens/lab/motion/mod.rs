@@ -1,6 +1,4 @@
-//! Motion: the table of dynamics step by step, the profiles beside each other, table and spindles in time.
-//!
-//! Comes in: the machine and what was typed. Goes out: plots and tables; the dynamics can be applied.
+//! Motion: the dynamics table step by step, a comparison of profiles, table and spindles over time.
 
 mod cycle;
 mod dynamics;
@@ -11,8 +9,8 @@ mod table;
 use crate::i18n::{say, t};
 use crate::lab::panel::PanelPart;
 use crate::model::LabEvent;
-use crate::page::{open_lab, send};
-use crate::widgets::choice;
+use crate::page::{read, send};
+use crate::widgets::{choice, segmented};
 use leptos::html::div;
 use leptos::prelude::*;
 
@@ -24,26 +22,15 @@ fn name_of(part: PanelPart) -> String {
     }
 }
 
-/// The sheet.
 pub(super) fn motion() -> impl IntoView {
-    let part = open_lab().part;
+    let part = || read(|m| m.lab.part);
     let choices = PanelPart::ALL.map(|this| {
-        choice(
-            move || part.get() == this,
-            move || name_of(this),
-            move |_| send(LabEvent::Part { part: this }),
-        )
-        .into_any()
+        choice(move || part() == this, move || name_of(this), move |_| send(LabEvent::Part { part: this }))
+            .into_any()
     });
     div().class("lab-sheet").child((
-        div().class("lab-tools").child(
-            div()
-                .class("segmented")
-                .attr("role", "group")
-                .attr("aria-label", t!("page.lab.motion.parts"))
-                .child(Vec::from(choices)),
-        ),
-        move || match part.get() {
+        div().class("lab-tools").child(segmented(t!("page.lab.motion.parts"), Vec::from(choices))),
+        move || match part() {
             PanelPart::Dynamics => dynamics::dynamics().into_any(),
             PanelPart::Profiles => profiles::profiles().into_any(),
             PanelPart::Cycle => cycle::cycle().into_any(),

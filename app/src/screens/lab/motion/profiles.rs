@@ -1,20 +1,18 @@
-//! The same move under the three laws: way, speed, acceleration and jerk over time, and what each takes.
+//! The same move with the three motion laws: position, speed, acceleration and jerk over time. Changes
+//! nothing.
 //!
 //! ```text
-//! axis, length, limits, order │ s, v, a, j of trapezoid, S-curve, power law
-//! which law the machine takes │ times, peaks, cases
+//! axis, length, limits, order   │ s, v, a, j of trapezoid, S-curve, power law
+//! the law that the machine uses │ times, peaks, cases
 //! ```
-//!
-//! Comes in: what was typed, else the axis' own limits. Goes out: plots and numbers. Changes nothing.
 
 use crate::i18n::{advice, message, say, t};
 use crate::lab::motion::curve;
 use crate::model::LabEvent;
-use crate::page::open_lab;
-use crate::page::{open_board, send};
+use crate::page::{read, send, shared, watch};
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
-use crate::widgets::{choice, plotted};
+use crate::widgets::{choice, plotted, segmented};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::axis_name;
 use annulus_core::motion::profile::bounds::least_duration_s;
@@ -24,7 +22,6 @@ use leptos::html::{caption, dd, div, dl, dt, h3, p, section, span, table, tbody,
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// What is typed.
 #[derive(Clone, Copy)]
 struct Typed {
     length: Field,
@@ -34,7 +31,7 @@ struct Typed {
     order: Field,
 }
 
-/// The three laws over one move.
+/// The three laws for one move.
 #[derive(Clone, Debug, PartialEq)]
 struct Compared {
     length_mm: f64,
@@ -53,10 +50,10 @@ fn law_name(law: usize) -> String {
 }
 
 fn typed() -> Typed {
-    let motor = open_lab().motor;
+    let motor = watch(|m| &m.lab.motor);
     let of = move |limit: usize| {
         Memo::new(move |_| {
-            open_board().machine.with(|machine| {
+            shared(|m| &m.machine).with(|machine| {
                 let axis = machine.axis(motor.get());
                 let limits =
                     [axis.max_speed_mm_per_s, axis.max_acceleration_mm_per_s2, axis.max_jerk_mm_per_s3];
@@ -64,7 +61,7 @@ fn typed() -> Typed {
             })
         })
     };
-    let order = Memo::new(|_| open_board().machine.with(|machine| machine.motion.order));
+    let order = Memo::new(|_| read(|m| m.machine.motion.order));
     let field = |name, unit, range, own| Field { name, unit, range, own };
     Typed {
         length: field("move.length", "mm", (0.0, 10_000.0), Memo::new(|_| 10.0)),
@@ -95,7 +92,6 @@ fn compared(typed: Typed) -> Result<Compared, Option<Diagnostic>> {
     Ok(Compared { length_mm, limits, profiles, choice, least_s })
 }
 
-/// The part.
 pub(super) fn profiles() -> impl IntoView {
     let typed = typed();
     let compared = Memo::new(move |_| compared(typed));
@@ -141,12 +137,12 @@ pub(super) fn profiles() -> impl IntoView {
     )
 }
 
-/// Whose limits the fields begin with.
+/// The axis whose limits the fields start with.
 fn axes() -> impl IntoView {
-    let motor = open_lab().motor;
+    let motor = || read(|m| m.lab.motor);
     let choices = [0, 1, 2].map(|axis| {
         choice(
-            move || motor.get() == axis,
+            move || motor() == axis,
             move || axis_name(axis),
             move |_| send(LabEvent::Motor { motor: axis }),
         )
@@ -154,11 +150,7 @@ fn axes() -> impl IntoView {
     });
     div().class("field").child((
         span().child(t!("page.lab.motion.axis")),
-        div()
-            .class("segmented")
-            .attr("role", "group")
-            .attr("aria-label", t!("page.lab.motion.axis"))
-            .child(Vec::from(choices)),
+        segmented(t!("page.lab.motion.axis"), Vec::from(choices)),
     ))
 }
 
@@ -166,7 +158,7 @@ fn drawn(compared: &Compared) -> Plot {
     let time = PlotAxis::new(&say!("page.lab.motion.time"), "ms");
     let panel = |label: String, unit: &str, value: fn(&Profile, f64) -> f64, jumps: bool| {
         let series = compared.profiles.iter().enumerate().map(|(law, profile)| {
-            // The linear law's jerk is not a number: its acceleration jumps.
+            // The linear law has no finite jerk: its acceleration jumps.
             let known = !(jumps && profile.shape == MotionLaw::Linear);
             Series::line(&law_name(law), if known { curve(profile, value) } else { Vec::new() })
         });
@@ -222,7 +214,7 @@ fn numbers(compared: Compared) -> impl IntoView {
     ))
 }
 
-/// The automatic choice and what it was decided on.
+/// The automatic choice of a law, and the reason.
 fn chosen(compared: Compared) -> impl IntoView {
     let Compared { choice, length_mm, least_s, .. } = compared;
     let law = usize::from(choice.choice != MotionLaw::Linear);

@@ -1,11 +1,9 @@
-//! A move by the table of dynamics: its speed over time, the line above which steps are lost, its steps one by one.
-//!
-//! Comes in: the table on show. Goes out: a plot and a list.
+//! A move with the dynamics table: its speed over time, the limit above which steps are lost, and its steps.
 
 use super::table::{Shown, axes};
 use crate::i18n::{say, t};
 use crate::lab::motion::{self, Numbered};
-use crate::page::open_board;
+use crate::page::{read, shared};
 use crate::readout::short;
 use crate::screens::lab::fields;
 use crate::widgets::{Icon, icon, plotted};
@@ -14,10 +12,9 @@ use leptos::html::{code, div, h3, p, section, span};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// Steps listed at most; the rest are in the plot.
+/// Maximum number of listed steps; the plot has all.
 const LISTED: usize = 400;
 
-/// Plot and list.
 pub(super) fn steps(shown: Shown) -> impl IntoView {
     let moved = Memo::new(move |_| {
         let distance = shown.steps.number()? as i64;
@@ -41,9 +38,9 @@ pub(super) fn steps(shown: Shown) -> impl IntoView {
     ))
 }
 
-/// The fastest steps of the table come faster than the motor takes them.
+/// The warning that the table's shortest period is too fast for the motor.
 fn warning(shown: Shown) -> Option<impl IntoView> {
-    let most_hz = open_board().machine.with(|machine| f64::from(machine.max_step_hz));
+    let most_hz = read(|m| f64::from(m.machine.max_step_hz));
     let fastest = shown.table.with(|table| table.as_ref()?.period.iter().min().copied())?;
     let rate_hz = shown.interrupts.number()? / f64::from(fastest.max(1));
     (rate_hz > most_hz).then(|| {
@@ -55,7 +52,7 @@ fn warning(shown: Shown) -> Option<impl IntoView> {
 }
 
 fn drawn(moved: &[Numbered], interrupt_hz: f64) -> Plot {
-    let machine = open_board().machine.get();
+    let machine = shared(|m| &m.machine).get();
     let rates = motion::rates(moved, interrupt_hz);
     let time = PlotAxis::new(&say!("page.lab.motion.time"), "s");
     let speeds = axes().into_iter().enumerate().map(|(axis, name)| {

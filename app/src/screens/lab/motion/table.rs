@@ -1,38 +1,33 @@
-//! The table of dynamics on show, and what the core says of it.
-//!
-//! Comes in: the bench, else the machine's table. Goes out: rows, the table, findings. Knows no layout.
+//! The edited dynamics table and the core's checks of it.
 
 use crate::lab::edits::{INTERRUPTS, INTERRUPTS_HZ};
 use crate::lab::motion::{self, StateRow};
-use crate::page::{open_board, open_lab};
+use crate::page::{read, shared};
 use crate::screens::lab::fields::Field;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Dynamics, axis_name};
 use leptos::prelude::*;
 
-/// What is shown and found out.
+/// The table and what is derived from it.
 #[derive(Clone, Copy)]
 pub(super) struct Shown {
-    /// The rows as typed.
+    /// Rows as typed.
     pub(super) rows: Memo<Vec<StateRow>>,
-    /// The table, where every cell holds a number.
+    /// None if a cell isn't a number.
     pub(super) table: Memo<Option<Dynamics>>,
-    /// What the core says: refusals, then warnings.
+    /// The core's errors, then its warnings.
     pub(super) findings: Memo<Vec<Diagnostic>>,
-    /// Whether it may be used.
+    /// True if the table may be used.
     pub(super) sound: Memo<bool>,
-    /// Interrupts a second.
     pub(super) interrupts: Field,
-    /// Length of the move, steps.
+    /// Length of the move in steps.
     pub(super) steps: Field,
 }
 
-/// The table on show.
 pub(super) fn shown() -> Shown {
-    let lab = open_lab();
     let rows = Memo::new(move |_| {
-        let typed = lab.bench.with(|bench| bench.dynamics.clone());
-        typed.unwrap_or_else(|| open_board().machine.with(|machine| motion::rows(&machine.dynamics)))
+        let typed = shared(|m| &m.lab.bench).with(|bench| bench.dynamics.clone());
+        typed.unwrap_or_else(|| shared(|m| &m.machine).with(|machine| motion::rows(&machine.dynamics)))
     });
     let table = Memo::new(move |_| rows.with(|rows| motion::dynamics(rows).ok()));
     let checked = Memo::new(move |_| table.with(|table| table.as_ref().map(machine::dynamics::check)));
@@ -40,7 +35,7 @@ pub(super) fn shown() -> Shown {
         Some(Ok(diagnostics) | Err(diagnostics)) => diagnostics,
         None => Vec::new(),
     });
-    let interrupt_hz = Memo::new(|_| open_board().machine.with(|machine| f64::from(machine.interrupt_hz)));
+    let interrupt_hz = Memo::new(|_| read(|m| f64::from(m.machine.interrupt_hz)));
     Shown {
         rows,
         table,
@@ -61,7 +56,7 @@ pub(super) fn shown() -> Shown {
     }
 }
 
-/// The axes whose speed is shown.
+/// Names of the axes whose speed is plotted.
 pub(super) fn axes() -> [String; 3] {
     [0, 1, 2].map(axis_name)
 }

@@ -1,12 +1,10 @@
-//! The rotor: where the field pulls it, step by step, played or stepped by hand.
+//! The rotor dial: the field's direction step by step, played or stepped by buttons.
 //!
 //! ```text
 //!        1a
-//!    2a  ─┼▶ 2b       the hand is the field; one turn of the dial is four full steps
+//!    2a  ─┼▶ 2b       the hand shows the field; one turn of the dial is four full steps
 //!        1b
 //! ```
-//!
-//! Comes in: the table and its step. Goes out: the step.
 
 use super::Table;
 use crate::i18n::{say, t};
@@ -18,10 +16,9 @@ use leptos::prelude::*;
 use leptos::svg::{circle, g, line, svg, text};
 use std::time::Duration;
 
-/// A step while playing: slow enough to see.
+/// Time per step while playing: slow enough to see.
 const STEP_TIME: Duration = Duration::from_millis(250);
 
-/// The dial with its buttons.
 pub(super) fn dial(table: Table) -> impl IntoView {
     let playing = RwSignal::new(false);
     let forward = RwSignal::new(true);

@@ -1,17 +1,15 @@
-//! The table itself: a grid that keyboard and pointer edit alike.
+//! The phase table as a grid, edited by keyboard or pointer.
 //!
 //! ```text
-//! arrows move │ Shift+arrows stretch │ Space turns on and off │ Ctrl+C, Ctrl+V │ Ctrl+A all │ Delete off
+//! arrows move │ Shift+arrows extend │ Space toggles │ Ctrl+C, Ctrl+V │ Ctrl+A all │ Delete clears
 //! ```
-//!
-//! Comes in: a [`Table`]. Goes out: its edits.
 
 use super::Table;
 use crate::i18n::{say, t};
 use crate::keys;
 use crate::lab::phases::{Cell, CellBlock, LINES, PhaseLine, TableEdit, copied, is_on, whole};
 use crate::model::LabEvent;
-use crate::page::send;
+use crate::page::{lab, peek, send, watch};
 use leptos::ev::{self, KeyboardEvent, MouseEvent};
 use leptos::html::{div, span};
 use leptos::prelude::*;
@@ -22,7 +20,7 @@ fn cell_id(cell: Cell) -> String {
     format!("phase-{}-{}", cell.line, cell.column)
 }
 
-/// The grid, made anew only when the number of columns changes.
+/// The grid, rebuilt only when the number of columns changes.
 pub(super) fn grid(table: Table) -> impl IntoView {
     let count = Memo::new(move |_| table.columns.with(Vec::len));
     div()
@@ -30,7 +28,7 @@ pub(super) fn grid(table: Table) -> impl IntoView {
         .attr("role", "grid")
         .attr("aria-label", t!("page.lab.phases.grid"))
         .attr("aria-multiselectable", "true")
-        .attr("aria-readonly", move || table.lab.locked.get().then_some("true"))
+        .attr("aria-readonly", move || lab::locked().then_some("true"))
         .attr("aria-describedby", "phase-keys")
         .on(ev::keydown, move |event| pressed(table, &event))
         .child(move || {
@@ -71,7 +69,7 @@ fn row(table: Table, index: usize, line: PhaseLine, count: usize) -> impl IntoVi
 
 fn cell(table: Table, line: PhaseLine, at: Cell) -> impl IntoView {
     let on = Memo::new(move |_| table.columns.with(|columns| is_on(columns, at)));
-    let block = table.lab.block;
+    let block = watch(|m| &m.lab.block);
     let chosen = Memo::new(move |_| block.with(|block| block.holds(at)));
     let focus = Memo::new(move |_| block.with(|block| block.cursor == at));
     let here = Memo::new(move |_| table.column() == at.column);
@@ -98,7 +96,7 @@ fn cell(table: Table, line: PhaseLine, at: Cell) -> impl IntoView {
 
 fn clicked(table: Table, at: Cell, event: &MouseEvent) {
     if event.shift_key() {
-        let block = table.lab.block.get_untracked();
+        let block = peek(|m| m.lab.block);
         send(LabEvent::Choose { block: CellBlock { cursor: at, ..block } });
     } else {
         send(LabEvent::Choose { block: CellBlock::at(at) });
@@ -116,9 +114,8 @@ fn focus(at: Cell) {
 }
 
 fn pressed(table: Table, event: &KeyboardEvent) {
-    let lab = table.lab;
     let count = table.columns.with_untracked(Vec::len);
-    let block = lab.block.get_untracked();
+    let block = peek(|m| m.lab.block);
     let (ctrl, shift) = (event.ctrl_key() || event.meta_key(), event.shift_key());
     let key = keys::latin(&event.key(), &event.code()).to_ascii_lowercase();
     let far = count as isize;
@@ -144,7 +141,7 @@ fn pressed(table: Table, event: &KeyboardEvent) {
             send(LabEvent::Copy { clip: table.columns.with_untracked(|columns| copied(columns, block)) });
         }
         ("v", true) => {
-            if let Some(clip) = lab.clip.get_untracked() {
+            if let Some(clip) = peek(|m| m.lab.clip.clone()) {
                 let ((line, _), (column, _)) = (block.lines(), block.columns(count));
                 table.edit(&TableEdit::Paste { at: Cell { line, column }, clip });
             }

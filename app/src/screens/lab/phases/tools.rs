@@ -1,25 +1,23 @@
-//! Which motor, how many columns, and the edits of whole tables.
-//!
-//! Comes in: a [`Table`]. Goes out: its edits. Blocks of more than one cell are turned by themselves, else the table.
+//! Motor, number of columns, and edits of the table. Edits apply to the selected block if it has more than
+//! one cell, else to the whole table.
 
 use super::Table;
 use crate::i18n::{self, key, say, t};
 use crate::lab::edits::MOTORS;
 use crate::lab::phases::{CellBlock, MOST_COLUMNS, TableEdit, whole};
 use crate::model::LabEvent;
-use crate::page::send;
-use crate::widgets::{choice, menu_word, push_if};
+use crate::page::{lab, peek, send, watch};
+use crate::widgets::{choice, menu_word, push_if, segmented};
 use annulus_core::machine::axis_name;
 use annulus_core::machine::phases::{self, PRESETS};
 use leptos::ev;
 use leptos::html::{div, input, label, p, select, span};
 use leptos::prelude::*;
 
-/// The bar.
 pub(super) fn tools(table: Table) -> impl IntoView {
-    let free = move || !table.lab.locked.get();
+    let free = move || !lab::locked();
     div().class("lab-tools").attr("role", "group").attr("aria-label", t!("page.lab.phases.tools")).child((
-        motors(table),
+        motors(),
         cycle(table),
         presets(table),
         div().class("row").child((
@@ -41,12 +39,12 @@ pub(super) fn tools(table: Table) -> impl IntoView {
 }
 
 fn chosen(table: Table) -> CellBlock {
-    let block = table.lab.block.get_untracked();
+    let block = peek(|m| m.lab.block);
     if block.single() { whole(table.columns.with_untracked(Vec::len)) } else { block }
 }
 
-fn motors(table: Table) -> impl IntoView {
-    let motor = table.lab.motor;
+fn motors() -> impl IntoView {
+    let motor = watch(|m| &m.lab.motor);
     let choices = (0..MOTORS).map(|this| {
         choice(
             move || motor.get() == this,
@@ -57,11 +55,7 @@ fn motors(table: Table) -> impl IntoView {
     });
     div().class("field").child((
         span().child(t!("page.lab.phases.motor")),
-        div()
-            .class("segmented")
-            .attr("role", "group")
-            .attr("aria-label", t!("page.lab.phases.motor"))
-            .child(choices.collect::<Vec<_>>()),
+        segmented(t!("page.lab.phases.motor"), choices.collect::<Vec<_>>()),
     ))
 }
 
@@ -78,7 +72,7 @@ fn cycle(table: Table) -> impl IntoView {
             .attr("min", "1")
             .attr("max", MOST_COLUMNS)
             .class("short")
-            .prop("readOnly", move || table.lab.locked.get())
+            .prop("readOnly", lab::locked)
             .prop("value", move || table.columns.with(Vec::len).to_string())
             .on(ev::change, typed),
     ))
@@ -93,7 +87,7 @@ fn preset_name(preset: &str) -> &'static str {
     }
 }
 
-/// The table that is called so, if the columns are one.
+/// The preset equal to `columns`; empty if none.
 fn name_of(columns: &[u8]) -> &'static str {
     let same = |name: &&&str| phases::preset(name).is_some_and(|table| table.columns == columns);
     PRESETS.iter().find(same).copied().unwrap_or_default()
@@ -113,7 +107,7 @@ fn presets(table: Table) -> impl IntoView {
     label().class("field").child((
         span().child(t!("page.lab.phases.preset")),
         select()
-            .prop("disabled", move || table.lab.locked.get())
+            .prop("disabled", lab::locked)
             .on(ev::change, take)
             .child(std::iter::once(own.into_any()).chain(options).collect::<Vec<_>>()),
     ))

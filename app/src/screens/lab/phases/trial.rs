@@ -1,11 +1,9 @@
-//! The table on a virtual motor: pressed, run, and said in a sentence.
-//!
-//! Comes in: the table, the dynamics and the interrupts as they lie on the bench. Goes out: how many steps were lost, and why.
+//! Runs the table on a virtual motor and shows the result as a sentence.
 
 use super::Table;
 use crate::i18n::{say, t};
 use crate::lab::trial::{self, TrialOutcome};
-use crate::page::open_board;
+use crate::page::{peek, shared, watch};
 use crate::widgets::push;
 use annulus_core::machine::PhaseTable;
 use annulus_core::virtual_drill::Cause;
@@ -39,20 +37,20 @@ fn in_words(outcome: TrialOutcome) -> String {
     }
 }
 
-/// The button and the answer; the answer is about the bench it was given for.
+/// The button and the result. The result disappears when the table, the motor or other edits change.
 pub(super) fn trial(table: Table) -> impl IntoView {
     let outcome = RwSignal::new(None::<TrialOutcome>);
     Effect::new(move |_| {
         table.columns.track();
-        table.lab.motor.track();
-        table.lab.bench.track();
+        watch(|m| &m.lab.motor).track();
+        shared(|m| &m.lab.bench).track();
         outcome.set(None);
     });
     let run = move |_| {
         let columns = table.columns.get_untracked();
-        let axis = table.lab.motor.get_untracked();
-        let machine = open_board().machine.get_untracked();
-        let tried = table.lab.bench.with_untracked(|bench| bench.tried(&machine));
+        let axis = peek(|m| m.lab.motor);
+        let machine = peek(|m| m.machine.clone());
+        let tried = shared(|m| &m.lab.bench).with_untracked(|bench| bench.tried(&machine));
         let found = trial::run(&PhaseTable { columns }, &tried, axis);
         outcome.set(Some(found));
     };

@@ -1,6 +1,4 @@
-//! What is wrong with the table, in sentences.
-//!
-//! Comes in: the findings of the core's check. Goes out: a list.
+//! The errors of the table, as sentences.
 
 use crate::i18n::{advice, message, t};
 use crate::widgets::{Icon, icon};
@@ -8,7 +6,6 @@ use annulus_core::diagnostic::Diagnostic;
 use leptos::html::{h3, li, p, section, span, strong, ul};
 use leptos::prelude::*;
 
-/// The list.
 pub(super) fn verdict(findings: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let count = move || findings.with(Vec::len);
     section().class("block findings").attr("aria-label", t!("page.lab.phases.findings")).child((

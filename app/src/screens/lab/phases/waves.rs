@@ -1,6 +1,5 @@
-//! The lines of the table in time, under its columns: high where the bit is on.
-//!
-//! Comes in: columns. Goes out: a drawing. The grid above says the same to those who do not see it.
+//! The bits of the table as waveforms under its columns: high means on. Hidden from screen readers: the grid
+//! above has the same data.
 
 use super::Table;
 use crate::lab::phases::{LINES, PhaseLine, stretches};
@@ -8,7 +7,6 @@ use leptos::html::{div, span};
 use leptos::prelude::*;
 use leptos::svg::{path, svg};
 
-/// The waveforms.
 pub(super) fn waves(table: Table) -> impl IntoView {
     let lines = LINES.map(|line| {
         div().class(if line.volts > 5 { "wave boost" } else { "wave" }).child((
@@ -24,7 +22,7 @@ pub(super) fn waves(table: Table) -> impl IntoView {
     div().class("waves").attr("aria-hidden", "true").child(Vec::from(lines))
 }
 
-/// Low at 9, high at 1, one column a unit wide.
+/// An SVG path: low at 9, high at 1, one unit per column.
 fn drawn(columns: &[u8], line: PhaseLine) -> String {
     let high = stretches(columns, line);
     let mut drawn = "M0 9".to_owned();

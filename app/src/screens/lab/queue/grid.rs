@@ -1,17 +1,15 @@
-//! The rows of the queue: a treegrid that keyboard and pointer edit alike.
+//! The rows of the queue: a treegrid edited by keyboard or pointer.
 //!
 //! ```text
-//! ↑ ↓ rows │ Enter into the row, Escape out │ Alt+↑ Alt+↓ move │ Ctrl+D double │ Insert │ Delete │ F9 breakpoint
+//! ↑ ↓ rows │ Enter into the row, Escape out │ Alt+↑ Alt+↓ move │ Ctrl+D double │ Insert │ Delete
+//! F9 breakpoint
 //! ```
-//!
-//! Comes in: lines, what the core says of each, results. Goes out: edits of the bench.
 
-use super::Work;
 use crate::i18n::{self, advice, message, say, t};
 use crate::keys;
 use crate::lab::queue::{QueueEdit, QueueLine, levels};
 use crate::model::LabEvent;
-use crate::page::send;
+use crate::page::{lab, peek, read, send};
 use crate::readout::short;
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
@@ -26,16 +24,16 @@ fn row_id(at: usize) -> String {
     format!("queue-row-{at}")
 }
 
-/// The grid, made anew only when the number of lines changes.
-pub(super) fn grid(work: Work) -> impl IntoView {
-    let count = Memo::new(move |_| work.lines.with(Vec::len));
+/// The grid, rebuilt only when the number of lines changes.
+pub(super) fn grid() -> impl IntoView {
+    let count = Memo::new(move |_| lab::lines().with(Vec::len));
     div()
         .class("queue-grid")
         .attr("role", "treegrid")
         .attr("aria-label", t!("page.lab.queue.grid"))
-        .attr("aria-readonly", move || work.lab.locked.get().then_some("true"))
-        .on(ev::keydown, move |event| pressed(work, &event))
-        .child((heads(), move || (0..count.get()).map(|at| row(work, at).into_any()).collect::<Vec<_>>()))
+        .attr("aria-readonly", move || lab::locked().then_some("true"))
+        .on(ev::keydown, move |event| pressed(&event))
+        .child((heads(), move || (0..count.get()).map(|at| row(at).into_any()).collect::<Vec<_>>()))
 }
 
 fn heads() -> impl IntoView {
@@ -50,16 +48,16 @@ fn heads() -> impl IntoView {
     ))
 }
 
-/// The line at `at`, or an empty one for the moment in which it is gone.
-fn line(work: Work, at: usize) -> QueueLine {
-    work.lines.with(|lines| lines.get(at).cloned().unwrap_or_default())
+/// The line at `at`; empty if it was just deleted.
+fn line(at: usize) -> QueueLine {
+    lab::lines().with(|lines| lines.get(at).cloned().unwrap_or_default())
 }
 
-fn row(work: Work, at: usize) -> impl IntoView {
-    let level = move || work.lines.with(|lines| levels(lines).get(at).copied().unwrap_or(1));
-    let wrong = Memo::new(move |_| work.refusal_of(at));
-    let chosen = move || work.lab.row.get() == at;
-    let next = move || work.next_row() == Some(at);
+fn row(at: usize) -> impl IntoView {
+    let level = move || lab::lines().with(|lines| levels(lines).get(at).copied().unwrap_or(1));
+    let wrong = Memo::new(move |_| super::refusal_of(at));
+    let chosen = move || read(|m| m.lab.row) == at;
+    let next = move || super::next_row() == Some(at);
     div()
         .attr("role", "row")
         .attr("id", row_id(at))
@@ -73,36 +71,36 @@ fn row(work: Work, at: usize) -> impl IntoView {
         .on(ev::focusin, move |_| send(LabEvent::Row { at }))
         .child((
             div().attr("role", "gridcell").class("number tabular").child(at + 1),
-            div().attr("role", "gridcell").child(breakpoint(work, at)),
+            div().attr("role", "gridcell").child(breakpoint(at)),
             div()
                 .attr("role", "gridcell")
                 .class("queue-word")
                 .style(("--level", move || (level() - 1).to_string()))
-                .child(words(work, at)),
-            div().attr("role", "gridcell").child(arguments(work, at, wrong)),
-            div().attr("role", "gridcell").child(note(work, at)),
-            div().attr("role", "gridcell").class("queue-result").child(move || result(work, at, wrong.get())),
+                .child(words(at)),
+            div().attr("role", "gridcell").child(arguments(at, wrong)),
+            div().attr("role", "gridcell").child(note(at)),
+            div().attr("role", "gridcell").class("queue-result").child(move || result(at, wrong.get())),
         ))
 }
 
-/// Tab walks through the fields of the chosen row.
-fn in_row(work: Work, at: usize) -> &'static str {
-    if work.lab.row.get() == at { "0" } else { "-1" }
+/// `tabindex`: only the fields of the selected row can be reached by Tab.
+fn in_row(at: usize) -> &'static str {
+    if read(|m| m.lab.row) == at { "0" } else { "-1" }
 }
 
-fn breakpoint(work: Work, at: usize) -> impl IntoView {
-    let on = move || line(work, at).breakpoint;
+fn breakpoint(at: usize) -> impl IntoView {
+    let on = move || line(at).breakpoint;
     button()
         .attr("type", "button")
-        .attr("tabindex", move || in_row(work, at))
+        .attr("tabindex", move || in_row(at))
         .class("breakpoint")
         .attr("aria-pressed", move || if on() { "true" } else { "false" })
         .attr("aria-label", move || say!("page.lab.queue.breakpoint_at", row = at + 1))
-        .on(ev::click, move |_| work.edit(None, &QueueEdit::Break { at }))
+        .on(ev::click, move |_| super::edit(None, &QueueEdit::Break { at }))
         .child(span())
 }
 
-/// What arguments of `word` look like, to begin with.
+/// Initial arguments for `word`.
 fn beginning(word: &Word) -> String {
     let each =
         word.arguments.iter().filter(|argument| !argument.optional).map(|argument| match argument.kind {
@@ -114,9 +112,9 @@ fn beginning(word: &Word) -> String {
     each.collect::<Vec<_>>().join(" ")
 }
 
-fn words(work: Work, at: usize) -> impl IntoView {
-    let known = move || Word::find(&line(work, at).word).map(|word| word.name);
-    let raw = move || line(work, at).word;
+fn words(at: usize) -> impl IntoView {
+    let known = move || Word::find(&line(at).word).map(|word| word.name);
+    let raw = move || line(at).word;
     let options = WORDS.iter().map(|word| {
         menu_word(word.name, move || known() == Some(word.name), move || word.name.to_owned()).into_any()
     });
@@ -128,13 +126,13 @@ fn words(work: Work, at: usize) -> impl IntoView {
     let choose = move |event| {
         let name = event_target_value(&event);
         let arguments = Word::find(&name).map(beginning).unwrap_or_default();
-        work.edit(None, &QueueEdit::Word { at, word: name, arguments });
+        super::edit(None, &QueueEdit::Word { at, word: name, arguments });
     };
     select()
-        .attr("tabindex", move || in_row(work, at))
+        .attr("tabindex", move || in_row(at))
         .attr("aria-label", move || say!("page.lab.queue.command_at", row = at + 1))
         .attr("title", move || known().and_then(Word::find).map(|word| i18n::text(&word.sentence_key(), &[])))
-        .prop("disabled", move || work.lab.locked.get())
+        .prop("disabled", lab::locked)
         .on(ev::change, choose)
         .child((none, options.collect::<Vec<_>>(), unknown))
 }
@@ -154,45 +152,45 @@ fn hint(word: &str) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-fn arguments(work: Work, at: usize, wrong: Memo<Option<Diagnostic>>) -> impl IntoView {
-    let takes = move || hint(&line(work, at).word);
+fn arguments(at: usize, wrong: Memo<Option<Diagnostic>>) -> impl IntoView {
+    let takes = move || hint(&line(at).word);
     (
         input()
             .attr("type", "text")
-            .attr("tabindex", move || in_row(work, at))
+            .attr("tabindex", move || in_row(at))
             .attr("aria-label", move || say!("page.lab.queue.arguments_at", row = at + 1, takes = takes()))
             .attr("aria-invalid", move || wrong.with(Option::is_some).then_some("true"))
-            .prop("readOnly", move || work.lab.locked.get())
-            .prop("value", move || line(work, at).arguments)
+            .prop("readOnly", lab::locked)
+            .prop("value", move || line(at).arguments)
             .on(ev::input, move |event| {
                 let field = format!("queue.arguments.{at}");
-                work.edit(Some(&field), &QueueEdit::Arguments { at, text: event_target_value(&event) });
+                super::edit(Some(&field), &QueueEdit::Arguments { at, text: event_target_value(&event) });
             })
             .on(ev::change, move |_| send(LabEvent::Rest)),
         small().class("quiet").attr("aria-hidden", "true").child(takes),
     )
 }
 
-fn note(work: Work, at: usize) -> impl IntoView {
+fn note(at: usize) -> impl IntoView {
     input()
         .attr("type", "text")
-        .attr("tabindex", move || in_row(work, at))
+        .attr("tabindex", move || in_row(at))
         .attr("aria-label", move || say!("page.lab.queue.note_at", row = at + 1))
-        .prop("readOnly", move || work.lab.locked.get())
-        .prop("value", move || line(work, at).note)
+        .prop("readOnly", lab::locked)
+        .prop("value", move || line(at).note)
         .on(ev::input, move |event| {
             let field = format!("queue.note.{at}");
-            work.edit(Some(&field), &QueueEdit::Note { at, text: event_target_value(&event) });
+            super::edit(Some(&field), &QueueEdit::Note { at, text: event_target_value(&event) });
         })
         .on(ev::change, move |_| send(LabEvent::Rest))
 }
 
-fn result(work: Work, at: usize, wrong: Option<Diagnostic>) -> AnyView {
+fn result(at: usize, wrong: Option<Diagnostic>) -> AnyView {
     if let Some(why) = wrong {
         let cure = why.clone();
         return span().class("refusal").child((move || message(&why), " ", move || advice(&cure))).into_any();
     }
-    let Some(result) = work.result_of(at) else { return ().into_any() };
+    let Some(result) = super::result_of(at) else { return ().into_any() };
     let ms = short(result.ms);
     match (result.state, result.why) {
         (RowState::Waiting, _) => ().into_any(),
@@ -206,7 +204,7 @@ fn result(work: Work, at: usize, wrong: Option<Diagnostic>) -> AnyView {
     }
 }
 
-/// Puts the focus on the row at `at`.
+/// Focuses row `at`.
 pub(super) fn focus(at: usize) {
     request_animation_frame(move || {
         let found =
@@ -217,9 +215,9 @@ pub(super) fn focus(at: usize) {
     });
 }
 
-fn pressed(work: Work, event: &KeyboardEvent) {
-    let at = work.lab.row.get_untracked();
-    let count = work.lines.with_untracked(Vec::len);
+fn pressed(event: &KeyboardEvent) {
+    let at = peek(|m| m.lab.row);
+    let count = lab::lines().with_untracked(Vec::len);
     let target = event.target().and_then(|target| target.dyn_into::<HtmlElement>().ok());
     let on_row = target.as_ref().is_some_and(|target| target.get_attribute("role").as_deref() == Some("row"));
     let on_menu = target.as_ref().is_some_and(|target| target.tag_name() == "SELECT");
@@ -235,8 +233,8 @@ fn pressed(work: Work, event: &KeyboardEvent) {
     };
     if let Some(edit) = edit {
         event.prevent_default();
-        work.edit(None, &edit);
-        return focus(work.lab.row.get_untracked());
+        super::edit(None, &edit);
+        return focus(peek(|m| m.lab.row));
     }
     let to = match key.as_str() {
         _ if ctrl || event.alt_key() => return,

@@ -1,29 +1,27 @@
-//! What the core says of the whole queue: what it will do, or everything that is wrong, with line and column.
-//!
-//! Comes in: the queue. Goes out: sentences; whoever presses one is led to its row.
+//! The core's checks of the queue: what it will do, or all errors with line and column.
 
-use super::{Work, grid};
+use super::grid;
 use crate::i18n::{advice, message, say, sentence, t};
 use crate::model::LabEvent;
-use crate::page::{link, send};
+use crate::page::{lab, read, send, watch};
 use crate::widgets::{Icon, icon, push};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::QueuePhase;
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
 
-/// The foot of the sheet.
-pub(super) fn verdict(work: Work) -> impl IntoView {
-    let wrong = Memo::new(move |_| work.refusals());
+/// The foot of the panel.
+pub(super) fn verdict() -> impl IntoView {
+    let wrong = Memo::new(move |_| super::refusals());
     let headline = move || {
         let count = wrong.with(Vec::len);
-        if work.lines.with(Vec::is_empty) {
+        if lab::lines().with(Vec::is_empty) {
             return None;
         }
         let (sign, words) = if count > 0 {
             (Icon::Cross, say!("page.lab.queue.wrong", count = count))
         } else {
-            let done = work.checked.with(|checked| checked.clone().and_then(Result::ok));
+            let done = lab::checked().with(|checked| checked.clone().and_then(Result::ok));
             let (rows, strokes) = done.map_or((0, 0), |done| (done.rows, done.strokes));
             (Icon::Check, say!("page.lab.queue.sound", rows = rows, strokes = strokes))
         };
@@ -36,21 +34,20 @@ pub(super) fn verdict(work: Work) -> impl IntoView {
         .attr("aria-label", t!("page.lab.queue.check"))
         .child((
             p().class("row").attr("role", "status").child(headline),
-            p().class("quiet").attr("role", "status").child(move || running(work)),
+            p().class("quiet").attr("role", "status").child(running),
             ul().child(move || wrong.get().into_iter().map(|why| line(why).into_any()).collect::<Vec<_>>()),
         ))
 }
 
-/// How the run stands, in the page or on the machine.
-fn running(work: Work) -> String {
-    if !work.lab.on_machine.get() {
-        return work.lab.runs.said.get().map(|text| sentence(&text)).unwrap_or_default();
+/// State of the run, in the page or on the machine.
+fn running() -> String {
+    if !read(|m| m.lab.on_machine) {
+        return watch(|m| &m.lab.run.said).get().map(|text| sentence(&text)).unwrap_or_default();
     }
-    let line = link::link();
-    if let Some(why) = line.refused.get() {
+    if let Some(why) = watch(|m| &m.link.refused).get() {
         return format!("{} {}", message(&why), advice(&why));
     }
-    line.queue.with(|queue| match (queue.phase, &queue.why) {
+    watch(|m| &m.link.queue.status).with(|queue| match (queue.phase, &queue.why) {
         (QueuePhase::None, _) => say!("page.lab.queue.moves_machine"),
         (QueuePhase::Ready, _) => say!("page.lab.queue.ready"),
         (QueuePhase::Running, _) => say!("page.lab.queue.runs"),

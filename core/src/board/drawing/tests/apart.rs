@@ -1,10 +1,10 @@
-//! Slots, routes and what repeats draw, and groups that objects of files are in.
+//! Slots, routes, expanded repeats, and groups with file objects.
 
 use super::*;
 use crate::artwork::{ObjectShape, painted};
 use crate::geometry::{Bounds, Region};
 
-/// A pad by itself, two pads and a stroke repeated three by two, and a stroke behind them.
+/// A single pad, two pads and a stroke repeated 3 × 2, and another stroke.
 const PANEL: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX46Y46*%%MOMM*%%ADD10C,1*%%ADD11C,0.4*%\
 D10*X50000000Y50000000D03*%SRX3Y2I10J20*%D10*X1000000Y1000000D03*X4000000Y1000000D03*\
 D11*X1000000Y1000000D02*X4000000Y1000000D01*%SR*%D11*X50000000Y50000000D02*X55000000Y50000000D01*M02*";
@@ -22,7 +22,7 @@ fn objects() -> Arc<Vec<Imported>> {
     Arc::new(imported(&files(), &[1]))
 }
 
-/// What is caught at a place, by its number in its file.
+/// The hit at a position, and its number in its file.
 fn caught(drawing: &Drawing, at: Point) -> Option<(Catch, u32)> {
     let finder = Finder::new(drawing, objects());
     let catch = finder.at(drawing, at, um(10)).into_iter().next()?;
@@ -36,7 +36,7 @@ fn done(drawing: &mut Drawing, at: Point, edit: impl Fn(&Selection<'_>) -> Edit)
     drawing.apply(&edit).unwrap();
 }
 
-/// The files as the drawing makes them.
+/// The files after applying the drawing.
 fn made(drawing: &Drawing) -> artwork::Artwork {
     let (mut artwork, mut used) = (files(), vec![1]);
     assert_eq!(lay_over(drawing, &mut artwork, &mut used), []);
@@ -47,7 +47,7 @@ fn copper(artwork: &artwork::Artwork) -> Region {
     painted(artwork.files[0].gerber.as_ref().unwrap()).unwrap()
 }
 
-/// The files as they are written with what is changed, read again; those that are not changed are not among them.
+/// The changed files, written and read again; unchanged files are not included.
 fn written(drawing: &Drawing) -> Vec<artwork::FileRead> {
     let (texts, lost) = files_over(drawing, files());
     assert_eq!(lost, []);
@@ -56,9 +56,9 @@ fn written(drawing: &Drawing) -> Vec<artwork::FileRead> {
 }
 
 #[test]
-fn each_copy_of_what_a_repeat_draws_is_caught_moved_and_taken_out_by_itself() {
+fn copies_of_a_repeat_are_edited_individually() {
     let mut drawing = Drawing::default();
-    // Objects 0 to 2 stand in the file: a pad, the repeat, a stroke. Behind them copy by copy what the repeat draws.
+    // Objects 0 to 2 are in the file: a pad, the repeat, a stroke. The repeat's objects follow, copy by copy.
     assert_eq!(caught(&drawing, mm(50.0, 50.3)).map(|(_, number)| number), Some(0));
     assert_eq!(caught(&drawing, mm(53.0, 50.0)).map(|(_, number)| number), Some(2));
     assert_eq!(caught(&drawing, mm(1.0, 1.3)).map(|(_, number)| number), Some(3));
@@ -76,7 +76,7 @@ fn each_copy_of_what_a_repeat_draws_is_caught_moved_and_taken_out_by_itself() {
 }
 
 #[test]
-fn a_repeat_stays_whole_as_long_as_nothing_of_it_is_changed() {
+fn unchanged_repeats_stay_whole() {
     let repeats = |drawing: &Drawing| {
         let objects = made(drawing).files.remove(0).gerber.unwrap().objects;
         objects.iter().filter(|object| matches!(object.shape, ObjectShape::Repeat { .. })).count()
@@ -89,7 +89,7 @@ fn a_repeat_stays_whole_as_long_as_nothing_of_it_is_changed() {
 }
 
 #[test]
-fn what_a_repeat_draws_more_than_can_be_caught_stays_in_it() {
+fn repeats_with_too_many_copies_are_not_selectable() {
     let text = String::from_utf8(PANEL.to_vec()).unwrap().replace("X3Y2I10J20", "X200Y200I10J20");
     let files = [("panel.gbr".to_owned(), text.into_bytes())];
     let artwork = artwork::read_set(&files, &Overrides::default());
@@ -97,13 +97,13 @@ fn what_a_repeat_draws_more_than_can_be_caught_stays_in_it() {
     assert_eq!(numbers, [0, 2]);
 }
 
-/// A block of two pads with a track between them, flashed twice, the second time turned; and a pad beside it.
+/// A block of two pads with a track between them, flashed twice, the second time rotated; and another pad.
 const BLOCKS: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX46Y46*%%MOMM*%%ADD10C,1*%%ADD11C,0.4*%\
 %ABD12*%D10*X0Y0D03*X4000000Y0D03*D11*X0Y0D02*X4000000Y0D01*%AB*%\
 D12*X10000000Y10000000D03*%LR90*%X30000000Y10000000D03*%LR0*%D10*X50000000Y50000000D03*M02*";
 
 #[test]
-fn what_a_block_aperture_draws_is_caught_moved_and_taken_out_as_one_thing() {
+fn block_apertures_are_edited_as_one_object() {
     let artwork = || artwork::read_set(&[("blocks.gbr".to_owned(), BLOCKS.to_vec())], &Overrides::default());
     let objects = Arc::new(imported(&artwork(), &[0]));
     let boxes: Vec<_> = objects.iter().map(|one| Bounds::around(one.body.points.iter().copied())).collect();
@@ -141,7 +141,7 @@ fn what_a_block_aperture_draws_is_caught_moved_and_taken_out_as_one_thing() {
 }
 
 #[test]
-fn slots_and_routed_paths_are_caught_turned_copied_and_taken_out() {
+fn slots_and_routes_are_selected_edited_and_removed() {
     let mut drawing = Drawing::default();
     let number = |drawing: &Drawing, at| caught(drawing, at).map(|(_, number)| number);
     assert_eq!(
@@ -151,7 +151,7 @@ fn slots_and_routed_paths_are_caught_turned_copied_and_taken_out() {
     );
     assert_eq!(number(&drawing, mm(8.3, 105.5)), Some(2), "the slot");
     assert_eq!(number(&drawing, mm(26.3, 107.0)), Some(3), "the arc of the routed path");
-    // The slot turns about its middle, 8, 105.5.
+    // The slot rotates about its centre, 8, 105.5.
     done(&mut drawing, mm(8.0, 105.5), |one| one.turned(90_000, false));
     done(&mut drawing, mm(22.0, 105.0), |one| one.array(1, 2, mm(0.0, 10.0)));
     done(&mut drawing, mm(22.0, 105.0), |one| one.removed());
@@ -167,7 +167,7 @@ fn slots_and_routed_paths_are_caught_turned_copied_and_taken_out() {
 }
 
 #[test]
-fn a_pointer_snaps_to_the_ends_of_a_slot() {
+fn pointer_snaps_to_slot_ends() {
     let finder = Finder::new(&Drawing::default(), objects());
     let snap = finder.snap(&Drawing::default(), mm(8.1, 106.9), um(300), None, &BTreeSet::new());
     assert_eq!(snap.at(), mm(8.0, 107.0));
@@ -176,9 +176,9 @@ fn a_pointer_snaps_to_the_ends_of_a_slot() {
     assert_eq!(slot.body.bounds(), Bounds::around([low, high]).unwrap());
 }
 
-/// Grouped, an object of a file stays as it is; the group takes it along, and its file is written anew only then.
+/// Grouping leaves a file object as it is. Only moving the group changes the object and rewrites its file.
 #[test]
-fn objects_of_files_are_members_of_groups() {
+fn file_objects_are_members_of_groups() {
     let mut drawing = Drawing::default();
     let ends = (TrackEnd::At(mm(30.0, 1.0)), TrackEnd::At(mm(34.0, 1.0)));
     drawing.apply(&track(&drawing, ends, um(400), Layer::Top).0).unwrap();
@@ -199,18 +199,18 @@ fn objects_of_files_are_members_of_groups() {
     let now = made(&drawing);
     assert!(contains(&copper(&now), mm(50.0, 53.3)) && !contains(&copper(&now), mm(50.0, 50.3)));
     assert_eq!(now.files[1].drill.as_ref().unwrap().slots[0].from, mm(8.0, 107.0));
-    // Back in its place it is a member still.
+    // After a reset to its original it is still a member.
     let finder = Finder::new(&drawing, objects());
     drawing.apply(&put_back(&drawing, &finder, &BTreeSet::new())).unwrap();
     assert_eq!(drawing.hanging(group).count(), 3);
     assert!(contains(&copper(&made(&drawing)), mm(50.0, 50.3)));
-    // Written and read it is the same.
+    // Writing and reading keeps it.
     let kept = write(&History::new(drawing.clone()));
     assert_eq!(read("a", &kept).unwrap().now(), &drawing);
 }
 
 #[test]
-fn an_object_of_a_file_goes_into_a_group_that_is_there_and_out_of_it() {
+fn file_objects_can_join_and_leave_a_group() {
     let mut drawing = Drawing::default();
     let chosen = |of| BTreeSet::from([Catch::Imported(of)]);
     let finder = Finder::new(&drawing, objects());

@@ -1,4 +1,4 @@
-//! The laws of drawings.
+//! Property tests of drawings.
 
 mod apart;
 mod near;
@@ -27,7 +27,7 @@ fn catches(ids: &[Id]) -> BTreeSet<Catch> {
     ids.iter().copied().map(Catch::Drawn).collect()
 }
 
-/// What is of a kind, in order.
+/// Ids of one kind, in order.
 fn all(drawing: &Drawing, word: &str) -> Vec<Id> {
     drawing.things().filter(|(_, entry)| entry.thing.word() == word).map(|(id, _)| id).collect()
 }
@@ -50,7 +50,7 @@ fn small() -> Drawing {
     drawing
 }
 
-/// The board that a drawing makes by itself.
+/// The board made from a drawing alone.
 fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
     let (mut artwork, mut used) = (artwork::Artwork::default(), Vec::new());
     let mut diagnostics = lay_over(drawing, &mut artwork, &mut used);
@@ -59,7 +59,7 @@ fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
     (board, diagnostics)
 }
 
-/// Some edit of a drawing over files; not all of them can be.
+/// A random edit of a drawing over files; some are invalid.
 fn some_edit(drawing: &Drawing, imported: &Arc<Vec<Imported>>, chance: &mut Chance) -> Edit {
     let ids: Vec<Id> = drawing.things().map(|(id, _)| id).collect();
     let some = |chance: &mut Chance| -> BTreeSet<Id> {
@@ -94,7 +94,7 @@ fn some_edit(drawing: &Drawing, imported: &Arc<Vec<Imported>>, chance: &mut Chan
     }
 }
 
-/// Random edits, made and taken back and made again.
+/// Random edits, undone and redone.
 fn undone(seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let mut chance = Chance::new(seed);
@@ -122,13 +122,13 @@ fn undone(seeds: std::ops::Range<u64>) {
 }
 
 #[test]
-fn ten_thousand_random_sequences_of_edits_are_undone() {
+fn random_edit_sequences_are_undone() {
     let all = 10_000;
     undone(0..if std::env::var_os("ANNULUS_LONG").is_some() { all } else { all / 10 });
 }
 
 #[test]
-fn a_drawing_goes_on_from_every_state_that_it_went_through() {
+fn history_continues_from_its_earlier_states() {
     let mut history = History::new(small());
     let mut states = vec![history.clone()];
     for step in 1..=3 {
@@ -150,7 +150,7 @@ fn a_drawing_goes_on_from_every_state_that_it_went_through() {
 }
 
 #[test]
-fn who_moves_a_node_moves_all_that_hangs_on_it() {
+fn moved_node_moves_everything_attached() {
     let mut drawing = small();
     let node = drawing.node_at(mm(5.0, 5.0)).unwrap();
     assert_eq!(drawing.hanging(node).count(), 3, "pad, hole and track");
@@ -166,7 +166,7 @@ fn who_moves_a_node_moves_all_that_hangs_on_it() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_with_a_sentence() {
+fn invalid_edits_are_refused_with_a_message() {
     let drawing = small();
     let (node, track) = (all(&drawing, "node")[0], all(&drawing, "track")[0]);
     let group = grouped(&drawing, &set(&[track]), "a");
@@ -211,7 +211,7 @@ fn what_cannot_be_is_refused_with_a_sentence() {
 }
 
 #[test]
-fn groups_lie_in_groups_to_any_depth_and_go_as_one() {
+fn nested_groups_are_removed_as_one() {
     let mut drawing = small();
     let mut inner = set(&[all(&drawing, "pad")[0]]);
     for depth in 0..500 {
@@ -228,7 +228,7 @@ fn groups_lie_in_groups_to_any_depth_and_go_as_one() {
 }
 
 #[test]
-fn copies_turn_align_and_stand_in_rows() {
+fn copies_rotate_align_and_repeat() {
     let mut drawing = small();
     let pads = all(&drawing, "pad");
     let finder = Finder::new(&drawing, Arc::default());
@@ -257,7 +257,7 @@ fn copies_turn_align_and_stand_in_rows() {
 }
 
 #[test]
-fn what_is_written_is_read_back_to_the_nanometre() {
+fn written_files_read_back_to_the_nanometre() {
     let odd = |nm: i64| Length::from_nm(nm);
     let at = Point::new(odd(12_345_679), odd(-7_654_321));
     for (shape, turn_mdeg, layer) in [
@@ -312,7 +312,7 @@ fn what_is_written_is_read_back_to_the_nanometre() {
 }
 
 #[test]
-fn a_drawing_makes_a_board_like_any_other() {
+fn drawing_gives_a_complete_board() {
     let (board, diagnostics) = board_of(&small());
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     assert_eq!(board.holes.len(), 2);
@@ -321,7 +321,7 @@ fn a_drawing_makes_a_board_like_any_other() {
     let faces: Vec<_> =
         board.copper.iter().map(|copper| (copper.face, copper.region.islands.len())).collect();
     assert_eq!(faces, [(Face::Top, 1), (Face::Bottom, 2)]);
-    // Two octagons of 2 mm are 8 (√2 − 1) mm², the track between them is 8 mm long.
+    // Two octagons of 2 mm have 8 (√2 − 1) mm² together; the track between them is 8 mm long.
     let top = area_mm2(&board.copper[0].region);
     assert!((top - (2.0 * 3.3137 + 8.0 * 0.5)).abs() < 0.001, "{top}");
 }
@@ -336,7 +336,7 @@ fn given() -> artwork::Artwork {
 }
 
 #[test]
-fn imported_layers_are_taken_out_moved_and_added_to() {
+fn imported_objects_are_removed_moved_and_extended() {
     let artwork = given();
     let found = imported(&artwork, &[1]);
     assert_eq!(found.len(), 5, "two pads, a track, two holes");
@@ -376,7 +376,7 @@ fn imported_layers_are_taken_out_moved_and_added_to() {
 }
 
 #[test]
-fn a_drag_is_one_step_back() {
+fn drag_is_one_undo_step() {
     let mut history = History::new(small());
     let node = history.now().node_at(mm(5.0, 5.0)).unwrap();
     for step in 1..=10 {
@@ -390,7 +390,7 @@ fn a_drag_is_one_step_back() {
 }
 
 #[test]
-fn a_drag_that_is_called_off_leaves_what_can_be_made_again() {
+fn cancelled_drag_preserves_redo() {
     let mut history = History::new(small());
     let node = history.now().node_at(mm(5.0, 5.0)).unwrap();
     let edit = moved(history.now(), &set(&[node]), mm(2.0, 0.0));
@@ -410,7 +410,7 @@ fn a_drag_that_is_called_off_leaves_what_can_be_made_again() {
 }
 
 #[test]
-fn kept_text_is_looked_through() {
+fn drawing_files_are_validated() {
     let history = History::new(small());
     let text = write(&history);
     assert_eq!(read("d", &text).unwrap(), history);
@@ -432,7 +432,7 @@ fn kept_text_is_looked_through() {
 }
 
 #[test]
-fn the_example_of_the_manual_makes_a_board() {
+fn robot_example_gives_the_board_of_the_manual() {
     let text = include_str!("../../../../../www/drawings/robot.json");
     assert!(is_one(text.as_bytes()));
     let history = read("robot.json", text).unwrap();

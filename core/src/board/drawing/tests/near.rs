@@ -1,9 +1,9 @@
-//! What is near: under the pointer, in a box, and the smallest gaps, tracks and rings.
+//! Hits under the pointer and in a box, and the smallest gaps, tracks and rings.
 
 use super::*;
 
 #[test]
-fn the_pointer_finds_snaps_and_boxes() {
+fn pointer_finds_objects_snaps_and_boxes() {
     let drawing = small();
     let finder = Finder::new(&drawing, Arc::new(imported(&given(), &[1])));
     let (pads, holes) = (all(&drawing, "pad"), all(&drawing, "hole"));
@@ -33,7 +33,7 @@ fn the_pointer_finds_snaps_and_boxes() {
 }
 
 #[test]
-fn the_node_at_a_corner_of_tracks_is_caught_before_them() {
+fn node_at_a_corner_is_selected_before_its_tracks() {
     let mut drawing = Drawing::default();
     for (from, to) in [((0.0, 0.0), (5.0, 0.0)), ((5.0, 0.0), (5.0, 5.0)), ((5.0, 5.0), (5.5, 5.0))] {
         let ends = (TrackEnd::At(mm(from.0, from.1)), TrackEnd::At(mm(to.0, to.1)));
@@ -45,13 +45,13 @@ fn the_node_at_a_corner_of_tracks_is_caught_before_them() {
     for (x, y) in [(5.0, 0.0), (5.1, 0.1), (4.7, 0.0), (5.0, 0.39)] {
         assert_eq!(hit(x, y), node(5.0, 0.0), "{x} {y}");
     }
-    // Of two within reach the nearer one.
+    // The nearer of two nodes within reach.
     assert_eq!((hit(5.2, 5.1), hit(5.3, 5.1)), (node(5.0, 5.0), node(5.5, 5.0)));
     assert_eq!(hit(2.5, 0.1), Some(Catch::Drawn(all(&drawing, "track")[0])));
 }
 
 #[test]
-fn the_smallest_figures_follow_every_edit() {
+fn smallest_distances_follow_every_edit() {
     let mut drawing = small();
     let first = mm(5.0, 5.0);
     let ends = (TrackEnd::At(mm(0.0, 3.0)), TrackEnd::At(mm(20.0, 3.0)));
@@ -87,8 +87,9 @@ fn the_smallest_figures_follow_every_edit() {
 }
 
 #[test]
-fn what_a_plated_hole_joined_is_apart_without_its_track() {
-    // Above, a track to the node of a plated hole; below, one from there: gone, and what it led to is another net.
+fn nets_joined_by_a_plated_hole_separate_without_its_track() {
+    // A track to the node of a plated hole on the top, another from there on the bottom. Without the first,
+    // the second is another net.
     let mut history = History::new(Drawing::named(""));
     let via = TrackEnd::At(mm(5.0, 5.0));
     let far = (TrackEnd::At(mm(5.0, 9.0)), TrackEnd::At(mm(9.0, 9.0)));
@@ -117,7 +118,7 @@ fn what_a_plated_hole_joined_is_apart_without_its_track() {
     }
 }
 
-/// The smallest gap, by looking at all pairs.
+/// The smallest gap by comparing all pairs.
 fn looked_for(drawing: &Drawing, finder: &Finder) -> Option<Length> {
     let layer = |id: Id| drawing.thing(id)?.layer().filter(|layer| *layer != Layer::Edge);
     let copper: Vec<Id> = drawing.things().map(|(id, _)| id).filter(|id| layer(*id).is_some()).collect();

@@ -1,14 +1,12 @@
-//! Holes and slots that operations make twice: the second time goes.
+//! Removes holes and slots that operations make twice.
 //!
 //! ```text
 //!   drill     ●  0.8 mm, through     ─┐
-//!   drill     ●  the same            ─┴─▶ once             bore      ◎ 5 mm, through   ─┐
-//!   drill     ●  the same, deeper    ───▶ stays            bore      ◎ with another mill ┴─▶ once
+//!   drill     ●  equal               ─┴─▶ once             bore      ◎ 5 mm, through     ─┐
+//!   drill     ●  equal, but deeper   ───▶ stays            bore      ◎ with another mill ─┴─▶ once
 //! ```
 //!
-//! Comes in: parts, in the order of their operations. Goes out: the same without strokes and toolpaths that find their hole or slot
-//! made, and a note for every operation that loses some. A bit that comes back to go deeper stays, as one does that only marks
-//! holes.
+//! A deeper cut stays, and so does a cut that only marks holes.
 
 use crate::board::Board;
 use crate::cam::places::{Places, Twice};
@@ -19,7 +17,7 @@ use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Holes and slots that are milled already: how wide, where, how deep.
+/// Holes and slots already milled: width, position, depth.
 #[derive(Default)]
 pub(in crate::cam::toolpaths) struct Milled {
     holes: Places,
@@ -27,8 +25,8 @@ pub(in crate::cam::toolpaths) struct Milled {
 }
 
 impl Milled {
-    /// Whether what is `width` wide along `middle` was milled before, and at least to `depth`; else it has been now. A slot is
-    /// the same from whichever end.
+    /// True if a shape of `width` along `middle` was already milled, at least to `depth`; else records it. A
+    /// slot may start at either end.
     pub(in crate::cam::toolpaths) fn again(
         &mut self,
         middle: &[Point],
@@ -46,8 +44,8 @@ impl Milled {
     }
 }
 
-/// Takes strokes away whose hole was drilled before as deep with the same bit, and toolpaths whose hole or slot was milled before
-/// as deep with whatever bit. Parts keep the holes and slots that they count as made.
+/// Removes drill cycles at holes already drilled equally deep with the tool, and toolpaths of holes or slots
+/// already milled equally deep with any tool. The parts still count these holes and slots as made.
 pub(in crate::cam::toolpaths) fn once(
     work: &Work,
     board: &Board,
@@ -57,7 +55,8 @@ pub(in crate::cam::toolpaths) fn once(
     let mut notes = Vec::new();
     for part in parts {
         let mut twice = Twice::default();
-        // A shape has many toolpaths, and may have some of several bits: it stays or goes with all that this part does there.
+        // A shape has many toolpaths, perhaps with several tools: keep or remove all that this part has for
+        // it.
         let mut judged: BTreeMap<HoleOrSlot, bool> = BTreeMap::new();
         part.tasks.retain_mut(|task| {
             let before = (task.drill_cycles.len(), task.toolpaths.len());
@@ -79,7 +78,7 @@ pub(in crate::cam::toolpaths) fn once(
     notes
 }
 
-/// Takes strokes of `task` away that find their hole drilled.
+/// Removes drill cycles of `task` at holes already drilled.
 fn drill_once(task: &mut BitTask, places: &mut Places, twice: &mut Twice) {
     let (bit, depth) = (task.bit.diameter, task.depth);
     task.drill_cycles.retain(|stroke| {
@@ -91,7 +90,7 @@ fn drill_once(task: &mut BitTask, places: &mut Places, twice: &mut Twice) {
     });
 }
 
-/// Whether `shape` of `board` was milled before as deep, which counts it among those that are there twice.
+/// True if `shape` of `board` was already milled equally deep; counts it then.
 fn mill_again(
     shape: HoleOrSlot,
     depth: Length,

@@ -1,12 +1,10 @@
-//! Whether a job's depths and the order of its operations leave the board where it is as long as it is needed, and in one
-//! piece afterwards.
+//! Checks that depths and the order of operations keep the board in place and in one piece while it is
+//! needed.
 //!
 //! ```text
-//!   first side   drill · isolate              the board is cut out last of all: what comes after it finds the
-//!   second side  isolate · drill · cut out    board hanging on its tabs, or gone
+//!   first side   drill · isolate              cutting out is last: a later operation would find
+//!   second side  isolate · drill · cut out    the board on its tabs, or loose
 //! ```
-//!
-//! Comes in: a [`Work`], its parts. Goes out: diagnostics. Does not know toolpaths.
 
 use crate::board;
 use crate::cam::toolpaths::{BitTask, PlanContext, PlannedOperation, planned_operations};
@@ -15,7 +13,7 @@ use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
 
-/// Tells of depths that end in the board though it is to be cut through, or far below it.
+/// Reports depths that end in the board although they should go through, or far below it.
 pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &PlannedOperation) {
     let through = matches!(
         context.operation.action,
@@ -36,15 +34,15 @@ pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Pl
     }
 }
 
-/// How deep a task goes; none where it has nothing to do.
+/// Depth of a task; `None` if it has nothing to do.
 fn deepest(task: &BitTask) -> Option<Length> {
     let milled = task.toolpaths.iter().filter_map(|way| way.depths.last().copied()).max();
     let drilled = (!task.drill_cycles.is_empty()).then_some(task.depth);
     milled.max(drilled)
 }
 
-/// An error for every operation of this side that cuts the board out while others are still to be done, here or on the side
-/// that comes after it.
+/// An error for every operation of this side that cuts out the board before other operations, here or on the
+/// next side.
 pub(in crate::cam::toolpaths) fn too_early(
     work: &Work,
     machine: &Machine,

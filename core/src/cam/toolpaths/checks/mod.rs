@@ -1,6 +1,4 @@
-//! What is looked at before a side's toolpaths are handed on: what is left out, what is there twice, what would come loose.
-//!
-//! Comes in: operations, holes, toolpaths. Goes out: diagnostics, and what is to be left out. Makes no toolpath.
+//! Checks of a side's toolpaths: missing features, duplicates, parts that get loose. Makes no toolpaths.
 
 pub(super) mod duplicates;
 pub(super) mod holding;

@@ -1,14 +1,11 @@
-//! Contours of an outline that a bit does not come between.
+//! Contours of an outline that are too narrow for a tool.
 //!
 //! ```text
-//!   ╭───────────────╮ ╭────────╮       ▯ an inner contour narrower than the bit: it is left out, unless a hole or a slot
-//!   │  ▯     ╭───╮  │ │        │         of the board is there
-//!   │        ╰───╯  │ │        │       boards nearer to each other than the bit is wide: nothing is cut between them
+//!   ╭───────────────╮ ╭────────╮   ▯ an inner contour narrower than the tool: left out, unless a hole or a
+//!   │  ▯     ╭───╮  │ │        │     slot of the board is there
+//!   │        ╰───╯  │ │        │   boards nearer to each other than the tool's width: no cut between them
 //!   ╰───────────────╯ ╰────────╯
 //! ```
-//!
-//! Comes in: the board as it lies, how far the bit's middle keeps off the outline. Goes out: what is closed. Does not know
-//! operations.
 
 use super::no_tool::Missing;
 use crate::board::{Board, Hole, Slot};
@@ -18,21 +15,23 @@ use crate::geometry::{
 };
 use crate::units::Length;
 
-/// Around all contours, so that the outside is a gap like those inside.
+/// Margin around all contours, so that the outside is a gap like those inside.
 const AROUND: Length = Length::from_um(1_000);
-/// A hole or slot is a contour when its box is this near to it on every side.
+/// A hole or slot is a contour if its bounds are this near on every side.
 const SAME: Length = Length::from_um(100);
 
-/// What a bit does not come between.
+/// Contours closed to a tool.
 #[derive(Default)]
 pub(in crate::cam::toolpaths) struct Closed {
-    /// Inner contours that are not cut, and that no hole or slot makes, by their width.
+    /// Inner contours that are not cut, and that no hole or slot makes, by width.
     pub(in crate::cam::toolpaths) inner: Missing,
-    /// Contours that run into others.
+    /// Contours that merge with others.
     pub(in crate::cam::toolpaths) merged: usize,
+    /// Contours that touch others already in the design.
+    pub(in crate::cam::toolpaths) touching: usize,
 }
 
-/// What is closed to a bit whose middle keeps `offset` off the outline of `board`.
+/// Contours closed to a tool with its centre at `offset` from the outline of `board`.
 pub(in crate::cam::toolpaths) fn closed(board: &Board, offset: Length) -> Closed {
     let mut closed = Closed::default();
     let Some(bounds) = board.outline.bounds() else { return closed };
@@ -53,12 +52,11 @@ pub(in crate::cam::toolpaths) fn closed(board: &Board, offset: Length) -> Closed
         let left: usize = left.islands.iter().map(|island: &Island| island.holes.len()).sum();
         closed.merged += between.saturating_sub(left);
     }
-    // Contours that touch have run into each other before any bit came.
-    closed.merged += board.outline.islands.len().saturating_sub(apart);
+    closed.touching = board.outline.islands.len().saturating_sub(apart);
     closed
 }
 
-/// Whether a hole or a slot of the board has this box.
+/// True if a hole or a slot of the board has these bounds.
 pub(in crate::cam::toolpaths) fn made(board: &Board, around: Bounds) -> bool {
     let same = |own: Bounds| {
         let near = |a: Length, b: Length| (a - b).abs() <= SAME;

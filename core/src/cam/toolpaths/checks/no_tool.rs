@@ -1,11 +1,9 @@
-//! What no bit of an operation fits into, told size by size: it will be missing from the board.
+//! Features too narrow for every tool of an operation, listed by size: they will be missing from the board.
 //!
 //! ```text
-//!   sizes   0.2  0.2  0.2   0.38        an error for every size: how many, and where the first of them is
+//!   sizes   0.2  0.2  0.2   0.38        an error for every size: count, and position of the first
 //!           ╰─── 3 ─────╯   ╰ 1 ╯
 //! ```
-//!
-//! Comes in: sizes and places, one after the other. Goes out: diagnostics. Does not know what has these sizes.
 
 use crate::cam::rack::size_text;
 use crate::diagnostic::Diagnostic;
@@ -13,20 +11,20 @@ use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Sizes that are told one by one; all wider ones are told together.
+/// Sizes that are listed individually; wider ones are reported together.
 const MOST_SIZES: usize = 40;
 
-/// How many there are of every size, and where the first of them is.
+/// Count and position of the first, by size.
 #[derive(Default)]
 pub(in crate::cam::toolpaths) struct Missing(BTreeMap<Length, (usize, Point)>);
 
 impl Missing {
-    /// One more of `size`.
+    /// Counts one more of `size`.
     pub(in crate::cam::toolpaths) fn add(&mut self, size: Length, at: Point) {
         self.0.entry(size).or_insert((0, at)).0 += 1;
     }
 
-    /// An error called `code` for every size, thin ones first, with `count`, `size`, `x` and `y`; lengths in mm.
+    /// An error `code` for every size, ascending, with `count`, `size`, `x` and `y`; lengths in mm.
     pub(in crate::cam::toolpaths) fn errors(&self, code: &str) -> Vec<Diagnostic> {
         let error = |size: String, count: usize, at: Point| {
             let mm = |length: Length| format!("{:.3}", length.mm());
@@ -49,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_size_is_told_once_and_a_great_many_sizes_together() {
+    fn missing_sizes_are_counted_and_many_sizes_merged() {
         let mut missing = Missing::default();
         for hole in 0..120_i64 {
             missing.add(Length::from_um(100 + hole / 2), Point::from_mm(hole as f64, 1.0));

@@ -1,26 +1,23 @@
-//! Holes and slots that lie beside the board: nobody expects a bit there.
+//! Holes and slots outside the board.
 //!
 //! ```text
 //!   ┌────────────╮
-//!   │  o   o     │      o     beside: nothing of it touches what the outer edges of the outline enclose
-//!   │      ╭─╮   o            on the edge (castellated), or in an inner contour: not beside
+//!   │  o   o     │      o     outside: does not touch the area inside the outer edges of the outline
+//!   │      ╭─╮   o            on the edge (castellated), or in an inner contour: not outside
 //!   └──────┴─┴───┘
 //! ```
-//!
-//! Comes in: middles and widths of what an operation makes. Goes out: one error with their number and the first place. Does not
-//! know which bit makes them.
 
 use crate::cam::toolpaths::PlacedBoard;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 
-/// How many there are, and where the first of them is.
+/// Count, and position of the first.
 #[derive(Default)]
 pub(in crate::cam::toolpaths) struct Beside(Option<(usize, Point)>);
 
 impl Beside {
-    /// Counts what is `width` wide around `middle` if some of that middle lies beside the board of `scene`.
+    /// Counts a shape of `width` around `middle` if part of its centre line is outside the board of `scene`.
     pub(in crate::cam::toolpaths) fn look(&mut self, scene: &PlacedBoard, middle: &[Point], width: Length) {
         let half = Length::from_nm(width.nm() / 2);
         let Some(at) = middle.iter().find(|at| scene.is_beside(**at, half)) else { return };

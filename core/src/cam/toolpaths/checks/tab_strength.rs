@@ -1,12 +1,10 @@
-//! Tabs that would be made as asked and hold nothing.
+//! Tabs that would hold nothing.
 //!
 //! ```text
-//!   ════╡    ╞════   as wide as asked              ════╡╞════   0 wide: the bit meets itself, the board falls out
+//!   ════╡    ╞════   of the requested width          ════╡╞════   0 wide: the board falls out
 //!   ──────────────   with mouse-bites, side view
 //!    ○  ○  ○  ○      material between the holes     ◯◯◯◯◯◯      pitch ≤ hole: a slit
 //! ```
-//!
-//! Comes in: the settings of a cut-out, the rack, how thick the board is. Goes out: diagnostics. Does not know contours.
 
 use crate::cam::rack;
 use crate::cam::toolpaths::PlanContext;
@@ -14,14 +12,15 @@ use crate::cam::work::CutOut;
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
-/// A tab that is narrower or lower holds nothing.
+/// A narrower or lower tab holds nothing.
 const LEAST_TAB: Length = Length::from_um(100);
-/// Mouse-bite holes leave at least so much between them.
+/// Least material between mouse-bite holes.
 const LEAST_BETWEEN: Length = Length::from_um(50);
-/// How far a mouse-bite hole may be from its drill.
+/// Largest difference between a mouse-bite hole and its drill.
 pub(in crate::cam::toolpaths) const BITE_TOLERANCE: Length = Length::from_um(200);
 
-/// Tells of a board that comes loose for want of tabs, of tabs that hold nothing, which is an error, and of those that are as high as the board, which are not cut at all.
+/// Reports a board that gets loose without tabs. Tabs that hold nothing are an error. Also reports tabs as
+/// high as the board, which are not cut.
 pub(in crate::cam::toolpaths) fn tabs(context: &mut PlanContext<'_>, cut_out: &CutOut) {
     if cut_out.tabs == 0 && cut_out.tab_at.is_empty() {
         if context.depth() >= context.machine.process.board_thickness {

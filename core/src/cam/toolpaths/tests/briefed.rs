@@ -1,11 +1,11 @@
-//! What a person is told who runs both sides: how large the blank is, where the zero lies.
+//! Briefing of a job with both sides: size of the blank, position of the zero.
 
 use super::*;
 use crate::cam::briefing;
 use crate::job::SideBriefing;
 
 #[test]
-fn both_sides_are_one_piece_of_material_with_a_rim() {
+fn both_sides_share_one_blank_with_a_margin() {
     let machine = virtual_drill();
     let mut board = coupon();
     board.copper[0].face = Face::Bottom;
@@ -18,7 +18,8 @@ fn both_sides_are_one_piece_of_material_with_a_rim() {
         let program = lower_work(&planned, &work, &machine);
         briefing::add_side(&mut briefed, face, &work, (&planned, &program), &[]);
     }
-    // Pins of 3 mm stand 4 mm beside the board of 30 x 20 mm, the cut is 1.5 mm wide, and 5 mm stay around all of it.
+    // Pins of 3 mm are 4 mm outside the board of 30 x 20 mm, the cut is 1.5 mm wide, and 5 mm stay around
+    // everything.
     let boxes: Vec<Bounds> = briefed.sides.iter().filter_map(|side| side.blank).collect();
     assert_eq!(boxes.len(), 2);
     for found in boxes {
@@ -27,7 +28,7 @@ fn both_sides_are_one_piece_of_material_with_a_rim() {
         let off = corners.iter().zip(wanted).map(|(a, b)| (a - b).abs());
         assert!(off.fold(0.0, f64::max) < 0.01, "{corners:?} {wanted:?}");
     }
-    // What only one side needs, the other needs where it lies then.
+    // An area that only one side needs is needed for the other side too, flipped.
     let tool = briefed.sides[0].tools.clone();
     briefed.sides = vec![SideBriefing {
         side: "bottom".to_owned(),
@@ -43,7 +44,7 @@ fn both_sides_are_one_piece_of_material_with_a_rim() {
 }
 
 #[test]
-fn without_an_outline_the_zero_is_told_and_is_the_same_on_both_sides() {
+fn zero_without_outline_is_reported_and_equal_on_both_sides() {
     let machine = virtual_drill();
     let mut board = Board { outline: Region::default(), ..coupon() };
     board.holes.push(hole(25.0, 1.0, 0.8));

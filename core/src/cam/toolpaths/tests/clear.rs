@@ -1,9 +1,9 @@
-//! Clearing takes away all copper that its bits reach, whatever the stepover, and nothing of the picture.
+//! Clearing removes all copper that its tools reach, at any stepover, and nothing of the design.
 
 use super::*;
 use crate::geometry::{CombineRule, area_mm2, combine, island_area_mm2};
 
-/// The work that clears `board` with a mill of 0.8 mm, and perhaps one of 0.2 mm.
+/// A job that clears `board` with a mill of 0.8 mm, and perhaps one of 0.2 mm.
 fn clearing(board: &Board, stepover_percent: f64, further: &[&str]) -> Work {
     let mut work = only(board, "clear", |operation| {
         operation.bit = "m".to_owned();
@@ -16,7 +16,8 @@ fn clearing(board: &Board, stepover_percent: f64, further: &[&str]) -> Work {
     work
 }
 
-/// Islands about which rings end on ridges, islands near the edge of the board, a notch that only a thin bit enters.
+/// Islands with rings that end on ridges, islands near the edge of the board, a notch that only a narrow tool
+/// enters.
 fn picture() -> Board {
     let copper = [
         boxed(2.0, 2.0, 5.0, 4.0),
@@ -29,7 +30,8 @@ fn picture() -> Board {
     Board { outline: union(&[boxed(0.0, 0.0, 18.13, 11.71)]), ..with_copper(&copper) }
 }
 
-/// What of the board is left apart from the picture that a bit of `width` reaches, with its middle up to 1 mm beside the board.
+/// Uncleared area of the board outside the design that a tool of `width` can reach. The tool's centre may be
+/// up to 1 mm outside the board.
 fn reachable_left(board: &Board, planned: &Planned, width: f64) -> f64 {
     let mut left = board.outline.clone();
     for task in planned.parts.iter().flat_map(|part| &part.tasks) {
@@ -43,7 +45,7 @@ fn reachable_left(board: &Board, planned: &Planned, width: f64) -> f64 {
 }
 
 #[test]
-fn clearing_leaves_nothing_that_the_bit_reaches_at_any_stepover() {
+fn clearing_reaches_everything_at_every_stepover() {
     let board = picture();
     for stepover in [30.0, 50.0, 60.0, 75.0, 90.0, 100.0] {
         let work = clearing(&board, stepover, &[]);
@@ -55,7 +57,7 @@ fn clearing_leaves_nothing_that_the_bit_reaches_at_any_stepover() {
 }
 
 #[test]
-fn a_further_bit_takes_all_that_the_one_before_left_and_goes_nowhere_else() {
+fn further_tool_clears_only_what_the_previous_one_left() {
     let board = picture();
     let work = clearing(&board, 30.0, &["thin"]);
     let (planned, _) = planned(&board, &work);

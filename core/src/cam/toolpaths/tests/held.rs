@@ -1,9 +1,9 @@
-//! The board stays where it is as long as it is needed: tabs by hand, zones, panels, pins, depths, and the order of things.
+//! The board stays in place while it is needed: user-placed tabs, zones, panels, pins, depths, order.
 
 use super::*;
 use crate::cam::parameters::assign;
 
-/// The codes, weights and sentences of `work` on `board`.
+/// Codes, severities and messages of `work` on `board`.
 fn told(board: &Board, work: &Work) -> Vec<(String, Severity, String)> {
     let diagnostics = planned(board, work).1;
     diagnostics
@@ -16,7 +16,7 @@ fn count(told: &[(String, Severity, String)], code: &str, severity: Severity) ->
     told.iter().filter(|(own, heavy, _)| own == code && *heavy == severity).count()
 }
 
-/// The work that cuts `board` out with these settings.
+/// A job that cuts out `board` with these settings.
 fn cutting(board: &Board, settings: &str) -> Work {
     let mut work = only(board, "cut_out", |_| {});
     set(&mut work, settings);
@@ -37,7 +37,7 @@ fn held(planned: &Planned) -> Vec<f64> {
 }
 
 #[test]
-fn tabs_by_hand_are_on_every_copy_and_on_the_nearest_contour_only() {
+fn placed_tabs_are_on_every_copy_and_only_the_nearest_contour() {
     let board = coupon();
     for (panel, copies) in [
         ("", 1),
@@ -50,7 +50,7 @@ fn tabs_by_hand_are_on_every_copy_and_on_the_nearest_contour_only() {
             ("15,-0.5,15,20.5", 7.0),
             ("30.5,10", 3.5),
             ("-0.5,7,30.5,10,15,20.5", 10.5),
-            // Given for the first two copies of a row: the same tab.
+            // Given for the first two copies of a row: one tab.
             (if copies % 2 == 0 { "10,20,43,20" } else { "10,20" }, 3.5),
         ] {
             let work = cutting(&board, &format!("{panel};cut_out.tab_at={tabs}"));
@@ -67,7 +67,7 @@ fn tabs_by_hand_are_on_every_copy_and_on_the_nearest_contour_only() {
 }
 
 #[test]
-fn a_tab_out_of_reach_and_a_contour_without_a_tab_are_errors() {
+fn unreachable_tab_and_contour_without_tab_are_errors() {
     let board = coupon();
     let far = told(&board, &cutting(&board, "cut_out.tab_at=15,-9"));
     assert_eq!(count(&far, "cam.tab_out_of_reach", Severity::Error), 1, "{far:?}");
@@ -82,7 +82,7 @@ fn a_tab_out_of_reach_and_a_contour_without_a_tab_are_errors() {
 }
 
 #[test]
-fn what_a_zone_leaves_shorter_than_the_bit_is_wide_holds_nothing() {
+fn uncut_stretch_shorter_than_the_tool_holds_nothing() {
     let board = coupon();
     for (zone, short, long) in [
         ("10,-3,10.3,-1.498", 1, 0),
@@ -95,7 +95,7 @@ fn what_a_zone_leaves_shorter_than_the_bit_is_wide_holds_nothing() {
         assert_eq!(count(&all, "cam.zone_too_short", Severity::Warning), short, "{zone}: {all:?}");
         assert_eq!(count(&all, "cam.zone_in_the_way", Severity::Warning), long, "{zone}: {all:?}");
     }
-    // A tab there is still needed, and still made on both sides of the place.
+    // A tab in the zone is still needed, and still made on both sides of the zone.
     let work = cutting(&board, "cut_out.tab_at=10.15,0;setup.exclusions=10,-3,10.3,-1.498");
     let (planned, diagnostics) = planned(&board, &work);
     assert!(!diagnostics.iter().any(|diagnostic| diagnostic.code == "cam.tab_in_zone"), "{diagnostics:?}");
@@ -104,7 +104,7 @@ fn what_a_zone_leaves_shorter_than_the_bit_is_wide_holds_nothing() {
 }
 
 #[test]
-fn copies_without_a_gap_are_told() {
+fn copies_without_a_gap_are_an_error() {
     let board = coupon();
     for (panel, missing) in [
         ("setup.columns=2;setup.gap=0", Some("between 1 contour ")),
@@ -126,7 +126,7 @@ fn copies_without_a_gap_are_told() {
 }
 
 #[test]
-fn a_cut_that_runs_into_pins_is_told() {
+fn cut_through_alignment_pins_is_an_error() {
     let board = coupon();
     for (settings, hit) in [
         ("setup.pairs=1;setup.pin_margin=0", true),
@@ -146,7 +146,7 @@ fn a_cut_that_runs_into_pins_is_told() {
 }
 
 #[test]
-fn more_tabs_than_there_is_room_for_are_a_error() {
+fn too_many_tabs_are_an_error() {
     let board = coupon();
     let all = told(&board, &cutting(&board, "cut_out.tabs=40"));
     assert_eq!(count(&all, "cam.no_room_for_tabs", Severity::Error), 1, "{all:?}");
@@ -155,7 +155,7 @@ fn more_tabs_than_there_is_room_for_are_a_error() {
 }
 
 #[test]
-fn depths_that_end_in_the_board_or_far_below_it_are_told() {
+fn depths_within_or_far_below_the_board_are_warnings() {
     let board = coupon();
     let mut work = Work::default_for(&board, &virtual_drill());
     assert_eq!(count(&told(&board, &work), "cam.not_through", Severity::Warning), 0);
@@ -181,7 +181,7 @@ fn depths_that_end_in_the_board_or_far_below_it_are_told() {
 }
 
 #[test]
-fn a_board_cut_out_before_all_else_is_done_is_a_error() {
+fn board_cut_out_too_early_is_an_error() {
     let machine = virtual_drill();
     let mut board = coupon();
     let early =
@@ -190,7 +190,7 @@ fn a_board_cut_out_before_all_else_is_done_is_a_error() {
     assert_eq!(early(&board, &work), 0);
     work.operations.rotate_right(1);
     assert_eq!(early(&board, &work), 1);
-    // Scored only, it stays in its place.
+    // A board that is only scored stays in place.
     work.operations[0].depth = mm(1.0);
     assert_eq!(early(&board, &work), 0);
     work.operations[0].depth = Length::ZERO;
@@ -209,7 +209,7 @@ fn a_board_cut_out_before_all_else_is_done_is_a_error() {
 }
 
 #[test]
-fn tabs_that_hold_nothing_are_a_error_and_odd_ones_are_told() {
+fn tabs_that_hold_nothing_are_an_error() {
     let board = coupon();
     let rows = [
         ("cut_out.tab_width=0", Some(("cam.tabs_hold_nothing", Severity::Error))),
@@ -234,7 +234,7 @@ fn tabs_that_hold_nothing_are_a_error_and_odd_ones_are_told() {
 }
 
 #[test]
-fn a_zone_beside_the_board_is_told_with_its_place_as_given() {
+fn zone_off_the_board_is_a_warning_at_its_given_position() {
     let board = coupon();
     for (settings, beside) in [
         ("setup.exclusions=50,50,60,60", Some("50.00, 50.00")),

@@ -1,4 +1,4 @@
-//! How deep holes go; and those that must not be made without a word: holes beside the board.
+//! Depth of holes, and holes that need a report: those outside the board.
 
 use super::program::deepest;
 use super::*;
@@ -12,7 +12,7 @@ fn arg<'a>(diagnostic: &'a Diagnostic, name: &str) -> &'a str {
     diagnostic.args.iter().find(|(own, _)| own == name).map_or("", |(_, value)| value)
 }
 
-/// The plan of `work` after so many tries at its order; what no bit drills is left out.
+/// The plan of `work` with this number of iterations; holes without a drill are left out.
 fn drills(board: &Board, work: &Work, iterations: u64) -> Planned {
     let options = PlanOptions {
         iterations: Some(iterations),
@@ -25,8 +25,9 @@ fn drills(board: &Board, work: &Work, iterations: u64) -> Planned {
 }
 
 #[test]
-fn what_lies_beside_the_board_is_a_error_and_is_made_where_that_is_accepted() {
-    // Place, size, and whether it is told. The coupon is 30 × 20 mm with a cut-out of 14 … 17 × 8.5 … 11.5.
+fn holes_off_the_board_are_an_error_and_drilled_if_accepted() {
+    // Position, size, and whether it is reported. The coupon is 30 × 20 mm with a cut-out of 14 … 17 × 8.5 …
+    // 11.5.
     let rows = [
         (at(3.0, 6.0), 0.8, false),
         (at(30.0, 5.0), 0.8, false), // castellated
@@ -57,7 +58,7 @@ fn what_lies_beside_the_board_is_a_error_and_is_made_where_that_is_accepted() {
 }
 
 #[test]
-fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not() {
+fn slots_off_the_board_are_reported_but_pins_are_not() {
     let mut board = coupon();
     board.slots[0].path = vec![at(28.0, 17.0), at(33.0, 17.0)];
     let bore = only(&board, "mill_holes", |_| {});
@@ -83,11 +84,12 @@ fn drill_cycles(planned: &Planned) -> usize {
 }
 
 #[test]
-fn a_hole_that_is_there_twice_is_made_once() {
+fn duplicate_hole_is_made_once() {
     let mut board = coupon();
     let (first, bored) =
         (Hole { source: 1, ..board.holes[1].clone() }, Hole { source: 1, ..board.holes[3].clone() });
-    // As two files say it, and as one does whose sizes are rounded differently; one hole is beside, and stays.
+    // As listed by two files, and by one with sizes rounded differently; one hole is next to another, and
+    // stays.
     board.holes.extend([first.clone(), bored, Hole { diameter: Some(mm(0.81)), ..first }]);
     board.holes.push(Hole { at: at(12.0, 3.01), source: 1, ..board.holes[1].clone() });
     board.slots.push(Slot { path: vec![at(27.0, 17.0), at(24.0, 17.0)], ..board.slots[0].clone() });
@@ -100,12 +102,12 @@ fn a_hole_that_is_there_twice_is_made_once() {
     assert_eq!(counts.len(), 2, "{counts:?}");
     assert!(counts.iter().all(|row| ["2", "2"].contains(&row.1)), "{counts:?}");
     assert!(notes.iter().all(|note| note.severity == Severity::Note && !note.message("en").contains("cam.")));
-    // Nothing is said to be left out.
+    // No report of a feature left out.
     assert!(!diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error), "{diagnostics:?}");
 }
 
 #[test]
-fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
+fn duplicate_operation_drills_again_only_if_deeper() {
     let board = coupon();
     for (first, second, count) in [(0.0, 0.0, 3), (0.0, 0.3, 3), (0.3, 0.0, 6), (0.3, 0.3, 3)] {
         let mut work = only(&board, "drill", |operation| operation.depth = mm(first));
@@ -121,14 +123,14 @@ fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
 }
 
 #[test]
-fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
+fn duplicate_boring_is_milled_again_only_if_deeper() {
     let board = coupon();
     let once = planned(&board, &only(&board, "mill_holes", |_| {})).0.toolpaths().count();
-    // Depths of the two, the bit of the second, and what of the second is left: all, the 5 mm hole, or nothing.
+    // Depths of both, the second's tool, and the second's remaining work: all, the 5 mm hole, or nothing.
     let rows = [
         (0.0, 0.0, "end mill 1.5", 0),
         (0.0, 0.5, "end mill 1.5", 0),
-        (0.0, 0.0, "Mill 2.0 mm", 0), // another mill finds the holes made all the same
+        (0.0, 0.0, "Mill 2.0 mm", 0), // another mill finds the holes already made
         (0.5, 0.0, "end mill 1.5", once),
     ];
     for (first, second, bit, left) in rows {
@@ -157,7 +159,7 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
 }
 
 #[test]
-fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
+fn thin_mill_bores_where_a_zone_blocks_a_wide_one() {
     let board = coupon();
     let mut work = only(&board, "mill_holes", |operation| {
         operation.bit = "wide".to_owned();
@@ -168,7 +170,7 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
             further: Vec::new(),
         });
     });
-    // 20 µm over the slot of 1 mm on either side, which is within what a bit may be too wide.
+    // 20 µm over the slot of 1 mm on each side, which is within the tolerance of a tool's width.
     work.bits.push(mill("wide", 1.04));
     work.setup.exclusions = vec![Bounds::of(at(24.0, 17.51)).with(at(27.0, 19.0))];
     work.operations.push(Operation { bit: "end mill 0.8".to_owned(), ..work.operations[0].clone() });
@@ -181,8 +183,8 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
 }
 
 #[test]
-fn the_loaded_bit_goes_first_where_that_is_wanted() {
-    /// Order of bits, the loaded one, the bits in order of use, what is said.
+fn loaded_tool_goes_first_on_request() {
+    /// Order of tools, the loaded one, the tools in order of use, the report.
     type Row = (BitOrder, Option<f64>, [f64; 2], Option<&'static str>);
     let board = coupon();
     let work = only(&board, "drill", |_| {});
@@ -210,7 +212,7 @@ fn the_loaded_bit_goes_first_where_that_is_wanted() {
 }
 
 #[test]
-fn drills_go_deeper_by_the_height_of_their_points() {
+fn drill_cycles_are_deeper_by_the_tool_point() {
     let board = coupon();
     let process = virtual_drill().process;
     let through = process.board_thickness + process.breakthrough;
@@ -239,7 +241,7 @@ fn drills_go_deeper_by_the_height_of_their_points() {
 }
 
 #[test]
-fn pecks_come_up_between() {
+fn peck_drilling_retracts_between_plunges() {
     let board = coupon();
     let work = only(&board, "drill", |operation| {
         if let OperationKind::Drill(drill) = &mut operation.action {

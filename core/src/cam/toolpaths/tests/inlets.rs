@@ -1,10 +1,11 @@
-//! Cut-outs with smaller bits: inner contours and inlets that the first bit does not get into.
+//! Cut-outs with smaller tools: inner contours and inlets too narrow for the first tool.
 
 use super::*;
 
 #[test]
-fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loose() {
-    // On 30 × 20 mm: a contour 1 mm wide, one 0.4 mm wide, one 5 mm wide, an inlet 1 mm wide from below, and a drawn hole.
+fn smaller_tools_cut_narrow_parts_before_the_board_is_free() {
+    // On 30 × 20 mm: a contour 1 mm wide, one 0.4 mm wide, one 5 mm wide, an inlet 1 mm wide from below, and
+    // a drawn hole.
     let inlet = Path::through(&[
         at(0.0, 0.0),
         at(4.0, 0.0),
@@ -22,7 +23,7 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
     outlines.extend(narrow);
     let outline = crate::geometry::even_odd(&outlines);
     let board = Board { outline, holes: vec![hole(25.0, 10.0, 1.0)], ..Board::default() };
-    // Smaller bits, widths that are missing, and how many toolpaths each bit has.
+    // Smaller tools, widths that are missing, and the number of toolpaths of each tool.
     let rows: [(&[&str], &[&str], &[usize]); 4] = [
         (&[], &["0.4", "1"], &[2]),
         (&["end mill 0.8"], &["0.4"], &[2, 2]),
@@ -44,7 +45,7 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
         let found: Vec<usize> = tasks.iter().map(|task| task.toolpaths.len()).collect();
         assert_eq!(found, counts, "{further:?}");
         assert_eq!(tasks.last().unwrap().bit.name, "end mill 1.5", "the board comes loose last");
-        // No bit cuts into the board, and tabs stay only round it.
+        // No tool cuts into the board, and only the outer contour has tabs.
         for task in tasks {
             let edge =
                 Area::of(&grow(&board.outline, Length::from_nm(task.bit.diameter.nm() / 2) - mm(0.003)));
@@ -54,7 +55,7 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
                 assert!(way.depths.len() > 1, "in passes");
             }
         }
-        // Whoever fits into the narrow contour goes all along it.
+        // A tool that fits into the narrow contour cuts all of it.
         let bounds = crate::geometry::path_bounds(&boxed(8.0, 4.0, 9.0, 10.0));
         let inside = planned.toolpaths().any(|way| {
             let own = crate::geometry::path_bounds(&way.path);

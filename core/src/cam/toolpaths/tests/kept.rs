@@ -1,8 +1,8 @@
-//! Isolation with what was made before, and without: the same comes out, and no more is made than a change reaches.
+//! Isolation with and without the cache: equal results, and only families affected by a change are computed.
 
 use super::*;
 
-/// Pads and tracks by chance, in cells of 2 mm: most stand alone, some touch their neighbours.
+/// Random pads and tracks in cells of 2 mm: most are isolated, some touch their neighbours.
 fn copper(chance: &mut Chance, count: usize) -> Vec<Path> {
     let mut paths = Vec::new();
     for _ in 0..count {
@@ -24,7 +24,7 @@ fn pad(chance: &mut Chance) -> Path {
     }
 }
 
-/// Something of the drawing or of the job becomes otherwise.
+/// A random change of the drawing or of the job.
 fn edit(chance: &mut Chance, paths: &mut Vec<Path>, work: &mut Work) {
     let operation = &mut work.operations[0];
     let OperationKind::Isolate(isolate) = &mut operation.action else { panic!() };
@@ -50,7 +50,7 @@ fn part(scene: &PlacedBoard, work: &Work) -> PlannedOperation {
 }
 
 #[test]
-fn with_what_was_made_before_the_same_comes_out_as_from_nothing() {
+fn cached_planning_equals_planning_from_scratch() {
     let (mut made, mut made_from_nothing) = (0, 0);
     for seed in 1..=8 {
         println!("seed {seed}");
@@ -74,8 +74,8 @@ fn with_what_was_made_before_the_same_comes_out_as_from_nothing() {
 }
 
 #[test]
-fn a_change_is_made_anew_where_it_reaches_and_nowhere_else() {
-    // Pads 5 mm apart, each alone: it is grown and gone round twice.
+fn change_recomputes_only_affected_parts() {
+    // Isolated pads 5 mm apart: each is grown once and followed twice.
     let pads = |moved: f64| -> Vec<Path> {
         let place = |number: usize| (5.0 * (number % 5) as f64, 5.0 * (number / 5) as f64);
         let mut pads: Vec<Path> = (0..25).map(place).map(|(x, y)| circle(at(x, y), mm(2.0))).collect();
@@ -88,9 +88,9 @@ fn a_change_is_made_anew_where_it_reaches_and_nowhere_else() {
         ("nothing", pads(0.0), job(|_| {}), 0),
         ("direction", pads(0.0), job(|isolate| isolate.direction = CutDirection::Conventional), 0),
         ("a pad moves", pads(0.5), job(|_| {}), 4),
-        // It and the neighbour that it comes to lie beside.
+        // The pad and its new neighbour.
         ("a pad moves beside another", pads(2.9), job(|_| {}), 4),
-        // What was the last pass is gone round anew, since another one follows it.
+        // The former last pass is computed again, because another one follows it.
         ("a pass more", pads(0.0), job(|isolate| isolate.passes += 1), 3 * 25),
         ("less overlap", pads(0.0), job(|isolate| isolate.overlap_percent -= 1.0), 3 * 25),
     ];

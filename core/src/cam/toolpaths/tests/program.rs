@@ -12,10 +12,11 @@ pub(super) fn deepest(leg: &crate::job::Leg) -> Length {
 }
 
 #[test]
-fn every_leg_knows_its_operation() {
+fn every_leg_has_its_operation() {
     let board = coupon();
     let mut work = Work::default_for(&board, &virtual_drill());
-    // The drilling of before again, deeper, so that holes have two legs; and mouse-bites, which are no holes of the board.
+    // The drilling again, deeper, so that holes have two legs; and mouse-bites, which are no holes of the
+    // board.
     let drill =
         work.operations.iter().find(|operation| matches!(operation.action, OperationKind::Drill(_))).unwrap();
     work.operations.push(Operation { depth: mm(4.0), ..drill.clone() });
@@ -43,7 +44,7 @@ fn every_leg_knows_its_operation() {
 }
 
 #[test]
-fn the_default_job_does_all_there_is_to_do() {
+fn default_job_covers_the_whole_board() {
     let board = coupon();
     let machine = virtual_drill();
     let work = Work::default_for(&board, &machine);
@@ -60,12 +61,13 @@ fn the_default_job_does_all_there_is_to_do() {
         assert_eq!(lower_work(&planned, &work, &machine).name, called);
     }
     let names: Vec<_> = program.bits.iter().map(|bit| bit.name.as_str()).collect();
-    // The mill that cuts out is the last one that mills holes: it goes in once. Bits are called as files call them.
+    // The last mill for holes is also the mill that cuts out, so it is loaded once. Tools have their titles
+    // as in files.
     assert_eq!(names, ["V-bit 30°, tip 0.1", "drill 0.8", "drill 1", "end mill 0.8", "end mill 1.5"]);
     assert!(program.bits.iter().all(|bit| bit.name == bit.title("en")), "{names:?}");
     let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
     assert_eq!(toolpaths, planned.toolpaths().count());
-    // Every leg that goes down comes up again, and the last way is the outer contour.
+    // Every leg that descends also retracts, and the last path is the outer contour.
     for leg in program.legs.iter().filter(|leg| deepest(leg) < Length::ZERO) {
         assert_eq!(leg.commands.last(), Some(&Command::Retract { to: program.safe_height }));
     }
@@ -98,7 +100,7 @@ fn bored_holes_and_slots_have_their_size() {
 }
 
 #[test]
-fn a_slot_a_little_narrower_than_the_thinnest_mill_is_milled_within_the_tolerance() {
+fn slot_is_milled_if_slightly_narrower_than_the_mill() {
     for (width, made) in [(0.7874, 1), (0.751, 1), (0.749, 0)] {
         let mut board = coupon();
         board.slots[0].width = Some(mm(width));
@@ -116,7 +118,7 @@ fn a_slot_a_little_narrower_than_the_thinnest_mill_is_milled_within_the_toleranc
 }
 
 #[test]
-fn what_no_bit_fits_is_left_out_and_told_by_size() {
+fn features_without_a_fitting_tool_are_reported_by_size() {
     let mut board = coupon();
     board.slots[0].width = Some(mm(0.3));
     board.holes.extend([hole(5.0, 1.0, 0.2), hole(6.0, 1.0, 0.22), hole(7.0, 1.0, 0.2)]);
@@ -135,7 +137,7 @@ fn what_no_bit_fits_is_left_out_and_told_by_size() {
     assert!(said.contains("2 holes of 0.2 mm") && said.contains("X 5.000 Y 1.000"), "{said}");
     assert!(errors.iter().all(|error| !error.message("en").contains("cam.")), "{errors:?}");
     assert_eq!(planned.accepted, Vec::<String>::new());
-    // All else is made.
+    // Everything else is made.
     let made: Vec<u32> = planned.parts.iter().flat_map(|part| part.holes.iter().copied()).collect();
     assert_eq!(made, [0, 1, 2, 3]);
     options.accept = codes;
@@ -146,7 +148,7 @@ fn what_no_bit_fits_is_left_out_and_told_by_size() {
 }
 
 #[test]
-fn a_job_of_which_nothing_is_left_is_refused_with_what_is_missing() {
+fn job_with_nothing_left_is_refused_with_missing_sizes() {
     let board = Board { holes: vec![hole(5.0, 1.0, 0.2)], ..Board::default() };
     let work = Work::default_for(&board, &virtual_drill());
     let rapid_time = |a: Point, b: Point| a.distance_mm(b);
@@ -158,7 +160,7 @@ fn a_job_of_which_nothing_is_left_is_refused_with_what_is_missing() {
 }
 
 #[test]
-fn inner_contours_that_no_bit_fits_are_left_out_unless_a_hole_makes_them() {
+fn inner_contours_too_narrow_for_tools_are_skipped() {
     let island = boxed(0.0, 0.0, 30.0, 20.0);
     let wide = boxed(14.0, 8.0, 18.0, 12.0);
     let narrow = [boxed(5.0, 5.0, 5.5, 7.0), boxed(25.0, 5.0, 25.5, 7.0)];
@@ -181,7 +183,7 @@ fn inner_contours_that_no_bit_fits_are_left_out_unless_a_hole_makes_them() {
 }
 
 #[test]
-fn boards_too_near_to_each_other_are_told() {
+fn boards_too_close_together_are_reported() {
     let outline = union(&[boxed(0.0, 0.0, 10.0, 10.0), boxed(11.0, 0.0, 20.0, 10.0)]);
     let board = Board { outline, ..Board::default() };
     let (planned, diagnostics) = planned(&board, &only(&board, "cut_out", |_| {}));
@@ -199,13 +201,13 @@ fn tabs_hold_the_board_in_every_pass() {
     assert_eq!(outer.tabs.len(), 4);
     let held: f64 = outer.tabs.iter().map(|tab| tab.1 - tab.0).sum();
     assert!((held - 4.0 * 3.5).abs() < 1e-6, "{held}");
-    // The bit's middle runs outside of the outline by its radius.
+    // The tool centre is outside the outline by its radius.
     let bounds = crate::geometry::path_bounds(&outer.path);
     assert!((bounds.min.x.mm() + 0.75).abs() < 0.003 && (bounds.max.y.mm() - 20.75).abs() < 0.003);
     let program = lower_work(&planned, &work, &virtual_drill());
     let leg = program.legs.iter().rfind(|leg| matches!(leg.mark, Mark::Toolpath(_))).unwrap();
     let over: f64 = over_tabs(&program, leg);
-    // At its last lap the bit is at tab height or above over four tabs.
+    // In its last lap the tool is at tab height or above over four tabs.
     assert!(over > 0.99 * held, "{over} of {held} mm");
 }
 
@@ -238,7 +240,7 @@ fn over_tabs(program: &Program, leg: &crate::job::Leg) -> f64 {
 }
 
 #[test]
-fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
+fn mouse_bites_are_on_the_edge_and_tabs_are_not_cut() {
     let board = coupon();
     let work = only(&board, "cut_out", |operation| {
         if let OperationKind::CutOut(cut_out) = &mut operation.action {
@@ -258,7 +260,7 @@ fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
 }
 
 #[test]
-fn tabs_by_hand_are_where_they_were_put() {
+fn placed_tabs_stay_in_position() {
     let board = coupon();
     let work = only(&board, "cut_out", |operation| {
         if let OperationKind::CutOut(cut_out) = &mut operation.action {
@@ -279,7 +281,7 @@ fn tabs_by_hand_are_where_they_were_put() {
 }
 
 #[test]
-fn the_bottom_is_mirrored_and_pins_fall_on_pins() {
+fn bottom_is_mirrored_and_its_pins_coincide() {
     let machine = virtual_drill();
     let mut board = coupon();
     board.copper[0].face = Face::Bottom;
@@ -300,7 +302,7 @@ fn the_bottom_is_mirrored_and_pins_fall_on_pins() {
 }
 
 #[test]
-fn no_way_enters_an_exclusion_zone() {
+fn no_toolpath_enters_an_exclusion_zone() {
     let board = coupon();
     let zone = Bounds::of(at(-5.0, -5.0)).with(at(8.0, 8.0));
     let mut work = isolation(&board, 0.2, |isolate| isolate.passes = 1);
@@ -316,7 +318,7 @@ fn no_way_enters_an_exclusion_zone() {
 }
 
 #[test]
-fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
+fn tabs_in_a_zone_are_reported_and_others_stay() {
     let board = coupon();
     let zone = Bounds::of(at(12.0, -4.0)).with(at(18.0, 4.0));
     for bites in [false, true] {
@@ -352,7 +354,7 @@ fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
 }
 
 #[test]
-fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
+fn hole_in_a_zone_is_an_error_and_zero_is_configurable() {
     let board = coupon();
     let mut work = only(&board, "drill", |_| {});
     work.setup.exclusions = vec![Bounds::of(at(0.0, 0.0)).with(at(5.0, 5.0))];
@@ -386,7 +388,7 @@ fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
 }
 
 #[test]
-fn engraving_follows_the_lines_and_joins_what_meets() {
+fn engraving_follows_lines_and_joins_meeting_ones() {
     let mut board = coupon();
     let strokes = vec![
         Path::through(&[at(1.0, 1.0), at(2.0, 1.0)]).unwrap(),
@@ -406,16 +408,16 @@ fn engraving_follows_the_lines_and_joins_what_meets() {
 }
 
 #[test]
-fn a_key_changes_with_what_its_part_depends_on_and_only_then() {
+fn part_key_depends_only_on_inputs_of_its_part() {
     let machine = virtual_drill();
     let board = coupon();
     let work = Work::default_for(&board, &machine);
     let mut other = work.clone();
     other.operations[1].depth += mm(0.01);
     other.operations[0].name = "renamed".to_owned();
-    other.operations[0].feed_mm_per_s += 1.0;
-    other.operations[0].plunge_mm_per_s += 1.0;
-    other.operations[0].spindle_rpm += 1_000;
+    other.operations[0].feed_mm_per_s = Some(1.0);
+    other.operations[0].plunge_mm_per_s = Some(1.0);
+    other.operations[0].spindle_rpm = Some(1_000);
     let mut turning = machine.clone();
     turning.rack.iter_mut().for_each(|tool| tool.spindle_rpm += 1_000);
     assert_eq!(key(&work, 0, &machine), key(&other, 0, &turning));
@@ -426,7 +428,7 @@ fn a_key_changes_with_what_its_part_depends_on_and_only_then() {
 }
 
 #[test]
-fn a_part_that_is_kept_says_of_name_and_speeds_what_a_new_one_says() {
+fn cached_part_reports_new_names_and_speeds() {
     let machine = virtual_drill();
     let board = coupon();
     let options = PlanOptions { iterations: Some(200), ..PlanOptions::default() };
@@ -435,8 +437,8 @@ fn a_part_that_is_kept_says_of_name_and_speeds_what_a_new_one_says() {
     let work = only(&board, "drill", |operation| operation.depth = mm(1.0));
     let mut other = work.clone();
     other.operations[0].name = "Holes".to_owned();
-    other.operations[0].plunge_mm_per_s = 1e4;
-    other.operations[0].spindle_rpm = 3_000;
+    other.operations[0].plunge_mm_per_s = Some(1e4);
+    other.operations[0].spindle_rpm = Some(3_000);
     let part =
         plan_operation(&PlacedBoard::of(&board, &work), &work, 0, &machine, &means, &mut |_| true).unwrap();
     for job in [&work, &other] {
@@ -450,7 +452,7 @@ fn a_part_that_is_kept_says_of_name_and_speeds_what_a_new_one_says() {
 }
 
 #[test]
-fn parts_of_a_path_lie_on_their_side() {
+fn path_parts_are_on_their_side_of_the_area() {
     let area = Area::of(&union(&[circle(at(0.0, 0.0), mm(4.0)), boxed(1.0, -1.0, 6.0, 1.0)]));
     let mut chance = Chance::new(9);
     for _ in 0..200 {
@@ -473,9 +475,9 @@ fn parts_of_a_path_lie_on_their_side() {
 }
 
 #[test]
-fn a_long_way_rests_now_and_then() {
+fn long_toolpath_dwells_repeatedly() {
     let board = coupon();
-    let work = only(&board, "cut_out", |operation| operation.feed_mm_per_s = 0.3);
+    let work = only(&board, "cut_out", |operation| operation.feed_mm_per_s = Some(0.3));
     let (planned, _) = planned(&board, &work);
     let program = lower_work(&planned, &work, &virtual_drill());
     let leg = program.legs.iter().rfind(|leg| matches!(leg.mark, Mark::Toolpath(_))).unwrap();
@@ -485,7 +487,7 @@ fn a_long_way_rests_now_and_then() {
 }
 
 #[test]
-fn a_drill_goes_down_and_turns_as_the_rack_says_of_it() {
+fn drill_uses_feed_and_speed_of_the_tool_list() {
     let board = coupon();
     let work = Work::default_for(&board, &virtual_drill());
     let (planned, _) = planned(&board, &work);
@@ -498,7 +500,7 @@ fn a_drill_goes_down_and_turns_as_the_rack_says_of_it() {
     let lines = rack.map(str::to_owned).to_vec();
     let changes = [("rack.tools".to_owned(), crate::machine::Value::Texts(lines))];
     let machine = crate::machine::apply(&virtual_drill(), &changes).unwrap();
-    // Of each bit the feed down in µm/s, of its first plunge, and the speed that it turns at.
+    // For each tool: the feed of its first plunge in µm/s, and its spindle speed.
     let done = |machine: &crate::machine::Machine| {
         let program = lower_work(&planned, &work, machine);
         let (mut bit, mut rpm, mut done) = (None, 0, Vec::new());
@@ -521,13 +523,13 @@ fn a_drill_goes_down_and_turns_as_the_rack_says_of_it() {
         [(&("drill 0.8".to_owned(), 12_000, 30_000), &("drill 0.8".to_owned(), 3_000, 9_000))]
     );
     // No faster than the machine.
-    let operation = Operation::usual("drill", Face::Top, &machine).unwrap();
+    let operation = Operation::usual("drill", Face::Top).unwrap();
     let bounded = crate::cam::limits::with_bit(&operation, &machine.rack[3].bit(), &machine);
     assert_eq!((bounded.plunge_mm_per_s, bounded.spindle_rpm), (50.0, 60_000));
 }
 
 #[test]
-fn spindles_that_are_not_enabled_stay_up() {
+fn disabled_spindles_stay_up() {
     let off = crate::machine::Value::Numbers(vec![1.0, 0.0]);
     let six = crate::machine::six_spindles();
     let machine = crate::machine::apply(&six, &[("spindle.enabled".to_owned(), off)]).unwrap();

@@ -1,16 +1,16 @@
-//! Slivers between grooves: those thinner than what holds go, wider strips stay, and no copper of a net is touched.
+//! Slivers between grooves: too thin ones are removed, wider strips stay, and no copper of a net is touched.
 
 use super::*;
 use crate::geometry::{CombineRule, area_mm2, combine};
 
-/// Two pads as long as 5 mm on a board, `near` apart at their lower ends and `far` at their upper ones.
+/// Two pads 5 mm long on a board, `near` apart at their lower ends and `far` at their upper ends.
 fn facing(near: f64, far: f64) -> Board {
     let corners = [at(2.0 + near, 0.0), at(4.5, 0.0), at(4.5, 5.0), at(2.0 + far, 5.0), at(2.0 + near, 0.0)];
     let slanted = Path::through(&corners).unwrap();
     with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), slanted])
 }
 
-/// What is left between the two pads, in mm², and how long the toolpaths are in mm.
+/// Area left between the two pads, in mm², and length of the toolpaths in mm.
 fn left(board: &Board, passes: u32, slivers: bool) -> (f64, f64) {
     let work = isolation(board, 0.2, |isolate| (isolate.passes, isolate.slivers) = (passes, slivers));
     let (planned, _) = planned(board, &work);
@@ -22,13 +22,13 @@ fn left(board: &Board, passes: u32, slivers: bool) -> (f64, f64) {
 }
 
 #[test]
-fn what_two_grooves_leave_between_them_goes_where_it_is_thin() {
-    // The gap at both ends; how many passes; what stays of the strip of 4.6 mm, in mm².
+fn sliver_between_two_grooves_is_cut_if_thin() {
+    // The gap at both ends; number of passes; remaining area of the strip of 4.6 mm, in mm².
     let rows = [
         (0.43, 0.43, 1, 0.0),
         (0.5, 0.5, 1, 0.1 * 4.6),
         (0.43, 0.43, 2, 0.0),
-        // From nothing at 0 mm to 0.2 mm at 5 mm: thin up to 1.3 mm.
+        // From 0 at 0 mm to 0.2 mm at 5 mm: thin up to 1.3 mm.
         (0.4, 0.6, 1, 0.428),
     ];
     for (near, far, passes, stays) in rows {
@@ -37,12 +37,13 @@ fn what_two_grooves_leave_between_them_goes_where_it_is_thin() {
         assert!((area - stays).abs() < 0.015, "{near} {far} {passes}: {area} mm² stay");
         let (before, without) = left(&board, passes, false);
         assert!(before > stays + 0.01 || with - without < 1e-6, "{near} {far}: {before} mm² before");
-        assert!(with - without < 6.0, "{near} {far}: {with} mm instead of {without} mm");
+        // The tool runs along the strip and back: faster than a retract.
+        assert!(with - without < 11.0, "{near} {far}: {with} mm instead of {without} mm");
     }
 }
 
 #[test]
-fn a_short_sliver_is_a_detour_and_not_a_way_more() {
+fn short_sliver_is_a_detour_and_no_extra_toolpath() {
     let board = with_copper(&[circle(at(5.0, 5.0), mm(3.0)), circle(at(8.43, 5.0), mm(3.0))]);
     let toolpaths = |slivers| {
         let work = isolation(&board, 0.2, |isolate| (isolate.passes, isolate.slivers) = (1, slivers));
@@ -51,13 +52,15 @@ fn a_short_sliver_is_a_detour_and_not_a_way_more() {
         (planned.toolpaths().count(), planned.toolpaths_mm())
     };
     let ((plain, short), (cleaned, long)) = (toolpaths(false), toolpaths(true));
-    assert_eq!((plain, cleaned), (2, 2));
+    // A link or the toolpath along the sliver joins both rings.
+    assert_eq!((plain, cleaned), (1, 1));
     assert!(long - short > 0.3 && long - short < 2.0, "{short} mm, then {long} mm");
 }
 
 #[test]
-fn grooves_that_narrow_downwards_leave_nothing_between_passes() {
-    // 0.143 mm wide at the surface and 0.124 mm at the underside of the copper: passes that touch above do not below.
+fn v_grooves_leave_nothing_between_passes() {
+    // 0.143 mm wide at the surface and 0.124 mm at the underside of the copper: passes that touch above do
+    // not below.
     let board = with_copper(&[circle(at(5.0, 5.0), mm(3.0))]);
     let work = only(&board, "isolate", |operation| {
         if let OperationKind::Isolate(isolate) = &mut operation.action {

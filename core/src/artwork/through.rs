@@ -1,0 +1,139 @@
+//! Drill files with blind and buried vias. Reports an error that the user must accept, because Annulus drills
+//! through the whole board.
+
+use super::companion::base;
+use super::findings::excerpt;
+use super::text::{front, holds, lines, starts};
+use super::{FileRead, Role, Side};
+use crate::diagnostic::Diagnostic;
+use std::collections::BTreeSet;
+
+/// A file must declare its holes within the first bytes.
+const LOOKED_AT: usize = 16 * 1024;
+/// The error for holes that end inside the board.
+const CODE: &str = "drill.holes_not_through";
+
+/// The error for a drill file whose holes end inside the board; none if nothing indicates that.
+pub(super) fn blind(name: &str, text: &[u8]) -> Option<Diagnostic> {
+    let found = by_comment(text).or_else(|| by_name(base(name)).then(|| (base(name).to_owned(), 0)))?;
+    let error = Diagnostic::error(CODE).at(name, found.1, u32::from(found.1 > 0));
+    Some(error.with("found", found.0))
+}
+
+/// The layer range of a drill file's holes, and the line that declares it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    from: u32,
+    to: u32,
+    found: String,
+    line: u32,
+}
+
+/// The range that the text of a drill program declares.
+pub(super) fn span(text: &[u8]) -> Option<Span> {
+    lines(front(text, LOOKED_AT)).find_map(|line| {
+        let at = line.text.windows(12).position(|part| part == b"FileFunction")?;
+        let function = std::str::from_utf8(line.text.get(at + 13..)?.trim_ascii()).ok()?;
+        span_of(function, line.number)
+    })
+}
+
+/// The range in a file function: `Plated,1,2,PTH`.
+fn span_of(function: &str, line: u32) -> Option<Span> {
+    let mut parts = function.split(',').map(str::trim);
+    let is_drill = ["Plated", "NonPlated", "MixedPlating"].contains(&parts.next()?);
+    let (one, two): (u32, u32) = (parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
+    let found = excerpt(function.as_bytes());
+    is_drill.then(|| Span { from: one.min(two), to: one.max(two), found, line })
+}
+
+/// Reports drill files whose holes connect fewer layers than their board has, unless already reported.
+/// `spans` are those of the drill programs among `files`; a Gerber drill layer has its own.
+pub(super) fn settle(files: &mut [FileRead], spans: &[Option<Span>]) {
+    let own = |file: &FileRead| span_of(file.gerber.as_ref()?.file_function.as_deref()?, 0);
+    let short = |(at, file): (usize, &FileRead)| {
+        file.drill.as_ref().filter(|_| file.role == Role::Drill)?;
+        let span = spans.get(at).cloned().flatten().or_else(|| own(file))?;
+        let is_known = file.diagnostics.iter().any(|said| said.code == CODE);
+        let is_short = span.from > 1 || span.to < last_layer(files, &file.board);
+        (is_short && !is_known).then_some((at, span))
+    };
+    let short: Vec<(usize, Span)> = files.iter().enumerate().filter_map(short).collect();
+    for (at, span) in short {
+        let Some(file) = files.get_mut(at) else { continue };
+        let error = Diagnostic::error(CODE).at(&file.name, span.line, u32::from(span.line > 0));
+        file.diagnostics.push(error.with("found", span.found));
+    }
+}
+
+/// The number of a board's last copper layer: the highest in the X2 functions, else the number of copper
+/// layers.
+fn last_layer(files: &[FileRead], board: &str) -> u32 {
+    let copper = || files.iter().filter(|file| file.role == Role::Copper && file.board == board);
+    let number = |file: &FileRead| {
+        let function = file.gerber.as_ref()?.file_function.as_deref()?;
+        function.strip_prefix("Copper,L")?.split(',').next()?.parse().ok()
+    };
+    let outer = |side: Side| u32::from(copper().any(|file| file.side == Some(side)));
+    let inner: BTreeSet<u64> =
+        copper().filter(|file| file.side == Some(Side::Inner)).map(|file| file.fingerprint).collect();
+    let count = outer(Side::Top) + outer(Side::Bottom) + u32::try_from(inner.len()).unwrap_or(0);
+    copper().filter_map(number).max().unwrap_or(count)
+}
+
+/// `TF.FileFunction,Plated,1,2,Blind`, or a comment that mentions blind or buried holes.
+fn by_comment(text: &[u8]) -> Option<(String, u32)> {
+    let comments =
+        lines(front(text, LOOKED_AT)).filter(|line| line.text.trim_ascii_start().starts_with(b";"));
+    let is_blind = |line: &[u8]| word(line, "blind") || word(line, "buried");
+    let mut found = comments.filter(|line| is_blind(line.text));
+    found.find_map(|line| {
+        let attribute = line.text.windows(12).position(|part| part == b"FileFunction");
+        let shown = attribute.and_then(|at| line.text.get(at + 13..)).unwrap_or(line.text);
+        // A legend of all kinds of holes isn't about this file's holes.
+        let is_legend = attribute.is_none() && holds(line.text, "through");
+        (!is_legend).then(|| (excerpt(shown), line.number))
+    })
+}
+
+/// True if the line contains `word` as a whole word.
+fn word(line: &[u8], word: &str) -> bool {
+    line.split(|byte| !byte.is_ascii_alphabetic()).any(|part| part.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+/// `amp-front-in1.drl`, `amp-in1-in2.drl`, `amp-blind.drl`.
+fn by_name(base: &str) -> bool {
+    let lower = base.to_ascii_lowercase();
+    let words: Vec<&[u8]> = lower.as_bytes().split(|byte| !byte.is_ascii_alphanumeric()).collect();
+    let inner =
+        |word: &[u8]| starts(word, "in") && word.len() > 2 && word.iter().skip(2).all(u8::is_ascii_digit);
+    let outer = |word: &[u8]| [&b"front"[..], b"back", b"top", b"bottom", b"f", b"b"].contains(&word);
+    let spans = words
+        .array_windows::<2>()
+        .any(|[from, to]| inner(from) && (inner(to) || outer(to)) || outer(from) && inner(to));
+    spans || words.iter().any(|word| [&b"blind"[..], b"buried"].contains(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blind_and_buried_holes_are_an_error() {
+        for (name, text, want) in [
+            ("amp.drl", "M48\n; #@! TF.FileFunction,Plated,1,2,Blind\nMETRIC\n", Some("Plated,1,2,Blind")),
+            ("amp.drl", "M48\n; #@! TF.FileFunction,Plated,2,3,Buried\n", Some("Plated,2,3,Buried")),
+            ("amp.drl", ";Layer: Blind_Via_1_2\nM48\n", Some(";Layer: Blind_Via_1_2")),
+            ("amp.drl", "M48\n; #@! TF.FileFunction,Plated,1,4,PTH\n", None),
+            ("amp-front-in1.drl", "M48\n", Some("amp-front-in1.drl")),
+            ("amp-in1-in2.drl", "M48\n", Some("amp-in1-in2.drl")),
+            ("amp-in1-back.drl", "M48\n", Some("amp-in1-back.drl")),
+            ("blinds_motor.drl", "M48\n", None),
+            ("made-in-2024.drl", "M48\n", None),
+        ] {
+            let found = blind(name, text.as_bytes());
+            let found = found.map(|error| error.argument(&["found"]).unwrap().to_owned());
+            assert_eq!(found.as_deref(), want, "{name} {text}");
+        }
+    }
+}

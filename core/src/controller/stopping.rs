@@ -1,0 +1,71 @@
+//! Comes to rest to end what was in work: a hold, then a reset at standstill. A reset in motion would lose the
+//! position.
+
+use super::activity::{Activity, Work};
+use super::asks::realtime;
+use super::context::{Context, Report};
+use super::heard::ReportedState;
+use crate::control::Ending;
+use crate::diagnostic::Diagnostic;
+
+/// Idle reports without the requested hold that count as proof.
+pub(super) const IDLE_REPORTS: u32 = 4;
+/// Longest time to stop.
+const REST_MS: u64 = 10_000;
+
+#[derive(Debug)]
+pub(super) struct Stopping {
+    /// What ends.
+    pub(super) work: Work,
+    pub(super) ending: Ending,
+    /// Idle reports since the stop was requested.
+    idle_reports: u32,
+}
+
+impl Stopping {
+    pub(super) fn on_report(mut self, cx: &mut Context, report: Report) -> Activity {
+        if cx.line.reset_at.is_some() {
+            return Activity::Stopping(self);
+        }
+        let late = cx.now_ms >= cx.since_ms + REST_MS;
+        match report.doing {
+            doing if doing == ReportedState::Check || doing.is_held_at_rest() => cx.reset(),
+            doing if late || matches!(doing, ReportedState::Alarm | ReportedState::Sleep) => {
+                cx.known.lose_place();
+                cx.reset();
+            }
+            ReportedState::Idle => {
+                self.idle_reports += 1;
+                if self.idle_reports >= IDLE_REPORTS {
+                    cx.reset();
+                } else {
+                    cx.write(realtime::HOLD);
+                }
+            }
+            ReportedState::Run | ReportedState::Jog => cx.write(realtime::HOLD),
+            _ => {}
+        }
+        Activity::Stopping(self)
+    }
+}
+
+impl Activity {
+    pub(super) fn stop(self, cx: &mut Context, ending: Ending) -> Self {
+        if matches!(self, Self::Changing(_)) {
+            cx.found(Diagnostic::warning("changer.stopped"));
+        }
+        cx.line.queue.clear();
+        cx.write(realtime::HOLD);
+        cx.line.asked_ms = None;
+        Self::Stopping(Stopping { work: self.into_work(), ending, idle_reports: 0 })
+    }
+
+    /// Something differs from the plan of the job: stop and end it.
+    pub(super) fn trouble(self, cx: &mut Context, why: Diagnostic) -> Self {
+        if matches!(self, Self::Stopping(_)) || self.job().is_none() {
+            return self;
+        }
+        cx.found(why);
+        self.stop(cx, Ending::Alarm)
+    }
+}

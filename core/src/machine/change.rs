@@ -1,0 +1,231 @@
+//! Manual tool changes on machines that Annulus drives itself: position, height, and how tool lengths are
+//! known.
+
+use super::value::{Setting, Value, ValueKind, number};
+use super::{Axis, Machine, Output, Steps, ToolChange};
+use crate::diagnostic::Diagnostic;
+use crate::units::Length;
+
+/// Key of the setting for tool lengths.
+pub(super) const LENGTHS_KEY: &str = "change.lengths";
+
+/// Settings of manual tool changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HandChange {
+    /// Position of X and Y.
+    pub at: ChangeAt,
+    /// Height of the tip over the board's surface, limited by the travel of Z.
+    pub height: Length,
+    /// How tool lengths are known.
+    pub lengths: Lengths,
+    pub setter: ChangeSetter,
+}
+
+/// A tool setter: a pin or switch at a fixed height that closes the contact of every tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChangeSetter {
+    /// True if the machine has one.
+    pub on: bool,
+    /// X and Y, machine coordinates.
+    pub place: [Length; 2],
+    /// Greatest distance down to find it.
+    pub depth: Length,
+}
+
+impl Default for ChangeSetter {
+    fn default() -> Self {
+        Self { on: false, place: [Length::ZERO; 2], depth: Length::from_um(30_000) }
+    }
+}
+
+impl Default for HandChange {
+    fn default() -> Self {
+        Self {
+            at: ChangeAt::Park,
+            height: Length::from_um(20_000),
+            lengths: Lengths::Touch,
+            setter: ChangeSetter::default(),
+        }
+    }
+}
+
+/// Position of X and Y for a tool change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ChangeAt {
+    /// The park position.
+    #[default]
+    Park,
+    /// The work zero.
+    Zero,
+}
+
+/// How the length of a tool is known after a change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lengths {
+    /// Each tool is touched off on the board before it cuts.
+    #[default]
+    Touch,
+    /// All tools are equally long, as the user declares.
+    Equal,
+}
+
+impl Machine {
+    /// Height over the board for tool changes: the setting, limited by Z's travel and never below the safe
+    /// height.
+    pub fn change_height(&self) -> Length {
+        let room = self.z.max - self.process.surface;
+        self.change.height.min(room).max(self.process.safe_height)
+    }
+
+    /// True if all tools are equally long: declared, or because the user doesn't change them.
+    pub fn has_equal_lengths(&self) -> bool {
+        self.change.lengths == Lengths::Equal || !self.is_changed_by_hand()
+    }
+
+    /// True if the user changes the tools.
+    pub fn is_changed_by_hand(&self) -> bool {
+        self.tool_change == ToolChange::Manual && !self.has_magazine()
+    }
+
+    /// Height of the tip for tool changes in machine steps, over a board with its surface at `surface_steps`.
+    pub fn change_steps(&self, surface_steps: &Steps) -> i64 {
+        // Above the rest position of homing, Z would reach its switch.
+        let top = self.z.scale.steps(self.z.max - self.z.home_offset);
+        (surface_steps[2] + self.z.scale.steps(self.change_height())).min(top)
+    }
+}
+
+/// On a change to a real output, equal lengths must be declared again: the virtual drill's declaration isn't
+/// inherited.
+pub(super) fn settle(machine: &mut Machine, before: &Machine, changes: &[(String, Value)]) {
+    let is_declared = changes.iter().any(|(key, _)| key == LENGTHS_KEY);
+    if machine.output != Output::Virtual && machine.output != before.output && !is_declared {
+        machine.change.lengths = Lengths::Touch;
+    }
+}
+
+fn is_word(value: &Value, word: &str) -> bool {
+    matches!(value, Value::Text(text) if text == word)
+}
+
+macro_rules! row {
+    ($key:expr, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
+        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
+    };
+}
+
+macro_rules! along {
+    ($key:literal, $axis:literal) => {
+        row!(
+            $key,
+            "mm",
+            ValueKind::Number(-2_000.0, 2_000.0),
+            |m| Value::Number(m.change.setter.place[$axis].mm()),
+            |m, v| m.change.setter.place[$axis] = Length::from_mm(number(v))
+        )
+    };
+}
+
+/// Problems with the tool setter of `machine`; an unused one may be anywhere.
+pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
+    let setter = machine.change.setter;
+    let rows: [(&str, Length, &Axis); 2] =
+        [("change.setter_x", setter.place[0], &machine.x), ("change.setter_y", setter.place[1], &machine.y)];
+    let outside = rows.into_iter().filter(|(_, at, axis)| setter.on && !(axis.min..=axis.max).contains(at));
+    outside
+        .map(|(key, at, axis)| {
+            let why =
+                Diagnostic::error("machine.setter_out_of_reach").with("key", key).with("value", at.mm());
+            why.with("low", axis.min.mm()).with("high", axis.max.mm())
+        })
+        .collect()
+}
+
+/// The section "change" of the settings table.
+pub(super) const ROWS: &[Setting] = &[
+    row!(
+        "change.at",
+        "",
+        ValueKind::Choice(&["park", "zero"]),
+        |m| Value::Text(if m.change.at == ChangeAt::Park { "park" } else { "zero" }.to_owned()),
+        |m, v| m.change.at = if is_word(v, "zero") { ChangeAt::Zero } else { ChangeAt::Park }
+    ),
+    row!(
+        "change.height",
+        "mm",
+        ValueKind::Number(0.0, 500.0),
+        |m| Value::Number(m.change.height.mm()),
+        |m, v| m.change.height = Length::from_mm(number(v))
+    ),
+    row!(
+        "change.setter",
+        "",
+        ValueKind::Choice(&["no", "yes"]),
+        |m| Value::Text(if m.change.setter.on { "yes" } else { "no" }.to_owned()),
+        |m, v| m.change.setter.on = is_word(v, "yes")
+    ),
+    along!("change.setter_x", 0),
+    along!("change.setter_y", 1),
+    row!(
+        "change.setter_depth",
+        "mm",
+        ValueKind::Number(1.0, 500.0),
+        |m| Value::Number(m.change.setter.depth.mm()),
+        |m, v| m.change.setter.depth = Length::from_mm(number(v))
+    ),
+    row!(
+        LENGTHS_KEY,
+        "",
+        ValueKind::Choice(&["touch", "equal"]),
+        |m| Value::Text(if m.change.lengths == Lengths::Equal { "equal" } else { "touch" }.to_owned()),
+        |m, v| m.change.lengths = if is_word(v, "equal") { Lengths::Equal } else { Lengths::Touch }
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::super::{apply, presets, virtual_drill};
+    use super::*;
+
+    fn changed(changes: &[(&str, &str)]) -> Machine {
+        let all: Vec<_> =
+            changes.iter().map(|(key, word)| ((*key).to_owned(), Value::Text((*word).to_owned()))).collect();
+        apply(&virtual_drill(), &all).unwrap()
+    }
+
+    #[test]
+    fn only_the_virtual_drill_has_equal_tool_lengths_by_default() {
+        for (name, machine) in presets() {
+            assert_eq!(machine.has_equal_lengths(), machine.output == Output::Virtual, "{name}");
+        }
+        let rows: [(&[(&str, &str)], Lengths); 4] = [
+            (&[], Lengths::Equal),
+            // A file from before this setting.
+            (&[("machine.output", "parallel")], Lengths::Touch),
+            (&[("machine.output", "parallel"), ("change.lengths", "equal")], Lengths::Equal),
+            (&[("change.lengths", "equal"), ("machine.output", "parallel")], Lengths::Equal),
+        ];
+        for (changes, wanted) in rows {
+            assert_eq!(changed(changes).change.lengths, wanted, "{changes:?}");
+        }
+    }
+
+    #[test]
+    fn change_height_is_limited_by_the_travel_of_z() {
+        let mm = Length::from_mm;
+        // Setting, top of Z, surface, safe height: change height over the board.
+        let rows = [
+            (20.0, 0.0, -30.0, 20.0),
+            (20.0, 0.0, -12.0, 12.0),
+            (0.0, 0.0, -30.0, 2.0),
+            (45.0, 0.0, -30.0, 30.0),
+        ];
+        for (setting, top, surface, wanted) in rows {
+            let mut machine = virtual_drill();
+            (machine.change.height, machine.z.max, machine.process.surface) =
+                (mm(setting), mm(top), mm(surface));
+            assert_eq!(machine.change_height(), mm(wanted), "{setting} {surface}");
+            assert!(machine.change_steps(&machine.on_surface()) <= machine.z.scale.steps(machine.z.max));
+        }
+    }
+}
