@@ -62,3 +62,12 @@ pub fn begin_engine() {
         engine::worker::serve();
     }
 }
+
+// Core's test of equal steps on every platform; it shares the build of the page here.
+#[cfg(all(test, target_arch = "wasm32"))]
+#[path = "../../core/tests/programs/mod.rs"]
+#[allow(dead_code)]
+mod programs;
+#[cfg(all(test, target_arch = "wasm32"))]
+#[path = "../../core/tests/same_everywhere.rs"]
+mod same_everywhere;

@@ -270,7 +270,8 @@ pub(crate) fn text_of(machine: &Machine) -> String {
 }
 
 fn explain(row: &Setting) -> String {
-    let sentence = annulus_core::locale::text("en", &row.sentence_key(), &[]);
+    let say = |key: &str| annulus_core::locale::text("en", key, &[]);
+    let sentence = format!("{}. {}", say(&row.name_key()), say(&row.help_key()));
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
     match row.kind {
         ValueKind::Text(longest) => format!("{sentence} At most {longest} characters."),

@@ -6,9 +6,6 @@ use annulus_core::motion::timeline;
 use annulus_core::steps;
 use std::fmt::Write;
 
-#[cfg(target_arch = "wasm32")]
-wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_browser);
-
 /// Digest and length of many streams, for native and browser alike.
 fn digests() -> String {
     let mut text = String::new();

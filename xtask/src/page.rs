@@ -70,7 +70,7 @@ pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
 }
 
 /// Cargo configuration that keeps this computer's paths out of the page.
-fn anonymous() -> String {
+pub(crate) fn anonymous() -> String {
     let home = |variable: &str, name: &str| {
         let own = std::env::var_os(variable).map(PathBuf::from);
         own.or_else(|| std::env::var_os("HOME").map(|home| Path::new(&home).join(name)))

@@ -76,6 +76,10 @@ pub(crate) fn install_packages(why: &str, packages: &[&str]) -> Done {
     let _turn = INSTALLING.lock().unwrap_or_else(PoisonError::into_inner);
     say(&format!("{why} is missing; installing the system packages {}", packages.join(" ")));
     run(&mut command("apt-get", &["update", "-q"]))?;
-    let mut install = command("apt-get", &["install", "-y", "-q", "--no-install-recommends"]);
+    // Another installation may hold the lock.
+    let mut install = command(
+        "apt-get",
+        &["-o", "DPkg::Lock::Timeout=600", "install", "-y", "-q", "--no-install-recommends"],
+    );
     run(install.args(packages).env("DEBIAN_FRONTEND", "noninteractive"))
 }

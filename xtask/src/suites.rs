@@ -8,7 +8,7 @@
 //! ```
 
 use crate::sh::{Done, command, target, which};
-use crate::{browser, firmware, grbl, npm, tools, wasm};
+use crate::{browser, firmware, grbl, npm, page, tools, wasm};
 use std::process::Command;
 
 /// Every package except xtask: with it, cargo would build their common dependencies a second time.
@@ -48,8 +48,7 @@ pub(crate) const SUITES: &[Suite] = &[
     tests("clocks", &["native", "browser"], clocks),
     tests("grbl", &["build"], controllers),
     tests("adapter", &["build"], firmware::tests),
-    tests("wasm-app", &["tools", "page"], || in_browser(&["-p", "annulus-app", "--lib"])),
-    tests("wasm-core", &["tools", "page"], || in_browser(&["-p", "annulus-core", "--test", "core"])),
+    tests("wasm", &["tools", "page"], in_browser),
     tests("own", &[], || Ok(command("cargo", &["test", "-p", "xtask", "--", "--show-output"]))),
     check("clippy", &["build"], || Ok(patient(cargo("clippy", &["--all-targets", "--", "-Dwarnings"])))),
     // `--all-targets` leaves out test targets that a plain `cargo test` does not run.
@@ -139,13 +138,14 @@ fn deny() -> Done<Command> {
     Ok(command(tools::ensure()?.join("cargo-deny"), &arguments))
 }
 
-/// The wasm tests of `which` in a headless browser, reusing the page's build. Only packages with such tests
-/// are named, to avoid compiling the others.
-fn in_browser(which: &[&str]) -> Done<Command> {
+/// The page's tests in a headless browser, with the page's own compiler options, to reuse its build.
+fn in_browser() -> Done<Command> {
     let (toolchain, browser, tools) = (wasm::ensure()?, browser::ensure()?, tools::ensure()?);
-    let arguments = ["test", "--headless", "--chrome", "--mode", "no-install", "app", "--profile", "page"];
-    let mut pack = command(tools.join("wasm-pack"), &arguments);
-    pack.args(which);
+    let mut pack = command(
+        tools.join("wasm-pack"),
+        &["test", "--headless", "--chrome", "--mode", "no-install", "app", "--profile", "page", "--lib"],
+    );
+    pack.args(["--config", &page::anonymous()]);
     let old = std::env::var_os("PATH").unwrap_or_default();
     let path = std::env::join_paths(std::iter::once(tools).chain(std::env::split_paths(&old)));
     pack.env("PATH", path.map_err(|error| error.to_string())?).env("CHROMEDRIVER", &browser.driver);

@@ -235,6 +235,9 @@ fn card_drills_a_board_and_pages_cannot_change_the_wiring() {
     assert_eq!(shop.outputs(), [0; 4], "nothing is on before something is asked");
     home(&mut page);
     assert_eq!(shop.outputs().map(|byte| byte & 0x60), [0; 4], "no forcing at rest");
+    // Without a wired contact sensor, nothing would end a move down.
+    page.ask(&Ask::Probe { depth_um: 1_000, plate_um: 0 });
+    assert_eq!(page.refusal(), "level.no_contact");
     for (key, value) in [
         ("machine.output", Value::Text("virtual".into())),
         ("card.device", Value::Text("/dev/port".into())),

@@ -144,13 +144,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_setting_has_a_text_and_survives_a_round_trip() {
+    fn every_setting_has_name_and_help_and_survives_a_round_trip() {
         for (_, machine) in presets() {
             assert_eq!(apply(&virtual_drill(), &read(&machine)).unwrap(), machine);
         }
         for setting in settings() {
-            let key = setting.sentence_key();
-            assert!(crate::locale::lookup("en", &key).is_some(), "no sentence {key}");
+            for key in [setting.name_key(), setting.help_key()] {
+                assert!(crate::locale::lookup("en", &key).is_some(), "no text {key}");
+            }
         }
     }
 

@@ -71,9 +71,14 @@ impl Setting {
         (self.get)(machine)
     }
 
-    /// Message key of the description.
-    pub fn sentence_key(&self) -> String {
+    /// Message key of the name.
+    pub fn name_key(&self) -> String {
         format!("setting.{}", self.key.replace('.', "_"))
+    }
+
+    /// Message key of what the name doesn't say.
+    pub fn help_key(&self) -> String {
+        format!("setting_help.{}", self.key.replace('.', "_"))
     }
 }
 

@@ -1,4 +1,4 @@
-//! A field for one machine setting: name, unit, description, and why a typed value was rejected.
+//! A field for one machine setting: name, unit, help with the setting's key, and why a typed value was rejected.
 
 use crate::i18n::{self, advice, message, t};
 use crate::model::SettingsEvent;
@@ -7,7 +7,7 @@ use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Setting, Value, ValueKind, is_adapter_wiring, is_in_file_only};
 use leptos::ev;
-use leptos::html::{input, label, p, select, small, span};
+use leptos::html::{code, input, label, p, select, small, span};
 use leptos::prelude::*;
 
 fn id(setting: &Setting) -> String {
@@ -30,7 +30,10 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
         refused.with(|diagnostics| diagnostics.iter().find(about).cloned())
     });
     let changed = move || watch(|m| &m.settings).with(|draft| draft.typed.contains_key(setting.key));
-    let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));
+    // Name and help are read apart: the label would join them to one long name.
+    let named = format!("{}-name", id(setting));
+    let described = format!("{}-help", id(setting));
+    let (name_id, help_id) = (named.clone(), described.clone());
     // A machine driven by this page alone has no settings file, so its wiring must be editable here.
     let own = peek(|m| m.link.controller.is_adapter);
     let fixed = is_in_file_only(setting.key) && !(own && is_adapter_wiring(setting.key));
@@ -43,6 +46,7 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
                 .map(|word| menu_word(word, move || shown(setting) == word, move || word.to_owned()));
             select()
                 .attr("id", id(setting))
+                .attr("aria-labelledby", named)
                 .attr("aria-describedby", described)
                 .on(ev::change, move |event| write(event_target_value(&event)))
                 .child(options.collect::<Vec<_>>())
@@ -53,6 +57,7 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
             .attr("id", id(setting))
             .prop("readOnly", fixed)
             .attr("inputmode", if matches!(setting.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
+            .attr("aria-labelledby", named)
             .attr("aria-describedby", described)
             .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
             .prop("value", move || shown(setting))
@@ -69,16 +74,19 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
             ))
         })
     };
-    let sentence = setting.sentence_key();
+    let (name, help) = (setting.name_key(), setting.help_key());
     label()
         .class(move || if changed() { "setting changed" } else { "setting" })
         .attr("for", id(setting))
         .child((
-            span().child(move || i18n::text(&sentence, &[])),
+            span().attr("id", name_id).child(move || i18n::text(&name, &[])),
             span().class("with-unit").child((entry, span().child(move || i18n::unit_of(setting.unit)))),
-            small()
-                .attr("id", help_id)
-                .child((setting.key, fixed.then(|| span().child((". ", t!("page.settings.in_file")))))),
+            small().attr("id", help_id).child((
+                move || i18n::text(&help, &[]),
+                " ",
+                code().child(setting.key),
+                fixed.then(|| span().child((". ", t!("page.settings.in_file")))),
+            )),
             refusal,
         ))
 }
