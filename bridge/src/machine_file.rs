@@ -255,9 +255,8 @@ fn write(path: &Path, bytes: &[u8], make: impl Fn(&Path) -> io::Result<fs::File>
 
 /// The file of `machine`, with a comment above every setting: its description, unit and range.
 pub(crate) fn text_of(machine: &Machine) -> String {
-    let mut out = format!(
-        "# A machine of Annulus. Lines that are left out keep the virtual drill's value.\nschema = {SCHEMA}\n"
-    );
+    let mut out =
+        format!("# A machine of Annulus. Missing lines have the virtual drill's value.\nschema = {SCHEMA}\n");
     for (section, rows) in SECTIONS {
         let _ = write!(out, "\n[{section}]\n");
         for row in *rows {

@@ -22,7 +22,7 @@ fn baud_rate_is_detected_and_reported() {
         let (exit, object, said) = info(&board, &[]);
         assert_eq!((exit, &object["bits_per_s"]), (Some(0), &bits_per_s.into()), "{object} {said}");
         assert_eq!(object["controller"]["flavour"], "GRBL", "{object}");
-        assert!(said.contains("Nobody answers at 115200 bits a second."), "{said}");
+        assert!(said.contains("No controller answers at 115200 baud."), "{said}");
     }
 }
 

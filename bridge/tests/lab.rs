@@ -248,7 +248,7 @@ fn profile_text_names_the_jerk_limit() {
     let home = tempfile::tempdir().unwrap();
     let said = text(home.path(), "lab profile");
     // The linear law has no jerk limit, and is faster.
-    assert!(said.contains("with this jerk no move is faster than"), "{said}");
+    assert!(said.contains("shortest possible time at this jerk"), "{said}");
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn wrong_queue_is_refused_with_every_line_and_no_motion() {
             (&place["file"], &place["line"], &place["column"]),
             (&"q.txt".into(), &1.into(), &1.into())
         );
-        assert!(text.contains("no whole number"), "{text}");
+        assert!(text.contains("not a whole number"), "{text}");
     }
     let home = with("MOVE_TO 10 10\nREPEAT 30\nMOVE_BY 1000 0\nEND\n");
     let (exit, object, _) = annulus(&home, "queue run q.txt");

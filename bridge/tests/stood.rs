@@ -175,7 +175,7 @@ fn held_job_without_a_terminal_ends_with_the_resume_command() {
     assert_eq!(object["error"]["code"], "grbl.held_unattended", "{answer} {}", desk.said());
     assert_eq!(object["resume_with"], format!("annulus grbl resume --port {}", desk.board.port));
     assert!(desk.said().contains("(grbl.command_stood)") && desk.said().contains("annulus grbl resume"));
-    assert!(desk.said().contains("Nobody is asked"), "{}", desk.said());
+    assert!(desk.said().contains("The spindle restarts without a question"), "{}", desk.said());
 }
 
 /// Runs the job from a pipe with `flags`, opens the door once `so`, and gives the answer.

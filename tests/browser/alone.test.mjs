@@ -105,7 +105,7 @@ test("with the network cut the virtual drill of the page drills the board, and w
     await page.screenshot({ path: picture("alone-done-1440") });
     const made = await drilled(page);
     assert.deepEqual([made.length, twice(made)], [holes, 0], "every hole once");
-    assert.equal(await page.getByText(/not as programmed|missing\.|made twice/).count(), 0, "and each where the program has it");
+    assert.equal(await page.getByText(/not as programmed|missing\.|drilled twice/).count(), 0, "and each where the program has it");
     assert.deepEqual(problems, []);
   } finally {
     await context.close();
@@ -141,7 +141,7 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
       await press(page, page.getByRole("button", { name: button }));
       const row = before.getByText(/^\d+ holes? in about \d+ min \d+ s\.$/);
       await row.waitFor();
-      const found = [Number((await row.textContent()).match(/^\d+/)[0]), await before.getByText(/made already/).count()];
+      const found = [Number((await row.textContent()).match(/^\d+/)[0]), await before.getByText(/Part of this job is already done/).count()];
       await before.getByRole("button", { name: "Cancel" }).click();
       return found;
     };
@@ -239,7 +239,7 @@ test("a reload in mid-job is asked about; Machine names the job, offers its boar
     await drillOnly(page);
     const { start } = await startJob(page);
     await start.click();
-    const looks = page.getByRole("list", { name: "The machine tells" });
+    const looks = page.getByRole("list", { name: "Machine status" });
     await looks.waitFor();
     assert.deepEqual(await looks.getByRole("listitem").allInnerTexts(), ["Spindle off", "Z at the change height", "At the change position"]);
     await bit(page).click();
@@ -366,8 +366,8 @@ test("a link to a board opens it; one that is missing, shut or no link is told i
     await until(async () => Number(await data(page, "holes")) > 0, "the board behind the link");
     assert.equal(new URL(page.url()).search, "", "a reload does not fetch it once more");
     for (const [link, said] of [
-      [`${boards.origin}/missing.drl`, /answered with status 404/],
-      [`${boards.origin}/shut/sensor.drl`, /does not let other pages read its files \(CORS\)/],
+      [`${boards.origin}/missing.drl`, /answered 404\./],
+      [`${boards.origin}/shut/sensor.drl`, /\(network, address or CORS\)/],
       ["javascript:alert(1)", /is not a link to a file/],
       ["file:///etc/passwd", /is not a link to a file/],
     ]) {
@@ -383,7 +383,7 @@ test("a link to a board opens it; one that is missing, shut or no link is told i
     const field = other.getByLabel("Or paste a link to a board");
     await field.fill(`${boards.origin}/missing.drl`);
     await other.getByRole("button", { name: "Open the link" }).click();
-    await other.getByText(/answered with status 404/).waitFor();
+    await other.getByText(/answered 404\./).waitFor();
     await field.fill(`${boards.origin}/open/sensor.drl`);
     await field.press("Enter");
     await until(async () => Number(await data(other, "holes").catch(() => 0)) > 0, "the board behind the link put in");
@@ -426,7 +426,7 @@ test("files that another program shares with the page are opened once, and the b
     await page.getByText("More than 2000 files at once.").waitFor();
     assert.equal(new URL(page.url()).search, "");
     await page.goto(`${server.url}?shared`);
-    await page.getByText("The files that were shared are not there any more.").waitFor();
+    await page.getByText("The shared files are gone.").waitFor();
   } finally {
     await context.close();
     server.stop();
@@ -489,7 +489,7 @@ test("a tool that is worn in mid-job is asked for anew, and the table says what 
     await page.screenshot({ path: picture("alone-tools-1440") });
     const used = page.getByRole("row").filter({ hasText: /[1-4] of 4 holes/ }).first();
     const left = await page.getByText(/^0 of 4 holes$/).count();
-    await used.getByRole("button", { name: "New one is in" }).click();
+    await used.getByRole("button", { name: "New tool is in" }).click();
     await until(async () => (await page.getByText(/^0 of 4 holes$/).count()) === left + 1, "a new tool");
     assert.deepEqual(problems, []);
   } finally {

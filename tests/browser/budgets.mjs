@@ -325,7 +325,7 @@ const GROUPS = {
       await board(one, name);
       await tab(page, "Simulate").click();
       for (const flat of [true, false]) {
-        const box = page.getByRole("checkbox", { name: "Flat" });
+        const box = page.getByRole("checkbox", { name: "2D view" });
         await until(() => box.isEnabled(), "a board in space");
         if ((await box.isChecked()) !== flat) await box.click();
         await page.waitForTimeout(2000);

@@ -34,7 +34,7 @@ for (const scheme of ["dark", "light"]) {
       await atRest(page);
       await page.screenshot({ path: picture(`cam-1024-${scheme}`) });
       await page.getByRole("button", { name: "Template…" }).click();
-      await page.getByText("No faults.").waitFor();
+      await page.getByText("No errors.", { exact: true }).waitFor();
       await page.screenshot({ path: picture(`template-${scheme}`) });
       assert.deepEqual(await findings(page), [], "template editor");
       assert.deepEqual(problems, [], "nothing was said on the console");
@@ -55,7 +55,7 @@ test("more passes mean more toolpaths, by keyboard, and are taken back", async (
     await page.keyboard.press("ArrowRight");
     await until(async () => (await lines(page)) > before, "more toolpaths");
     await planned(page);
-    await page.getByRole("button", { name: "Take back" }).click();
+    await page.getByRole("button", { name: "Undo" }).click();
     await until(async () => (await lines(page)) === before, "the toolpaths of before");
     await page.getByRole("button", { name: /1 Isolate/ }).focus();
     await page.keyboard.press("Alt+ArrowDown");
@@ -70,7 +70,7 @@ test("problems are shown and seen before anything is exported", async () => {
   try {
     await job(page);
     const save = page.getByRole("button", { name: "Export files" });
-    const seen = page.getByRole("button", { name: "All seen" });
+    const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) {
       assert.equal(await save.isEnabled(), false, "no export with unread problems");
       const zoom = await data(page, "zoom");
@@ -114,7 +114,7 @@ test("what the page exports is what the command line writes", async () => {
   try {
     const files = ["sensor.drl", "sensor-outline.gbr", "sensor-top.gbr"].map((name) => join(root, "www/examples", name));
     await opened(page, files);
-    const seen = page.getByRole("button", { name: "All seen" });
+    const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) await seen.click();
     const save = page.getByRole("button", { name: "Export files" });
     for (const target of ["grbl", "fanuc"]) {
@@ -196,7 +196,7 @@ test("a misspelt parameter is a fault with its line, and a hint is put in by its
   try {
     await job(page);
     await page.getByRole("button", { name: "Template…" }).click();
-    const area = page.getByRole("textbox", { name: "Dialect as text" });
+    const area = page.getByRole("textbox", { name: "Postprocessor as text" });
     const text = await area.inputValue();
     const wrong = text.replace("G0 X@X@ Y@Y@\nG0 Z@A@", "G0 X@XX@ Y@Y@\nG0 Z@A@");
     assert.notEqual(wrong, text);
@@ -204,7 +204,7 @@ test("a misspelt parameter is a fault with its line, and a hint is put in by its
     const line = wrong.split("\n").findIndex((one) => one.includes("@XX@")) + 1;
     await page.getByRole("button", { name: `Line ${line}`, exact: true }).click();
     await area.fill(text);
-    await page.getByText("No faults.").waitFor();
+    await page.getByText("No errors.", { exact: true }).waitFor();
   } finally {
     await context.close();
   }

@@ -241,7 +241,7 @@ test("a drawing that another tab has is opened as a copy, and both are kept", as
     await line.waitFor();
     assert.equal(await line.getByRole("button", { name: "Forget" }).count(), 0, "the other tab keeps it");
     await line.getByRole("button", { name: "Open" }).click();
-    await other.getByText("This drawing is open in another tab too.").waitFor();
+    await other.getByText("This drawing is open in another tab.").waitFor();
     await drawn(other, 3, "the copy");
     await pads(other, "30 20", "40 20");
     await drawn(other, 9, "the copy with more");
@@ -336,7 +336,7 @@ test("what the open files draw is chosen by keys from a list, by kind, and a loc
     await list("Holes").focus();
     await page.keyboard.press("ArrowDown");
     await page.keyboard.press("Delete");
-    await page.getByText(/^That lies on a locked layer/).waitFor();
+    await page.getByText(/^That is on a locked layer/).waitFor();
     assert.equal(await taken.count(), 0);
     await show(page, "Board");
     assert.equal(await said.innerText(), "", "no hole was chosen in the picture");

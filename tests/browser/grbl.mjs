@@ -33,7 +33,7 @@ export function instrument() {
   const folder = process.env.ANNULUS_GRBL ?? resolve(root, "../shared/instruments/grbl");
   const built = join(root, "target/tmp/grbl-pty-browser");
   mkdirSync(join(root, "target/tmp"), { recursive: true });
-  const flags = ["-std=gnu11", "-O2", "-w", "-I/usr/include/simavr", "-o", built, join(folder, "grbl-pty.c")];
+  const flags = ["-std=gnu11", "-O2", "-w", "-I/usr/include/simavr", `-I${folder}`, "-o", built, join(root, "tests/data/instruments/grbl-pty-eeprom.c")];
   const made = existsSync(join(folder, "grbl-pty.c")) && spawnSync("cc", [...flags, "-lsimavr", "-lelf", "-lm"]).status === 0;
   if (made) return { simulator: built, firmware: join(folder, "grbl-1.1h.elf") };
   if (process.env.ANNULUS_NOTHING_SKIPPED) throw new Error(`GRBL cannot be built from ${folder}`);

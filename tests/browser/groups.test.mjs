@@ -61,7 +61,7 @@ test("gaps are told as one group, and one button cures the whole before single p
     const list = page.getByRole("region", { name: "Problems" });
     const group = list.getByText(/Your cut is 0\.143 mm wide; narrower gaps that stay closed: 12\./);
     await group.waitFor();
-    const places_ = list.getByRole("button", { name: "12 places" });
+    const places_ = list.getByRole("button", { name: "12 positions" });
     assert.equal(await places_.getAttribute("aria-expanded"), "false");
     assert.equal(await list.getByRole("button", { name: /mm at X/ }).count(), 0, "a group of many is closed");
     await places_.click();
@@ -85,11 +85,11 @@ test("gaps are told as one group, and one button cures the whole before single p
     await planned(page);
     await until(async () => (await list.getByText(/gaps that stay closed/).count()) === 0, "no gap left");
     assert.equal(await whole.count(), 0);
-    await page.getByRole("button", { name: "Take back" }).click();
+    await page.getByRole("button", { name: "Undo" }).click();
     await planned(page);
     await list.getByText(/gaps that stay closed: 4\./).waitFor();
     // Accept the group.
-    await list.getByRole("checkbox", { name: "Seen" }).first().check();
+    await list.getByRole("checkbox", { name: "Accept" }).first().check();
     await until(async () => page.getByRole("button", { name: "Export files" }).isEnabled(), "an export that is allowed");
     assert.deepEqual(problems, [], "nothing was said on the console");
   } finally {
@@ -105,7 +105,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     await opened(page, [...layers, drill("both.drl", places)]);
     await toJob(page);
     const save = page.getByRole("button", { name: "Export files" });
-    const seen = page.getByRole("button", { name: "All seen" });
+    const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) await seen.click();
     await until(() => save.isEnabled(), "an export that is allowed");
     const files = await downloaded(page, save);
@@ -141,7 +141,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     if (await seen.isEnabled()) await seen.click();
     await until(() => save.isEnabled(), "a top that is read");
     await save.click();
-    await page.getByText(/Bottom: \d+ problems? that nobody has seen yet/).waitFor();
+    await page.getByText(/Bottom: \d+ problems? not accepted yet/).waitFor();
     await page.getByRole("button", { name: "Show Bottom" }).click();
     await until(async () => (await page.getByText(/do not go through the copper/).count()) > 0, "the problem of the other side");
   } finally {
@@ -269,7 +269,7 @@ test("a board as it is made is copper under a mask that is open where it is sold
       return shares(page);
     };
     const drawn = await seen("Copper");
-    const made = await seen("As made");
+    const made = await seen("Realistic view");
     await page.screenshot({ path: picture("as-made-1440") });
     assert.ok(drawn.mask < 1 && made.mask > 20, `the board is covered: ${drawn.mask} % and ${made.mask} %`);
     const told = `${drawn.copper} % drawn, ${made.copper} % bare`;
@@ -277,7 +277,7 @@ test("a board as it is made is copper under a mask that is open where it is sold
     assert.ok(made.copper < 0.6 * drawn.copper, `a track is covered: ${told}`);
     const again = await seen("Copper");
     assert.ok(again.mask < 1, `another group is as it was: ${again.mask} %`);
-    await seen("As made");
+    await seen("Realistic view");
     await layers.getByRole("group", { name: "Seen from" }).getByRole("button", { name: "Bottom" }).click();
     await atRest(page);
     const under = await shares(page);

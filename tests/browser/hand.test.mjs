@@ -163,12 +163,12 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     await speed.fill("300");
     await speed.press("Enter");
     await planned(page);
-    const seen = page.getByRole("button", { name: "All seen" });
+    const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) await seen.click();
     const { start } = await startJob(page);
     await start.click();
     const go_on = page.getByRole("button", { name: "Start spindle and continue" });
-    const alarm = page.getByRole("alert").getByText(/the board is not as programmed/);
+    const alarm = page.getByRole("alert").getByText(/The board is not as programmed\. Holes missing/);
     await until(async () => {
       if (await go_on.isVisible().catch(() => false)) await go_on.click().catch(() => {});
       return alarm.isVisible();
@@ -176,7 +176,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     assert.equal(await page.getByText(/The job is done/).count(), 0, "done is not said");
     await page.getByRole("button", { name: "Acknowledge" }).click();
     await page.getByText(/The board is not as programmed: \d+ of \d+/).waitFor();
-    await page.getByText(/\d+ of \d+ holes are there/).waitFor();
+    await page.getByText(/\d+ of \d+ holes are correct/).waitFor();
     const missing = Number((await page.getByText(/holes? (is|are) missing\./).textContent()).match(/\d+/)[0]);
     assert.ok(missing > 0);
     await until(async () => Number(await data(page, "failed")) === missing, "holes drawn as missing");
@@ -217,7 +217,7 @@ test("an executor that died is one clear alarm, STOP is still answered, and it s
     const executors = () => children().filter((pid) => pid && /executor/.test(readFileSync(`/proc/${pid}/cmdline`, "utf8")));
     const all = await until(() => (executors().length > 0 ? executors() : null), "the executor's process");
     for (const pid of all) process.kill(Number(pid), "SIGKILL");
-    const alarm = page.getByRole("alert").filter({ hasText: "The process that makes the pulses has ended" });
+    const alarm = page.getByRole("alert").filter({ hasText: "The pulse process ended" });
     await alarm.waitFor();
     assert.equal(await page.getByRole("alert").count(), 1, "one banner");
     await page.getByRole("button", { name: /STOP/ }).first().dispatchEvent("pointerdown");

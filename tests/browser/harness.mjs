@@ -397,7 +397,7 @@ export async function drillOnly(page) {
   await page.getByRole("heading", { name: "Operations" }).waitFor();
   for (const box of await page.getByRole("checkbox", { name: /^Do (?!Drill)/ }).all()) await box.uncheck();
   await planned(page);
-  const seen = page.getByRole("button", { name: "All seen" });
+  const seen = page.getByRole("button", { name: "Accept all" });
   if (await seen.isEnabled()) await seen.click();
   await tab(page, "Board").click();
 }

@@ -75,11 +75,11 @@ test("a board that was open is offered after a reload, with its job as it was", 
     await until(async () => (await page.getByRole("slider", { name: "Passes" }).inputValue()) === "3", "the job as it was");
 
     await again(page);
-    await page.getByRole("button", { name: "Discard" }).click();
+    await page.getByRole("button", { name: "Discard", exact: true }).click();
     await until(async () => (await offer(page).count()) === 0, "no offer any more");
-    await page.getByRole("button", { name: "Keep it after all" }).click();
+    await page.getByRole("button", { name: "Undo discard" }).click();
     await offer(page).waitFor();
-    await page.getByRole("button", { name: "Discard" }).click();
+    await page.getByRole("button", { name: "Discard", exact: true }).click();
     await until(async () => (await kept(page, 0)) === "", "forgotten when its word has gone");
     await again(page);
     await page.waitForTimeout(1000);
@@ -102,11 +102,11 @@ test("what is kept is listed in the settings, and all that is not open is delete
     await page.getByText(/The browser uses [\d.]+ MB/).waitFor();
     await offer(page).waitFor();
     assert.deepEqual(await findings(page), []);
-    const remove = page.getByRole("button", { name: "Delete what is kept" });
+    const remove = page.getByRole("button", { name: "Delete boards and drawings" });
     assert.ok(await remove.isDisabled());
     await page.getByRole("textbox", { name: /^Type DELETE/ }).fill("delete");
     await remove.click();
-    await page.getByText("No board is kept but the one that is open.").waitFor();
+    await page.getByText("No board is saved except the open one.").waitFor();
     await until(async () => (await kept(page, 0)) === "", "an empty store");
     await page.getByRole("button", { name: "About", exact: true }).click();
     await page.getByText("Free software: MIT or Apache-2.0, as you choose.").waitFor();
@@ -129,7 +129,7 @@ test("another board does not push out the one that is on offer", async () => {
     await openSample(page);
     await until(async () => (await kept(page, 1)) !== "", "the second board beside it");
     await again(page);
-    const discard = page.getByRole("button", { name: "Discard" });
+    const discard = page.getByRole("button", { name: "Discard", exact: true });
     const press = async (clickCount) => {
       const { x, y, width, height } = await discard.boundingBox();
       await page.mouse.move(x + width / 2, y + height / 2);
@@ -185,7 +185,7 @@ test("of two tabs on one project one writes, the other says so and keeps a copy"
     const before = await kept(page, 0);
     const other = await context.newPage();
     await other.goto(bridge.origin);
-    await other.getByText("sensor is open in another tab, which keeps it.").waitFor();
+    await other.getByText("sensor is open in another tab, which saves it.").waitFor();
     assert.equal(await other.getByRole("button", { name: "Discard" }).count(), 0, "what another tab has is not thrown away");
     assert.deepEqual(await findings(other), []);
     await other.screenshot({ path: picture("kept-elsewhere-1440") });
@@ -197,7 +197,7 @@ test("of two tabs on one project one writes, the other says so and keeps a copy"
     assert.equal(await kept(page, 0), before, "the first tab's is as it was");
     const third = await context.newPage();
     await third.goto(bridge.origin);
-    await third.getByText("sensor is open in another tab, which keeps it.").first().waitFor();
+    await third.getByText("sensor is open in another tab, which saves it.").first().waitFor();
     await third.getByText("Earlier boards: 1").click();
     assert.equal(await third.getByRole("button", { name: "Restore" }).count(), 0);
     await page.close();
@@ -248,8 +248,8 @@ test("a full store is told and stays told, the project can be saved, and what is
     const session = await context.newCDPSession(page);
     await session.send("Storage.overrideQuotaForOrigin", { origin: bridge.origin, quotaSize: 1 });
     await openSample(page);
-    await page.getByText(/There is no room left in the browser/).first().waitFor();
-    const unkept = page.getByRole("button", { name: "Not kept: save the project" });
+    await page.getByText(/The browser is full/).first().waitFor();
+    const unkept = page.getByRole("button", { name: "Not saved: save the project" });
     await unkept.waitFor();
     assert.equal(await kept(page, 0), "");
     assert.deepEqual(await findings(page), []);
@@ -304,7 +304,7 @@ test("a file exported anew takes the place of its namesake, what changed is show
     const panel = page.getByRole("region", { name: "New exports of this board" });
     await panel.getByText("1 hole added").waitFor();
     assert.equal(await holes(page), before + 1);
-    await panel.getByText(/Exported anew: sensor\.drl/).waitFor();
+    await panel.getByText(/Exported again: sensor\.drl/).waitFor();
     await panel.getByRole("button", { name: /^Added: X 12/ }).click();
     assert.deepEqual(await findings(page), []);
     for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
@@ -345,7 +345,7 @@ test("the way back from a review leads to the board before at its place, which n
     const other = await context.newPage();
     await other.goto(bridge.origin);
     await other.getByText("Earlier boards: 1").click();
-    await other.getByText("sensor is open in another tab, which keeps it.").waitFor();
+    await other.getByText("sensor is open in another tab, which saves it.").waitFor();
     await other.close();
     await back.click();
     await morePasses(page);
@@ -377,7 +377,7 @@ async function followed(page) {
   await until(async () => (await holes(page)) > 0, "the holes of the file");
   const before = await holes(page);
   await page.evaluate(() => window.dispatchEvent(new Event("focus")));
-  const take = page.getByRole("button", { name: "Take in and compare" });
+  const take = page.getByRole("button", { name: "Load and compare" });
   await page.waitForTimeout(500);
   assert.equal(await take.count(), 0, "nothing was written");
   await write(page, drill(oneMore));
@@ -475,7 +475,7 @@ test("damaged projects, two hundred files and a layer of 100 MB are told of, and
     await page.getByRole("button", { name: "Restore" }).first().waitFor();
     const earlier = page.getByText(/^Earlier boards: /);
     if (await earlier.isVisible()) await earlier.click();
-    await page.getByRole("region", { name: "A board that was open before" }).filter({ hasText: /^sensor was/ }).getByRole("button", { name: "Restore" }).click();
+    await page.getByRole("region", { name: "Previous board" }).filter({ hasText: /^sensor was/ }).getByRole("button", { name: "Restore" }).click();
     await until(async () => (await holes(page)) > 0, "a board again");
     await morePasses(page);
     await until(async () => /passes = 3/.test(await kept(page, 0)), "and it is kept, whatever there was to be written before");

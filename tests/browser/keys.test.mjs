@@ -25,7 +25,7 @@ test("behind a dialog no key of the page does anything, but for Escape, STOP and
     assert.ok(count > 2);
     await page.getByRole("button", { name: /^1 / }).first().click();
     await page.keyboard.press("Alt+ArrowDown");
-    const undo = page.getByRole("button", { name: "Take back" });
+    const undo = page.getByRole("button", { name: "Undo" });
     await until(() => undo.isEnabled(), "something to be taken back");
     await page.keyboard.press("F1");
     const help = page.getByRole("dialog", { name: "Help" });
@@ -112,7 +112,7 @@ test("letters work on a Cyrillic and on a Greek keyboard", async () => {
     await show(page, "CAM");
     await page.getByRole("button", { name: /^1 / }).first().click();
     await page.keyboard.press("Alt+ArrowDown");
-    const undo = page.getByRole("button", { name: "Take back" });
+    const undo = page.getByRole("button", { name: "Undo" });
     await until(() => undo.isEnabled(), "something to be taken back");
     await sent(page, { key: "я", code: "KeyZ", ctrlKey: true });
     await until(async () => !(await undo.isEnabled()), "taken back by Ctrl+Я");
@@ -215,7 +215,7 @@ test("commands without a key are found by their words on their screens", async (
     await found("CAM", "export");
     await are([], "nothing is exported before the problems were seen");
     await page.keyboard.press("Escape");
-    await page.getByRole("button", { name: "All seen" }).click();
+    await page.getByRole("button", { name: "Accept all" }).click();
     await found("CAM", "export");
     await are(["Export files"], "and then it is");
     await page.keyboard.press("Escape");
@@ -226,7 +226,7 @@ test("commands without a key are found by their words on their screens", async (
     await page.keyboard.press("Enter");
     await until(() => page.url().endsWith("view=operator"), "the large view");
     await page.keyboard.press("Control+k");
-    await commands.getByRole("combobox").fill("all of the machine");
+    await commands.getByRole("combobox").fill("full view");
     await page.keyboard.press("Enter");
     await until(() => tab(page, "Board").isVisible(), "and back");
     await found("Machine", "height map");

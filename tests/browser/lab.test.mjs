@@ -40,7 +40,7 @@ for (const scheme of ["dark", "light"]) {
           await page.getByText(/^It can run/).waitFor();
         }
         if (name === "Inputs and outputs") {
-          await page.getByRole("button", { name: "Begin the check" }).click();
+          await page.getByRole("button", { name: "Start the check" }).click();
           await page.getByRole("button", { name: "It does not answer: next" }).waitFor();
         }
         await atRest(page);
@@ -59,7 +59,7 @@ for (const scheme of ["dark", "light"]) {
       await page.screenshot({ path: picture(`lab-cycle-${scheme}`) });
       assert.deepEqual(await findings(page), [], "cycle");
       await open(page, "Servo");
-      await page.getByRole("button", { name: "Stroke" }).click();
+      await page.getByRole("button", { name: "Drill cycle" }).click();
       await atRest(page);
       await page.screenshot({ path: picture(`lab-stroke-${scheme}`) });
       assert.deepEqual(await findings(page), [], "stroke");
@@ -88,7 +88,7 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await page.keyboard.press("ArrowDown");
     await page.keyboard.press("Space");
     await is("1b", 1, "on");
-    await page.getByText(/to mend/).waitFor();
+    await page.getByText(/to fix/).waitFor();
     const apply = page.getByRole("button", { name: "Apply" });
     await until(() => apply.isDisabled(), "a table with both halves of a winding on is not applied");
     await page.keyboard.press("Control+z");
@@ -154,7 +154,7 @@ test("motion by keyboard: what is typed changes the plot, wrong tables are refus
     await page.getByText("This table cannot be used.").waitFor();
     await until(() => page.getByRole("button", { name: "Apply" }).isDisabled(), "a wrong table is not applied");
     await page.keyboard.press("Control+z");
-    await page.getByText("Every move ends at its target at rest.").waitFor();
+    await page.getByText("Every move stops at its target.").waitFor();
     // Above the motor's maximum rate, steps are lost.
     const interrupts = page.getByRole("textbox", { name: /^Interrupts/ });
     await interrupts.focus();
@@ -214,7 +214,7 @@ test("the queue by keyboard: rows, breakpoints, undo, and a row out of range is 
     await until(() => page.evaluate(() => document.activeElement?.tagName === "INPUT"), "its arguments");
     await page.keyboard.press("Control+a");
     await page.keyboard.type("900000 0");
-    await page.getByText(/to mend before it can run/).waitFor();
+    await page.getByText(/to fix before it can run/).waitFor();
     await page.getByRole("button", { name: /^Line 4/ }).waitFor();
     await page.keyboard.press("Control+a");
     await page.keyboard.type("200 x");
@@ -272,11 +272,11 @@ test("a fault is provoked, seen at the machine, and mended", async () => {
     await tab(page, "Lab").click();
     await open(page, "Faults");
     await page.getByText("Nothing is broken.").waitFor();
-    const provoke = page.getByRole("button", { name: "Provoke these" });
+    const provoke = page.getByRole("button", { name: "Inject these faults" });
     assert.equal(await provoke.isEnabled(), false, "nothing is chosen");
-    await page.getByRole("checkbox", { name: "The end sensor of X is always on" }).check();
+    await page.getByRole("checkbox", { name: "The X limit switch is always on" }).check();
     await press(page, provoke);
-    await page.getByText("Broken now: The end sensor of X is always on.").waitFor();
+    await page.getByText("Broken now: The X limit switch is always on.").waitFor();
     await show(page, "Machine");
     await page.getByText("The position is not known. Home first.").waitFor();
     await press(page, page.getByRole("button", { name: "Home", exact: true }));
@@ -289,8 +289,8 @@ test("a fault is provoked, seen at the machine, and mended", async () => {
     await page.reload();
     await tab(page, "Lab").click();
     await open(page, "Faults");
-    assert.equal(await page.getByRole("checkbox", { name: "The end sensor of X is always on" }).isChecked(), true);
-    await press(page, page.getByRole("button", { name: "Mend all" }));
+    assert.equal(await page.getByRole("checkbox", { name: "The X limit switch is always on" }).isChecked(), true);
+    await press(page, page.getByRole("button", { name: "Fix all" }));
     await page.getByText("Nothing is broken.").waitFor();
     await show(page, "Machine");
     await press(page, page.getByRole("button", { name: "Home", exact: true }));

@@ -111,7 +111,7 @@ test("a closed page leaves the job running; another page watches it and may stop
     const pace = second.page.getByLabel("Feed override", { exact: true });
     await until(async () => (await pace.inputValue()) === "150", "the pace that the first page ordered");
     const seen = await until(async () => Number(await data(second.page, "done")) || null, "the job in the second page");
-    const waits = second.page.getByText("Waiting for a person.");
+    const waits = second.page.getByText("The machine waits for you.");
     await until(async () => Number(await data(second.page, "done")) > seen || (await waits.isVisible()), "more holes");
     await second.page.getByRole("button", { name: /STOP/ }).first().dispatchEvent("pointerdown");
     await second.page.getByText(/^You stopped it\. Holes drilled/).waitFor();
@@ -160,7 +160,7 @@ test("after a killed bridge the job is offered again at the right hole", async (
     await tab(second.page, "Machine").click();
     const offer = second.page.getByRole("button", { name: /Resume where it stopped/ });
     await offer.waitFor();
-    const told = await second.page.getByText(/was broken off\. Holes drilled: \d+ of/).textContent();
+    const told = await second.page.getByText(/was interrupted\. Holes drilled: \d+ of/).textContent();
     const made = Number(told.match(/drilled: (\d+)/)[1]);
     assert.ok(made >= done - 1 && made <= done + 1, `${made} are told after ${done} were seen done`);
   } finally {
@@ -189,7 +189,7 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     await press(page, page.getByRole("button", { name: "Height map…" }));
     const map = page.getByRole("dialog", { name: "Height map of the board" });
     await map.getByRole("button", { name: "20 mm" }).click();
-    await press(page, map.getByRole("button", { name: "Touch the board" }));
+    await press(page, map.getByRole("button", { name: "Probe the height map" }));
     await map.getByText(/the largest correction is/).waitFor();
     assert.ok((await map.locator("circle.touched").count()) > 3);
     await page.screenshot({ path: picture("level-own") });
@@ -241,7 +241,7 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     await side.getByText(/: found/).first().waitFor();
     await crosshair.focus();
     await page.keyboard.press("Enter");
-    await side.getByText(/do not fit to the planned ones/).waitFor();
+    await side.getByText(/do not fit the planned ones/).waitFor();
     assert.ok(await side.getByRole("checkbox").isDisabled());
     await side.getByRole("button", { name: "Camera off" }).click();
     await until(async () => !(await side.locator("button.camera").isVisible()), "no picture");
@@ -255,8 +255,8 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     await blind.page.getByText("Second side…").click();
     const other = blind.page.locator("details.second-side");
     await other.getByRole("button", { name: "Use a camera" }).click();
-    await other.getByText(/may not use a camera|no camera that this page could use/).waitFor();
-    await other.getByRole("button", { name: "The tip is over it" }).click();
+    await other.getByText(/does not let this page use a camera|This page found no camera/).waitFor();
+    await other.getByRole("button", { name: "Tool is over the hole" }).click();
     await other.getByText(/: found/).first().waitFor();
   } catch (error) {
     throw await failed(blind?.page ?? page, "second-side-failed", error);

@@ -24,7 +24,7 @@ test("a controller that is set up for another mill than it is said to be is told
     await shown(page, /^GRBL 1\.1h/);
     await home(page);
     await tab(page, "Settings").click();
-    const mill = page.getByRole("combobox", { name: /^Mill behind the controller/ });
+    const mill = page.getByRole("combobox", { name: /^Machine model/ });
     assert.equal(await mill.inputValue(), "");
     await mill.selectOption("shapeoko-3");
     await page.screenshot({ path: picture("mills-settings") });
@@ -32,7 +32,7 @@ test("a controller that is set up for another mill than it is said to be is told
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await press(page, page.getByRole("button", { name: "Start…" }));
     const dialog = page.getByRole("dialog", { name: "Before the start" });
-    await dialog.getByText(/^Axis X has 250 in \$100, its steps in a millimetre, a Shapeoko 3 has 40: a board would come out in another size/).waitFor();
+    await dialog.getByText(/^The board would have the wrong size: X has 250 steps per mm \(\$100\), a Shapeoko 3 has 40\./).waitFor();
     await page.screenshot({ path: picture("mills-preflight") });
     await dialog.getByRole("button", { name: "Cancel" }).click();
     await page.reload();

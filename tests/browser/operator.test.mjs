@@ -88,7 +88,7 @@ test("an alarm in mid-job is one bar on every screen, with no other word and no 
     await page.getByRole("tab", { name: "Log" }).click();
     const log = page.getByRole("tabpanel").or(page.locator("main")).first();
     await log.getByText(/Ended by an alarm\. Holes drilled: \d+/).first().waitFor();
-    await log.getByText(/The tip touched something 0\.2\d mm above/).first().waitFor();
+    await log.getByText(/The tool touched something 0\.2\d mm above/).first().waitFor();
     assert.deepEqual(problems, []);
   } catch (error) {
     throw await failed(page, "alarm-failed", error);
@@ -105,33 +105,33 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
     const { start } = await startJob(page);
     await start.click();
     await fetching(page, () => page.locator(".alarm-bar").isVisible(), "the alarm");
-    const way = page.getByRole("region", { name: "The way back" });
+    const way = page.getByRole("region", { name: "Recovery" });
     const step = (words) => way.getByRole("listitem").filter({ hasText: words });
     const mark = (words) => step(words).getAttribute("class");
     await step("Read the alarm").getByRole("button", { name: "I have read it" }).click();
-    const tool = step("Look at the bit");
+    const tool = step("Check the tool");
     await tool.getByRole("button", { name: "I have looked at it" }).waitFor();
-    assert.deepEqual([await mark("Read the alarm"), await mark("Bring the bit out"), await mark("Go on with the job")], ["done", "done", "now"]);
+    assert.deepEqual([await mark("Read the alarm"), await mark("Lift the tool out"), await mark("Resume the job")], ["done", "done", "now"]);
     // The tip is jogged down, so it must be raised before anything else.
     const hand = page.getByRole("region", { name: "Jog", exact: true });
     await hand.getByRole("button", { name: "10", exact: true }).click();
-    const up = step("Bring the bit out").getByRole("button", { name: "Move Z up" });
+    const up = step("Lift the tool out").getByRole("button", { name: "Move Z up" });
     await until(async () => {
       if (await up.isVisible()) return true;
       await hand.getByRole("button", { name: "Move Z down" }).click({ timeout: 2000 }).catch(() => {});
       return false;
     }, "the tip in the board");
-    assert.equal(await mark("Go on with the job"), "later");
+    assert.equal(await mark("Resume the job"), "later");
     await page.screenshot({ path: picture("way-back-1024") });
     await until(async () => {
-      if ((await mark("Bring the bit out")) === "done") return true;
+      if ((await mark("Lift the tool out")) === "done") return true;
       // A press within a second after something moved has no effect.
       await up.click({ timeout: 2000 }).catch(() => {});
       return false;
     }, "the bit out of the board");
     await press(page, tool.getByRole("button", { name: "I have looked at it" }));
-    await until(async () => (await mark("Look at the bit")) === "done", "the bit looked at");
-    assert.equal(await mark("Go on with the job"), "now");
+    await until(async () => (await mark("Check the tool")) === "done", "the bit looked at");
+    assert.equal(await mark("Resume the job"), "now");
     assert.deepEqual(problems, []);
   } catch (error) {
     throw await failed(page, "way-back-failed", error);
@@ -153,7 +153,7 @@ test("a job with isolation says that it mills, which operation of how many, and 
     await tab(page, "CAM").click();
     await page.getByRole("heading", { name: "Operations" }).waitFor();
     await planned(page);
-    const seen = page.getByRole("button", { name: "All seen" });
+    const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) await seen.click();
     const { start } = await startJob(page);
     const noted = await note(page, IN_WORK);
@@ -182,7 +182,7 @@ test("each of several spindles has its depth and its time to the board, and what
   try {
     await sample(page);
     await tab(page, "Machine").click();
-    const table = page.getByRole("table", { name: "Spindles in the hole in work" });
+    const table = page.getByRole("table", { name: "Spindles in this hole" });
     await table.waitFor();
     const row = async (name) => (await table.getByRole("row", { name }).innerText()).replaceAll(/\s+/g, " ");
     const numbers = async (name) => (await row(name)).match(/^Z\d ([\d.]+) mm ([\d.]+) ms$/).slice(1).map(Number);
@@ -190,7 +190,7 @@ test("each of several spindles has its depth and its time to the board, and what
     const [deeper, its_ms] = await numbers("Z3");
     assert.ok(deep > 1 && Math.abs(deeper - deep - 0.3) < 0.002 && ms > 1 && its_ms > 1, `${deep} ${ms}, ${deeper} ${its_ms}`);
     assert.equal(await row("Z2"), "Z2 stays up");
-    await page.getByText(/not before the contact opens/).waitFor();
+    await page.getByText(/not before the contact sensor opens/).waitFor();
     await page.screenshot({ path: picture("spindles-1024") });
     assert.deepEqual(problems, []);
   } catch (error) {
@@ -209,9 +209,9 @@ test("the clamp of a magazine whose change stopped is opened from the page, aske
     await press(page, page.getByRole("button", { name: "Home", exact: true }));
     await page.getByText("At rest, position known.").waitFor();
     const magazine = page.getByRole("region", { name: "Magazine" });
-    await magazine.getByText("Say what lies where").click();
-    const fill = magazine.getByRole("button", { name: "As the job needs it" });
-    const none = magazine.getByRole("button", { name: "Every place is empty" });
+    await magazine.getByText("Set magazine contents").click();
+    const fill = magazine.getByRole("button", { name: "Slots hold the job's tools" });
+    const none = magazine.getByRole("button", { name: "All slots are empty" });
     const [one, other] = [await fill.boundingBox(), await none.boundingBox()];
     const apart = Math.max(other.x - one.x - one.width, other.y - one.y - one.height);
     assert.ok(apart >= 4, `two buttons that touch: ${apart} px between them`);
@@ -230,9 +230,9 @@ test("the clamp of a magazine whose change stopped is opened from the page, aske
     await page.screenshot({ path: picture("clamp-1024") });
     await press(page, magazine.getByRole("button", { name: "I hold it: open the clamp" }));
     await magazine.getByText(/^Where is the tool T\d+/).waitFor();
-    await press(page, magazine.getByRole("button", { name: "I took it out, the spindle is empty" }));
-    await magazine.getByText("Spindle empty").waitFor();
-    await magazine.getByText(/it goes on with step 11/).waitFor();
+    await press(page, magazine.getByRole("button", { name: "I took it out, spindle empty" }));
+    await magazine.getByText("Spindle empty", { exact: true }).waitFor();
+    await magazine.getByText(/it continues with step 11/).waitFor();
     assert.equal(await magazine.getByRole("button", { name: "Open the clamp…" }).count(), 0, "nothing is in it");
     assert.deepEqual(problems, []);
   } catch (error) {
@@ -249,8 +249,8 @@ test("a worn tool is taken out of the clamp and a new one put in by its dialog; 
     await drillOnly(page);
     await tab(page, "Machine").click();
     const magazine = page.getByRole("region", { name: "Magazine" });
-    await magazine.getByText("Say what lies where").click();
-    await press(page, magazine.getByRole("button", { name: "As the job needs it" }));
+    await magazine.getByText("Set magazine contents").click();
+    await press(page, magazine.getByRole("button", { name: "Slots hold the job's tools" }));
     const { start } = await startJob(page);
     await start.click();
     const dialog = page.getByRole("alertdialog");

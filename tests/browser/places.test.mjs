@@ -101,7 +101,7 @@ test("a tab with something to look at says how much, until it was seen", async (
     assert.deepEqual(await counted(page, "Board"), ["none", null]);
     assert.deepEqual(await findings(page), []);
     await page.screenshot({ path: picture("counts-1440") });
-    await page.getByRole("button", { name: "All seen" }).click();
+    await page.getByRole("button", { name: "Accept all" }).click();
     await until(async () => (await counted(page, "CAM"))[1] === null, "nothing more");
   } finally {
     await context.close();

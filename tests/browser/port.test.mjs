@@ -154,7 +154,7 @@ mill("a page that stood still for seconds has its job held, with its place, and 
   await page.evaluate(() => {
     for (const end = Date.now() + 7000; Date.now() < end; );
   });
-  await shown(page, /stood still for 4 s or longer/);
+  await shown(page, /stalled for 4 s or longer/);
   await page.screenshot({ path: picture("port-stood-1440") });
   await resumed(page);
   await judged(board, zero);

@@ -36,7 +36,7 @@ test("a jog button that appears under a resting pointer moves nothing", async ()
     await button.waitFor();
     await page.mouse.down();
     await page.mouse.up();
-    await page.getByText("The page had just changed").waitFor();
+    await page.getByText("The page changed just before your press").waitFor();
     assert.equal(await still(page, "X"), start, "nothing moved");
     await until(() => button.isEnabled(), "a pad that has been there for a second");
     await page.mouse.down();

@@ -131,7 +131,7 @@ test("the large view is the machine alone, by its button and by its address", as
     }
     assert.deepEqual(await findings(page), []);
     await page.screenshot({ path: picture("operator-1440") });
-    await page.getByRole("button", { name: "All of it" }).click();
+    await page.getByRole("button", { name: "Full view" }).click();
     assert.ok(await tab(page, "Board").isVisible());
   } finally {
     await context.close();
@@ -232,7 +232,7 @@ test("every key that the help lists is taken by the page on its screen, and the 
     const silent = [];
     assert.deepEqual(
       groups.map(([name]) => name),
-      ["Everywhere", ...SCREENS.filter((screen) => screen !== "Settings"), "By hand, with armed keys"],
+      ["Everywhere", ...SCREENS.filter((screen) => screen !== "Settings"), "Jog with the keys"],
     );
     // The last group, the jog keys, needs a machine and is tested with one.
     for (const [name, keys] of groups.slice(0, -1)) {
@@ -257,7 +257,7 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
   try {
     await show(page, "Settings");
     await page.getByRole("button", { name: "General" }).click();
-    await page.getByLabel("Single-letter keys work").uncheck();
+    await page.getByLabel("Single-key shortcuts").uncheck();
     await page.reload();
     await page.getByRole("button", { name: "Settings" }).waitFor();
     await page.evaluate(() => document.activeElement?.blur());
@@ -269,7 +269,7 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
     await page.keyboard.press("Control+,");
     await until(async () => (await now()) === "Settings", "the settings by Ctrl+,");
     await page.getByRole("button", { name: "General" }).click();
-    await page.getByLabel("Single-letter keys work").check();
+    await page.getByLabel("Single-key shortcuts").check();
     await page.evaluate(() => document.activeElement?.blur());
     await page.keyboard.press("2");
     await until(async () => (await now()) === "CAM", "CAM by its number again");
@@ -289,7 +289,7 @@ test("a single key is moved to another, stays moved, is written so in the help, 
     const field = page.getByRole("textbox", { name: "Show CAM" });
     await field.fill("3");
     await field.press("Tab");
-    await page.getByText("3 is taken: Show Simulate.").waitFor();
+    await page.getByText("3 is in use: Show Simulate.").waitFor();
     assert.equal(await field.inputValue(), "2", "what could not be had is not left there");
     await field.fill("q");
     await field.press("Tab");
@@ -308,7 +308,7 @@ test("a single key is moved to another, stays moved, is written so in the help, 
     await show(page, "Settings");
     await page.getByRole("button", { name: "General" }).click();
     await page.getByText("Keys of your own").click();
-    await page.getByRole("button", { name: "All as they were" }).click();
+    await page.getByRole("button", { name: "Restore default keys" }).click();
     await leave();
     await page.keyboard.press("2");
     await until(async () => (await now()) === "CAM", "CAM by its number again");
@@ -434,7 +434,7 @@ test("the screen stays lit from the pre-flight to the end of the job, and it is 
     await until(async () => (await page.evaluate(() => globalThis.lit.at(-1))) === "released", "let go of at the end");
     await page.evaluate(() => Object.defineProperty(navigator, "wakeLock", { value: undefined, configurable: true }));
     const again = await startJob(page);
-    await again.dialog.getByText(/^This browser does not keep the computer awake/).waitFor();
+    await again.dialog.getByText(/^This browser can't keep the computer awake/).waitFor();
   } finally {
     await context.close();
     await own.stop();
@@ -453,7 +453,7 @@ test("a wrong board that was dropped is left again for the one before, with its 
     await page.getByRole("button", { name: "Back to sensor" }).click();
     await show(page, "CAM");
     assert.ok(!(await page.getByLabel("Do Cut out").isChecked()), "its job as it was");
-    await page.getByRole("button", { name: "Take back" }).click();
+    await page.getByRole("button", { name: "Undo" }).click();
     assert.ok(await page.getByLabel("Do Cut out").isChecked(), "and what can be taken back");
     await page.getByText(/^Planned .* m,|7 min/).first().waitFor();
   } finally {

@@ -38,8 +38,8 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const zero = await board.steps();
     // Shows only what such a board reports.
-    assert.deepEqual(await page.getByRole("region", { name: "Sensors" }).getByRole("listitem").locator("span:first-of-type").allInnerTexts(), ["X switch", "Y switch", "Z switch", "Contact"]);
-    assert.equal(await page.getByText(/^(Lower dead point|X and Y go on|Phases)$/).count(), 0);
+    assert.deepEqual(await page.getByRole("region", { name: "Sensors" }).getByRole("listitem").locator("span:first-of-type").allInnerTexts(), ["X switch", "Y switch", "Z switch", "Contact sensor"]);
+    assert.equal(await page.getByText(/^(Bottom of stroke|XY released|Phases)$/).count(), 0);
     await pictures(page, "serial-ready");
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
@@ -119,7 +119,7 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     await planned(page);
     await press(page, page.getByRole("button", { name: "Height map…" }));
     const map = page.getByRole("dialog", { name: "Height map of the board" });
-    const touch = map.getByRole("button", { name: "Touch the board" });
+    const touch = map.getByRole("button", { name: "Probe the height map" });
     // Not before the height is known; the message is visible in the dialog.
     await press(page, touch);
     await map.getByText(/height of the board was not set/).waitFor();
@@ -129,11 +129,11 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     const zero = await board.steps();
     await press(page, page.getByRole("button", { name: "Height map…" }));
     await map.getByRole("button", { name: "5 mm", exact: true }).click();
-    await map.getByText(/^6 places to touch/).waitFor();
+    await map.getByText(/^6 positions to probe/).waitFor();
     await press(page, touch);
-    await map.getByText(/^[12] of 6 touched/).waitFor();
+    await map.getByText(/^[12] of 6 probed/).waitFor();
     await map.getByRole("button", { name: "Pause" }).click();
-    await press(page, map.getByRole("button", { name: "Go on" }));
+    await press(page, map.getByRole("button", { name: "Continue" }));
     await map.getByText(/^From .* mm; the largest correction is 0\.(1|2)/).waitFor();
     assert.equal(await map.locator("circle.touched").count(), 6);
     assert.equal(await map.locator("rect").count(), 2);
@@ -195,7 +195,7 @@ test("feed, spindle and rapids are as the controller reports them, and it reads 
     await press(page, page.getByRole("button", { name: "Start…" }));
     const dialog = page.getByRole("dialog", { name: "Before the start" });
     await press(page, dialog.getByRole("button", { name: "Let the machine read it" }));
-    await dialog.getByText(/^The controller has read all \d+ lines and takes every one/).waitFor();
+    await dialog.getByText(/^The controller has read all \d+ lines and accepts them/).waitFor();
     await page.screenshot({ path: picture("serial-checked-1440") });
     assert.deepEqual(await board.steps(), before, "nothing has moved");
     // The board has reset, and the job is still the one that was compared.
@@ -262,11 +262,11 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await page.getByText(/^Planned .* m,/).waitFor();
     await tab(page, "Machine").click();
     await press(page, connect(page));
-    await shown(page, /^USB step adapter/);
+    await shown(page, /it sends the steps to the USB step adapter/);
     await shown(page, "The position is not known. Home first.");
     await page.screenshot({ path: picture("adapter-connected-1440") });
     await home(page, EMULATED_MS);
-    assert.equal(await page.getByText(/another firmware/).count(), 0, "the firmware is that of these sources");
+    assert.equal(await page.getByText(/other firmware/).count(), 0, "the firmware is that of these sources");
     const origin = board.place();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await page.getByText(/Zero at/).waitFor();
@@ -288,10 +288,10 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     assert.equal(board.steps(), rests, "at rest on its path");
     board.replug();
     await page.evaluate(() => navigator.serial.dispatchEvent(new Event("connect")));
-    await shown(page, /The adapter got no more path in time/);
+    await shown(page, /The adapter got no path in time/);
     await page.screenshot({ path: picture("adapter-ran-dry-1440") });
     assert.deepEqual(board.place().slice(0, 2), rest.slice(0, 2), "nothing but the bit, which is lifted, moves by itself");
-    const dry = page.getByText(/The adapter got no more path in time/).first();
+    const dry = page.getByText(/The adapter got no path in time/).first();
     const done = page.getByText(/^The job is done\./).first();
     const ready = page.getByText("At rest, position known.").first();
     // A computer too busy to feed the adapter in time stops the job again; the user resumes it each time.
@@ -337,8 +337,8 @@ test("a page says that the adapter has another firmware, and how its own comes i
     await page.goto(server.url);
     await tab(page, "Machine").click();
     await press(page, connect(page));
-    await shown(page, /^The adapter has another firmware/);
-    const notice = page.locator(".notice", { hasText: "another firmware" });
+    await shown(page, /^The adapter has other firmware/);
+    const notice = page.locator(".notice", { hasText: "other firmware" });
     assert.match(await notice.textContent(), /annulus firmware flash/);
     await page.screenshot({ path: picture("adapter-other-firmware-1440") });
     await press(page, notice.getByRole("button", { name: "Close", exact: true }));
@@ -366,7 +366,7 @@ test("the filter of a sensor is set by the page, and touches that were shorter a
     await page.goto(server.url);
     await tab(page, "Machine").click();
     await press(page, connect(page));
-    await shown(page, /^USB step adapter/);
+    await shown(page, /it sends the steps to the USB step adapter/);
     await shown(page, "The position is not known. Home first.");
     await tab(page, "Lab").click();
     await page.getByRole("tab", { name: "Inputs and outputs" }).click();
@@ -401,7 +401,7 @@ test("a browser without serial ports says so, with what to do", async () => {
     await context.addInitScript(() => Object.defineProperty(navigator, "serial", { value: undefined }));
     await page.goto(server.url);
     await tab(page, "Machine").click();
-    await shown(page, /This browser lets no page use a serial port/);
+    await shown(page, /This browser gives no page a serial port/);
     assert.equal(await connect(page).count(), 0);
   } finally {
     await context.close();

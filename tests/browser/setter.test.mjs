@@ -17,7 +17,7 @@ after(async () => browser?.close());
 async function goesDown(page) {
   const change = page.getByRole("alertdialog");
   const step = change.locator('.measurement [aria-current="step"]');
-  await until(async () => (await step.allTextContents()).join() === "Down until the contact closes", "the tip on its way down");
+  await until(async () => (await step.allTextContents()).join() === "Down until the probe input closes", "the tip on its way down");
   assert.equal(await change.getByRole("button", { name: /^Start spindle/ }).isEnabled(), false, "there is nothing to continue meanwhile");
 }
 
@@ -44,21 +44,21 @@ test("a tool setter is chosen once, said before the start, and measures each too
     assert.equal(await how.inputValue(), "board");
     await page.screenshot({ path: picture("setter-board") });
     await how.selectOption("setter");
-    await press(page, page.getByRole("button", { name: "Here: the head stands over it" }));
+    await press(page, page.getByRole("button", { name: "Use current position" }));
     const field = (name) => page.getByLabel(name);
-    await until(async () => (await field("Where it stands, X").inputValue()) === "-1", "the place of the head");
-    await field("How far down at most").fill("nothing");
-    await field("How far down at most").press("Enter");
-    await shown(page, /^These numbers make no tool setter/);
-    await field("How far down at most").fill("15");
-    await field("How far down at most").press("Enter");
+    await until(async () => (await field("Position, X").inputValue()) === "-1", "the place of the head");
+    await field("Probe depth at most").fill("nothing");
+    await field("Probe depth at most").press("Enter");
+    await shown(page, /^A tool setter cannot have these numbers/);
+    await field("Probe depth at most").fill("15");
+    await field("Probe depth at most").press("Enter");
     await pictures(page, "setter-settings");
     await tab(page, "Machine").click();
     const zero = await ready(page, board);
     await planned(page);
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
-    assert.ok(rows.some((row) => /measures the tool on the tool setter at X -1\.000 Y -1\.000/.test(row)), rows.join("\n"));
+    assert.ok(rows.some((row) => /over the tool setter at X -1\.000 Y -1\.000, and down to measure the tool/.test(row)), rows.join("\n"));
     // The tool with which Z zero was set is measured first, before any tool change.
     await goesDown(page);
     await measured(page);

@@ -16,7 +16,7 @@ const clock = async (page) => (await page.locator(".timeline .clock").innerText(
 async function lines(page) {
   await show(page, "Simulate");
   // Software rendering of the 3D view would use all CPU time.
-  await page.getByRole("checkbox", { name: "Flat picture" }).check();
+  await page.getByRole("checkbox", { name: "2D view" }).check();
   await page.getByRole("button", { name: "Program", exact: true }).click();
   await until(async () => (await list(page).getByRole("option").count()) > 10, "lines of the program");
 }
@@ -136,7 +136,7 @@ test("the operations with their times are a menu, and choosing one goes to its b
   const { page, context } = await held.opened();
   try {
     await show(page, "Simulate");
-    await page.getByRole("checkbox", { name: "Flat picture" }).check();
+    await page.getByRole("checkbox", { name: "2D view" }).check();
     const menu = page.getByRole("combobox", { name: "Operation" });
     const rows = await until(async () => {
       const found = await menu.locator("option").allTextContents();

@@ -282,7 +282,7 @@ test("a page whose program broke says so above every dialog, and its own STOP st
     await fallen.getByText(/^STOP was sent\./).waitFor();
     const { page: other, context: elsewhere } = await openLinked(held.browser, own);
     await show(other, "Machine");
-    await other.getByText(/Stopped by another page|was stopped|broken off/).first().waitFor();
+    await other.getByText(/Stopped by another page|was stopped|was interrupted/).first().waitFor();
     await elsewhere.close();
     await fallen.getByRole("button", { name: "Load the page again" }).click();
     await page.getByRole("heading", { level: 1 }).first().waitFor({ state: "attached" });

@@ -91,7 +91,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
     assert.ok(Number(await data(page, "holes")) >= expected.hits, "every hit is in the picture");
     await planned(page);
     // Now no operation mills the slots: an error, and the job can't start before it is accepted.
-    const seen = page.getByRole("checkbox", { name: /Seen/ });
+    const seen = page.getByRole("checkbox", { name: /Accept/ });
     await seen.first().check();
     await planned(page);
     await page.screenshot({ path: picture("board-1024") });
@@ -111,7 +111,7 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
 test("of a board that was milled and drilled everything is done in the picture, of a page that came in the middle too", async () => {
   const bridge = await startBridge({ speed: 400 });
   const { page, context } = await openPage(browser, bridge.url);
-  const seen = page.getByRole("button", { name: "All seen" });
+  const seen = page.getByRole("button", { name: "Accept all" });
   try {
     await page.getByRole("button", { name: /Sample board/ }).click();
     await page.getByText(/^Planned .* m,/).waitFor();

@@ -74,7 +74,8 @@ mod tests {
         assert_eq!(check(&wanted(grbl())).warnings, []);
         let checked = check(&wanted(grbl().replace("G0 Z@HC@\n", "")));
         assert_eq!((checked.faults.len(), checked.warnings.len()), (0, 4), "{:?}", checked.warnings);
-        assert!(checked.warnings[0].message("en").starts_with("drill.change"));
+        let warning = checked.warnings[0].message("en");
+        assert!(warning.contains(": drill.change moves it without a height"), "{warning}");
         assert_ne!(checked.output, "");
     }
 

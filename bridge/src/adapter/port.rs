@@ -88,11 +88,11 @@ impl Cable for Plug {
 
     fn again(&mut self) -> bool {
         if self.port.take().is_some() {
-            tracing::warn!("the adapter at {} is gone: waiting for it", self.name);
+            tracing::warn!("the adapter at {} is disconnected: waiting for it", self.name);
         }
         thread::sleep(TRY);
         if let Ok(port) = open(&self.wanted) {
-            tracing::info!("something is at {} again", port.name);
+            tracing::info!("a device is at {} again", port.name);
             (self.name, self.port) = (port.name.clone(), Some(port));
         }
         self.port.is_some()

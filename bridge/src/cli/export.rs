@@ -39,7 +39,7 @@ pub(crate) struct TargetArgs {
 
 /// Help text that lists every controller.
 fn known_targets() -> String {
-    format!("Controller: {}, or a dialect file of your own, FILE.toml", post::targets().join(", "))
+    format!("Controller: {}, or your own postprocessor file, FILE.toml", post::targets().join(", "))
 }
 
 pub(super) fn chord_error(text: &str) -> Result<f64, String> {

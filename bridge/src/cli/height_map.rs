@@ -13,7 +13,7 @@ pub(super) fn text(map: &HeightMap) -> String {
     });
     let [low, high] = map.span();
     let table: String = rows.collect();
-    format!("Height over the work zero, µm:\n{table}From {:.3} to {:.3} mm.\n", low.mm(), high.mm())
+    format!("Height above the work zero, µm:\n{table}From {:.3} to {:.3} mm.\n", low.mm(), high.mm())
 }
 
 /// The map as JSON.

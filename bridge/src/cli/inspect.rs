@@ -225,7 +225,7 @@ fn drill_text(text: &mut String, file: &FileRead, drill: &DrillFile) {
             evidence.score.map_or(String::new(), |score| format!(", {:.0} % on copper", score * 100.0));
         format!(" ({}{score})", evidence.source.name())
     });
-    let _ = writeln!(text, "  {units}{format}, zeros left out: {zeros}{ground}");
+    let _ = writeln!(text, "  {units}{format}, suppressed zeros: {zeros}{ground}");
     let _ = writeln!(
         text,
         "  {:>6}  {:>9}  {:>7}  {:>5}  {:>6}  plated",

@@ -149,7 +149,8 @@ fn promised(args: &FileArgs, queue: &Queue, done: &CheckedQueue, machine: &Machi
         "rows_done": done.rows, "strokes": done.strokes,
         "lowest_mm": lowest, "highest_mm": highest, "text": print(queue),
     });
-    let mut text = format!("{} to do, {}.\n", counted(done.rows, "row"), counted(done.strokes, "stroke"));
+    let mut text =
+        format!("{} to run, {}.\n", counted(done.rows, "row"), counted(done.strokes, "drill cycle"));
     if let (Some([left, front]), Some([right, back])) = (lowest, highest) {
         text += &format!("From the work zero: X {left} … {right} mm, Y {front} … {back} mm.\n");
     }

@@ -468,7 +468,7 @@ impl Operator {
         match self.drill.ask(Ask::ToolChanged) {
             Ok(_) => {
                 self.asked = None;
-                super::say("The next bit is in.");
+                super::say("The next tool is in. The job continues.");
             }
             // The tool can't be measured here. The job can be resumed.
             Err(why) if why.code == "control.length_first" => {

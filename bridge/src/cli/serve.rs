@@ -66,12 +66,12 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
             listeners.into_iter().map(tokio::net::TcpListener::from_std).collect::<io::Result<Vec<_>>>()?;
         announce(&url, port, timing.as_ref(), json);
         if !args.no_open && !browser::open(&url) {
-            tracing::info!("no browser to open: copy the address");
+            tracing::info!("no browser opened: copy the address into one");
         }
         let mut signal = Exit::Done;
         let ended = async {
             signal = signals.wait().await;
-            tracing::info!("ending: the drill comes to rest first");
+            tracing::info!("ending as soon as the drill has stopped");
         };
         server::run(bridge, listeners, ended).await;
         Ok(signal)

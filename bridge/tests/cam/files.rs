@@ -123,7 +123,7 @@ fn cut_out_without_tabs_is_reported() {
     }
     let arguments = format!("{CAM} --cure --to grbl -o out --set cut_out.tabs=0");
     let said = annulus(home, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert!(String::from_utf8_lossy(&said.stderr).contains("comes loose"));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("the board will come loose"));
 }
 
 #[test]

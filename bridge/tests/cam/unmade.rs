@@ -112,7 +112,7 @@ fn proof_ends_with_a_summary_sentence() {
     let uncured: Vec<&str> = "cam board --to grbl -o other".split(' ').collect();
     let (exit, said) = text(home, &uncured);
     let unread =
-        format!("Not proved: {} of {all} nets isolated, 1 problem to read", all.parse::<u32>().unwrap() - 2);
+        format!("Not proved: {} of {all} nets isolated, 1 open problem", all.parse::<u32>().unwrap() - 2);
     assert!(exit == 1 && said.contains(&unread) && !said.contains("\nProved"), "{said}");
     // Without copper there is nothing to prove.
     fs::remove_file(home.join("board").join(BOARD[1])).unwrap();

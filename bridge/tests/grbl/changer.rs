@@ -25,7 +25,7 @@ fn changer_macro_changes_tools_without_questions() {
     assert_eq!(exit, 0, "{object} {}", bench.desk.said());
     let said = bench.desk.said();
     assert_eq!(
-        (said.matches("put in by the machine").count(), said.matches("Type: ").count()),
+        (said.matches("the machine changed the tool itself").count(), said.matches("Type: ").count()),
         (3, 0),
         "{said}"
     );

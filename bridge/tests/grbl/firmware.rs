@@ -68,7 +68,9 @@ impl Instrument {
         let compiled = Command::new("cc")
             .args(["-std=gnu11", "-O2", "-w", "-I/usr/include/simavr", "-o"])
             .arg(&built)
-            .arg(&source)
+            .arg("-I")
+            .arg(&folder)
+            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/instruments/grbl-pty-eeprom.c"))
             .args(["-lsimavr", "-lelf", "-lm"])
             .output()
             .map_err(|error| format!("no C compiler for GRBL: {error}"))?;

@@ -134,7 +134,7 @@ fn level_measure_works_without_homing() {
     let (exit, object) =
         desk.run(&board, "run job.nc --zero-here --level measure --grid 6 --same-length --confirm-tools 0.1");
     assert_eq!(exit, 0, "{object} {}", desk.said());
-    assert!(desk.said().contains("Depth follows the board, by up to 0.3"), "{}", desk.said());
+    assert!(desk.said().contains("Depth follows the height map, by up to 0.3"), "{}", desk.said());
     // After power-cycling, the position of its zero is lost.
     let (exit, object) =
         desk.run(&board, "run job.nc --zero-here --level kept --from-start --same-length --confirm-tools 0");

@@ -41,7 +41,7 @@ fn worn_tool_is_replaced_between_two_holes() {
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
     let said = desk.said();
     let [before, asked] =
-        ["has drilled 0 holes of 4: it is worn before this job", "has drilled 4 holes of 4: it is worn."]
+        ["has drilled 0 holes of 4. It wears out before this job", "has drilled 4 holes of 4: it is worn."]
             .map(|words| said.find(&format!("T3 (drill 0.8) {words}")).unwrap_or_else(|| panic!("{said}")));
     let first = said.find("Tool 1").unwrap_or(asked);
     assert!(before < first && first <= asked, "what will be worn is told before anything is asked: {said}");

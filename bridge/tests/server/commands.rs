@@ -161,7 +161,7 @@ fn wrong_usage_is_one_json_object() {
     }
     let (_, object, _) = output(&home, &["run", "a.drl", "--speed", "fast", "--json"]);
     let said = object["error"]["message"].as_str().unwrap_or_default();
-    assert!(said.contains("a number, as 1 for the speed of life"), "{said}");
+    assert!(said.contains("a number, such as 1 for real time"), "{said}");
     let (exit, object, _) = output(&home, &["fly"]);
     assert_eq!((exit, object), (2, Value::Null));
     let (exit, _, _) = output(&home, &["--version"]);

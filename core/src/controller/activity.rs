@@ -331,6 +331,7 @@ impl Activity {
         if wanted.trusts {
             cx.known.trust = Trust::Trusted;
         }
+        cx.known.zero_refused &= !wanted.of_plane;
         if wanted.of_height {
             cx.known.height = BoardHeight::OfThisBit;
             if let Some(job) = self.job_mut() {
@@ -347,6 +348,7 @@ impl Activity {
     /// Another zero is stored than requested. `plane`: X or Y may be off from the running job's zero.
     fn on_zero_differs(self, cx: &mut Context, plane: bool) -> Self {
         cx.known.height = BoardHeight::Unknown;
+        cx.known.zero_refused |= plane;
         let why = Diagnostic::error("grbl.zero_not_taken");
         if plane && !cx.known.homes() {
             cx.known.lose_place();

@@ -87,6 +87,8 @@ pub(super) enum ChangerLine {
 pub(super) struct ZeroWanted {
     /// Machine coordinates; for the other axes the zero before, if known.
     pub(super) place_mm: [Option<f64>; 3],
+    /// X and Y are included.
+    pub(super) of_plane: bool,
     /// The Z zero is included.
     pub(super) of_height: bool,
     /// Probed position that the zero derives from, machine coordinates.

@@ -18,6 +18,7 @@ impl Known {
             return found;
         };
         found.extend(self.check_listed());
+        found.extend(self.zero_refused.then(|| Diagnostic::error("grbl.zero_not_taken")));
         found.extend(self.check_zero(start));
         found.extend(self.overrides_that_stand());
         found.extend(self.check_setter(start));

@@ -64,13 +64,14 @@ impl Context {
     /// letter would write another axis. Until a Z zero is confirmed, the height is unknown. Unless the setter
     /// made it, the setter reference ends.
     fn read_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
+        let of_plane = place_mm[0].is_some() && place_mm[1].is_some();
         let of_height = place_mm[2].is_some();
         if of_height && !wanted.of_setter {
             (self.known.height, self.known.reference_mm) = (BoardHeight::Unknown, None);
         }
         let before = self.known.info.offsets.remove("G54").unwrap_or_default();
         let place_mm = core::array::from_fn(|axis| place_mm[axis].or(before.get(axis).copied()));
-        self.send("$#", Meaning::Echo(ZeroWanted { place_mm, of_height, ..wanted }));
+        self.send("$#", Meaning::Echo(ZeroWanted { place_mm, of_plane, of_height, ..wanted }));
     }
 }
 

@@ -269,8 +269,7 @@ fn point(at: &[f64]) -> Option<Point> {
 
 /// Writes the job file of `work`, with a comment above every row: description, range and unit.
 pub fn write(work: &Work) -> String {
-    let mut out =
-        format!("# A job of Annulus. Rows that are left out keep their usual value.\nschema = {SCHEMA}\n");
+    let mut out = format!("# A job of Annulus. Missing lines have their default value.\nschema = {SCHEMA}\n");
     out += "\n[setup]\n";
     write_rows(&mut out, parameters::SETUP, &work.setup, true);
     for (index, bit) in work.bits.iter().enumerate() {

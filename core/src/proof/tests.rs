@@ -388,7 +388,7 @@ fn cut_with_stopped_spindle_is_reported_once_per_stop() {
     assert_eq!((still.leg, still.mark, still.must_be_read()), (Some((0, 1)), Some(Mark::Toolpath(0)), true));
     let said = still.diagnostic().message("en");
     assert!(said.starts_with("The program cuts 0.100 mm deep at X -0.10 Y -0.10"), "{said}");
-    assert!(said.contains("piece 2") && said.contains("(toolpath 1)"), "{said}");
+    assert!(said.contains("segment 2") && said.contains("(toolpath 1)"), "{said}");
     let named = Finding { operation: Some("Isolate the top".to_owned()), ..still.clone() };
     assert!(named.diagnostic().message("en").starts_with("Isolate the top cuts"), "{said}");
     program.legs[2].commands.insert(0, ON);
@@ -487,7 +487,7 @@ fn outcome_counts_isolated_nets_and_the_smallest_gap() {
     let options = ProofOptions::default();
     let proved = prove(&three(), std::slice::from_ref(&alone), &options);
     assert_eq!((proved.outcome.nets, proved.outcome.isolated), (3, 1), "{:?}", proved.outcome);
-    assert_eq!(sentence(&proved, 1), "Not proved: 1 of 3 nets isolated, 1 problem to read");
+    assert_eq!(sentence(&proved, 1), "Not proved: 1 of 3 nets isolated, 1 open problem");
     let both = program(mill(0.2), &[contour(A, 0.15, 0.1), contour(B, 0.15, 0.1)]);
     let proved = prove(&three(), &[both], &options);
     assert_eq!(sentence(&proved, 0), "Proved: 3 of 3 nets isolated, smallest gap 0.20 mm");

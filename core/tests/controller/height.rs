@@ -338,9 +338,18 @@ fn machine_without_switches_knows_its_position_by_zero() {
 fn damaged_report_sets_no_zero() {
     let mut bench = ready();
     bench.event(EngineEvent::Bytes(b"<Idle|MPos:-1.000,-2.000,-3.000|FS:0,0>\r\n".to_vec()));
-    bench.asked(EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 });
+    let plane = EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 };
+    bench.asked(plane.clone());
     bench.until(2_000, |_| false);
     assert_eq!(found(&bench), ["grbl.zero_not_taken"]);
+    // A Z zero doesn't confirm X and Y: the job is refused until they are set again.
+    bench.touch_off();
+    let refused =
+        |bench: &Bench| bench.engine().check(&job(0)).iter().any(|why| why.code == "grbl.zero_not_taken");
+    assert!(refused(&bench));
+    bench.asked(plane);
+    bench.until(2_000, |_| false);
+    assert!(!refused(&bench));
 }
 
 #[test]

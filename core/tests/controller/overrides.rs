@@ -112,7 +112,7 @@ fn remaining_overrides_are_reported_before_the_next_job() {
     bench.wish(OverrideOf::Spindle, 60);
     bench.until(10_000, |_| false);
     let stand: Vec<String> = told(&bench);
-    assert_eq!(stand, ["Overrides of before stand: feed 150 %, rapids 100 %, spindle 60 %."]);
+    assert_eq!(stand, ["Overrides from before are still active: feed 150 %, rapids 100 %, spindle 60 %."]);
     bench.wish(OverrideOf::Feed, 100);
     bench.wish(OverrideOf::Spindle, 100);
     bench.until(10_000, |_| false);

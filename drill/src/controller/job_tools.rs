@@ -229,9 +229,7 @@ mod tests {
         };
         assert_eq!(
             told([0, 0, 0], 0),
-            [
-                "T1 (drill 0.8) has drilled 0 holes of 6: it is worn before this job is done, and a new one is asked for between two holes."
-            ]
+            ["T1 (drill 0.8) has drilled 0 holes of 6. It wears out before this job ends."]
         );
         assert_eq!(told([0, 0, 0], 3), Vec::<String>::new(), "three of its holes are left");
         let all = told([6, 9, 3], 0);

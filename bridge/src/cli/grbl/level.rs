@@ -90,7 +90,7 @@ impl Operator {
         };
         let (routine, correction) =
             level_routine(&programs.routine, &map, TOLERANCE).map_err(Refusal::content)?;
-        say(format_args!("Depth follows the board, by up to {:.3} mm.", correction.largest().mm()));
+        say(format_args!("Depth follows the height map, by up to {:.3} mm.", correction.largest().mm()));
         self.map = Some(map);
         self.corrected = Some(correction);
         Ok(Some(Programs {

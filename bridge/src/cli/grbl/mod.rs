@@ -93,7 +93,7 @@ impl PortArgs {
     /// Opens the port. Returns it with its baud rate.
     fn open(&self) -> Result<(Port, u32), Refusal> {
         let silent = |bits_per_s: u32| {
-            super::say(format_args!("Nobody answers at {bits_per_s} bits a second."));
+            super::say(format_args!("No controller answers at {bits_per_s} baud."));
         };
         let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
         let port = self.port.as_ref().ok_or_else(|| no_port(None))?;

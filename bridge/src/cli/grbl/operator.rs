@@ -418,7 +418,7 @@ impl Operator {
             }
             match self.next() {
                 Some(Told::ToolFetched { tool }) => {
-                    say(format_args!("{}: put in by the machine.", pause_text(programs, tool)));
+                    say(format_args!("{}: the machine changed the tool itself.", pause_text(programs, tool)));
                 }
                 // Refused: the job did not start.
                 _ if !self.begun && self.interrupted => {
@@ -447,10 +447,10 @@ impl Operator {
             return self.confirm_tool();
         }
         say(
-            "Type: x 1, y -0.5, z -0.1 to jog in mm; zero when the tip touches the board; probe; go. x 1 anyway: jog with the tool in the board.",
+            "Type: x 1, y -0.5, z -0.1 to jog in mm; zero when the tool touches the board; probe; go. x 1 anyway: jog with the tool in the board.",
         );
         if self.how.setter.is_some() {
-            say("The tool is measured on the tool setter behind go.");
+            say("After go, the machine measures the tool on the tool setter.");
         }
         // Lines typed before the question do not answer it.
         self.hear();
@@ -512,7 +512,7 @@ impl Operator {
                 self.tool_ready();
             }
             _ => {
-                say("x, y, z with mm; zero; probe; go.");
+                say("Type x, y or z and mm; zero; probe; or go.");
                 self.ignores_typed();
             }
         }

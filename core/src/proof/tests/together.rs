@@ -94,7 +94,7 @@ fn tips_too_fine_to_buy_are_not_suggested() {
     let whole = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default()).whole.unwrap();
     assert_eq!((whole.tip, whole.tip_opens, whole.rest), (Some(Length::from_um(60)), 1, 2));
     let said = whole.diagnostics().last().unwrap().message("en");
-    assert!(said.contains("0.05 mm") && said.contains("1 of the gaps"), "{said}");
+    assert!(said.contains("finest V-bit tip (0.05 mm): 1."), "{said}");
 }
 
 #[test]
