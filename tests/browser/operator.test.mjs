@@ -110,7 +110,7 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
     const mark = (words) => step(words).getAttribute("class");
     await step("Read the alarm").getByRole("button", { name: "I have read it" }).click();
     const tool = step("Check the tool");
-    await tool.getByRole("button", { name: "I have looked at it" }).waitFor();
+    await tool.getByRole("button", { name: "I have checked it" }).waitFor();
     assert.deepEqual([await mark("Read the alarm"), await mark("Lift the tool out"), await mark("Resume the job")], ["done", "done", "now"]);
     // The tip is jogged down, so it must be raised before anything else.
     const hand = page.getByRole("region", { name: "Jog", exact: true });
@@ -129,7 +129,7 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
       await up.click({ timeout: 2000 }).catch(() => {});
       return false;
     }, "the bit out of the board");
-    await press(page, tool.getByRole("button", { name: "I have looked at it" }));
+    await press(page, tool.getByRole("button", { name: "I have checked it" }));
     await until(async () => (await mark("Check the tool")) === "done", "the bit looked at");
     assert.equal(await mark("Resume the job"), "now");
     assert.deepEqual(problems, []);
