@@ -172,7 +172,7 @@ test("a page whose program broke still stops its own drill", async () => {
     await new Promise((later) => setTimeout(later, 3000));
     assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
     assert.ok(made < Number(await data(page, "holes")), "the job was not done");
-    await fallen.getByRole("button", { name: "Load the page again" }).click();
+    await fallen.getByRole("button", { name: "Reload the page" }).click();
     await tab(page, "Machine").click();
     await page.getByRole("button", { name: /Resume where it stopped/ }).waitFor();
   } finally {
@@ -269,7 +269,7 @@ test("a new version is offered, and taken when the person wants it and no other 
     await kept(page);
     newer = true;
     await page.reload();
-    const take = page.getByRole("button", { name: "Reload with it" });
+    const take = page.getByRole("button", { name: "Reload to update" });
     await take.waitFor();
     assert.equal(await page.evaluate(() => globalThis.annulusNewer), undefined, "the old one is on show until then");
     const other = await context.newPage();
@@ -307,7 +307,7 @@ test("a site whose files are not all of one making is not kept, and what was kep
     });
     assert.equal(refused, "redundant");
     assert.ok(server.asked.length > before, "it was looked at");
-    assert.equal(await page.getByRole("button", { name: "Reload with it" }).count(), 0);
+    assert.equal(await page.getByRole("button", { name: "Reload to update" }).count(), 0);
     await context.setOffline(true);
     await page.reload();
     await openSample(page);
@@ -343,7 +343,7 @@ test("until the page is there its opening is seen, in the person's language; a f
     files.held = true;
     await page.goto(server.url);
     await page.getByText("Annulus się otwiera…").waitFor();
-    assert.ok(!(await page.getByText("Annulus is being opened…").isVisible()), "one language at a time");
+    assert.ok(!(await page.getByText("Opening Annulus…").isVisible()), "one language at a time");
     here();
     await page.getByRole("heading", { level: 1 }).first().waitFor();
     assert.equal(await page.locator("#opening").count(), 0, "the opening is gone");

@@ -291,7 +291,7 @@ export async function broken(page) {
     const program = await (await import(new URL("page.js", document.baseURI).href)).default();
     setTimeout(() => program.__wbindgen_free(0xfffffff0, 64, 4));
   });
-  const fallen = page.getByRole("dialog", { name: "This page broke down" });
+  const fallen = page.getByRole("dialog", { name: "This page crashed" });
   await fallen.waitFor();
   return fallen;
 }

@@ -284,7 +284,7 @@ test("a page whose program broke says so above every dialog, and its own STOP st
     await show(other, "Machine");
     await other.getByText(/Stopped by another page|was stopped|was interrupted/).first().waitFor();
     await elsewhere.close();
-    await fallen.getByRole("button", { name: "Load the page again" }).click();
+    await fallen.getByRole("button", { name: "Reload the page" }).click();
     await page.getByRole("heading", { level: 1 }).first().waitFor({ state: "attached" });
     assert.ok(!(await fallen.isVisible()), "the page is there again");
     // A closed line accepts a STOP without an error: the page must not show it as sent.

@@ -279,8 +279,8 @@ mod tests {
         // Limits are never one.
         let bounds = ["most", "megabytes", "files", "runs"];
         let nouns = [
-            "hole", "slot", "finding", "line", "layer", "contour", "place", "way", "bit", "row", "stroke",
-            "step", "net", "island", "piece",
+            "hole", "slot", "problem", "line", "layer", "contour", "position", "toolpath", "tool", "row",
+            "cycle", "stroke", "step", "net", "island", "piece", "segment",
         ];
         // In this message, "steps" is a verb.
         for (key, raw) in entries("en").iter().filter(|(key, _)| *key != "check.direction_setup.message") {

@@ -58,7 +58,7 @@ pub(crate) struct CycleArgs {
     /// Set the order of the power law of Z downward; 0 for an S-curve.
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     order: Option<f64>,
-    /// Use a two-speed stroke: fast to the board, then with this feed, in mm/s.
+    /// Use a two-speed plunge: fast to the board, then with this feed, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]
     feed: Option<f64>,
     /// Set the height of the resting tool above the board, in mm.

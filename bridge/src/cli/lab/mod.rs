@@ -25,7 +25,7 @@ enum What {
     Automaton(automaton::AutomatonArgs),
     /// Compute table and spindles in time, with and without overlap.
     Cycle(Box<cycle::CycleArgs>),
-    /// Compute the closed loop: a step or a stroke, fuzzy PID next to plain PID.
+    /// Compute the closed loop: a step or a drill cycle, fuzzy PID next to plain PID.
     Servo(servo::ServoArgs),
     /// Recompute every case in files of expected numbers, and report the deviations.
     Check(check::CheckArgs),

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 /// Arguments of `annulus lab servo`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ServoArgs {
-    /// Compute a whole stroke of Z instead of a step.
+    /// Compute a whole drill cycle of Z instead of a step.
     #[arg(long)]
     stroke: bool,
     /// Set the step, in mm; 0 for only the load.
@@ -57,19 +57,19 @@ pub(crate) struct ServoArgs {
     /// Set the sample time, in s.
     #[arg(long, default_value_t = 0.0005, value_name = "S", allow_negative_numbers = true)]
     sample: f64,
-    /// Set the height of the resting tool above the board in a stroke, in mm.
+    /// Set the height of the resting tool above the board in a drill cycle, in mm.
     #[arg(long, default_value_t = 5.0, value_name = "MM", allow_negative_numbers = true)]
     height_mm: f64,
-    /// Set the depth below the surface in a stroke, in mm.
+    /// Set the depth below the surface in a drill cycle, in mm.
     #[arg(long, default_value_t = 3.0, value_name = "MM", allow_negative_numbers = true)]
     depth_mm: f64,
-    /// Set the speed down in a stroke, in mm/s.
+    /// Set the speed down in a drill cycle, in mm/s.
     #[arg(long, default_value_t = 120.0, value_name = "MM/S", allow_negative_numbers = true)]
     down_speed: f64,
-    /// Set the speed up in a stroke, in mm/s.
+    /// Set the speed up in a drill cycle, in mm/s.
     #[arg(long, default_value_t = 200.0, value_name = "MM/S", allow_negative_numbers = true)]
     up_speed: f64,
-    /// Feed forward the speed and acceleration of the reference in a stroke.
+    /// Feed forward the speed and acceleration of the reference in a drill cycle.
     #[arg(long)]
     feed_forward: bool,
     #[command(flatten)]
