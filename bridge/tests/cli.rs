@@ -29,7 +29,7 @@ fn closed_output_pipes_do_not_change_the_exit_code() {
         ("plan board.drl", 0),
         ("plan missing.drl --json", 3),
         ("plan --wrong --json", 2),
-        ("run board.drl --speed 2000", 0),
+        ("run board.drl --time-scale 2000", 0),
     ] {
         let (nobody, out) = std::io::pipe().unwrap();
         let (no_person, err) = std::io::pipe().unwrap();
@@ -86,13 +86,13 @@ fn json_output_has_the_documented_keys_in_order() {
         ("export board.drl --to excellon -o out.drl", "to file holes diagnostics"),
         ("export board.annulus-program --to grbl -o out.nc", "to file holes diagnostics"),
         (
-            "export board.drl --to kuka -o . --lines-only",
+            "export board.drl --to kuka -o . --arcs-to-lines",
             "to file files bytes sha256 holes toolpaths tools diagnostics",
         ),
         ("templates", "blocks parameters dialects"),
         ("templates grbl", "name text"),
         (
-            "run board.annulus-program --machine virtual --speed 2000",
+            "run board.annulus-program --machine virtual --time-scale 2000",
             "holes_done stopped_because position_trust stream_digest",
         ),
     ] {
@@ -129,8 +129,9 @@ fn exported_excellon_reads_back_as_the_same_holes() {
     let folder = folder();
     answer(folder.path(), "export board.drl --to excellon -o out.drl --order file");
     fs::create_dir(folder.path().join("twice")).unwrap();
-    answer(folder.path(), "export out.drl --alone --to excellon -o twice --order file");
-    let file = |name: &str| answer(folder.path(), &format!("inspect {name} --alone"))["files"][0].clone();
+    answer(folder.path(), "export out.drl --ignore-siblings --to excellon -o twice --order file");
+    let file =
+        |name: &str| answer(folder.path(), &format!("inspect {name} --ignore-siblings"))["files"][0].clone();
     let (first, second) = (file("board.drl"), file("out.drl"));
     for key in ["tools", "totals", "bbox_centres_mm", "bbox_outer_mm", "rapid_length_file_order_mm"] {
         assert!(!first[key].is_null(), "{key}");
@@ -214,11 +215,11 @@ fn errors_are_one_json_object_with_an_exit_code() {
         ("simulate", 2),
         ("export board.drl --to wobble -o x.nc", 2),
         ("export board.drl --to grbl", 2),
-        ("export board.drl --to grbl -o x.nc --lines-only 3", 2),
+        ("export board.drl --to grbl -o x.nc --arcs-to-lines=3", 2),
         ("export board.drl --to missing.toml -o x.nc", 3),
         ("templates wobble", 2),
         ("templates missing.toml", 3),
-        ("run board.drl --speed 0", 2),
+        ("run board.drl --time-scale 0", 2),
         ("plan missing.drl", 3),
         ("simulate missing.drl", 3),
         ("simulate board.drl --machine missing", 3),
@@ -244,6 +245,34 @@ fn errors_are_one_json_object_with_an_exit_code() {
 }
 
 #[test]
+fn old_flags_work_and_print_a_note() {
+    let folder = folder();
+    for (arguments, notes) in [
+        ("inspect board.drl --alone --json", vec!["--alone is now called --ignore-siblings."]),
+        (
+            "run board.drl --speed=2000 --from-start --json",
+            vec!["--speed is now called --time-scale.", "--from-start is now called --restart."],
+        ),
+        (
+            "export board.drl --to kuka --lines-only 0.01 -o . --json",
+            vec!["--lines-only is now called --arcs-to-lines."],
+        ),
+        ("inspect board.drl --ignore-siblings --json", vec![]),
+        ("lab profile --machine lab --speed 7 --shape auto --json", vec![]),
+    ] {
+        let output = annulus(folder.path(), arguments).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(
+            (output.status.code(), &json(&output)["ok"]),
+            (Some(0), &true.into()),
+            "{arguments}: {said}"
+        );
+        assert_eq!(said.matches("is now called").count(), notes.len(), "{arguments}: {said}");
+        assert!(notes.iter().all(|note| said.contains(*note)), "{arguments}: {said}");
+    }
+}
+
+#[test]
 fn count_of_one_has_no_plural() {
     let folder = folder();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -260,7 +289,7 @@ fn count_of_one_has_no_plural() {
         "cam b.drl b-F_Cu.gbr --to grbl -o out",
         "export b.drl --to grbl -o out.nc",
         "simulate b.drl",
-        "run b.drl --speed 2000",
+        "run b.drl --time-scale 2000",
         "queue check one.txt",
     ] {
         let output = annulus(folder.path(), arguments).output().unwrap();
@@ -300,14 +329,15 @@ fn truncated_zip_is_refused_with_one_reason() {
     write("cut.zip", b"PK\x03\x04\x14\0\0\0\x08\0cut off");
     write("none.drl", b"");
     for (name, code) in [("cut.zip", "archive.damaged"), ("none.drl", "refused.empty")] {
-        let output = annulus(folder.path(), &format!("inspect {name} --alone --json")).output().unwrap();
+        let output =
+            annulus(folder.path(), &format!("inspect {name} --ignore-siblings --json")).output().unwrap();
         let object = json(&output);
         assert_eq!(
             (output.status.code(), &object["ok"], &object["error"]["code"]),
             (Some(1), &false.into(), &code.into())
         );
         assert_eq!(object["files"][0]["kind"], "refused", "{object}");
-        let output = annulus(folder.path(), &format!("inspect {name} --alone")).output().unwrap();
+        let output = annulus(folder.path(), &format!("inspect {name} --ignore-siblings")).output().unwrap();
         let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
         let message = object["error"]["message"].as_str().unwrap();
         assert_eq!((output.status.code(), text.matches(message).count()), (Some(1), 1), "{text}");

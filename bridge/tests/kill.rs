@@ -70,7 +70,7 @@ pub(crate) fn board() -> Program {
 
 pub(crate) fn start(home: &Path) -> Child {
     Process::new(env!("CARGO_BIN_EXE_annulus"))
-        .args(["run", "board.annulus-program", "--machine", "virtual", "--speed", "2000", "--json"])
+        .args(["run", "board.annulus-program", "--machine", "virtual", "--time-scale", "2000", "--json"])
         .current_dir(home)
         .env("ANNULUS_HOME", home)
         .stdout(Stdio::piped())

@@ -23,8 +23,8 @@ fn board() -> String {
 
 fn start(home: &Path, loads: bool) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
-    command.args(["run", "three.drl", "--machine", "changer.toml", "--speed", "400", "--json"]);
-    command.args(loads.then_some("--load-magazine"));
+    command.args(["run", "three.drl", "--machine", "changer.toml", "--time-scale", "400", "--json"]);
+    command.args(loads.then_some("--assume-magazine-loaded"));
     let said = fs::OpenOptions::new().create(true).append(true).open(home.join("said.txt")).unwrap();
     command.current_dir(home).env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(said);
     command.spawn().unwrap()

@@ -87,7 +87,7 @@ fn apart(bytes: &[u8]) -> (Program, BTreeSet<String>) {
 /// Takes the board at `path` through all commands and the page. `None` if there is nothing to plan.
 fn walk(path: &Path, home: &Path) -> Option<()> {
     let named = path.display().to_string();
-    let alone: &[&str] = if path.is_file() { &["--alone"] } else { &[] };
+    let alone: &[&str] = if path.is_file() { &["--ignore-siblings"] } else { &[] };
     let ask = |words: &[&str], accepted: &BTreeSet<String>| {
         let words: Vec<&str> = words.iter().copied().chain(alone.iter().copied()).collect();
         answer(home, &words, accepted)
@@ -260,7 +260,7 @@ fn run_and_simulation_have_the_same_stream() {
             (Some(3), Some(1.0), Some("mill"), Some(0), Some(1)),
         ]
     );
-    let (simulated, run) = (ask("simulate board.drl"), ask("run board.drl --speed 2000"));
+    let (simulated, run) = (ask("simulate board.drl"), ask("run board.drl --time-scale 2000"));
     assert_eq!(simulated["stream_digest"], run["stream_digest"]);
     assert_eq!((&simulated["holes"], &run["holes_done"]), (&2.into(), &2.into()), "{run}");
     assert_eq!(simulated["toolpaths"], run["toolpaths_done"]);

@@ -14,7 +14,7 @@ fn board() -> String {
 
 fn annulus(home: &Path, arguments: &str) -> (i32, serde_json::Value) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
-    command.args(arguments.split_whitespace()).args(["--speed", "2000", "--json"]);
+    command.args(arguments.split_whitespace()).args(["--time-scale", "2000", "--json"]);
     let output: Output = command.current_dir(home).env("ANNULUS_HOME", home.join("home")).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     let object = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text} {output:?}"));
@@ -36,7 +36,7 @@ fn with_magazine(home: &Path) -> String {
     };
     fs::write(home.join("three.drl"), format!("{sizes}{}{}{}M30\n", holes(1), holes(2), holes(3))).unwrap();
     fs::write(home.join("changer.toml"), "schema = 1\n[rack]\nchange = \"magazine\"\n").unwrap();
-    "run three.drl --machine changer.toml --load-magazine".to_owned()
+    "run three.drl --machine changer.toml --assume-magazine-loaded".to_owned()
 }
 
 #[test]
@@ -111,19 +111,19 @@ fn every_fault_gives_the_code_in_table_and_manual() {
 fn height_map_drills_every_hole_of_an_uneven_board() {
     let folder = folder();
     let home = folder.path();
-    let (exit, object) = annulus(home, "run board.drl --level --fault board-not-flat");
+    let (exit, object) = annulus(home, "run board.drl --height-map saved --fault board-not-flat");
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.none_kept".into()), "{object}");
-    let (exit, map) = annulus(home, "level board.drl --grid 8 --fault board-not-flat");
+    let (exit, map) = annulus(home, "level board.drl --spacing 8 --fault board-not-flat");
     assert_eq!(exit, 0, "{map}");
     let span = map["highest_um"].as_f64().unwrap() - map["lowest_um"].as_f64().unwrap();
     assert!(span > 400.0, "{map}");
     let (exit, object) = annulus(home, "run board.drl --fault board-not-flat");
     assert_eq!((exit, &object["error"]["code"]), (1, &"control.board_differs".into()), "{object}");
     assert!(object["drilled"]["missing"].as_u64() >= Some(1), "{object}");
-    let (exit, object) = annulus(home, "run board.drl --level --from-start --fault board-not-flat");
+    let (exit, object) = annulus(home, "run board.drl --height-map saved --restart --fault board-not-flat");
     assert_eq!((exit, &object["drilled"]["missing"]), (0, &0.into()), "{object}");
     // Another board does not follow it.
     fs::write(home.join("other.drl"), board()).unwrap();
-    let (exit, object) = annulus(home, "run other.drl --level --fault board-not-flat");
+    let (exit, object) = annulus(home, "run other.drl --height-map saved --fault board-not-flat");
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.other_job".into()), "{object}");
 }

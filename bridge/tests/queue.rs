@@ -32,7 +32,8 @@ fn queue_is_checked_and_run_on_two_machines() {
         assert_eq!((exit, object["ok"].as_bool(), object["rows_done"].as_u64()), (0, Some(true), Some(24)));
         assert_eq!((&object["strokes"], &object["rows"]), (&4.into(), &12.into()), "{object}");
         assert!(object["text"].as_str().unwrap().contains("    DRILL_DOWN\n"), "{object}");
-        let (exit, object, _) = annulus(&home, &format!("queue run q.txt --machine {machine} --speed 2000"));
+        let (exit, object, _) =
+            annulus(&home, &format!("queue run q.txt --machine {machine} --time-scale 2000"));
         assert_eq!(
             (exit, &object["ended"], &object["rows_done"]),
             (0, &"done".into(), &24.into()),
@@ -80,7 +81,7 @@ fn wrong_queue_is_refused_with_every_line_and_no_motion() {
 #[test]
 fn failed_row_ends_a_stepped_queue() {
     let home = with("MOVE_BY 8 8\nWAIT_INPUT CONTACT ON 30\nMOVE_BY 8 8\n");
-    let (exit, object, text) = annulus(&home, "queue run q.txt --step --speed 2000");
+    let (exit, object, text) = annulus(&home, "queue run q.txt --step --time-scale 2000");
     assert_eq!((exit, &object["ended"]), (1, &"failed".into()), "{object}");
     assert_eq!(object["error"]["code"], "queue.input_timeout");
     let states: Vec<_> = object["rows"].as_array().unwrap().iter().map(|row| row["state"].clone()).collect();

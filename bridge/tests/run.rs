@@ -45,12 +45,14 @@ fn machine_with_a_controller_needs_a_port_or_a_rehearsal() {
         assert!(wanted.contains(&found), "{machine}: {object}");
         assert!(!folder.path().join("home/drilled.txt").exists(), "{machine}");
     }
-    let output =
-        annulus(folder.path(), "run board.drl --machine genmitsu-3018-pro --rehearse --speed 2000 --json");
+    let output = annulus(
+        folder.path(),
+        "run board.drl --machine genmitsu-3018-pro --rehearse --time-scale 2000 --json",
+    );
     let object = json(&output);
     assert_eq!((output.status.code(), &object["rehearsal"]), (Some(0), &true.into()), "{object}");
     assert_eq!((&object["driven_by"], &object["holes_done"]), (&"virtual_drill".into(), &4.into()));
-    let said = annulus(folder.path(), "run board.drl --machine hobby --rehearse --speed 2000 --from-start");
+    let said = annulus(folder.path(), "run board.drl --machine hobby --rehearse --time-scale 2000 --restart");
     let text = String::from_utf8_lossy(&said.stdout).into_owned();
     let claims = text.lines().filter(|line| line.contains("hole"));
     assert!(claims.clone().count() > 0 && claims.clone().all(|line| line.contains("Rehearsal")), "{text}");
@@ -59,7 +61,9 @@ fn machine_with_a_controller_needs_a_port_or_a_rehearsal() {
 #[test]
 fn controller_flags_are_refused_on_the_virtual_drill() {
     let folder = folder();
-    for flag in ["--zero-here", "--probe-depth 3", "--level=measure", "--same-length", "--baud 9600"] {
+    for flag in
+        ["--zero-here", "--probe-depth 3", "--height-map measure", "--equal-tool-lengths", "--baud 9600"]
+    {
         let output = annulus(folder.path(), &format!("run board.drl {flag} --json"));
         let object = json(&output);
         assert_eq!(
@@ -102,7 +106,7 @@ fn port_is_refused_for_a_machine_without_a_controller() {
 #[test]
 fn run_drills_a_board_from_its_file() {
     let folder = folder();
-    let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
+    let output = annulus(folder.path(), "run board.drl --time-scale 2000 --json");
     let object = json(&output);
     assert_eq!(output.status.code(), Some(0), "{object}");
     assert_eq!((object["ok"].as_bool(), object["holes_done"].as_u64()), (Some(true), Some(4)), "{object}");
@@ -148,7 +152,8 @@ fn lab_drill_loses_steps_at_600_hz_but_not_at_500() {
     for interrupts in [500, 600] {
         let file = format!("lab{interrupts}.toml");
         fs::write(folder.path().join(&file), lab_at(interrupts)).unwrap();
-        let output = annulus(folder.path(), &format!("run wide.drl --machine ./{file} --speed 2000 --json"));
+        let output =
+            annulus(folder.path(), &format!("run wide.drl --machine ./{file} --time-scale 2000 --json"));
         let (object, said) = (json(&output), String::from_utf8_lossy(&output.stderr).into_owned());
         let slips = object["slips"].as_array().unwrap();
         if interrupts == 500 {
@@ -178,7 +183,8 @@ fn milling_program_runs_as_simulated() {
     let file = program::encode(&crate::programs::milling(&virtual_drill()));
     fs::write(folder.path().join("milled.annulus-program"), file).unwrap();
     let simulated = json(&annulus(folder.path(), "simulate milled.annulus-program --machine virtual --json"));
-    let output = annulus(folder.path(), "run milled.annulus-program --machine virtual --speed 2000 --json");
+    let output =
+        annulus(folder.path(), "run milled.annulus-program --machine virtual --time-scale 2000 --json");
     let object = json(&output);
     assert_eq!(output.status.code(), Some(0), "{object}");
     let done = ["holes_done", "toolpaths_done"].map(|key| object[key].as_u64());
@@ -207,14 +213,14 @@ fn milling_program_runs_as_simulated() {
 #[test]
 fn full_disk_refuses_a_run_before_any_motion() {
     let folder = folder();
-    let output = annulus(folder.path(), "trap '' XFSZ; ulimit -f 4; |run board.drl --speed 2000 --json");
+    let output = annulus(folder.path(), "trap '' XFSZ; ulimit -f 4; |run board.drl --time-scale 2000 --json");
     let object = json(&output);
     assert_eq!((output.status.code(), object["ok"].as_bool()), (Some(3), Some(false)), "{object}");
     assert_eq!(object["error"]["code"], "journal.cannot_open", "{object}");
     let drilled = fs::read_to_string(folder.path().join("home/drilled.txt")).unwrap_or_default();
     assert_eq!(drilled, "");
     // With room again it works.
-    assert_eq!(annulus(folder.path(), "run board.drl --speed 2000 --json").status.code(), Some(0));
+    assert_eq!(annulus(folder.path(), "run board.drl --time-scale 2000 --json").status.code(), Some(0));
 }
 
 #[test]
@@ -236,9 +242,9 @@ fn corrupt_journal_is_moved_aside_once_accepted() {
     let folder = folder();
     fs::create_dir_all(folder.path().join("home")).unwrap();
     fs::write(folder.path().join("home/journal.redb"), [7_u8; 9_000]).unwrap();
-    let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
+    let output = annulus(folder.path(), "run board.drl --time-scale 2000 --json");
     assert_eq!((output.status.code(), &json(&output)["error"]["code"]), (Some(1), &"journal.damaged".into()));
-    let output = annulus(folder.path(), "run board.drl --speed 2000 --json --accept journal.damaged");
+    let output = annulus(folder.path(), "run board.drl --time-scale 2000 --json --accept journal.damaged");
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("journal was damaged"), "{said}");
@@ -273,7 +279,7 @@ fn signals_stop_a_job_with_known_position_and_it_resumes() {
         let places: String = (0..HOLES).map(|n| format!("X{}.0Y{}.0\n", n % 20 * 2, n / 20 * 2)).collect();
         let board = format!("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\n{places}M30\n");
         fs::write(folder.path().join("board.drl"), board).unwrap();
-        let output = signalled(folder.path(), "board.drl --speed 20 --json", 3, signal);
+        let output = signalled(folder.path(), "board.drl --time-scale 20 --json", 3, signal);
         let object = json(&output);
         assert_eq!((output.status.code(), object["ok"].as_bool()), (Some(130), Some(false)), "{object}");
         assert_eq!(
@@ -290,7 +296,7 @@ fn signals_stop_a_job_with_known_position_and_it_resumes() {
         // Stopped below the board, the hole is there but its leg is not completed.
         let before = places().len();
         assert!((2..HOLES).contains(&known) && (known..=known + 1).contains(&before), "{known} {before}");
-        let output = annulus(folder.path(), "run board.drl --speed 2000 --json");
+        let output = annulus(folder.path(), "run board.drl --time-scale 2000 --json");
         let object = json(&output);
         assert_eq!(
             (output.status.code(), object["holes_done"].as_u64()),
@@ -314,7 +320,9 @@ fn interrupted_probing_starts_again() {
     let home = folder.path();
     let level = |speed: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
-        command.args(["level", "board.drl", "--grid", "1", "--json", "--speed", speed]).current_dir(home);
+        command
+            .args(["level", "board.drl", "--spacing", "1", "--json", "--time-scale", speed])
+            .current_dir(home);
         command.env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     };
@@ -332,7 +340,7 @@ fn interrupted_probing_starts_again() {
 #[cfg(unix)]
 fn interrupt_during_homing_starts_no_job() {
     let folder = folder();
-    let output = signalled(folder.path(), "board.drl --speed 0.1 --json", 0, "INT");
+    let output = signalled(folder.path(), "board.drl --time-scale 0.1 --json", 0, "INT");
     let object = json(&output);
     assert_eq!((output.status.code(), object["holes_done"].as_u64()), (Some(130), Some(0)), "{object}");
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"stopped".into(), &"lost".into()));
@@ -344,7 +352,7 @@ fn lab_drill_completes_a_job_with_sensor_ended_cycles() {
     let folder = folder();
     // A drill cycle whose sensor never turns on ends in an alarm, so a completed job reached it at every
     // hole.
-    let output = annulus(folder.path(), "run board.drl --machine lab --rehearse --speed 200 --json");
+    let output = annulus(folder.path(), "run board.drl --machine lab --rehearse --time-scale 200 --json");
     let object = json(&output);
     assert_eq!((output.status.code(), object["holes_done"].as_u64()), (Some(0), Some(4)), "{object}");
     assert_eq!((&object["stopped_because"], &object["position_trust"]), (&"done".into(), &"trusted".into()));

@@ -144,7 +144,7 @@ fn stands_still(child: &Child) {
 #[test]
 fn suspended_command_holds_its_job_until_resumed_by_key() {
     let mut desk = Desk::new();
-    let words = format!("exec {} --same-length --confirm-tools 0", desk.run());
+    let words = format!("exec {} --equal-tool-lengths --unattended-tool-change 0", desk.run());
     let child = desk.starts(&words, false);
     desk.drills(2);
     stands_still(&child);
@@ -160,7 +160,8 @@ fn suspended_command_holds_its_job_until_resumed_by_key() {
 #[test]
 fn held_job_without_a_terminal_ends_with_the_resume_command() {
     let desk = Desk::new();
-    let words = format!("exec {} --same-length --unattended-tool-change 0 --yes < /dev/null", desk.run());
+    let words =
+        format!("exec {} --equal-tool-lengths --unattended-tool-change 0 --yes < /dev/null", desk.run());
     let mut child = desk.starts(&words, false);
     desk.drills(2);
     stands_still(&child);
@@ -197,7 +198,7 @@ fn with_open_door(desk: &Desk, flags: &str, so: impl Fn() -> bool) -> Value {
 #[test]
 fn open_door_without_a_terminal_ends_the_job() {
     let desk = Desk::new();
-    let object = with_open_door(&desk, "--same-length", || desk.holes() >= 2);
+    let object = with_open_door(&desk, "--equal-tool-lengths", || desk.holes() >= 2);
     assert_eq!(object["error"]["code"], "grbl.held_unattended", "{object} {}", desk.said());
     assert_eq!(object["resume_with"], format!("annulus grbl resume --port {}", desk.board.port));
     assert!(desk.heard_count("\u{18}") > 0, "a reset switches the spindle off");
@@ -215,7 +216,7 @@ fn open_door_while_a_tool_is_probed_ends_the_job() {
 #[test]
 fn suspended_unattended_tool_change_holds_the_job() {
     let mut desk = Desk::new();
-    let words = format!("exec {} --same-length --confirm-tools 2", desk.run());
+    let words = format!("exec {} --equal-tool-lengths --unattended-tool-change 2", desk.run());
     let child = desk.starts(&words, false);
     desk.says("Tool 1\n");
     stands_still(&child);
@@ -229,7 +230,7 @@ fn suspended_unattended_tool_change_holds_the_job() {
 #[test]
 fn suspended_tool_change_continues_with_go() {
     let mut desk = Desk::new();
-    let child = desk.starts(&format!("exec {} --same-length", desk.run()), false);
+    let child = desk.starts(&format!("exec {} --equal-tool-lengths", desk.run()), false);
     desk.says("Type: ");
     stands_still(&child);
     desk.types("go\n");
@@ -240,7 +241,10 @@ fn suspended_tool_change_continues_with_go() {
 #[test]
 fn job_moved_to_the_background_continues() {
     let mut desk = Desk::new();
-    let words = format!("set -m; {} --same-length --confirm-tools 0; stty sane; bg %1; wait %1", desk.run());
+    let words = format!(
+        "set -m; {} --equal-tool-lengths --unattended-tool-change 0; stty sane; bg %1; wait %1",
+        desk.run()
+    );
     let child = desk.starts(&words, true);
     desk.drills(2);
     desk.types("\x1a");
@@ -251,8 +255,10 @@ fn job_moved_to_the_background_continues() {
 fn job_back_in_the_foreground_reads_its_keys() {
     let mut desk = Desk::new();
     let waits = "while [ ! -f go ]; do sleep 0.1; done";
-    let words =
-        format!("set -m; {} --same-length --confirm-tools 0; stty sane; bg %1; {waits}; fg %1", desk.run());
+    let words = format!(
+        "set -m; {} --equal-tool-lengths --unattended-tool-change 0; stty sane; bg %1; {waits}; fg %1",
+        desk.run()
+    );
     let child = desk.starts(&words, true);
     desk.drills(2);
     desk.types("\x1a");
@@ -271,7 +277,7 @@ fn job_back_in_the_foreground_reads_its_keys() {
 fn job_started_in_the_background_is_answered_in_foreground() {
     let mut desk = Desk::new();
     let waits = "while [ ! -f go ]; do sleep 0.1; done";
-    let words = format!("set -m; {} --same-length & {waits}; fg %1", desk.run());
+    let words = format!("set -m; {} --equal-tool-lengths & {waits}; fg %1", desk.run());
     let child = desk.starts(&words, true);
     desk.says("Type: ");
     fs::write(desk.path().join("go"), "").unwrap();

@@ -48,9 +48,9 @@ fn stopped(board: &Board, words: &str, moment: &str) -> (Option<i32>, Value, Str
 
 #[test]
 fn stop_before_the_job_prevents_it_and_all_motion() {
-    let run = "run job.nc --zero-at -100,-100,-20 --same-length --confirm-tools 0";
-    let measures = format!("{run} --level measure --grid 5");
-    let level = "level job.nc --zero-at -100,-100,-20 --grid 5 --probe 12";
+    let run = "run job.nc --zero-at -100,-100,-20 --equal-tool-lengths --unattended-tool-change 0";
+    let measures = format!("{run} --height-map measure --spacing 5");
+    let level = "level job.nc --zero-at -100,-100,-20 --spacing 5 --probe-depth 12";
     let mut wrong = Vec::new();
     for (words, moment, code) in [
         (run, "$H\n", "grbl.not_begun"),

@@ -46,7 +46,7 @@ fn run(swallows: &'static [u8], job: &str, words: &[&str], typed: &str) -> (Opti
 
 #[test]
 fn lost_zero_command_is_sent_again() {
-    let words = ["--same-length", "--confirm-tools", "0"];
+    let words = ["--equal-tool-lengths", "--unattended-tool-change", "0"];
     let (exit, said, object) = run(b"G21G10", JOB, &words, "");
     assert!(said.contains("grbl.answer_missing"), "it was swallowed: {said}");
     assert_eq!((exit, &object["holes_done"]), (Some(0), &1.into()), "{object} {said}");

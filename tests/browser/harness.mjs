@@ -82,7 +82,7 @@ export async function startBridge({ home, speed = 50, args = [], port = 0 } = {}
   const own = home ?? mkdtempSync(join(tmpdir(), "annulus-test-"));
   const child = spawn(
     program,
-    ["serve", "--port", String(port), "--no-open", "--speed", String(speed), ...args],
+    ["serve", "--port", String(port), "--no-open", "--time-scale", String(speed), ...args],
     { env: { ...process.env, ANNULUS_HOME: own }, stdio: ["ignore", "pipe", "pipe"] },
   );
   let errors = "";

@@ -59,11 +59,11 @@ pub(crate) struct CamArgs {
     #[arg(long, value_name = "NAME|FILE")]
     to: String,
     /// Replace arcs by lines that deviate at most MM [default without MM: 0.005].
-    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
-          value_parser = export::chord_error)]
+    #[arg(long = "arcs-to-lines", alias = "lines-only", value_name = "MM", num_args = 0..=1,
+          require_equals = true, default_missing_value = "0.005", value_parser = export::chord_error)]
     lines_only: Option<f64>,
     /// Write one file per side, even for a controller without tool changer: it stops for each tool.
-    #[arg(long)]
+    #[arg(long = "single-file", alias = "one-file")]
     one_file: bool,
     /// Write the output to this folder.
     #[arg(short, long, value_name = "DIR")]
@@ -76,7 +76,7 @@ pub(crate) struct CamArgs {
     save_project: Option<PathBuf>,
     /// Fix closed gaps: first with a smaller depth of the whole isolation, then gap by gap, until no more
     /// open.
-    #[arg(long)]
+    #[arg(long = "fix-gaps", alias = "cure")]
     cure: bool,
     /// Accept these errors and problems, by code or by a problem's name.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
@@ -215,7 +215,7 @@ pub(super) fn refuse_too_large(board: &Board, programs: &[Program]) -> Result<()
     proof::too_large(board, programs).map_or(Ok(()), |why| Err(Refusal::content(why)))
 }
 
-/// Plans and proves one side. With `--cure`, repeats this with fixes, which are stored in `work`.
+/// Plans and proves one side. With `--fix-gaps`, repeats this with fixes, which are stored in `work`.
 fn side(
     args: &CamArgs,
     (board, lost): (&Board, Vec<String>),

@@ -1,4 +1,4 @@
-//! Applies fixes for `annulus cam --cure`: first one change of the whole isolation, then gap by gap.
+//! Applies fixes for `annulus cam --fix-gaps`: first one change of the whole isolation, then gap by gap.
 //!
 //! ```text
 //!   plan ─▶ proof ─┬─ gaps, and a smaller depth opens half of them or more ─▶ isolate with a smaller depth ─┐

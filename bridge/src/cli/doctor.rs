@@ -22,7 +22,7 @@ pub(crate) struct DoctorArgs {
     #[arg(long)]
     timing: bool,
     /// Check that this computer, under load, is in time for this machine, a name or a file.
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     machine: Option<String>,
     /// Measure for this many seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=3_600),

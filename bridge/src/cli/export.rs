@@ -29,8 +29,8 @@ pub(crate) struct TargetArgs {
     #[arg(long, value_name = "NAME|FILE", help = known_targets())]
     pub(crate) to: String,
     /// Replace arcs by lines that deviate at most MM [default without MM: 0.005].
-    #[arg(long = "lines-only", value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
-          value_parser = chord_error)]
+    #[arg(long = "arcs-to-lines", alias = "lines-only", value_name = "MM", num_args = 0..=1,
+          require_equals = true, default_missing_value = "0.005", value_parser = chord_error)]
     pub(crate) lines_only_mm: Option<f64>,
     /// Write to this file or folder.
     #[arg(short, long, value_name = "FILE|DIR")]

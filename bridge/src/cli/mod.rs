@@ -23,6 +23,7 @@ mod log;
 mod machines;
 mod memory;
 mod numbers;
+mod old_flags;
 mod plan;
 mod prove;
 mod prove_files;
@@ -44,7 +45,6 @@ use annulus_core::locale;
 use annulus_core::machine::Machine;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
-use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -78,7 +78,7 @@ pub(crate) enum Command {
     Templates(templates::TemplatesArgs),
     /// Compute the step stream and its duration.
     Simulate(simulate::SimulateArgs),
-    /// Probe the board on a grid and save its height map, for `run --level`.
+    /// Probe the board on a grid and save its height map, for `run --height-map saved`.
     Level(Box<level::LevelArgs>),
     /// Run a job at a controller (--port) or on the virtual drill.
     Run(Box<run::RunArgs>),
@@ -147,7 +147,7 @@ pub(crate) struct JobArgs {
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct MachineArgs {
     /// Use this machine: a preset's name (hobby is a small router) or a machine file [default: virtual].
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(short, long, value_name = "NAME|FILE")]
     machine: Option<String>,
 }
 
@@ -173,20 +173,20 @@ impl MachineArgs {
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct ReadingArgs {
     /// Ignore the other files in the folder of a requested file.
-    #[arg(long)]
+    #[arg(long = "ignore-siblings", alias = "alone")]
     pub(crate) alone: bool,
     /// Set the units of the coordinates.
     #[arg(long, value_enum)]
     pub(crate) units: Option<Units>,
     /// Set the digits before and after the decimal point, for example 2.4.
-    #[arg(long, value_name = "I.D")]
+    #[arg(long = "format", alias = "digits", value_name = "I.D")]
     pub(crate) digits: Option<String>,
     /// Set which zeros are left out of the coordinates.
-    #[arg(long, value_enum)]
+    #[arg(long = "suppress-zeros", alias = "zeros", value_enum)]
     pub(crate) zeros: Option<Zeros>,
     /// Move holes and outline onto the copper if their zero points differ. By default they stay in place, and
     /// the difference is reported.
-    #[arg(long)]
+    #[arg(long = "align-layers", alias = "align")]
     pub(crate) align: bool,
     /// Choose one of several boards, by its name in the output of `inspect`.
     #[arg(long, value_name = "NAME")]
@@ -311,26 +311,14 @@ fn diagnostic_lines(diagnostics: &[Diagnostic]) -> String {
 
 /// Reads the command line, runs the command and prints the result.
 pub(crate) fn main() -> ExitCode {
-    match Arguments::try_parse_from(joined(std::env::args_os())) {
-        Ok(arguments) => run(arguments),
+    let words = old_flags::joined(std::env::args_os());
+    match Arguments::try_parse_from(&words) {
+        Ok(arguments) => {
+            old_flags::notes(&words).iter().for_each(|note| say(note.message("en")));
+            run(arguments)
+        }
         Err(error) => explain(&error),
     }
-}
-
-/// Joins `--level measure` to `--level=measure`: without this, the next word would be the job.
-fn joined(all: impl Iterator<Item = OsString>) -> Vec<OsString> {
-    let mut out: Vec<OsString> = Vec::new();
-    for argument in all {
-        let is_which = ["measure", "kept", "saved"].iter().any(|which| argument == *which);
-        match out.last_mut().filter(|last| is_which && *last == "--level") {
-            Some(last) => {
-                last.push("=");
-                last.push(argument);
-            }
-            None => out.push(argument),
-        }
-    }
-    out
 }
 
 /// Prints help, version or wrong usage; wrong usage also as JSON if requested.

@@ -2,7 +2,7 @@
 
 use super::Arguments;
 use annulus_core::diagnostic::Diagnostic;
-use clap::CommandFactory;
+use clap::{Arg, CommandFactory};
 use std::ffi::OsString;
 
 /// Joins `--level measure` to `--level=measure` and `--lines-only 0.01` to `--lines-only=0.01`, and completes
@@ -50,7 +50,7 @@ fn renamed(words: &[OsString]) -> Vec<[String; 2]> {
         let mut arguments = command.get_arguments();
         let argument =
             arguments.find(|argument| argument.get_aliases().is_some_and(|names| names.contains(&old)));
-        let Some(new) = argument.and_then(|argument| argument.get_long()) else { continue };
+        let Some(new) = argument.and_then(Arg::get_long) else { continue };
         let pair = [old.to_owned(), new.to_owned()];
         if !found.contains(&pair) {
             found.push(pair);
@@ -63,6 +63,7 @@ fn renamed(words: &[OsString]) -> Vec<[String; 2]> {
 mod tests {
     use super::*;
     use clap::Parser;
+    use std::ffi::OsStr;
 
     /// Every renamed flag: a command line with its old name, and the new name.
     const RENAMED: [(&str, &str); 27] = [
@@ -131,7 +132,7 @@ mod tests {
 
     #[test]
     fn old_values_join_their_flag() {
-        let joins = |line: &str| joined(line.split(' ').map(OsString::from)).join(" ".as_ref());
+        let joins = |line: &str| joined(line.split(' ').map(OsString::from)).join(OsStr::new(" "));
         assert_eq!(joins("run --level a"), "run --level=saved a");
         assert_eq!(joins("run --level kept a"), "run --level=kept a");
         assert_eq!(joins("run --level=measure a"), "run --level=measure a");

@@ -45,7 +45,7 @@ pub(crate) struct ProveArgs {
     #[arg(long, value_enum)]
     pub(crate) side: Option<Side>,
     /// Set how the board is flipped for its bottom side, as in `cam`.
-    #[arg(long, value_enum, default_value_t = Turn::LeftRight)]
+    #[arg(long = "flip", alias = "turn", value_enum, default_value_t = Turn::LeftRight)]
     pub(crate) turn: Turn,
     /// Set the thickness of the copper, in µm.
     #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
@@ -87,6 +87,7 @@ pub(crate) enum Turn {
     /// Mirror Y.
     TopBottom,
     /// Don't flip: the program has the coordinates of the files.
+    #[value(name = "none", alias = "not")]
     Not,
 }
 

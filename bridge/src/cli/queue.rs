@@ -40,7 +40,7 @@ struct FileArgs {
     /// Read this text file, with one work command per line.
     file: PathBuf,
     /// Use this machine: a preset's name or a machine file.
-    #[arg(long, default_value = "virtual")]
+    #[arg(short, long, default_value = "virtual")]
     machine: String,
 }
 
@@ -56,7 +56,7 @@ struct RunArgs {
     #[arg(long, conflicts_with = "step")]
     over_breakpoints: bool,
     /// Run the virtual drill this many times faster than real time.
-    #[arg(long, default_value_t = 1.0, value_parser = super::numbers::speed)]
+    #[arg(long = "time-scale", alias = "speed", default_value_t = 1.0, value_parser = super::numbers::speed)]
     speed: f64,
     /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]

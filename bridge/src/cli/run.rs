@@ -102,7 +102,7 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
 /// Refuses options that need a controller.
 fn only_virtual(args: &RunArgs) -> Result<(), Refusal> {
     let board = &args.at.board;
-    let measures = (args.at.level == Some(grbl::WhichMap::Measure)).then_some("--level=measure");
+    let measures = (args.at.height_map() == Some(grbl::WhichMap::Measure)).then_some("--height-map measure");
     let more = (!board.more.is_empty()).then_some("PROGRAM");
     match board.how.of_controller().or(measures).or(more) {
         Some(flag) => Err(Refusal::usage(diagnostic("run.needs_controller").with("flag", flag))),
@@ -127,7 +127,7 @@ pub(crate) struct PlayArgs {
     #[command(flatten)]
     pub(crate) job: super::JobArgs,
     /// Run the virtual drill this many times faster than real time.
-    #[arg(long, default_value_t = 1.0, value_parser = super::numbers::speed)]
+    #[arg(long = "time-scale", alias = "speed", default_value_t = 1.0, value_parser = super::numbers::speed)]
     pub(crate) speed: f64,
     /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
@@ -136,7 +136,7 @@ pub(crate) struct PlayArgs {
     #[arg(long = "unattended-tool-change", alias = "confirm-tools", value_name = "SECONDS", default_value = "0", value_parser = super::numbers::seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
     /// Declare that every tool has the same length, on a machine that measures each tool after its change.
-    #[arg(long)]
+    #[arg(long = "equal-tool-lengths", alias = "same-length")]
     pub(crate) same_length: bool,
 }
 
@@ -161,7 +161,7 @@ fn drill(args: &RunArgs, rehearsal: bool, json: bool) -> Result<Answer, Refusal>
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
     let loads = args.load_magazine.then_some(&known.machine);
-    let how = BoardHow { level: args.at.level.is_some(), from_start: args.at.from_start, loads };
+    let how = BoardHow { level: args.at.height_map().is_some(), from_start: args.at.from_start, loads };
     let (drill, operator, runtime) = opened(&args.play(), how.level, rehearsal, json)?;
     if rehearsal {
         job.program.machine = virtual_of(known.machine.clone()).fingerprint();

@@ -28,10 +28,10 @@ pub(crate) struct ServeArgs {
     #[arg(long)]
     pub(crate) no_open: bool,
     /// Use this machine: a preset's name or a machine file [default: virtual].
-    #[arg(long)]
+    #[arg(short, long)]
     pub(crate) machine: Option<String>,
     /// Run the virtual drill this many times faster than real time [default: 1].
-    #[arg(long, value_parser = super::numbers::speed)]
+    #[arg(long = "time-scale", alias = "speed", value_parser = super::numbers::speed)]
     pub(crate) speed: Option<f64>,
     /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]

@@ -72,7 +72,7 @@ async fn let_in(bridge: &Bridge, socket: &mut WebSocket, known: bool) -> Option<
     let greeted = tokio::select! {
         greeted = timeout(HELLO_TIME + SEND_TIME, greet(bridge, socket)) => greeted.unwrap_or(Err(None)),
         _ = leaves => {
-            tracing::warn!("too many callers: one that did not say who it is was let go");
+            tracing::warn!("too many connections: one that did not identify itself was closed");
             return None;
         }
     };

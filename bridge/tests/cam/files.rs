@@ -19,7 +19,8 @@ fn files_are_written_per_tool_with_a_run_sheet() {
     let folder = folder();
     let home = folder.path();
     for (target, ending) in [("grbl", "nc"), ("marlin", "gcode")] {
-        let (exit, told) = answer(home, &format!("{CAM} --machine hobby --cure --to {target} -o {target}"));
+        let (exit, told) =
+            answer(home, &format!("{CAM} --machine hobby --fix-gaps --to {target} -o {target}"));
         assert_eq!(exit, 0, "{told}");
         assert_eq!(told["machine"], "hobby");
         assert!(!codes(&told["diagnostics"]).contains(&"cli.machine_assumed"), "{told}");
@@ -57,7 +58,8 @@ fn files_are_written_per_tool_with_a_run_sheet() {
         assert!(names.iter().all(|name| sheet.contains(name)), "{sheet}");
         assert_eq!(fs::read_dir(home.join(target)).unwrap().count(), names.len() + 1);
     }
-    let (exit, told) = answer(home, &format!("{CAM} --machine hobby --cure --to grbl --one-file -o one"));
+    let (exit, told) =
+        answer(home, &format!("{CAM} --machine hobby --fix-gaps --to grbl --single-file -o one"));
     assert_eq!((exit, told["files"].as_array().map(Vec::len)), (0, Some(1)), "{told}");
     let whole = fs::read_to_string(home.join("one/sensor-top.nc")).unwrap();
     assert!(whole.contains("(MSG, put in tool 2: ") && whole.contains("\nM0\n"), "{whole}");
@@ -68,7 +70,7 @@ fn feeds_and_speeds_stay_within_the_machine() {
     let folder = folder();
     let home = folder.path();
     let set = "--set isolate.feed=400 --set operation.plunge=80 --set operation.speed=90000";
-    let (exit, told) = answer(home, &format!("{CAM} --machine hobby --cure --to grbl -o out {set}"));
+    let (exit, told) = answer(home, &format!("{CAM} --machine hobby --fix-gaps --to grbl -o out {set}"));
     assert_eq!(exit, 0, "{told}");
     let codes = codes(&told["programs"][0]["diagnostics"]);
     for code in ["cam.feed_bounded", "cam.plunge_bounded", "cam.speed_bounded"] {
@@ -97,7 +99,7 @@ fn assumed_machine_is_reported() {
     let folder = folder();
     let home = folder.path();
     for command in
-        [format!("{CAM} --cure --to linuxcnc -o out"), "export sensor.drl --to grbl -o a.nc".to_owned()]
+        [format!("{CAM} --fix-gaps --to linuxcnc -o out"), "export sensor.drl --to grbl -o a.nc".to_owned()]
     {
         let (exit, told) = answer(home, &command);
         assert_eq!((exit, &told["machine"]), (0, &"virtual".into()), "{told}");
@@ -117,11 +119,11 @@ fn cut_out_without_tabs_is_reported() {
     let folder = folder();
     let home = folder.path();
     for (tabs, told) in [(0, true), (4, false)] {
-        let output = answer(home, &format!("{CAM} --cure --to grbl -o out --set cut_out.tabs={tabs}")).1;
+        let output = answer(home, &format!("{CAM} --fix-gaps --to grbl -o out --set cut_out.tabs={tabs}")).1;
         let diagnostics = &output["programs"][0]["diagnostics"];
         assert_eq!(codes(diagnostics).contains(&"cam.no_tabs"), told, "{output}");
     }
-    let arguments = format!("{CAM} --cure --to grbl -o out --set cut_out.tabs=0");
+    let arguments = format!("{CAM} --fix-gaps --to grbl -o out --set cut_out.tabs=0");
     let said = annulus(home, &arguments.split_whitespace().collect::<Vec<_>>());
     assert!(String::from_utf8_lossy(&said.stderr).contains("the board will come loose"));
 }
@@ -135,8 +137,9 @@ fn written_files_of_every_postprocessor_are_proved() {
         fs::rename(home.join(name), home.join("board").join(name)).unwrap();
     }
     for target in ["grbl", "marlin", "linuxcnc", "mach3", "sinumerik", "fanuc", "heidenhain"] {
-        let cam =
-            format!("cam board --machine hobby --cure --to {target} -o {target} --save-job {target}.toml");
+        let cam = format!(
+            "cam board --machine hobby --fix-gaps --to {target} -o {target} --save-job {target}.toml"
+        );
         let (exit, told) = answer(home, &cam);
         assert_eq!(exit, 0, "{target}: {told}");
         let files: Vec<&str> =

@@ -88,7 +88,7 @@ fn unaccepted_gap_refuses_to_write_programs() {
 fn fixed_job_is_reported_and_reproduces_the_same_bytes() {
     let folder = folder();
     let home = folder.path();
-    let arguments = "--cure --to program -o first --save-job job.toml";
+    let arguments = "--fix-gaps --to program -o first --save-job job.toml";
     let (exit, told) = answer(home, &format!("{CAM} {arguments}"));
     assert_eq!(exit, 0, "{told}");
     let side = &told["programs"][0];
@@ -129,7 +129,7 @@ fn holes_without_a_fitting_tool_must_be_accepted() {
     let home = folder.path();
     let drill = "M48\nMETRIC\nT1C0.8\nT2C0.15\n%\nG90\nT1\nX5.0Y5.0\nX9.0Y5.0\nT2\nX7.0Y5.0\nX8.0Y6.5\nM30\n";
     fs::write(home.join("vias.drl"), drill).unwrap();
-    let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out");
+    let (exit, told) = answer(home, "cam vias.drl --ignore-siblings --to grbl -o out");
     assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unacknowledged_errors".into()), "{told}");
     let side = &told["programs"][0];
     assert_eq!((&told["errors_unacknowledged"], &side["holes"]), (&1.into(), &2.into()), "{told}");
@@ -138,7 +138,8 @@ fn holes_without_a_fitting_tool_must_be_accepted() {
     let said = error["message"].as_str().unwrap();
     assert!(said.contains("2 holes of 0.15 mm") && said.contains("X 7.000 Y 5.000"), "{said}");
     assert!(!home.join("out").exists());
-    let (exit, told) = answer(home, "cam vias.drl --alone --to grbl -o out --accept cam.holes_missing");
+    let (exit, told) =
+        answer(home, "cam vias.drl --ignore-siblings --to grbl -o out --accept cam.holes_missing");
     assert_eq!((exit, &told["errors_unacknowledged"]), (0, &0.into()), "{told}");
     assert!(home.join("out/01-top-drill-0.8.nc").exists());
 }
@@ -205,7 +206,7 @@ fn copper_lost_to_a_fix_is_listed_without_stopping() {
                [[operation]]\nkind = \"isolate\"\nbit = \"m\"\n";
     fs::write(home.join("job.toml"), job).unwrap();
     let (exit, told) =
-        answer(home, &format!("{CAM} --job job.toml --cure --to grbl -o out --save-job cured.toml"));
+        answer(home, &format!("{CAM} --job job.toml --fix-gaps --to grbl -o out --save-job cured.toml"));
     assert_eq!((exit, &told["findings_unread"]), (0, &0.into()), "{told}");
     let side = &told["programs"][0];
     let taken = codes(&side["diagnostics"]).into_iter().filter(|code| *code == "cam.cure_takes").count();
@@ -232,8 +233,8 @@ fn invalid_options_are_refused_before_planning() {
     // The board is missing: checking for it first would give another error.
     for (arguments, exit, code) in [
         ("--to wobble", 2, "post.unknown_target"),
-        ("--to program --lines-only", 2, "cam.own_form_has_arcs"),
-        ("--to grbl --lines-only 3", 2, "cli.usage"),
+        ("--to program --arcs-to-lines", 2, "cam.own_form_has_arcs"),
+        ("--to grbl --arcs-to-lines=3", 2, "cli.usage"),
         ("--to missing.toml", 3, "job.unreadable"),
         ("--to grbl", 3, "files.missing"),
         ("--to grbl --accept nonsense", 2, "cli.unknown_accept"),
@@ -262,9 +263,9 @@ fn template_without_retract_height_is_noted_per_file() {
     fs::write(home.join("own.toml"), grbl.replace("G0 Z@HC@\n", "")).unwrap();
     fs::write(home.join("same.toml"), grbl).unwrap();
     for (arguments, warnings) in [
-        (format!("{CAM} --cure -o out --to own.toml"), 4),
-        (format!("{CAM} --cure -o out --to same.toml"), 0),
-        (format!("{CAM} --cure -o out --to program"), 0),
+        (format!("{CAM} --fix-gaps -o out --to own.toml"), 4),
+        (format!("{CAM} --fix-gaps -o out --to same.toml"), 0),
+        (format!("{CAM} --fix-gaps -o out --to program"), 0),
         ("export sensor.drl -o out.nc --to own.toml".to_owned(), 4),
         ("export sensor.drl -o out.nc --to grbl".to_owned(), 0),
     ] {
@@ -305,8 +306,8 @@ fn wrong_job_file_is_refused_with_line_and_column() {
 fn lines_only_replaces_arcs() {
     let folder = folder();
     let home = folder.path();
-    for (lines_only, arcs) in [("", true), ("--lines-only", false)] {
-        let (exit, told) = answer(home, &format!("{CAM} --cure --to grbl -o out {lines_only}"));
+    for (lines_only, arcs) in [("", true), ("--arcs-to-lines", false)] {
+        let (exit, told) = answer(home, &format!("{CAM} --fix-gaps --to grbl -o out {lines_only}"));
         assert_eq!(exit, 0, "{told}");
         let files = told["files"].as_array().unwrap().iter();
         let read = |file: &Value| fs::read_to_string(home.join(file["file"].as_str().unwrap())).unwrap();
@@ -325,7 +326,7 @@ fn program_is_proved_on_the_panel_of_its_job() {
     for name in BOARD {
         fs::rename(home.join(name), home.join("board").join(name)).unwrap();
     }
-    let cam = "cam board --set setup.columns=2 --cure --to program -o out --save-job job.toml";
+    let cam = "cam board --set setup.columns=2 --fix-gaps --to program -o out --save-job job.toml";
     let (exit, told) = answer(home, cam);
     assert_eq!(exit, 0, "{told}");
     let (exit, proved) = answer(home, "prove board out/board-top.program --job job.toml --accept lost");
@@ -334,7 +335,7 @@ fn program_is_proved_on_the_panel_of_its_job() {
     assert_eq!(exit, 0, "{alone}");
     assert_eq!(proved["islands"].as_u64(), alone["islands"].as_u64().map(|islands| 2 * islands));
     assert_eq!(answer(home, "prove board out/board-top.program --job missing.toml").0, 3);
-    assert_eq!(answer(home, "prove board out/board-top.program --job job.toml --turn not").0, 2);
+    assert_eq!(answer(home, "prove board out/board-top.program --job job.toml --flip none").0, 2);
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn saved_project_works_with_every_command() {
     let folder = folder();
     let home = folder.path();
     fs::write(home.join("board.annulus"), saved::write(&project()).unwrap()).unwrap();
-    let take = "--cure --to program";
+    let take = "--fix-gaps --to program";
     let (exit, told) = answer(home, &format!("cam board.annulus {take} -o project"));
     assert_eq!(exit, 0, "{told}");
     let (exit, told) = answer(home, &format!("{CAM} --set setup.columns=2 {take} -o files"));
@@ -101,7 +101,8 @@ fn saved_project_equals_the_project_of_the_page() {
     let folder = folder();
     let home = folder.path();
     let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
-    let (exit, told) = answer(home, &format!("{CAM} --alone --to grbl -o out --save-project board.annulus"));
+    let (exit, told) =
+        answer(home, &format!("{CAM} --ignore-siblings --to grbl -o out --save-project board.annulus"));
     assert_eq!((exit, &told["error"]["code"]), (1, &"cam.unread_findings".into()), "{told}");
     let bytes = fs::read(home.join("board.annulus")).unwrap();
     assert_eq!(bytes, saved_by_the_page(&files));
@@ -109,7 +110,7 @@ fn saved_project_equals_the_project_of_the_page() {
     answer(home, "cam board.annulus --to grbl -o out --save-project board.annulus");
     assert_eq!(fs::read(home.join("board.annulus")).unwrap(), bytes);
     // The project contains the changes made by flags and fixes.
-    let flags = "--set setup.columns=2 --units mm --align --cure";
+    let flags = "--set setup.columns=2 --units mm --align-layers --fix-gaps";
     let (exit, told) = answer(home, &format!("{CAM} {flags} --to program -o flags --save-project f.annulus"));
     assert_eq!(exit, 0, "{told}");
     let kept = saved::read("f", &fs::read(home.join("f.annulus")).unwrap()).unwrap();

@@ -37,7 +37,7 @@ fn sample(home: &Path) -> Vec<PathBuf> {
     for name in BOARD {
         fs::rename(home.join(name), home.join("board").join(name)).unwrap();
     }
-    let cam = "cam board --machine hobby --cure --to grbl -o out --save-job job.toml";
+    let cam = "cam board --machine hobby --fix-gaps --to grbl -o out --save-job job.toml";
     let (exit, told) = answer(home, cam);
     assert_eq!(exit, 0, "{told}");
     files(&home.join("out"))
@@ -64,7 +64,8 @@ fn own_files_prove_with_and_without_their_job() {
         assert!(told["copper_lost_mm2"].as_f64().unwrap() < 0.5, "{told}");
     }
     // The same job as Annulus' own program.
-    let (exit, told) = answer(home, "cam board --job job.toml --machine hobby --cure --to program -o own");
+    let (exit, told) =
+        answer(home, "cam board --job job.toml --machine hobby --fix-gaps --to program -o own");
     assert_eq!(exit, 0, "{told}");
     let (exit, told) = answer(home, "prove board own/board-top.program --job job.toml");
     assert_eq!((exit, counts(&told)), (0, vec![]), "{told}");
@@ -162,7 +163,7 @@ fn programs_of_both_sides_are_proved_each_on_its_side() {
     let top = fs::read_to_string(home.join("board").join(BOARD[1])).unwrap();
     assert!(top.contains("Copper,L1,Top"));
     fs::write(home.join("board/sensor-bottom.gbr"), top.replace("Copper,L1,Top", "Copper,L2,Bot")).unwrap();
-    let cam = "cam board --machine hobby --cure --to program -o own --save-job job.toml";
+    let cam = "cam board --machine hobby --fix-gaps --to program -o own --save-job job.toml";
     let (exit, told) = answer(home, cam);
     assert_eq!(exit, 0, "{told}");
     let (top, bottom) = ("own/board-top.program", "own/board-bottom.program");
@@ -198,7 +199,8 @@ fn missing_pins_and_inner_contours_fail_the_proof() {
     let folder = folder();
     let home = folder.path();
     two_sides_and_a_window(home);
-    let (exit, told) = answer(home, "cam board --machine hobby --cure --to grbl -o out --save-job job.toml");
+    let (exit, told) =
+        answer(home, "cam board --machine hobby --fix-gaps --to grbl -o out --save-job job.toml");
     assert_eq!(exit, 0, "{told}");
     let files = files(&home.join("out"));
     let (exit, told) = prove(home, "board", &files, &["--job", "job.toml"]);
@@ -263,7 +265,7 @@ fn files_of_real_boards_are_proved_with_their_job() {
         // One of two holes at the same position is an error that must be accepted.
         let accept = "drill.holes_inside,drill.holes_overlap";
         let cam = format!(
-            "cam {board} --machine hobby --cure --to grbl -o out --save-job job.toml --accept {accept}"
+            "cam {board} --machine hobby --fix-gaps --to grbl -o out --save-job job.toml --accept {accept}"
         );
         let (exit, told) = answer(home, &cam);
         assert_eq!(exit, 0, "{name}: {told}");

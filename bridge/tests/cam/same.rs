@@ -86,7 +86,7 @@ fn align_moves_shifted_layers_as_the_page_does() {
     fs::write(home.join(BOARD[0]), lines.join("\n")).unwrap();
     let files = BOARD.map(|name| (name.to_owned(), fs::read(home.join(name)).unwrap()));
     let mut both = Vec::new();
-    for (flag, aligned) in [("", false), ("--align", true)] {
+    for (flag, aligned) in [("", false), ("--align-layers", true)] {
         let take = format!("--accept short,gap,break,gone,lost,hit,ring,sliver --to grbl -o out{aligned}");
         let (exit, told) = answer(home, &format!("{CAM} {take} {flag}"));
         assert_eq!(exit, 0, "{told}");

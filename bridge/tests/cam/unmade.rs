@@ -84,7 +84,7 @@ fn proof_ends_with_a_summary_sentence() {
     let folder = folder();
     let home = folder.path();
     let cam: Vec<&str> =
-        CAM.split(' ').chain("--cure --to grbl -o out --save-job job.toml".split(' ')).collect();
+        CAM.split(' ').chain("--fix-gaps --to grbl -o out --save-job job.toml".split(' ')).collect();
     let (exit, said) = text(home, &cam);
     let proved = said.lines().find(|line| line.starts_with("Proved: ")).unwrap_or_default().to_owned();
     assert_eq!(exit, 0, "{said}");

@@ -141,7 +141,7 @@ fn fixes_change_the_whole_cut_first_then_single_places() {
         (&3.into(), &1.into()),
         "{side}"
     );
-    let (exit, told) = answer(home, "cam board --to grbl -o out --set drill.on=no --cure");
+    let (exit, told) = answer(home, "cam board --to grbl -o out --set drill.on=no --fix-gaps");
     assert_eq!(exit, 0, "{told}");
     let side = &told["programs"][0];
     let joined = |code: &&str| matches!(*code, "proof.gap" | "proof.short");

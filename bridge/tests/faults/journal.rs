@@ -46,7 +46,7 @@ fn places(home: &Path) -> BTreeMap<String, usize> {
 /// A run killed after some holes: the journal and the record that it left.
 fn killed(folder: &Path) -> (Vec<u8>, Vec<u8>) {
     let home = folder.join("home");
-    let mut child = run(folder, "", "--speed 60").spawn().unwrap();
+    let mut child = run(folder, "", "--time-scale 60").spawn().unwrap();
     while places(&home).len() < 8 {
         assert!(child.try_wait().unwrap().is_none(), "it ended too early");
         std::thread::sleep(Duration::from_millis(2));
@@ -99,7 +99,7 @@ fn damaged_journal_never_drills_a_board_again_unasked() {
         fs::write(home.join("journal.redb"), broken(&journal, round, &mut chance)).unwrap();
         fs::write(home.join("drilled.txt"), &record).unwrap();
         let before = places(&home);
-        let output = run(folder.path(), "", "--speed 2000").env("RUST_BACKTRACE", "1").output().unwrap();
+        let output = run(folder.path(), "", "--time-scale 2000").env("RUST_BACKTRACE", "1").output().unwrap();
         let (object, after) = (json(&output), places(&home));
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!said.contains("panicked") && !said.contains("backtrace"), "round {round}: {said}");
@@ -137,7 +137,7 @@ fn missing_journal_must_be_accepted_before_a_run() {
         }
         let before = places(&home);
         for _ in 0..2 {
-            let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+            let output = run(folder.path(), "", "--time-scale 2000").output().unwrap();
             let error = &json(&output)["error"];
             assert_eq!((output.status.code(), &error["code"]), (Some(1), &"journal.gone".into()), "{kept}");
             assert!(error["advice"].as_str().unwrap().contains("--accept journal.gone"), "{error}");
@@ -145,15 +145,15 @@ fn missing_journal_must_be_accepted_before_a_run() {
         }
         fs::write(home.join("journal.redb"), &journal).unwrap();
         fs::write(home.join("drilled.txt"), &record).unwrap();
-        let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+        let output = run(folder.path(), "", "--time-scale 2000").output().unwrap();
         assert!(output.status.success(), "the journal as it was is believed: {output:?}");
         assert_eq!(places(&home).len(), HOLES);
         fs::write(home.join("drilled.txt"), &record).unwrap();
     }
     fs::remove_file(home.join("journal.redb")).unwrap();
-    let output = run(folder.path(), "", "--speed 2000 --accept journal.gone").output().unwrap();
+    let output = run(folder.path(), "", "--time-scale 2000 --accept journal.gone").output().unwrap();
     assert!(output.status.success(), "{output:?}");
-    let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+    let output = run(folder.path(), "", "--time-scale 2000").output().unwrap();
     assert!(output.status.success(), "asked once, {output:?}");
 }
 
@@ -167,7 +167,7 @@ fn damaged_journal_is_refused_until_accepted() {
     fs::write(home.join("journal.redb"), &journal).unwrap();
     let before = places(&home);
     for _ in 0..3 {
-        let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+        let output = run(folder.path(), "", "--time-scale 2000").output().unwrap();
         let object = json(&output);
         assert_eq!((output.status.code(), &object["error"]["code"]), (Some(1), &"journal.damaged".into()));
         let said = object["error"]["message"].as_str().unwrap();
@@ -176,11 +176,15 @@ fn damaged_journal_is_refused_until_accepted() {
         assert!(object["error"]["advice"].as_str().unwrap().contains("--accept journal.damaged"), "{object}");
         assert_eq!(places(&home), before, "nothing moves");
     }
-    let output = run(folder.path(), "", "--speed 2000 --accept journal.damaged").output().unwrap();
+    let output = run(folder.path(), "", "--time-scale 2000 --accept journal.damaged").output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert_eq!(places(&home).len(), HOLES);
     assert_eq!(fs::read(home.join("journal.damaged-1")).unwrap(), journal);
-    assert_eq!(run(folder.path(), "", "--speed 2000").output().unwrap().status.code(), Some(0), "read once");
+    assert_eq!(
+        run(folder.path(), "", "--time-scale 2000").output().unwrap().status.code(),
+        Some(0),
+        "read once"
+    );
 }
 
 #[test]
@@ -195,7 +199,7 @@ fn unwritable_record_stops_the_job_with_an_error() {
     let line = "6.0000 5.0000 2.0000\n".len() as u64;
     file.set_len(full - 3 * line - line / 2).unwrap();
     let limit = format!("trap '' XFSZ; ulimit -f {BLOCKS};");
-    let output = run(folder.path(), &limit, "--speed 2000").output().unwrap();
+    let output = run(folder.path(), &limit, "--time-scale 2000").output().unwrap();
     let object = json(&output);
     assert_eq!((output.status.code(), &object["stopped_because"]), (Some(1), &"alarm".into()), "{object}");
     assert_eq!(object["error"]["code"], "control.record_unwritable", "{object}");
@@ -203,6 +207,6 @@ fn unwritable_record_stops_the_job_with_an_error() {
     let text = fs::read(home.join("drilled.txt")).unwrap();
     assert!(text.ends_with(b"\n") && (text.len() as u64) < full, "no half line");
     // With room again the job continues.
-    let output = run(folder.path(), "", "--speed 2000").output().unwrap();
+    let output = run(folder.path(), "", "--time-scale 2000").output().unwrap();
     assert_eq!((output.status.code(), &json(&output)["holes_done"]), (Some(0), &HOLES.into()), "{output:?}");
 }

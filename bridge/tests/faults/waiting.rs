@@ -198,7 +198,7 @@ fn stop_in_a_tool_change_raises_no_alarm() {
 
 fn run(home: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
-    command.args(["run", "board.drl", "--speed", "2000", "--json"]).args(arguments).current_dir(home);
+    command.args(["run", "board.drl", "--time-scale", "2000", "--json"]).args(arguments).current_dir(home);
     command.env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(Stdio::null());
     command
 }
@@ -208,12 +208,12 @@ fn unattended_tool_changes_wait_the_given_seconds() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("board.drl"), BOARD).unwrap();
     let since = Instant::now();
-    let output = run(folder.path(), &["--confirm-tools", "2.5"]).output().unwrap();
+    let output = run(folder.path(), &["--unattended-tool-change", "2.5"]).output().unwrap();
     let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((output.status.code(), object["holes_done"].as_u64()), (Some(0), Some(4)), "{object}");
     assert!(since.elapsed() >= Duration::from_secs(5), "two changes of 2.5 s each");
     for wrong in ["-1", "x", "1e9"] {
-        let refused = run(folder.path(), &["--confirm-tools", wrong]).output().unwrap();
+        let refused = run(folder.path(), &["--unattended-tool-change", wrong]).output().unwrap();
         let object: serde_json::Value = serde_json::from_slice(&refused.stdout).unwrap();
         assert_eq!((refused.status.code(), &object["error"]["code"]), (Some(2), &"cli.usage".into()));
     }
@@ -224,7 +224,7 @@ fn unattended_tool_changes_wait_the_given_seconds() {
 fn interrupt_in_a_tool_change_stops_and_the_job_resumes() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("board.drl"), BOARD).unwrap();
-    let mut child = run(folder.path(), &["--confirm-tools", "3600"]).spawn().unwrap();
+    let mut child = run(folder.path(), &["--unattended-tool-change", "3600"]).spawn().unwrap();
     // The command stops at the start of the job and asks for the first tool.
     while !folder.path().join("home/drilled.txt").exists() {
         assert!(child.try_wait().unwrap().is_none(), "it ended too early");

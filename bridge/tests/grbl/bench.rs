@@ -32,12 +32,15 @@ impl Bench {
 
     /// Runs the job until it ends or is interrupted.
     pub(crate) fn run(&self) -> (i32, Value) {
-        self.desk.run(&self.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"))
+        self.desk.run(
+            &self.board,
+            &format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"),
+        )
     }
 
     /// Resumes the job.
     pub(crate) fn resume(&self) -> (i32, Value) {
-        self.desk.run(&self.board, "resume --same-length --confirm-tools 0.1")
+        self.desk.run(&self.board, "resume --equal-tool-lengths --unattended-tool-change 0.1")
     }
 
     /// Turns the machine off. Returns the verdict on the job, and the last report.

@@ -11,8 +11,10 @@ use std::time::Duration;
 fn job_resumes_after_an_unplugged_cable_and_homing() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let sender =
-        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
+    let sender = bench.desk.start(
+        &bench.board,
+        &format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"),
+    );
     eventually("four sections", MOST, || bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= 4));
     std::thread::sleep(Duration::from_millis(200));
     bench.board.plug(false);
@@ -37,19 +39,21 @@ fn unplugged_machine_without_homing_needs_zero_to_resume() {
     // unasked.
     let mut board = Board::new(instrument, &settings(false), here, &["--no-dtr-reset"]);
     let desk = Desk::new(&job.text);
-    let sender = desk.start(&board, "run job.nc --zero-here --same-length --confirm-tools 0.1");
+    let sender =
+        desk.start(&board, "run job.nc --zero-here --equal-tool-lengths --unattended-tool-change 0.1");
     eventually("five sections", MOST, || desk.journal()["done"].as_u64().is_some_and(|done| done >= 5));
     board.plug(false);
     let (exit, object) = desk.answer(sender);
     assert_eq!((exit, &object["position_trust"]), (1, &"lost".into()), "{object}");
     let rests = board.rests();
     board.plug(true);
-    let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --equal-tool-lengths --unattended-tool-change 0.1");
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.no_zero".into()), "{object} {}", desk.said());
     assert_eq!(board.rests(), rests, "nothing moves");
     // The user jogs back to the zero of the board.
     board.jog_to([0; 3]);
-    let (exit, object) = desk.run(&board, "resume --zero-here --same-length --confirm-tools 0.1");
+    let (exit, object) =
+        desk.run(&board, "resume --zero-here --equal-tool-lengths --unattended-tool-change 0.1");
     assert_eq!(exit, 0, "{object} {}", desk.said());
     board.end();
     let verdict = judge::compare(&judge::read(&board.edges(), 0), &job.wanted([0; 3]), 0);

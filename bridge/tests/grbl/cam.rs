@@ -59,8 +59,10 @@ fn four_programs_of_a_board_reach_every_position() {
     assert!(places.len() > 100, "{} places", places.len());
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
     let names: Vec<String> = programs.iter().map(|path| path.display().to_string()).collect();
-    let (exit, object) =
-        desk.run(&board, &format!("run {} --zero-here --same-length --confirm-tools 0.2", names.join(" ")));
+    let (exit, object) = desk.run(
+        &board,
+        &format!("run {} --zero-here --equal-tool-lengths --unattended-tool-change 0.2", names.join(" ")),
+    );
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert_eq!(object["holes_done"], 3, "{object}");
     let report = board.end();

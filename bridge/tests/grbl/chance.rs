@@ -56,7 +56,7 @@ fn job(instrument: &Instrument, seed: u64) -> u64 {
         let journal = bench.desk.journal();
         let begun = journal["holes"].as_u64() > Some(0) || journal["toolpaths"].as_u64() > Some(0);
         let words = if begun { "resume".to_owned() } else { format!("run job.nc {ZERO_AT}") };
-        format!("{words} --same-length --confirm-tools 0.1")
+        format!("{words} --equal-tool-lengths --unattended-tool-change 0.1")
     };
     while count < A_JOB && !done {
         let sender = bench.desk.start(&bench.board, &next(&bench));

@@ -21,7 +21,8 @@ fn bench(instrument: &super::firmware::Instrument, lines: &str) -> Bench {
 fn changer_macro_changes_tools_without_questions() {
     let Some(instrument) = instrument() else { return };
     let mut bench = bench(instrument, MOVES);
-    let (exit, object) = bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
+    let (exit, object) =
+        bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --toolchange-macro changer.txt"));
     assert_eq!(exit, 0, "{object} {}", bench.desk.said());
     let said = bench.desk.said();
     assert_eq!(
@@ -45,7 +46,7 @@ fn bad_changer_lines_end_the_job_before_the_spindle_starts() {
     ] {
         let mut bench = bench(instrument, lines);
         let (exit, object) =
-            bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
+            bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --toolchange-macro changer.txt"));
         assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", bench.desk.said());
         assert_eq!(bench.board.end()["spindle"]["starts"], 0);
     }
@@ -55,7 +56,8 @@ fn bad_changer_lines_end_the_job_before_the_spindle_starts() {
 fn interrupt_in_a_changer_macro_stops_the_machine() {
     let Some(instrument) = instrument() else { return };
     let mut bench = bench(instrument, "G53 G0 Z-2\nG53 G1 X-199 F400\nG4 P0.1\n");
-    let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
+    let sender =
+        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --toolchange-macro changer.txt"));
     let before = bench.board.rests();
     eventually("the head on its way", MOST, || steps(&bench.board.snapshot())[0] < before[0] - 20_000);
     sender.stop();
@@ -80,7 +82,7 @@ fn resumed_job_drills_with_the_length_offset_of_the_changer() {
     let mut bench = Bench::new(instrument, job, &[]);
     fs::write(bench.desk.path().join("changer.txt"), "G53 G0 Z-2\nG43.1 Z0.{tool}\n").unwrap();
     // Stopped with the first tool, stopped during the change to the second, and killed with the second.
-    let mut words = format!("run job.nc {ZERO_AT} --changer changer.txt");
+    let mut words = format!("run job.nc {ZERO_AT} --toolchange-macro changer.txt");
     for (sections, stops) in [(4, true), (8, true), (11, false)] {
         let mut sender = bench.desk.start(&bench.board, &words);
         let done = || bench.desk.journal()["done"].as_u64();
@@ -121,13 +123,15 @@ fn reset_on_open_never_does_not_reset_the_controller() {
     let desk = Desk::new(&jobs::board().text);
     let banners = |board: &Board| board.snapshot()["resets"]["banners"].as_u64().unwrap();
     let before = banners(&board);
-    for (words, more) in [("never", 0), ("usual", 1), ("never", 1)] {
+    for (words, more) in [("never", 0), ("auto", 1), ("never", 1)] {
         let (exit, object) = desk.run(&board, &format!("info --reset-on-open {words}"));
         assert_eq!((exit, &object["controller"]["flavour"]), (0, &"GRBL".into()), "{object} {}", desk.said());
         assert_eq!(banners(&board), before + more, "{words}");
     }
     // The controller can be used as usual, and a job resumed.
-    let words = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1 --reset-on-open never");
+    let words = format!(
+        "run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1 --reset-on-open never"
+    );
     let (exit, object) = desk.run(&board, &words);
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert_eq!(board.end()["resets"]["banners"].as_u64(), Some(before + 1));

@@ -25,7 +25,8 @@ fn check_reads_every_line_without_motion() {
     assert_eq!((&object["lines_read"], &object["lines_refused"]), (&lines.into(), &0.into()), "{object}");
     assert_eq!(object["bits_per_s"], 115_200, "{object}");
     assert_eq!(board.snapshot()["edges_total"], 0);
-    let (exit, object) = desk.run(&board, "run job.nc --zero-here --same-length --confirm-tools 0.1");
+    let (exit, object) =
+        desk.run(&board, "run job.nc --zero-here --equal-tool-lengths --unattended-tool-change 0.1");
     assert_eq!(exit, 0, "{object} {}", desk.said());
     board.end();
     let log = judge::read(&board.edges(), 0);
@@ -96,7 +97,7 @@ fn reason_of_a_refused_job_is_printed_once() {
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
     let desk = Desk::new(&jobs::board().text);
     let output = Command::new(env!("CARGO_BIN_EXE_annulus"))
-        .args(["grbl", "run", "job.nc", "--same-length", "--speed", "2", "--port", &board.port()])
+        .args(["grbl", "run", "job.nc", "--equal-tool-lengths", "--time-scale", "2", "--port", &board.port()])
         .current_dir(desk.path())
         .env("ANNULUS_HOME", desk.path().join("home"))
         .stdin(Stdio::null())
@@ -126,7 +127,7 @@ fn rapids_in_the_board_are_reported_by_check_and_run() {
     let Some(instrument) = instrument() else { return };
     let board = Board::new(instrument, &settings(false), HERE, &[]);
     let desk = Desk::new("G21 G90\nG0 Z5\nG0 X0 Y0\nM3 S9000\nG1 Z-1 F600\nG0 X1\nG0 Z5\nM5\nM2\n");
-    for words in ["check job.nc", "run job.nc --zero-here --same-length"] {
+    for words in ["check job.nc", "run job.nc --zero-here --equal-tool-lengths"] {
         let (exit, object) = desk.run(&board, words);
         assert_eq!(exit, 0, "{words}: {object} {}", desk.said());
         let said = object["diagnostics"].as_array().unwrap();

@@ -95,7 +95,7 @@ fn heavy_serial_noise_ends_with_no_answer() {
     let faults = ["--garble", "0.5", "--tx-faults", "--seed", "5"];
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &faults);
     let desk = Desk::new(&job.text);
-    for words in ["info", "run job.nc --zero-here --same-length --confirm-tools 0"] {
+    for words in ["info", "run job.nc --zero-here --equal-tool-lengths --unattended-tool-change 0"] {
         let (exit, object) = desk.run(&board, words);
         assert_eq!((exit, &object["error"]["code"]), (3, &"grbl.no_answer".into()), "{words}: {object}");
     }

@@ -12,7 +12,7 @@ const START: [f64; 3] = [-6.0, -5.0, -4.0];
 #[test]
 fn faulty_switches_and_probe_raise_their_alarms() {
     let Some(instrument) = instrument() else { return };
-    let run = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0");
+    let run = format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0");
     let level = format!("level job.nc {ZERO_AT}");
     let rows: [(&[&str], &str, &str); 3] = [
         // A switch that is never on, one that is always on, and a probe clip that touches the tool.

@@ -26,7 +26,7 @@ fn keys_pause_and_slow_a_job_and_the_terminal_is_restored() {
     let mut modes = tcgetattr(&terminal).unwrap();
     modes.local_modes |= LocalModes::ICANON | LocalModes::ECHO;
     tcsetattr(&terminal, OptionalActions::Now, &modes).unwrap();
-    let words = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1");
+    let words = format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1");
     let sender = bench.desk.start_at(&bench.board, &words, terminal.try_clone().unwrap().into());
     bench.desk.says("Keys: + and -");
     let done = |bench: &Bench, count: u64| {
@@ -63,8 +63,11 @@ fn tool_change_takes_typed_lines_at_a_terminal() {
     let (mut hand, slave) = TTYPort::pair().unwrap();
     let name = slave.name().unwrap();
     let terminal = OpenOptions::new().read(true).write(true).custom_flags(NOT_MINE).open(&name).unwrap();
-    let sender =
-        bench.desk.start_at(&bench.board, &format!("run job.nc {ZERO_AT} --same-length"), terminal.into());
+    let sender = bench.desk.start_at(
+        &bench.board,
+        &format!("run job.nc {ZERO_AT} --equal-tool-lengths"),
+        terminal.into(),
+    );
     bench.desk.says("Type: ");
     // Here, keys of a running job are normal characters of a line.
     hand.write_all(b"wobble -\n").unwrap();
@@ -80,7 +83,7 @@ fn tool_change_takes_typed_lines_at_a_terminal() {
 fn input_from_a_pipe_is_not_read_as_keys() {
     let Some(instrument) = instrument() else { return };
     let bench = Bench::new(instrument, jobs::board(), &[]);
-    let words = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1");
+    let words = format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1");
     let mut sender = bench.desk.start(&bench.board, &words);
     eventually("two sections", MOST, || bench.desk.journal()["done"].as_u64() >= Some(2));
     sender.types("---");

@@ -85,10 +85,12 @@ fn holes_and_cuts_follow_the_height_map_of_a_tilted_board() {
     let job = jobs::board();
     let mut board = Board::new(instrument, &settings(true), START, &["--probe-z", &ASKEW.option()]);
     let desk = Desk::new(&job.text);
-    let none =
-        desk.run(&board, &format!("run job.nc {ZERO_AT} --level kept --same-length --confirm-tools 0"));
+    let none = desk.run(
+        &board,
+        &format!("run job.nc {ZERO_AT} --height-map saved --equal-tool-lengths --unattended-tool-change 0"),
+    );
     assert_eq!((none.0, &none.1["error"]["code"]), (1, &"level.none_kept".into()), "{}", none.1);
-    let (exit, map) = desk.run(&board, &format!("level job.nc {ZERO_AT} --grid 5"));
+    let (exit, map) = desk.run(&board, &format!("level job.nc {ZERO_AT} --spacing 5"));
     assert_eq!(exit, 0, "{map} {}", desk.said());
     // At the work zero the board is 0.3 mm low; the job is 10 by 18 mm.
     let expected = |x: f64, y: f64| ASKEW.height(x + ZERO[0], y + ZERO[1]) - ZERO[2];
@@ -104,8 +106,10 @@ fn holes_and_cuts_follow_the_height_map_of_a_tilted_board() {
         assert!((found - wanted).abs() < 0.03, "{index}: {found} not {wanted}");
     }
     // Another zero, and another job: nothing moves down.
-    let elsewhere =
-        desk.run(&board, "run job.nc --zero-at -41,-40,-20 --level kept --same-length --confirm-tools 0");
+    let elsewhere = desk.run(
+        &board,
+        "run job.nc --zero-at -41,-40,-20 --height-map saved --equal-tool-lengths --unattended-tool-change 0",
+    );
     assert_eq!(
         (elsewhere.0, &elsewhere.1["error"]["code"]),
         (1, &"level.other_zero".into()),
@@ -113,11 +117,15 @@ fn holes_and_cuts_follow_the_height_map_of_a_tilted_board() {
         elsewhere.1
     );
     fs::write(desk.path().join("other.nc"), &job.text).unwrap();
-    let other =
-        desk.run(&board, &format!("run other.nc {ZERO_AT} --level kept --same-length --confirm-tools 0"));
+    let other = desk.run(
+        &board,
+        &format!("run other.nc {ZERO_AT} --height-map saved --equal-tool-lengths --unattended-tool-change 0"),
+    );
     assert_eq!((other.0, &other.1["error"]["code"]), (1, &"level.other_job".into()), "{}", other.1);
-    let (exit, object) =
-        desk.run(&board, &format!("run job.nc {ZERO_AT} --level kept --same-length --confirm-tools 0.1"));
+    let (exit, object) = desk.run(
+        &board,
+        &format!("run job.nc {ZERO_AT} --height-map saved --equal-tool-lengths --unattended-tool-change 0.1"),
+    );
     assert_eq!((exit, &object["holes_done"]), (0, &12.into()), "{object} {}", desk.said());
     assert!(number(&object, "largest_correction_um") > 400.0, "{object}");
     assert_follows(&mut board, START, ASKEW);
@@ -131,13 +139,18 @@ fn level_measure_works_without_homing() {
     let surface = Surface([-60.0 + 100.0 * 0.015 + 100.0 * 0.012, 0.015, 0.012]);
     let mut board = Board::new(instrument, &settings(false), here, &["--probe-z", &surface.option()]);
     let desk = Desk::new(&jobs::board().text);
-    let (exit, object) =
-        desk.run(&board, "run job.nc --zero-here --level measure --grid 6 --same-length --confirm-tools 0.1");
+    let (exit, object) = desk.run(
+        &board,
+        "run job.nc --zero-here --height-map measure --spacing 6 --equal-tool-lengths \
+         --unattended-tool-change 0.1",
+    );
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert!(desk.said().contains("Depth follows the height map, by up to 0.3"), "{}", desk.said());
     // After power-cycling, the position of its zero is lost.
-    let (exit, object) =
-        desk.run(&board, "run job.nc --zero-here --level kept --from-start --same-length --confirm-tools 0");
+    let (exit, object) = desk.run(
+        &board,
+        "run job.nc --zero-here --height-map saved --restart --equal-tool-lengths --unattended-tool-change 0",
+    );
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.other_zero".into()), "{object}");
     assert_follows(&mut board, here, surface);
 }
@@ -153,7 +166,7 @@ fn missing_board_and_stopped_probing_leave_no_map() {
     assert_eq!(report["crash_steps"], serde_json::json!([0, 0, 0]), "{report}");
     assert!(!desk.path().join("home/height-map.json").exists());
     let mut board = Board::new(instrument, &settings(true), START, &["--probe-z", &ASKEW.option()]);
-    let sender = desk.start(&board, &format!("level job.nc {ZERO_AT} --grid 2"));
+    let sender = desk.start(&board, &format!("level job.nc {ZERO_AT} --spacing 2"));
     desk.says("4 of ");
     sender.stop();
     let (exit, object) = desk.answer(sender);

@@ -29,20 +29,24 @@ fn other_board_refused_leaves_an_interrupted_job_resumable() {
     write(&desk, "board.drl", 6);
     write(&desk, "other.drl", 9);
     let board = Board::new(instrument, &settings(true), START, &[]);
-    broken_off(&desk, &board, &format!("run board.drl {ZERO_AT} --same-length --confirm-tools 0.1"));
-    let (exit, object) =
-        desk.run(&board, &format!("run board.drl {ZERO_AT} --same-length --confirm-tools 0.1"));
+    broken_off(
+        &desk,
+        &board,
+        &format!("run board.drl {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"),
+    );
+    let (exit, object) = desk
+        .run(&board, &format!("run board.drl {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"));
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.interrupted".into()), "{object} {}", desk.said());
     let (exit, object) = desk.run(&board, &format!("level other.drl {ZERO_AT}"));
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.no_board".into()), "{object} {}", desk.said());
-    let (exit, object) =
-        desk.run(&board, &format!("run other.drl {ZERO_AT} --same-length --confirm-tools 0.1"));
+    let (exit, object) = desk
+        .run(&board, &format!("run other.drl {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"));
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.forgets".into()), "{object} {}", desk.said());
-    let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --equal-tool-lengths --unattended-tool-change 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
     // A completed job does not block others.
-    let (exit, object) =
-        desk.run(&board, &format!("run other.drl {ZERO_AT} --same-length --confirm-tools 0.1"));
+    let (exit, object) = desk
+        .run(&board, &format!("run other.drl {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"));
     assert_eq!((exit, &object["holes_done"]), (0, &9.into()), "{object} {}", desk.said());
 }
 
@@ -53,21 +57,23 @@ fn resumed_job_uses_its_height_map() {
     write(&desk, "board.drl", 6);
     write(&desk, "other.drl", 9);
     let board = Board::new(instrument, &settings(true), START, &["--probe-z", "-19.9,0.02,-0.01"]);
-    let (exit, object) = desk.run(&board, &format!("level board.drl {ZERO_AT} --grid 5"));
+    let (exit, object) = desk.run(&board, &format!("level board.drl {ZERO_AT} --spacing 5"));
     assert_eq!(exit, 0, "{object} {}", desk.said());
     broken_off(
         &desk,
         &board,
-        &format!("run board.drl {ZERO_AT} --level kept --same-length --confirm-tools 0.1"),
+        &format!(
+            "run board.drl {ZERO_AT} --height-map saved --equal-tool-lengths --unattended-tool-change 0.1"
+        ),
     );
     // Measuring another board is stopped: that gives no map, and is no job.
-    let sender = desk.start(&board, &format!("level other.drl {ZERO_AT} --grid 2"));
+    let sender = desk.start(&board, &format!("level other.drl {ZERO_AT} --spacing 2"));
     desk.says("4 of ");
     sender.stop();
     let (exit, object) = desk.answer(sender);
     assert_eq!((exit, &object["error"]["code"]), (130, &"level.stopped".into()), "{object} {}", desk.said());
     board.rests();
-    let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --equal-tool-lengths --unattended-tool-change 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
     assert!(object["largest_correction_um"].as_f64().is_some_and(|um| um > 100.0), "{object}");
 }

@@ -45,7 +45,7 @@ impl Desk {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
         command.arg("grbl").args(words.split_whitespace()).arg("--port").arg(board.port()).arg("--json");
         if !words.starts_with("info") {
-            command.args(["--speed", &SPEED.to_string()]);
+            command.args(["--time-scale", &SPEED.to_string()]);
         }
         // A resumed job has it from its start.
         if !["info", "check", "resume"].iter().any(|word| words.starts_with(word)) {

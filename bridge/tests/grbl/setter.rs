@@ -11,7 +11,7 @@ use std::io::{BufRead, BufReader};
 
 /// The setter is 5.5 mm higher than this plane would be at the board, which is never probed.
 const PLANE: [&str; 2] = ["--probe-z", "-25,-0.05,0"];
-const SETTER: &str = "--setter -150,-10,-5,30,300,60";
+const SETTER: &str = "--tool-setter -150,-10,-5 --setter-depth 30 --setter-feeds 300,60";
 const X_MM: f64 = -150.0;
 const PIN_MM: f64 = -17.5;
 
@@ -35,7 +35,7 @@ fn visits(bench: &Bench) -> (usize, f64) {
 fn tool_setter_gives_every_tool_the_planned_depth() {
     let Some(instrument) = long_instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &PLANE);
-    let words = format!("run job.nc {ZERO_AT} {SETTER} --confirm-tools 0.1");
+    let words = format!("run job.nc {ZERO_AT} {SETTER} --unattended-tool-change 0.1");
     let (exit, object) = bench.desk.run(&bench.board, &words);
     assert_eq!((exit, &object["holes_done"]), (0, &12.into()), "{object} {}", bench.desk.said());
     assert_eq!(object["position_trust"], "trusted", "{object}");
@@ -54,9 +54,9 @@ fn missing_tool_setter_ends_the_job_before_any_cut() {
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
     for (words, code) in [
         (format!("{ZERO_AT} {SETTER}"), "grbl.alarm_5"),
-        (format!("{ZERO_AT} --setter -250,-10,-5"), "setter.no_room"),
+        (format!("{ZERO_AT} --tool-setter -250,-10,-5"), "setter.no_room"),
     ] {
-        let words = format!("run job.nc {words} --confirm-tools 0.1");
+        let words = format!("run job.nc {words} --unattended-tool-change 0.1");
         let (exit, object) = bench.desk.run(&bench.board, &words);
         assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", bench.desk.said());
         assert_eq!(object["holes_done"], 0, "{object}");

@@ -19,8 +19,10 @@ enum How {
 fn interrupted(how: How, at: u64) {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let mut sender =
-        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
+    let mut sender = bench.desk.start(
+        &bench.board,
+        &format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"),
+    );
     eventually("so many sections", MOST, || {
         bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= at)
     });
@@ -108,18 +110,20 @@ fn interrupt_during_a_tool_change_jog_ends_the_job() {
 fn resume_reuses_the_options_of_the_run() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let mut sender =
-        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
+    let mut sender = bench.desk.start(
+        &bench.board,
+        &format!("run job.nc {ZERO_AT} --equal-tool-lengths --unattended-tool-change 0.1"),
+    );
     eventually("three sections", MOST, || bench.desk.journal()["done"].as_u64() >= Some(3));
     sender.kill();
     bench.board.rests();
     // The earlier options are dropped: equal tool lengths are no longer declared.
-    let (exit, object) = bench.desk.run(&bench.board, "resume --anew --confirm-tools 0.1");
+    let (exit, object) = bench.desk.run(&bench.board, "resume --forget-options --unattended-tool-change 0.1");
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.tools_unmeasured".into()), "{object}");
-    let (exit, object) = bench.desk.run(&bench.board, "resume --confirm-tools 0.1");
+    let (exit, object) = bench.desk.run(&bench.board, "resume --unattended-tool-change 0.1");
     assert_eq!(exit, 0, "{object} {}", bench.desk.said());
     let said = bench.desk.said();
-    assert!(said.contains("--spin-up 0.2") && said.contains("--same-length"), "{said}");
+    assert!(said.contains("--spin-up 0.2") && said.contains("--equal-tool-lengths"), "{said}");
     let (verdict, _) = bench.judged();
     assert!(verdict.left_out.is_empty() && verdict.wrong.is_empty(), "{verdict:?}");
 }

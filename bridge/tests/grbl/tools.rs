@@ -30,7 +30,7 @@ fn hits(desk: &Desk, words: &str) -> Value {
     object["tools"][0]["hits"].clone()
 }
 
-const RUN: &str = "run board.drl --machine mill.toml --same-length --confirm-tools 0.1";
+const RUN: &str = "run board.drl --machine mill.toml --equal-tool-lengths --unattended-tool-change 0.1";
 
 #[test]
 fn worn_tool_is_replaced_between_two_holes() {
@@ -74,7 +74,7 @@ fn resumed_job_counts_every_hole_once_as_wear() {
         "{journal}"
     );
     board.rests();
-    let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --equal-tool-lengths --unattended-tool-change 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
     assert_eq!(hits(&desk, "list"), 6);
 }

@@ -16,7 +16,8 @@ fn job_of_three_tools_ends_at_the_exact_steps() {
     let job = jobs::board();
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
     let desk = Desk::new(&job.text);
-    let (exit, object) = desk.run(&board, "run job.nc --zero-here --same-length --confirm-tools 0.2");
+    let (exit, object) =
+        desk.run(&board, "run job.nc --zero-here --equal-tool-lengths --unattended-tool-change 0.2");
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert_eq!((&object["holes_done"], &object["toolpaths_done"]), (&12.into(), &1.into()), "{object}");
     assert_eq!(object["position_trust"], "trusted", "{object}");
@@ -82,7 +83,8 @@ fn each_tool_is_probed_and_a_missed_probe_ends_the_job() {
     for (plane, holes) in [("-60,0,0", 12), ("-90,0,0", 0)] {
         let mut board = Board::new(instrument, &settings(false), HERE, &["--probe-z", plane]);
         let desk = Desk::new(&job.text);
-        let (exit, object) = desk.run(&board, "run job.nc --zero-here --confirm-tools 0.1 --probe 12");
+        let (exit, object) =
+            desk.run(&board, "run job.nc --zero-here --unattended-tool-change 0.1 --probe-depth 12");
         assert_eq!(object["holes_done"], holes, "{object} {}", desk.said());
         let report = board.end();
         assert_eq!(report["spindle"]["on"], 0, "{report}");
@@ -108,7 +110,7 @@ fn unmeasured_tools_are_refused_without_motion() {
     let Some(instrument) = instrument() else { return };
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
     let desk = Desk::new(&jobs::board().text);
-    let (exit, object) = desk.run(&board, "run job.nc --zero-here --confirm-tools 0");
+    let (exit, object) = desk.run(&board, "run job.nc --zero-here --unattended-tool-change 0");
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.tools_unmeasured".into()), "{object}");
     assert_eq!(board.end()["edges_total"], 0);
 }
@@ -127,7 +129,8 @@ fn jobs_that_conflict_with_settings_are_refused_without_motion() {
         let mut board =
             Board::new(instrument, &[settings(false), changed.into_iter().collect()].concat(), HERE, &[]);
         let desk = Desk::new(&job.text);
-        let (exit, object) = desk.run(&board, &format!("run job.nc --same-length --confirm-tools 0 {words}"));
+        let (exit, object) =
+            desk.run(&board, &format!("run job.nc --equal-tool-lengths --unattended-tool-change 0 {words}"));
         assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", desk.said());
         let report = board.end();
         assert_eq!((&report["edges_total"], &report["spindle"]["starts"]), (&0.into(), &0.into()), "{code}");

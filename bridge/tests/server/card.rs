@@ -473,7 +473,7 @@ fn unusable_card_device_is_refused_before_listening() {
     assert_eq!((code, object["error"]["code"].as_str()), (3, Some("output.no_device")), "{object}");
     let (code, object, _) = super::client::output(
         &folder,
-        &["serve", "--port", "0", "--no-open", "--machine", &file, "--speed", "3", "--json"],
+        &["serve", "--port", "0", "--no-open", "--machine", &file, "--time-scale", "3", "--json"],
     );
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("control.speed_is_real")), "{object}");
     fs::write(folder.path().join("board.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n").unwrap();

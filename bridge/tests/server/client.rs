@@ -50,7 +50,7 @@ impl Running {
 
     /// Starts it at the time scale `speed`.
     pub(crate) fn start_at(home: TempDir, speed: &str) -> Self {
-        let command = annulus(&home, &["serve", "--port", "0", "--no-open", "--speed", speed]);
+        let command = annulus(&home, &["serve", "--port", "0", "--no-open", "--time-scale", speed]);
         Self::of(command, home)
     }
 

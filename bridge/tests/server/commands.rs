@@ -118,7 +118,7 @@ fn saved_files_are_private_and_folders_are_created() {
     assert_ne!(why, "job.not_written", "{output:?}");
     assert!(!output.status.success());
     ask(&["doctor", "--json"]);
-    ask(&["run", board, "--speed", "2000", "--json"]);
+    ask(&["run", board, "--time-scale", "2000", "--json"]);
     assert_eq!(open_to_others(&home), Vec::<PathBuf>::new());
     // Files saved by the page are protected too.
     let bridge = Running::start();
@@ -159,7 +159,7 @@ fn wrong_usage_is_one_json_object() {
         assert_eq!((exit, code(&object)), (2, "cli.usage"), "{arguments:?}");
         assert!(!text.is_empty());
     }
-    let (_, object, _) = output(&home, &["run", "a.drl", "--speed", "fast", "--json"]);
+    let (_, object, _) = output(&home, &["run", "a.drl", "--time-scale", "fast", "--json"]);
     let said = object["error"]["message"].as_str().unwrap_or_default();
     assert!(said.contains("a number, such as 1 for real time"), "{said}");
     let (exit, object, _) = output(&home, &["fly"]);

@@ -376,6 +376,6 @@ fn invalid_converter_settings_are_refused_at_start() {
     };
     let (exit, object, _) = serve(&machine("nobody's", "/dev/null"), &[]);
     assert_eq!((exit != 0, &object["error"]["code"]), (true, &"spindle.no_profile".into()), "{object}");
-    let (exit, object, _) = serve(&machine("delta", "/dev/null"), &["--speed", "5"]);
+    let (exit, object, _) = serve(&machine("delta", "/dev/null"), &["--time-scale", "5"]);
     assert_eq!((exit != 0, &object["error"]["code"]), (true, &"spindle.in_life".into()), "{object}");
 }

@@ -8,6 +8,7 @@ use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{MillProfile, mill, preset_name};
 use annulus_drill::controller::{AttendedJob, JobGiven, JobTools};
+use clap::ValueEnum;
 use std::time::Duration;
 
 /// Default time for the spindle to reach its speed, s.
@@ -29,7 +30,7 @@ pub(in crate::cli) struct How {
     #[arg(long, value_name = "SECONDS")]
     spin_up: Option<f64>,
     /// Run the virtual drill or a simulated controller this many times faster than real time.
-    #[arg(long, default_value_t = 1.0, value_parser = crate::cli::numbers::speed)]
+    #[arg(long = "time-scale", alias = "speed", default_value_t = 1.0, value_parser = crate::cli::numbers::speed)]
     pub(in crate::cli) speed: f64,
     /// Continue automatically SECONDS after each tool change. The spindle restarts without a question.
     #[arg(
@@ -48,19 +49,37 @@ pub(in crate::cli) struct How {
     probe: Option<f64>,
     /// Declare that all tools have the same length, for example with depth rings: none is touched off after a
     /// change.
-    #[arg(long, conflicts_with = "probe")]
+    #[arg(long = "equal-tool-lengths", alias = "same-length", conflicts_with = "probe")]
     pub(crate) same_length: bool,
     /// Measure each new tool on a tool setter: its X, Y and the Z where probing starts, in machine
-    /// coordinates. Optional: the maximum depth in mm and the first and second feed in mm/min [default: 40,
-    /// 150, 25].
-    #[arg(long, value_name = "X,Y,Z", value_parser = tool_setter, allow_hyphen_values = true, conflicts_with = "same_length")]
+    /// coordinates.
+    #[arg(
+        long = "tool-setter",
+        alias = "setter",
+        value_name = "X,Y,Z",
+        value_parser = tool_setter,
+        allow_hyphen_values = true,
+        conflicts_with = "same_length"
+    )]
     pub(super) setter: Option<ToolSetter>,
+    /// Probe at most this far down on the tool setter, in mm [default: 40].
+    #[arg(long, value_name = "MM", value_parser = setter_depth, requires = "setter")]
+    setter_depth: Option<f64>,
+    /// Set the first and the second feed on the tool setter, in mm/min [default: 150,25].
+    #[arg(long, value_name = "FIRST,SECOND", value_parser = setter_feeds, requires = "setter")]
+    setter_feeds: Option<[f64; 2]>,
     /// Change tools with the G-code lines in FILE, at most 32; {tool} is replaced by the tool number.
-    #[arg(long, value_name = "FILE", value_parser = tool_macro)]
+    #[arg(long = "toolchange-macro", alias = "changer", value_name = "FILE", value_parser = tool_macro)]
     pub(super) changer: Option<ToolMacro>,
-    /// Align the job with the board: the planned and the measured position of an alignment hole, in mm from
-    /// the work zero. Give it at least twice.
-    #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
+    /// Align the job with the board: the planned and the measured X,Y of an alignment hole, in mm from the
+    /// work zero. Give it at least twice.
+    #[arg(
+        long = "align-hole",
+        alias = "found",
+        value_name = "PLANNED=MEASURED",
+        value_parser = found_hole,
+        allow_hyphen_values = true
+    )]
     pub(super) found: Vec<FoundHole>,
     /// Set the thickness of the touch plate on the board, in mm; 0 for bare copper [default: 0].
     #[arg(long = "plate-thickness", alias = "plate", value_name = "MM")]
@@ -71,9 +90,15 @@ pub(in crate::cli) struct How {
 }
 
 impl How {
-    /// These options with the machine model `mill`.
+    /// These options with the machine model `mill`, and the whole tool setter in `setter`.
     pub(super) fn on(&self, mill: Option<&'static MillProfile>) -> Self {
-        Self { mill, ..self.clone() }
+        let setter = self.setter.map(|setter| {
+            let depth_mm = self.setter_depth.unwrap_or(setter.depth_mm);
+            let feeds = self.setter_feeds.unwrap_or([setter.fast_mm_per_min, setter.slow_mm_per_min]);
+            let [fast_mm_per_min, slow_mm_per_min] = feeds;
+            ToolSetter { depth_mm, fast_mm_per_min, slow_mm_per_min, ..setter }
+        });
+        Self { mill, setter, ..self.clone() }
     }
 
     /// The first given flag that only applies to a controller.
@@ -188,7 +213,7 @@ impl How {
     }
 
     /// Saved options as flags and values.
-    fn words(&self) -> [(&'static str, Option<String>); 9] {
+    fn words(&self) -> [(&'static str, Option<String>); 11] {
         let number = |value: Option<f64>| value.map(|value| value.to_string());
         let holes = self.found.iter().map(|hole| {
             let [planned, found] =
@@ -196,17 +221,22 @@ impl How {
             format!("{planned}={found}")
         });
         let holes: Vec<String> = holes.collect();
-        let reset = self.port.reset_on_open.map(ResetOnOpen::from);
-        let numbers = |setter: ToolSetter| setter.numbers().map(|number| number.to_string()).join(",");
+        let reset = self.port.reset_on_open.and_then(|reset| reset.to_possible_value());
+        let setter = |from: usize, to: usize| {
+            let numbers = self.setter?.numbers()[from..to].iter().map(f64::to_string).collect::<Vec<_>>();
+            Some(numbers.join(","))
+        };
         [
             ("--spin-up", number(self.spin_up)),
             ("--probe-depth", number(self.probe)),
             ("--plate-thickness", number(self.plate)),
-            ("--same-length", self.same_length.then(String::new)),
-            ("--setter", self.setter.map(numbers)),
-            ("--found", (!holes.is_empty()).then(|| holes.join(" "))),
-            ("--changer", self.changer.as_ref().map(|lines| lines.lines().join(" / "))),
-            ("--reset-on-open", reset.map(|reset| reset.word().to_owned())),
+            ("--equal-tool-lengths", self.same_length.then(String::new)),
+            ("--tool-setter", setter(0, 3)),
+            ("--setter-depth", setter(3, 4)),
+            ("--setter-feeds", setter(4, 6)),
+            ("--align-hole", (!holes.is_empty()).then(|| holes.join(" "))),
+            ("--toolchange-macro", self.changer.as_ref().map(|lines| lines.lines().join(" / "))),
+            ("--reset-on-open", reset.map(|reset| reset.get_name().to_owned())),
             ("--machine", self.mill.map(|mill| mill.name.to_owned())),
         ]
     }
@@ -250,7 +280,7 @@ pub(super) fn sold_mill(name: &str) -> Result<Sold, String> {
     found.ok_or_else(|| format!("{} {}", unknown().message("en"), unknown().advice("en")))
 }
 
-/// Parses three, four or six numbers of a tool setter.
+/// Parses the position of a tool setter, and as `--setter` did its depth and its feeds.
 fn tool_setter(text: &str) -> Result<ToolSetter, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     let setter = numbers.and_then(|numbers| {
@@ -260,6 +290,26 @@ fn tool_setter(text: &str) -> Result<ToolSetter, String> {
         [0, 1, 3].contains(&rest.len()).then(|| ToolSetter::of_numbers(&all)).flatten()
     });
     setter.ok_or_else(|| locale::text("en", "grbl.bad_setter", &[]))
+}
+
+/// Parses the longest travel down on a tool setter.
+fn setter_depth(text: &str) -> Result<f64, String> {
+    let depth_mm = text.trim().parse().ok().filter(|depth_mm: &f64| {
+        let usual = ToolSetter::usual([0.0; 2], 0.0);
+        ToolSetter { depth_mm: *depth_mm, ..usual }.is_sound()
+    });
+    depth_mm.ok_or_else(|| locale::text("en", "grbl.bad_setter_depth", &[]))
+}
+
+/// Parses the two feeds of a tool setter.
+fn setter_feeds(text: &str) -> Result<[f64; 2], String> {
+    let feeds = text.split_once(',').and_then(|(first, second)| {
+        let feeds: [f64; 2] = [first.trim().parse().ok()?, second.trim().parse().ok()?];
+        let [fast_mm_per_min, slow_mm_per_min] = feeds;
+        let usual = ToolSetter::usual([0.0; 2], 0.0);
+        ToolSetter { fast_mm_per_min, slow_mm_per_min, ..usual }.is_sound().then_some(feeds)
+    });
+    feeds.ok_or_else(|| locale::text("en", "grbl.bad_setter_feeds", &[]))
 }
 
 /// Reads the lines of a tool change macro.
@@ -315,13 +365,29 @@ mod tests {
     }
 
     #[test]
+    fn setter_flags_replace_the_numbers_of_the_setter() {
+        let setter = how("--tool-setter -150,-10,-5 --setter-depth 30 --setter-feeds 300,60").setter;
+        assert_eq!(setter.unwrap().numbers(), [-150.0, -10.0, -5.0, 30.0, 300.0, 60.0]);
+        for wrong in [
+            "--setter-depth 30",
+            "--tool-setter 1,2,3 --setter-depth 0",
+            "--tool-setter 1,2,3 --setter-feeds 150",
+        ] {
+            let words = ["resume", "--port", "P"].into_iter().chain(wrong.split_whitespace());
+            assert!(Words::try_parse_from(words).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
     fn flags_override_the_saved_options_of_a_resumed_job() {
         let (again, other) = ("grbl.given_again", "grbl.given_otherwise");
-        let setter = "--setter -150,-10,-5,40,150,25";
+        let setter = "--tool-setter -150,-10,-5 --setter-depth 40 --setter-feeds 150,25";
+        let again_setter = ["--tool-setter", "--setter-depth", "--setter-feeds"];
+        let again_setter = again_setter.map(|flag| format!("{again} {flag}"));
         let rows = [
             ("", "", "", vec![]),
             (
-                "--spin-up 7 --plate 1.5 --probe 12",
+                "--spin-up 7 --plate-thickness 1.5 --probe-depth 12",
                 "",
                 "--spin-up 7 --probe-depth 12 --plate-thickness 1.5",
                 vec![
@@ -331,34 +397,46 @@ mod tests {
                 ],
             ),
             ("--spin-up 7", "--spin-up 2", "--spin-up 2", vec![format!("{other} --spin-up")]),
-            ("--same-length", "", "--same-length", vec![format!("{again} --same-length")]),
             (
-                "--same-length",
-                "--probe-depth 10",
-                "--probe-depth 10",
-                vec![format!("{other} --probe-depth"), format!("{other} --same-length")],
+                "--equal-tool-lengths",
+                "",
+                "--equal-tool-lengths",
+                vec![format!("{again} --equal-tool-lengths")],
             ),
             (
-                "--probe 10",
-                "--same-length",
-                "--same-length",
-                vec![format!("{other} --probe-depth"), format!("{other} --same-length")],
+                "--equal-tool-lengths",
+                "--probe-depth 10",
+                "--probe-depth 10",
+                vec![format!("{other} --probe-depth"), format!("{other} --equal-tool-lengths")],
             ),
-            (setter, "", setter, vec![format!("{again} --setter")]),
+            (
+                "--probe-depth 10",
+                "--equal-tool-lengths",
+                "--equal-tool-lengths",
+                vec![format!("{other} --probe-depth"), format!("{other} --equal-tool-lengths")],
+            ),
+            (setter, "", setter, again_setter.to_vec()),
+            ("--setter -150,-10,-5", "", setter, again_setter.to_vec()),
+            ("--setter -150,-10,-5,40,150,25", "", setter, again_setter.to_vec()),
             (
                 setter,
-                "--probe 10",
-                "--probe-depth 10 --setter -150,-10,-5,40,150,25",
-                vec![format!("{other} --probe-depth"), format!("{again} --setter")],
+                "--probe-depth 10",
+                "--probe-depth 10 --tool-setter -150,-10,-5 --setter-depth 40 --setter-feeds 150,25",
+                [vec![format!("{other} --probe-depth")], again_setter.to_vec()].concat(),
             ),
             ("--reset-on-open never", "", "--reset-on-open never", vec![format!("{again} --reset-on-open")]),
             (
                 "--reset-on-open never",
-                "--reset-on-open usual",
-                "--reset-on-open usual",
+                "--reset-on-open auto",
+                "--reset-on-open auto",
                 vec![format!("{other} --reset-on-open")],
             ),
-            ("--found 5,5=5.3,4.8", "", "--found 5,5=5.3,4.8", vec![format!("{again} --found")]),
+            (
+                "--align-hole 5,5=5.3,4.8",
+                "",
+                "--align-hole 5,5=5.3,4.8",
+                vec![format!("{again} --align-hole")],
+            ),
             ("--machine shapeoko-3", "", "--machine shapeoko-3", vec![format!("{again} --machine")]),
             ("--machine shapeoko-3", "--machine 3018", "--machine 3018", vec![format!("{other} --machine")]),
         ];

@@ -66,7 +66,7 @@ impl Operator {
         let resumed = before.and_then(|entry| entry.levelled.as_ref());
         let map = match (which, resumed) {
             (Some((WhichMap::Measure, touches)), _) => self.measure_board(programs, touches)?,
-            (Some((WhichMap::Kept, _)), _) => {
+            (Some((WhichMap::Saved, _)), _) => {
                 let map = maps().kept().map_err(Refusal::content)?;
                 let refused = map.refused(&programs.level_key, self.zero(), self.homes());
                 // Without homing, coordinates restart each time the port is opened: equal numbers are another
@@ -75,7 +75,7 @@ impl Operator {
                 let refused = refused.or_else(|| (!self.homes()).then(unknown));
                 refused.map_or(Ok(map), |why| Err(Refusal::content(why)))?
             }
-            (None, Some(key)) => {
+            (None | Some((WhichMap::None, _)), Some(key)) => {
                 let map = maps().kept().map_err(Refusal::content)?;
                 let same = map.key() == *key;
                 let homes = self.homes();
@@ -86,7 +86,7 @@ impl Operator {
                 }
                 map
             }
-            (None, None) => return Ok(None),
+            (None | Some((WhichMap::None, _)), None) => return Ok(None),
         };
         let (routine, correction) =
             level_routine(&programs.routine, &map, TOLERANCE).map_err(Refusal::content)?;

@@ -48,7 +48,7 @@ enum GrblCommand {
     Info(PortArgs),
     /// Let the controller read a job in its check mode: it parses every line without motion.
     Check(Box<CheckArgs>),
-    /// Probe the board and save its height map, for `run --level saved`.
+    /// Probe the board and save its height map, for `run --height-map saved`.
     Level(Box<BoardArgs>),
     /// Run a job: G-code programs one after the other, or a board.
     Run(Box<RunArgs>),
@@ -65,8 +65,8 @@ pub(super) struct PortArgs {
     /// Set the baud rate [default: try the common ones until the controller answers].
     #[arg(long)]
     baud: Option<u32>,
-    /// Choose whether opening the port may reset the controller, as it does on most boards (usual), or not
-    /// (never) [default: usual].
+    /// Choose whether opening the port may reset the controller, as it does on most boards (auto), or not
+    /// (never) [default: auto].
     #[arg(long, value_enum)]
     reset_on_open: Option<MayReset>,
 }
@@ -75,6 +75,7 @@ pub(super) struct PortArgs {
 #[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
 enum MayReset {
     /// It may reset it.
+    #[value(name = "auto", alias = "usual")]
     Usual,
     /// It must not reset it.
     Never,
@@ -148,7 +149,7 @@ struct CheckArgs {
     #[arg(long)]
     home: bool,
     /// Set how many times faster than real time a simulated controller runs.
-    #[arg(long, hide = true, default_value_t = 1.0)]
+    #[arg(long = "time-scale", alias = "speed", hide = true, default_value_t = 1.0)]
     speed: f64,
 }
 
@@ -157,12 +158,19 @@ struct CheckArgs {
 pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) board: BoardArgs,
-    /// Let depth follow the board's surface: the saved height map, or with =measure one that is probed first.
-    #[arg(long, value_name = "WHICH", num_args = 0..=1, require_equals = true, default_missing_value = "kept")]
-    pub(super) level: Option<WhichMap>,
+    /// Let depth follow this height map of the board [default: none].
+    #[arg(long = "height-map", alias = "level", value_enum, value_name = "WHICH")]
+    which_map: Option<WhichMap>,
     /// Start from the beginning even if this job, or another one, was interrupted.
-    #[arg(long)]
+    #[arg(long = "restart", alias = "from-start")]
     pub(super) from_start: bool,
+}
+
+impl RunArgs {
+    /// The height map to follow, if any.
+    pub(super) fn height_map(&self) -> Option<WhichMap> {
+        self.which_map.filter(|which| *which != WhichMap::None)
+    }
 }
 
 /// A board or its programs at a controller: input of `annulus grbl level` and `run`.
@@ -199,11 +207,13 @@ struct TouchArgs {
 /// The height map that a job follows.
 #[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
 pub(super) enum WhichMap {
+    /// Follow no map.
+    None,
+    /// Use the saved map.
+    #[value(alias = "kept")]
+    Saved,
     /// Probe the board now.
     Measure,
-    /// Use the saved map.
-    #[value(alias = "saved")]
-    Kept,
 }
 
 /// Arguments of `annulus grbl resume`.
@@ -216,7 +226,7 @@ struct ResumeArgs {
     #[arg(long = "forget-options", alias = "anew")]
     anew: bool,
     /// Compare the controller's settings with this machine model.
-    #[arg(long, value_name = "NAME", value_parser = sold_mill)]
+    #[arg(short, long, value_name = "NAME", value_parser = sold_mill)]
     machine: Option<Sold>,
     #[command(flatten)]
     how: How,
@@ -330,7 +340,7 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
     operator.tells(how.unattended().into_iter().collect());
-    let level = args.level.map(|which| (which, &board.touches));
+    let level = args.height_map().map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct AutomatonArgs {
     #[arg(long, default_value = "arendt", value_name = "NAME|FILE")]
     table: String,
     /// Use the table and the interrupt frequency of this machine, a name or a file.
-    #[arg(long, value_name = "NAME", conflicts_with = "table")]
+    #[arg(short, long, value_name = "NAME", conflicts_with = "table")]
     machine: Option<String>,
     /// Set the target of the axis, in steps.
     #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_name = "N",

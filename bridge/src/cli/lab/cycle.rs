@@ -26,7 +26,7 @@ pub(crate) struct CycleArgs {
     #[arg(long, allow_hyphen_values = true, value_name = "X,Y")]
     hop: Vec<String>,
     /// Use this machine, a name or a file.
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     machine: Option<String>,
     /// Set the maximum speed of X and Y, in mm/s.
     #[arg(long, value_name = "MM/S", allow_negative_numbers = true)]

@@ -31,7 +31,7 @@ pub(crate) struct ProfileArgs {
     #[arg(long, value_enum, value_name = "LAW")]
     shape: Vec<Law>,
     /// Use the limits of this machine, a name or a file; given limits override them.
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     machine: Option<String>,
     /// Choose the axis of the machine.
     #[arg(long, value_enum, default_value_t = AxisName::X)]
