@@ -282,7 +282,7 @@ fn plots_and_tables_are_written_in_the_requested_format() {
     for (command, words) in [
         ("lab profile", &["speed / mm/s", "jerk / mm/s³", "power law α = 0.5", "time / ms"][..]),
         ("lab automaton", &["position / steps", "state", "rate / 1/s"]),
-        ("lab servo", &["control / V", "staged fuzzy PID", "place / mm"]),
+        ("lab servo", &["control / V", "staged fuzzy PID", "position / mm"]),
         ("lab servo --stroke", &["contact", "surface", "return"]),
     ] {
         let plot = text(home, &format!("{command} --svg"));

@@ -167,7 +167,7 @@ fn lab_drill_loses_steps_at_600_hz_but_not_at_500() {
             let slipped = object["drilled"]["slipped_steps"].as_u64();
             assert!(slipped > Some(0) && output.status.code() == Some(1), "{object}");
             assert!(!slips.is_empty() && slips.iter().all(|slip| slip["cause"] == "too_fast"), "{object}");
-            assert!(said.contains("drive.interrupt_frequency is 600 Hz"), "{said}");
+            assert!(said.contains("At 600 Hz (drive.interrupt_frequency)"), "{said}");
             assert!(said.contains("Lost steps: "), "{said}");
         }
         let planned = json(&annulus(folder.path(), &format!("plan wide.drl --machine ./{file} --json")));

@@ -5,7 +5,8 @@
 //! Faults of the old engine that today's can't have: a command that started while `$X` was unanswered was
 //! forgotten with its answer (left out here); a job that had ended left its phase behind, in which Resume moved
 //! nothing, a tool could be confirmed, and the step of its measurement was still shown (left out); after a report
-//! off the path had ended the job, the position check could still send `$G` (fixed in the copy).
+//! off the path had ended the job, the position check could still send `$G`, and a job started after another zero
+//! was stored than requested (both fixed in the copy).
 
 use super::automaton::{Automaton, Counts};
 use super::old_engine;

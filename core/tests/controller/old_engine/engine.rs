@@ -147,6 +147,7 @@ pub struct Controller {
     /// To be sent after the restart: `$X` or `$H`.
     pub(super) after_reset: Option<Meaning>,
     pub(super) zero_wanted: Option<ZeroWanted>,
+    pub(super) zero_refused: bool,
     pub(super) height: BoardHeight,
     pub(super) depth: TipDepth,
     /// When STOP last had an effect.
@@ -214,6 +215,7 @@ impl Default for Controller {
             probe_alarm: ProbeAlarm::None,
             after_reset: None,
             zero_wanted: None,
+            zero_refused: false,
             height: BoardHeight::Unknown,
             depth: TipDepth::default(),
             stopped_ms: None,

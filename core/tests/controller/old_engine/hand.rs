@@ -343,13 +343,14 @@ impl Controller {
     /// Queries the stored offsets to verify the zero, including the axes that must not change: a flipped
     /// letter would write another axis.
     fn read_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
+        let of_plane = place_mm[0].is_some() && place_mm[1].is_some();
         let of_height = place_mm[2].is_some();
         if of_height {
             self.height_is_asked(&wanted);
         }
         let before = self.info.offsets.remove("G54").unwrap_or_default();
         let place_mm = core::array::from_fn(|axis| place_mm[axis].or(before.get(axis).copied()));
-        self.zero_wanted = Some(ZeroWanted { place_mm, of_height, ..wanted });
+        self.zero_wanted = Some(ZeroWanted { place_mm, of_plane, of_height, ..wanted });
         self.send("$#", Meaning::Echo);
     }
 
@@ -393,6 +394,7 @@ impl Controller {
             return found;
         };
         found.extend(self.check_listed());
+        found.extend(self.zero_refused.then(|| Diagnostic::error("grbl.zero_not_taken")));
         found.extend(self.check_zero(start));
         found.extend(self.overrides_that_stand());
         found.extend(self.check_setter(start));

@@ -138,6 +138,7 @@ impl Controller {
         if wanted.trusts {
             self.trust = Trust::Trusted;
         }
+        self.zero_refused &= !wanted.of_plane;
         if wanted.of_height {
             self.height = BoardHeight::OfThisBit;
             self.fit_run();
@@ -151,6 +152,7 @@ impl Controller {
     /// Another zero is stored than requested. `plane`: X or Y may be off from the running job's zero.
     pub(super) fn zero_is_not_taken(&mut self, plane: bool) {
         self.height = BoardHeight::Unknown;
+        self.zero_refused |= plane;
         let why = Diagnostic::error("grbl.zero_not_taken");
         if plane && !self.homes() {
             self.lose_place();
@@ -171,6 +173,7 @@ pub(super) struct ZeroWanted {
     /// Machine coordinates; for the other axes the zero before, if known.
     pub(super) place_mm: [Option<f64>; 3],
     /// The Z zero is included.
+    pub(super) of_plane: bool,
     pub(super) of_height: bool,
     /// Probed position that the zero derives from, machine coordinates.
     pub(super) touched_mm: Option<[f64; 3]>,
