@@ -32,7 +32,7 @@ test("a controller that is set up for another mill than it is said to be is told
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await press(page, page.getByRole("button", { name: "Start…" }));
     const dialog = page.getByRole("dialog", { name: "Before the start" });
-    await dialog.getByText(/^The board would have the wrong size: X has 250 steps per mm \(\$100\), a Shapeoko 3 has 40\./).waitFor();
+    await dialog.getByText(/^The board would have the wrong size: steps per mm of X \(\$100\) are 250, 40 on a Shapeoko 3\./).waitFor();
     await page.screenshot({ path: picture("mills-preflight") });
     await dialog.getByRole("button", { name: "Cancel" }).click();
     await page.reload();
