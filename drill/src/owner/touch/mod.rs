@@ -25,7 +25,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Input, Otherwise};
 use annulus_core::level::HeightMap;
-use annulus_core::machine::{self, Output, Steps, Value, axis_name};
+use annulus_core::machine::{self, Steps, Value, axis_name};
 use annulus_core::motion::cycles;
 use annulus_core::queue::travel;
 use annulus_core::steps::{Segment, Stage, Switching, TICK_HZ};
@@ -88,13 +88,7 @@ impl Owner {
         if self.session.trust != Trust::Trusted {
             return Err(diagnostic("control.not_homed"));
         }
-        let machine = &self.machine;
-        let wired = match machine.output {
-            Output::Virtual => true,
-            Output::Adapter => machine.adapter.sensor(Input::Contact).is_some(),
-            Output::Card | Output::Parallel => machine.wiring().sensor(Input::Contact) != 0,
-        };
-        if wired { Ok(()) } else { Err(diagnostic("level.no_contact")) }
+        if self.machine.senses_contact() { Ok(()) } else { Err(diagnostic("level.no_contact")) }
     }
 
     pub(super) fn begin_touching(&mut self, what: TouchFor) -> Result<(), Diagnostic> {
