@@ -380,8 +380,7 @@ impl Operator {
         }
         let from_leg = match (offer, how.zero) {
             (Some(offer), _) => {
-                let ([_, driver], done) =
-                    (self.driver.names(), done(offer.holes_done, offer.toolpaths_done));
+                let ([_, driver], done) = (self.driver.names(), done(offer.holes_done, offer.toolpaths_done));
                 super::say(format_args!(
                     "{driver}: this job was interrupted after {done}. It continues there."
                 ));
@@ -513,6 +512,10 @@ impl Operator {
                     match self.changes {
                         ToolChanges::After(wait) => self.change_after(wait, status.state),
                         ToolChanges::Asked => self.change_asked().await,
+                    }
+                    // A redrawn bar would hide what the user types.
+                    if status.state == State::ToolChange {
+                        continue;
                     }
                     self.bar.set_length(u64::from(status.holes_total) + u64::from(status.toolpaths_total));
                     self.bar.set_position(u64::from(status.holes_done) + u64::from(status.toolpaths_done));

@@ -235,6 +235,8 @@ fn card_drills_a_board_and_pages_cannot_change_the_wiring() {
     assert_eq!(shop.outputs(), [0; 4], "nothing is on before something is asked");
     home(&mut page);
     assert_eq!(shop.outputs().map(|byte| byte & 0x60), [0; 4], "no forcing at rest");
+    page.ask(&Ask::Probe { depth_um: 1_000, plate_um: 0 });
+    assert_eq!(page.refusal(), "level.no_contact");
     for (key, value) in [
         ("machine.output", Value::Text("virtual".into())),
         ("card.device", Value::Text("/dev/port".into())),
@@ -475,7 +477,8 @@ fn unusable_card_device_is_refused_before_listening() {
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("control.speed_is_real")), "{object}");
     fs::write(folder.path().join("board.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n").unwrap();
     let board = folder.path().join("board.drl").display().to_string();
-    let (code, object, _) = super::client::output(&folder, &["run", &board, "--machine", &file, "--json"]);
+    let (code, object, _) =
+        super::client::output(&folder, &["queue", "run", &board, "--machine", &file, "--json"]);
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_page")), "{object}");
     let words = ["run", &board, "--machine", &file, "--port", "nowhere", "--json"];
     let (code, object, _) = super::client::output(&folder, &words);

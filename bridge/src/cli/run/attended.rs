@@ -134,7 +134,9 @@ impl Operator {
         (interrupted, offer): (Option<&InterruptedJob>, Option<&InterruptedJob>),
     ) -> Result<(), Refusal> {
         let refuse = |code| Err(Refusal::content(error(code)));
-        if let Some(job) = interrupted.filter(|job| offer.is_none() && job.holes_done + job.toolpaths_done > 0) {
+        if let Some(job) =
+            interrupted.filter(|job| offer.is_none() && job.holes_done + job.toolpaths_done > 0)
+        {
             let why = error("run.forgets").with("name", &job.name).with("holes", job.holes_done);
             return Err(Refusal::content(why.with("toolpaths", job.toolpaths_done)));
         }
@@ -154,7 +156,10 @@ impl Operator {
         self.forget_typed();
         while !self.says_yes && self.typed.take().is_none() {
             if self.interrupted || self.lines.is_none() {
-                return Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(error("run.not_started")) });
+                return Err(Refusal {
+                    exit: Exit::Interrupted,
+                    ..Refusal::content(error("run.not_started"))
+                });
             }
             self.next().await;
         }
@@ -261,6 +266,7 @@ impl Operator {
             }
             Err(why) => {
                 self.tell(&why);
+                say(format_args!("({})", why.code));
                 self.forget_typed();
             }
         }
