@@ -95,7 +95,7 @@ impl Driver {
     }
 }
 
-/// What continues after a tool change by hand.
+/// Who continues after a manual tool change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum ToolChanges {
     /// The command, after this time.

@@ -84,7 +84,7 @@ impl Desk {
         holes.iter().map(|hole| [hole.x_mm, hole.y_mm].map(|mm| (mm * 10.0).round() as i64)).collect()
     }
 
-    /// Starts `run` with more words at a terminal of its own. Its messages are in `said.txt`.
+    /// Starts `run` with more words at a new terminal. `said.txt` receives its messages.
     fn at_a_terminal(&self, words: &str) -> (Child, TTYPort) {
         let (hand, slave) = TTYPort::pair().unwrap();
         let name = slave.name().unwrap();
@@ -102,7 +102,7 @@ impl Desk {
         fs::read_to_string(self.home.path().join("said.txt")).unwrap()
     }
 
-    /// Waits until the command at the terminal has said `text` so often.
+    /// Waits until `said.txt` contains `text` this many times.
     fn says(&self, text: &str, count: usize) {
         let since = Instant::now();
         loop {
@@ -203,7 +203,7 @@ fn terminal_confirms_motion_and_measures_tools() {
     types("fly\n", "Commands: x, y or z", 1);
     types("same\n", "the machine moves back and the spindle starts", 1);
     types("\n", "must not cut yet", 2);
-    assert_eq!(desk.holes().len(), 1, "the second tool is asked for behind the first hole");
+    assert_eq!(desk.holes().len(), 1, "the second tool is requested after the first hole");
     types("p\n", "the machine moves back and the spindle starts", 2);
     types("\n", "Card: 2 holes drilled.", 1);
     assert_eq!(child.wait().unwrap().code(), Some(0));

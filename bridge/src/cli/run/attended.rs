@@ -32,7 +32,7 @@ fn error(code: &str) -> Diagnostic {
     Diagnostic::error(code)
 }
 
-/// Refuses arguments that do not fit a real machine, and a run in which nobody can answer.
+/// Refuses arguments that do not fit a real machine, and a run without a terminal or `--yes`.
 pub(super) fn may_run(args: &RunArgs, machine: &Machine) -> Result<(), Refusal> {
     let how = &args.at.board.how;
     let name = args.job().on.name();
