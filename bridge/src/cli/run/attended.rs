@@ -152,8 +152,8 @@ impl Operator {
 
     /// Waits for Enter, unless the user answered in advance. Fails if the user ends the command.
     async fn confirm(&mut self, question: &Diagnostic) -> Result<(), Refusal> {
-        self.tell(question);
         self.forget_typed();
+        self.tell(question);
         while !self.says_yes && self.typed.take().is_none() {
             if self.interrupted || self.lines.is_none() {
                 return Err(Refusal {
@@ -220,13 +220,13 @@ impl Operator {
             let why = error("run.tool_unattended").with("bit", bit).with("line", resume_line());
             return self.end_unchanged(why);
         }
+        self.forget_typed();
         let is_known = change.length != LengthKnown::No;
         let code = if is_known || self.same_length { "run.tool" } else { "run.tool_length" };
         self.tell(&Diagnostic::note(code).with("bit", bit));
         if !is_known && self.machine.senses_contact() {
             self.tell(&Diagnostic::note("run.tool_probe"));
         }
-        self.forget_typed();
     }
 
     /// Ends the job at its tool change.
