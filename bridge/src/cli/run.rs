@@ -470,7 +470,13 @@ impl Operator {
     /// Returns the next message. The first signal stops the drill.
     async fn next(&mut self) -> Option<Tell> {
         tokio::select! {
-            tell = self.tells.recv() => tell,
+            tell = self.tells.recv() => {
+                // A probe that fails reports it here.
+                if let (true, Some(Tell::Refused { why })) = (self.driver.is_real(), &tell) {
+                    self.tell(why);
+                }
+                tell
+            }
             line = typed_line(&mut self.lines) => {
                 self.typed = line;
                 self.status().map(|status| Tell::Status(Box::new(status)))

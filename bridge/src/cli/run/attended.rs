@@ -123,7 +123,7 @@ fn resumed(words: impl Iterator<Item = String>) -> String {
 
 impl Operator {
     /// Prints a message with its advice. A progress bar makes room for it.
-    fn tell(&self, why: &Diagnostic) {
+    pub(super) fn tell(&self, why: &Diagnostic) {
         self.bar.suspend(|| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
     }
 
