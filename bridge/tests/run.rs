@@ -82,12 +82,17 @@ fn port_is_refused_for_a_machine_without_a_controller() {
     let adapter = [("machine.output".to_owned(), Value::Text("adapter".to_owned()))];
     fs::write(folder.path().join("adapter.toml"), file(&apply(&virtual_drill(), &adapter).unwrap())).unwrap();
     let rows = [
-        ("run board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "adapter.port"),
+        (
+            "run board.drl --port nowhere --machine adapter.toml --yes --zero-at 9,9",
+            3,
+            "adapter.port_unopened",
+            "",
+        ),
         ("grbl run board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "serve"),
         ("grbl check board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "serve"),
         ("grbl level board.drl --port nowhere --machine adapter.toml", 2, "run.port_of_adapter", "serve"),
         ("run board.drl --port nowhere --machine virtual", 2, "run.port_of_virtual", "--machine 3018"),
-        ("run board.drl --machine adapter.toml", 2, "run.needs_page", "serve"),
+        ("run board.drl --machine adapter.toml < /dev/null", 2, "run.needs_yes", "--yes"),
     ];
     for (words, exit, code, advice) in rows {
         let output = annulus(folder.path(), &format!("{words} --json"));

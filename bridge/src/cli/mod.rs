@@ -80,7 +80,7 @@ pub(crate) enum Command {
     Simulate(simulate::SimulateArgs),
     /// Probe the board on a grid and save its height map, for `run --height-map saved`.
     Level(Box<level::LevelArgs>),
-    /// Run a job at a controller (--port) or on the virtual drill.
+    /// Run a job on a machine: at its controller, its card or adapter, or on the virtual drill.
     Run(Box<run::RunArgs>),
     /// List the serial ports of this computer.
     Ports,

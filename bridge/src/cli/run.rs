@@ -1,6 +1,9 @@
-//! Runs a job at a controller, if the machine has one, or on the virtual drill. Resumes an interrupted job of
-//! the same program.
+//! Runs a job on a machine: at its controller, at its own output, or on the virtual drill. Resumes an
+//! interrupted job of the same program.
 
+mod attended;
+
+use self::attended::{Zero, resume_line, typed_line, typed_lines};
 use super::{Answer, Exit, Refusal, counted, grbl, job};
 use crate::drill::{Drill, RECORD};
 use crate::machine_file;
@@ -8,6 +11,7 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
+use annulus_core::job::Bit;
 use annulus_core::level::{key_of, same_job};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Output, axis_name};
@@ -21,7 +25,7 @@ use serde_json::json;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
-use tokio::sync::mpsc::Receiver;
+use tokio::sync::mpsc::{Receiver, UnboundedReceiver};
 
 /// Arguments of `annulus run`.
 #[derive(Debug, clap::Args)]
@@ -55,6 +59,15 @@ impl RunArgs {
             same_length: how.same_length,
         }
     }
+
+    /// What continues after a tool change on this driver.
+    fn change(&self, driver: Driver) -> ToolChanges {
+        match self.at.board.how.confirm_tools {
+            Some(wait) => ToolChanges::After(wait),
+            None if driver.is_real() => ToolChanges::Asked,
+            None => ToolChanges::After(Duration::ZERO),
+        }
+    }
 }
 
 /// What drives a machine.
@@ -62,8 +75,33 @@ impl RunArgs {
 enum Driver {
     /// The controller at the port.
     Controller,
+    /// The output of the machine itself: a card, a parallel port or an adapter. The machine moves.
+    Own(Output),
     /// The virtual drill. `rehearsal` is set if it plays the job of another machine.
     Virtual { rehearsal: bool },
+}
+
+impl Driver {
+    /// Its name in JSON, and in every line that reports drilled holes.
+    const fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Controller => ["controller", "Controller"],
+            Self::Own(Output::Card) => ["card", "Card"],
+            Self::Own(Output::Parallel) => ["parallel", "Parallel port"],
+            Self::Own(Output::Adapter) => ["adapter", "USB step adapter"],
+            Self::Virtual { rehearsal: true } => ["virtual_drill", "Rehearsal on the virtual drill"],
+            Self::Virtual { .. } | Self::Own(Output::Virtual) => ["virtual_drill", "Virtual drill"],
+        }
+    }
+}
+
+/// Who continues after a manual tool change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum ToolChanges {
+    /// The command, after this time.
+    After(Duration),
+    /// The user at the terminal. Without a terminal, the job ends.
+    Asked,
 }
 
 /// Refuses a machine with its own controller if only the virtual drill can be driven.
@@ -76,11 +114,11 @@ pub(super) fn own_controller(name: &str) -> Result<(), Refusal> {
 /// The driver of the named machine; an error if it can't be driven from the command line.
 fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
     let (how, name) = (&args.at.board.how, args.job().on.name());
-    if let Some(port) = &how.port.port {
+    let known = machine_file::named(name)?;
+    let output = known.machine.output;
+    if let Some(port) = how.port.port.as_ref().filter(|_| output != Output::Adapter) {
         return grbl::no_controller(&args.job().on, Some(port)).map(|()| Driver::Controller);
     }
-    let known = machine_file::named(name)?;
-    let is_real = known.machine.output != Output::Virtual;
     if args.rehearse {
         return only_virtual(args).map(|()| Driver::Virtual { rehearsal: true });
     }
@@ -88,8 +126,8 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
     if grbl::program::is_gcode(&args.job().job) {
         return Err(grbl::no_port(None));
     }
-    if is_real {
-        return Err(Refusal::usage(diagnostic("run.needs_page")));
+    if output != Output::Virtual {
+        return attended::may_run(args, &known.machine).map(|()| Driver::Own(output));
     }
     // A preset of a real machine that has no wiring yet.
     let is_unwired = name != "virtual" && machine::preset(name).is_some() && !known.path.is_file();
@@ -101,13 +139,16 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
 
 /// Refuses options that need a controller.
 fn only_virtual(args: &RunArgs) -> Result<(), Refusal> {
-    let board = &args.at.board;
-    let measures = (args.at.height_map() == Some(grbl::WhichMap::Measure)).then_some("--height-map measure");
-    let more = (!board.more.is_empty()).then_some("PROGRAM");
-    match board.how.of_controller().or(measures).or(more) {
+    match args.at.board.how.of_controller().next().or(other_of_controller(args)) {
         Some(flag) => Err(Refusal::usage(diagnostic("run.needs_controller").with("flag", flag))),
         None => Ok(()),
     }
+}
+
+/// The other arguments that need a controller.
+fn other_of_controller(args: &RunArgs) -> Option<&'static str> {
+    let measures = (args.at.height_map() == Some(grbl::WhichMap::Measure)).then_some("--height-map measure");
+    measures.or((!args.at.board.more.is_empty()).then_some("PROGRAM"))
 }
 
 /// Options for a board that may be interrupted.
@@ -119,6 +160,8 @@ struct BoardHow<'a> {
     from_start: bool,
     /// The magazine of this machine holds its tools.
     loads: Option<&'a Machine>,
+    /// The work zero of a real machine.
+    zero: Option<Zero>,
 }
 
 /// A job for the drill of this computer, and how to play it.
@@ -143,13 +186,19 @@ pub(crate) struct PlayArgs {
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     match driver(args)? {
         Driver::Controller => grbl::run_job(&args.at, json),
-        Driver::Virtual { rehearsal } => drill(args, rehearsal, json),
+        driver => drill(args, driver, json),
     }
 }
 
-fn drill(args: &RunArgs, rehearsal: bool, json: bool) -> Result<Answer, Refusal> {
+fn drill(args: &RunArgs, driver: Driver, json: bool) -> Result<Answer, Refusal> {
     let wanted = args.job();
-    let known = machine_file::named(wanted.on.name())?;
+    let mut known = machine_file::named(wanted.on.name())?;
+    if let Some(port) = &args.at.board.how.port.port {
+        known.machine.adapter.port.clone_from(port);
+    }
+    if driver == (Driver::Virtual { rehearsal: true }) {
+        known.machine = virtual_of(known.machine);
+    }
     job::can_be_accepted(&wanted.accept)?;
     let mut job = job::open_for_machine(wanted)?;
     for diagnostic in &job.diagnostics {
@@ -160,12 +209,12 @@ fn drill(args: &RunArgs, rehearsal: bool, json: bool) -> Result<Answer, Refusal>
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
+    let zero = driver.is_real().then(|| Zero::of(&args.at.board.how, &known.machine)).transpose()?;
     let loads = args.load_magazine.then_some(&known.machine);
-    let how = BoardHow { level: args.at.height_map().is_some(), from_start: args.at.from_start, loads };
-    let (drill, operator, runtime) = opened(&args.play(), how.level, rehearsal, json)?;
-    if rehearsal {
-        job.program.machine = virtual_of(known.machine.clone()).fingerprint();
-    }
+    let how = BoardHow { level: args.at.height_map().is_some(), from_start: args.at.from_start, loads, zero };
+    job.program.machine = known.machine.fingerprint();
+    let (drill, operator, runtime) = opened(&args.play(), (&known, driver), how.level, json)?;
+    let operator = Operator { changes: args.change(driver), says_yes: args.at.board.how.yes, ..operator };
     let bytes = program::encode(&job.program);
     let level_key = key_of(&job.program);
     let played = runtime.block_on(operator.drill_all((&bytes, &level_key), low, &wanted.accept, how));
@@ -183,35 +232,33 @@ fn virtual_of(machine: Machine) -> Machine {
 /// Opens the drill of this computer and its operator. Jobs follow the saved height map, or none.
 fn opened(
     args: &PlayArgs,
+    (known, driver): (&machine_file::Known, Driver),
     level: bool,
-    rehearsal: bool,
     json: bool,
 ) -> Result<(Drill, Operator, Runtime), Refusal> {
-    let known = machine_file::named(args.job.on.name())?;
-    if known.machine.output != Output::Virtual && !rehearsal {
-        return Err(Refusal::usage(diagnostic("run.needs_page")));
-    }
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
     let no_runtime =
         |error: std::io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let open = if level { Drill::open_with } else { Drill::open_flat };
-    let drill = open(&machine_file::data_folder(), virtual_of(known.machine), args.speed, faults)?;
-    if !rehearsal {
-        drill.keep_settings_in(known.path);
+    let drill = open(&machine_file::data_folder(), known.machine.clone(), args.speed, faults)?;
+    if driver != (Driver::Virtual { rehearsal: true }) {
+        drill.keep_settings_in(known.path.clone());
     }
-    let operator = Operator {
-        rehearsal,
-        ..Operator::new(&drill, signals, json, (args.confirm_tools, args.same_length))
-    };
+    let operator = Operator::new(&drill, signals, json, (args, known, driver));
     Ok((drill, operator, runtime))
 }
 
 /// Probes the board as in `ask`, with the work zero at the machine's corner. Saves the map.
 pub(super) fn touch(args: &PlayArgs, low: Point, ask: Ask, json: bool) -> Result<Answer, Refusal> {
     own_controller(args.job.on.name())?;
-    let (drill, operator, runtime) = opened(args, true, false, json)?;
+    let known = machine_file::named(args.job.on.name())?;
+    if known.machine.output != Output::Virtual {
+        return Err(Refusal::usage(diagnostic("run.needs_page")));
+    }
+    let (drill, operator, runtime) =
+        opened(args, (&known, Driver::Virtual { rehearsal: false }), true, json)?;
     let touched = runtime.block_on(operator.touch(low, ask, &args.job.accept));
     drill.shutdown();
     touched
@@ -229,25 +276,38 @@ struct Operator {
     signals: Signals,
     /// A signal arrived.
     interrupted: bool,
-    /// Duration of a tool change.
-    change: Duration,
+    /// What continues after a tool change.
+    changes: ToolChanges,
     /// All tools have the same length.
     same_length: bool,
-    /// Why the job ended: the length of a tool is unknown.
-    unmeasured: Option<Diagnostic>,
+    /// Why a tool change ended the job.
+    unchanged: Option<Diagnostic>,
     /// When the current tool was requested.
     asked: Option<Instant>,
-    /// The job is for another machine.
-    rehearsal: bool,
+    driver: Driver,
+    machine: Machine,
+    /// Tools of the program.
+    bits: Vec<Bit>,
+    /// The user has answered every question in advance.
+    says_yes: bool,
+    /// Lines typed at the terminal of a real machine.
+    lines: Option<UnboundedReceiver<String>>,
+    /// The last typed line.
+    typed: Option<String>,
 }
 
 impl Operator {
-    fn new(drill: &Drill, signals: Signals, json: bool, (change, same_length): (Duration, bool)) -> Self {
+    fn new(
+        drill: &Drill,
+        signals: Signals,
+        json: bool,
+        (args, known, driver): (&PlayArgs, &machine_file::Known, Driver),
+    ) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template(
-            "{bar:40} {pos}/{len} holes and toolpaths on the virtual drill  {msg}",
-        ) {
+        let on = if driver.is_real() { "" } else { " on the virtual drill" };
+        let style = format!("{{bar:40}} {{pos}}/{{len}} holes and toolpaths{on}  {{msg}}");
+        if let Ok(style) = ProgressStyle::with_template(&style) {
             bar.set_style(style);
         }
         Self {
@@ -256,17 +316,17 @@ impl Operator {
             bar,
             signals,
             interrupted: false,
-            change,
-            same_length,
-            unmeasured: None,
+            changes: ToolChanges::After(args.confirm_tools),
+            same_length: args.same_length,
+            unchanged: None,
             asked: None,
-            rehearsal: false,
+            driver,
+            machine: known.machine.clone(),
+            bits: Vec::new(),
+            says_yes: false,
+            lines: if driver.is_real() { typed_lines() } else { None },
+            typed: None,
         }
-    }
-
-    /// Name of the driver, for every line that reports drilled holes.
-    fn driver(&self) -> &'static str {
-        if self.rehearsal { "Rehearsal on the virtual drill" } else { "Virtual drill" }
     }
 
     fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {
@@ -295,6 +355,7 @@ impl Operator {
         how: BoardHow<'_>,
     ) -> Result<Answer, Refusal> {
         let key = program::key(bytes);
+        self.bits = program::decode(bytes).map_err(Refusal::content)?.bits;
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
         let greeting = self.drill.greeting();
@@ -303,39 +364,39 @@ impl Operator {
                 Tell::Tools(report) => Some(report.wear.as_slice()),
                 _ => None,
             });
-            let bits = program::decode(bytes).map_err(Refusal::content)?.bits;
-            let places = laid_out(&bits, machine, known.unwrap_or_default());
+            let places = laid_out(&self.bits, machine, known.unwrap_or_default());
             self.ask(Ask::Stock { places, spindle: Held::Nothing })?;
         }
         if how.level {
             follows(&greeting, level_key)?;
         }
-        let offer = greeting.into_iter().find_map(|tell| match tell {
-            Tell::Interrupted(InterruptedJob { job, next_leg, holes_done, toolpaths_done, .. })
-                if job == key =>
-            {
-                Some((next_leg, done(holes_done, toolpaths_done)))
-            }
-            _ => None,
-        });
+        let interrupted = interrupted(greeting).filter(|_| !how.from_start);
+        let offer = interrupted.as_ref().filter(|offer| offer.job == key);
+        if let Some(zero) = &how.zero {
+            self.may_move(zero, (interrupted.as_ref(), offer)).await?;
+        }
         if let Some(answer) = self.home().await? {
             return Ok(answer);
         }
-        let from_leg = match offer.filter(|_| !how.from_start) {
-            Some((leg, done)) => {
-                let driver = self.driver();
+        let from_leg = match (offer, how.zero) {
+            (Some(offer), _) => {
+                let ([_, driver], done) = (self.driver.names(), done(offer.holes_done, offer.toolpaths_done));
                 super::say(format_args!(
                     "{driver}: this job was interrupted after {done}. It continues there."
                 ));
-                leg
+                offer.next_leg
             }
-            None => {
+            (None, Some(zero)) => {
+                self.set_zero(zero).await?;
+                0
+            }
+            (None, None) => {
                 self.make_room(low).await?;
                 self.ask(Ask::SetZero)?;
                 0
             }
         };
-        let digest = self.arm(&key, from_leg)?;
+        let digest = self.arm(&key, from_leg).await?;
         self.ask(Ask::Start { job: key.clone(), stream_digest: digest.clone(), from_leg })?;
         let (ending, done) = self.until_ended(&key).await;
         self.bar.finish_and_clear();
@@ -388,10 +449,14 @@ impl Operator {
         Ok(())
     }
 
-    /// Arms the job, to start at `from_leg`. The first failed check refuses it.
-    fn arm(&self, key: &str, from_leg: u32) -> Result<String, Refusal> {
+    /// Arms the job, to start at `from_leg`. The first failed check refuses it. On a real machine, the user
+    /// confirms the warnings.
+    async fn arm(&mut self, key: &str, from_leg: u32) -> Result<String, Refusal> {
         for tell in self.ask(Ask::Arm { job: key.to_owned(), from_leg })? {
             if let Tell::Armed(ArmedJob { stream_digest, checks, levelled, .. }) = tell {
+                if self.driver.is_real() {
+                    self.confirm_warnings(&checks).await?;
+                }
                 if let Some(row) = checks.iter().find(|row| levelled && row.finding.code == "level.follows") {
                     super::say(row.finding.message("en"));
                 }
@@ -405,7 +470,17 @@ impl Operator {
     /// Returns the next message. The first signal stops the drill.
     async fn next(&mut self) -> Option<Tell> {
         tokio::select! {
-            tell = self.tells.recv() => tell,
+            tell = self.tells.recv() => {
+                // A probe that fails reports it here.
+                if let (true, Some(Tell::Refused { why })) = (self.driver.is_real(), &tell) {
+                    self.tell(why);
+                }
+                tell
+            }
+            line = typed_line(&mut self.lines) => {
+                self.typed = line;
+                self.status().map(|status| Tell::Status(Box::new(status)))
+            }
             _ = self.signals.wait() => {
                 if !self.interrupted {
                     self.interrupted = true;
@@ -421,7 +496,7 @@ impl Operator {
     async fn settle(&mut self) -> Status {
         loop {
             if let Some(status) = self.status()
-                && matches!(status.state, State::Ready | State::NotHomed | State::Alarm)
+                && matches!(status.state, State::Ready | State::NotHomed | State::Alarm | State::ToolChange)
                 && status.spindle_rpm == 0
             {
                 return status;
@@ -440,7 +515,14 @@ impl Operator {
                     return (ending, (holes_done, toolpaths_done));
                 }
                 Some(Tell::Status(status)) => {
-                    self.change_tool(status.state);
+                    match self.changes {
+                        ToolChanges::After(wait) => self.change_after(wait, status.state),
+                        ToolChanges::Asked => self.change_asked().await,
+                    }
+                    // A redrawn bar would hide what the user types.
+                    if status.state == State::ToolChange {
+                        continue;
+                    }
                     self.bar.set_length(u64::from(status.holes_total) + u64::from(status.toolpaths_total));
                     self.bar.set_position(u64::from(status.holes_done) + u64::from(status.toolpaths_done));
                     let left = Duration::from_secs_f64(status.left_s.max(0.0));
@@ -453,13 +535,13 @@ impl Operator {
     }
 
     /// Confirms a tool when its time is over. Statuses arrive ten times a second.
-    fn change_tool(&mut self, state: State) {
+    fn change_after(&mut self, wait: Duration, state: State) {
         if state != State::ToolChange {
             self.asked = None;
             return;
         }
         let since = *self.asked.get_or_insert_with(Instant::now);
-        if since.elapsed() < self.change {
+        if since.elapsed() < wait {
             return;
         }
         if self.same_length {
@@ -471,10 +553,7 @@ impl Operator {
                 super::say("The next tool is in. The job continues.");
             }
             // The tool can't be measured here. The job can be resumed.
-            Err(why) if why.code == "control.length_first" => {
-                self.unmeasured = Some(why);
-                let _ = self.drill.ask(Ask::Stop);
-            }
+            Err(why) if why.code == "control.length_first" => self.end_unchanged(why),
             Err(_) => {}
         }
     }
@@ -492,9 +571,11 @@ impl Operator {
             _ if self.interrupted => Exit::Interrupted,
             _ => Exit::Content,
         };
+        let [id, driver] = self.driver.names();
+        let rehearsal = self.driver == (Driver::Virtual { rehearsal: true });
         let mut object = json!({
-            "driven_by": "virtual_drill",
-            "rehearsal": self.rehearsal,
+            "driven_by": id,
+            "rehearsal": rehearsal,
             "holes_done": holes,
             "stopped_because": ending,
             "position_trust": rested.trust,
@@ -505,11 +586,11 @@ impl Operator {
             "drilled_twice": rested.drilled_twice,
         });
         let why =
-            rested.alarm.clone().or(self.unmeasured.clone()).unwrap_or_else(|| diagnostic("run.stopped"));
+            rested.alarm.clone().or(self.unchanged.clone()).unwrap_or_else(|| diagnostic("run.stopped"));
         let milled = format!(" {} milled.", counted(toolpaths, "toolpath"));
         let milled = if toolpaths > 0 { milled.as_str() } else { "" };
-        let still = if self.rehearsal { " The machine did not move." } else { "" };
-        let mut text = format!("{}: {} drilled.{milled}{still}\n", self.driver(), counted(holes, "hole"));
+        let still = if rehearsal { " The machine did not move." } else { "" };
+        let mut text = format!("{driver}: {} drilled.{milled}{still}\n", counted(holes, "hole"));
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
             let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
@@ -520,8 +601,21 @@ impl Operator {
             object["error"] = refusal.object()["error"].clone();
             text += &format!("{refusal}\n");
         }
+        if let (true, Some(_)) = (self.driver.is_real(), interrupted(self.drill.greeting())) {
+            let line = resume_line();
+            text += &format!("{}\n", diagnostic("run.resume_with").with("line", &line).message("en"));
+            object["resume_with"] = line.into();
+        }
         Answer { object, text, exit }
     }
+}
+
+/// The job that was interrupted, if any.
+fn interrupted(greeting: Vec<Tell>) -> Option<InterruptedJob> {
+    greeting.into_iter().find_map(|tell| match tell {
+        Tell::Interrupted(job) => Some(job),
+        _ => None,
+    })
 }
 
 /// Refuses if there is no height map of this job.

@@ -478,7 +478,8 @@ fn unusable_card_device_is_refused_before_listening() {
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("control.speed_is_real")), "{object}");
     fs::write(folder.path().join("board.drl"), "M48\nMETRIC\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n").unwrap();
     let board = folder.path().join("board.drl").display().to_string();
-    let (code, object, _) = super::client::output(&folder, &["run", &board, "--machine", &file, "--json"]);
+    let (code, object, _) =
+        super::client::output(&folder, &["queue", "run", &board, "--machine", &file, "--json"]);
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_page")), "{object}");
     let words = ["run", &board, "--machine", &file, "--port", "nowhere", "--json"];
     let (code, object, _) = super::client::output(&folder, &words);

@@ -8,6 +8,8 @@
 //! ```
 
 mod changes;
+#[cfg(target_os = "linux")]
+mod command;
 mod faults;
 mod foot;
 
@@ -27,6 +29,7 @@ use annulus_core::wire::{Ask, JobEnd, Status, Tell};
 use std::fs::{self, File};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -234,6 +237,26 @@ impl Drop for Twin {
     }
 }
 
+/// A folder with the file `card.toml` of a machine with `more` settings, its device, and a twin with these
+/// faults.
+fn wired(more: &[(&'static str, Value)], faults: Faults) -> (TempDir, Machine, PathBuf, Twin) {
+    let home = TempDir::new().unwrap();
+    let device = home.path().join("card.bin");
+    let made = output(&home, &["machines", "--rehearsal", &device.display().to_string()]);
+    assert_eq!(made.0, 0, "{}", made.2);
+    let machine = machine(&device, more);
+    fs::write(home.path().join("card.toml"), drill::file(&machine)).unwrap();
+    let twin = Twin::start(&machine, &device, faults);
+    (home, machine, device, twin)
+}
+
+/// The command `annulus`, whose executor takes its time from the twin.
+fn driven(home: &TempDir, arguments: &[&str]) -> Command {
+    let mut command = annulus(home, arguments);
+    command.env("ANNULUS_LATENESS_US", "100").env(machine_time::REQUEST.0, machine_time::REQUEST.1);
+    command
+}
+
 /// A machine on a card, its twin, its bridge, and a page.
 pub(crate) struct Bench {
     pub(crate) machine: Machine,
@@ -249,17 +272,10 @@ pub(crate) struct Bench {
 impl Bench {
     /// A machine with `more` settings, and a twin with these faults.
     pub(crate) fn new(more: &[(&'static str, Value)], faults: Faults) -> Self {
-        let home = TempDir::new().unwrap();
-        let device = home.path().join("card.bin");
-        let made = output(&home, &["machines", "--rehearsal", &device.display().to_string()]);
-        assert_eq!(made.0, 0, "{}", made.2);
-        let machine = machine(&device, more);
+        let (home, machine, device, twin) = wired(more, faults);
         let named = home.path().join("card.toml");
-        fs::write(&named, drill::file(&machine)).unwrap();
-        let twin = Twin::start(&machine, &device, faults);
-        let mut command =
-            annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &named.display().to_string()]);
-        command.env("ANNULUS_LATENESS_US", "100").env(machine_time::REQUEST.0, machine_time::REQUEST.1);
+        let command =
+            driven(&home, &["serve", "--port", "0", "--no-open", "--machine", &named.display().to_string()]);
         let bridge = Running::of(command, home);
         let mut page = bridge.page();
         assert!(page.take_control(false));

@@ -1,6 +1,7 @@
 //! Options that decide how a controller runs a job, and how a resumed job reuses them.
 
 use super::{MayReset, PortArgs};
+use crate::cli::Refusal;
 use annulus_core::align::FoundHole;
 use annulus_core::controller::{Changer, ResetOnOpen, Routine, SectionKind, ToolMacro, ToolSetter};
 use annulus_core::diagnostic::Diagnostic;
@@ -22,10 +23,10 @@ pub(in crate::cli) struct How {
     /// Use the current position as the work zero: X, Y and the tool on the board. Only for machines that
     /// don't home.
     #[arg(long, conflicts_with = "zero_at")]
-    pub(super) zero_here: bool,
-    /// Set the work zero in machine coordinates, in mm, for machines that home.
-    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
-    pub(super) zero_at: Option<Place>,
+    pub(in crate::cli) zero_here: bool,
+    /// Set the work zero in machine coordinates, in mm, for machines that home. A controller needs Z too.
+    #[arg(long, value_name = "X,Y[,Z]", value_parser = place, allow_hyphen_values = true)]
+    pub(in crate::cli) zero_at: Option<Place>,
     /// Wait SECONDS for the spindle to reach its speed [default: 3].
     #[arg(long, value_name = "SECONDS")]
     spin_up: Option<f64>,
@@ -101,17 +102,13 @@ impl How {
         Self { mill, setter, ..self.clone() }
     }
 
-    /// The first given flag that only applies to a controller.
-    pub(in crate::cli) fn of_controller(&self) -> Option<&'static str> {
+    /// The given flags that only apply to a controller, and on a machine that Annulus drives itself also
+    /// `--zero-here`, `--zero-at` and `--equal-tool-lengths`.
+    pub(in crate::cli) fn of_controller(&self) -> impl Iterator<Item = &'static str> {
         let zero = [("--zero-here", self.zero_here), ("--zero-at", self.zero_at.is_some())];
         let baud = ("--baud", self.port.baud.is_some());
-        let given = zero.into_iter().chain([baud]).find(|(_, given)| *given).map(|(flag, _)| flag);
-        given.or_else(|| {
-            self.words()
-                .into_iter()
-                .find(|(flag, value)| *flag != "--machine" && value.is_some())
-                .map(|(flag, _)| flag)
-        })
+        let words = self.words().map(|(flag, value)| (flag, flag != "--machine" && value.is_some()));
+        zero.into_iter().chain([baud]).chain(words).filter(|(_, given)| *given).map(|(flag, _)| flag)
     }
 
     /// Warning that tool changes continue without a question, if that was requested.
@@ -259,14 +256,29 @@ impl How {
 
 /// Position in machine coordinates, mm.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place(pub(super) [f64; 3]);
+pub(in crate::cli) struct Place {
+    pub(in crate::cli) plane: [f64; 2],
+    pub(in crate::cli) z: Option<f64>,
+}
 
-/// Parses three numbers separated by commas.
+impl Place {
+    /// X, Y and Z, which a controller needs.
+    pub(super) fn whole(self) -> Result<[f64; 3], Refusal> {
+        let [x, y] = self.plane;
+        let none = || Refusal::usage(Diagnostic::error("run.zero_at_needs_z"));
+        self.z.map(|z| [x, y, z]).ok_or_else(none)
+    }
+}
+
+/// Parses two or three numbers separated by commas.
 fn place(text: &str) -> Result<Place, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
-    let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-    place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
+    match numbers.as_deref() {
+        Some(&[x, y]) => Ok(Place { plane: [x, y], z: None }),
+        Some(&[x, y, z]) => Ok(Place { plane: [x, y], z: Some(z) }),
+        _ => Err(locale::text("en", "run.zero_at.bad", &[])),
+    }
 }
 
 /// A machine model named on the command line.

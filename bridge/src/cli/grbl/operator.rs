@@ -1,7 +1,7 @@
 //! The command line as operator of a controller: homes, sets zero, starts, changes tools, stops.
 
 use super::held::HeldAlone;
-use super::how::How;
+use super::how::{How, Place};
 use super::keys::{Keys, Typing, Word, listen};
 use super::program::Programs;
 use super::{GREETING, TouchArgs, WhichMap, controller_object, time_s};
@@ -92,6 +92,7 @@ impl Operator {
         job: (AttendedJob, Option<JobTools>),
         quiet: bool,
     ) -> Result<Self, Refusal> {
+        how.zero_at.map(Place::whole).transpose()?;
         let (port, bits_per_s) = how.port.open()?;
         let owner = Owner::new(port, ledger.clone(), job, how.speed);
         let (sends, words) = channel();
@@ -312,7 +313,7 @@ impl Operator {
         if homes && !self.trusted() {
             return Err(Refusal::content(self.why("grbl.not_homed")));
         }
-        let zero = self.how.zero_at.map(|place| place.0);
+        let zero = self.how.zero_at.map(Place::whole).transpose()?;
         if zero.is_some() && !homes {
             return Err(Refusal::content(Diagnostic::error("grbl.zero_at_needs_homing")));
         }
