@@ -140,15 +140,17 @@ impl Hand {
 
 /// True if a machine can jog in `state`. Before homing our own drills jog slowly; a GRBL controller is
 /// locked.
-pub fn jogs_in(state: Option<State>, plans: bool) -> bool {
+fn jogs_in(state: Option<State>, plans: bool) -> bool {
     state == Some(State::Ready) || state == Some(State::NotHomed) && !plans
 }
 
+/// True if the machine can jog in its present state.
+pub fn may_jog(link: &Link) -> bool {
+    jogs_in(link.state(), link.controller.plans()) || link.touches_off()
+}
+
 fn ready(link: &Link) -> bool {
-    link.phase == LinkPhase::Open
-        && link.control.yours
-        && link.freshness == Freshness::Fresh
-        && (jogs_in(link.state(), link.controller.plans()) || link.touches_off())
+    link.phase == LinkPhase::Open && link.control.yours && link.freshness == Freshness::Fresh && may_jog(link)
 }
 
 pub(super) fn update(model: &mut Model, event: HandEvent) -> Vec<Effect> {

@@ -4,7 +4,7 @@
 use crate::i18n::{key, say, t};
 use crate::keys::{self, HandKey, KeyAction};
 use crate::model::HandEvent;
-use crate::model::link::hand::{JOG, JogDirection, STEPS_UM, jogs_in};
+use crate::model::link::hand::{JOG, JogDirection, STEPS_UM, may_jog};
 use crate::page::{key_of, link, peek, read, send};
 use crate::widgets::{choice, push_guarded, segmented};
 use annulus_core::control::State;
@@ -24,7 +24,7 @@ pub(super) fn jog_button(way: JogDirection, word: &'static str, name: &'static s
         format!("button jog-{}{}", ["x", "y", "z"][usize::from(axis)], if up { "-plus" } else { "-minus" });
     // While it jogs, the button stays enabled so that its release is noticed.
     let usable = move || {
-        let jogs = read(|m| m.link.touches_off() || jogs_in(m.link.state(), m.link.controller.plans()));
+        let jogs = read(|m| may_jog(&m.link));
         let locked = axis < 2 && lift_first().is_some() && !read(|m| m.link.hand.anyway);
         link::may_act() && !locked && (jogs || link::state() == Some(State::Jogging))
     };
@@ -79,9 +79,13 @@ fn lift_first() -> Option<f64> {
 /// X and Y are locked because the tip may be in the board: *Lift first*, and a button to hold for moving them
 /// anyway.
 fn locked() -> impl IntoView {
-    // During an alarm, the list "The way back" shows this step.
+    // During an alarm, the list "Recovery" shows this step. During a job, nothing can be jogged.
     let is_low = Memo::new(move |_| {
-        read(|m| m.link.status.as_ref().is_some_and(|now| now.alarm.is_none() && now.lift_first_mm.is_some()))
+        read(|m| {
+            let jogs = may_jog(&m.link) || m.link.state() == Some(State::Jogging);
+            let status = m.link.status.as_ref();
+            jogs && status.is_some_and(|now| now.alarm.is_none() && now.lift_first_mm.is_some())
+        })
     });
     let anyway = Memo::new(move |_| read(|m| m.link.hand.anyway));
     let ready =
