@@ -21,6 +21,8 @@ use tempfile::TempDir;
 
 /// Keeps the opened terminal from becoming this process's controlling terminal.
 const NOT_MINE: i32 = 0o400;
+/// Longest wait for a message; homing takes long on a busy computer.
+const MOST: Duration = Duration::from_secs(3 * PATIENCE.as_secs());
 
 /// Holes 3 mm apart, the second with another tool.
 fn two_tools(machine: &Machine, holes: u32) -> Program {
@@ -37,6 +39,16 @@ fn two_tools(machine: &Machine, holes: u32) -> Program {
     ];
     program.legs.insert(2, Leg { mark: Mark::ToolChange(1), commands });
     program
+}
+
+/// A command at a terminal; killed at the end of the test.
+struct Typist(Child);
+
+impl Drop for Typist {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 /// A machine on a card, and a board of two holes.
@@ -85,7 +97,7 @@ impl Desk {
     }
 
     /// Starts `run` with more words at a new terminal. `said.txt` receives its messages.
-    fn at_a_terminal(&self, words: &str) -> (Child, TTYPort) {
+    fn at_a_terminal(&self, words: &str) -> (Typist, TTYPort) {
         let (hand, slave) = TTYPort::pair().unwrap();
         let name = slave.name().unwrap();
         let terminal = OpenOptions::new().read(true).write(true).custom_flags(NOT_MINE).open(&name).unwrap();
@@ -95,7 +107,7 @@ impl Desk {
         let at = |name: &str| File::create(self.home.path().join(name)).unwrap();
         let mut command = self.command(&format!("run --machine card.toml {words}"));
         command.stdin(terminal).stdout(at("answer.json")).stderr(at("said.txt"));
-        (command.spawn().unwrap(), hand)
+        (Typist(command.spawn().unwrap()), hand)
     }
 
     fn said(&self) -> String {
@@ -110,7 +122,7 @@ impl Desk {
             if said.matches(text).count() >= count {
                 return;
             }
-            assert!(since.elapsed() < PATIENCE, "{text}: never, but {said}");
+            assert!(since.elapsed() < MOST, "{text}: never, but {said}");
             thread::sleep(Duration::from_millis(20));
         }
     }
@@ -187,7 +199,7 @@ fn terminal_confirms_motion_and_measures_tools() {
     hand.write_all(b"\n").unwrap();
     let (since, mut is_asked) = (Instant::now(), false);
     while !desk.said().contains("must not cut yet") {
-        assert!(since.elapsed() < PATIENCE, "{}", desk.said());
+        assert!(since.elapsed() < MOST, "{}", desk.said());
         // The pre-flight may have warnings.
         if !is_asked && desk.said().contains("Press Enter to start the job") {
             hand.write_all(b"\n").unwrap();
@@ -208,6 +220,6 @@ fn terminal_confirms_motion_and_measures_tools() {
     types("p\n", "must not cut yet", 3);
     types("same\n", "the machine moves back and the spindle starts", 2);
     types("\n", "Card: 2 holes drilled.", 1);
-    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(child.0.wait().unwrap().code(), Some(0));
     assert_eq!(desk.holes(), [[20, 40], [50, 40]]);
 }
