@@ -48,7 +48,7 @@ try {
 
 const fallen = document.getElementById("fallen");
 
-/** STOP where the program of the page is broken (`effects/last_stop.rs`). */
+/** STOP of a page whose program has crashed (`effects/last_stop.rs`). */
 function stop(event) {
   event.preventDefault();
   event.stopPropagation();
@@ -64,7 +64,7 @@ function stop(event) {
   }
 }
 
-/** A program that trapped answers nobody any more, STOP neither: that is said above all else, with a STOP that needs no program. */
+/** A program that trapped no longer reacts, not even to STOP: says so above all else, with a STOP that needs no program. */
 function fall(error) {
   if (fallen.open || !(error instanceof WebAssembly.RuntimeError)) return;
   fallen.lang = root.lang;
@@ -77,6 +77,13 @@ function fall(error) {
   const key = (event) => event.ctrlKey && event.shiftKey && event.code === "KeyE" && stop(event);
   addEventListener("keydown", key, { capture: true });
   fallen.showModal();
+  // What is left of the program can still open a dialog, such as that of a tool change: this one stays above it.
+  const above = (changes) => {
+    if (!changes.some(({ target }) => target instanceof HTMLDialogElement && target !== fallen && target.open)) return;
+    fallen.close();
+    fallen.showModal();
+  };
+  new MutationObserver(above).observe(document.body, { subtree: true, attributeFilter: ["open"] });
 }
 addEventListener("error", ({ error }) => fall(error));
 addEventListener("unhandledrejection", ({ reason }) => fall(reason));

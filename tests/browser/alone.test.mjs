@@ -165,6 +165,12 @@ test("a page whose program broke still stops its own drill", async () => {
     const fallen = await broken(page);
     const before = (await drilled(page)).length;
     await until(async () => (await drilled(page)).length > before, "a drill that goes on without its page");
+    // The job can reach a tool change: its dialog must not cover this STOP.
+    await page.evaluate(() => {
+      const late = document.querySelector(".shell").appendChild(document.createElement("dialog"));
+      late.style = "inset: 0; width: 100%; height: 100%";
+      late.showModal();
+    });
     await fallen.getByRole("button", { name: "STOP", exact: true }).click();
     await fallen.getByText(/^STOP was sent\./).waitFor();
     await new Promise((later) => setTimeout(later, 1000));
