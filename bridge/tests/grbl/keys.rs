@@ -71,7 +71,7 @@ fn tool_change_takes_typed_lines_at_a_terminal() {
     bench.desk.says("Type: ");
     // Here, keys of a running job are normal characters of a line.
     hand.write_all(b"wobble -\n").unwrap();
-    bench.desk.says("x, y, z with mm; zero; probe; go.");
+    bench.desk.says("Type x, y or z and mm; zero; probe; or go.");
     hand.write_all(b"gp\x7fo\n").unwrap();
     eventually("the first hole", MOST, || bench.desk.journal()["holes"].as_u64() > Some(0));
     sender.stop();

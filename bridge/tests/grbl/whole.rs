@@ -51,7 +51,7 @@ fn tool_change_waits_30_s_and_requires_touch_off() {
         // Input after a misunderstood word is not carried out.
         if tool == 0 {
             sender.types("wobble\ngo");
-            desk.says("x, y, z with mm; zero; probe; go.");
+            desk.says("Type x, y or z and mm; zero; probe; or go.");
             assert_eq!((board.rests(), board.snapshot()["spindle"]["on"].clone()), (before, 0.into()));
         }
         // A later tool does not continue before it was touched off.
