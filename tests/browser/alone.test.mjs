@@ -5,8 +5,8 @@ import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { broken, data, downloaded, drillOnly, openBrowser, openPage, picture, press, root, serveFiles, site, startJob, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { broken, data, downloaded, drillOnly, mayStart, openBrowser, openPage, picture, preflight, press, root, serveFiles, site, startJob, tab, test, until } from "./harness.mjs";
 
 /** Waits until the service worker controls the page. */
 const kept = (page) => until(() => page.evaluate(() => navigator.serviceWorker.controller !== null), "a site that is kept");
@@ -135,12 +135,10 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
     assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
     // The notice about the stop offers the rest. Its pre-flight counts only the rest, and a restart is marked
     // as such.
-    const before = page.getByRole("dialog", { name: "Before the start" });
     const holes = Number(await data(page, "holes"));
     const planned = async (button) => {
-      await press(page, page.getByRole("button", { name: button }));
+      const before = await preflight(page, page.getByRole("button", { name: button }));
       const row = before.getByText(/^\d+ holes? in about \d+ min \d+ s\.$/);
-      await row.waitFor();
       const found = [Number((await row.textContent()).match(/^\d+/)[0]), await before.getByText(/Part of this job is already done/).count()];
       await before.getByRole("button", { name: "Cancel" }).click();
       return found;
@@ -209,13 +207,7 @@ test("a page that is closed in mid-job is opened again, and the job goes on: no 
     await other.close();
     await again.getByRole("button", { name: "Home", exact: true }).click();
     await again.getByText("At rest, position known.").waitFor();
-    await offer.click();
-    const dialog = again.getByRole("dialog", { name: "Before the start" });
-    const start = dialog.getByRole("button", { name: "Resume the job" });
-    await until(async () => {
-      for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
-      return start.isEnabled();
-    }, "a pre-flight that lets the job go on");
+    const start = await mayStart(await preflight(again, offer), "Resume the job");
     await start.click();
     await toTheEnd(again);
     const made = await drilled(again);

@@ -8,10 +8,10 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { createServer } from "node:http";
 import { connect } from "node:net";
-import { after, before, test } from "node:test";
+import { after, before } from "node:test";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
-import { PATIENCE_MS, root, startBridge, until } from "./harness.mjs";
+import { PATIENCE_MS, root, startBridge, test, until } from "./harness.mjs";
 
 let bridge, port, browser, attacker, evil, watch;
 const seen = [];

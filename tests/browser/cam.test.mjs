@@ -5,8 +5,7 @@ import { spawnSync } from "node:child_process";
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { test } from "node:test";
-import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, show, stand, until } from "./harness.mjs";
+import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, show, stand, test, until } from "./harness.mjs";
 
 const { fresh } = stand("none");
 

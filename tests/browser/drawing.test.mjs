@@ -1,8 +1,7 @@
 // The board editor: drawing by mouse, keys and numbers; undo; restoring after a reload; making a board.
 
 import assert from "node:assert/strict";
-import { test } from "node:test";
-import { data, downloaded, findings, picture, planned, settled, show, stand, tab, until } from "./harness.mjs";
+import { data, downloaded, findings, picture, planned, settled, show, stand, tab, test, until } from "./harness.mjs";
 
 const { fresh, opened } = stand();
 

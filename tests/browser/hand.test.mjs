@@ -6,8 +6,8 @@ import { spawnSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { atRest, data, drillOnly, openBrowser, openLinked, picture, planned, press, program, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { atRest, data, drillOnly, openBrowser, openLinked, picture, planned, preflight, press, program, settled, startBridge, startJob, tab, test, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser("none")));
@@ -183,9 +183,7 @@ test("a board that lacks holes is not told as done, and what is missing can be d
     await atRest(page);
     await page.screenshot({ path: picture("missing-1024") });
     const again = page.getByRole("button", { name: `Drill the missing ${missing}…` });
-    await press(page, again);
-    const dialog = page.getByRole("dialog", { name: "Before the start" });
-    await dialog.waitFor();
+    const dialog = await preflight(page, again);
     await until(async () => (await dialog.getByText(/computed the same steps/).count()) === 1, "the bridge's verdict");
     // Still shown after a reload.
     await page.reload();

@@ -6,7 +6,7 @@ import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, existsSync, mkdirSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
-import { after, before } from "node:test";
+import { after, before, test as nodeTest } from "node:test";
 import { tmpdir } from "node:os";
 import { dirname, extname, join, normalize, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -24,6 +24,32 @@ export const rounds = (short, long) => (process.env.ANNULUS_LONG ? long : short)
 
 /** The root of the repository. */
 export const root = resolve(here, "../..");
+
+/** What the pages of the current test showed when they were closed. */
+let shown = [];
+
+/** A test whose failure tells what its pages showed: a test log keeps only text. */
+export function test(name, ...rest) {
+  const body = rest.pop();
+  return nodeTest(name, ...rest, async (t) => {
+    shown = [];
+    try {
+      await body(t);
+    } catch (error) {
+      error.message += shown.map((text) => `\nA page showed: ${text}`).join("");
+      throw error;
+    }
+  });
+}
+
+/** The texts of a page: dialogs and notices first. A page that does not answer gives none. */
+async function textsOf(page) {
+  const told = page.locator("[role=alert], [role=status], dialog[open], .machine-top").filter({ visible: true });
+  const read = Promise.all([told.allInnerTexts(), page.locator("main").innerText({ timeout: 2000 })]);
+  const late = new Promise((none) => setTimeout(none, 3000, [[], "no answer"]));
+  const [notices, main] = await Promise.race([read, late]).catch((error) => [[], String(error)]);
+  return [...notices, main].map((text) => text.replace(/\s+/g, " ").trim()).filter(Boolean).join(" | ").slice(0, 3000);
+}
 
 /** The program under test. */
 export const program = process.env.ANNULUS_BIN ?? join(root, "target/debug/annulus");
@@ -132,6 +158,11 @@ export async function openPage(browser, url, { width = 1440, height = 900, schem
   context.setDefaultTimeout(PATIENCE_MS);
   // Remove the file picker API: the fallback file input can be controlled from here.
   await context.addInitScript(() => delete window.showOpenFilePicker);
+  const close = context.close.bind(context);
+  context.close = async () => {
+    shown.push(...(await Promise.all(context.pages().map(textsOf))));
+    await close();
+  };
   const page = await context.newPage();
   const slow = Number(process.env.ANNULUS_SLOW ?? 1);
   if (slow > 1) {
@@ -311,15 +342,6 @@ export async function pictures(page, name) {
   }
 }
 
-/** Adds the page's text to `error` and saves a screenshot `name`, because the test log keeps only text. */
-export async function failed(page, name, error) {
-  await page.screenshot({ path: picture(name) });
-  const alerts = await page.locator("[role=alert], [role=status], dialog[open], .machine-top").filter({ visible: true }).allInnerTexts();
-  const short = alerts.map((text) => text.replace(/\s+/g, " ").trim()).filter(Boolean).join(" | ");
-  error.message += `\nIts banners: ${short}\nThe page said: ${await page.locator("main").innerText()}`;
-  return error;
-}
-
 /** The button of a screen. */
 export const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
 
@@ -365,7 +387,32 @@ export async function press(page, button, clear = async () => {}) {
   }, "a button that may be pressed");
 }
 
-/** Homes, sets the work zero and starts the planned job. */
+/** Opens the pre-flight by `button` and waits for its rows. On a busy computer the press may be refused, because
+ *  the page just changed, or the check, because the page lost control: then it is pressed again. */
+export async function preflight(page, button) {
+  const dialog = page.getByRole("dialog", { name: "Before the start" });
+  await until(async () => {
+    await press(page, button);
+    await dialog.waitFor({ timeout: 10_000 }).catch(() => {});
+    await dialog.getByText("Annulus is checking the program…").waitFor({ state: "hidden" });
+    if (await dialog.locator("ul.preflight").isVisible()) return true;
+    if (await dialog.isVisible()) await dialog.getByRole("button", { name: "Cancel" }).click();
+    return false;
+  }, "a pre-flight with its rows");
+  return dialog;
+}
+
+/** Ticks the warnings of the pre-flight until its button `name` can be pressed; returns the button. */
+export async function mayStart(dialog, name = "Start the job") {
+  const start = dialog.getByRole("button", { name });
+  await until(async () => {
+    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
+    return start.isEnabled();
+  }, "a pre-flight that lets the job start");
+  return start;
+}
+
+/** Homes, sets the work zero and opens the pre-flight of the planned job. */
 export async function startJob(page) {
   await tab(page, "Machine").click();
   const operate = page.getByRole("button", { name: "Operate from this phone" });
@@ -374,14 +421,8 @@ export async function startJob(page) {
   await page.getByText("At rest, position known.").waitFor();
   await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
   await page.getByText(/Zero at/).waitFor();
-  await press(page, page.getByRole("button", { name: "Start…" }));
-  const dialog = page.getByRole("dialog", { name: "Before the start" });
-  const start = dialog.getByRole("button", { name: "Start the job" });
-  await until(async () => {
-    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
-    return start.isEnabled();
-  }, "a pre-flight that lets the job start");
-  return { dialog, start };
+  const dialog = await preflight(page, page.getByRole("button", { name: "Start…" }));
+  return { dialog, start: await mayStart(dialog) };
 }
 
 /** Waits until the plan matches the job, or no planning is in progress. */

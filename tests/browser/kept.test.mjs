@@ -4,8 +4,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { data, downloaded, findings, openBrowser, openPage, picture, root, startBridge, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { data, downloaded, findings, openBrowser, openPage, picture, root, startBridge, tab, test, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser("none")));

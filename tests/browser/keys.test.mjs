@@ -2,8 +2,7 @@
 // commands without keys.
 
 import assert from "node:assert/strict";
-import { test } from "node:test";
-import { data, settled, show, stand, tab, until } from "./harness.mjs";
+import { data, settled, show, stand, tab, test, until } from "./harness.mjs";
 
 const { fresh, opened } = stand("none");
 

@@ -1,8 +1,8 @@
 // The Lab by keyboard alone, and every panel in dark and light without an accessibility problem.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { atRest, findings, openBrowser, openLinked, openPage, picture, press, show, startBridge, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { atRest, findings, openBrowser, openLinked, openPage, picture, press, show, startBridge, tab, test, until } from "./harness.mjs";
 
 const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Faults", "Log"];
 

@@ -2,8 +2,7 @@
 // its control.
 
 import assert from "node:assert/strict";
-import { test } from "node:test";
-import { atRest, data, openPage, picture, stand, startBridge, until } from "./harness.mjs";
+import { atRest, data, openPage, picture, stand, startBridge, test, until } from "./harness.mjs";
 
 const held = stand("none");
 

@@ -2,8 +2,8 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { SCREENS, atRest, backend, data, drillOnly, findings, openBrowser, openLinked, picture, root, startBridge, startJob, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { atRest, backend, data, drillOnly, findings, openBrowser, openLinked, picture, root, SCREENS, startBridge, startJob, tab, test, until } from "./harness.mjs";
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));

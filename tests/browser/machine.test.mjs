@@ -5,8 +5,8 @@ import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { SCREENS, data, drillOnly, failed, openBrowser, openLinked, openPage, picture, pictures, press, settled, show, startBridge, startJob, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { data, drillOnly, mayStart, openBrowser, openLinked, openPage, picture, pictures, preflight, press, SCREENS, settled, show, startBridge, startJob, tab, test, until } from "./harness.mjs";
 
 /** A small window needs less CPU for software rendering, next to a machine in real time. */
 const SMALL = { width: 1024, height: 768 };
@@ -198,14 +198,11 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     assert.ok((await map.locator("circle.touched").count()) > 3);
     await page.screenshot({ path: picture("level-own") });
     await map.getByRole("button", { name: "Close" }).click();
-    await press(page, page.getByRole("button", { name: "Start…" }));
-    const preflight = page.getByRole("dialog", { name: "Before the start" });
-    await preflight.getByText(/Depth follows the height map/).waitFor();
-    await preflight.getByText(/Page and machine computed the same steps/).waitFor();
-    for (const box of await preflight.getByRole("checkbox").all()) await box.check();
-    const start = preflight.getByRole("button", { name: "Start the job" });
-    await until(() => start.isEnabled(), "nothing that fails");
-    await preflight.getByRole("button", { name: "Cancel" }).click();
+    const dialog = await preflight(page, page.getByRole("button", { name: "Start…" }));
+    await dialog.getByText(/Depth follows the height map/).waitFor();
+    await dialog.getByText(/Page and machine computed the same steps/).waitFor();
+    await mayStart(dialog);
+    await dialog.getByRole("button", { name: "Cancel" }).click();
     // Another zero: the map shows it before anything moves.
     await press(page, page.getByRole("button", { name: "Move X to the right" }));
     await page.getByText("At rest, position known.").waitFor();
@@ -213,8 +210,6 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     await press(page, page.getByRole("button", { name: "Height map…" }));
     await map.getByText(/from where it was when the height map was measured/).waitFor();
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "level-own-failed", error);
   } finally {
     await context.close();
     await bridge.stop();
@@ -262,8 +257,6 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     await other.getByText(/does not let this page use a camera|This page found no camera/).waitFor();
     await other.getByRole("button", { name: "Tool is over the hole" }).click();
     await other.getByText(/: found/).first().waitFor();
-  } catch (error) {
-    throw await failed(blind?.page ?? page, "second-side-failed", error);
   } finally {
     await blind?.context.close();
     await seeing.close();

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { STEPS, plugInto } from "./grbl.mjs";
-import { PATIENCE_MS, openPage, press, settled, tab, until } from "./harness.mjs";
+import { mayStart, openPage, PATIENCE_MS, preflight, press, settled, tab, until } from "./harness.mjs";
 
 /** Speed of the simulated board, relative to real time. */
 export const SPEED = 2;
@@ -62,14 +62,10 @@ export async function ready(page, board) {
   return board.steps();
 }
 
-/** Accepts the pre-flight and starts the job. */
-export async function begin(page, name) {
-  const dialog = page.getByRole("dialog", { name: "Before the start" });
-  const start = dialog.getByRole("button", { name });
-  await until(async () => {
-    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
-    return start.isEnabled();
-  }, "a pre-flight that lets the job start");
+/** Opens the pre-flight by `button`, accepts it and starts the job. */
+export async function begin(page, button, name) {
+  const dialog = await preflight(page, button);
+  const start = await mayStart(dialog, name);
   const rows = await dialog.getByRole("listitem").allTextContents();
   await start.click();
   return rows;

@@ -5,9 +5,9 @@ import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, before } from "node:test";
 import { instrument, startBoard } from "./grbl.mjs";
-import { drillOnly, failed, openBrowser, openPage, picture, press, serveFiles, startBridge, startJob, tab, until } from "./harness.mjs";
+import { drillOnly, openBrowser, openPage, picture, preflight, press, serveFiles, startBridge, startJob, tab, test, until } from "./harness.mjs";
 import { SPEED, connect, drillFile, HOLES, home, opened, shown } from "./mill.mjs";
 
 const tools = instrument();
@@ -30,8 +30,7 @@ test("a controller that is set up for another mill than it is said to be is told
     await page.screenshot({ path: picture("mills-settings") });
     await tab(page, "Machine").click();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
-    await press(page, page.getByRole("button", { name: "Start…" }));
-    const dialog = page.getByRole("dialog", { name: "Before the start" });
+    const dialog = await preflight(page, page.getByRole("button", { name: "Start…" }));
     await dialog.getByText(/^The board would have the wrong size: steps per mm of X \(\$100\) are 250, 40 on a Shapeoko 3\./).waitFor();
     await page.screenshot({ path: picture("mills-preflight") });
     await dialog.getByRole("button", { name: "Cancel" }).click();
@@ -41,8 +40,6 @@ test("a controller that is set up for another mill than it is said to be is told
     await tab(page, "Settings").click();
     await until(async () => (await mill.inputValue()) === "shapeoko-3", "the mill that was chosen");
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "mills-failed", error);
   } finally {
     await context.close();
     server.stop();
@@ -76,8 +73,6 @@ test("strokes that end on their sensor are a map of the holes, and a table with 
     assert.ok(far.every((mm, row) => row === 0 || mm <= far[row - 1]), off.join(" "));
     await page.screenshot({ path: picture("contacts") });
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "contacts-failed", error);
   } finally {
     await context.close();
     await bridge.stop();

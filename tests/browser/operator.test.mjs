@@ -5,8 +5,8 @@ import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { atRest, drillOnly, failed, openBrowser, openPage, picture, planned, press, show, startBridge, startJob, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { atRest, drillOnly, openBrowser, openPage, picture, planned, press, show, startBridge, startJob, tab, test, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser("none")));
@@ -90,8 +90,6 @@ test("an alarm in mid-job is one bar on every screen, with no other word and no 
     await log.getByText(/Ended by an alarm\. Holes drilled: \d+/).first().waitFor();
     await log.getByText(/The tool touched something 0\.2\d mm above/).first().waitFor();
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "alarm-failed", error);
   } finally {
     await end();
   }
@@ -133,8 +131,6 @@ test("the way back leads from an alarm to Resume by its own buttons; a bit that 
     await until(async () => (await mark("Check the tool")) === "done", "the bit looked at");
     assert.equal(await mark("Resume the job"), "now");
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "way-back-failed", error);
   } finally {
     await end();
   }
@@ -170,8 +166,6 @@ test("a job with isolation says that it mills, which operation of how many, and 
     assert.ok(Math.max(...numbers) > Math.min(...numbers), `it goes on: ${numbers}`);
     await page.screenshot({ path: picture("milling-1024") });
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "milling-failed", error);
   } finally {
     await end();
   }
@@ -193,8 +187,6 @@ test("each of several spindles has its depth and its time to the board, and what
     await page.getByText(/not before the contact sensor opens/).waitFor();
     await page.screenshot({ path: picture("spindles-1024") });
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "spindles-failed", error);
   } finally {
     await end();
   }
@@ -235,8 +227,6 @@ test("the clamp of a magazine whose change stopped is opened from the page, aske
     await magazine.getByText(/it continues with step 11/).waitFor();
     assert.equal(await magazine.getByRole("button", { name: "Open the clamp…" }).count(), 0, "nothing is in it");
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "clamp-failed", error);
   } finally {
     await end();
   }
@@ -272,8 +262,6 @@ test("a worn tool is taken out of the clamp and a new one put in by its dialog; 
     await go_on(page).click();
     await page.getByText(/^Hole [4-9] of/).first().waitFor();
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "worn-in-magazine-failed", error);
   } finally {
     await end();
   }

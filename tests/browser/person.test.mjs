@@ -4,8 +4,8 @@
 // These tests mostly sleep, so they run concurrently.
 
 import assert from "node:assert/strict";
-import { describe, test } from "node:test";
-import { PATIENCE_MS, data, drillOnly, openBrowser, openPage, press, rounds, show, startBridge, startJob, until } from "./harness.mjs";
+import { describe } from "node:test";
+import { data, drillOnly, openBrowser, openPage, PATIENCE_MS, press, rounds, show, startBridge, startJob, test, until } from "./harness.mjs";
 
 /** Time that a user takes for a step. */
 const PERSON_MS = 30_000;

@@ -2,8 +2,7 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { test } from "node:test";
-import { findings, picture, planned, root, show, stand, tab, until } from "./harness.mjs";
+import { findings, picture, planned, root, show, stand, tab, test, until } from "./harness.mjs";
 
 const { fresh, opened } = stand("none");
 

@@ -2,8 +2,8 @@
 // a fixed position.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { openBrowser, openLinked, press, settled, startBridge, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { openBrowser, openLinked, press, settled, startBridge, tab, test, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser("none")));

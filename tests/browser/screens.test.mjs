@@ -3,8 +3,7 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { test } from "node:test";
-import { SCREENS, atRest, data, drillOnly, findings, openLinked, picture, planned, root, show, stand, startBridge, startJob, tab, until } from "./harness.mjs";
+import { atRest, data, drillOnly, findings, openLinked, picture, planned, root, SCREENS, show, stand, startBridge, startJob, tab, test, until } from "./harness.mjs";
 
 const held = stand("none");
 const { opened } = held;

@@ -2,10 +2,10 @@
 // with Web Serial and without a bridge. Checks the step pins of the firmware.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { after, before } from "node:test";
 import { firmware, renumbered, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
-import { PATIENCE_MS, failed, openBrowser, openPage, picture, pictures, planned, press, serveFiles, startBridge, tab, until } from "./harness.mjs";
+import { mayStart, openBrowser, openPage, PATIENCE_MS, picture, pictures, planned, preflight, press, serveFiles, startBridge, tab, test, until } from "./harness.mjs";
 import { HOLES, SPEED, begin, connect, digits, drillFile, goOn, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
 
 /** Two tool sizes with six holes each. */
@@ -41,8 +41,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     assert.deepEqual(await page.getByRole("region", { name: "Sensors" }).getByRole("listitem").locator("span:first-of-type").allInnerTexts(), ["X switch", "Y switch", "Z switch", "Contact sensor"]);
     assert.equal(await page.getByText(/^(Bottom of stroke|XY released|Phases)$/).count(), 0);
     await pictures(page, "serial-ready");
-    await press(page, page.getByRole("button", { name: "Start…" }));
-    const rows = await begin(page, "Start the job");
+    const rows = await begin(page, page.getByRole("button", { name: "Start…" }), "Start the job");
     assert.ok(rows.some((row) => /plans its own motion/.test(row)) && rows.some((row) => /Keep this page open/.test(row)), rows.join("\n"));
     // The first tool is the one that was in the spindle when the height was set.
     const change = page.getByRole("alertdialog");
@@ -53,8 +52,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     const stopped = await board.steps();
     await new Promise((later) => setTimeout(later, 1000));
     assert.deepEqual(await board.steps(), stopped, "nothing moves after STOP");
-    await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
-    await begin(page, "Resume the job");
+    await begin(page, page.getByRole("button", { name: /Resume where it stopped/ }), "Resume the job");
     // The tool can be another one than before, so it is touched off before it cuts.
     await change.getByRole("button", { name: /^Start spindle/ }).click();
     await change.getByRole("button", { name: "Jog first" }).click();
@@ -76,8 +74,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await shown(page, "The position is not known. Home first.");
     await page.getByRole("button", { name: "Close", exact: true }).click();
     await home(page);
-    await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
-    await begin(page, "Resume the job");
+    await begin(page, page.getByRole("button", { name: /Resume where it stopped/ }), "Resume the job");
     await touchOff(page);
     await shown(page, /^The job is done\./);
     await pictures(page, "serial-done");
@@ -95,8 +92,6 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     assert.deepEqual(elsewhere, [], "and nothing else");
     assert.ok(dips.length <= HOLES.length + 2, "at most the two that were in work are made twice");
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "serial-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -139,8 +134,7 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     assert.equal(await map.locator("rect").count(), 2);
     await pictures(page, "level");
     await map.getByRole("button", { name: "Close", exact: true }).click();
-    await press(page, page.getByRole("button", { name: "Start…" }));
-    const rows = await begin(page, "Start the job");
+    const rows = await begin(page, page.getByRole("button", { name: "Start…" }), "Start the job");
     assert.ok(rows.some((row) => /Depth follows the height map/.test(row)), rows.join("\n"));
     const change = page.getByRole("alertdialog");
     await change.getByRole("button", { name: /^Start spindle/ }).click();
@@ -153,8 +147,6 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     const lowest = (x) => deep.find(({ at }) => Math.abs(at[0] - zero[0] - x * STEPS) < 8).lowest;
     assert.ok(Math.abs(lowest(10) - lowest(0) - 0.2 * STEPS) < 6, `${lowest(0)} and ${lowest(10)}`);
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "level-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -192,22 +184,19 @@ test("feed, spindle and rapids are as the controller reports them, and it reads 
     await press(page, page.getByRole("button", { name: /^Set Z zero here/ }));
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const before = await board.steps();
-    await press(page, page.getByRole("button", { name: "Start…" }));
-    const dialog = page.getByRole("dialog", { name: "Before the start" });
+    const dialog = await preflight(page, page.getByRole("button", { name: "Start…" }));
     await press(page, dialog.getByRole("button", { name: "Let the machine read it" }));
     await dialog.getByText(/^The controller has read all \d+ lines and accepts them/).waitFor();
     await page.screenshot({ path: picture("serial-checked-1440") });
     assert.deepEqual(await board.steps(), before, "nothing has moved");
     // The board has reset, and the job is still the one that was compared.
     await became("Spindle override", "100 %");
-    await begin(page, "Start the job");
+    await (await mayStart(dialog)).click();
     await page.getByRole("alertdialog").getByRole("button", { name: /^Start spindle/ }).click();
     await shown(page, /^Hole [2-5] of 6/);
     await page.keyboard.press("Control+Shift+E");
     await shown(page, /^You stopped it/);
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "serial-checked-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -271,8 +260,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await page.getByText(/Zero at/).waitFor();
     await planned(page);
-    await press(page, page.getByRole("button", { name: "Start…" }));
-    const rows = await begin(page, "Start the job");
+    const rows = await begin(page, page.getByRole("button", { name: "Start…" }), "Start the job");
     assert.ok(rows.some((row) => /same steps/i.test(row)), `page and adapter play the same steps: ${rows.join("\n")}`);
     const bit = page.getByRole("button", { name: "Start spindle and continue" });
     const bottom = origin[2] + HEIGHT * (BOARD + 1 - 1.6);
@@ -304,8 +292,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
         await page.getByRole("button", { name: "Acknowledge" }).click({ timeout: 2000 }).catch(() => {});
         return false;
       }, "the alarm acknowledged");
-      await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
-      await begin(page, "Resume the job");
+      await begin(page, page.getByRole("button", { name: /Resume where it stopped/ }), "Resume the job");
       await press(page, bit);
       await until(async () => (await done.isVisible()) || (await dry.isVisible()), "the job done or stopped", EMULATED_MS);
     }
@@ -318,8 +305,6 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     assert.ok(made.length <= TWO.length + resumed, `each stop makes at most one hole twice: ${JSON.stringify(made)}`);
     assert.ok(made.every(({ turned }) => turned), "no hole without the spindle");
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "adapter-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -347,8 +332,6 @@ test("a page says that the adapter has another firmware, and how its own comes i
     await board.passed(1);
     assert.equal(await notice.count(), 0, "what was read is not told again");
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "adapter-other-firmware-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -385,8 +368,6 @@ test("the filter of a sensor is set by the page, and touches that were shorter a
     await page.getByRole("cell", { name: /^3 \(longest 15\d µs\)$/ }).waitFor();
     await page.screenshot({ path: picture("adapter-touches-1440") });
     assert.deepEqual(problems, []);
-  } catch (error) {
-    throw await failed(page, "adapter-touches-failed-1440", error);
   } finally {
     await context.close();
     server.stop();

@@ -4,8 +4,7 @@
 import assert from "node:assert/strict";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
-import { test } from "node:test";
-import { atRest, backend, data, findings, openBrowser, openLinked, picture, root, settled, show, stand, startBridge, until } from "./harness.mjs";
+import { atRest, backend, data, findings, openBrowser, openLinked, picture, root, settled, show, stand, startBridge, test, until } from "./harness.mjs";
 
 const held = stand();
 

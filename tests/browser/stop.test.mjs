@@ -2,8 +2,7 @@
 // high-contrast colours; everything else can be reached by scrolling.
 
 import assert from "node:assert/strict";
-import { test } from "node:test";
-import { SCREENS, atRest, broken, data, drillOnly, findings, openLinked, picture, rounds, show, stand, startBridge, startJob, until } from "./harness.mjs";
+import { atRest, broken, data, drillOnly, findings, openLinked, picture, rounds, SCREENS, show, stand, startBridge, startJob, test, until } from "./harness.mjs";
 
 /** Window sizes in px: phones in portrait and landscape, tablets, a desktop at 200 % and 400 %, and the
  *  limits of the layouts. */

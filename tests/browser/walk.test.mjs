@@ -3,8 +3,8 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { PATIENCE_MS, corpus, data, drillOnly, openBrowser, openPage, picture, planned as settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { after, before } from "node:test";
+import { corpus, data, drillOnly, openBrowser, openPage, PATIENCE_MS, picture, planned as settled, startBridge, startJob, tab, test, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
