@@ -3,7 +3,7 @@
 
 mod adapter;
 mod cli;
-mod controller;
+mod grbl;
 mod drill;
 mod executor;
 mod journal;

@@ -3,7 +3,7 @@
 
 // Shared with the engine's own tests.
 #[allow(dead_code)]
-#[path = "../../core/tests/controller/automaton/mod.rs"]
+#[path = "../../core/tests/grbl/automaton/mod.rs"]
 mod automaton;
 
 use automaton::Automaton;

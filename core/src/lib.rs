@@ -35,7 +35,7 @@
 //! | `queue` | work commands: text, dry check, execution |
 //! | `sim` | playback of a program |
 //! | `control` | session, control, alarms, trust in the position: (state, event) → (state, actions) |
-//! | `controller` | GRBL-family controllers on a serial line |
+//! | `grbl` | GRBL-family controllers on a serial line |
 //! | `servo` | closed-loop axis: staged fuzzy PID and its servo |
 //! | `plot` | charts, as shapes and as SVG |
 //! | `wire` | messages between page and bridge |
@@ -47,7 +47,7 @@ pub mod cam;
 pub mod chance;
 pub mod check;
 pub mod control;
-pub mod controller;
+pub mod grbl;
 pub mod diagnostic;
 pub mod gcode;
 pub mod geometry;

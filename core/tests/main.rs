@@ -4,7 +4,7 @@
 mod automaton;
 mod carve;
 mod carving;
-mod controller;
+mod grbl;
 mod feed_override;
 mod foot;
 mod magazine;

@@ -134,7 +134,7 @@ fn strings(source: &str) -> Strings {
 /// The strings per folder in `src`, or per file directly in `src`.
 fn floors() -> BTreeMap<String, Strings> {
     let mut floors: BTreeMap<String, Strings> = BTreeMap::new();
-    for folder in ["core/src", "drill/src", "bridge/src", "app/src"] {
+    for folder in ["core/src", "host/src", "bridge/src", "app/src"] {
         let mut files = Vec::new();
         rust_files(&root().join(folder), &mut files);
         assert!(files.len() > 10, "the sources of {folder} were not found");

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 const PACKAGES: &[&str] =
-    &["core", "drill", "link", "app", "bridge", "bridge/firmware", "tests", "tests/speed", "xtask"];
+    &["core", "host", "link", "app", "bridge", "bridge/firmware", "tests", "tests/speed", "xtask"];
 
 /// Needed only for its feature: it makes `syn` keep line numbers.
 const FOR_A_FEATURE: &[&str] = &["proc-macro2"];

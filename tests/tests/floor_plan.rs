@@ -1,4 +1,4 @@
-//! Which folders of `core`, `drill`, `link` and `bridge` may depend on which, by the tables in
+//! Which folders of `core`, `host`, `link` and `bridge` may depend on which, by the tables in
 //! ARCHITECTURE.md; and the maximum length of a file.
 
 use annulus_tests::root;
@@ -77,7 +77,7 @@ fn sources() -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
     let folders = [
         "core/src",
-        "drill/src",
+        "host/src",
         "link/src",
         "app/src",
         "bridge/src",
@@ -216,7 +216,7 @@ fn every_module_dependency_is_in_the_plan() {
     wrong.extend(only_drawn("core/src", &core));
     let link = fs::read_to_string(root().join("link/src/lib.rs")).unwrap();
     let stacked = [
-        ("drill/src", architecture("## Modules of drill")),
+        ("host/src", architecture("## Modules of host")),
         ("link/src", drawn(&link, "//! Files, lowest first")),
         ("bridge/src", architecture("## Modules of bridge")),
     ];

@@ -4,7 +4,7 @@
 //! Only one tab can have a file open; a second one is refused.
 
 use annulus_core::diagnostic::Diagnostic;
-use annulus_drill::{File, Files};
+use annulus_host::{File, Files};
 use js_sys::Reflect;
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;

@@ -1,5 +1,5 @@
 //! A USB step adapter at a serial port of this computer: its port, and the thread that owns it. The
-//! protocol is in [`annulus_drill::adapter`].
+//! protocol is in [`annulus_host::adapter`].
 //!
 //! | file | makes |
 //! |---|---|

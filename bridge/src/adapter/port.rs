@@ -2,7 +2,7 @@
 
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_drill::adapter::{Cable, USB};
+use annulus_host::adapter::{Cable, USB};
 use std::thread;
 use std::time::Duration;
 

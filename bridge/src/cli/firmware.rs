@@ -9,7 +9,7 @@ use crate::executor::clock;
 use crate::server::runtime;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::OtherFirmware;
-use annulus_drill::adapter::own_firmware;
+use annulus_host::adapter::own_firmware;
 use serde_json::json;
 use std::fs;
 use std::io::{self, BufRead, IsTerminal};

@@ -10,7 +10,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::worn::Wear;
 use annulus_core::locale;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
-use annulus_drill::Keeper;
+use annulus_host::Keeper;
 use serde_json::{Value, json};
 use std::fmt::Write;
 

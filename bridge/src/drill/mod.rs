@@ -1,4 +1,4 @@
-//! The drill of this computer: the owner of `annulus-drill` in one thread, its journal in another.
+//! The drill of this computer: the owner of `annulus-host` in one thread, its journal in another.
 //!
 //! ```text
 //! server, `run` ── ask ──▶ owner thread ── tasks ──▶ executor ── steps ──▶ pins (virtual drill, or card)
@@ -24,10 +24,10 @@ use annulus_core::level::HeightMap;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
-pub(crate) use annulus_drill::Ticket;
-use annulus_drill::executor::Shared;
-use annulus_drill::journal::Contents;
-use annulus_drill::{KeptSurface, Message, Owner, Parts, Tickets, line, prepare};
+pub(crate) use annulus_host::Ticket;
+use annulus_host::executor::Shared;
+use annulus_host::journal::Contents;
+use annulus_host::{KeptSurface, Message, Owner, Parts, Tickets, line, prepare};
 use listeners::Listeners;
 use outside::Here;
 use recorder::Recorder;

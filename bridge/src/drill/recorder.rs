@@ -2,9 +2,9 @@
 
 use crate::journal::Journal;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_drill::executor::Shared;
-use annulus_drill::journal::Record;
-use annulus_drill::{Message, Recording};
+use annulus_host::executor::Shared;
+use annulus_host::journal::Record;
+use annulus_host::{Message, Recording};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};

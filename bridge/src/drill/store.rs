@@ -5,7 +5,7 @@ use crate::machine_file::write_own;
 use crate::own;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::program;
-use annulus_drill::KeptSurface;
+use annulus_host::KeptSurface;
 use std::fs::{self, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -20,7 +20,7 @@ use annulus_core::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise,
 use annulus_core::machine::{StrokeEnd, ToolChange, Value, six_spindles, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{ArmedJob, InterruptedJob, JobEnd, RowVerdict, Status, program};
-use annulus_drill::Keeper;
+use annulus_host::Keeper;
 use std::time::{Duration, Instant};
 
 const SPEED: f64 = 2_000.0;

@@ -21,7 +21,7 @@ use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use annulus_core::pins::{Clock, Steady};
-use annulus_drill::executor::{Glimpse, Instruction, Said, Shared};
+use annulus_host::executor::{Glimpse, Instruction, Said, Shared};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;

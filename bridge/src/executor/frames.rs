@@ -13,7 +13,7 @@
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_drill::executor::{Glimpse, Report, Said};
+use annulus_host::executor::{Glimpse, Report, Said};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
@@ -92,7 +92,7 @@ pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>>
 mod tests {
     use super::*;
     use annulus_core::machine;
-    use annulus_drill::executor::Instruction;
+    use annulus_host::executor::Instruction;
 
     #[test]
     fn frames_carry_a_machine_and_broken_frames_are_errors() {

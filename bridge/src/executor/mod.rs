@@ -26,13 +26,13 @@ use crate::spindle;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::{Clock, Pins};
-use annulus_drill::executor::{Instruction, Seat, Shared};
+use annulus_host::executor::{Instruction, Seat, Shared};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-pub(crate) use annulus_drill::executor::Heard;
+pub(crate) use annulus_host::executor::Heard;
 
 /// How long the other side may be silent; `usual` on a real machine. A simulated port whose simulator keeps
 /// the time may run on a busy computer and gets longer.

@@ -14,7 +14,7 @@ use crate::spindle;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
-use annulus_drill::executor::{Instruction, Said, Seat, Shared};
+use annulus_host::executor::{Instruction, Said, Seat, Shared};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};

@@ -2,8 +2,8 @@
 
 use annulus_core::machine::Machine;
 use annulus_core::pins::{Clock, Pins, through};
-use annulus_drill::executor::{Instruction, Report, Shared};
-use annulus_drill::{Next, Orders, Place};
+use annulus_host::executor::{Instruction, Report, Shared};
+use annulus_host::{Next, Orders, Place};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
@@ -60,7 +60,7 @@ mod tests {
     use annulus_core::motion::cycles;
     use annulus_core::pins::Recorder;
     use annulus_core::steps::{Segment, segment};
-    use annulus_drill::executor::{Ended, Task};
+    use annulus_host::executor::{Ended, Task};
     use std::sync::mpsc::channel;
 
     /// A clock that is never late.

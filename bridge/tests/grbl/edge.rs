@@ -3,8 +3,8 @@
 
 use super::firmware::{Board, SPEED, STEPS, instrument, settings};
 use annulus_core::control::Trust;
-use annulus_core::controller::{BoardHeight, EngineAsk, EngineEvent, EnginePhase};
-use annulus_drill::controller::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
+use annulus_core::grbl::{BoardHeight, EngineAsk, EngineEvent, EnginePhase};
+use annulus_host::grbl::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 

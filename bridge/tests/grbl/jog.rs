@@ -4,7 +4,7 @@
 use super::edge::Desk;
 use super::firmware::{Board, STEPS, instrument, settings};
 use super::judge::edge;
-use annulus_core::controller::{EngineAsk, EnginePhase};
+use annulus_core::grbl::{EngineAsk, EnginePhase};
 
 const START: [f64; 3] = [-40.0, -40.0, -20.0];
 /// The page's jog speed, mm/min and mm/s.

@@ -5,7 +5,7 @@ use super::edge::Desk;
 use super::firmware::{Board, TRAVEL, instrument, settings};
 use super::judge::edge;
 use annulus_core::control::Trust;
-use annulus_core::controller::{EngineAsk, EnginePhase};
+use annulus_core::grbl::{EngineAsk, EnginePhase};
 
 const START: [f64; 3] = [-40.0, -40.0, -20.0];
 

@@ -1,6 +1,6 @@
 //! Tests of a tool setter on the real firmware: each tool is measured before it cuts, and every hole has
 //! its planned depth. The instrument's probe has no tool lengths, so its plane represents the setter:
-//! `core/tests/controller/setter.rs` tests different lengths.
+//! `core/tests/grbl/setter.rs` tests different lengths.
 
 use super::bench::{Bench, START, ZERO_AT};
 use super::firmware::{STEPS, instrument, long_instrument};

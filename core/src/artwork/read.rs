@@ -6,13 +6,12 @@ use super::detect::{self, What};
 use super::file::plated_by_name;
 use super::gather::{self, Pending, fingerprint};
 use super::gerber::{self, Gerber};
-use super::neighbours;
 use super::registration::Copper;
 use super::text::decode;
-use super::witness::Neighbours;
+use super::drill_format::Neighbours;
 use super::{
-    Artwork, Evidence, FileKind, FileRead, Overrides, Role, Zeros, aperture_list, decide, drill_list,
-    measure, names, set, through, witness,
+    Artwork, Evidence, FileKind, FileRead, Overrides, Role, Zeros, aperture_list, drill_format, drill_list,
+    names, set, through,
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -53,7 +52,7 @@ pub fn read_set_telling(
     let of_board = boards_of(&pending, &layers);
     let asking = pending.iter().zip(&of_board).filter(|(file, _)| file.what == What::Drill);
     let witnesses =
-        witness::witnesses(&layers, &of_board, &asking.map(|(_, board)| board.as_str()).collect());
+        drill_format::witnesses(&layers, &of_board, &asking.map(|(_, board)| board.as_str()).collect());
     let mut of_folder: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for (file, board) in pending.iter().zip(&of_board).filter(|(_, board)| !board.is_empty()) {
         of_folder.entry(folder(&file.name)).or_default().insert(board);
@@ -85,7 +84,7 @@ pub fn read_set_telling(
             read_through(file);
         }
     }
-    neighbours::settle(&mut out);
+    drill_format::settle(&mut out);
     let is_program = |file: &&Pending<'_>| file.settled.is_none() && file.what == What::Drill;
     let spans = pending
         .iter()
@@ -197,7 +196,7 @@ fn drill_file(
     let read = if what == What::List {
         list(name, &text, person)
     } else {
-        decide::program(name, &text, neighbours, person)
+        drill_format::program(name, &text, neighbours, person)
     };
     match read {
         Ok(mut file) => {
@@ -220,7 +219,7 @@ fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnos
     let source = list.units_by;
     file.evidence = Some(Evidence::plain(source));
     file.diagnostics = list.diagnostics;
-    file.diagnostics.extend(measure::faults(name, &list.drill, list.units.name()));
+    file.diagnostics.extend(drill_format::faults(name, &list.drill, list.units.name()));
     file.drill = Some(list.drill);
     Ok(file)
 }

@@ -15,7 +15,7 @@ use super::role::{Found, Ground, find};
 use super::rows::{OVERHANG, Row};
 use super::text::holds;
 use super::words::stem_words;
-use super::{Evidence, FileRead, Gerber, Role, Side, Source, gerber, measure};
+use super::{Evidence, FileRead, Gerber, Role, Side, Source, drill_format, gerber};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use std::collections::{BTreeMap, BTreeSet};
@@ -224,7 +224,7 @@ fn holes(file: &mut FileRead) {
     file.evidence = Some(Evidence::plain(source));
     file.diagnostics.extend(diagnostics);
     let units = layer.units.map_or("inch", |units| units.name());
-    file.diagnostics.extend(measure::faults(&file.name, &drill, units));
+    file.diagnostics.extend(drill_format::faults(&file.name, &drill, units));
     file.drill = Some(drill);
 }
 

@@ -1,7 +1,7 @@
 //! Messages about the state of the machine, and what the virtual drill recorded about its board.
 
 use crate::control::{Alarm, State, Trust};
-use crate::controller::{ResetOnOpen, SetterStep, ToolLengths};
+use crate::grbl::{ResetOnOpen, SetterStep, ToolLengths};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::machine::ToolWear;

@@ -1,7 +1,7 @@
 //! Lines that GRBL 1.1h accepts or refuses, with its answers (`tests/data/gcode/grbl-lines.tsv`): both readers of G-code do the same, or
 //! refuse with a sentence what they can't follow. `bridge/tests/grbl/check.rs` asks the firmware itself.
 
-use annulus_core::controller;
+use annulus_core::grbl;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::gcode::Interpreter;
 use annulus_core::post::{read_back_for, titled};
@@ -29,7 +29,7 @@ fn readers_accept_what_the_firmware_accepts_or_explain() {
         let text = format!("{HEAD}{}\n", lines.replace('|', "\n"));
         let proved = code(read_back_for("t.nc", &text, &tools, Interpreter::Grbl).err(), number);
         let text = format!("{text}G90 G21 G0 X0 Y0 Z1\nG1 Z-1 F9\nG0 Z2\n");
-        let ran = code(controller::read("t", &[("t.nc".to_owned(), text)]).err(), number);
+        let ran = code(grbl::read("t", &[("t.nc".to_owned(), text)]).err(), number);
         if (proved.as_str(), ran.as_str()) != (prove, run.replace('+', "-").as_str()) {
             wrong.push(format!("{row}: {proved} {ran}"));
         }
@@ -44,14 +44,14 @@ fn carriage_return_ends_a_line_of_grbl() {
     let text = format!("{HEAD}G1 Z-1 F9\nX1\rY2\r\nG0 Z1\n");
     let read = read_back_for("t.nc", &text, &tools, Interpreter::Grbl).unwrap();
     assert!((annulus_core::job::milled_mm(&read.program).iter().sum::<f64>() - 3.0).abs() < 1e-9);
-    let routine = controller::read("t", &[("t.nc".to_owned(), text)]).unwrap();
+    let routine = grbl::read("t", &[("t.nc".to_owned(), text)]).unwrap();
     let lines: Vec<u32> =
         routine.sections.iter().flat_map(|section| &section.actions).filter_map(line).collect();
     assert_eq!(lines[lines.len() - 3..], [5, 6, 7], "each part is a line");
 }
 
-fn line(action: &controller::RoutineAction) -> Option<u32> {
-    if let controller::RoutineAction::Go(step) = action { Some(step.line) } else { None }
+fn line(action: &grbl::RoutineAction) -> Option<u32> {
+    if let grbl::RoutineAction::Go(step) = action { Some(step.line) } else { None }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::{link, read, send, shared};
 use crate::widgets::{push_guarded, push_if};
 use annulus_core::control::State;
-use annulus_core::controller::settings;
+use annulus_core::grbl::settings;
 use annulus_core::wire::Ask;
 use leptos::html::{details, div, h2, header, li, p, section, summary, ul};
 use leptos::prelude::*;

@@ -7,7 +7,7 @@ use crate::model::link::rest::{pause_words, rest_words};
 use crate::page::{link, read, shared};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
-use annulus_core::controller::SetterStep;
+use annulus_core::grbl::SetterStep;
 use annulus_core::job::Input;
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::steps::Stage;

@@ -2,7 +2,7 @@
 
 use crate::i18n::{say, t};
 use crate::page::{link, shared};
-use annulus_core::controller::{CHANGER_KEY, TOOL_MARK};
+use annulus_core::grbl::{CHANGER_KEY, TOOL_MARK};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
 use leptos::ev;

@@ -5,7 +5,7 @@ use crate::i18n::{self, t};
 use crate::page::{link, peek, read};
 use crate::widgets::{menu_word, push_if};
 use annulus_core::control::Trust;
-use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
+use annulus_core::grbl::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
 use leptos::ev;

@@ -4,7 +4,7 @@
 use crate::i18n::t;
 use crate::page::{link, read};
 use crate::widgets::menu_word;
-use annulus_core::controller::{RESET_KEY, ResetOnOpen};
+use annulus_core::grbl::{RESET_KEY, ResetOnOpen};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
 use leptos::ev;

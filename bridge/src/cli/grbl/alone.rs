@@ -3,7 +3,7 @@
 
 use super::operator::Operator;
 use annulus_core::control::Trust;
-use annulus_core::controller::{EngineAsk, EnginePhase};
+use annulus_core::grbl::{EngineAsk, EnginePhase};
 use annulus_core::diagnostic::Diagnostic;
 
 impl Operator {

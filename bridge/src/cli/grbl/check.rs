@@ -3,11 +3,11 @@
 use super::keys::{Typing, Word, listen};
 use super::{CheckArgs, GREETING, controller_object, ledger, program};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
-use crate::controller::Owner;
+use crate::grbl::Owner;
 use annulus_core::control::Trust;
-use annulus_core::controller::{CheckNews, EngineAsk, EnginePhase, Info, settings};
+use annulus_core::grbl::{CheckNews, EngineAsk, EnginePhase, Info, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_drill::controller::{AttendedJob, ControllerGlimpse, Told};
+use annulus_host::grbl::{AttendedJob, ControllerGlimpse, Told};
 use serde_json::json;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};

@@ -3,12 +3,12 @@
 use super::{MayReset, PortArgs};
 use crate::cli::Refusal;
 use annulus_core::align::FoundHole;
-use annulus_core::controller::{Changer, ResetOnOpen, Routine, SectionKind, ToolMacro, ToolSetter};
+use annulus_core::grbl::{Changer, ResetOnOpen, Routine, SectionKind, ToolMacro, ToolSetter};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{MillProfile, mill, preset_name};
-use annulus_drill::controller::{AttendedJob, JobGiven, JobTools};
+use annulus_host::grbl::{AttendedJob, JobGiven, JobTools};
 use clap::ValueEnum;
 use std::time::Duration;
 

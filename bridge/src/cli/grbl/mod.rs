@@ -12,16 +12,16 @@ pub(super) mod program;
 
 use super::{Answer, Exit, Refusal};
 use crate::adapter::is_adapter;
-use crate::controller::ledger::Ledger;
-use crate::controller::{self, Owner};
+use crate::grbl::ledger::Ledger;
+use crate::grbl::{self, Owner};
 use crate::machine_file;
 use crate::serial::{Listed, Port};
 use annulus_core::align::BoardFit;
-use annulus_core::controller::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
+use annulus_core::grbl::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::machine::{self, Output};
-use annulus_drill::controller::{AttendedJob, Told};
+use annulus_host::grbl::{AttendedJob, Told};
 use how::{How, Sold, sold_mill};
 use operator::Operator;
 use program::Programs;
@@ -98,10 +98,10 @@ impl PortArgs {
         };
         let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
         let port = self.port.as_ref().ok_or_else(|| no_port(None))?;
-        if is_adapter_at(port, &controller::list()) {
+        if is_adapter_at(port, &grbl::list()) {
             return Err(Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port)));
         }
-        controller::open(port, self.baud, reset, silent).map_err(Refusal::surroundings)
+        grbl::open(port, self.baud, reset, silent).map_err(Refusal::surroundings)
     }
 }
 
@@ -126,7 +126,7 @@ pub(super) fn no_controller(on: &super::MachineArgs, port: Option<&str>) -> Resu
 /// Error if a controller needs a port and none is named: lists the ports. Without any port, the exit code
 /// differs.
 pub(super) fn no_port(machine: Option<&str>) -> Refusal {
-    let found: Vec<String> = controller::list().into_iter().map(|port| port.name).collect();
+    let found: Vec<String> = grbl::list().into_iter().map(|port| port.name).collect();
     if found.is_empty() {
         let why = Diagnostic::error("run.no_ports").with("machine", machine.unwrap_or("GRBL"));
         return Refusal::surroundings(why);
@@ -259,7 +259,7 @@ pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
 
 /// Lists the serial ports of this computer.
 pub(super) fn ports() -> Answer {
-    let found = controller::list();
+    let found = grbl::list();
     let text = found.iter().map(|port| format!("{:<16} {}\n", port.name, port.what)).collect();
     let rows: Vec<Value> = found.iter().map(|port| json!({ "port": port.name, "what": port.what })).collect();
     Answer { object: json!({ "ports": rows }), text, exit: Exit::Done }

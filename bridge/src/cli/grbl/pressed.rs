@@ -2,7 +2,7 @@
 
 use super::operator::{MOST_LINES, Operator};
 use crate::cli::say;
-use annulus_core::controller::{EngineAsk, EnginePhase, OverrideOf};
+use annulus_core::grbl::{EngineAsk, EnginePhase, OverrideOf};
 
 /// Change of an override per key press, %.
 const STEP_PERCENT: i16 = 10;

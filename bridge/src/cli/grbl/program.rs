@@ -6,16 +6,16 @@
 //! its own until another one starts.
 
 use crate::cli::{JobArgs, job};
-use crate::controller::ledger::Ledger;
+use crate::grbl::ledger::Ledger;
 use crate::machine_file;
 use crate::refusal::Refusal;
-use annulus_core::controller::{self, Routine, WrittenLine, level_key};
+use annulus_core::grbl::{self, Routine, WrittenLine, level_key};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Briefing, Program};
 use annulus_core::level::key_of;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
 use annulus_core::post::{self, FileSplit, Manner};
-use annulus_drill::controller::{JobTools, SectionWear};
+use annulus_host::grbl::{JobTools, SectionWear};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -181,7 +181,7 @@ pub(super) fn read_again(paths: &[PathBuf]) -> Result<Programs, Refusal> {
         files.push(std::path::absolute(path).map_err(|error| cannot(&error))?);
     }
     let name = paths.first().map_or_else(String::new, |path| job::stem(path).display().to_string());
-    let (routine, written) = controller::read_written(&name, &texts).map_err(Refusal::content)?;
+    let (routine, written) = grbl::read_written(&name, &texts).map_err(Refusal::content)?;
     let counted = paths.first().and_then(|words| Counted::kept(words, &routine.key));
     let level_key = level_key(&routine);
     let (diagnostics, written) = (routine.warnings.clone(), written.into());

@@ -5,7 +5,7 @@ use super::*;
 use annulus_core::machine::apply;
 use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, change_s};
 use annulus_core::wire::{ArmedJob, MagazineReport};
-use annulus_drill::line;
+use annulus_host::line;
 
 /// Drills of 0.6, 0.8 and 1.0 mm, two holes each.
 fn three_tools(machine: &Machine) -> Program {

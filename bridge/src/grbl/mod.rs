@@ -1,0 +1,44 @@
+//! A controller at a serial port: the shared session code of `host/src/grbl`, with a thread that
+//! owns the port.
+//!
+//! ```text
+//!  cli ── asks ──▶ owner (a thread) ── bytes ──▶ port
+//!      ◀─ news ──          │
+//!                        ledger: completed sections, durable before they are reported
+//! ```
+
+mod clock;
+pub(crate) mod ledger;
+pub(crate) mod maps;
+mod owner;
+mod speed;
+
+pub(crate) use crate::serial::list;
+pub(crate) use owner::Owner;
+
+use crate::serial::{self, Port};
+use annulus_core::grbl::{BITS_PER_S, ResetOnOpen};
+use annulus_core::diagnostic::Diagnostic;
+
+/// Opens the port `name` at `bits_per_s`, or finds the speed at which the controller responds, and returns
+/// it. `silent` is called for every speed without a response. `reset` decides whether opening may reset the
+/// controller.
+pub(crate) fn open(
+    name: &str,
+    bits_per_s: Option<u32>,
+    reset: ResetOnOpen,
+    silent: impl Fn(u32),
+) -> Result<(Port, u32), Diagnostic> {
+    let unopened = |error| Diagnostic::error("grbl.port_unopened").with("port", name).with("reason", error);
+    let open = match reset {
+        ResetOnOpen::Usual => serial::open,
+        ResetOnOpen::Never => serial::open_sparing,
+    };
+    if let Some(bits_per_s) = bits_per_s {
+        return Ok((open(name, bits_per_s).map_err(unopened)?, bits_per_s));
+    }
+    let mut port = open(name, BITS_PER_S[0]).map_err(unopened)?;
+    let lost = |error| Diagnostic::error("grbl.port_lost").with("port", name).with("reason", error);
+    let found = speed::find(&mut port, silent).map_err(lost)?;
+    found.map(|bits_per_s| (port, bits_per_s)).ok_or_else(|| Diagnostic::error("grbl.no_answer"))
+}

@@ -1,0 +1,441 @@
+//! A controller and the one page that uses it, without threads: the caller, a page's worker, owns port and
+//! time and calls in turn.
+//!
+//! Job progress is durable before it is reported.
+
+use super::attended::{Attended, AttendedJob, Due, Told};
+use super::host::{HELD_AFTER, Host, HostNews};
+use super::ledger::{Bringing, Ledger};
+use super::lengths;
+use super::order::{Armed, Order};
+use super::surface::{BoardSurface, HeightSet};
+use crate::executor::Time;
+use crate::files::Files;
+use crate::line::{Asked, Line};
+use crate::owner::Message;
+use crate::prepare::made;
+use crate::programs::Programs;
+use crate::ticket::Tickets;
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::grbl::{
+    BoardHeight, EngineAsk, EngineEvent, EnginePhase, ResetOnOpen, ToolLengths, ToolMacro, settings,
+};
+use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::machine::{self, Machine, MillProfile};
+use annulus_core::wire::{CheckModeReport, JobEnd, Status, Tell, ToolsReport};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often [`Station::advance`] wants to be called.
+const TURN: Duration = Duration::from_millis(10);
+/// How long a controller may take to identify itself: on a line at the wrong speed, noise never ends.
+const GREETING: Duration = Duration::from_secs(8);
+
+/// A running job.
+pub(super) struct Work {
+    pub(super) order: Order,
+    /// The section that this run started with, and seconds of each section from there.
+    pub(super) from: usize,
+    pub(super) each_s: Vec<f64>,
+    pub(super) started: Duration,
+}
+
+/// State of the manual actions.
+#[derive(Default)]
+pub(super) struct Hand {
+    /// The page allows the current jog until then.
+    pub(super) until: Option<Duration>,
+    pub(super) unlocked: bool,
+    /// The zero that was requested and not yet confirmed.
+    pub(super) zero_asked: Option<Zero>,
+    /// The user set zero of X and Y since the port was opened; the position of the zero before.
+    pub(super) zero_set: bool,
+    pub(super) zero_before_mm: Option<[f64; 3]>,
+    /// The user set zero of X or Y since the port was opened, by any method: a difference from the job's
+    /// zero is intended.
+    pub(super) zero_meant: bool,
+    /// A job ended and parking is due: as soon as the controller is idle, unless a request arrives first.
+    pub(super) parks: bool,
+    /// The job stops after the current hole: no automatic move may follow, not even after the last hole.
+    pub(super) stops_after: bool,
+    /// Reference of the Z zero, if it was set since the port was opened and is still valid.
+    pub(super) height: Option<HeightSet>,
+}
+
+/// A kind of zero.
+#[derive(Clone, PartialEq)]
+pub(super) enum Zero {
+    Plane,
+    Edge,
+    Height(HeightSet),
+}
+
+/// A controller and its page.
+pub struct Station<F> {
+    pub(super) attended: Attended,
+    pub(super) line: Line,
+    pub(super) ledger: Ledger<F>,
+    pub(super) bringing: Option<Bringing>,
+    pub(super) machine: Machine,
+    /// The mill profile that the user chose.
+    pub(super) mill: Option<&'static MillProfile>,
+    /// How tool lengths are found.
+    pub(super) lengths: ToolLengths,
+    /// Whether opening the port may reset the controller.
+    pub(super) reset: ResetOnOpen,
+    /// The tool-change macro; empty if the user changes tools.
+    pub(super) changer: ToolMacro,
+    pub(super) programs: Programs,
+    pub(super) armed: Option<Armed>,
+    pub(super) work: Option<Work>,
+    /// The interrupted job.
+    pub(super) offer: Option<Order>,
+    pub(super) alarm: Option<Diagnostic>,
+    pub(super) hand: Hand,
+    pub(super) surface: BoardSurface,
+    /// Result of the latest check in check mode.
+    pub(super) checked: CheckModeReport,
+    trust: Trust,
+    written: Vec<u8>,
+    /// The controller identified itself.
+    pub(super) greeted: bool,
+    over: bool,
+    opened: Duration,
+    host: Host,
+    speed: f64,
+    pub(super) time: Time,
+    pub(super) told: (Option<Status>, Duration),
+    pub(super) tools_told: ToolsReport,
+}
+
+impl<F: Files> Station<F> {
+    /// Opens the station whose ledger is in `files`; its port is open. `speed` is the time scale of a
+    /// simulated controller, 1 for real time.
+    pub fn open(mut files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
+        if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
+            return Err(Diagnostic::error("control.speed_range").with("speed", speed));
+        }
+        let surface = BoardSurface::kept(&mut files);
+        let mut ledger = Ledger::open(files)?;
+        let entry = ledger.entry().clone();
+        let offer = ledger.broken_off();
+        let reset = lengths::reset_of(&ledger.settings());
+        let opened = time();
+        let mut station = Self {
+            attended: Attended::new(entry),
+            line: Line::new(Arc::<Tickets>::default()),
+            ledger,
+            bringing: None,
+            machine: machine::hobby_3018(),
+            mill: None,
+            lengths: ToolLengths::default(),
+            reset,
+            changer: ToolMacro::default(),
+            programs: Programs::of(offer.as_ref().map(|order| (order.key.clone(), order.bytes.clone()))),
+            armed: None,
+            work: None,
+            offer,
+            alarm: None,
+            hand: Hand::default(),
+            surface,
+            checked: CheckModeReport::default(),
+            trust: Trust::Lost,
+            written: Vec::new(),
+            greeted: false,
+            over: false,
+            opened,
+            host: Host::new(opened, speed),
+            speed,
+            time,
+            told: (None, Duration::ZERO),
+            tools_told: ToolsReport::default(),
+        };
+        station.engine(match station.reset {
+            ResetOnOpen::Usual => EngineEvent::Opened,
+            ResetOnOpen::Never => EngineEvent::OpenedSparing,
+        });
+        Ok(station)
+    }
+
+    /// A page connected; its hello comes next.
+    pub fn connect(&mut self) {
+        self.line.challenge();
+    }
+
+    /// Handles `text` from the page.
+    pub fn hear(&mut self, text: &str) {
+        self.look_at_host();
+        let asked = self.line.heard(text, (self.time)());
+        self.see_to(asked);
+    }
+
+    /// Takes bytes from the port.
+    pub fn bytes(&mut self, bytes: Vec<u8>) {
+        self.look_at_host();
+        self.by_itself(EngineEvent::Bytes(bytes));
+    }
+
+    /// The port is closed.
+    pub fn unplugged(&mut self) {
+        self.by_itself(EngineEvent::Closed);
+        self.over = true;
+        self.say_farewell();
+        self.tell_status((self.time)());
+    }
+
+    /// No status follows after the end: report a pending alarm now.
+    fn say_farewell(&mut self) {
+        if let Some(why) = self.alarm.take() {
+            self.line.answer(Err(why));
+        }
+    }
+
+    /// Takes the bytes for the port, in order. The caller confirms each batch with [`Self::carried`].
+    pub fn written(&mut self) -> Vec<u8> {
+        if !self.written.is_empty() {
+            self.host.is_written((self.time)());
+        }
+        std::mem::take(&mut self.written)
+    }
+
+    /// The port accepted the oldest written batch.
+    pub fn carried(&mut self) {
+        self.look_at_host();
+        self.host.is_carried((self.time)());
+    }
+
+    /// After a long stall of the host, the controller has run empty and stopped. The job is held until the
+    /// user resumes it. The position is still valid.
+    fn look_at_host(&mut self) {
+        let Some(news) = self.host.look((self.time)()) else { return };
+        let phase = self.attended.controller().phase;
+        if news == HostNews::Late {
+            self.by_itself(EngineEvent::Late);
+        } else if matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
+            self.by_itself(EngineEvent::Ask(EngineAsk::Hold));
+            let why = Diagnostic::warning("grbl.computer_stood").with("seconds", HELD_AFTER.as_secs());
+            self.line.tell(&Tell::Refused { why });
+        }
+    }
+
+    /// Takes the frames for the page, in order.
+    pub fn frames(&mut self) -> Vec<String> {
+        self.line.frames()
+    }
+
+    /// Returns `true` if the session ended and the port should be closed.
+    pub fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Returns `true` if the controller identified itself since the port was opened.
+    pub fn greeted(&self) -> bool {
+        self.greeted
+    }
+
+    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
+    pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
+        // The program of an interrupted job must not be dropped.
+        let stays = self.offer.as_ref().map(|order| &order.key);
+        self.programs.keep(key, bytes, stays)
+    }
+
+    /// The program saved under `key`.
+    pub fn job(&self, key: &str) -> Option<&[u8]> {
+        self.programs.bytes(key)
+    }
+
+    /// Does everything that is due now. Returns the delay until the next call.
+    pub fn advance(&mut self) -> Duration {
+        self.look_at_host();
+        let now = (self.time)();
+        let asked = self.line.passed(now);
+        self.see_to(asked);
+        if self.hand.until.is_some_and(|until| now > until) {
+            self.hand.until = None;
+            if self.attended.controller().phase == EnginePhase::Jogging {
+                self.engine(EngineEvent::Ask(EngineAsk::JogCancel));
+            }
+        }
+        self.by_itself(EngineEvent::Tick);
+        if self.state() == State::Ready && std::mem::take(&mut self.hand.parks) {
+            self.parks_after_job();
+        }
+        // An understood status proves that the line speed is right. A controller that must not be reset may
+        // take longer to identify itself.
+        let is_waited_for = self.reset == ResetOnOpen::Never && self.attended.controller().status.is_some();
+        let is_silent = !self.greeted && !is_waited_for;
+        self.over |= is_silent && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
+        if self.over && self.greeted {
+            self.say_farewell();
+        }
+        self.tell_status(now);
+        let asked = self.line.answers();
+        self.see_to(asked);
+        TURN
+    }
+
+    fn see_to(&mut self, asked: Vec<Asked>) {
+        for asked in asked {
+            match asked {
+                Asked::Message(message) => self.take(message),
+                Asked::Arm { job, from_leg, ticket } => {
+                    let armed = self.line.tickets.check(ticket).and_then(|()| self.arm(&job, from_leg));
+                    self.line.answer(armed.map(|tell| vec![tell]));
+                }
+                // The controller applies overrides itself: nothing to plan.
+                Asked::FeedOverride { .. } => {}
+            }
+        }
+    }
+
+    fn take(&mut self, message: Message) {
+        if matches!(message, Message::Ask { .. } | Message::Stop) {
+            self.hand.parks = false;
+        }
+        match message {
+            Message::Ask { ask, ticket, reply } => {
+                let may = ticket.map_or(Ok(()), |ticket| self.line.tickets.check(ticket));
+                let answer = may.and_then(|()| self.asked(ask));
+                let _ = reply.send(answer.map(|()| Vec::new()));
+            }
+            Message::Stop => {
+                let found = self.engine(EngineEvent::Ask(EngineAsk::Stop));
+                // A stop during a tool change leaves the held tool unknown: report that.
+                for why in found.into_iter().filter(|why| why.code == "changer.stopped") {
+                    self.line.tell(&Tell::Refused { why });
+                }
+            }
+            Message::Greeting(reply) => drop(reply.send(self.greeting())),
+            // Jogs end by themselves, and nothing else depends on control.
+            _ => {}
+        }
+    }
+
+    /// Handles an event that no request caused. An error that ends the current activity becomes an alarm.
+    fn by_itself(&mut self, event: EngineEvent) {
+        for why in self.engine(event) {
+            let phase = self.attended.controller().phase;
+            let ends = matches!(
+                phase,
+                EnginePhase::Stopping | EnginePhase::Locked | EnginePhase::Closed | EnginePhase::Greeting
+            );
+            if why.severity == Severity::Error && ends {
+                // "Unplugged" explains more than "no response", so it replaces that alarm.
+                if self.alarm.is_none() || why.code == "grbl.unplugged" {
+                    self.alarm = Some(why);
+                }
+            } else {
+                self.line.tell(&Tell::Refused { why });
+            }
+        }
+    }
+
+    /// Feeds an event to the engine and carries out the resulting work. Returns the problems found.
+    pub(super) fn engine(&mut self, event: EngineEvent) -> Vec<Diagnostic> {
+        let passed = (self.time)().saturating_sub(self.opened + self.host.stood());
+        let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
+        let mut found = Vec::new();
+        for due in self.attended.event(now_ms, event) {
+            match due {
+                Due::Write(bytes) => self.written.extend(bytes),
+                Due::Close => self.over = true,
+                Due::Keep(entry) => found.extend(self.keep(&entry)),
+                Due::Tell(Told::Found(why)) => found.push(why),
+                Due::Tell(told) => self.happened(&told),
+            }
+        }
+        if self.attended.controller().height() == BoardHeight::Unknown {
+            self.hand.height = None;
+        }
+        found
+    }
+
+    /// Saves the progress. If that fails, holds the controller with `!`.
+    fn keep(&mut self, entry: &AttendedJob) -> Option<Diagnostic> {
+        if self.bringing.is_none() && self.work.is_none() {
+            // No job of ours is running, so this is not its end.
+            return None;
+        }
+        let wear = self.wear_now();
+        let failed = self.ledger.write(self.bringing.take(), entry, wear).err();
+        self.tell_tools();
+        if failed.is_some() {
+            self.written.push(b'!');
+        }
+        failed
+    }
+
+    fn happened(&mut self, told: &Told) {
+        match told {
+            Told::Greeted(info) => {
+                self.greeted = true;
+                let homes = settings::on(&info.values, 22);
+                if !homes && self.attended.controller().trust != Trust::Trusted {
+                    self.lost_place();
+                }
+                self.describe();
+                for tell in self.greeting() {
+                    self.line.tell(&tell);
+                }
+            }
+            Told::ZeroSet => {
+                match self.hand.zero_asked.take() {
+                    Some(Zero::Plane) => (self.hand.zero_set, self.hand.zero_meant) = (true, true),
+                    Some(Zero::Edge) => self.hand.zero_meant = true,
+                    Some(Zero::Height(set)) => self.hand.height = Some(set),
+                    None => {}
+                }
+                self.tell_surface();
+            }
+            Told::Now(now) => {
+                let homes = settings::on(&self.attended.controller().info.values, 22);
+                if self.trust == Trust::Trusted && now.trust != Trust::Trusted && !homes {
+                    self.lost_place();
+                }
+                self.trust = now.trust;
+            }
+            Told::Ended(ending) => self.ended(*ending),
+            Told::Survey(news) => self.touched(news),
+            Told::Check(news) => self.was_read(news),
+            Told::ToolWanted { .. }
+            | Told::ToolFetched { .. }
+            | Told::Found(_)
+            | Told::Progress
+            | Told::Gone => {}
+        }
+    }
+
+    /// Forgets zero and height: without limit switches they do not survive a lost position.
+    fn lost_place(&mut self) {
+        (self.hand.height, self.hand.zero_set, self.hand.zero_before_mm) = (None, false, None);
+        self.surface_is_lost();
+    }
+
+    fn parks_after_job(&mut self) {
+        if let Err(why) = self.park() {
+            self.line.tell(&Tell::Refused { why });
+        }
+    }
+
+    fn ended(&mut self, ending: Ending) {
+        let Some(work) = self.work.take() else { return };
+        let done = ending == Ending::Done;
+        let stops = std::mem::take(&mut self.hand.stops_after);
+        self.hand.parks = done && !stops && self.machine.park.after_job;
+        let legs =
+            if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
+        let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));
+        self.line.tell(&Tell::Ended(JobEnd {
+            job: work.order.key.clone(),
+            ending,
+            holes_done,
+            toolpaths_done,
+        }));
+        self.armed = None;
+        self.offer = (!done && self.attended.entry().done > 0).then_some(work.order);
+        if let Some(offer) = self.offer_tell() {
+            self.line.tell(&offer);
+        }
+    }
+}
