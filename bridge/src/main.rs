@@ -3,9 +3,9 @@
 
 mod adapter;
 mod cli;
-mod grbl;
 mod drill;
 mod executor;
+mod grbl;
 mod journal;
 mod lab;
 mod machine_file;

@@ -4,9 +4,9 @@
 mod automaton;
 mod carve;
 mod carving;
-mod grbl;
 mod feed_override;
 mod foot;
+mod grbl;
 mod magazine;
 mod motion;
 mod operator;

@@ -9,10 +9,10 @@
 
 pub mod adapter;
 mod alone;
-pub mod grbl;
 pub mod executor;
 mod files;
 mod grant;
+pub mod grbl;
 mod height;
 pub mod journal;
 mod line;

@@ -4,8 +4,8 @@
 use annulus_core::cam::HoleOrder;
 use annulus_core::cam::work::{CutDirection, CutSide, Flip, Holes, Lines, OperationKind, Remedy, Zero};
 use annulus_core::control::{Ending, State, Timing, Trust};
-use annulus_core::grbl::{ResetOnOpen, SetterStep};
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::grbl::{ResetOnOpen, SetterStep};
 use annulus_core::job::{Command, Cutter, Input, Mark, Otherwise, Stage, Switching};
 use annulus_core::level::HeightMap;
 use annulus_core::machine::{ToolWear, Value};

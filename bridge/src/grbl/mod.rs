@@ -17,8 +17,8 @@ pub(crate) use crate::serial::list;
 pub(crate) use owner::Owner;
 
 use crate::serial::{self, Port};
-use annulus_core::grbl::{BITS_PER_S, ResetOnOpen};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::{BITS_PER_S, ResetOnOpen};
 
 /// Opens the port `name` at `bits_per_s`, or finds the speed at which the controller responds, and returns
 /// it. `silent` is called for every speed without a response. `reset` decides whether opening may reset the

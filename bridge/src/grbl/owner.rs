@@ -10,8 +10,8 @@
 use super::clock::Stopwatch;
 use super::ledger::Ledger;
 use crate::serial::Port;
-use annulus_core::grbl::{EngineAsk, EngineEvent, EnginePhase};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::{EngineAsk, EngineEvent, EnginePhase};
 use annulus_core::machine::ToolWear;
 use annulus_host::grbl::{Attended, AttendedJob, Due, HELD_AFTER, Host, HostNews, JobTools, Told};
 use std::sync::Arc;

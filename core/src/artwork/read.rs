@@ -3,12 +3,12 @@
 use super::boards::{self, Item};
 use super::companion::{self, Companion, folder};
 use super::detect::{self, What};
+use super::drill_format::Neighbours;
 use super::file::plated_by_name;
 use super::gather::{self, Pending, fingerprint};
 use super::gerber::{self, Gerber};
 use super::registration::Copper;
 use super::text::decode;
-use super::drill_format::Neighbours;
 use super::{
     Artwork, Evidence, FileKind, FileRead, Overrides, Role, Zeros, aperture_list, drill_format, drill_list,
     names, set, through,

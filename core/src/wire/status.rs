@@ -1,8 +1,8 @@
 //! Messages about the state of the machine, and what the virtual drill recorded about its board.
 
 use crate::control::{Alarm, State, Trust};
-use crate::grbl::{ResetOnOpen, SetterStep, ToolLengths};
 use crate::diagnostic::Diagnostic;
+use crate::grbl::{ResetOnOpen, SetterStep, ToolLengths};
 use crate::job::Input;
 use crate::machine::ToolWear;
 use crate::pins::{ShortTouches, SpindleState};

@@ -3,8 +3,8 @@
 
 use super::survey::found;
 use super::*;
-use annulus_core::grbl::CheckNews;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::CheckNews;
 
 /// A program whose lines 8 and 13 are M7, which some controllers lack.
 fn misty() -> Arc<Routine> {

@@ -14,11 +14,11 @@ use super::setter::{self, surface};
 use super::{ZERO, changer, job};
 use annulus_core::chance::Chance;
 use annulus_core::control::Trust;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::grbl::{
     BoardHeight, CheckNews, Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart,
     OverrideOf, Routine, SurveyNews, SurveyStart, WrittenLine, read, step,
 };
-use annulus_core::geometry::{Bounds, Point};
 use annulus_core::level::ProbeGrid;
 use annulus_core::units::Length;
 use std::collections::{BTreeMap, VecDeque};

@@ -3,11 +3,11 @@
 use super::{Bench, Faults, ZERO, routine};
 use annulus_core::align::{BoardFit, FoundHole};
 use annulus_core::control::Trust;
+use annulus_core::geometry::Point;
 use annulus_core::grbl::{
     Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyNews,
     SurveyStart, aligned_routine, cut_bounds, level_key, level_routine, read,
 };
-use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE};
 use annulus_core::units::Length;
 

@@ -1,9 +1,9 @@
 //! Lines that GRBL 1.1h accepts or refuses, with its answers (`tests/data/gcode/grbl-lines.tsv`): both readers of G-code do the same, or
 //! refuse with a sentence what they can't follow. `bridge/tests/grbl/check.rs` asks the firmware itself.
 
-use annulus_core::grbl;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::gcode::Interpreter;
+use annulus_core::grbl;
 use annulus_core::post::{read_back_for, titled};
 use std::collections::BTreeMap;
 

@@ -4,11 +4,11 @@
 use super::given::JobGiven;
 use super::job_tools::JobTools;
 use annulus_core::control::{Ending, Trust};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{
     BoardHeight, CheckNews, Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine,
     SurveyNews, ToolSetter, step,
 };
-use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{RackTool, ToolWear};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

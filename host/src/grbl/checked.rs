@@ -3,8 +3,8 @@
 use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
-use annulus_core::grbl::{CheckNews, EngineAsk};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::{CheckNews, EngineAsk};
 use annulus_core::wire::{CheckModeReport, Tell};
 use std::sync::Arc;
 

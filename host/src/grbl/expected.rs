@@ -7,8 +7,8 @@
 //!
 //! Unknown values are not compared. Lengths in mm, speeds in mm/min, accelerations in mm/s².
 
-use annulus_core::grbl::settings::{self, Values};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::settings::{self, Values};
 use annulus_core::machine::MillProfile;
 
 /// Steps per mm within this factor of the expected value: the user trimmed them by measuring.

@@ -8,8 +8,8 @@
 
 use super::order::legs;
 use crate::prepare::worn_tool;
-use annulus_core::grbl::{Routine, Section, SectionKind};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::{Routine, Section, SectionKind};
 use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Bit, Program};
 use annulus_core::machine::{RackTool, ToolWear, tool_of};

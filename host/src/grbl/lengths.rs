@@ -2,10 +2,10 @@
 //! opening the port may reset it. The pre-flight check reports them.
 
 use crate::prepare::row;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{
     CHANGER_KEY, LENGTH_KEY, RESET_KEY, ResetOnOpen, SETTER_KEY, ToolLengths, ToolMacro, ToolSetter,
 };
-use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{MILL_KEY, Value};
 use annulus_core::wire::{PreflightRow, RowVerdict};
 

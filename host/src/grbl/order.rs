@@ -7,9 +7,9 @@
 //! ```
 
 use crate::prepare::made;
-use annulus_core::grbl::{self, EngineStart, Routine, SectionKind, TipPlace};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
+use annulus_core::grbl::{self, EngineStart, Routine, SectionKind, TipPlace};
 use annulus_core::job::{Briefing, Command, Mark, Program};
 use annulus_core::level::{Correction, HeightMap, TOLERANCE};
 use annulus_core::machine::Machine;

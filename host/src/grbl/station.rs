@@ -17,10 +17,10 @@ use crate::prepare::made;
 use crate::programs::Programs;
 use crate::ticket::Tickets;
 use annulus_core::control::{Ending, State, Trust};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{
     BoardHeight, EngineAsk, EngineEvent, EnginePhase, ResetOnOpen, ToolLengths, ToolMacro, settings,
 };
-use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Machine, MillProfile};
 use annulus_core::wire::{CheckModeReport, JobEnd, Status, Tell, ToolsReport};
 use std::sync::Arc;

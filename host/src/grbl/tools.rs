@@ -3,8 +3,8 @@
 use super::station::Station;
 use crate::files::Files;
 use annulus_core::control::State;
-use annulus_core::grbl::EngineAsk;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::EngineAsk;
 use annulus_core::machine::ToolWear;
 use annulus_core::wire::{Tell, ToolsReport};
 

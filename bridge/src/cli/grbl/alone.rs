@@ -3,8 +3,8 @@
 
 use super::operator::Operator;
 use annulus_core::control::Trust;
-use annulus_core::grbl::{EngineAsk, EnginePhase};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::{EngineAsk, EnginePhase};
 
 impl Operator {
     /// Stops the job, or the motion before it, if it is held and there is no terminal.

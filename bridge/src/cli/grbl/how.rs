@@ -3,9 +3,9 @@
 use super::{MayReset, PortArgs};
 use crate::cli::Refusal;
 use annulus_core::align::FoundHole;
-use annulus_core::grbl::{Changer, ResetOnOpen, Routine, SectionKind, ToolMacro, ToolSetter};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
+use annulus_core::grbl::{Changer, ResetOnOpen, Routine, SectionKind, ToolMacro, ToolSetter};
 use annulus_core::locale;
 use annulus_core::machine::{MillProfile, mill, preset_name};
 use annulus_host::grbl::{AttendedJob, JobGiven, JobTools};

@@ -7,11 +7,11 @@ use super::{BoardArgs, TouchArgs, WhichMap, ledger};
 use crate::cli::{Answer, Exit, Refusal, height_map, say};
 use crate::grbl::maps::Maps;
 use crate::machine_file;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
 use annulus_core::grbl::{
     EngineAsk, EnginePhase, SurveyNews, SurveyStart, cut_bounds, level_routine, settings,
 };
-use annulus_core::diagnostic::Diagnostic;
-use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, TOLERANCE};
 use annulus_core::units::Length;
 use annulus_host::grbl::{AttendedJob, Told};

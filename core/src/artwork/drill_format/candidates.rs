@@ -1,8 +1,8 @@
 //! Tries every plausible reading of a drill program: where its holes are, whether they are possible, and how
 //! they fit copper and outline of the board. The choice is in [`super::resolve`].
 
-use crate::artwork::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use super::plausible::{impossible_bit, oddity};
+use crate::artwork::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use crate::artwork::number::Reading;
 use crate::artwork::registration::{Copper, FITS_SHARE, Fit, SAMPLE, every, same_place, same_size};
 use crate::artwork::text::front;

@@ -21,16 +21,16 @@ struct Witness {
 #[derive(Default)]
 pub(in crate::artwork) struct Neighbours<'a> {
     /// Reports: name, bytes, content.
-    pub(super) companions: Vec<(&'a str, &'a [u8], &'a Companion)>,
-    pub(super) copper: Option<&'a Copper>,
+    pub(in crate::artwork) companions: Vec<(&'a str, &'a [u8], &'a Companion)>,
+    pub(in crate::artwork) copper: Option<&'a Copper>,
     /// Bounding box of the outline of the same board.
-    pub(super) outline: Option<Bounds>,
+    pub(in crate::artwork) outline: Option<Bounds>,
     /// All drill files and layers of its folder belong to one board.
-    pub(super) one_board: bool,
+    pub(in crate::artwork) one_board: bool,
 }
 
 /// The evidence of a set: by board and folder, and by board.
-pub(super) struct Witnesses {
+pub(in crate::artwork) struct Witnesses {
     near: BTreeMap<(String, String), Witness>,
     anywhere: BTreeMap<String, Witness>,
 }
@@ -71,7 +71,7 @@ fn witness(layers: &[&FileRead]) -> Witness {
 
 impl Witnesses {
     /// The evidence for the drill file `name` of a board, without reports.
-    pub(super) fn of(&self, name: &str, board: Option<&String>) -> Neighbours<'_> {
+    pub(in crate::artwork) fn of(&self, name: &str, board: Option<&String>) -> Neighbours<'_> {
         let Some(board) = board.filter(|board| !board.is_empty()) else { return Neighbours::default() };
         let near = self.near.get(&(board.clone(), folder(name).to_owned()));
         let (near, far) = (near, self.anywhere.get(board));

@@ -6,17 +6,17 @@
 //! every reading ─▶ its holes (a sample) ─▶ share on copper ─▶ best allowed, best other
 //! ```
 
+use super::candidates::{Grounds, Ranked, agrees, rank, readings, sample};
+use super::evidence::Neighbours;
+use super::offset::{Look, look};
+use super::plausible::{impossible, odd, oddity};
+use super::tool_units;
 use crate::artwork::companion::{Companion, Row, base};
 use crate::artwork::drill::DrillFile;
 use crate::artwork::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use crate::artwork::file::{FileRead, drill_program, plated_by_name};
-use super::plausible::{impossible, odd, oddity};
 use crate::artwork::number::Reading;
-use super::candidates::{Grounds, Ranked, agrees, rank, readings, sample};
 use crate::artwork::registration::{FITS_SHARE, same_place, same_size};
-use super::offset::{Look, look};
-use super::evidence::Neighbours;
-use super::tool_units;
 use crate::artwork::{Evidence, Overrides, Source, Zeros};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;

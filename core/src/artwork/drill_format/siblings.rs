@@ -86,8 +86,8 @@ fn shifts(files: &mut [FileRead]) {
 
 #[cfg(test)]
 mod tests {
-    use crate::artwork::{Artwork, Overrides, Source, read_set};
     use super::*;
+    use crate::artwork::{Artwork, Overrides, Source, read_set};
 
     /// A millimetre program with these holes and `second` as its second line.
     fn program(second: &str, holes: &[(f64, f64)]) -> Vec<u8> {

@@ -20,9 +20,9 @@ use super::routine::SectionKind;
 use super::run::Run;
 use super::setter::ToolSetter;
 use super::settings;
+use annulus_core::diagnostic::Diagnostic;
 pub(super) use annulus_core::grbl::Changer;
 use annulus_core::grbl::{TOOL_MARK, ToolMacro};
-use annulus_core::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 
 /// Tolerance when checking that the tip is at its safe height, mm.

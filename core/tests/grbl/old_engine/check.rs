@@ -19,8 +19,8 @@ use super::routine::{Routine, SectionKind};
 use super::settings;
 use super::written::WrittenLine;
 use annulus_core::control::{Ending, Trust};
-use annulus_core::grbl::CheckNews;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::CheckNews;
 use std::collections::VecDeque;
 use std::sync::Arc;
 

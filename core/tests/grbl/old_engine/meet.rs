@@ -12,8 +12,8 @@
 use super::asks::{EngineAction, EnginePhase, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::ReportedState;
-pub(super) use annulus_core::grbl::ResetOnOpen;
 use annulus_core::diagnostic::Diagnostic;
+pub(super) use annulus_core::grbl::ResetOnOpen;
 
 impl Controller {
     /// The port was opened.

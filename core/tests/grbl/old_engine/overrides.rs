@@ -11,8 +11,8 @@
 
 use super::asks::{EnginePhase, Override};
 use super::engine::Controller;
-use annulus_core::grbl::OverrideOf;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::OverrideOf;
 use std::collections::VecDeque;
 
 /// Interval between two characters, so that the controller has handled the first.

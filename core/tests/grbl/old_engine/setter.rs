@@ -28,8 +28,8 @@ use super::heard::ReportedState;
 use super::height::{BoardHeight, ZeroWanted};
 use super::lines::number;
 use annulus_core::control::Trust;
-pub use annulus_core::grbl::{SetterStep, ToolSetter};
 use annulus_core::diagnostic::Diagnostic;
+pub use annulus_core::grbl::{SetterStep, ToolSetter};
 
 /// Tolerance for the end of a move, mm.
 const SAME_MM: f64 = 0.02;
