@@ -88,3 +88,11 @@ fn failed_row_ends_a_stepped_queue() {
     assert_eq!(states, ["done", "refused", "waiting"]);
     assert!(text.contains("MOVE_BY 8 8") && text.contains("done"), "{text}");
 }
+
+#[test]
+fn queue_without_a_terminal_ends_at_its_breakpoint() {
+    let home = with("MOVE_TO 5 5\n*MOVE_TO 10 5\nMOVE_TO 0 0\n");
+    let (exit, object, _) = annulus(&home, "queue run q.txt --time-scale 2000");
+    assert_eq!((exit, &object["error"]["code"]), (1, &"queue.at_breakpoint".into()), "{object}");
+    assert_eq!((&object["ended"], &object["rows_done"]), (&"held".into(), &1.into()), "{object}");
+}

@@ -374,3 +374,14 @@ fn lab_drill_completes_a_job_with_sensor_ended_cycles() {
     let simulated = json(&annulus(folder.path(), "simulate board.drl --machine lab --json"));
     assert_eq!(simulated["stream_digest"], object["stream_digest"]);
 }
+
+#[test]
+fn equal_tool_lengths_can_be_declared_for_one_run() {
+    let folder = folder();
+    fs::write(folder.path().join("touch.toml"), "schema = 1\n[change]\nlengths = \"touch\"\n").unwrap();
+    let run = "run board.drl --machine touch.toml --time-scale 2000 --json";
+    let object = json(&annulus(folder.path(), run));
+    assert_eq!(object["error"]["code"], "control.length_first", "{object}");
+    let object = json(&annulus(folder.path(), &format!("{run} --restart --equal-tool-lengths")));
+    assert_eq!((&object["ok"], &object["holes_done"]), (&true.into(), &4.into()), "{object}");
+}

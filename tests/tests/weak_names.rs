@@ -293,3 +293,57 @@ fn few_holes_off_all_pads_are_a_warning() {
     let codes: Vec<&str> = artwork.files[2].diagnostics.iter().map(|said| said.code.as_str()).collect();
     assert!(codes.contains(&"drill.beside_copper"), "{codes:?}");
 }
+
+#[test]
+fn copper_named_for_holes_or_edge_is_not_lost() {
+    for name in ["bottom_drill.gbr", "holes_bottom.gbr", "rework_outline.gbr", "bottom_border.gbr"] {
+        check(
+            &[("amp_top.gbr", Copper(0)), (name, Copper(1))],
+            ["amp_top.gbr", ""],
+            &["set.copper_left_out"],
+        );
+    }
+}
+
+#[test]
+fn highest_number_is_inner_beside_a_named_bottom() {
+    let errors = &[];
+    let layers = [("TOP.art", Copper(0)), ("L2.art", Pads), ("L3.art", Pads), ("BOTTOM.art", Copper(1))];
+    check(&layers, ["TOP.art", "BOTTOM.art"], errors);
+}
+
+#[test]
+fn inner_copper_beside_one_side_is_an_error() {
+    for name in ["gnd.gbr", "ground_plane.gbr"] {
+        let layers = [("amp_top.gbr", Copper(0)), (name, Copper(1))];
+        check(&layers, ["amp_top.gbr", ""], &["board.inner_copper"]);
+    }
+}
+
+#[test]
+fn errors_of_the_outline_layer_are_errors_of_the_board() {
+    let cut_out = "D77*\nX10000000Y10000000D02*\nX12000000Y10000000D01*\nX12000000Y12000000D01*\nX10000000Y10000000D01*\nM02*";
+    let edge = text(Edge).replace("M02*", cut_out);
+    let files = [("amp.gtl", text(Copper(0))), ("amp.gko", edge), ("amp.drl", text(Drill))];
+    let errors = outcome(&read(&files)).1;
+    assert!(errors.iter().any(|code| code == "gerber.aperture_undefined"), "{errors:?}");
+}
+
+#[test]
+fn holes_to_an_inner_layer_are_reported() {
+    let drill =
+        |span: &str| text(Drill).replacen("M48\n", &format!("M48\n; #@! TF.FileFunction,{span},PTH\n"), 1);
+    let layers = [("amp.gtl", text(Copper(0))), ("amp.gbl", text(Copper(1))), ("amp.gko", text(Edge))];
+    let spans = [("amp-1.drl", drill("Plated,1,4")), ("amp-2.drl", drill("Plated,1,2"))];
+    let report = "Layer Pair : Top Layer to Bottom Layer\nASCII RoundHoles File : amp.TXT\nT1 0.8mm (31.496mil) Round 8 PTH\n\
+        Layer Pair : Top Layer to Mid-Layer 1\nASCII RoundHoles File : amp.TX1\nT1 0.8mm (31.496mil) Round 8 PTH\n";
+    let report = format!("NCDrill File Report For: amp.PcbDoc\n{report}");
+    let pairs = [("amp.TXT", text(Drill)), ("amp.TX1", text(Drill)), ("amp.DRR", report)];
+    for (drills, blind) in [(&spans[..], "amp-2.drl"), (&pairs[..], "amp.TX1")] {
+        let artwork = read(&[&layers[..], drills].concat());
+        let files = artwork.files.iter();
+        let told =
+            files.filter(|file| file.diagnostics.iter().any(|said| said.code == "drill.holes_not_through"));
+        assert_eq!(told.map(|file| file.name.as_str()).collect::<Vec<_>>(), [blind]);
+    }
+}

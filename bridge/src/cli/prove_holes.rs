@@ -119,7 +119,10 @@ fn told(drilled: &DrillingProof) -> Vec<Diagnostic> {
     ];
     let listed = |severity: Severity, (code, places): (&str, &[Point])| {
         let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
-        let named: Vec<String> = named.collect();
+        let mut named: Vec<String> = named.collect();
+        if places.len() > NAMED {
+            named.push("…".to_owned());
+        }
         let told =
             || Diagnostic::new(severity, code).with("count", places.len()).with("places", named.join(", "));
         (!places.is_empty()).then(told)

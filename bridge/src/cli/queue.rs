@@ -230,8 +230,8 @@ impl Operator<'_> {
                 }
                 let _ = io::stdin().lock().read_line(&mut String::new());
             } else if !step {
-                // Without a terminal, nothing can continue the queue.
-                break;
+                // Without a terminal, nothing can continue the queue. It stays held, so it never comes to rest.
+                return Ok(());
             }
         }
         self.settle(|status, _| at_rest(status)).await;

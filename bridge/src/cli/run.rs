@@ -14,7 +14,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::Bit;
 use annulus_core::level::{key_of, same_job};
 use annulus_core::locale;
-use annulus_core::machine::{self, Machine, Output, axis_name};
+use annulus_core::machine::{self, Lengths, Machine, Output, axis_name};
 use annulus_core::magazine::{Held, laid_out};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{
@@ -139,7 +139,8 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
 
 /// Refuses options that need a controller.
 fn only_virtual(args: &RunArgs) -> Result<(), Refusal> {
-    match args.at.board.how.of_controller().next().or(other_of_controller(args)) {
+    let mut flags = args.at.board.how.of_controller().filter(|flag| *flag != "--equal-tool-lengths");
+    match flags.next().or(other_of_controller(args)) {
         Some(flag) => Err(Refusal::usage(diagnostic("run.needs_controller").with("flag", flag))),
         None => Ok(()),
     }
@@ -242,7 +243,11 @@ fn opened(
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let open = if level { Drill::open_with } else { Drill::open_flat };
-    let drill = open(&machine_file::data_folder(), known.machine.clone(), args.speed, faults)?;
+    let mut machine = known.machine.clone();
+    if args.same_length {
+        machine.change.lengths = Lengths::Equal;
+    }
+    let drill = open(&machine_file::data_folder(), machine, args.speed, faults)?;
     if driver != (Driver::Virtual { rehearsal: true }) {
         drill.keep_settings_in(known.path.clone());
     }
@@ -278,8 +283,6 @@ struct Operator {
     interrupted: bool,
     /// What continues after a tool change.
     changes: ToolChanges,
-    /// All tools have the same length.
-    same_length: bool,
     /// Why a tool change ended the job.
     unchanged: Option<Diagnostic>,
     /// When the current tool was requested.
@@ -317,7 +320,6 @@ impl Operator {
             signals,
             interrupted: false,
             changes: ToolChanges::After(args.confirm_tools),
-            same_length: args.same_length,
             unchanged: None,
             asked: None,
             driver,
@@ -543,9 +545,6 @@ impl Operator {
         let since = *self.asked.get_or_insert_with(Instant::now);
         if since.elapsed() < wait {
             return;
-        }
-        if self.same_length {
-            let _ = self.drill.ask(Ask::SameLength);
         }
         match self.drill.ask(Ask::ToolChanged) {
             Ok(_) => {

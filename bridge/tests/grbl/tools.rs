@@ -60,6 +60,16 @@ fn worn_tool_is_replaced_between_two_holes() {
 }
 
 #[test]
+fn tool_change_without_input_ends_the_job() {
+    let Some(instrument) = instrument() else { return };
+    let desk = desk("T3 drill 0.8");
+    let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
+    let (exit, object) = desk.run(&board, "run board.drl --machine mill.toml --zero-here");
+    assert_eq!((exit, &object["error"]["code"]), (1, &"run.tool_unattended".into()), "{object}");
+    assert_eq!((&object["holes_done"], &board.end()["spindle"]["on"]), (&0.into(), &0.into()), "{object}");
+}
+
+#[test]
 fn resumed_job_counts_every_hole_once_as_wear() {
     let Some(instrument) = instrument() else { return };
     let desk = desk("T3 drill 0.8");

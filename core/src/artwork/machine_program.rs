@@ -73,10 +73,14 @@ fn is_gcode(text: &[u8]) -> bool {
             return false;
         }
         let spindle = is(b'M', &[3, 4]);
+        // A laser program has neither Z nor plane.
+        let speed = spindle && has(b'S');
+        let units = is(b'G', &[20, 21]);
         let height = has(b'Z');
         let plane = is(b'G', &[17, 43, 49, 54, 61, 64, 94, 98, 99]) && !has(b'X');
         let feed = is(b'G', &[1]) && has(b'F');
-        machine += usize::from(spindle) + usize::from(height) * 2 + usize::from(plane) + usize::from(feed);
+        machine += usize::from(height) * 2;
+        machine += [spindle, speed, units, plane, feed].into_iter().map(usize::from).sum::<usize>();
     }
     moves > 0 && machine >= 2
 }
@@ -131,6 +135,8 @@ mod tests {
                 true,
             ),
             ("G21\nG90\nM3 S0\nG1 X1 Y1 F600 S200\n", true),
+            ("G21\nG90\nM3 S255\nG0 X1 Y1 F1000\nG1 X5 S128\nM5\n", true),
+            ("N1 G21\nN2 G90\nN3 M3\nN4 G0 X1 Y1\n", true),
             ("T1\nM6\nG0 X1 Y2\nG81 X1. Y2. Z-2. R1. F100\n", true),
             ("M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n", false),
             ("%\nT01\nX002000Y003000\nM30\n", false),

@@ -271,7 +271,7 @@ pub(super) fn report_unused_copper(layers: &mut Layers, rows: &[Row]) {
         let Some(shape) = row.shape.as_ref().filter(|shape| shape.is_drawn_as_copper()) else { continue };
         let is_other = |file: &FileRead| {
             let asked = file.diagnostics.iter().any(|said| QUESTIONS.contains(&said.code.as_str()));
-            !asked && !matches!(file.role, Role::Copper | Role::Outline | Role::Drill)
+            !asked && file.role != Role::Copper
         };
         let is_known = |copper: &Shape| {
             let (share, wider_mm) = shape.compared(copper);

@@ -90,7 +90,10 @@ pub fn read_set_telling(
         .iter()
         .map(|file| Some(file).filter(is_program).and_then(|file| through::span(&decode(&file.bytes))));
     gather::settle(&mut out);
-    through::settle(&mut out, &spans.collect::<Vec<_>>());
+    let reports = companions.iter().filter_map(|(at, _)| pending.get(*at));
+    let pairs: Vec<_> =
+        reports.flat_map(|report| through::pairs(&report.name, &decode(&report.bytes))).collect();
+    through::settle(&mut out, &spans.collect::<Vec<_>>(), &pairs);
     let mut artwork = Artwork { files: out };
     artwork.diagnostic_layers_beside_programs();
     artwork

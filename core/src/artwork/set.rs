@@ -141,16 +141,17 @@ fn numbered(layers: &mut [Option<FileRead>], rows: &mut [Row]) {
     let (Some(&first), Some(&last)) = (numbers.iter().min(), numbers.iter().max()) else { return };
     let is_dropped = |number| rows.iter().any(|row| row.is_drawn_otherwise && row.number == Some(number));
     let has_first = first < 2 || (1..first).all(is_dropped);
-    let has_top = rows.iter().any(|row| copper(layers, row) == Some(Some(Side::Top)));
+    let has = |side: Side| rows.iter().any(|row| copper(layers, row) == Some(Some(side)));
+    let (has_top, has_bottom) = (has(Side::Top), has(Side::Bottom));
     for row in rows.iter_mut() {
         let (Some(None), Some(number)) = (copper(layers, row), row.number) else { continue };
         let side = match number {
             number if has_first && number == first => Side::Top,
-            number if number == last && (has_first || has_top) => Side::Bottom,
+            number if number == last && (has_first || has_top) && !has_bottom => Side::Bottom,
             _ => Side::Inner,
         };
         // Without the first layer, the last one can also be an inner layer.
-        row.unsure |= number == 0 || number == last && !has_first;
+        row.unsure |= number == 0 || side == Side::Bottom && !has_first;
         if let Some(file) = layers.get_mut(row.index).and_then(Option::as_mut) {
             file.side = Some(side);
         }
@@ -175,8 +176,7 @@ fn measured(layers: &[Option<FileRead>], rows: &mut [Row], of: &str, holes_of: &
     };
     let is_misread = |row: &Row| {
         let other = file(row.index).filter(|_| row.ground < Ground::Attribute);
-        let other =
-            other.filter(|file| matches!(file.role, Role::Mask | Role::Silk | Role::Paste | Role::Other));
+        let other = other.filter(|file| file.role != Role::Copper);
         other.and_then(|file| file.gerber.as_ref()).is_some_and(has_links)
     };
     // Copper of pads alone, under a certain name, may be a mask.

@@ -1,7 +1,7 @@
 //! Drill files with blind and buried vias. Reports an error that the user must accept, because Annulus drills
 //! through the whole board.
 
-use super::companion::base;
+use super::companion::{base, folder};
 use super::findings::excerpt;
 use super::text::{front, holds, lines, starts};
 use super::{FileRead, Role, Side};
@@ -10,6 +10,8 @@ use std::collections::BTreeSet;
 
 /// A file must declare its holes within the first bytes.
 const LOOKED_AT: usize = 16 * 1024;
+/// Most files of a report that are looked at.
+const MOST_PAIRS: usize = 100;
 /// The error for holes that end inside the board.
 const CODE: &str = "drill.holes_not_through";
 
@@ -47,16 +49,55 @@ fn span_of(function: &str, line: u32) -> Option<Span> {
     is_drill.then(|| Span { from: one.min(two), to: one.max(two), found, line })
 }
 
+/// A layer pair that is not that of the outer layers, with the drill file for which a report states it.
+pub(super) struct Pair {
+    folder: String,
+    file: String,
+    layers: String,
+}
+
+/// The layer pairs of a report (`.DRR`) that do not go through the board.
+pub(super) fn pairs(name: &str, report: &[u8]) -> Vec<Pair> {
+    let mut pair = None;
+    let mut found = Vec::new();
+    for line in lines(report) {
+        let text = String::from_utf8_lossy(line.text.trim_ascii()).into_owned();
+        let Some((key, value)) = text.split_once(':').map(|(key, value)| (key.trim(), value.trim())) else {
+            continue;
+        };
+        if key.eq_ignore_ascii_case("layer pair") {
+            let lower = value.to_ascii_lowercase();
+            pair = Some(value.to_owned()).filter(|_| !(lower.contains("top") && lower.contains("bottom")));
+        } else if key.to_ascii_lowercase().ends_with(" file") && found.len() < MOST_PAIRS {
+            let of = |layers| Pair { folder: folder(name).to_owned(), file: value.to_owned(), layers };
+            found.extend(pair.clone().map(of));
+        }
+    }
+    found
+}
+
 /// Reports drill files whose holes connect fewer layers than their board has, unless already reported.
-/// `spans` are those of the drill programs among `files`; a Gerber drill layer has its own.
-pub(super) fn settle(files: &mut [FileRead], spans: &[Option<Span>]) {
+/// `spans` are those of the drill programs among `files`; a Gerber drill layer has its own. `pairs` are those
+/// of the reports.
+pub(super) fn settle(files: &mut [FileRead], spans: &[Option<Span>], pairs: &[Pair]) {
     let own = |file: &FileRead| span_of(file.gerber.as_ref()?.file_function.as_deref()?, 0);
+    let deepest = |board: &str| {
+        let spans = files.iter().zip(spans).filter(|(file, _)| file.board == board);
+        spans.filter_map(|(_, span)| span.as_ref()).map(|span| span.to).max().unwrap_or(0)
+    };
     let short = |(at, file): (usize, &FileRead)| {
         file.drill.as_ref().filter(|_| file.role == Role::Drill)?;
+        if file.diagnostics.iter().any(|said| said.code == CODE) {
+            return None;
+        }
+        let (of, name) = (folder(&file.name), base(&file.name));
+        let pair = pairs.iter().find(|pair| pair.folder == of && pair.file.eq_ignore_ascii_case(name));
+        if let Some(pair) = pair {
+            return Some((at, Span { from: 0, to: 0, found: excerpt(pair.layers.as_bytes()), line: 0 }));
+        }
         let span = spans.get(at).cloned().flatten().or_else(|| own(file))?;
-        let is_known = file.diagnostics.iter().any(|said| said.code == CODE);
-        let is_short = span.from > 1 || span.to < last_layer(files, &file.board);
-        (is_short && !is_known).then_some((at, span))
+        let is_short = span.from > 1 || span.to < last_layer(files, &file.board).max(deepest(&file.board));
+        is_short.then_some((at, span))
     };
     let short: Vec<(usize, Span)> = files.iter().enumerate().filter_map(short).collect();
     for (at, span) in short {
@@ -111,7 +152,12 @@ fn by_name(base: &str) -> bool {
     let spans = words
         .array_windows::<2>()
         .any(|[from, to]| inner(from) && (inner(to) || outer(to)) || outer(from) && inner(to));
-    spans || words.iter().any(|word| [&b"blind"[..], b"buried"].contains(word))
+    let is_kind = |word: &[u8]| {
+        ["blind", "buried"].iter().any(|kind| {
+            word.strip_prefix(kind.as_bytes()).is_some_and(|rest| rest.is_empty() || starts(rest, "via"))
+        })
+    };
+    spans || words.iter().any(|word| is_kind(word))
 }
 
 #[cfg(test)]
@@ -128,6 +174,7 @@ mod tests {
             ("amp-front-in1.drl", "M48\n", Some("amp-front-in1.drl")),
             ("amp-in1-in2.drl", "M48\n", Some("amp-in1-in2.drl")),
             ("amp-in1-back.drl", "M48\n", Some("amp-in1-back.drl")),
+            ("b-BlindVias L1-L2.TXT", "M48\n", Some("b-BlindVias L1-L2.TXT")),
             ("blinds_motor.drl", "M48\n", None),
             ("made-in-2024.drl", "M48\n", None),
         ] {

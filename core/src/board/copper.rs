@@ -19,7 +19,7 @@ const TWO: [(Severity, &str); 2] =
 const GUESSED: (Severity, &str) = (Severity::Note, "set.better_layer");
 
 /// Diagnostics of possible copper layers that are not used.
-const LEFT: [&str; 5] = [
+pub(super) const LEFT: [&str; 5] = [
     "set.better_layer",
     "set.copper_left_out",
     "set.drawn_as_opening",
@@ -72,7 +72,7 @@ pub(super) fn add(
         let named = named_pads(layer);
         board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, named, source });
     }
-    diagnostics.extend(inner(artwork, !board.copper.is_empty()));
+    diagnostics.extend(inner(artwork, board.copper.len() == 2));
     let here = artwork.files.iter().filter(|file| file.reason.code != "kind.other_board");
     let here = here.filter(|file| !board.sources.contains(&file.name));
     let is_answered = |file: &FileRead| {
@@ -84,13 +84,13 @@ pub(super) fn add(
     diagnostics.extend(left.filter(|diagnostic| LEFT.contains(&diagnostic.code.as_str())).cloned());
 }
 
-/// Reports that inner copper cannot be milled: a note next to outer copper; an error alone, because then no
-/// copper is left.
-fn inner(artwork: &Artwork, has_side: bool) -> Option<Diagnostic> {
+/// Reports that inner copper cannot be milled: a note next to the copper of both sides. Without one of them
+/// it's an error, because the layer may be that side.
+fn inner(artwork: &Artwork, has_both: bool) -> Option<Diagnostic> {
     let inner = |file: &&FileRead| file.role == Role::Copper && file.side == Some(Side::Inner);
     let mut layers = artwork.files.iter().filter(inner);
     let first = layers.next()?;
-    let severity = if has_side { Severity::Note } else { Severity::Error };
+    let severity = if has_both { Severity::Note } else { Severity::Error };
     let told = Diagnostic::new(severity, "board.inner_copper").at(&first.name, 0, 0);
     Some(told.with("count", 1 + layers.count()))
 }

@@ -208,6 +208,9 @@ fn outline(
     let mut open_ones = Vec::new();
     for file in layers(artwork, Role::Outline) {
         let Some(gerber) = &file.gerber else { continue };
+        // Questions about layers are added with the copper.
+        let own = file.diagnostics.iter().filter(|said| !copper::LEFT.contains(&said.code.as_str()));
+        diagnostics.extend(own.cloned());
         let (region, open, mended) = drawn(gerber, board, artwork);
         diagnostics.extend(mended.into_iter().map(|diagnostic| diagnostic.at(&file.name, 0, 0)));
         board.outline = region;

@@ -47,6 +47,16 @@ impl Body {
         Some((if inside { half + off } else { half - off }, off))
     }
 
+    pub(super) fn is_unknown(&self) -> bool {
+        self.edges.is_none()
+    }
+
+    /// True for a hole of this half width that lies inside the board and not at its edge; always true without
+    /// an outline.
+    pub(super) fn is_well_inside(&self, spot: Spot, half: f64) -> bool {
+        self.bite(spot, half).is_none_or(|(bite, off)| off >= half + MEANT_MM && bite > half)
+    }
+
     /// True if a leg cuts into the board; always true without an outline.
     pub(super) fn is_bitten(&self, leg: &Deep<'_>) -> bool {
         let half = leg.bit.diameter.mm() / 2.0;

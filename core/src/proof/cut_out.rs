@@ -9,6 +9,7 @@
 
 use super::body::{MEANT_MM, SLACK_MM, STEP_MM, along};
 use super::deep::Swept;
+use super::drilled::BESIDE_MM;
 use super::edges::{Edge, Spot, spots};
 use super::sides::{DrillingProof, Layer};
 use crate::board::Board;
@@ -39,7 +40,32 @@ pub(super) fn cut_out(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingPro
             layer.body.first_bite(leg, |spot, half| is_open(layer.board, asked, spot, half), asked)
         });
         out.bitten.extend(bites.map(Spot::point));
+        out.bitten.extend(extra_holes(layer, asked));
     }
+}
+
+/// Holes through the board where it has none. Holes beside a hole of the board are judged with it, and those
+/// at the edge may be mouse-bites.
+fn extra_holes(layer: &Layer<'_>, asked: &Asked) -> Vec<Point> {
+    let sized =
+        layer.board.holes.iter().filter_map(|hole| Some((hole.at, hole.diameter?.mm().max(BESIDE_MM))));
+    let mut holes: Vec<(Point, f64)> = sized.collect();
+    holes.sort_by_key(|(at, _)| at.x);
+    let widest_mm = holes.iter().map(|(_, reach)| *reach).fold(0.0, f64::max);
+    let is_beside_hole = |spot: Point| {
+        let first = holes.partition_point(|(at, _)| (spot.x - at.x).mm() > widest_mm);
+        let near = holes.iter().skip(first).take_while(|(at, _)| (at.x - spot.x).mm() <= widest_mm);
+        near.into_iter().any(|(at, reach)| at.distance_mm(spot) <= *reach)
+    };
+    let through = layer.legs.iter().filter(|leg| leg.lowest * 2 >= asked.thickness);
+    let rounds = through.filter_map(|leg| leg.round.filter(|round| round.stroke || layer.body.is_unknown()));
+    let extra = rounds.filter(|round| {
+        let (spot, half) = (Spot::of(round.at), round.wide_mm / 2.0);
+        layer.body.is_well_inside(spot, half)
+            && !is_beside_hole(round.at)
+            && !is_open(layer.board, asked, spot, half)
+    });
+    extra.map(|round| round.at).collect()
 }
 
 /// Outer contours with too little cut, those with nothing required or cut, and the number of cut ones.

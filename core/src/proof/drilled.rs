@@ -5,7 +5,7 @@
 //!    ◯ board    ● program      ◉ made      ◯  missing      ◉● twice      ◯ ● shifted
 //! ```
 //!
-//! Additional holes (pins, mouse-bites) are no error.
+//! Pins are no error. Other holes where the board has none are reported with its edge.
 
 use super::body::Body;
 use super::deep::Deep;
@@ -17,7 +17,7 @@ use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A hole made within this distance of an empty position, in mm, or within the hole's width, is meant for it.
-const BESIDE_MM: f64 = 0.6;
+pub(super) const BESIDE_MM: f64 = 0.6;
 /// Sizes and depths within this, in mm, are equal: digits of files.
 const EQUAL_MM: f64 = 0.01;
 

@@ -149,10 +149,13 @@ impl Owner {
         work.map(|work| work.job.rebased(machine)).transpose()
     }
 
-    /// The user declares that the current tool is as long as the one before.
+    /// The user declares that the current tool is as long as the one before, whose length must be known.
     pub(super) fn same_length(&mut self) -> Result<(), Diagnostic> {
         if self.session.state != State::ToolChange || self.asked_bit().is_none() {
             return Err(diagnostic("control.nothing_to_do"));
+        }
+        if self.known.height == BoardHeight::Unknown {
+            return Err(diagnostic("control.no_length_yet"));
         }
         self.height_is_known();
         Ok(())

@@ -54,6 +54,11 @@ impl Controller {
         self.chosen && !self.is_adapter
     }
 
+    /// True during a tool change of our own drill: Park returns to where tools are changed.
+    pub fn parks_in_change(&self, state: Option<State>) -> bool {
+        !self.plans() && state == Some(State::ToolChange)
+    }
+
     /// True if the controller waits for a touch-off. Our own drills know their tool lengths and do not wait.
     pub fn touches_off(&self, state: Option<State>) -> bool {
         self.plans() && state == Some(State::ToolChange)

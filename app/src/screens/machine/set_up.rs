@@ -38,7 +38,10 @@ fn park() -> impl IntoView {
         .class("button large")
         .attr("data-moves", "park")
         .attr("aria-disabled", "true")
-        .prop("disabled", || !link::ready())
+        .prop("disabled", || {
+            let in_change = read(|m| m.link.may_act() && m.link.controller.parks_in_change(m.link.state()));
+            !(link::ready() || in_change)
+        })
         .attr("title", t!("page.machine.park_is"))
         .on(ev::click, |_| link::ask(Ask::Park))
         .child(t!("page.machine.park"))

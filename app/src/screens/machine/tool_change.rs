@@ -171,7 +171,11 @@ fn steps() -> impl IntoView {
                 li().child(move || say!("page.change.worn", tool = name, done = words))
             })
         },
-        li().child(t!("page.change.check")),
+        // A tool that is measured next may stick out as far as it likes.
+        li().child(move || match length_known() {
+            Some(LengthKnown::Equal) => say!("page.change.check"),
+            _ => say!("page.change.check_tight"),
+        }),
         move || controller::plans().then(|| li().child(height)),
         move || length_known().map(|known| li().child(length_words(known))),
         li().child(t!("page.change.hands_clear")),

@@ -18,6 +18,8 @@ const LONGEST: usize = 200;
 /// Input from outside the controller.
 pub(super) enum Word {
     Line(String),
+    /// The end of the lines.
+    End,
     /// A key at a terminal.
     Key(u8),
     Signal,
@@ -120,6 +122,7 @@ pub(super) fn listen(sends: Sender<Word>, typing: Typing) -> Option<Keys> {
                     return;
                 }
             }
+            let _ = sends.send(Word::End);
         });
     }
     keys

@@ -47,6 +47,8 @@ pub(super) struct Operator {
     words: Receiver<Word>,
     /// Typed lines that wait.
     pub(super) lines: VecDeque<String>,
+    /// No more lines will come.
+    lines_end: bool,
     /// Lines are ignored until this time.
     ignores_until: Option<Instant>,
     /// The keys, at a terminal.
@@ -103,6 +105,7 @@ impl Operator {
             how: how.clone(),
             words,
             lines: VecDeque::new(),
+            lines_end: false,
             ignores_until: None,
             keys,
             info: None,
@@ -269,6 +272,7 @@ impl Operator {
                 }
                 Word::Line(line) if self.lines.len() < MOST_LINES => self.lines.push_back(line),
                 Word::Line(_) => {}
+                Word::End => self.lines_end = true,
                 Word::Key(key) => self.pressed(key),
                 Word::Signal => {
                     self.interrupted = true;
@@ -462,7 +466,13 @@ impl Operator {
         while !self.gone && !self.interrupted && waits(self) {
             self.next();
             self.hear();
-            let Some(line) = self.lines.pop_front() else { continue };
+            let Some(line) = self.lines.pop_front() else {
+                if self.lines_end {
+                    self.ends_unattended(programs, tool);
+                    break;
+                }
+                continue;
+            };
             self.worst = None;
             self.owner.attend();
             self.do_typed(&line);
@@ -472,6 +482,13 @@ impl Operator {
             }
         }
         self.types(false);
+    }
+
+    /// Ends the job at a tool change that nobody can confirm.
+    fn ends_unattended(&mut self, programs: &Programs, tool: u32) {
+        let why = Diagnostic::error("run.tool_unattended").with("bit", pause_text(programs, tool));
+        self.worst = Some(why.with("line", self.resume_line()));
+        self.owner.ask(EngineAsk::Stop);
     }
 
     /// Probes the tool if requested, and continues. Ends the job after [`TRIES`] failed attempts.

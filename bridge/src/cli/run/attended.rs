@@ -223,7 +223,7 @@ impl Operator {
         }
         self.forget_typed();
         let is_known = change.length != LengthKnown::No;
-        let code = if is_known || self.same_length { "run.tool" } else { "run.tool_length" };
+        let code = if is_known { "run.tool" } else { "run.tool_length" };
         self.tell(&Diagnostic::note(code).with("bit", bit));
         if !is_known && self.machine.senses_contact() {
             self.tell(&Diagnostic::note("run.tool_probe"));
@@ -255,9 +255,6 @@ impl Operator {
             _ => return self.tell(&Diagnostic::note("run.tool_commands")),
         };
         let goes_on = ask == Ask::ToolChanged;
-        if goes_on && self.same_length {
-            let _ = self.drill.ask(Ask::SameLength);
-        }
         match self.drill.ask(ask) {
             Ok(_) if goes_on => {}
             Ok(_) => {

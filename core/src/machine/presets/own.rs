@@ -218,7 +218,7 @@ pub fn hobby_3018() -> Machine {
     };
     Machine {
         name: "3018 router".to_owned(),
-        description: "A desktop router of the 3018 class, driven directly.".to_owned(),
+        description: "A desktop router of the 3018 class.".to_owned(),
         x: slow(Axis { max: mm(300.0), home_search: mm(330.0), ..base.x.clone() }, 1000.0 / 60.0),
         y: slow(Axis { max: mm(180.0), home_search: mm(210.0), ..base.y.clone() }, 1000.0 / 60.0),
         z: slow(base.z.clone(), 10.0),

@@ -189,7 +189,7 @@ impl Block {
             let length = bare.text.chars().count();
             return Self { text: bare.text, comments, number: None, length, whole };
         }
-        let (bare, number) = (words::bare(line), words::line_number(line));
+        let (bare, number) = (words::bare_with(line, of == Interpreter::Any), words::line_number(line));
         let spaceless = || bare.chars().filter(|c| !c.is_whitespace());
         let length = spaceless().count() + number.map_or(0, |number| format!("N{number}").len());
         // Controllers skip spaces everywhere, even in numbers.
@@ -432,7 +432,12 @@ impl State {
             }
         }
         if (goes[0] || goes[1]) && hand.tip.z < 0.0 {
-            return Err(hand.refuse("readback.changes_place", if own_places { "G53" } else { "G28" }));
+            let word = match () {
+                () if own_places => "G53",
+                () if line.codes('G').any(|code| code == 30.0) => "G30",
+                () => "G28",
+            };
+            return Err(hand.refuse("readback.changes_place", word));
         }
         if goes[2] {
             hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)?;

@@ -13,7 +13,13 @@ pub(super) enum Word {
 
 /// The line without comments, block number and leading slash, in capitals.
 pub(super) fn bare(line: &str) -> String {
-    let (text, _) = split(line);
+    bare_with(line, true)
+}
+
+/// As [`bare`]; `messages`: text after M0, M1 and M117 is a message. No controller with rules of its own has
+/// such messages.
+pub(super) fn bare_with(line: &str, messages: bool) -> String {
+    let (text, _) = split(line, messages);
     let text = text.trim().trim_start_matches('/').trim_start();
     let numbered = text.starts_with('N')
         && text.get(1..2).is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()));
@@ -25,7 +31,7 @@ pub(super) fn bare(line: &str) -> String {
 
 /// The number of a line that begins with one: N10.
 pub(super) fn line_number(line: &str) -> Option<f64> {
-    let (text, _) = split(line);
+    let (text, _) = split(line, true);
     let rest = text.trim().trim_start_matches('/').trim_start().strip_prefix('N')?;
     let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
     rest.get(..digits)?.parse().ok()
@@ -51,22 +57,22 @@ pub(super) fn foreign_to_linuxcnc(line: &str) -> Option<char> {
 
 /// The comments and messages of a line.
 pub(super) fn comments(line: &str) -> Vec<String> {
-    split(line).1
+    split(line, true).1
 }
 
 /// A line in capitals without its comments, and these as written.
-fn split(line: &str) -> (String, Vec<String>) {
+fn split(line: &str, messages: bool) -> (String, Vec<String>) {
     let (mut text, mut comments) = (String::new(), Vec::new());
     let mut rest = line;
     // Messages are for people: Sinumerik's in quotes, Marlin's after M0 or M117.
     let upper = line.to_ascii_uppercase();
     let spoken = upper.trim_start();
-    if spoken.starts_with("M0 ") || spoken.starts_with("M1 ") || spoken.starts_with("M117 ") {
+    if messages && ["M0 ", "M1 ", "M117 "].iter().any(|word| spoken.starts_with(word)) {
         let at = line.len() - spoken.len();
-        let said = line.get(at + 3..).unwrap_or_default();
-        // M0 X40 is a stop and a move, M117 X40 a message.
-        let is_words = !spoken.starts_with("M117 ") && of(&bare(said)).is_ok();
-        if !is_words {
+        let word = spoken.find(' ').unwrap_or(spoken.len());
+        let said = line.get(at + word..).unwrap_or_default();
+        // M0 X40 is a stop and a move. M117 X40 is a message to Marlin, but a move for others: it is followed.
+        if of(&bare(said)).is_err() {
             return (spoken.chars().take_while(|c| *c != ' ').collect(), vec![said.trim().to_owned()]);
         }
     }

@@ -111,6 +111,9 @@ fn complete_job_has_no_hole_slot_or_edge_problems() {
     let mut bites = whole();
     bites.push(drill(0.5, 2.0, &[(0.0, 4.0)]));
     assert_eq!(counts(&bites, &planned()), [0; 9]);
+    // A hole where the board has none, and a ring on a board without outline.
+    let extra = [drill(0.8, 2.2, &[(16.0, 7.0)])];
+    assert_eq!(counts(&[whole(), extra.to_vec()].concat(), &planned())[7], 1);
     // Isolation only: no holes are required.
     let isolating = rings(0.2, 0.1, (4.0, 3.0), &[1.8]);
     assert_eq!(counts(&[isolating], &Asked::nothing(Length::from_mm(1.6))), [0; 9]);

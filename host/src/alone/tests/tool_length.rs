@@ -120,6 +120,9 @@ fn tool_of_unknown_length_does_not_cut() {
     assert_eq!(bench.change().length, LengthKnown::No);
     let refused = |code: &str| Some(code.to_owned());
     assert_eq!(bench.tried(&Ask::ToolChanged), refused("control.length_first"));
+    // No tool was measured yet, so none can be as long as the last one.
+    assert_eq!(bench.tried(&Ask::SameLength), refused("control.no_length_yet"));
+    assert_eq!(bench.tried(&Ask::ToolChanged), refused("control.length_first"));
     for ask in [Ask::Home, Ask::SetZero, Ask::UndoZero] {
         assert_eq!(bench.tried(&ask), refused("control.in_change"), "{ask:?}");
     }
