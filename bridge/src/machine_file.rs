@@ -214,6 +214,11 @@ pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Diagnostic> {
     })
 }
 
+/// The folder of a file; the current one for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// Writes a file so that after any interruption either the old or the new one exists.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write(path, bytes, |fresh| fs::File::create(fresh))
@@ -222,7 +227,7 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// The same for a file that only this user may read.
 pub(crate) fn write_own(path: &Path, bytes: &[u8]) -> io::Result<()> {
     // The folder of a user's own machine file elsewhere is not ours to change.
-    let inside = path.parent().unwrap_or(Path::new("."));
+    let inside = folder_of(path);
     let ours = [data_folder(), config_folder()].into_iter().find(|root| inside.starts_with(root));
     if let Some(root) = ours {
         own::root(&root)?;
@@ -238,7 +243,7 @@ pub(crate) fn write_own(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 fn write(path: &Path, bytes: &[u8], make: impl Fn(&Path) -> io::Result<fs::File>) -> io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     fs::create_dir_all(folder)?;
     let fresh = path.with_extension(format!("new-{}", std::process::id()));
     let written = make(&fresh).and_then(|mut file| {

@@ -61,9 +61,7 @@ fn machine_with_a_controller_needs_a_port_or_a_rehearsal() {
 #[test]
 fn controller_flags_are_refused_on_the_virtual_drill() {
     let folder = folder();
-    for flag in
-        ["--zero-here", "--probe-depth 3", "--height-map measure", "--equal-tool-lengths", "--baud 9600"]
-    {
+    for flag in ["--zero-here", "--probe-depth 3", "--height-map measure", "--baud 9600"] {
         let output = annulus(folder.path(), &format!("run board.drl {flag} --json"));
         let object = json(&output);
         assert_eq!(

@@ -230,6 +230,9 @@ fn virtual_of(machine: Machine) -> Machine {
     Machine { output: Output::Virtual, ..machine }
 }
 
+/// Settings that a flag replaces for one run.
+const OF_ONE_RUN: [&str; 2] = ["change.lengths", "adapter.port"];
+
 /// Opens the drill of this computer and its operator. Jobs follow the saved height map, or none.
 fn opened(
     args: &PlayArgs,
@@ -249,7 +252,10 @@ fn opened(
     }
     let drill = open(&machine_file::data_folder(), machine, args.speed, faults)?;
     if driver != (Driver::Virtual { rehearsal: true }) {
-        drill.keep_settings_in(known.path.clone());
+        let of_file = machine_file::named(args.job.on.name())?.machine;
+        let value = |key: &str| Some((key.to_owned(), machine::setting(key)?.value(&of_file)));
+        let unchanged = OF_ONE_RUN.into_iter().filter_map(value).collect();
+        drill.keep_settings_but(known.path.clone(), unchanged);
     }
     let operator = Operator::new(&drill, signals, json, (args, known, driver));
     Ok((drill, operator, runtime))

@@ -21,7 +21,7 @@ use crate::refusal::Refusal;
 use annulus_core::control::Timing;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::level::HeightMap;
-use annulus_core::machine::{Machine, Output};
+use annulus_core::machine::{Machine, Output, Value};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
 pub(crate) use annulus_host::Ticket;
@@ -29,7 +29,7 @@ use annulus_host::executor::Shared;
 use annulus_host::journal::Contents;
 use annulus_host::{KeptSurface, Message, Owner, Parts, Tickets, line, prepare};
 use listeners::Listeners;
-use outside::Here;
+use outside::{Here, KeptSettings};
 use recorder::Recorder;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -64,7 +64,7 @@ pub(crate) struct Drill {
     /// Only one plan is made at a time.
     planner: Arc<Mutex<()>>,
     /// The machine file for changed settings.
-    settings: Arc<Mutex<PathBuf>>,
+    settings: Arc<Mutex<KeptSettings>>,
 }
 
 impl Drill {
@@ -139,7 +139,8 @@ impl Drill {
         }
         let listeners = Listeners::default();
         let tickets = Arc::<Tickets>::default();
-        let settings = Arc::new(Mutex::new(folder.join("machines").join("virtual.toml")));
+        let path = folder.join("machines").join("virtual.toml");
+        let settings = Arc::new(Mutex::new(KeptSettings { path, unchanged: Vec::new() }));
         let shared = Arc::new(Shared::new(clock::time));
         let no_thread =
             |error| Refusal::surroundings(Diagnostic::error("control.no_thread").with("reason", error));
@@ -184,7 +185,12 @@ impl Drill {
 
     /// Sets the machine file for changed settings.
     pub(crate) fn keep_settings_in(&self, path: PathBuf) {
-        *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = path;
+        self.keep_settings_but(path, Vec::new());
+    }
+
+    /// The same for a run that has values of its own: the file gets `unchanged` in their place.
+    pub(crate) fn keep_settings_but(&self, path: PathBuf, unchanged: Vec<(String, Value)>) {
+        *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = KeptSettings { path, unchanged };
     }
 
     /// Saves `bytes` under `key`, their SHA-256, if they are a program.

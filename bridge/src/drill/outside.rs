@@ -9,7 +9,7 @@ use crate::executor::{self, Heard, clock, process};
 use crate::machine_file;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{Machine, Output};
+use annulus_core::machine::{self, Machine, Output, Value};
 use annulus_core::pins::Pins;
 use annulus_core::wire::Tell;
 use annulus_host::executor::{Seat, Shared};
@@ -24,12 +24,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Name of the executor's record in the drill's folder.
 const EXECUTED: &str = "executor.log";
 
+/// Where changed settings are saved.
+pub(super) struct KeptSettings {
+    /// The machine file.
+    pub(super) path: PathBuf,
+    /// What the file has in place of values of one run.
+    pub(super) unchanged: Vec<(String, Value)>,
+}
+
 /// A drill's folder and channels.
 pub(super) struct Here {
     pub(super) folder: PathBuf,
     pub(super) speed: f64,
-    /// The machine file for changed settings.
-    pub(super) settings: Arc<Mutex<PathBuf>>,
+    pub(super) settings: Arc<Mutex<KeptSettings>>,
     pub(super) recorder: Recorder,
     pub(super) messages: Sender<Message>,
     pub(super) listeners: Listeners,
@@ -62,8 +69,13 @@ impl Outside for Here {
     }
 
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic> {
-        let path = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        machine_file::save(&path, machine)
+        let kept = self.settings.lock().unwrap_or_else(PoisonError::into_inner);
+        let of_file = machine::apply(machine, &kept.unchanged).map_err(|why| {
+            why.into_iter()
+                .next()
+                .unwrap_or_else(|| Diagnostic::error("machine.file_syntax").with("what", "?"))
+        })?;
+        machine_file::save(&kept.path, &of_file)
     }
 
     fn keep_surface(&self, surface: Option<&KeptSurface>) -> Result<(), Diagnostic> {

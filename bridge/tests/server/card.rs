@@ -305,7 +305,8 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     for holes in [0, 1] {
         let asks = |status: &Status| status.state == State::ToolChange && status.holes_done == holes;
-        let change = until_status(&mut page, asks).change.unwrap();
+        let status = until_status(&mut page, asks);
+        let change = status.change.unwrap();
         assert_eq!((change.bit, change.length), (holes, LengthKnown::No));
         assert!(change.is_up && change.is_at_place, "{change:?}");
         assert_eq!(shop.outputs()[3], 0, "the spindle stands");
@@ -314,9 +315,18 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
         let refused = page.until(|tell| matches!(tell, Tell::Refused { .. }));
         let Tell::Refused { why } = refused else { panic!("{refused:?}") };
         assert_eq!(why.code, "control.length_first");
-        page.ask(&Ask::SameLength);
         if holes == 0 {
+            // Down to the board.
+            let down_mm = shop.machine.process.surface.mm() - status.machine_mm[2];
+            page.ask(&Ask::Jog { axis: 2, distance_um: (down_mm * 1e3) as i32, anyway: false });
+            until_status(&mut page, |status| status.state == State::Jogging);
+            while until_status(&mut page, |_| true).state == State::Jogging {
+                page.ask(&Ask::JogOn);
+            }
+            page.ask(&Ask::SetHeight);
             page.ask(&Ask::ToolChanged);
+        } else {
+            page.ask(&Ask::SameLength);
         }
     }
     let since = Instant::now();

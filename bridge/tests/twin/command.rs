@@ -213,8 +213,12 @@ fn terminal_confirms_motion_and_measures_tools() {
     };
     types("\n", "(control.length_first)", 1);
     types("fly\n", "Commands: x, y or z", 1);
-    types("same\n", "the machine moves back and the spindle starts", 1);
-    types("\n", "must not cut yet", 2);
+    // No tool was measured yet.
+    types("same\n", "(control.no_length_yet)", 1);
+    let z_mm = desk.machine.z.scale.length(desk.twin.seen.lock().unwrap().drill.real()[2]).mm();
+    types(&format!("z {:.3}\n", desk.machine.process.surface.mm() - z_mm), "must not cut yet", 2);
+    types("zero\n", "the machine moves back and the spindle starts", 1);
+    types("\n", "must not cut yet", 3);
     assert_eq!(desk.holes().len(), 1, "the second tool is requested after the first hole");
     types("same\n", "the machine moves back and the spindle starts", 2);
     types("\n", "Card: 2 holes drilled.", 1);

@@ -73,3 +73,18 @@ fn realtime_characters_are_reported() {
         assert_eq!(found, acts, "{comment}");
     }
 }
+
+#[test]
+fn move_behind_a_message_word_is_followed() {
+    let tools: BTreeMap<_, _> = [(1, titled("end mill 1").unwrap())].into();
+    let read = |line: &str, of| {
+        let text = format!("{HEAD}G1 Z-1 F9\n{line}\nG0 Z2\nM2\n");
+        read_back_for("t.nc", &text, &tools, of).map(|back| back.program.legs).map_err(|why| why.code)
+    };
+    for of in [Interpreter::LinuxCnc, Interpreter::Any] {
+        assert_eq!(read("M117 G1 X30", of), read("G1 X30", of));
+    }
+    // Words for people: Marlin shows them, LinuxCNC refuses them.
+    assert_eq!(read("M117 hello there", Interpreter::Any), read("", Interpreter::Any));
+    assert_eq!(read("M117 hello there", Interpreter::LinuxCnc), Err("readback.unknown_word".to_owned()));
+}
