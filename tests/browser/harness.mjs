@@ -391,8 +391,13 @@ export async function press(page, button, clear = async () => {}) {
  *  the page just changed, or the check, because the page lost control: then it is pressed again. */
 export async function preflight(page, button) {
   const dialog = page.getByRole("dialog", { name: "Before the start" });
+  let presses = 0;
   await until(async () => {
-    await press(page, button);
+    if (!(await dialog.isVisible())) {
+      presses += 1;
+      if (presses > 3) throw new Error("three presses opened no pre-flight with rows");
+      await press(page, button);
+    }
     await dialog.waitFor({ timeout: 10_000 }).catch(() => {});
     await dialog.getByText("Annulus is checking the program…").waitFor({ state: "hidden" });
     if (await dialog.locator("ul.preflight").isVisible()) return true;

@@ -1,7 +1,7 @@
 //! Layers with unclear or wrong names: the drawing decides, or the user.
 
 use super::folders::Draws::{Copper, Drill, Edge, Mask, Pads, Paste, Silk};
-use super::folders::{Draws, drawn, outcome, read, text};
+use super::folders::{Draws, board, drawn, outcome, read, text};
 use annulus_core::artwork::{Role, Side};
 use annulus_core::diagnostic::Severity;
 
@@ -346,4 +346,39 @@ fn holes_to_an_inner_layer_are_reported() {
             files.filter(|file| file.diagnostics.iter().any(|said| said.code == "drill.holes_not_through"));
         assert_eq!(told.map(|file| file.name.as_str()).collect::<Vec<_>>(), [blind]);
     }
+}
+
+#[test]
+fn bottom_of_another_board_leaves_the_last_number_its_side() {
+    let layers = [
+        ("amp_top.gbr", Copper(0)),
+        ("amp_bottom.gbr", Copper(1)),
+        ("psu_L1.gbr", Copper(0)),
+        ("psu_L2.gbr", Copper(1)),
+    ];
+    let more = [("amp_edge.gbr", Edge), ("psu_edge.gbr", Edge), ("amp.drl", Drill), ("psu.drl", Drill)];
+    let artwork = read(&drawn(&[&layers[..], &more[..]].concat()));
+    let side = |name: &str| artwork.files.iter().find(|file| file.name == name).and_then(|file| file.side);
+    assert_eq!([side("psu_L1.gbr"), side("psu_L2.gbr")], [Some(Side::Top), Some(Side::Bottom)]);
+}
+
+#[test]
+fn inner_copper_that_a_person_named_is_no_error() {
+    let files =
+        drawn(&[("amp_top.gbr", Copper(0)), ("gnd.gbr", Copper(1)), ("edge.gbr", Edge), ("amp.drl", Drill)]);
+    let mut artwork = read(&files);
+    artwork.say_role("gnd.gbr", Role::Copper, Some(Side::Inner));
+    assert_eq!(outcome(&artwork), (["amp_top.gbr".to_owned(), String::new()], vec![]));
+}
+
+#[test]
+fn errors_of_an_unused_outline_are_warnings() {
+    let open = text(Edge)
+        .replace("M02*", "D77*\nX1000000Y1000000D02*\nX2000000Y1000000D01*\nM02*")
+        .replace("X0Y30000000D01*\nX0Y0D01*\n", "");
+    let files =
+        [("amp.gtl", text(Copper(0))), ("amp.gko", open), ("amp.gm1", text(Edge)), ("amp.drl", text(Drill))];
+    let said = board(&read(&files)).1;
+    assert!(said.iter().any(|said| said.code == "gerber.aperture_undefined"));
+    assert!(said.iter().all(|said| said.severity != Severity::Error), "{said:?}");
 }

@@ -269,9 +269,19 @@ pub(super) fn report_contradictions(layers: &mut Layers, rows: &[Row]) {
 pub(super) fn report_unused_copper(layers: &mut Layers, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.ground < Ground::Attribute) {
         let Some(shape) = row.shape.as_ref().filter(|shape| shape.is_drawn_as_copper()) else { continue };
+        let has = |side: Side| {
+            let mut kin = rows.iter().filter(|other| other.is_kin(row));
+            kin.any(|other| {
+                file(layers, other).is_some_and(|file| (file.role, file.side) == (Role::Copper, Some(side)))
+            })
+        };
+        let has_both = has(Side::Top) && has(Side::Bottom);
         let is_other = |file: &FileRead| {
             let asked = file.diagnostics.iter().any(|said| QUESTIONS.contains(&said.code.as_str()));
-            !asked && file.role != Role::Copper
+            // Drill layers, and outlines with pads, exist beside the copper of both sides.
+            let is_believed =
+                matches!(file.role, Role::Outline | Role::Drill) && (has_both || file.drill.is_some());
+            !asked && file.role != Role::Copper && !is_believed
         };
         let is_known = |copper: &Shape| {
             let (share, wider_mm) = shape.compared(copper);

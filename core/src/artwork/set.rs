@@ -141,9 +141,11 @@ fn numbered(layers: &mut [Option<FileRead>], rows: &mut [Row]) {
     let (Some(&first), Some(&last)) = (numbers.iter().min(), numbers.iter().max()) else { return };
     let is_dropped = |number| rows.iter().any(|row| row.is_drawn_otherwise && row.number == Some(number));
     let has_first = first < 2 || (1..first).all(is_dropped);
-    let has = |side: Side| rows.iter().any(|row| copper(layers, row) == Some(Some(side)));
-    let (has_top, has_bottom) = (has(Side::Top), has(Side::Bottom));
-    for row in rows.iter_mut() {
+    let has = |row: &Row, side: Side| {
+        rows.iter().any(|other| other.is_kin(row) && copper(layers, other) == Some(Some(side)))
+    };
+    let sides: Vec<_> = rows.iter().map(|row| (has(row, Side::Top), has(row, Side::Bottom))).collect();
+    for (row, (has_top, has_bottom)) in rows.iter_mut().zip(sides) {
         let (Some(None), Some(number)) = (copper(layers, row), row.number) else { continue };
         let side = match number {
             number if has_first && number == first => Side::Top,

@@ -66,14 +66,26 @@ pub(super) fn pairs(name: &str, report: &[u8]) -> Vec<Pair> {
             continue;
         };
         if key.eq_ignore_ascii_case("layer pair") {
-            let lower = value.to_ascii_lowercase();
-            pair = Some(value.to_owned()).filter(|_| !(lower.contains("top") && lower.contains("bottom")));
+            pair = Some(value.to_owned()).filter(|_| names_inner_layer(value));
         } else if key.to_ascii_lowercase().ends_with(" file") && found.len() < MOST_PAIRS {
             let of = |layers| Pair { folder: folder(name).to_owned(), file: value.to_owned(), layers };
             found.extend(pair.clone().map(of));
         }
     }
     found
+}
+
+/// True for a pair with a clearly inner layer: `Top Layer to Mid-Layer 1`, `Top to Internal Plane 2`.
+fn names_inner_layer(pair: &str) -> bool {
+    let is_inner = |word: &str| {
+        let numbered = |front: &str| {
+            let rest = word.strip_prefix(front);
+            rest.is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
+        };
+        let named = ["mid", "inner", "internal"].iter().any(|front| word.starts_with(front));
+        named || numbered("in") || numbered("int")
+    };
+    pair.to_ascii_lowercase().split(|letter: char| !letter.is_ascii_alphanumeric()).any(is_inner)
 }
 
 /// Reports drill files whose holes connect fewer layers than their board has, unless already reported.
@@ -181,6 +193,22 @@ mod tests {
             let found = blind(name, text.as_bytes());
             let found = found.map(|error| error.argument(&["found"]).unwrap().to_owned());
             assert_eq!(found.as_deref(), want, "{name} {text}");
+        }
+    }
+
+    #[test]
+    fn only_inner_layer_names_make_a_pair_blind() {
+        for (pair, want) in [
+            ("Top Layer to Bottom Layer", false),
+            ("L1_TOP to L2_BOT", false),
+            ("Component Side to Solder Side", false),
+            ("Top Point to Print Bottom", false),
+            ("Top Layer to Mid-Layer 1", true),
+            ("Top to Mid_Bottom", true),
+            ("Internal Plane 1 to Bottom Layer", true),
+            ("F.Cu to In1.Cu", true),
+        ] {
+            assert_eq!(names_inner_layer(pair), want, "{pair}");
         }
     }
 }

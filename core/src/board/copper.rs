@@ -72,7 +72,7 @@ pub(super) fn add(
         let named = named_pads(layer);
         board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, named, source });
     }
-    diagnostics.extend(inner(artwork, board.copper.len() == 2));
+    diagnostics.extend(inner(artwork, board.copper.len()));
     let here = artwork.files.iter().filter(|file| file.reason.code != "kind.other_board");
     let here = here.filter(|file| !board.sources.contains(&file.name));
     let is_answered = |file: &FileRead| {
@@ -85,14 +85,15 @@ pub(super) fn add(
 }
 
 /// Reports that inner copper cannot be milled: a note next to the copper of both sides. Without one of them
-/// it's an error, because the layer may be that side.
-fn inner(artwork: &Artwork, has_both: bool) -> Option<Diagnostic> {
+/// it's an error, because the layer may be that side, unless the user said that it is inner.
+fn inner(artwork: &Artwork, sides: usize) -> Option<Diagnostic> {
     let inner = |file: &&FileRead| file.role == Role::Copper && file.side == Some(Side::Inner);
-    let mut layers = artwork.files.iter().filter(inner);
-    let first = layers.next()?;
-    let severity = if has_both { Severity::Note } else { Severity::Error };
+    let layers = || artwork.files.iter().filter(inner);
+    let first = layers().next()?;
+    let is_answered = sides > 0 && layers().all(FileRead::is_said);
+    let severity = if sides == 2 || is_answered { Severity::Note } else { Severity::Error };
     let told = Diagnostic::new(severity, "board.inner_copper").at(&first.name, 0, 0);
-    Some(told.with("count", 1 + layers.count()))
+    Some(told.with("count", layers().count()))
 }
 
 /// The layers of this role on a side, the preferred one first.

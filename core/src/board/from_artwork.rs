@@ -210,21 +210,27 @@ fn outline(
         let Some(gerber) = &file.gerber else { continue };
         // Questions about layers are added with the copper.
         let own = file.diagnostics.iter().filter(|said| !copper::LEFT.contains(&said.code.as_str()));
-        diagnostics.extend(own.cloned());
+        let own: Vec<Diagnostic> = own.cloned().collect();
         let (region, open, mended) = drawn(gerber, board, artwork);
         diagnostics.extend(mended.into_iter().map(|diagnostic| diagnostic.at(&file.name, 0, 0)));
         board.outline = region;
         let about = |severity, code| Diagnostic::new(severity, code).at(&file.name, 0, 0);
         let lines: usize = open.iter().map(|path| path.segments.len()).sum();
         let Some(bounds) = board.outline.bounds() else {
+            open_ones.extend(own);
             if lines > 0 {
                 open_ones.push(about(Severity::Error, "board.outline_open").with("count", lines));
             }
             continue;
         };
         // An open outline stops nothing once another layer gives the board.
-        let as_warning = |open: Diagnostic| Diagnostic { severity: Severity::Warning, ..open };
+        let as_warning = |said: Diagnostic| match said.severity {
+            Severity::Error => Diagnostic { severity: Severity::Warning, ..said },
+            _ => said,
+        };
         diagnostics.extend(open_ones.drain(..).map(as_warning));
+        // A job without copper does not need the outline.
+        diagnostics.extend(own.into_iter().map(|said| if wanted.copper { said } else { as_warning(said) }));
         diagnostics.extend(other_outlines(file, artwork));
         diagnostics.extend(oversize(board, artwork).map(|large| large.at(&file.name, 0, 0)));
         let copper = layers(artwork, Role::Copper).filter_map(|file| file.gerber.as_ref()?.centre_bounds());

@@ -192,8 +192,7 @@ impl Surveying {
             }
             (SurveyStep::Down, _) if off(0) || off(1) => self.fail(cx, told("level.elsewhere")),
             (SurveyStep::Down, false) => {
-                let below = format!("{:.3}", -wanted[2]);
-                self.fail(cx, told("level.no_board").with("mm", below))
+                self.fail(cx, told("level.no_board").with("mm", format!("{:.3}", wanted[2])))
             }
             (SurveyStep::Down, true) => {
                 self.met_mm = Some(machine);

@@ -485,8 +485,7 @@ impl Owner {
             let steps = self.position[axis] - work.job.zero[axis];
             format!("{:.3}", self.machine.axis(axis).scale.length(steps).mm())
         };
-        let below = format!("{:.3}", -self.machine.z.scale.length(self.position[2] - work.job.zero[2]).mm());
-        let why = alarm("level.no_board").with("x", mm(0)).with("y", mm(1)).with("mm", below);
+        let why = alarm("level.no_board").with("x", mm(0)).with("y", mm(1)).with("mm", mm(2));
         self.fails(why, self.session.trust);
     }
 

@@ -10,7 +10,7 @@ use super::{Link, LinkPhase, closed, connect};
 use crate::model::{Effect, Model, second_side};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::wire::ControllerReport;
+use annulus_core::wire::{ControllerReport, Status};
 use std::sync::Arc;
 
 /// Whether the browser offers Web Serial.
@@ -54,9 +54,10 @@ impl Controller {
         self.chosen && !self.is_adapter
     }
 
-    /// True during a tool change of our own drill: Park returns to where tools are changed.
-    pub fn parks_in_change(&self, state: Option<State>) -> bool {
-        !self.plans() && state == Some(State::ToolChange)
+    /// True during a manual tool change of our own drill: Park returns to where tools are changed.
+    pub fn parks_in_change(&self, status: Option<&Status>) -> bool {
+        let is_manual = |status: &Status| status.state == State::ToolChange && status.change.is_some();
+        !self.plans() && status.is_some_and(is_manual)
     }
 
     /// True if the controller waits for a touch-off. Our own drills know their tool lengths and do not wait.

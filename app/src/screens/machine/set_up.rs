@@ -39,7 +39,8 @@ fn park() -> impl IntoView {
         .attr("data-moves", "park")
         .attr("aria-disabled", "true")
         .prop("disabled", || {
-            let in_change = read(|m| m.link.may_act() && m.link.controller.parks_in_change(m.link.state()));
+            let in_change =
+                read(|m| m.link.may_act() && m.link.controller.parks_in_change(m.link.status.as_ref()));
             !(link::ready() || in_change)
         })
         .attr("title", t!("page.machine.park_is"))

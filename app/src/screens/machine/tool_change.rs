@@ -174,6 +174,8 @@ fn steps() -> impl IntoView {
         // A tool that is measured next may stick out as far as it likes.
         li().child(move || match length_known() {
             Some(LengthKnown::Equal) => say!("page.change.check"),
+            // A worn tool of a magazine: nothing measures the new one.
+            None if !controller::plans() => say!("page.change.check"),
             _ => say!("page.change.check_tight"),
         }),
         move || controller::plans().then(|| li().child(height)),

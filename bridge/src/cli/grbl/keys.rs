@@ -114,6 +114,7 @@ pub(super) fn listen(sends: Sender<Word>, typing: Typing) -> Option<Keys> {
                     return;
                 }
             }
+            let _ = sends.send(Word::End);
         });
     } else if typing == Typing::Lines {
         let _ = std::thread::Builder::new().name("typed".to_owned()).spawn(move || {

@@ -486,7 +486,12 @@ impl Operator {
 
     /// Ends the job at a tool change that nobody can confirm.
     fn ends_unattended(&mut self, programs: &Programs, tool: u32) {
-        let why = Diagnostic::error("run.tool_unattended").with("bit", pause_text(programs, tool));
+        let why = match programs.routine.pause(tool) {
+            Pause::Stop { .. } => Diagnostic::error("grbl.held_unattended"),
+            Pause::Tool { .. } => {
+                Diagnostic::error("run.tool_unattended").with("bit", pause_text(programs, tool))
+            }
+        };
         self.worst = Some(why.with("line", self.resume_line()));
         self.owner.ask(EngineAsk::Stop);
     }

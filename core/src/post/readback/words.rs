@@ -72,7 +72,7 @@ fn split(line: &str, messages: bool) -> (String, Vec<String>) {
         let word = spoken.find(' ').unwrap_or(spoken.len());
         let said = line.get(at + word..).unwrap_or_default();
         // M0 X40 is a stop and a move. M117 X40 is a message to Marlin, but a move for others: it is followed.
-        if of(&bare(said)).is_err() {
+        if of(&bare_with(said, false)).is_err() {
             return (spoken.chars().take_while(|c| *c != ' ').collect(), vec![said.trim().to_owned()]);
         }
     }

@@ -111,9 +111,15 @@ fn complete_job_has_no_hole_slot_or_edge_problems() {
     let mut bites = whole();
     bites.push(drill(0.5, 2.0, &[(0.0, 4.0)]));
     assert_eq!(counts(&bites, &planned()), [0; 9]);
-    // A hole where the board has none, and a ring on a board without outline.
+    // A hole where the board has none.
     let extra = [drill(0.8, 2.2, &[(16.0, 7.0)])];
     assert_eq!(counts(&[whole(), extra.to_vec()].concat(), &planned())[7], 1);
+    // Beside a hole without a stated size, the board may have one of any size.
+    let mut board = holed();
+    board.holes.push(Hole { at: Point::from_mm(16.0, 7.0), diameter: None, ..board.holes[0].clone() });
+    let programs = [whole(), extra.to_vec()].concat();
+    let sides = [SideRun { board: &board, programs: &programs, pins: 0..0 }];
+    assert_eq!(crate::proof::drilled(&sides, &planned()).bitten, []);
     // Isolation only: no holes are required.
     let isolating = rings(0.2, 0.1, (4.0, 3.0), &[1.8]);
     assert_eq!(counts(&[isolating], &Asked::nothing(Length::from_mm(1.6))), [0; 9]);

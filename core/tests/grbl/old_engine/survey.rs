@@ -204,7 +204,7 @@ impl Controller {
             }
             (SurveyStep::Down, _) if off(0) || off(1) => self.survey_fails(told("level.elsewhere")),
             (SurveyStep::Down, false) => {
-                let below = format!("{:.3}", -wanted[2]);
+                let below = format!("{:.3}", wanted[2]);
                 self.survey_fails(told("level.no_board").with("mm", below));
             }
             (SurveyStep::Down, true) => {

@@ -302,9 +302,9 @@ impl Owner {
             }
             (TouchStep::Down, Ended::Unmet(_) | Ended::Completed) => {
                 let lowest = self.machine.lowest(&self.position);
-                let below = self.machine.process.surface - self.machine.z.scale.length(lowest);
+                let reached = self.machine.z.scale.length(lowest) - self.machine.process.surface;
                 let why = self.placed(diagnostic("level.no_board"));
-                self.touch_fails(why.with("mm", mm(below)));
+                self.touch_fails(why.with("mm", mm(reached)));
             }
             (TouchStep::Side, Ended::Unmet(_) | Ended::Completed) => {
                 let axis = usize::from(from[0] == self.position[0]);
