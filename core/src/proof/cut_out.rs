@@ -62,7 +62,7 @@ fn extra_holes(layer: &Layer<'_>, asked: &Asked) -> Vec<Point> {
         near.into_iter().any(|(at, reach)| at.distance_mm(spot) <= *reach)
     };
     // Without an outline, pins and the copies of a panel lie beside the board.
-    let drawn = layer.body.is_unknown().then(|| drawn_bounds(board)).flatten();
+    let drawn = layer.body.is_unknown().then(|| drawn_bounds(layer)).flatten();
     let is_on_board = |at: Point, half: f64| match drawn {
         Some(bounds) => bounds.contains(at),
         None => layer.body.is_well_inside(Spot::of(at), half),
@@ -87,10 +87,12 @@ fn extra_holes(layer: &Layer<'_>, asked: &Asked) -> Vec<Point> {
     extra.map(|round| round.at).collect()
 }
 
-/// The bounds of everything that is drawn of a board.
-fn drawn_bounds(board: &Board) -> Option<Bounds> {
+/// The bounds of everything that is drawn of a board, without its pins.
+fn drawn_bounds(layer: &Layer<'_>) -> Option<Bounds> {
+    let board = layer.board;
     let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
-    let points = board.holes.iter().map(|hole| hole.at);
+    let holes = (0..).zip(&board.holes).filter(|(number, _)| !layer.pins.contains(number));
+    let points = holes.map(|(_, hole)| hole.at);
     let points = points.chain(board.slots.iter().flat_map(|slot| slot.path.iter().copied()));
     let of_points = points.map(|at| Bounds { min: at, max: at });
     copper.chain(of_points).reduce(|a, b| a.with(b.min).with(b.max))
