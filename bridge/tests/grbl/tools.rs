@@ -7,7 +7,7 @@ use super::judge;
 use super::sender::{Desk, MOST};
 use serde_json::Value;
 use std::fs;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// Six holes of 0.8 mm, and a machine with this single tool.
 fn desk(tool: &str) -> Desk {
@@ -64,7 +64,8 @@ fn tool_change_without_input_ends_the_job() {
     let Some(instrument) = instrument() else { return };
     let desk = desk("T3 drill 0.8");
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
-    let (exit, object) = desk.run(&board, "run board.drl --machine mill.toml --zero-here");
+    let sender = desk.start_at(&board, "run board.drl --machine mill.toml --zero-here", Stdio::null());
+    let (exit, object) = desk.answer(sender);
     assert_eq!((exit, &object["error"]["code"]), (1, &"run.tool_unattended".into()), "{object}");
     assert_eq!((&object["holes_done"], &board.end()["spindle"]["on"]), (&0.into(), &0.into()), "{object}");
 }
