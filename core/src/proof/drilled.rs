@@ -9,15 +9,14 @@
 
 use super::body::Body;
 use super::deep::Deep;
-use super::sides::{DrillingProof, Layer, Places, SideRun};
+use super::extra::extra_holes;
+use super::sides::{BESIDE_MM, DrillingProof, Layer, Places, SideRun};
 use super::{cut_out, held, repeated, slots};
 use crate::geometry::Point;
 use crate::job::{Asked, Bit, Cutter};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A hole made within this distance of an empty position, in mm, or within the hole's width, is meant for it.
-pub(super) const BESIDE_MM: f64 = 0.6;
 /// Sizes and depths within this, in mm, are equal: digits of files.
 const EQUAL_MM: f64 = 0.01;
 
@@ -63,6 +62,7 @@ pub fn drilled(sides: &[SideRun<'_>], asked: &Asked) -> DrillingProof {
     let any = holes(&layers, asked, &mut out);
     slots::slots(&layers, (asked, any), &mut out);
     cut_out::cut_out(&layers, asked, &mut out);
+    out.bitten.extend(layers.iter().flat_map(|layer| extra_holes(layer, asked)));
     held::held(&layers, asked, &mut out);
     out
 }

@@ -17,6 +17,7 @@ mod cut_out;
 mod deep;
 mod drilled;
 mod edges;
+mod extra;
 mod finding;
 mod groups;
 mod held;

@@ -62,6 +62,9 @@ pub struct DrillingProof {
     pub cuts: bool,
 }
 
+/// A hole made within this distance of an empty position, in mm, or within the hole's width, is meant for it.
+pub(super) const BESIDE_MM: f64 = 0.6;
+
 /// A side with its deep cuts.
 pub(super) struct Layer<'a> {
     pub(super) board: &'a Board,
