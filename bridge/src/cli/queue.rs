@@ -230,7 +230,7 @@ impl Operator<'_> {
                 }
                 let _ = io::stdin().lock().read_line(&mut String::new());
             } else if !step {
-                // Without a terminal, nothing can continue the queue. It stays held, so it never comes to rest.
+                // Without a terminal, nobody can continue the queue. A held queue never reports rest, so don't wait.
                 return Ok(());
             }
         }

@@ -188,7 +188,7 @@ impl Drill {
         self.keep_settings_but(path, Vec::new());
     }
 
-    /// The same for a run that has values of its own: the file gets `unchanged` in their place.
+    /// As [`Drill::keep_settings_in`], for a run with overrides: the file keeps the values in `unchanged`.
     pub(crate) fn keep_settings_but(&self, path: PathBuf, unchanged: Vec<(String, Value)>) {
         *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = KeptSettings { path, unchanged };
     }

@@ -278,7 +278,7 @@ pub(super) fn report_unused_copper(layers: &mut Layers, rows: &[Row]) {
         let has_both = has(Side::Top) && has(Side::Bottom);
         let is_other = |file: &FileRead| {
             let asked = file.diagnostics.iter().any(|said| QUESTIONS.contains(&said.code.as_str()));
-            // Drill layers, and outlines with pads, exist beside the copper of both sides.
+            // With the copper of both sides known, a drill layer or an outline with pads is no lost copper.
             let is_believed =
                 matches!(file.role, Role::Outline | Role::Drill) && (has_both || file.drill.is_some());
             !asked && file.role != Role::Copper && !is_believed

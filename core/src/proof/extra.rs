@@ -28,7 +28,7 @@ pub(super) fn extra_holes(layer: &Layer<'_>, asked: &Asked) -> Vec<Point> {
         let near = holes.iter().skip(first).take_while(|(at, _)| (at.x - spot.x).mm() <= widest_mm);
         near.into_iter().any(|(at, reach)| at.distance_mm(spot) <= *reach)
     };
-    // Without an outline, pins and the copies of a panel lie beside the board.
+    // Without an outline, only holes between the drawn features count: pins and panel copies are outside them.
     let drawn = layer.body.is_unknown().then(|| drawn_bounds(layer)).flatten();
     let is_on_board = |at: Point, half: f64| match drawn {
         Some(bounds) => bounds.contains(at),

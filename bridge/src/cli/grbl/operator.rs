@@ -484,7 +484,7 @@ impl Operator {
         self.types(false);
     }
 
-    /// Ends the job at a tool change that nobody can confirm.
+    /// Ends the job at a tool change because the input has ended.
     fn ends_unattended(&mut self, programs: &Programs, tool: u32) {
         let why = match programs.routine.pause(tool) {
             Pause::Stop { .. } => Diagnostic::error("grbl.held_unattended"),

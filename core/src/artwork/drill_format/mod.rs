@@ -1,9 +1,9 @@
-//! The format of a drill file: units, digits, omitted zeros, and where its holes lie on the copper.
+//! The format of a drill file: units, digits and omitted zeros, checked against the copper.
 //!
 //! ```text
 //! text ─▶ candidates (every plausible reading) ─▶ resolve (the file's own statements, else the evidence)
 //!              ▲                                     │
-//!   plausible ─┤ evidence: copper and outline        └─▶ offset: holes beside their pads
+//!   plausible ─┤ evidence: copper and outline        └─▶ offset: holes off their pads  
 //!                                                         tool_units, siblings: checks of the result
 //! ```
 
