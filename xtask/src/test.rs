@@ -44,6 +44,8 @@ struct Total {
     told: Vec<String>,
     times: Vec<String>,
     ended: BTreeSet<&'static str>,
+    /// Builds that failed: what needs them is not run.
+    broken: BTreeSet<&'static str>,
 }
 
 /// Runs the requested suites.
@@ -113,7 +115,9 @@ fn next(chosen: &BTreeSet<&str>, total: &Mutex<Total>, turn: &Condvar) -> Option
 /// Runs `suite` and adds its result.
 fn one(suite: &'static Suite, long: bool, total: &Mutex<Total>) {
     let began = Instant::now();
-    let ended = (suite.command)().and_then(|command| run_suite(suite, command, long));
+    let ended = possible(suite, total)
+        .and_then(|()| (suite.command)())
+        .and_then(|command| run_suite(suite, command, long));
     let (count, recap) = ended.unwrap_or_else(|sentence| {
         let mut recap = Recap::default();
         recap.without_a_test(vec![sentence]);
@@ -124,6 +128,19 @@ fn one(suite: &'static Suite, long: bool, total: &Mutex<Total>) {
     total.times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
     total.count.add(count);
     total.ended.insert(suite.name);
+    if !suite.counts && count.failed > 0 {
+        total.broken.insert(suite.name);
+    }
+}
+
+/// An error if a build that `suite` needs has failed: each of its tests would wait for what is not there.
+fn possible(suite: &Suite, total: &Mutex<Total>) -> Done {
+    let total = total.lock().unwrap_or_else(PoisonError::into_inner);
+    suite
+        .after
+        .iter()
+        .find(|needed| total.broken.contains(*needed))
+        .map_or(Ok(()), |needed| Err(format!("{} was not run, because {needed} failed.", suite.name)))
 }
 
 /// Runs one suite with its output shown, and counts its tests. A suite that fails without a failed test
@@ -249,6 +266,17 @@ mod tests {
             begun.push(suite.name);
         }
         assert_eq!(begun, SUITES.iter().map(|suite| suite.name).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn nothing_runs_after_a_failed_build() {
+        let suite = |name: &str| SUITES.iter().find(|suite| suite.name == name).unwrap();
+        let total = Mutex::new(Total { broken: BTreeSet::from(["page"]), ..Total::default() });
+        assert_eq!(
+            possible(suite("browser"), &total).unwrap_err(),
+            "browser was not run, because page failed."
+        );
+        assert!(possible(suite("native"), &total).is_ok());
     }
 
     #[test]

@@ -40,7 +40,7 @@ fn park() -> impl IntoView {
         .attr("aria-disabled", "true")
         .prop("disabled", || {
             let in_change =
-                read(|m| m.link.may_act() && m.link.controller.parks_in_change(m.link.status.as_ref()));
+                read(|m| m.link.may_act() && m.link.controller.parks_in_change(m.link.status.as_deref()));
             !(link::ready() || in_change)
         })
         .attr("title", t!("page.machine.park_is"))
