@@ -28,6 +28,8 @@ struct Shared {
     ends: AtomicBool,
     /// Its door stands open.
     door: AtomicBool,
+    /// Its program hangs: it reads and sends nothing more.
+    frozen: AtomicBool,
     /// It is to tell how it is.
     asked: AtomicBool,
     told: Mutex<Option<String>>,
@@ -51,6 +53,24 @@ impl Board {
         Self::with(115_200, b"none", board)
     }
 
+    /// A controller whose motors are off `ms` milliseconds after each move (`$1`).
+    pub(crate) fn lets_go_after(ms: f64) -> Self {
+        let mut board = Automaton::new([0.0; 3]);
+        board.settings.push((1, ms));
+        Self::with(115_200, b"none", board)
+    }
+
+    /// A controller that keeps its motors on, with or without homing (`$22`).
+    pub(crate) fn that_homes(homes: bool) -> Self {
+        let mut board = Automaton::new([0.0; 3]);
+        board.settings.retain(|(number, _)| *number != 22);
+        board.settings.extend([(1, 255.0), (22, f64::from(u8::from(homes)))]);
+        if !homes {
+            board.power_up_unheard();
+        }
+        Self::with(115_200, b"none", board)
+    }
+
     /// A controller built without mist.
     pub(crate) fn without_mist() -> Self {
         let mut board = Automaton::new([0.0; 3]);
@@ -69,6 +89,10 @@ impl Board {
             drop(board.said());
             let (began, mut ticks, mut swallowed) = (Instant::now(), 0, false);
             while !shared.ends.load(Ordering::SeqCst) {
+                if shared.frozen.load(Ordering::SeqCst) {
+                    thread::sleep(Duration::from_millis(5));
+                    continue;
+                }
                 let same = theirs.baud_rate().is_ok_and(|now| now == bits_per_s);
                 let mut bytes = [0; 256];
                 if let Ok(count) = own.read(&mut bytes)
@@ -104,6 +128,11 @@ impl Board {
     /// Somebody opens its door, and leaves it open.
     pub(crate) fn opens_door(&self) {
         self.shared.door.store(true, Ordering::SeqCst);
+    }
+
+    /// Its program hangs from now on.
+    pub(crate) fn freezes(&self) {
+        self.shared.frozen.store(true, Ordering::SeqCst);
     }
 
     /// Everything that it heard.

@@ -290,6 +290,7 @@ fn signals_stop_a_job_with_known_position_and_it_resumes() {
             (&"stopped".into(), &"trusted".into())
         );
         assert_eq!(object["error"]["code"], "run.stopped", "{object}");
+        assert_eq!(object["resume_with"], "annulus run board.drl --time-scale 20 --json", "{object}");
         assert_eq!(object["stream_digest"].as_str().map(str::len), Some(64));
         let known = object["holes_done"].as_u64().unwrap() as usize;
         let places = || -> Vec<String> {

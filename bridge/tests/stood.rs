@@ -1,5 +1,5 @@
 //! Tests of a command that is suspended during a job, or moved to the background: after a while it must
-//! neither continue unasked nor freeze.
+//! neither continue unasked nor freeze. And of what it prints if the controller hangs.
 
 use super::pty::Board;
 use rustix::process::{Pid, Signal, kill_process};
@@ -30,6 +30,10 @@ struct Desk {
 
 impl Desk {
     fn new() -> Self {
+        Self::at(Board::at(115_200))
+    }
+
+    fn at(board: Board) -> Self {
         let mut job = "G21 G17 G90 G94\nM5\nG0 Z2\nG0 X1 Y1\n(MSG, tool 1)\nM0\nM3 S9000\n".to_owned();
         for hole in 0..12 {
             let _ = write!(job, "G0 X{} Y{}\nG0 Z0.5\nG1 Z-0.5 F120\nG0 Z2\n", hole % 4 * 9, hole / 4 * 9);
@@ -42,7 +46,7 @@ impl Desk {
         let mut modes = tcgetattr(&terminal).unwrap();
         modes.local_modes |= LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG;
         tcsetattr(&terminal, OptionalActions::Now, &modes).unwrap();
-        Self { board: Board::at(115_200), folder, hand, terminal }
+        Self { board, folder, hand, terminal }
     }
 
     fn path(&self) -> &Path {
@@ -51,11 +55,13 @@ impl Desk {
 
     /// The command line that runs the job.
     fn run(&self) -> String {
+        self.run_with("--zero-at -100,-100,-20")
+    }
+
+    /// The same with these flags.
+    fn run_with(&self, flags: &str) -> String {
         let annulus = env!("CARGO_BIN_EXE_annulus");
-        format!(
-            "{annulus} grbl run job.nc --json --port {} --spin-up 0 --zero-at -100,-100,-20",
-            self.board.port
-        )
+        format!("{annulus} grbl run job.nc --json --port {} --spin-up 0 {flags}", self.board.port)
     }
 
     /// Starts this shell command; `own` gives it its own terminal with job control.
@@ -114,6 +120,18 @@ impl Desk {
         assert_eq!(self.board.report().split('|').nth(1), report.split('|').nth(1));
     }
 
+    /// Waits for the end of a command that fails, and gives its answer.
+    fn fails(&self, mut child: Child) -> Value {
+        let mut exit = None;
+        self.until("its end", || {
+            exit = child.try_wait().unwrap();
+            exit.is_some()
+        });
+        let answer = fs::read_to_string(self.path().join("answer.json")).unwrap();
+        assert_eq!(exit.and_then(|exit| exit.code()), Some(1), "{answer} {}", self.said());
+        serde_json::from_str(&answer).unwrap()
+    }
+
     /// Checks the exit code of the shell and that every hole is done.
     fn is_done(&self, mut child: Child) {
         let mut exit = None;
@@ -162,18 +180,11 @@ fn held_job_without_a_terminal_ends_with_the_resume_command() {
     let desk = Desk::new();
     let words =
         format!("exec {} --equal-tool-lengths --unattended-tool-change 0 --yes < /dev/null", desk.run());
-    let mut child = desk.starts(&words, false);
+    let child = desk.starts(&words, false);
     desk.drills(2);
     stands_still(&child);
-    let mut exit = None;
-    desk.until("its end", || {
-        exit = child.try_wait().unwrap();
-        exit.is_some()
-    });
-    let answer = fs::read_to_string(desk.path().join("answer.json")).unwrap();
-    let object: Value = serde_json::from_str(&answer).unwrap();
-    assert_eq!(exit.and_then(|exit| exit.code()), Some(1), "{answer}");
-    assert_eq!(object["error"]["code"], "grbl.held_unattended", "{answer} {}", desk.said());
+    let object = desk.fails(child);
+    assert_eq!(object["error"]["code"], "grbl.held_unattended", "{object} {}", desk.said());
     assert_eq!(object["resume_with"], format!("annulus grbl resume --port {}", desk.board.port));
     assert!(desk.said().contains("(grbl.command_stood)") && desk.said().contains("annulus grbl resume"));
     assert!(desk.said().contains("The spindle restarts without a question"), "{}", desk.said());
@@ -182,17 +193,41 @@ fn held_job_without_a_terminal_ends_with_the_resume_command() {
 /// Runs the job from a pipe with `flags`, opens the door once `so`, and gives the answer.
 fn with_open_door(desk: &Desk, flags: &str, so: impl Fn() -> bool) -> Value {
     let words = format!("exec {} --unattended-tool-change 0 --yes {flags} < /dev/null", desk.run());
-    let mut child = desk.starts(&words, false);
+    let child = desk.starts(&words, false);
     desk.until("the moment", so);
     desk.board.opens_door();
-    let mut exit = None;
-    desk.until("its end", || {
-        exit = child.try_wait().unwrap();
-        exit.is_some()
-    });
-    let answer = fs::read_to_string(desk.path().join("answer.json")).unwrap();
-    assert_eq!(exit.and_then(|exit| exit.code()), Some(1), "{answer} {}", desk.said());
-    serde_json::from_str(&answer).unwrap()
+    desk.fails(child)
+}
+
+/// Flags of a job that nobody attends.
+const ALONE: &str = "--equal-tool-lengths --unattended-tool-change 0 --yes < /dev/null";
+
+#[test]
+fn frozen_controller_ends_the_job_with_the_resume_command() {
+    for (homes, zero, first) in [
+        (true, "--zero-at -100,-100,-20", "so the machine homes first"),
+        (false, "--zero-here", "Jog the tool to X, Y and Z zero of the board"),
+    ] {
+        let desk = Desk::at(Board::that_homes(homes));
+        let child = desk.starts(&format!("exec {} {ALONE}", desk.run_with(zero)), false);
+        desk.drills(2);
+        desk.board.freezes();
+        let object = desk.fails(child);
+        let (code, trust) = (&object["error"]["code"], &object["position_trust"]);
+        assert_eq!((code, trust), (&"grbl.no_answer".into(), &"lost".into()), "{object}");
+        let (line, said) = (object["resume_with"].as_str().unwrap(), desk.said());
+        assert!(said.contains(line) && said.contains(first), "{said}");
+    }
+}
+
+#[test]
+fn each_warning_about_the_machine_is_printed_once() {
+    let desk = Desk::at(Board::lets_go_after(25.0));
+    let words = format!("exec {} --machine genmitsu-3018-pro {ALONE}", desk.run());
+    desk.is_done(desk.starts(&words, false));
+    for warning in ["turns the motors off 25 ms", "does not notice if a tool breaks"] {
+        assert_eq!(desk.said().matches(warning).count(), 1, "{warning}: {}", desk.said());
+    }
 }
 
 #[test]

@@ -42,6 +42,7 @@ test("a jog button that appears under a resting pointer moves nothing", async ()
     await page.mouse.down();
     await page.mouse.up();
     await until(async () => (await digits(page, "X")) !== start, "a step");
+    await page.getByText("The page changed just before your press").waitFor({ state: "hidden" });
   } finally {
     await context.close();
     await bridge.stop();

@@ -29,7 +29,8 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await until(async () => isZero(await digits(page, "X")), "zero of X");
-    // The job can't start before the height of the board is set.
+    // The job can't start before the height of the board is set, and the state says that.
+    await shown(page, "No Z zero");
     await planned(page);
     await press(page, page.getByRole("button", { name: "Start…" }));
     await shown(page, /height of the board was not set/);

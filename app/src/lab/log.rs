@@ -13,10 +13,13 @@ use std::collections::VecDeque;
 /// Older entries are dropped.
 const MOST_ENTRIES: usize = 500;
 
+/// Keys of a state's name and sentence, if they say more than the state alone.
+type OwnWords = Option<[&'static str; 2]>;
+
 #[derive(Clone, Debug, PartialEq)]
 pub enum LogEvent {
     /// The machine's state changed.
-    State(State),
+    State(State, OwnWords),
     /// The machine starts this step of a tool change.
     Change(ChangeStep),
     Alarm(Diagnostic),
@@ -63,7 +66,7 @@ impl Topic {
 impl LogEvent {
     pub fn kind(&self) -> Topic {
         match self {
-            Self::State(_) | Self::Change(_) | Self::Ended { .. } => Topic::Machine,
+            Self::State(..) | Self::Change(_) | Self::Ended { .. } => Topic::Machine,
             Self::Alarm(_) | Self::Refused(_) => Topic::Trouble,
             Self::Asked(_) => Topic::Asked,
             Self::Control { .. } | Self::Settings | Self::Link { .. } => Topic::Link,
@@ -85,7 +88,7 @@ pub struct LogEntry {
 pub struct Log {
     entries: VecDeque<LogEntry>,
     count: u64,
-    state: Option<State>,
+    state: Option<(State, OwnWords)>,
     alarm: Option<Diagnostic>,
 }
 
@@ -98,16 +101,17 @@ impl Log {
         }
     }
 
-    /// True if the status differs from the last one.
-    pub fn is_news(&self, status: &Status) -> bool {
-        self.state != Some(status.state) || self.alarm != status.alarm
+    /// True if the status, or the `words` for it, differ from the last ones.
+    pub fn is_news(&self, status: &Status, words: OwnWords) -> bool {
+        self.state != Some((status.state, words)) || self.alarm != status.alarm
     }
 
     /// Adds what is new in a status; returns true if anything was.
-    pub fn seen(&mut self, at_ms: f64, status: &Status) -> bool {
+    pub fn seen(&mut self, at_ms: f64, status: &Status, words: OwnWords) -> bool {
         let before = self.count;
-        if self.state.replace(status.state) != Some(status.state) {
-            self.add(at_ms, LogEvent::State(status.state));
+        let now = (status.state, words);
+        if self.state.replace(now) != Some(now) {
+            self.add(at_ms, LogEvent::State(status.state, words));
         }
         if self.alarm != status.alarm {
             self.alarm.clone_from(&status.alarm);

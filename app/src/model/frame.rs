@@ -342,6 +342,11 @@ fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     number
 }
 
+/// Removes the toast with this text.
+pub(super) fn withdraw(frame: &mut Frame, text: &Text) {
+    frame.toasts.retain(|toast| toast.text != *text);
+}
+
 /// True if the Board screen is open and nothing moves.
 pub(super) fn looks_at_board(model: &Model) -> bool {
     model.frame.tab == Tab::Board && !model.link.busy()

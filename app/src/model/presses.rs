@@ -3,7 +3,7 @@
 //!
 //! STOP, Pause, Escape and the release of a jog button are not guarded.
 
-use super::frame::toast;
+use super::frame::{toast, withdraw};
 use super::{Effect, Model};
 use crate::said::{Text, key};
 
@@ -123,14 +123,28 @@ impl Presses {
 pub(super) fn update(model: &mut Model, event: PressEvent) -> Vec<Effect> {
     let now_ms = model.clock.page_ms;
     let presses = &mut model.presses;
-    match event {
+    let is_guarded = match event {
         PressEvent::Shown { controls } => {
             presses.show(controls, now_ms);
             return Vec::new();
         }
-        PressEvent::Pressed { control, at_px } => presses.press(control, at_px, now_ms),
-        PressEvent::Clicked { control } => presses.refused |= !presses.is_steady(&control, now_ms),
+        PressEvent::Pressed { control, at_px } => {
+            let is_guarded = control.is_some();
+            presses.press(control, at_px, now_ms);
+            is_guarded
+        }
+        PressEvent::Clicked { control } => {
+            presses.refused |= !presses.is_steady(&control, now_ms);
+            true
+        }
+    };
+    let text = Text::of(key!("page.press.too_soon"));
+    if presses.refused {
+        return vec![toast(model, text, None)];
     }
-    let refused = presses.refused;
-    Vec::from_iter(refused.then(|| toast(model, Text::of(key!("page.press.too_soon")), None)))
+    // A press that acts ends the notification about an ignored one.
+    if is_guarded {
+        withdraw(&mut model.frame, &text);
+    }
+    Vec::new()
 }

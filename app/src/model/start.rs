@@ -173,7 +173,7 @@ pub fn ticked_as(finding: &Diagnostic) -> String {
 /// True if no row fails and every warning is ticked.
 pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
     rows.iter().all(|row| match row.verdict {
-        RowVerdict::Pass => true,
+        RowVerdict::Pass | RowVerdict::Note => true,
         RowVerdict::Warn => ticked.contains(&ticked_as(&row.finding)),
         RowVerdict::Fail => false,
     })

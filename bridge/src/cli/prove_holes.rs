@@ -40,6 +40,11 @@ impl Done {
         if drilled.edges_cut > 0 && copper.stays && !copper.planned {
             diagnostics.push(Diagnostic::error("prove.not_isolated"));
         }
+        if let Some((at, distance)) = drilled.outside {
+            let why = Diagnostic::error("prove.outside_board").with("x", format!("{:.2}", at.x.mm()));
+            let why = why.with("y", format!("{:.2}", at.y.mm()));
+            diagnostics.push(why.with("distance", format!("{:.2}", distance.mm())));
+        }
         let nothing = !copper.isolates && drilled.made == 0 && drilled.edges_cut == 0;
         let nothing = if copper.planned { !drilled.cuts } else { nothing };
         if nothing && diagnostics.iter().all(|told| told.severity == Severity::Note) {

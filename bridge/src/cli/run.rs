@@ -1,9 +1,11 @@
 //! Runs a job on a machine: at its controller, at its own output, or on the virtual drill. Resumes an
 //! interrupted job of the same program.
 
+mod answer;
 mod attended;
 
-use self::attended::{Zero, resume_line, typed_line, typed_lines};
+pub(super) use self::answer::lost;
+use self::attended::{Zero, typed_line, typed_lines};
 use super::{Answer, Exit, Refusal, counted, grbl, job};
 use crate::drill::{Drill, RECORD};
 use crate::machine_file;
@@ -13,15 +15,11 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::Bit;
 use annulus_core::level::{key_of, same_job};
-use annulus_core::locale;
-use annulus_core::machine::{self, Lengths, Machine, Output, axis_name};
+use annulus_core::machine::{self, Lengths, Machine, Output};
 use annulus_core::magazine::{Held, laid_out};
 use annulus_core::virtual_drill::faults;
-use annulus_core::wire::{
-    ArmedJob, Ask, DrilledReport, InterruptedJob, JobEnd, RowVerdict, SlipReport, Status, Tell, program,
-};
+use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use serde_json::json;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
@@ -282,6 +280,8 @@ fn diagnostic(code: &str) -> Diagnostic {
 /// Acts for the user at the machine.
 struct Operator {
     drill: Drill,
+    /// SHA-256 of the job's program.
+    key: String,
     tells: Receiver<Tell>,
     bar: ProgressBar,
     signals: Signals,
@@ -321,6 +321,7 @@ impl Operator {
         }
         Self {
             drill: drill.clone(),
+            key: String::new(),
             tells: drill.watch(),
             bar,
             signals,
@@ -363,6 +364,7 @@ impl Operator {
         how: BoardHow<'_>,
     ) -> Result<Answer, Refusal> {
         let key = program::key(bytes);
+        self.key.clone_from(&key);
         self.bits = program::decode(bytes).map_err(Refusal::content)?.bits;
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
@@ -562,57 +564,6 @@ impl Operator {
             Err(_) => {}
         }
     }
-
-    fn answer(
-        &self,
-        ending: Ending,
-        (holes, toolpaths): (u32, u32),
-        digest: &str,
-        rested: &Status,
-    ) -> Answer {
-        let drilled = rested.drilled.unwrap_or_default();
-        let exit = match ending {
-            Ending::Done if drilled == DrilledReport::default() => Exit::Done,
-            _ if self.interrupted => Exit::Interrupted,
-            _ => Exit::Content,
-        };
-        let [id, driver] = self.driver.names();
-        let rehearsal = self.driver == (Driver::Virtual { rehearsal: true });
-        let mut object = json!({
-            "driven_by": id,
-            "rehearsal": rehearsal,
-            "holes_done": holes,
-            "stopped_because": ending,
-            "position_trust": rested.trust,
-            "stream_digest": digest,
-            "toolpaths_done": toolpaths,
-            "slips": rested.slips,
-            "drilled": drilled,
-            "drilled_twice": rested.drilled_twice,
-        });
-        let why =
-            rested.alarm.clone().or(self.unchanged.clone()).unwrap_or_else(|| diagnostic("run.stopped"));
-        let milled = format!(" {} milled.", counted(toolpaths, "toolpath"));
-        let milled = if toolpaths > 0 { milled.as_str() } else { "" };
-        let still = if rehearsal { " The machine did not move." } else { "" };
-        let mut text = format!("{driver}: {} drilled.{milled}{still}\n", counted(holes, "hole"));
-        rested.slips.iter().for_each(|slip| text += &lost(slip));
-        for hole in &rested.drilled_twice {
-            let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
-            text += &format!("{} {}\n", note.message("en"), note.advice("en"));
-        }
-        if exit != Exit::Done {
-            let refusal = Refusal::content(why);
-            object["error"] = refusal.object()["error"].clone();
-            text += &format!("{refusal}\n");
-        }
-        if let (true, Some(_)) = (self.driver.is_real(), interrupted(self.drill.greeting())) {
-            let line = resume_line();
-            text += &format!("{}\n", diagnostic("run.resume_with").with("line", &line).message("en"));
-            object["resume_with"] = line.into();
-        }
-        Answer { object, text, exit }
-    }
 }
 
 /// The job that was interrupted, if any.
@@ -636,20 +587,6 @@ fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
         }
         Some(_) => Ok(()),
     }
-}
-
-/// Text: where a motor of the virtual drill lost steps, and why.
-pub(super) fn lost(slip: &SlipReport) -> String {
-    let arguments = [
-        ("axis", axis_name(usize::from(slip.axis))),
-        ("place", format!("{:.2}", slip.place_mm)),
-        ("lost", slip.lost.to_string()),
-    ];
-    let say = |key: &str, arguments: &[(String, String)]| {
-        locale::text("en", &format!("page.slip.{key}"), arguments)
-    };
-    let line = say("line", &arguments.map(|(name, value)| (name.to_owned(), value)));
-    format!("{}: {line} {}\n", say("title", &[]), say(&slip.cause, &[]))
 }
 
 /// Text: the drilled holes and milled toolpaths.

@@ -3,7 +3,7 @@
 //! ```text
 //!   ┌───────────────┐
 //!   │ ▪  ┌──┐    ▪  │     a loop that holds pads or holes is a board; a loop inside it is cut out
-//!   │    └──┘    ▪  │     (a loop around a whole board, without other copper, is a frame)
+//!   │    └──┘    ▪  │     (a loop around a whole board, without other copper, is a frame, even if it is near)
 //!   └───────────────┘
 //!   ├─── ┌────┐ ────┤     a loop that holds nothing is no board: the box of a dimension, a title block
 //!        └────┘
@@ -18,8 +18,12 @@ use crate::geometry::{
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Two loops nearer to each other than this are one edge drawn twice, in mm.
+/// Two loops nearer to each other than this are one line drawn twice, in mm.
+const SAME_MM: f64 = 0.15;
+/// No board has a rim as narrow as this, in mm: of two loops so near, only one is the edge.
 const DOUBLE_MM: f64 = 0.5;
+/// An empty loop around a board, no farther from its edge than this, in mm, may be the edge too.
+const NEAR_MM: f64 = 5.0;
 /// This number of pads in a loop inside a board makes the loop a board as well.
 const OWN_PADS: usize = 3;
 /// If a hole covers at least this share of a loop, the loop only marks the hole.
@@ -57,6 +61,8 @@ pub(super) struct LeftOut {
     pub(super) adjoins: bool,
     /// Holes in it that are in no board. More than 0 for a frame around a board.
     pub(super) holes: usize,
+    /// The only board in it and its mean distance from it, in mm, if it may be the board's edge.
+    pub(super) near: Option<(Bounds, f64)>,
 }
 
 /// Boards and the loops that are left out.
@@ -66,7 +72,7 @@ pub(super) struct Boards {
     pub(super) region: Region,
     /// Loops that hold nothing.
     pub(super) left_out: Vec<LeftOut>,
-    /// Number of segments of loops in a board that tracks cross.
+    /// Number of segments of loops in a board that its tracks cross, or that leave out its content.
     pub(super) crossed: usize,
 }
 
@@ -215,7 +221,19 @@ impl<'a> Sorter<'a> {
         let is_bare =
             self.cells.get(cell).is_some_and(|cell| cell.anchors > 0 && cell.pads == 0 && cell.ends == 0);
         let is_own = |kid: &usize| self.cells_of(*kid).into_iter().any(|cell| self.is_own_board(cell));
-        is_bare && kids.iter().any(is_own) && self.width_mm(cell, kids) > DOUBLE_MM
+        is_bare && kids.iter().any(is_own) && self.width_mm(cell, kids) > SAME_MM
+    }
+
+    /// True if a cell is only a loop around boards. Content between two loops that are near each other shows
+    /// that the outer one is the edge.
+    fn is_empty_loop(&self, cell: usize, kids: &[usize]) -> bool {
+        let width_mm = self.width_mm(cell, kids);
+        let is_empty = if width_mm <= DOUBLE_MM {
+            self.cells.get(cell).is_some_and(|cell| cell.anchors + cell.ends == 0)
+        } else {
+            !self.is_board(cell)
+        };
+        is_empty && width_mm > SAME_MM && kids.iter().any(|&kid| self.has_board(kid))
     }
 
     fn cells_of(&self, piece: usize) -> Vec<usize> {
@@ -236,18 +254,11 @@ impl<'a> Sorter<'a> {
         let adjoins = cells.iter().any(|&cell| self.is_board(cell));
         for at in cells {
             let kids = self.kids(at);
-            if self.is_frame(at, &kids) {
-                self.leave_out(at, false);
+            if self.is_frame(at, &kids) || self.is_empty_loop(at, &kids) {
+                self.leave_out(at, adjoins && !self.is_board(at));
                 kids.into_iter().for_each(|kid| self.outside(kid));
-            } else if self.is_board(at) {
-                self.board(at, &kids, false);
-            } else if kids.iter().any(|&kid| self.has_board(kid)) {
-                if self.width_mm(at, &kids) <= DOUBLE_MM {
-                    self.board(at, &kids, true);
-                    continue;
-                }
-                self.leave_out(at, adjoins);
-                kids.into_iter().for_each(|kid| self.outside(kid));
+            } else if self.is_board(at) || kids.iter().any(|&kid| self.has_board(kid)) {
+                self.board(at, &kids);
             } else if !adjoins || !self.is_sliver(at) {
                 self.leave_out(at, adjoins);
             }
@@ -255,13 +266,21 @@ impl<'a> Sorter<'a> {
     }
 
     fn leave_out(&mut self, cell: usize, adjoins: bool) {
-        let bounds = self.cells.get(cell).map(|cell| path_bounds(&cell.outer));
-        let holes = self.cells.get(cell).map_or(0, |cell| cell.anchors);
-        self.out.left_out.extend(bounds.map(|bounds| LeftOut { bounds, adjoins, holes }));
+        let Some(own) = self.cells.get(cell) else { return };
+        let mut boards = own.kids.iter().copied().filter(|&kid| self.has_board(kid));
+        // A loop around several boards is the frame of a panel.
+        let (only, other) = (boards.next(), boards.next());
+        let width_mm = self.width_mm(cell, &own.kids);
+        let inner = only.filter(|_| other.is_none() && width_mm <= NEAR_MM);
+        let inner = inner.and_then(|kid| self.pieces.get(kid)).map(|piece| path_bounds(&piece.rim));
+        let near = inner.map(|inner| (inner, width_mm));
+        let left = LeftOut { bounds: path_bounds(&own.outer), adjoins, holes: own.anchors, near };
+        self.out.left_out.push(left);
     }
 
-    /// A cell that is a board. `doubled`: the loops in it that hold boards repeat its own edge.
-    fn board(&mut self, cell: usize, kids: &[usize], doubled: bool) {
+    /// A cell that is a board. In a narrow one, the loops that hold boards repeat its own edge.
+    fn board(&mut self, cell: usize, kids: &[usize]) {
+        let width_mm = self.width_mm(cell, kids);
         let mut holes = Vec::new();
         let mut next = Vec::new();
         let mut kids = kids.to_vec();
@@ -269,8 +288,8 @@ impl<'a> Sorter<'a> {
             let cells = self.cells_of(kid);
             let own = cells.iter().any(|&cell| self.is_own_board(cell));
             let segments = self.pieces.get(kid).map_or(0, |piece| piece.rim.segments.len());
-            if doubled && self.has_board(kid) || own && self.is_crossed(kid) {
-                self.out.crossed += if doubled { 0 } else { segments };
+            if width_mm <= DOUBLE_MM && self.has_board(kid) || own && self.is_crossed(kid) {
+                self.out.crossed += if width_mm <= SAME_MM { 0 } else { segments };
                 kids.extend(cells.into_iter().flat_map(|cell| self.kids(cell)));
                 continue;
             }
@@ -283,7 +302,7 @@ impl<'a> Sorter<'a> {
         for cell in next {
             let kids = self.kids(cell);
             if self.is_own_board(cell) {
-                self.board(cell, &kids, false);
+                self.board(cell, &kids);
                 continue;
             }
             for kid in kids {

@@ -65,6 +65,44 @@ fn frames_around_a_board_are_not_cut() {
     }
 }
 
+/// Which of two loops is the edge, by their distance and what is between them. Rounded, the inner one is 40 mm
+/// wide and the outer one more, if they are at least 0.3 mm apart.
+#[test]
+fn loops_near_each_other_are_one_board_and_reported() {
+    let board = rect(0.0, 0.0, 40.0, 28.0);
+    let around = |away: f64| board.clone() + &rect(-away, -away, 40.0 + 2.0 * away, 28.0 + 2.0 * away);
+    let beside = [&PADS[..], &[(-0.2, 14.0)]].concat();
+    let (nested, rest) = (&["board.outline_nested"][..], &["board.outline_rest"][..]);
+    let bare = &["board.outline_frame_around"][..];
+    for (name, lines, copper, holes, want, codes) in [
+        ("one line drawn twice", around(0.1), pads(&PADS), &PADS[..], 40.0, &[][..]),
+        ("0.3 mm", around(0.3), pads(&PADS), &PADS, 40.0, nested),
+        ("0.5 mm", around(0.5), pads(&PADS), &PADS, 40.0, nested),
+        ("1 mm", around(1.0), pads(&PADS), &PADS, 40.0, nested),
+        ("5 mm", around(4.9), pads(&PADS), &PADS, 40.0, nested),
+        ("far", around(6.0), pads(&PADS), &PADS, 40.0, &["board.outline_frames"]),
+        ("no copper", around(0.5), String::new(), &PADS, 40.0, nested),
+        ("nothing in them", around(0.5), String::new(), &[], 40.0, nested),
+        ("a pad between them", around(0.4), pads(&beside), &PADS, 41.0, rest),
+        (
+            "a track that ends between them",
+            around(0.4),
+            pads(&PADS) + &line(&[(5.0, 5.0), (-0.2, 5.0)]),
+            &PADS,
+            41.0,
+            rest,
+        ),
+        ("a hole between them", around(0.4), pads(&PADS), &beside[..], 40.0, bare),
+    ] {
+        let (found, said) = boards(&lines, &copper, holes);
+        assert_eq!(
+            (found, said.iter().map(String::as_str).collect::<Vec<_>>()),
+            (vec![want], codes.to_vec()),
+            "{name}"
+        );
+    }
+}
+
 #[test]
 fn each_frame_is_reported_with_its_own_holes() {
     let beside = |places: &[(f64, f64)]| places.iter().map(|(x, y)| (x + 100.0, *y)).collect::<Vec<_>>();

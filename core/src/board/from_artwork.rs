@@ -401,10 +401,11 @@ fn mended(gaps: &[(Length, Point)], trimmed: &[(Length, Point)]) -> Vec<Diagnost
     gaps.into_iter().chain(trimmed).collect()
 }
 
-/// Reports closed loops that are no boards; those beside a board may be a part of it. Each frame around a board is reported by itself.
+/// Reports closed loops that are no boards; those beside a board may be a part of it. Each loop around a board
+/// that may be its edge, and each frame with holes, is reported by itself.
 fn left_out(loops: &[LeftOut]) -> Vec<Diagnostic> {
+    let mm = |length: Length| format!("{:.2}", length.mm());
     let sized = |diagnostic: Diagnostic, Bounds { min, max }: Bounds| {
-        let mm = |length: Length| format!("{:.2}", length.mm());
         let diagnostic = diagnostic.with("x", mm(min.x)).with("y", mm(min.y));
         diagnostic.with("width", mm(max.x - min.x)).with("height", mm(max.y - min.y))
     };
@@ -415,13 +416,21 @@ fn left_out(loops: &[LeftOut]) -> Vec<Diagnostic> {
         Some(sized(diagnostic.with("count", loops.iter().filter(is_of).count()), largest.bounds))
     };
     let is_frame = |row: &&LeftOut| !row.adjoins && row.holes > 0;
-    let apart =
-        together(Diagnostic::note("board.outline_frames"), &|row: &&LeftOut| !row.adjoins && row.holes == 0);
+    let is_apart = |row: &&LeftOut| !row.adjoins && row.holes == 0;
+    let apart = together(Diagnostic::note("board.outline_frames"), &|row: &&LeftOut| {
+        is_apart(row) && row.near.is_none()
+    });
+    let near = loops.iter().filter(is_apart).filter_map(|row| Some((row, row.near?))).take(MOST_FRAMES);
+    let nested = near.map(|(row, (inner, gap_mm))| {
+        let warning = sized(Diagnostic::warning("board.outline_nested"), row.bounds);
+        let warning = warning.with("inner_width", mm(inner.max.x - inner.min.x));
+        warning.with("inner_height", mm(inner.max.y - inner.min.y)).with("gap", format!("{gap_mm:.2}"))
+    });
     let beside = together(Diagnostic::warning("board.outline_part_empty"), &|row: &&LeftOut| row.adjoins);
     let frames = loops.iter().filter(is_frame).take(MOST_FRAMES).map(|row| {
         sized(Diagnostic::warning("board.outline_frame_around").with("holes", row.holes), row.bounds)
     });
-    apart.into_iter().chain(beside).chain(frames).collect()
+    apart.into_iter().chain(nested).chain(beside).chain(frames).collect()
 }
 
 /// Reports an outline that is much larger than all copper and holes in it: it may be the frame of a drawing

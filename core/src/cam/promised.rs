@@ -72,6 +72,7 @@ impl Work {
             spared: Length::from_nm(tab.saturating_mul(tabs)),
             zones: !self.setup.exclusions.is_empty(),
             bit: main.or(widest).unwrap_or_default(),
+            bites: cut_out.bites,
             tabs: if holds { left } else { 0 },
             tabs_together: by_hand > 0,
             tab_width: cut_out.tab_width,

@@ -37,6 +37,8 @@ pub struct AskedEdge {
     pub zones: bool,
     /// Diameter of the bit for the outline.
     pub bit: Length,
+    /// Rows of holes along the edge let the tabs break.
+    pub bites: bool,
     /// Number of tabs, on each contour or in total.
     pub tabs: u32,
     /// `tabs` counts all contours together.

@@ -39,8 +39,8 @@ impl Body {
     }
 
     /// How far a tool of this half width cuts into the board at a point, and the point's distance from the
-    /// edge, in mm.
-    fn bite(&self, spot: Spot, half: f64) -> Option<(f64, f64)> {
+    /// edge, in mm, measured up to [`MEANT_MM`] beyond the tool. `None` without an outline.
+    pub(super) fn bite(&self, spot: Spot, half: f64) -> Option<(f64, f64)> {
         let edges = self.edges.as_ref()?;
         let inside = edges.island_at(spot).is_some();
         let off = edges.nearest(spot, half + MEANT_MM, &|_| true).map_or(half + MEANT_MM, |(off, ..)| off);
@@ -49,12 +49,6 @@ impl Body {
 
     pub(super) fn is_unknown(&self) -> bool {
         self.edges.is_none()
-    }
-
-    /// True for a hole of this half width that lies inside the board and not at its edge; always true without
-    /// an outline.
-    pub(super) fn is_well_inside(&self, spot: Spot, half: f64) -> bool {
-        self.bite(spot, half).is_none_or(|(bite, off)| off >= half + MEANT_MM && bite > half)
     }
 
     /// True if a leg cuts into the board; always true without an outline.

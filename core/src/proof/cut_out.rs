@@ -71,25 +71,25 @@ fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, Vec<Point>
     (missing, left, cut)
 }
 
-/// True if everything within `half` of a point is in a hole or a slot.
+/// True if everything within `half` of a point is in a hole or a slot. One without a size takes every tool on
+/// its centre line.
 pub(super) fn is_open(board: &Board, asked: &Asked, spot: Spot, half: f64) -> bool {
     let slack = asked.tolerance.mm() / 2.0 + SLACK_MM;
-    let within = |width: Length, distance: f64| distance + half <= width.mm() / 2.0 + slack;
+    let within = |width: Option<Length>, distance: f64| {
+        distance + half <= width.map_or(half, |width| width.mm() / 2.0) + slack
+    };
     let hole = || {
-        let mut sized = board.holes.iter().filter_map(|hole| Some((Spot::of(hole.at), hole.diameter?)));
-        sized.any(|(at, width)| within(width, at.distance(spot)))
+        let mut holes = board.holes.iter();
+        holes.any(|hole| within(hole.diameter, Spot::of(hole.at).distance(spot)))
     };
     let slot = || {
-        let mut sized = board.slots.iter().filter_map(|slot| Some((&slot.path, slot.width?)));
-        sized.any(|(path, width)| {
-            let pairs = path.iter().zip(path.iter().skip(1));
-            let mut edges = pairs.map(|(from, to)| edge(Spot::of(*from), Spot::of(*to)));
-            edges.any(|edge| within(width, edge.near(spot).distance(spot)))
+        board.slots.iter().any(|slot| {
+            let mut pairs = slot.path.iter().zip(slot.path.iter().skip(1));
+            pairs.any(|(from, to)| {
+                let edge = Edge { from: Spot::of(*from), to: Spot::of(*to), island: 0, ring: 0 };
+                within(slot.width, edge.near(spot).distance(spot))
+            })
         })
     };
     hole() || slot()
-}
-
-pub(super) fn edge(from: Spot, to: Spot) -> Edge {
-    Edge { from, to, island: 0, ring: 0 }
 }

@@ -5,13 +5,13 @@
 //!    ◯ board    ● program      ◉ made      ◯  missing      ◉● twice      ◯ ● shifted
 //! ```
 //!
-//! Pins are no error. Other holes where the board has none are reported with its edge.
+//! Pins are no error. `extra` reports holes where the board has none.
 
 use super::body::Body;
 use super::deep::Deep;
 use super::extra::extra_holes;
 use super::sides::{BESIDE_MM, DrillingProof, Layer, Places, SideRun};
-use super::{cut_out, held, repeated, slots};
+use super::{cut_out, held, outside, repeated, slots};
 use crate::geometry::Point;
 use crate::job::{Asked, Bit, Cutter};
 use crate::units::Length;
@@ -59,17 +59,22 @@ pub fn drilled(sides: &[SideRun<'_>], asked: &Asked) -> DrillingProof {
     let repeated = sides.iter().map(|side| repeated::repeated(side.programs)).sum();
     let cuts = layers.iter().any(|layer| layer.cuts);
     let mut out = DrillingProof { repeated, cuts, ..DrillingProof::default() };
-    let any = holes(&layers, asked, &mut out);
+    let (any, judged) = holes(&layers, asked, &mut out);
     slots::slots(&layers, (asked, any), &mut out);
     cut_out::cut_out(&layers, asked, &mut out);
-    out.bitten.extend(layers.iter().flat_map(|layer| extra_holes(layer, asked)));
+    let extra = layers.iter().zip(&judged).flat_map(|(layer, judged)| extra_holes(layer, judged, asked));
+    out.bitten.extend(extra);
     held::held(&layers, asked, &mut out);
+    if out.made == 0 && out.edges_cut == 0 {
+        out.outside = outside::outside(sides, &layers);
+    }
     out
 }
 
-/// Compares the holes. True if any is made.
-fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
-    let Some(first) = layers.first() else { return false };
+/// Compares the holes. Returns whether any is made, and for each side the numbers of the legs that belong to
+/// one.
+fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> (bool, Vec<BTreeSet<usize>>) {
+    let Some(first) = layers.first() else { return (false, Vec::new()) };
     let drills = |leg: &Deep<'_>| leg.bit.cutter == Cutter::Drill && leg.round.is_some();
     let mut any = layers.iter().flat_map(|layer| &layer.legs).any(drills);
     let mut taken: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); layers.len()];
@@ -115,7 +120,7 @@ fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
         let beside = beside.any(|(layer, taken)| take_beside(layer, number, taken));
         if beside { out.shifted.push(at) } else { out.missing.push(at) }
     }
-    any
+    (any, taken)
 }
 
 impl Done {

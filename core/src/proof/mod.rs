@@ -25,6 +25,7 @@ mod isolated;
 mod lost;
 mod memory;
 mod outcome;
+mod outside;
 mod remnants;
 mod repeated;
 mod replay;

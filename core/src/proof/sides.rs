@@ -46,7 +46,7 @@ pub struct DrillingProof {
     pub loose: Vec<Point>,
     /// Outer contours that are cut out.
     pub edges_cut: u32,
-    /// Deep cuts into the board outside holes, slots and edges.
+    /// Deep cuts and holes in the board, outside its holes, slots and edges.
     pub bitten: Vec<Point>,
     /// Toolpaths that occur in two programs.
     pub repeated: u32,
@@ -58,6 +58,9 @@ pub struct DrillingProof {
     pub edges_left: Vec<Point>,
     /// Number of holes and slots made, to any depth.
     pub made: u32,
+    /// The cut nearest to the board and its distance from it, if nothing of the board is made and all cuts are
+    /// outside.
+    pub outside: Option<(Point, Length)>,
     /// False if the programs cut nothing.
     pub cuts: bool,
 }

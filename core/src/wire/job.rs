@@ -31,6 +31,8 @@ pub struct PreflightRow {
 #[serde(rename_all = "snake_case")]
 pub enum RowVerdict {
     Pass,
+    /// Something that Annulus can't check; there is nothing to tick.
+    Note,
     /// The user must tick it.
     Warn,
     Fail,

@@ -53,9 +53,7 @@ impl<F: Files> Station<F> {
             judged(Diagnostic { severity, ..found })
         };
         let mut rows: Vec<_> = controller.check(start).into_iter().map(judged_here).collect();
-        let mut unlike = self.unlike_mill();
-        unlike.retain(|why| rows.iter().all(|row| row.finding.code != why.code));
-        rows.extend(unlike.into_iter().map(|why| row(RowVerdict::Warn, why)));
+        rows.extend(self.unlike_mill().into_iter().map(|why| row(RowVerdict::Warn, why)));
         rows.push(match self.state() {
             State::Ready => row(RowVerdict::Pass, Diagnostic::note("preflight.at_rest")),
             _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
@@ -73,7 +71,7 @@ impl<F: Files> Station<F> {
         rows.extend(worn_tools(&order.program, &self.machine, (leg, self.ledger.wear())));
         rows.extend(machine::warnings(&self.machine).into_iter().map(|why| row(RowVerdict::Warn, why)));
         if order.program.hole_count() > 0 {
-            rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.broken_bits_unseen")));
+            rows.push(row(RowVerdict::Note, Diagnostic::warning("grbl.broken_bits_unseen")));
         }
         rows.extend(bite::judged_all(&order.program).into_iter().map(|why| row(RowVerdict::Warn, why)));
         // A changer fetches the tool, whichever is in.
@@ -133,6 +131,11 @@ impl<F: Files> Station<F> {
     /// are valid again.
     pub(super) fn height_as_left(&self, from: usize) -> bool {
         from > 0 && self.attended.controller().height_as_left(self.ledger.entry().zero_mm)
+    }
+
+    /// Returns `true` if a job can be resumed and zero of Z is still where that job had it.
+    pub(super) fn resumes_at_height(&self) -> bool {
+        self.offer.is_some() && self.height_as_left(self.ledger.entry().done)
     }
 
     /// Seconds of each section from `from`, by the controller's own settings.

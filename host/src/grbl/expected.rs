@@ -2,10 +2,11 @@
 //! firmware.
 //!
 //! ```text
-//! MillProfile ─ `$$` ─▶ a warning for each difference, and its effect on a board; motors that are not held
+//! MillProfile ─ `$$` ─▶ a warning for each difference, and its effect on a board
 //! ```
 //!
-//! Unknown values are not compared. Lengths in mm, speeds in mm/min, accelerations in mm/s².
+//! Unknown values are not compared. The check of a job reports settings that are wrong on every mill. Lengths
+//! in mm, speeds in mm/min, accelerations in mm/s².
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::settings::{self, Values};
@@ -46,7 +47,7 @@ pub fn unlike_mill(mill: &MillProfile, flavour: &str, values: &Values) -> Vec<Di
         let why = Diagnostic::warning("grbl.other_firmware").with("found", flavour);
         why.with("expected", expected).with("machine", mill.title)
     });
-    all.chain(spindle(mill, values)).chain(settings::motors_let_go(values)).chain(firmware).collect()
+    all.chain(spindle(mill, values)).chain(firmware).collect()
 }
 
 /// Axis, number of the setting, found value, expected value.
@@ -104,8 +105,8 @@ mod tests {
             (vec![(120, 500.0), (121, 10.0)], vec!["grbl.steeper_than_machine 120"]),
             (vec![(131, 200.0)], vec!["grbl.other_travel 131"]),
             (vec![(30, 1_000.0)], vec!["grbl.other_rpm "]),
-            (vec![(1, 25.0)], vec!["grbl.motors_let_go "]),
-            (vec![(1, 255.0)], vec![]),
+            // The check of each job reports this one.
+            (vec![(1, 25.0)], vec![]),
         ] {
             assert_eq!(codes(&changes, "GRBL"), expected, "{changes:?}");
         }

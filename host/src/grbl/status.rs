@@ -7,7 +7,7 @@ use super::station::{Station, Work};
 use crate::files::Files;
 use annulus_core::control::{State, Trust};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::grbl::{EnginePhase, Info, settings};
+use annulus_core::grbl::{BoardHeight, EnginePhase, Info, settings};
 use annulus_core::job::{Input, Mark};
 use annulus_core::machine::{self, AXES, MILL_KEY, Machine, MillProfile, Value};
 use annulus_core::pins::SpindleState;
@@ -234,6 +234,7 @@ impl<F: Files> Station<F> {
             machine_mm,
             work_mm,
             zero_mm: controller.zero_mm.filter(|_| known).map(|[x, y, _]| [x, y]),
+            needs_z_zero: controller.height() == BoardHeight::Unknown && !self.resumes_at_height(),
             target_mm: None,
             lower_dead_point_mm: None,
             job: work.map(|work| work.order.key.clone()),

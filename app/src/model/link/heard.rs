@@ -1,5 +1,6 @@
 //! Handles each message of the bridge.
 
+use super::rest::rest_words;
 use super::{LastJob, Link, LinkPhase, MachineQueue, Noted, ask, claim, controller, hand, ping_if_due, stop};
 use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
@@ -136,8 +137,9 @@ fn told(model: &mut Model, status: Status) {
     if idle && status.job.is_some() && status.holes_done == 0 {
         link.contacts = Arc::default();
     }
-    if link.log.is_news(&status) {
-        Arc::make_mut(&mut link.log).seen(model.clock.wall_ms, &status);
+    let words = rest_words(&status, link.homes());
+    if link.log.is_news(&status, words) {
+        Arc::make_mut(&mut link.log).seen(model.clock.wall_ms, &status, words);
     }
     if link.status.as_ref().and_then(|before| before.other_firmware) != status.other_firmware {
         link.other_firmware = status.other_firmware;

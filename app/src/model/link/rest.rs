@@ -4,21 +4,27 @@ use crate::said::key;
 use annulus_core::control::{State, Trust};
 use annulus_core::wire::{InterruptedJob, Status};
 
-/// Keys of the state's name and sentence for an idle machine. `homes`: homing is on. `None` if the machine is
-/// not idle, or if it homes and its position and work zero are known.
+/// Keys of the state's name and sentence for an idle machine: what is known, and what a job still needs.
+/// `homes`: homing is on. `None` if the machine is not idle, or if it homes and nothing is missing.
 pub fn rest_words(status: &Status, homes: bool) -> Option<[&'static str; 2]> {
     if status.state != State::Ready {
         return None;
     }
-    let has_zero = status.zero_mm.is_some();
-    match (status.trust, homes) {
-        (Trust::Trusted, true) if has_zero => None,
-        (Trust::Trusted, true) => Some([key!("page.state.ready"), key!("page.state.homed_is")]),
-        (Trust::Trusted, false) => Some([key!("page.state.ready"), key!("page.state.by_zero_is")]),
-        (_, true) => Some([key!("page.state.unknown"), key!("page.state.unlocked_is")]),
-        (_, false) if has_zero => Some([key!("page.state.unknown"), key!("page.state.doubted_zero_is")]),
-        (_, false) => Some([key!("page.state.unknown"), key!("page.state.no_zero_is")]),
-    }
+    let (has_plane, has_height) = (status.zero_mm.is_some(), !status.needs_z_zero);
+    let (unknown, no_z) = (key!("page.state.unknown"), key!("page.state.no_z_zero"));
+    Some(match (status.trust, homes) {
+        (Trust::Trusted, true) if !has_plane => {
+            [key!("page.state.no_work_zero"), key!("page.state.homed_is")]
+        }
+        (Trust::Trusted, true) if !has_height => [no_z, key!("page.state.homed_no_z_is")],
+        (Trust::Trusted, true) => return None,
+        (Trust::Trusted, false) if !has_height => [no_z, key!("page.state.by_zero_no_z_is")],
+        (Trust::Trusted, false) => [key!("page.state.ready"), key!("page.state.by_zero_is")],
+        (_, true) => [unknown, key!("page.state.unlocked_is")],
+        (_, false) if has_plane => [unknown, key!("page.state.doubted_zero_is")],
+        (_, false) if has_height => [unknown, key!("page.state.only_z_is")],
+        (_, false) => [unknown, key!("page.state.no_zero_is")],
+    })
 }
 
 /// Key of the sentence for a pause, unless it is a pause at a hole. `plans`: the controller plans its own

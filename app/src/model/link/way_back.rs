@@ -52,7 +52,11 @@ pub fn way_back(
     if is_known {
         steps.push((BackStep::Lift, status.work_mm[2] > 0.0));
     }
-    steps.push((if homes { BackStep::Home } else { BackStep::Zero }, is_known));
+    steps.push(if homes {
+        (BackStep::Home, is_known)
+    } else {
+        (BackStep::Zero, is_known && !status.needs_z_zero)
+    });
     if is_broken_off {
         steps.extend([(BackStep::Tool, has_looked), (BackStep::Resume, false)]);
     }

@@ -135,6 +135,22 @@ fn armed_keys_do_not_jog_while_the_pad_is_fresh() {
 }
 
 #[test]
+fn press_that_acts_removes_the_notification() {
+    compare(
+        &[
+            ("jog@10 press:jog@10", "1"),
+            ("jog@10 press:jog@10 +500 press:jog@10", "1"),
+            ("jog@10 press:jog@10 +1000 tap", "1"),
+            ("jog@10 press:jog@10 +1000 press:jog@10", "0"),
+            ("jog@10 press:jog@10 +1000 key:jog@10", "0"),
+            ("jog@10 press:jog@10 +1000 press:jog@10 +50 click:jog@40", "1"),
+        ],
+        told,
+        |told| told.model.frame.toasts.len().to_string(),
+    );
+}
+
+#[test]
 fn ignored_press_shows_a_notification() {
     let mut told = told("jog@10 press:jog@10");
     let number = told.model.frame.toasts.first().expect("a short word").number;

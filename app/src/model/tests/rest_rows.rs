@@ -8,19 +8,27 @@ use annulus_core::wire::InterruptedJob;
 #[test]
 fn ready_machine_reports_its_position_trust() {
     let rows = [
-        (Trust::Trusted, true, true, None),
-        (Trust::Trusted, true, false, Some(["page.state.ready", "page.state.homed_is"])),
-        (Trust::Trusted, false, true, Some(["page.state.ready", "page.state.by_zero_is"])),
-        (Trust::Lost, true, false, Some(["page.state.unknown", "page.state.unlocked_is"])),
-        (Trust::Lost, true, true, Some(["page.state.unknown", "page.state.unlocked_is"])),
-        (Trust::Lost, false, false, Some(["page.state.unknown", "page.state.no_zero_is"])),
-        (Trust::Lost, false, true, Some(["page.state.unknown", "page.state.doubted_zero_is"])),
-        (Trust::Suspect, false, true, Some(["page.state.unknown", "page.state.doubted_zero_is"])),
+        // trust, homes, X and Y zero, Z zero
+        (Trust::Trusted, true, true, true, None),
+        (Trust::Trusted, true, true, false, Some(["no_z_zero", "homed_no_z_is"])),
+        (Trust::Trusted, true, false, true, Some(["no_work_zero", "homed_is"])),
+        (Trust::Trusted, true, false, false, Some(["no_work_zero", "homed_is"])),
+        (Trust::Trusted, false, true, true, Some(["ready", "by_zero_is"])),
+        (Trust::Trusted, false, true, false, Some(["no_z_zero", "by_zero_no_z_is"])),
+        (Trust::Lost, true, false, true, Some(["unknown", "unlocked_is"])),
+        (Trust::Lost, true, true, true, Some(["unknown", "unlocked_is"])),
+        (Trust::Lost, false, false, true, Some(["unknown", "only_z_is"])),
+        (Trust::Lost, false, false, false, Some(["unknown", "no_zero_is"])),
+        (Trust::Lost, false, true, false, Some(["unknown", "doubted_zero_is"])),
+        (Trust::Suspect, false, true, true, Some(["unknown", "doubted_zero_is"])),
     ];
-    for (trust, homes, has_zero, words) in rows {
+    for (trust, homes, has_plane, has_height, words) in rows {
         let mut now = status(State::Ready, None);
-        (now.trust, now.zero_mm) = (trust, has_zero.then_some([1.0, 2.0]));
-        assert_eq!(rest_words(&now, homes), words, "{trust:?}, homes {homes}, zero {has_zero}");
+        (now.trust, now.zero_mm) = (trust, has_plane.then_some([1.0, 2.0]));
+        now.needs_z_zero = !has_height;
+        let words = words.map(|words| words.map(|word| format!("page.state.{word}")));
+        let found = rest_words(&now, homes).map(|words| words.map(str::to_owned));
+        assert_eq!(found, words, "{trust:?}, homes {homes}, X and Y {has_plane}, Z {has_height}");
         now.state = State::Running;
         assert_eq!(rest_words(&now, homes), None);
     }

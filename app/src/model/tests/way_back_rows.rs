@@ -54,6 +54,11 @@ fn recovery_without_homing_asks_for_zero() {
     assert_eq!(way_back(&status, false, true, false), wanted);
     (status.trust, status.work_mm[2]) = (Trust::Trusted, 5.0);
     let steps = [BackStep::Read, BackStep::Lift, BackStep::Zero, BackStep::Tool, BackStep::Resume];
-    let wanted: Vec<_> = steps.into_iter().zip([done, done, done, now, now]).collect();
-    assert_eq!(way_back(&status, false, true, false), wanted);
+    for (needs_z_zero, marks) in
+        [(true, [done, done, now, later, later]), (false, [done, done, done, now, now])]
+    {
+        status.needs_z_zero = needs_z_zero;
+        let wanted: Vec<_> = steps.into_iter().zip(marks).collect();
+        assert_eq!(way_back(&status, false, true, false), wanted, "{needs_z_zero}");
+    }
 }

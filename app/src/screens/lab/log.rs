@@ -21,9 +21,11 @@ fn kind_name(kind: Topic) -> String {
 
 fn in_words(event: &LogEvent) -> String {
     match event {
-        LogEvent::State(state) => {
+        LogEvent::State(state, own) => {
             let look = words::state(*state);
-            format!("{}. {}", crate::i18n::text(look.word, &[]), crate::i18n::text(look.meaning, &[]))
+            let both = own.unwrap_or([look.word, look.meaning]);
+            let [word, meaning] = both.map(|key| crate::i18n::text(key, &[]));
+            format!("{word}. {meaning}")
         }
         LogEvent::Change(step) => {
             let title = say!("page.magazine.step", number = step.number());

@@ -65,12 +65,14 @@ pub(crate) fn set_up() -> impl IntoView {
     let zero = move || {
         let zero = read(|m| m.link.status.as_ref()?.zero_mm);
         let unit = read(|m| m.frame.unit);
-        zero.map_or_else(
+        let plane = zero.map_or_else(
             || crate::i18n::say!("page.machine.no_zero"),
             |[x, y]| {
                 crate::i18n::say!("page.machine.zero_at", x = unit.coordinate(x), y = unit.coordinate(y))
             },
-        )
+        );
+        let needs_z = read(|m| m.link.status.as_ref().is_some_and(|status| status.needs_z_zero));
+        if needs_z { format!("{plane} · {}", crate::i18n::say!("page.state.no_z_zero")) } else { plane }
     };
     section().class("block").attr("aria-label", t!("page.machine.set_up")).child((
         header().child(h2().child(t!("page.machine.set_up"))),

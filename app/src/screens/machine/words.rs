@@ -145,8 +145,9 @@ pub fn of() -> Look {
                 .with(|status| rest_words(status.as_deref()?, read(|m| m.link.homes())));
             let own = state(now);
             known.map_or(own, |[word, meaning]| {
-                let tone = if word == own.word { own.tone } else { "tone-pause" };
-                Look { word, meaning, tone, ..own }
+                let is_own = word == own.word;
+                let (tone, icon) = if is_own { (own.tone, own.icon) } else { ("tone-pause", Icon::Warning) };
+                Look { word, meaning, tone, icon }
             })
         }
         None => phase(LinkPhase::Connecting),
@@ -253,6 +254,9 @@ pub fn verdict(verdict: RowVerdict) -> Look {
     match verdict {
         RowVerdict::Pass => {
             look(key!("page.verdict.pass"), key!("page.verdict.pass"), "tone-run", Icon::Check)
+        }
+        RowVerdict::Note => {
+            look(key!("page.verdict.note"), key!("page.verdict.note"), "tone-quiet", Icon::Warning)
         }
         RowVerdict::Warn => {
             look(key!("page.verdict.warn"), key!("page.verdict.warn"), "tone-pause", Icon::Warning)

@@ -47,7 +47,8 @@ impl Operator {
         place.map(|[x, y, _]| map.height(Point::from_mm(x, y)).mm())
     }
 
-    fn homes(&self) -> bool {
+    /// Returns `true` if the machine homes.
+    pub(super) fn homes(&self) -> bool {
         self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22))
     }
 

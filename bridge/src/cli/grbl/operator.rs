@@ -1,20 +1,22 @@
 //! The command line as operator of a controller: homes, sets zero, starts, changes tools, stops.
 
+mod answer;
+
+use self::answer::{pause_text, say_worn};
 use super::held::HeldAlone;
 use super::how::{How, Place};
 use super::keys::{Keys, Typing, Word, listen};
 use super::program::Programs;
-use super::{GREETING, TouchArgs, WhichMap, controller_object, time_s};
-use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
+use super::{GREETING, TouchArgs, WhichMap, time_s};
+use crate::cli::{Answer, Exit, Refusal, say};
 use crate::grbl::Owner;
 use crate::grbl::ledger::Ledger;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::grbl::{EngineAsk, EnginePhase, EngineStart, Info, Pause, settings};
+use annulus_core::grbl::{EngineAsk, EnginePhase, EngineStart, Info, Pause};
 use annulus_core::level::{Correction, HeightMap};
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_host::grbl::{AttendedJob, ControllerGlimpse, JobTools, Told, unlike_mill};
-use serde_json::json;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
@@ -163,6 +165,8 @@ impl Operator {
         if let Some(tool) = programs.routine.tool_at(from).filter(|_| from > 0) {
             say(format_args!("{}", pause_text(programs, tool)));
         }
+        let drills = programs.routine.cuts().0 > 0;
+        self.tells(drills.then(|| Diagnostic::warning("grbl.broken_bits_unseen")).into_iter().collect());
         let place = self.now.as_ref().and_then(|now| now.place_mm).unwrap_or_default();
         let seconds = self.info.as_ref().and_then(|info| time_s(programs, info, from, place));
         if let (Some(seconds), false) = (seconds, self.quiet) {
@@ -291,7 +295,7 @@ impl Operator {
 
     /// Homes the machine if it can home, and sets the work zero if requested.
     fn find_place(&mut self) -> Result<(), Refusal> {
-        let homes = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
+        let homes = self.homes();
         if homes && self.how.zero_here && !self.trusted() {
             return Err(Refusal::content(Diagnostic::error("grbl.zero_here_homes")));
         }
@@ -606,75 +610,5 @@ impl Operator {
             self.next();
         }
         self.until(|operator| !matches!(operator.phase(), Some(EnginePhase::Jogging | EnginePhase::Probing)));
-    }
-
-    fn answer(&self, programs: &Programs, ended: &Ended, seconds: Option<f64>) -> Answer {
-        let done = ended.ending == Some(Ending::Done);
-        let (holes, toolpaths) =
-            if done { programs.routine.cuts() } else { (ended.entry.holes, ended.entry.toolpaths) };
-        let exit = match ended.ending {
-            Some(Ending::Done) => Exit::Done,
-            _ if self.interrupted => Exit::Interrupted,
-            None if self.gone => Exit::Surroundings,
-            _ => Exit::Content,
-        };
-        let now = self.now.as_ref();
-        let resume_from = (!done).then_some(ended.entry.done);
-        let line = resume_from.and_then(|at| programs.routine.sections.get(at)).map(|section| section.line);
-        let mut object = json!({
-            "controller": self.info.as_ref().map(controller_object),
-            "bits_per_s": self.bits_per_s,
-            "lines_sent": now.map_or(0, |now| now.sent),
-            "lines_done": now.map_or(0, |now| now.answered),
-            "holes_done": holes,
-            "toolpaths_done": toolpaths,
-            "driven_by": "controller",
-            "sections": programs.routine.sections.len(),
-            "stopped_because": ended.ending.unwrap_or(Ending::Alarm),
-            "position_trust": now.map_or(Trust::Lost, |now| now.trust),
-            "resume_from": resume_from.map(|section| json!({ "section": section, "line": line })),
-            "largest_correction_um": self.corrected.map(|all| all.largest().nm() as f64 / 1e3),
-            "estimated_s": seconds.map(crate::cli::rounded),
-            "worn_tools": diagnostic_objects(&self.worn),
-            "diagnostics": diagnostic_objects(&self.said),
-        });
-        let mut text =
-            format!("{} drilled, {} milled.\n", counted(holes, "hole"), counted(toolpaths, "toolpath"));
-        if exit != Exit::Done {
-            let stopped = Diagnostic::error("grbl.stopped").with("holes", holes).with("toolpaths", toolpaths);
-            let why = self.worst.clone().unwrap_or(stopped);
-            // The reason why the job did not start is already printed.
-            let is_said = !self.begun && self.said.contains(&why);
-            let refusal = Refusal::content(why);
-            object["error"] = refusal.object()["error"].clone();
-            text += &if is_said { "Not started.\n".to_owned() } else { format!("{refusal}\n") };
-            if resume_from.is_some() {
-                object["resume_with"] = self.resume_line().into();
-            }
-        }
-        Answer { object, text, exit }
-    }
-}
-
-/// Reports that a tool is worn.
-fn say_worn(tool: &RackTool, wear: &ToolWear) {
-    let code = if tool.wears_by_way() { "preflight.tool_worn_way" } else { "preflight.tool_worn" };
-    let why = Diagnostic::warning(code).with("number", tool.number).with("life", tool.life);
-    let why = why.with("tool", tool.bit().titled()).with("done", wear.done());
-    say(format_args!("{} {}", why.message("en"), why.advice("en")));
-}
-
-/// Text of a tool request at a pause of the program.
-fn pause_text(programs: &Programs, tool: u32) -> String {
-    match programs.routine.pause(tool) {
-        Pause::Stop { said: "" } => "The program stops here (M0).".to_owned(),
-        Pause::Stop { said } => format!("The program stops here: {said}."),
-        Pause::Tool { number, said: "" } => format!("Tool {number}"),
-        Pause::Tool { number, said } if said.to_ascii_lowercase().contains(&format!("tool {number}")) => {
-            let mut letters = said.chars();
-            let first = letters.next().map(|letter| letter.to_ascii_uppercase());
-            first.into_iter().chain(letters).collect()
-        }
-        Pause::Tool { number, said } => format!("Tool {number}: {said}"),
     }
 }

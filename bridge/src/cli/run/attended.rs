@@ -102,6 +102,11 @@ pub(super) async fn typed_line(lines: &mut Option<UnboundedReceiver<String>>) ->
     line
 }
 
+/// Flags of a new board, and faults to inject: a resumed job has none of them.
+const OF_START: [&str; 4] = ["--restart", "--from-start", "--assume-magazine-loaded", "--load-magazine"];
+/// The same with a value.
+const OF_START_WITH: [&str; 2] = ["--zero-at", "--fault"];
+
 /// The command line that resumes the job: this one, without the flags of a new board.
 pub(super) fn resume_line() -> String {
     resumed(std::env::args().skip(1))
@@ -110,9 +115,10 @@ pub(super) fn resume_line() -> String {
 fn resumed(words: impl Iterator<Item = String>) -> String {
     let (mut line, mut is_value) = ("annulus".to_owned(), false);
     for word in words {
-        let is_start = matches!(word.as_str(), "--restart" | "--from-start");
-        let is_dropped = is_value || is_start || word.starts_with("--zero-at");
-        is_value = word == "--zero-at";
+        let flag = word.split('=').next().unwrap_or_default();
+        let has_value = !is_value && OF_START_WITH.contains(&flag);
+        let is_dropped = is_value || has_value || OF_START.contains(&flag);
+        is_value = has_value && flag == word;
         if !is_dropped {
             let is_plain = word.chars().all(|c| c.is_alphanumeric() || "-_./=,:+@%".contains(c));
             let quoted = if is_plain { word } else { format!("'{}'", word.replace('\'', r"'\''")) };
@@ -295,6 +301,8 @@ mod tests {
             ("run a.drl --from-start", "annulus run a.drl"),
             ("run a.drl --zero-at -3,4 --json", "annulus run a.drl --json"),
             ("run --zero-at=3,4 it's", r"annulus run 'it'\''s'"),
+            ("run a.drl --fault broken-bit@5 --fault=late", "annulus run a.drl"),
+            ("run a.drl --assume-magazine-loaded --yes", "annulus run a.drl --yes"),
         ];
         for (words, wanted) in rows {
             assert_eq!(resumed(words.split(' ').map(str::to_owned)), wanted);

@@ -79,7 +79,7 @@ pub fn read_back_for(
         return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
     }
     let Some(kind) = kind(text) else {
-        return Err(Diagnostic::error("readback.unknown").with("path", file).at(file, 0, 0));
+        return Err(Diagnostic::error("readback.unknown").with("path", file).at(file, first_line(text), 0));
     };
     let mut hand = Hand::new(file, tools);
     match kind {
@@ -91,6 +91,11 @@ pub fn read_back_for(
         Kind::Drill => drill_file::read(&mut hand, text)?,
     }
     hand.finish(kind == Kind::Drill)
+}
+
+/// Number of the first line with more than comments.
+fn first_line(text: &str) -> u32 {
+    (1..).zip(text.lines()).find(|(_, line)| !words::bare(line).is_empty()).map_or(1, |(number, _)| number)
 }
 
 /// Format of a text; `None` if it is no program.
@@ -117,12 +122,13 @@ fn kind(text: &str) -> Option<Kind> {
     if begins("M48") && head.iter().any(sizes) {
         return Some(Kind::Drill);
     }
-    let moves = |line: &&&str| {
+    let moves = |line: &&str| {
         let bare = words::bare(line);
         bare.starts_with(['G', 'X', 'Y', 'Z', 'M', 'T', 'S', 'N', 'F'])
             && words::of(&bare).is_ok_and(|found| !found.is_empty())
     };
-    (head.iter().filter(moves).count() >= 2).then_some(Kind::Gcode)
+    // One line is enough: the reader names the first line that it does not know.
+    head.iter().any(moves).then_some(Kind::Gcode)
 }
 
 #[cfg(test)]

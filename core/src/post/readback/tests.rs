@@ -221,6 +221,9 @@ fn lines_that_change_positions_are_refused() {
         ("G21\nG0 X0 Y0\nG18\n", "readback.changes_place", 3),
         ("G0 X0 Y0\nG1 Z-1\nG92 X5\n", "readback.changes_place", 3),
         ("G21\nG0 X0 Y0\n#1=5\nG1 X#1\n", "readback.unknown_word", 3),
+        ("G21\nG1 X#1\n", "readback.unknown_word", 2),
+        ("(one line)\nG1 X#1\n", "readback.unknown", 2),
+        ("", "readback.unknown", 1),
         ("G0 X0 Y0\nG1 X1 A30\n", "readback.changes_place", 2),
         ("G0 X0 Y0\nG1 Z-1\nG2 X5 Y0 I1 J0\n", "readback.no_arc", 3),
         ("G0 X0 Y0\nM98 P100\n", "readback.changes_place", 2),
@@ -271,8 +274,9 @@ fn lines_that_change_positions_are_refused() {
     }
     let why = read_back("t.nc", "M3 S1\nG0 X1 Y1\nG1 Z-1\n", &BTreeMap::new()).unwrap_err();
     assert_eq!(why.code, "readback.no_tool");
-    let why = read_back("t.txt", "hello\nworld\n", &BTreeMap::new()).unwrap_err();
-    assert_eq!(why.code, "readback.unknown");
+    let why = read_back("t.txt", "\nhello\nworld\n", &BTreeMap::new()).unwrap_err();
+    assert_eq!((why.code.as_str(), why.place.map(|place| place.line)), ("readback.unknown", Some(2)));
+    read("M3 S1 G0 X1 Y1 Z5", &[]);
 }
 
 #[test]

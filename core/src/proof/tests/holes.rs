@@ -79,6 +79,7 @@ pub(super) fn planned() -> Asked {
         spared: Length::from_mm(4.0),
         zones: false,
         bit: Length::from_mm(1.5),
+        bites: false,
         tabs: 0,
         tabs_together: false,
         tab_width: Length::from_mm(2.0),
@@ -107,22 +108,75 @@ fn counts(programs: &[Program], asked: &Asked) -> [usize; 9] {
 fn complete_job_has_no_hole_slot_or_edge_problems() {
     assert_eq!(counts(&whole(), &planned()), [0; 9]);
     assert_eq!(counts(&whole(), &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
-    // One more program with a hole that the board doesn't have: a mouse-bite.
-    let mut bites = whole();
-    bites.push(drill(0.5, 2.0, &[(0.0, 4.0)]));
-    assert_eq!(counts(&bites, &planned()), [0; 9]);
-    // A hole where the board has none.
-    let extra = [drill(0.8, 2.2, &[(16.0, 7.0)])];
-    assert_eq!(counts(&[whole(), extra.to_vec()].concat(), &planned())[7], 1);
-    // Beside a hole without a stated size, the board may have one of any size.
-    let mut board = holed();
-    board.holes.push(Hole { at: Point::from_mm(16.0, 7.0), diameter: None, ..board.holes[0].clone() });
-    let programs = [whole(), extra.to_vec()].concat();
-    let sides = [SideRun { board: &board, programs: &programs, pins: 0..0 }];
-    assert_eq!(crate::proof::drilled(&sides, &planned()).bitten, []);
     // Isolation only: no holes are required.
     let isolating = rings(0.2, 0.1, (4.0, 3.0), &[1.8]);
     assert_eq!(counts(&[isolating], &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
+}
+
+/// Holes that the board doesn't have, in a job, in a job with mouse-bites, without a job.
+#[test]
+fn extra_holes_are_reported_even_at_holes_and_edges() {
+    let nothing = Asked::nothing(Length::from_mm(1.6));
+    let biting = planned().cut_out.map(|edge| AskedEdge { bites: true, ..edge });
+    let biting = Asked { cut_out: biting, ..planned() };
+    let rows: [(&str, Program, [usize; 3]); 12] = [
+        ("where the board has none", drill(0.8, 2.2, &[(16.0, 8.0)]), [1; 3]),
+        ("over a hole", drill(0.8, 2.2, &[(4.4, 3.0)]), [1; 3]),
+        ("at a large hole", drill(0.8, 2.2, &[(9.9, 5.0)]), [1; 3]),
+        ("in a large hole", drill(0.8, 2.2, &[(8.6, 5.0)]), [0; 3]),
+        ("in a slot", drill(1.0, 2.2, &[(15.0, 4.0)]), [0; 3]),
+        ("at a slot", drill(1.0, 2.2, &[(15.3, 4.0)]), [1; 3]),
+        ("not through", drill(0.8, 0.5, &[(16.0, 8.0)]), [0; 3]),
+        ("near the edge", drill(0.8, 2.2, &[(10.0, 0.5)]), [1; 3]),
+        ("one across the edge", drill(0.5, 2.2, &[(10.0, 0.1)]), [1; 3]),
+        ("a row on the edge", drill(0.5, 2.2, &[(9.2, 0.0), (10.0, 0.0), (10.8, 0.0)]), [3, 0, 0]),
+        ("along the edge", drill(1.5, 2.2, &[(10.0, -0.74)]), [0; 3]),
+        ("outside", drill(3.0, 2.2, &[(10.0, -5.0)]), [0; 3]),
+    ];
+    for (what, extra, wanted) in rows {
+        let programs = [whole(), vec![extra]].concat();
+        let found = [&planned(), &biting, &nothing].map(|asked| counts(&programs, asked)[7]);
+        assert_eq!(found, wanted, "{what}");
+    }
+    // A hole in what a mill removes is no further cut.
+    let path = program(mill(2.0), &[way(&[(16.0, 8.0), (18.0, 8.0)], 2.1)]);
+    let both = [whole(), vec![path, drill(1.0, 2.2, &[(16.0, 8.0)])]].concat();
+    assert_eq!(counts(&both, &nothing)[7], 1, "only the path");
+}
+
+/// Without a stated size, a hole or a slot takes any tool on its centre line.
+#[test]
+fn features_without_size_take_any_tool() {
+    let mut board = holed();
+    board.holes.push(Hole { at: Point::from_mm(16.0, 8.0), diameter: None, ..board.holes[0].clone() });
+    board.slots[0].width = None;
+    for (at, wanted) in [((16.0, 8.0), 0), ((15.0, 4.0), 0), ((16.4, 8.0), 1), ((15.4, 4.0), 1)] {
+        let programs = [whole(), vec![drill(0.8, 2.2, &[at])]].concat();
+        let sides = [SideRun { board: &board, programs: &programs, pins: 0..0 }];
+        assert_eq!(crate::proof::drilled(&sides, &planned()).bitten.len(), wanted, "{at:?}");
+    }
+}
+
+#[test]
+fn cuts_outside_the_board_are_measured() {
+    let board = holed();
+    let rows = [
+        ("a ring at its right", rings(1.0, 2.1, (39.5, 5.0), &[8.0]), Some(15.0)),
+        ("a scratch at its right", program(mill(1.0), &[way(&[(30.0, 5.0)], 0.1)]), Some(9.5)),
+        ("around it", around(1.5, 3.75, 2.1), Some(3.0)),
+        ("across it", program(mill(1.0), &[way(&[(-9.0, 5.0), (29.0, 5.0)], 0.1)]), None),
+        ("along its edge", around(1.5, 0.75, 2.1), None),
+        ("in the air", program(mill(1.0), &[way(&[(30.0, 5.0)], -0.5)]), None),
+    ];
+    for (what, program, wanted) in rows {
+        let run = SideRun { board: &board, programs: &[program], pins: 0..0 };
+        let found = crate::proof::drilled(&[run], &Asked::nothing(Length::from_mm(1.6))).outside;
+        let off = found.map(|(_, off)| (off.mm() * 100.0).round() / 100.0);
+        assert_eq!(off, wanted, "{what}: {found:?}");
+        if what == "a ring at its right" {
+            assert!(found.unwrap().0.distance_mm(Point::from_mm(35.5, 5.0)) < 0.01, "{found:?}");
+        }
+    }
 }
 
 #[test]

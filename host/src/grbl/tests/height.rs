@@ -152,6 +152,30 @@ fn moved_zero_needs_confirmation_before_resume() {
 }
 
 #[test]
+fn missing_z_zero_is_in_the_status() {
+    let needs_z_zero = |bench: &Bench| bench.status().unwrap().needs_z_zero;
+    let mut bench = Bench::plug(&Memory::default(), Automaton::new([-20.0, -30.0, -10.0]));
+    bench.ask(&Ask::Home);
+    assert!(bench.state(State::Ready).needs_z_zero);
+    bench.zeroed(&Ask::SetZero);
+    assert!(needs_z_zero(&bench), "only X and Y zero are set");
+    bench.zeroed(&Ask::SetHeight);
+    assert!(!needs_z_zero(&bench));
+    // The rest of an interrupted job starts with the Z zero of that job, if that is where it was.
+    let mut bench = Bench::ready(&Memory::default());
+    let key = bench.upload(&holes(10));
+    bench.stopped(&key);
+    let mut again = bench.replug();
+    again.ask(&Ask::Home);
+    again.state(State::Ready);
+    (0..500).for_each(|_| again.millisecond());
+    assert!(!needs_z_zero(&again));
+    assert_eq!(again.refused(&Ask::ForgetInterrupted), None);
+    (0..500).for_each(|_| again.millisecond());
+    assert!(needs_z_zero(&again), "a new job needs it");
+}
+
+#[test]
 fn probe_without_contact_discards_the_height() {
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(4));
