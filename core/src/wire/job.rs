@@ -1,4 +1,5 @@
-//! Messages about a job (its pre-flight, its end, and what can be resumed), and about the Lab's queue and outputs.
+//! Messages about a job (its pre-flight, its end, and what can be resumed), and about the queue and the
+//! outputs of the Lab.
 
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;

@@ -1,5 +1,5 @@
-//! Messages about the state of the machine, its magazine and height map, the check mode, and what the virtual drill
-//! recorded about its board.
+//! Messages about the state of the machine, its magazine and height map, the check mode, and what the
+//! virtual drill recorded about its board.
 
 use crate::control::{Alarm, State, Trust};
 use crate::diagnostic::Diagnostic;

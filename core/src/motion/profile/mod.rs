@@ -23,15 +23,14 @@ mod ramp;
 mod span;
 mod stop;
 mod stroke;
-mod vibration;
 
+pub use bounds::residual_mm;
 pub use choose::{Choice, choose};
 pub use inverse::Inverse;
 pub use ramp::Ramp;
 pub use span::Span;
 pub use stop::{point_of_no_return_s, stopping_mm};
 pub use stroke::{Stroke, TwoSpeeds, two_speeds};
-pub use vibration::residual_mm;
 
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
