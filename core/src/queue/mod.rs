@@ -13,7 +13,6 @@
 
 mod blocks;
 mod change;
-mod check;
 mod homing;
 mod outcome;
 mod rehearse;
@@ -25,11 +24,10 @@ mod work;
 
 pub use blocks::{Queue, QueueCursor, QueueRow};
 pub use change::{at_change, change_place, from_change, to_change};
-pub use check::{CheckedQueue, check};
 pub use homing::{Homing, HomingNext};
 pub use outcome::{Harm, QueueReport, early, guarded, late, missing};
 pub use rehearse::{Rehearsal, Rig};
-pub use rules::{Standing, after};
+pub use rules::{CheckedQueue, Standing, after, check};
 pub use run::{Mode, QueueAction, QueueRun, Rest, RowResult, RowState};
 pub use text::{print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
