@@ -5,24 +5,20 @@
 //! ```
 
 mod awake;
-mod beside;
 mod camera;
-mod colours;
 mod drawings;
 mod drill;
 mod files;
 mod follow;
 mod from_elsewhere;
 mod jobs;
-mod languages;
 mod last_stop;
-mod left;
 mod limits;
 mod locks;
+mod preferences;
 mod presses;
 mod serial;
 mod session;
-mod signs;
 mod site;
 mod socket;
 mod store;
@@ -33,10 +29,10 @@ use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use awake::Awake;
-use beside::Beside;
 use camera::Camera;
 use drawings::Drawings;
 use follow::Followed;
+use last_stop::Beside;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
 use std::time::Duration;
@@ -76,9 +72,7 @@ pub fn begin() {
     store::listen();
     site::begin();
     from_elsewhere::begin(site::alone());
-    languages::begin();
-    colours::begin();
-    signs::begin();
+    preferences::begin();
     presses::begin();
     camera::begin();
     if let Some(text) = session::kept_bench() {
@@ -125,11 +119,11 @@ fn run(running: &Running, effect: Effect) {
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::FollowLink { address } => from_elsewhere::put_in(address),
         Effect::Sample => files::sample(),
-        Effect::Speak { language } => languages::speak(language),
-        Effect::Colours { word } => colours::show(word),
-        Effect::KeepSigns { on } => signs::keep(on),
-        Effect::KeepOwnKeys { text } => signs::keep_own(&text),
-        Effect::KeepPanels { text } => signs::keep_panels(&text),
+        Effect::Speak { language } => preferences::speak(language),
+        Effect::Colours { word } => preferences::show_colours(word),
+        Effect::KeepSigns { on } => preferences::keep_signs(on),
+        Effect::KeepOwnKeys { text } => preferences::keep_own_keys(&text),
+        Effect::KeepPanels { text } => preferences::keep_panels(&text),
         Effect::StayAwake { on } => awake.want(on),
         Effect::Camera { on } => camera.want(on),
         Effect::KeepCamera { offset_mm } => camera::keep(offset_mm),
