@@ -1,8 +1,8 @@
 //! Pointers that are down on the picture, and the callbacks for them.
 
+use super::Touch;
 use super::backend::Backend;
 use super::camera::Camera;
-use super::touch::Touch;
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;

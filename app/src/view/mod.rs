@@ -22,7 +22,6 @@ mod relief;
 mod scene;
 #[cfg(any(target_arch = "wasm32", test))]
 mod thinned;
-mod touch;
 
 #[cfg(target_arch = "wasm32")]
 mod backend;
@@ -59,7 +58,6 @@ pub use relief::{Cutting, PATCH, Patch, Relief, ReliefField};
 pub use scene::{
     Disc, FilledLayer, HoleState, Line, Mesh, OrderProgress, Plate, Scene, SceneSlot, UNORDERED, Width,
 };
-pub use touch::Touch;
 
 #[cfg(target_arch = "wasm32")]
 pub use backend::{Backend, PainterChoice};
@@ -76,3 +74,16 @@ pub use stage::Frames;
 mod browser_tests;
 #[cfg(all(test, target_arch = "wasm32"))]
 mod space_tests;
+
+/// Pointer events in drawing mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// Moves while up.
+    Hover,
+    Down,
+    /// Moves while down.
+    Move,
+    Up,
+    /// Cancelled: a second finger moves the picture, or the browser takes the pointer.
+    Cancel,
+}
