@@ -8,7 +8,7 @@
 
 use super::Touch;
 use super::handle::View;
-use super::held::{Held, PointerStroke, Pressed, tell};
+use super::stage::{Held, PointerStroke, Pressed, tell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};

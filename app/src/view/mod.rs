@@ -36,13 +36,9 @@ mod gpu;
 #[cfg(target_arch = "wasm32")]
 mod handle;
 #[cfg(target_arch = "wasm32")]
-mod held;
-#[cfg(target_arch = "wasm32")]
 mod life;
 #[cfg(all(target_arch = "wasm32", not(test)))]
 mod remote;
-#[cfg(target_arch = "wasm32")]
-mod solid;
 #[cfg(target_arch = "wasm32")]
 mod space;
 #[cfg(target_arch = "wasm32")]
@@ -66,14 +62,7 @@ pub use device::Device;
 #[cfg(target_arch = "wasm32")]
 pub use handle::View;
 #[cfg(target_arch = "wasm32")]
-pub use held::{PointerStroke, Pressed};
-#[cfg(target_arch = "wasm32")]
-pub use stage::Frames;
-
-#[cfg(all(test, target_arch = "wasm32"))]
-mod browser_tests;
-#[cfg(all(test, target_arch = "wasm32"))]
-mod space_tests;
+pub use stage::{Frames, PointerStroke, Pressed};
 
 /// Pointer events in drawing mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,3 +76,8 @@ pub enum Touch {
     /// Cancelled: a second finger moves the picture, or the browser takes the pointer.
     Cancel,
 }
+
+#[cfg(all(test, target_arch = "wasm32"))]
+mod browser_tests;
+#[cfg(all(test, target_arch = "wasm32"))]
+mod space_tests;

@@ -6,7 +6,6 @@ pub(crate) mod board;
 mod change;
 mod clamp;
 mod configure;
-mod depth;
 mod foot;
 mod hands;
 mod hold;

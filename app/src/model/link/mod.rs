@@ -5,7 +5,6 @@
 //! request ─▶ Effect::Send ─▶ bridge ─▶ LinkEvent::Heard ─▶ model    every 250 ms: ping, age, STOP confirmed?
 //! ```
 
-pub mod at_change;
 pub mod contacts;
 pub mod controller;
 pub mod drilled;
@@ -14,7 +13,6 @@ mod heard;
 mod jog;
 pub mod rest;
 mod stop;
-pub mod way_back;
 
 use super::{Effect, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};

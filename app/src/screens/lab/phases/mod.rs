@@ -80,11 +80,7 @@ pub(super) fn phases() -> impl IntoView {
                 .class("block phases-table")
                 .attr("aria-label", t!("page.lab.phases.title"))
                 .child((div().class("phases-scroll").child((grid::grid(table), grid::waves(table))),)),
-            div().class("phases-side").child((
-                dial::dial(table),
-                verdict(findings),
-                trial::trial(table),
-            )),
+            div().class("phases-side").child((dial::dial(table), verdict(findings), trial::trial(table))),
         )),
         apply::apply(move || sound.get()),
     ))
