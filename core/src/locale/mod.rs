@@ -6,10 +6,8 @@
 //! ```
 
 mod number;
-mod plural;
 
-pub use number::{has_two_marks, number, typed};
-pub use plural::{form, forms};
+pub use number::{form, forms, has_two_marks, number, typed};
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
