@@ -11,7 +11,6 @@ pub mod adapter;
 mod alone;
 pub mod executor;
 mod files;
-mod grant;
 pub mod grbl;
 pub mod journal;
 mod line;

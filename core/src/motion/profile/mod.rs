@@ -17,15 +17,13 @@
 //! phases; patent on PCB drilling control, its power law reconstructed there).
 
 pub mod bounds;
-mod choose;
 mod inverse;
 mod ramp;
 mod span;
 mod stop;
 mod stroke;
 
-pub use bounds::residual_mm;
-pub use choose::{Choice, choose};
+pub use bounds::{Choice, choose, residual_mm};
 pub use inverse::Inverse;
 pub use ramp::Ramp;
 pub use span::Span;
