@@ -42,7 +42,7 @@ pub(super) fn board(
     (artwork, used, board, diagnostics)
 }
 
-pub(super) fn board_of(wanted: &ToRead) -> Board {
+fn board_of(wanted: &ToRead) -> Board {
     let untold = &mut |_, _| {};
     let artwork = artwork(wanted, untold);
     board(wanted, as_said(wanted, artwork), untold).2

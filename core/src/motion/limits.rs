@@ -132,12 +132,7 @@ pub(super) fn line(
 
 /// Steps of a table-driven axis over `way` steps, at most at `speed_mm_per_s` and the axis's own speeds.
 /// Motor limits are not applied: the table decides.
-pub(super) fn steps(
-    machine: &Machine,
-    axis: usize,
-    way: i64,
-    speed_mm_per_s: f64,
-) -> Result<TableSteps, Diagnostic> {
+fn steps(machine: &Machine, axis: usize, way: i64, speed_mm_per_s: f64) -> Result<TableSteps, Diagnostic> {
     let down = axis >= 2 && way < 0;
     let own = machine.axis(axis);
     let down_speed = if down { machine.down.max_speed_mm_per_s } else { f64::INFINITY };

@@ -125,7 +125,7 @@ fn discs(holes: impl Iterator<Item = (Point, Length)>) -> Mesh {
 }
 
 /// Draws a mesh as a thumbnail.
-pub(super) fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
+fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
     let element = NodeRef::<html::Canvas>::new();
     element.on_load(move |element| draw(&element, &mesh, colour));
     let made = canvas().node_ref(element).attr("width", WIDTH).attr("height", HEIGHT);
