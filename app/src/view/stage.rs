@@ -1,5 +1,5 @@
-//! The state of a picture in the page (pointers that are down, callbacks, the 3D view), and painting one frame
-//! of it.
+//! The state of a picture in the page (pointers that are down, callbacks, the 3D view), and painting one
+//! frame of it.
 
 use super::Touch;
 use super::backend::{Backend, Painter, PainterChoice};

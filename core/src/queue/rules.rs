@@ -222,8 +222,8 @@ pub struct CheckedQueue {
     pub end: Standing,
 }
 
-/// Checks `queue` from its first row, through every repeat and call. The first forbidden row is refused before
-/// anything moves. `outputs` are the names that may be switched.
+/// Checks `queue` from its first row, through every repeat and call. The first forbidden row is refused
+/// before anything moves. `outputs` are the names that may be switched.
 pub fn check(
     queue: &Queue,
     machine: &Machine,

@@ -1,8 +1,8 @@
 //! What must be up before X and Y move: the tool, and the presser foot outside of drill cycles.
 //!
-//! X and Y don't jog while the tool is, or may be, in the board, unless the user insists. A trusted or counted
-//! position decides. If the position was lost while the tool may have been low, it must first rise by the
-//! greatest possible depth. The foot is down only while the machine drills.
+//! X and Y don't jog while the tool is, or may be, in the board, unless the user insists. A trusted or
+//! counted position decides. If the position was lost while the tool may have been low, it must first rise by
+//! the greatest possible depth. The foot is down only while the machine drills.
 //!
 //! ```text
 //! drill cycle ─ foot down … up ─▶ up        a stop held in the cycle ─▶ may be down ─▶ up, before X and Y move

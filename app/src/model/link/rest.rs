@@ -67,8 +67,8 @@ pub enum ChangeCheck {
 /// Tolerance of position and height, mm: one step of a coarse machine.
 const NEAR_MM: f64 = 0.05;
 
-/// During a manual tool change: what the machine reports about whether it is safe to reach for the spindle. The
-/// user must check as well.
+/// During a manual tool change: what the machine reports about whether it is safe to reach for the spindle.
+/// The user must check as well.
 ///
 /// The checks for `status` and whether each holds. `program` is the program that `status` refers to, if
 /// known. No `AtPlace` row if the program changes the tool at the current position.
@@ -126,9 +126,10 @@ pub enum BackMark {
     Later,
 }
 
-/// The steps from the current state after an alarm, so that the user need not guess. A step counts as done only
-/// if it was observed: a raised tool by a trusted position, the tool's state by the user. `homes`: the machine has limit switches. `is_broken_off`: a job can be
-/// resumed. `has_looked`: the user has checked the tool.
+/// The steps from the current state after an alarm, so that the user need not guess. A step counts as done
+/// only if it was observed: a raised tool by a trusted position, the tool's state by the user. `homes`: the
+/// machine has limit switches. `is_broken_off`: a job can be resumed. `has_looked`: the user has checked the
+/// tool.
 pub fn way_back(
     status: &Status,
     homes: bool,

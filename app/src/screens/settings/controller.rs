@@ -36,8 +36,8 @@ pub(super) fn changer() -> impl IntoView {
     ))
 }
 
-/// The machine profile: the controller's own settings are compared with it before a job. Changes nothing in the
-/// controller.
+/// The machine profile: the controller's own settings are compared with it before a job. Changes nothing in
+/// the controller.
 pub(super) fn mill() -> impl IntoView {
     let now =
         move || shared(|m| &m.link.controller.who).with(|who| who.as_ref()?.mill.clone()).unwrap_or_default();

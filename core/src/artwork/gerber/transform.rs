@@ -1,5 +1,5 @@
-//! Mirroring, rotation, scaling and translation of apertures, blocks and copies, and of the whole image by the
-//! obsolete commands MI, SF, OF and IR.
+//! Mirroring, rotation, scaling and translation of apertures, blocks and copies, and of the whole image by
+//! the obsolete commands MI, SF, OF and IR.
 //!
 //! ```text
 //!   p ─ mirror (x ↦ −x) ─ rotate (counter-clockwise) ─ scale ─ translate ─▶ p'
@@ -142,8 +142,8 @@ impl Place {
     }
 }
 
-/// Placement of the image: mirror (MI), scale (SF), offset (OF), rotation (IR). As specified, MI and SF change
-/// coordinates but not apertures; IR rotates everything.
+/// Placement of the image: mirror (MI), scale (SF), offset (OF), rotation (IR). As specified, MI and SF
+/// change coordinates but not apertures; IR rotates everything.
 ///
 /// ```text
 ///   as written ─ MI ─ SF ─ OF ─ IR ─▶ layer

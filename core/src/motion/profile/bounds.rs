@@ -95,9 +95,9 @@ const GAUSS: [(f64, f64); 5] = [
 /// Most periods in an edge; with more, the amplitude is negligible.
 const MOST_SWINGS: f64 = 1e4;
 
-/// Amplitude in mm of the vibration at `frequency_hz` (above 0) after the move: |∫a(t)·e^(−i2πft)dt|/(2πf). The
-/// acceleration is the convolution of an edge's jerk with a box of edge plus hold, once up and once down, so
-/// its transform is a product.
+/// Amplitude in mm of the vibration at `frequency_hz` (above 0) after the move: |∫a(t)·e^(−i2πft)dt|/(2πf).
+/// The acceleration is the convolution of an edge's jerk with a box of edge plus hold, once up and once down,
+/// so its transform is a product.
 pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Diagnostic> {
     if !(1e-9..=GREATEST).contains(&frequency_hz) {
         return Err(wrong("motion.bad_frequency", frequency_hz));
