@@ -64,7 +64,8 @@ const WAITS: Duration = Duration::from_secs(1);
 
 /// The dead man's switch of a jog: it moves only while the page keeps renewing its permission.
 ///
-/// Holds the end of the permission; an atomic, because the executor reads it between two steps and must not block.
+/// Holds the end of the permission; an atomic, because the executor reads it between two steps and must not
+/// block.
 #[derive(Debug, Default)]
 pub(crate) struct Grant {
     /// Microseconds of the caller's clock; 0 is withdrawn.
