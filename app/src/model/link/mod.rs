@@ -13,6 +13,7 @@ mod heard;
 mod jog;
 pub mod rest;
 mod stop;
+pub mod way_back;
 
 use super::{Effect, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};

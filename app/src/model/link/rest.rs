@@ -1,13 +1,5 @@
-//! The state of a stopped machine in words, whether its main button starts or resumes a job, what it reports
-//! during a manual tool change, and the steps back to the job after an alarm.
-//!
-//! ```text
-//! acknowledge the alarm ─┬─ position trusted: raise the tool out of the board ──┬─ check the tool ─▶ resume
-//!                        └─ not trusted: home, which raises the tool first ─────┤
-//!                           or set zero, on a machine without limit switches ───┘
-//! ```
-//!
-//! Moves nothing and blocks nothing.
+//! The state of a stopped machine in words, whether its main button starts or resumes a job, and what it
+//! reports during a manual tool change. Moves nothing and blocks nothing.
 
 use crate::said::key;
 use annulus_core::control::{State, Trust};
@@ -100,62 +92,4 @@ fn place_mm(commands: &[Command]) -> Option<[f64; 2]> {
         _ => None,
     })?;
     Some([to.x, to.y].map(|at| at.nm() as f64 / NM_PER_MM as f64))
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BackStep {
-    /// The alarm is acknowledged.
-    Read,
-    /// The tool is out of the board.
-    Lift,
-    /// Homing makes the position trusted again.
-    Home,
-    /// On a machine without limit switches, setting zero makes the position trusted again.
-    Zero,
-    /// The tool is not broken; only the user can check that.
-    Tool,
-    Resume,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BackMark {
-    Done,
-    /// The step to do next.
-    Now,
-    /// Other steps come first.
-    Later,
-}
-
-/// The steps from the current state after an alarm, so that the user need not guess. A step counts as done
-/// only if it was observed: a raised tool by a trusted position, the tool's state by the user. `homes`: the
-/// machine has limit switches. `is_broken_off`: a job can be resumed. `has_looked`: the user has checked the
-/// tool.
-pub fn way_back(
-    status: &Status,
-    homes: bool,
-    is_broken_off: bool,
-    has_looked: bool,
-) -> Vec<(BackStep, BackMark)> {
-    let is_known = status.trust == Trust::Trusted;
-    let mut steps = vec![(BackStep::Read, status.alarm.is_none())];
-    // Without a trusted position only the user can see where the tool is, and homing raises it first.
-    if is_known {
-        steps.push((BackStep::Lift, status.work_mm[2] > 0.0));
-    }
-    steps.push((if homes { BackStep::Home } else { BackStep::Zero }, is_known));
-    if is_broken_off {
-        steps.extend([(BackStep::Tool, has_looked), (BackStep::Resume, false)]);
-    }
-    let mut open = true;
-    let mark = |(step, done): (BackStep, bool)| {
-        let mark = match (done, open) {
-            (true, _) => BackMark::Done,
-            (false, true) => BackMark::Now,
-            (false, false) => BackMark::Later,
-        };
-        // Resume is offered although the tool is not checked yet: its preflight asks again.
-        open &= done || step == BackStep::Tool;
-        (step, mark)
-    };
-    steps.into_iter().map(mark).collect()
 }

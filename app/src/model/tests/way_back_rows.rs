@@ -1,7 +1,7 @@
 //! The steps back to the job after an alarm.
 
 use super::line;
-use crate::model::link::rest::{BackMark, BackStep, way_back};
+use crate::model::link::way_back::{BackMark, BackStep, way_back};
 use annulus_core::control::{State, Trust};
 
 #[test]

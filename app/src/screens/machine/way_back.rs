@@ -5,7 +5,7 @@
 
 use super::jog;
 use crate::i18n::{key, t};
-use crate::model::link::rest::{BackMark, BackStep, way_back};
+use crate::model::link::way_back::{BackMark, BackStep, way_back};
 use crate::page::{link, read, shared};
 use crate::widgets::{push, push_guarded, push_if};
 use annulus_core::control::{Ending, State};
