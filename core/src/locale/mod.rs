@@ -6,8 +6,10 @@
 //! ```
 
 mod number;
+mod plural;
 
-pub use number::{form, forms, has_two_marks, number, typed};
+pub use number::{has_two_marks, number, typed};
+pub use plural::{form, forms};
 
 use std::borrow::Cow;
 use std::sync::OnceLock;

@@ -1,18 +1,11 @@
-//! Numbers in the notation of a language, numbers that users type, and plural forms of words that depend on a
-//! number.
+//! Numbers in the notation of a language, and numbers that users type.
 //!
 //! ```text
 //! shown  pl   0.8 mm ─▶ 0,8 mm     X12.7 and board-1.2.drl stay, because they are no measures
 //! typed  0,8  0.8  ０．８ ─▶ 0.8      1,234.5 is refused, because it is ambiguous
-//!
-//! en  1 | else                    hole | holes
-//! pl  1 | 2–4 | 5– | fractions    otwór | otwory | otworów | otworu
-//! zh  one form for all            孔
 //! ```
 //!
-//! Written files never use this: their decimal mark is always the point. Plural forms follow the CLDR: three
-//! short rules instead of a library, because a library would add the rules of two hundred languages to the
-//! page. Tests compare these rules with the library of the Unicode consortium, number by number.
+//! Written files never use this: their decimal mark is always the point.
 
 /// Words that may appear next to the numbers of a measure.
 const BESIDE: &[&str] = &[
@@ -71,29 +64,6 @@ pub fn typed(text: &str) -> Option<f64> {
     plain.replace(',', ".").parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-/// Index of the form for `number` in `language`; the last form if `number` isn't a number.
-pub fn form(language: &str, number: &str) -> usize {
-    let whole = number.strip_prefix('-').unwrap_or(number).parse::<u64>().ok();
-    match (language, whole) {
-        ("zh", _) | ("pl", Some(1)) | (_, Some(1)) => 0,
-        ("pl", Some(number)) => {
-            let few = (2..=4).contains(&(number % 10)) && !(12..=14).contains(&(number % 100));
-            if few { 1 } else { 2 }
-        }
-        ("pl", None) => 3,
-        _ => 1,
-    }
-}
-
-/// Number of forms in `language`. The last one, for fractions, may be omitted.
-pub fn forms(language: &str) -> usize {
-    match language {
-        "zh" => 1,
-        "pl" => 4,
-        _ => 2,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,32 +117,6 @@ mod tests {
             [("1,234.5", true), ("1.234.567", true), ("0,8", false), ("a.b.c", false), ("", false)]
         {
             assert_eq!(has_two_marks(text), expected, "{text}");
-        }
-    }
-
-    #[test]
-    fn each_number_has_its_plural_form() {
-        let rows = [
-            ("en", "1", 0),
-            ("en", "0", 1),
-            ("en", "21", 1),
-            ("en", "1.5", 1),
-            ("en", "–", 1),
-            ("pl", "1", 0),
-            ("pl", "3", 1),
-            ("pl", "22", 1),
-            ("pl", "0", 2),
-            ("pl", "5", 2),
-            ("pl", "12", 2),
-            ("pl", "112", 2),
-            ("pl", "21", 2),
-            ("pl", "1.5", 3),
-            ("zh", "1", 0),
-            ("zh", "7", 0),
-        ];
-        for (language, number, expected) in rows {
-            assert_eq!(form(language, number), expected, "{language} {number}");
-            assert!(form(language, number) < forms(language));
         }
     }
 }
