@@ -9,7 +9,7 @@
 //!
 //! The tool does not go down to a hole before every earlier leg is durable.
 
-use crate::grant::Grant;
+use crate::ticket::Grant;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::{Machine, Steps};

@@ -3,11 +3,9 @@
 
 mod lengths;
 
-use crate::height::KnownHeight;
-use crate::surface::{Followed, Ground, KeptSurface, followed};
+use crate::surface::{Followed, Ground, KeptSurface, KnownHeight, followed};
 use annulus_core::board::bed;
 use annulus_core::cam::suits;
-use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::worn::{self, Wear};
@@ -15,9 +13,9 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, deepest}
 use annulus_core::level::{TOLERANCE, level};
 use annulus_core::machine::{self, Machine, RackTool, Steps, ToolWear};
 use annulus_core::magazine::{Held, ToolStock, changes_ticks};
-use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{ArmedJob, PreflightRow, RowVerdict, Tell, program};
+use annulus_core::{check, motion};
 use std::sync::Arc;
 use std::thread;
 

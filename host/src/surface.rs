@@ -1,4 +1,5 @@
-//! The saved height map of the board on Annulus' own drill, and programs that follow it.
+//! The height of the board on Annulus' own drill: the tool that the Z zero is valid for, the saved height
+//! map, and programs that follow it.
 //!
 //! ```text
 //! Touched ─▶ KeptSurface ─ same job, same zero, same height? ─▶ the program with corrected depths
@@ -7,8 +8,9 @@
 //! Only the program as planned is saved and journaled. The corrected one is derived each time, so no
 //! correction is applied twice.
 
+use annulus_core::control::BoardHeight;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::Program;
+use annulus_core::job::{Bit, Program};
 use annulus_core::level::{HeightMap, TOLERANCE, key_of, level, same_job};
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
@@ -91,4 +93,16 @@ pub(crate) fn followed(program: Program, ground: &Ground<'_>) -> Followed {
             Followed { program: levelled.program, follows: Some(Arc::clone(kept)), told: Some(told) }
         }
     }
+}
+
+/// The tool for which the board height is known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KnownHeight {
+    /// Whether that is the current tool.
+    pub height: BoardHeight,
+    /// The tool; `None` if zero was set with a tool that no job requested.
+    pub of: Option<Bit>,
+    /// Steps of Z by which the tool setter is above the board, from a tool of known length; `None` before
+    /// one met it.
+    pub setter_steps: Option<i64>,
 }

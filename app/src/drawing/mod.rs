@@ -14,7 +14,6 @@ mod catching;
 pub mod fields;
 pub mod keys;
 pub mod kinds;
-mod locked;
 pub mod marks;
 pub mod pieces;
 pub mod scene;
@@ -24,8 +23,8 @@ pub mod typed;
 mod when;
 
 pub use act::Act;
+pub use catching::Locked;
 pub use keys::DrawKey;
-pub use locked::Locked;
 pub use marks::{Chosen, Marks};
 pub use pieces::DrawnPieces;
 pub use tools::{Doing, Pointer, Tool};

@@ -1,9 +1,8 @@
 //! Drawings in the browser's store, each with its history, and which of them is this tab's. A drawing that
 //! another tab has opens as a copy, which gets its own slot.
 
-use super::left::LeftTexts;
 use super::locks::{Claims, RELOAD_MS};
-use super::store::{finished, get, table};
+use super::store::{LeftTexts, finished, get, table};
 use crate::browser::{self, tab_storage};
 use crate::model::DrawEvent;
 use crate::model::drawing::{Earlier, PLACES};

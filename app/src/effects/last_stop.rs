@@ -1,14 +1,22 @@
-//! STOP for a page whose program has crashed: a call made only of browser objects, which `www/boot.js` offers
-//! as a button. WebAssembly that has trapped can no longer handle events.
+//! STOP past the page's own events: between the tabs of a site, and for a page whose program has crashed.
 //!
 //! ```text
+//! tab without the drill ─ "stop" ─▶ all others ─▶ LinkEvent::StopBeside ─▶ the tab that has the drill
+//!                       ◀─ LinkEvent::StopHeardBeside ◀─ "heard" ────────────────┘
+//!
 //! link opened ─▶ annulusStop = send.bind(socket, stop)      trapped ─▶ boot.js: STOP ─▶ annulusStop()
 //! ```
+//!
+//! One tab owns the drill, but every tab can stop it. For a crashed page, `www/boot.js` offers as a button a
+//! call made only of browser objects: WebAssembly that has trapped can no longer handle events.
 
 use crate::browser::window;
+use crate::model::LinkEvent;
+use crate::page::send;
 use annulus_core::wire::Ask;
 use js_sys::Reflect;
 use wasm_bindgen::prelude::*;
+use web_sys::{BroadcastChannel, MessageEvent};
 
 /// Global name of the call, used by `www/boot.js`.
 const CALL: &str = "annulusStop";
@@ -43,4 +51,38 @@ fn keep(call: &JsValue) {
 /// The STOP message for a bridge or a machine of this page.
 pub(super) fn word() -> String {
     serde_json::to_string(&Ask::Stop).unwrap_or_default()
+}
+
+const NAME: &str = "annulus stop";
+const STOP: &str = "stop";
+const HEARD: &str = "heard";
+
+/// The channel between the tabs of a site.
+#[derive(Default)]
+pub(super) struct Beside(Option<BroadcastChannel>);
+
+impl Beside {
+    /// Listens while the page lives. A browser without such channels cannot pass STOP between tabs.
+    pub(super) fn listening() -> Self {
+        let channel = BroadcastChannel::new(NAME).ok();
+        let heard = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
+            match event.data().as_string().as_deref() {
+                Some(STOP) => send(LinkEvent::StopBeside),
+                Some(HEARD) => send(LinkEvent::StopHeardBeside),
+                _ => {}
+            }
+        });
+        if let Some(channel) = &channel {
+            channel.set_onmessage(Some(heard.as_ref().unchecked_ref()));
+        }
+        heard.forget();
+        Self(channel)
+    }
+
+    pub(super) fn tell(&self, heard: bool) {
+        let word = if heard { HEARD } else { STOP };
+        if let Some(channel) = &self.0 {
+            let _ = channel.post_message(&word.into());
+        }
+    }
 }

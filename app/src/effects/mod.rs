@@ -5,43 +5,40 @@
 //! ```
 
 mod awake;
-mod beside;
 mod camera;
-mod colours;
 mod drawings;
 mod drill;
 mod files;
 mod follow;
 mod from_elsewhere;
 mod jobs;
-mod languages;
 mod last_stop;
-mod left;
 mod limits;
 mod locks;
+mod preferences;
 mod presses;
 mod serial;
 mod session;
-mod signs;
 mod site;
 mod socket;
 mod store;
-mod worker;
 
 use crate::browser;
-use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
+use crate::engine::messages::Request;
+use crate::engine::{Engine, PassingEngine};
+use crate::model::{Clocks, Effect, Event, LabEvent, Lane, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use awake::Awake;
-use beside::Beside;
 use camera::Camera;
 use drawings::Drawings;
 use follow::Followed;
+use last_stop::Beside;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
+use std::cell::RefCell;
 use std::time::Duration;
 use store::Places;
-use worker::Workers;
 
 /// State that outlasts a single effect.
 #[derive(Default)]
@@ -76,9 +73,7 @@ pub fn begin() {
     store::listen();
     site::begin();
     from_elsewhere::begin(site::alone());
-    languages::begin();
-    colours::begin();
-    signs::begin();
+    preferences::begin();
     presses::begin();
     camera::begin();
     if let Some(text) = session::kept_bench() {
@@ -125,11 +120,11 @@ fn run(running: &Running, effect: Effect) {
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::FollowLink { address } => from_elsewhere::put_in(address),
         Effect::Sample => files::sample(),
-        Effect::Speak { language } => languages::speak(language),
-        Effect::Colours { word } => colours::show(word),
-        Effect::KeepSigns { on } => signs::keep(on),
-        Effect::KeepOwnKeys { text } => signs::keep_own(&text),
-        Effect::KeepPanels { text } => signs::keep_panels(&text),
+        Effect::Speak { language } => preferences::speak(language),
+        Effect::Colours { word } => preferences::show_colours(word),
+        Effect::KeepSigns { on } => preferences::keep_signs(on),
+        Effect::KeepOwnKeys { text } => preferences::keep_own_keys(&text),
+        Effect::KeepPanels { text } => preferences::keep_panels(&text),
         Effect::StayAwake { on } => awake.want(on),
         Effect::Camera { on } => camera.want(on),
         Effect::KeepCamera { offset_mm } => camera::keep(offset_mm),
@@ -147,5 +142,52 @@ fn run(running: &Running, effect: Effect) {
         Effect::DrawExample => drawings::example(),
         Effect::TakeUpdate => site::take_update(),
         Effect::DropFromStore { place } => places.forget(place),
+    }
+}
+
+/// The workers: one holds the board, one checks templates, and one exists per further request. The one that
+/// computes the times of a plan also ends with its answer, because the times of a large board need much
+/// memory.
+#[derive(Default)]
+struct Workers {
+    board: Engine,
+    times: RefCell<PassingEngine>,
+    template: Engine,
+}
+
+impl Workers {
+    /// The worker of `lane`, if it exists.
+    fn there(&self, lane: Lane) -> Option<Engine> {
+        match lane {
+            Lane::Board => Some(self.board.clone()),
+            Lane::Template => Some(self.template.clone()),
+            Lane::Times => self.times.borrow().there(),
+            Lane::Beside => None,
+        }
+    }
+
+    /// Sends a request; its answer arrives as an event.
+    fn ask(&self, lane: Lane, number: u32, request: Request) {
+        let engine = match lane {
+            Lane::Board | Lane::Template => self.there(lane).unwrap_or_default(),
+            Lane::Times | Lane::Beside => Engine::new(),
+        };
+        if lane == Lane::Times {
+            self.times.replace(engine.passing());
+        }
+        // Sent before any await, so that a later cancel applies to it.
+        let answer = engine.ask(request, move |share| send(Event::Progress { number, share }));
+        leptos::task::spawn_local(async move {
+            let answer = answer.await;
+            drop(engine);
+            send(Event::Answered { number, answer });
+        });
+    }
+
+    /// Terminates the worker of `lane`.
+    fn call_off(&self, lane: Lane) {
+        if let Some(engine) = self.there(lane) {
+            engine.cancel();
+        }
     }
 }

@@ -11,8 +11,7 @@
 use super::cache::Cache;
 use super::messages::{Exported, ToExport, ToPlan};
 use super::planning::{self, Side};
-use super::proving;
-use super::share::part;
+use super::{part, proving};
 use annulus_core::board::Face;
 use annulus_core::cam::briefing;
 use annulus_core::diagnostic::{Diagnostic, Severity};

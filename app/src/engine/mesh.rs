@@ -1,13 +1,16 @@
-//! Cuts regions into triangles for the display.
+//! Cuts regions into triangles for the display; the copper of a board as display layers.
 //!
 //! ```text
 //!  island with holes, arcs ─ chords ─▶ rings ─ ear cutting ─▶ corners in mm from `origin`, triangles
 //!                                        └──────────────────▶ first corner and length of each ring
 //! ```
 
-use crate::picture::place;
+use super::messages::LayerRow;
+use crate::picture::{self, place};
 use crate::view::Mesh;
-use annulus_core::geometry::{Path, Point, Region};
+use annulus_core::artwork::{Role, Side};
+use annulus_core::board;
+use annulus_core::geometry::{Bounds, Path, Point, Region};
 use geo::{LineString, Polygon, TriangulateEarcut};
 
 /// Deviation of a chord from its arc, in mm. At a zoom where this is a pixel, a board of 100 mm is 50,000
@@ -44,6 +47,28 @@ pub(super) fn mesh(region: &Region, origin: Point) -> Mesh {
 fn ring(path: &Path, origin: Point) -> LineString<f64> {
     let points = path.flattened(CHORD_ERROR_MM);
     points.into_iter().map(|at| place(origin, at).map(f64::from)).collect::<Vec<_>>().into()
+}
+
+/// The copper of a board: one layer per side, the lower side first.
+pub(super) fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
+    let origin = picture::origin(body);
+    let row = |copper: &board::Copper| LayerRow {
+        file: None,
+        role: Role::Copper,
+        side: Some(side(copper.face)),
+        islands: copper.region.islands.len() as u32,
+        mesh: mesh(&copper.region, origin),
+    };
+    let mut sides: Vec<&board::Copper> = board.copper.iter().collect();
+    sides.sort_by_key(|copper| std::cmp::Reverse(copper.face));
+    sides.into_iter().map(row).collect()
+}
+
+fn side(face: board::Face) -> Side {
+    match face {
+        board::Face::Top => Side::Top,
+        board::Face::Bottom => Side::Bottom,
+    }
 }
 
 #[cfg(test)]

@@ -6,17 +6,11 @@
 
 mod board_files;
 mod cache;
-mod comparing;
-mod copper;
-mod drawn_over;
 mod exporting;
-mod memory;
 mod mesh;
 pub mod messages;
 mod planning;
 mod proving;
-mod share;
-mod underside;
 mod work;
 mod writing;
 
@@ -90,5 +84,28 @@ mod handle {
         pub fn there(&self) -> Option<Engine> {
             self.0.upgrade().map(Engine)
         }
+    }
+}
+
+/// A progress callback for a part that covers the per cent `from` to `to` of the whole.
+fn part(whole: &mut dyn FnMut(u64, u64), from: u64, to: u64) -> impl FnMut(u64, u64) {
+    move |done, total: u64| {
+        let total = total.max(1);
+        whole(from * total + to.saturating_sub(from) * done.min(total), 100 * total);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::part;
+
+    #[test]
+    fn partial_progress_maps_onto_its_share_of_the_whole() {
+        let mut told = Vec::new();
+        let mut whole = |done: u64, total: u64| told.push(done * 100 / total);
+        let mut half = part(&mut whole, 40, 60);
+        [(0, 4), (1, 4), (4, 4), (5, 4), (0, 0)].into_iter().for_each(|(done, total)| half(done, total));
+        drop(half);
+        assert_eq!(told, [40, 45, 60, 60, 40]);
     }
 }

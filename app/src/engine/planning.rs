@@ -1,28 +1,30 @@
-//! Plans a job; unchanged operations come from the cache.
+//! Plans a job; unchanged operations come from the cache. Also carves the side that was made before, as seen
+//! on the underside.
 //!
 //! ```text
 //! board ─ placed for the job ─▶ scene ─┬─ operation 1   key known: from the cache
 //!                                      ├─ operation 2   else planned
 //!                                      └─ … ─▶ assemble ─▶ lower ─▶ program
+//!
+//!   side before ─ plan ─▶ cuts ─▶ stock as it was then ─ flipped ─▶ tiles of depths from below
 //! ```
 
 use super::cache::{Cache, Last};
-use super::copper::layers;
-use super::memory::refuse_too_large;
-use super::messages::{Laid, PlanReady, PlannedBit, ToPlan};
+use super::mesh::layers;
+use super::messages::{Laid, PlanReady, PlannedBit, ToPlan, ToUnderside, UnderTile};
 use crate::picture;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam;
 use annulus_core::cam::figures::figures;
 use annulus_core::cam::toolpaths::{self, DrillCycle, Means, PlacedBoard, PlannedOperation};
-use annulus_core::cam::work::{Operation, Work};
+use annulus_core::cam::work::{Flip, Operation, Work};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::geometry::Bounds;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::Program;
 use annulus_core::machine::Machine;
-use annulus_core::motion;
+use annulus_core::sim::{self, Stock};
 use annulus_core::units::Length;
 use annulus_core::wire::program;
+use annulus_core::{cam, motion, proof};
 use std::collections::BTreeSet;
 
 /// A planned side of a job.
@@ -162,4 +164,40 @@ fn bits(parts: &[PlannedOperation], board: &Board) -> Vec<PlannedBit> {
         bits.push(PlannedBit { diameter: task.bit.diameter, sizes: sizes.into_iter().collect(), holes });
     }
     bits
+}
+
+/// Refuses a board whose proof needs more memory than a worker may have, because the worker would crash.
+pub(super) fn refuse_too_large(board: &Board, programs: &[Program]) -> Result<(), Vec<Diagnostic>> {
+    proof::too_large(board, programs).map_or(Ok(()), |why| Err(vec![why]))
+}
+
+/// The cuts from below when the current side starts; empty for the first side.
+pub(super) fn underside(wanted: &ToUnderside, cache: &mut Cache) -> Result<Vec<UnderTile>, Vec<Diagnostic>> {
+    let work = &wanted.plan.work;
+    let scene = PlacedBoard::of(cache.board(wanted.plan.board_key)?, work);
+    let before = work.faces().into_iter().next().filter(|face| *face != work.setup.face);
+    let (Some(before), Some(turning)) = (before, scene.turning()) else { return Ok(Vec::new()) };
+    let mut plan: ToPlan = wanted.plan.clone();
+    plan.work.setup.face = before;
+    let side = side(&plan, cache, &mut |_, _| {})?;
+    let origin = side.program.origin;
+    let as_it_lay = |at: Point| {
+        let at = turning.point(Point::new(at.x + scene.origin.x, at.y + scene.origin.y));
+        Point::new(at.x - origin.x, at.y - origin.y)
+    };
+    let bounds = Bounds::of(as_it_lay(wanted.bounds.min)).with(as_it_lay(wanted.bounds.max));
+    let thickness = plan.machine.machine()?.process.board_thickness;
+    let uncut = Stock::new(bounds, thickness).map_err(|why| vec![why])?;
+    let mut stock = work.point_deg().into_iter().fold(uncut, Stock::with_points);
+    for cut in sim::cuts(&side.program) {
+        if let Some(bit) = side.program.bits.get(cut.bit as usize) {
+            stock.carve(&cut.way, bit, 0.0, 1.0);
+        }
+    }
+    let turned = stock.flipped(work.setup.flip == Flip::LeftRight, wanted.bounds.min);
+    let tiles = turned.tiles().filter_map(|tile| {
+        let first = tile.first.map(|cell| cell as u32);
+        Some(UnderTile { first, depths_um: tile.depths_um?.to_vec() })
+    });
+    Ok(tiles.collect())
 }

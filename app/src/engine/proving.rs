@@ -1,9 +1,8 @@
 //! Proves a planned side, and selects the problems that the user must read before an export.
 
 use super::cache::Cache;
-use super::memory::refuse_too_large;
 use super::messages::ToProve;
-use super::planning::Side;
+use super::planning::{Side, refuse_too_large};
 use annulus_core::board::Board;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;

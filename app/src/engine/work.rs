@@ -1,14 +1,12 @@
 //! Handles one request and returns its answer. Independent of the browser, so that it can be tested natively.
 
 use super::cache::Cache;
-use super::copper::layers;
-use super::mesh::mesh;
+use super::mesh::{layers, mesh};
 use super::messages::{Answer, BoardRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, Traced};
-use super::share::part;
-use super::{board_files, comparing, drawn_over, exporting, planning, proving, underside, writing};
+use super::{board_files, exporting, part, planning, proving, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, FileRead, Role, Side};
-use annulus_core::board::{BoardWanted, drawing, from_artwork_with};
+use annulus_core::board::{self, BoardWanted, drawing, from_artwork_with};
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::{Bounds, Point};
@@ -16,7 +14,7 @@ use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::project::{self, saved};
 use annulus_core::sim::summary;
 use annulus_core::wire::program;
-use annulus_core::{board, motion, steps};
+use annulus_core::{motion, steps};
 
 /// How many layers are painted in addition to the copper.
 const MOST_LAYERS: usize = 24;
@@ -49,7 +47,7 @@ pub fn perform(
         Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, cache, progress)))),
         Request::Trace(wanted) => Ok(Answer::Traced(trace(&wanted))),
         Request::WriteOver(wanted) => {
-            drawn_over::write(&wanted).map(|written| Answer::WrittenOver(Box::new(written))).map_err(one)
+            board_files::write(&wanted).map(|written| Answer::WrittenOver(Box::new(written))).map_err(one)
         }
         Request::Plan(wanted) => {
             planning::plan(&wanted, cache, progress).map(|planned| Answer::Planned(Box::new(planned)))
@@ -61,8 +59,8 @@ pub fn perform(
         Request::Lines(wanted) => exporting::lines(&wanted, cache, progress).map(Answer::Lines),
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted, progress).map(Answer::Timed),
-        Request::Compare(wanted) => Ok(Answer::Compared(Box::new(comparing::compare(&wanted)))),
-        Request::Underside(wanted) => underside::underside(&wanted, cache).map(Answer::Underside),
+        Request::Compare(wanted) => Ok(Answer::Compared(Box::new(board_files::compare(&wanted)))),
+        Request::Underside(wanted) => planning::underside(&wanted, cache).map(Answer::Underside),
     }
 }
 

@@ -5,16 +5,14 @@
 //! ```
 
 mod address;
-mod by_hand;
 mod latin;
 mod own;
 mod table;
 
 pub use address::{AddressPart, named};
-pub use by_hand::{HAND_KEYS, HandKey, HandKeyRow, by_hand};
 pub use latin::latin;
 pub use own::{OwnKeys, is_of_ones_own};
-pub use table::{COMMANDS, SHORTCUTS, Shortcut};
+pub use table::{COMMANDS, HAND_KEYS, HandKey, HandKeyRow, SHORTCUTS, Shortcut, by_hand};
 
 use crate::drawing::DrawKey;
 use crate::drawing::keys as draw;

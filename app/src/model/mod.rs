@@ -22,8 +22,6 @@ pub mod lab;
 pub mod level;
 pub mod lines;
 pub mod link;
-pub mod network;
-pub mod panels;
 pub mod planning;
 pub mod play;
 pub mod presses;
@@ -32,10 +30,8 @@ pub mod second_side;
 pub mod settings;
 pub mod start;
 pub mod template;
-mod theme;
-mod title;
 pub mod touch_off;
-mod underside;
+pub mod window;
 mod worker;
 
 #[cfg(test)]
@@ -43,6 +39,7 @@ mod tests;
 
 pub use asked::WorkerTask;
 pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
+pub use carved::Underside;
 pub use drawing::{Draw, DrawEvent};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
@@ -55,8 +52,6 @@ pub use lab::{Lab, LabEvent};
 pub use level::{LevelEvent, Leveling, PlannedMap};
 pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
-pub use network::Network;
-pub use panels::Panels;
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use presses::{PressEvent, Presses};
@@ -64,9 +59,8 @@ pub use second_side::{Eye, SecondSide, SecondSideEvent, SoughtHole};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
-pub use theme::Theme;
 pub use touch_off::{TouchOff, TouchOffEvent, TouchTarget, TouchedPart};
-pub use underside::Underside;
+pub use window::{Network, Panels, Theme};
 
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
@@ -321,7 +315,7 @@ const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 18] = [
     address::follow,
     // The list of lines shows the plan, and the underside the stock, of the playback above.
     lines::follow,
-    underside::follow,
+    carved::follow,
     // Aligns the planned job: before `start`, which shows the aligned one.
     second_side::follow,
     start::follow,

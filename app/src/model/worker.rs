@@ -2,9 +2,8 @@
 //!
 //! Unknown numbers belong to older requests and are dropped.
 
-use super::planning::OnTheWay;
-use super::{Effect, Model, drawing, export, files, keeping, lines, planning, second_side, start};
-use super::{template, underside};
+use super::planning::{self, OnTheWay};
+use super::{Effect, Model, carved, drawing, export, files, keeping, lines, second_side, start, template};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
 
@@ -34,7 +33,7 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
     } else if model.lines.waits_for(number) {
         lines::answered(model, answer)
     } else if model.underside.waits_for(number) {
-        underside::answered(model, answer)
+        carved::answered(model, answer)
     } else if model.keeping.waits_for(number) {
         keeping::packed(model, answer)
     } else if model.anew.waits_for(number) {

@@ -6,7 +6,7 @@
 
 use crate::i18n::{say, t};
 use crate::model::FrameEvent;
-use crate::model::panels::PANEL_PX;
+use crate::model::window::PANEL_PX;
 use crate::page::{read, send, watch};
 use leptos::ev::{self, KeyboardEvent, PointerEvent};
 use leptos::html::div;

@@ -6,9 +6,9 @@
 //!            └────────── up ─────▶ pressed
 //! ```
 
+use super::Touch;
 use super::handle::View;
-use super::held::{Held, PointerStroke, Pressed, tell};
-use super::touch::Touch;
+use super::stage::{Held, PointerStroke, Pressed, tell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{AddEventListenerOptions, HtmlCanvasElement, PointerEvent, WheelEvent};

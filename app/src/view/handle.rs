@@ -2,12 +2,11 @@
 
 use super::backend::{Backend, Painter};
 use super::camera::Camera;
-use super::held::{PointerStroke, Pressed, tell};
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
 use super::scene::{HoleState, Line, OrderProgress, Scene, UNORDERED};
-use super::stage::{Frames, Stage};
+use super::stage::{Frames, PointerStroke, Pressed, Stage, tell};
 use std::cell::RefCell;
 use std::rc::{Rc, Weak};
 use wasm_bindgen::prelude::*;

@@ -22,7 +22,6 @@ mod relief;
 mod scene;
 #[cfg(any(target_arch = "wasm32", test))]
 mod thinned;
-mod touch;
 
 #[cfg(target_arch = "wasm32")]
 mod backend;
@@ -37,13 +36,9 @@ mod gpu;
 #[cfg(target_arch = "wasm32")]
 mod handle;
 #[cfg(target_arch = "wasm32")]
-mod held;
-#[cfg(target_arch = "wasm32")]
 mod life;
 #[cfg(all(target_arch = "wasm32", not(test)))]
 mod remote;
-#[cfg(target_arch = "wasm32")]
-mod solid;
 #[cfg(target_arch = "wasm32")]
 mod space;
 #[cfg(target_arch = "wasm32")]
@@ -59,7 +54,6 @@ pub use relief::{Cutting, PATCH, Patch, Relief, ReliefField};
 pub use scene::{
     Disc, FilledLayer, HoleState, Line, Mesh, OrderProgress, Plate, Scene, SceneSlot, UNORDERED, Width,
 };
-pub use touch::Touch;
 
 #[cfg(target_arch = "wasm32")]
 pub use backend::{Backend, PainterChoice};
@@ -68,9 +62,20 @@ pub use device::Device;
 #[cfg(target_arch = "wasm32")]
 pub use handle::View;
 #[cfg(target_arch = "wasm32")]
-pub use held::{PointerStroke, Pressed};
-#[cfg(target_arch = "wasm32")]
-pub use stage::Frames;
+pub use stage::{Frames, PointerStroke, Pressed};
+
+/// Pointer events in drawing mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// Moves while up.
+    Hover,
+    Down,
+    /// Moves while down.
+    Move,
+    Up,
+    /// Cancelled: a second finger moves the picture, or the browser takes the pointer.
+    Cancel,
+}
 
 #[cfg(all(test, target_arch = "wasm32"))]
 mod browser_tests;

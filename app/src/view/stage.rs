@@ -1,17 +1,21 @@
-//! The state of a picture in the page, and painting one frame of it.
+//! The state of a picture in the page (pointers that are down, callbacks, the 3D view), and painting one
+//! frame of it.
 
-use super::backend::{Painter, PainterChoice};
+use super::Touch;
+use super::backend::{Backend, Painter, PainterChoice};
 use super::camera::Camera;
 use super::gpu::Look;
-use super::held::Gestures;
 use super::marks::Emphasis;
 use super::numbers::Painted;
+use super::orbit::Orbit;
 use super::palette::Palette;
 use super::pick::Picker;
+use super::relief::{Cutting, ReliefField};
 use super::scene::{HoleState, Line, OrderProgress, Scene};
-use super::solid::Solid;
+use std::cell::RefCell;
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
-use web_sys::{HtmlCanvasElement, HtmlElement, ResizeObserver};
+use web_sys::{HtmlCanvasElement, HtmlElement, PointerEvent, ResizeObserver, WheelEvent};
 
 /// Margin around a fitted board, CSS pixels.
 const FIT_MARGIN_PX: f64 = 36.0;
@@ -238,4 +242,101 @@ impl Drop for Stage {
 
 fn now_ms() -> f64 {
     web_sys::window().and_then(|window| window.performance()).map_or(0.0, |performance| performance.now())
+}
+
+/// The 3D view's state: field, camera, tool.
+#[derive(Default)]
+pub(super) struct Solid {
+    pub(super) field: Option<ReliefField>,
+    pub(super) orbit: Orbit,
+    pub(super) tool: Option<Cutting>,
+    /// The device supports a board of this size.
+    pub(super) fits: bool,
+    /// Shown instead of the 2D view.
+    pub(super) shown: bool,
+    /// Refit when the window changes, until the user moves the camera.
+    pub(super) fitted: bool,
+}
+
+impl Solid {
+    /// The 3D view, if it must be drawn.
+    pub(super) fn seen(&self) -> Option<(&ReliefField, &Orbit, Option<Cutting>)> {
+        let field = self.field.as_ref().filter(|_| self.shown && self.fits)?;
+        Some((field, &self.orbit, self.tool))
+    }
+
+    /// Fits the board into the window from the current direction, unless the user has moved the camera.
+    pub(super) fn fit(&mut self, viewport_px: [f64; 2]) {
+        let Some(field) = self.field.as_ref().filter(|_| self.fitted) else { return };
+        self.orbit.fit(field.relief.bounds_mm(), viewport_px);
+    }
+
+    /// For an attribute of the canvas: visibility, tilt and turn.
+    pub(super) fn describe(&self) -> String {
+        let orbit = &self.orbit;
+        match self.seen() {
+            Some(_) => format!("{:.0} {:.0} {:.1}", orbit.tilt_deg, orbit.turn_deg, orbit.across_mm),
+            None => String::new(),
+        }
+    }
+}
+
+/// A press on the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed {
+    /// Board position.
+    pub at_mm: [f64; 2],
+    pub disc: Option<usize>,
+    /// Shift, Ctrl or Command: add to the selection.
+    pub adding: bool,
+}
+
+/// A pointer event in drawing mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointerStroke {
+    pub touch: Touch,
+    /// Board position.
+    pub at_mm: [f64; 2],
+    pub shift: bool,
+    /// Ctrl or Command.
+    pub ctrl: bool,
+}
+
+/// A callback.
+type Act<T> = Option<Rc<RefCell<dyn FnMut(T)>>>;
+
+/// Pointers that are down, and the callbacks.
+#[derive(Default)]
+pub(super) struct Gestures {
+    pub(super) held: Vec<Held>,
+    pub(super) dragged: bool,
+    pub(super) on_press: Act<Pressed>,
+    pub(super) on_hover: Act<Option<([f64; 2], Option<usize>)>>,
+    pub(super) on_camera: Act<Camera>,
+    pub(super) on_stroke: Act<PointerStroke>,
+    pub(super) on_backend: Act<Backend>,
+    /// Drawing mode: the first button and a single finger draw instead of moving the picture.
+    pub(super) strokes: bool,
+    /// Space is held: the first button moves the picture even in drawing mode.
+    pub(super) space: bool,
+    /// The pointer that is drawing.
+    pub(super) stroke: Option<i32>,
+    pub(super) listeners: Vec<Closure<dyn FnMut(PointerEvent)>>,
+    pub(super) wheel: Option<Closure<dyn FnMut(WheelEvent)>>,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Held {
+    pub(super) id: i32,
+    pub(super) from_px: [f64; 2],
+    pub(super) at_px: [f64; 2],
+}
+
+/// Must be called while the view isn't borrowed, because `act` may call the view.
+pub(super) fn tell<T>(act: Act<T>, what: T) {
+    if let Some(act) = act
+        && let Ok(mut act) = act.try_borrow_mut()
+    {
+        act(what);
+    }
 }

@@ -6,8 +6,7 @@
 
 use super::companion::base;
 use super::layer_shape::{Shape, opening};
-use super::role::Ground;
-use super::rows::{Contradiction, Layers, OVERHANG, Row};
+use super::role::{Contradiction, Ground, Layers, OVERHANG, Row};
 use super::{Role, Side};
 use crate::diagnostic::Diagnostic;
 

@@ -34,7 +34,6 @@ mod orphans;
 mod read;
 mod registration;
 mod role;
-mod rows;
 mod set;
 mod text;
 mod through;

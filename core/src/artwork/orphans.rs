@@ -11,8 +11,7 @@
 use super::companion::base;
 use super::layer_shape::{SAME_SHARE, Shape, WIDER_MM};
 use super::names::is_end_of_path;
-use super::role::Ground;
-use super::rows::{Contradiction, Layers, Row};
+use super::role::{Contradiction, Ground, Layers, Row};
 use super::{Artwork, FileRead, Role, Side};
 use crate::diagnostic::{Diagnostic, Severity};
 

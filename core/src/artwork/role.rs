@@ -1,15 +1,17 @@
-//! Determines the role of one layer from its content and its name. A source that gives only role or side
-//! leaves the rest to the next one.
+//! Determines the role of one layer from its content and its name, and what is known about each layer until
+//! then. A source that gives only role or side leaves the rest to the next one.
 //!
 //! ```text
 //!   X2 file function ─▶ names inside the layer ─▶ aperture functions ─▶ CAD name tables ─▶ words in name
 //!     role ✓ side ·       role ✓ side ·            role ✓             role ✓ side ✓ ◀── side is from here
 //! ```
 
+use super::layer_shape::Shape;
 use super::layer_words::{Said, said};
 use super::names::{Meaning, meanings};
-use super::{Gerber, Role, Side};
+use super::{FileRead, Gerber, Role, Side};
 use crate::diagnostic::Diagnostic;
+use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// The source of a role, weakest first.
@@ -228,4 +230,55 @@ fn by_content(gerber: &Gerber) -> Option<(Role, &'static str)> {
     let functions: Vec<&str> = apertures.chain(tags).collect();
     let told = |(word, _): &&(&str, Role)| functions.iter().any(|function| function.starts_with(word));
     WORDS.iter().find(told).map(|&(word, role)| (role, word))
+}
+
+/// The layers of a set, in the order of its files; `None` for other files.
+pub(super) type Layers = [Option<FileRead>];
+
+/// Tolerance for copper outside its board's outline.
+pub(super) const OVERHANG: Length = Length::from_um(1_000);
+
+/// How a layer's drawing contradicts a name that means copper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Contradiction {
+    /// It has no tracks. Its role stays copper.
+    PadsAlone,
+    /// Its strokes and contours miss all holes. Its role stays copper.
+    MissesHoles,
+    /// It is a mask or paste. The name gives this side.
+    Opening(Option<Side>),
+    /// No hole is on it, and only its layer number means copper. The role becomes other.
+    Nothing,
+}
+
+/// A layer and what is known about it.
+pub(super) struct Row {
+    pub(super) index: usize,
+    pub(super) ground: Ground,
+    /// The side is only a guess.
+    pub(super) unsure: bool,
+    /// Two certain sources give different sides.
+    pub(super) is_disputed: bool,
+    /// A certain reason names another side than its number, counted from 1.
+    pub(super) is_numbered_otherwise: bool,
+    pub(super) number: Option<u32>,
+    /// Words of its board's name.
+    pub(super) stem: Vec<String>,
+    /// By their names, the drill files of its folder belong to one board.
+    pub(super) one_board: bool,
+    /// Measured only if needed.
+    pub(super) shape: Option<Shape>,
+    /// How its drawing contradicts a name that means copper.
+    pub(super) contradiction: Option<Contradiction>,
+    /// Lost the role of copper because of its drawing.
+    pub(super) is_drawn_otherwise: bool,
+}
+
+impl Row {
+    /// True if both can belong to one board: by their names, or because only words give their roles and the
+    /// folder has the drill files of one board.
+    pub(super) fn is_kin(&self, other: &Self) -> bool {
+        let weak = self.ground.min(other.ground) <= Ground::Words;
+        self.stem.iter().zip(&other.stem).all(|(a, b)| a == b) || self.one_board && weak
+    }
 }

@@ -7,15 +7,12 @@
 //! ```
 
 use super::companion::{base, folder};
-use super::content;
 use super::layer_shape::{Shape, has_links};
 use super::names::{Meaning, meanings};
-use super::orphans;
-use super::role::{Found, Ground, find};
-use super::rows::{OVERHANG, Row};
+use super::role::{Found, Ground, OVERHANG, Row, find};
 use super::text::holds;
 use super::words::stem_words;
-use super::{Evidence, FileRead, Gerber, Role, Side, Source, drill_format, gerber};
+use super::{Evidence, FileRead, Gerber, Role, Side, Source, content, drill_format, gerber, orphans};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use std::collections::{BTreeMap, BTreeSet};

@@ -3,8 +3,6 @@
 mod boards;
 pub mod changes;
 mod copper;
-#[cfg(test)]
-mod corner_tests;
 pub mod drawing;
 mod drill_layers;
 mod faces;

@@ -12,7 +12,6 @@ pub mod bench;
 pub mod briefing;
 pub mod carried;
 pub mod figures;
-mod limits;
 mod order;
 pub mod parameters;
 mod places;

@@ -1,13 +1,11 @@
 //! Session, control, lateness and trust in the position, as pure state machines: (state, event) → (state,
 //! actions).
 
-mod board_height;
 mod events;
 pub mod lateness;
 pub mod lease;
 mod session;
 
-pub use board_height::BoardHeight;
 pub use events::{Action, Event};
 pub use lateness::{Lateness, Timing};
 pub use session::{Session, is_same_press, step};
@@ -68,3 +66,35 @@ pub enum Ending {
 
 /// An alarm, as a diagnostic with a code of the locale tables.
 pub type Alarm = Diagnostic;
+
+/// The bit to which the zero of Z applies: no other may cut. The rule holds for machines that Annulus drives
+/// itself, and for controllers.
+///
+/// ```text
+///  Unknown ── zero of Z is set or probed ──▶ OfThisBit
+///                                               │ another tool is requested or inserted,
+///             OfAnotherBit ◀────────────────────┘ unless all tools are equally long
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BoardHeight {
+    /// Not set since the link opened, or rejected.
+    #[default]
+    Unknown,
+    /// A previous bit.
+    OfAnotherBit,
+    /// The bit in the spindle.
+    OfThisBit,
+}
+
+impl BoardHeight {
+    /// The height after a possible tool change. `alike`: all tools are equally long.
+    #[must_use]
+    pub fn with_another_tool(self, alike: bool) -> Self {
+        if self == Self::OfThisBit && !alike { Self::OfAnotherBit } else { self }
+    }
+
+    /// True if the tool in the spindle may cut.
+    pub fn may_cut(self) -> bool {
+        self == Self::OfThisBit
+    }
+}

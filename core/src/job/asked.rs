@@ -1,6 +1,14 @@
-//! Requirements of a job for holes, slots and the board's edge. The proof checks programs against them.
+//! Requirements of a job for holes, slots and the board's edge, and the copper that it promises to clear: all
+//! unwanted copper that a bit reaches. The proof checks programs against them.
+//!
+//! ```text
+//! ▓▓▓ copper ▓▓▓ ┆ margin ┆ (bit) ┆┄┄▶ up to the greatest distance of the bit's centre from the board
+//! ```
 
+use super::Bit;
+use crate::geometry::Point;
 use crate::units::Length;
+use serde::{Deserialize, Serialize};
 
 /// Requirements beyond the copper. For options, none means unspecified: the requirement holds if the programs
 /// start to meet it.
@@ -64,4 +72,39 @@ impl Asked {
             cut_out: None,
         }
     }
+}
+
+/// The narrowest cut of a clearing operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cleared {
+    /// Width at the surface.
+    pub surface: Length,
+    /// Width at the underside of the copper, above zero.
+    pub through: Length,
+    /// Distance from the copper, in addition to the bit.
+    pub margin: Length,
+    /// Greatest distance of the bit's centre outside the outline; without an outline, outside the copper.
+    pub beyond: Length,
+}
+
+impl Cleared {
+    /// The cut of `bit` at `depth`; none if it doesn't go through copper of this thickness.
+    pub fn by(bit: &Bit, depth: Length, copper: Length, (margin, beyond): (Length, Length)) -> Option<Self> {
+        let (surface, through) = (bit.width_at(depth), bit.width_at(depth - copper));
+        let goes = depth >= copper && through > Length::ZERO;
+        goes.then_some(Self { surface, through, margin, beyond })
+    }
+}
+
+/// Promises of a job for the copper of one side.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Promised {
+    /// The user's bits, for fixes.
+    pub owned: Vec<Bit>,
+    /// Gaps, by their two sides, that the user agreed to cut through the middle although the pass is too
+    /// wide.
+    pub agreed: Vec<(Point, Point)>,
+    pub cleared: Vec<Cleared>,
+    /// True if the nets must be separated; none if unspecified.
+    pub isolates: Option<bool>,
 }

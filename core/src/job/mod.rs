@@ -13,14 +13,12 @@ mod again;
 mod asked;
 pub mod bite;
 mod briefing;
-mod cleared;
 mod milled;
 mod tool;
 pub mod worn;
 
-pub use asked::{Asked, AskedEdge};
+pub use asked::{Asked, AskedEdge, Cleared, Promised};
 pub use briefing::{AlignmentPins, Briefing, SideBriefing, ToolBriefing, touched};
-pub use cleared::{Cleared, Promised};
 pub use milled::{deepest, milled_mm, travel_mm};
 
 use crate::geometry::Point;

@@ -14,9 +14,8 @@
 //! clear.
 
 use super::coordination::{SpindleRules, SpindleTimes, stroke};
-use super::limits::{line, mm_per_step, shape};
+use super::limits::{REST_TICKS, line, lines, mm_per_step, shape, start_tick};
 use super::profile::{self, Limits, Stroke, two_speeds};
-use super::straight::{REST_TICKS, lines, start_tick};
 use super::timeline::{AxisMove, Motion};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;

@@ -1,4 +1,5 @@
-//! Limits of a straight line: the limits of its axes, projected onto the line.
+//! Straight lines of the axes: limits of an axis projected onto the line, and the moves. Backlash is removed
+//! first, and the first pulse waits until the direction is set.
 //!
 //! ```text
 //!   y ^    . to        an axis has only its share of the path's speed:
@@ -8,10 +9,11 @@
 //! ```
 
 use super::automaton;
-use super::profile::{self, Limits, MotionLaw, Profile};
-use super::timeline::TableSteps;
+use super::profile::{self, Limits, MotionLaw, Profile, Stroke};
+use super::timeline::{AxisMove, Motion, TableSteps};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
+use crate::job::Stage;
 use crate::machine::{AXES, Axis, DriveKind, Law, Machine, Steps};
 use crate::units::TICK_HZ;
 
@@ -130,12 +132,7 @@ pub(super) fn line(
 
 /// Steps of a table-driven axis over `way` steps, at most at `speed_mm_per_s` and the axis's own speeds.
 /// Motor limits are not applied: the table decides.
-pub(super) fn steps(
-    machine: &Machine,
-    axis: usize,
-    way: i64,
-    speed_mm_per_s: f64,
-) -> Result<TableSteps, Diagnostic> {
+fn steps(machine: &Machine, axis: usize, way: i64, speed_mm_per_s: f64) -> Result<TableSteps, Diagnostic> {
     let down = axis >= 2 && way < 0;
     let own = machine.axis(axis);
     let down_speed = if down { machine.down.max_speed_mm_per_s } else { f64::INFINITY };
@@ -169,4 +166,66 @@ pub fn rapid_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
     shape
         .and_then(|shape| profile::plan(shape, length_mm, limits))
         .map_or(f64::INFINITY, |profile| profile.duration_s())
+}
+
+/// Rest at the end of every move, so that pulses with 1 µs tolerance never meet those of the next move.
+pub(super) const REST_TICKS: u64 = 20;
+
+/// Parts of a straight line of the motors: first the backlash of X and Y that reverse, then all axes
+/// together. Table-driven axes move separately.
+pub(super) fn lines(
+    machine: &Machine,
+    stage: Stage,
+    from: Steps,
+    to: Steps,
+    speed_mm_per_s: f64,
+    turned: [bool; AXES],
+) -> Result<Vec<AxisMove>, Diagnostic> {
+    if machine.drive == DriveKind::Table {
+        return (0..AXES)
+            .filter(|axis| from[*axis] != to[*axis])
+            .map(|axis| {
+                let mut alone = from;
+                alone[axis] = to[axis];
+                let motion = Motion::TableSteps(steps(machine, axis, to[axis] - from[axis], speed_mm_per_s)?);
+                Ok(AxisMove { stage, start_tick: 0, from, to: alone, motion })
+            })
+            .collect();
+    }
+    let mut taken = from;
+    for axis in 0..2 {
+        let way = to[axis] - from[axis];
+        if way != 0 && (way < 0) != turned[axis] {
+            taken[axis] += way.signum() * play_steps(machine, axis).min(way.abs());
+        }
+    }
+    let mut parts: Vec<AxisMove> = Vec::new();
+    for (from, to) in [(from, taken), (taken, to)] {
+        if from != to {
+            let start_s = parts.last().map_or(0.0, AxisMove::end_s);
+            let profile = line(machine, &from, &to, speed_mm_per_s)?;
+            let stroke = Stroke::One(profile);
+            let start_tick = start_tick(machine, start_s, &stroke, &from, &to);
+            parts.push(AxisMove { stage, start_tick, from, to, motion: Motion::Line(stroke) });
+        }
+    }
+    Ok(parts)
+}
+
+/// Earliest start tick of a line requested at `wanted_s`. Every axis must have its direction set up before
+/// its first step, and pulses must keep their least interval. The first step of an axis is after half a step
+/// of travel.
+pub(super) fn start_tick(machine: &Machine, wanted_s: f64, stroke: &Stroke, from: &Steps, to: &Steps) -> u64 {
+    let most = (0..AXES).map(|axis| (to[axis] - from[axis]).unsigned_abs()).max().unwrap_or(0);
+    let first_step_s = stroke.time_at(0.5 * stroke.length_mm() / most.max(1) as f64);
+    let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
+    let pulse_s = 1.0 / f64::from(machine.max_step_hz.max(1));
+    let needed_s = direction_s.max(pulse_s) + REST_TICKS as f64 / TICK_HZ as f64;
+    libm::ceil((wanted_s + (needed_s - first_step_s).max(0.0)) * TICK_HZ as f64) as u64
+}
+
+/// Backlash of `axis` in motor steps.
+pub(super) fn play_steps(machine: &Machine, axis: usize) -> i64 {
+    let axis = machine.axis(axis);
+    axis.scale.steps(axis.backlash)
 }

@@ -16,7 +16,6 @@ mod milling;
 pub mod one_by_one;
 pub mod path;
 pub mod profile;
-mod straight;
 mod timeline;
 mod writer;
 

@@ -10,10 +10,9 @@
 //! ```
 
 use super::drill_cycles::{Alike, DrillCycles, Hole, Low, alike, plain_hole};
-use super::limits::mm_per_step;
+use super::limits::{REST_TICKS, lines, mm_per_step, play_steps};
 use super::milling;
 use super::path::PlannedPath;
-use super::straight::{REST_TICKS, lines, play_steps};
 use super::timeline::{AxisMove, Move, Timeline};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;

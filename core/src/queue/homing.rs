@@ -5,7 +5,7 @@
 //!                                          └▶ Index ─gate▶ again ─┘
 //! ```
 
-use super::outcome::{Harm, QueueReport, guarded, late, missing};
+use super::work::{Harm, QueueReport, guarded, late, missing};
 use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
 use crate::machine::{Machine, Steps, axis_name, index_input};

@@ -13,9 +13,7 @@
 
 mod blocks;
 mod change;
-mod check;
 mod homing;
-mod outcome;
 mod rehearse;
 mod rules;
 mod run;
@@ -25,15 +23,13 @@ mod work;
 
 pub use blocks::{Queue, QueueCursor, QueueRow};
 pub use change::{at_change, change_place, from_change, to_change};
-pub use check::{CheckedQueue, check};
 pub use homing::{Homing, HomingNext};
-pub use outcome::{Harm, QueueReport, early, guarded, late, missing};
 pub use rehearse::{Rehearsal, Rig};
-pub use rules::{Standing, after};
+pub use rules::{CheckedQueue, Standing, after, check};
 pub use run::{Mode, QueueAction, QueueRun, Rest, RowResult, RowState};
 pub use text::{print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
-pub use work::{park, travel};
+pub use work::{Harm, QueueReport, early, guarded, late, missing, park, travel};
 
 /// Longest text of a queue, in bytes: it must fit into one wire frame.
 pub const LONGEST_TEXT: usize = 24_000;

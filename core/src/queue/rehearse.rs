@@ -7,10 +7,10 @@
 //!  └──── report ◀─────┘
 //! ```
 
-use super::outcome::QueueReport;
 use super::rules::Standing;
 use super::run::{Mode, QueueAction, QueueRun, Rest};
 use super::text::read;
+use super::work::QueueReport;
 use crate::diagnostic::Diagnostic;
 use crate::machine::{Machine, Steps};
 use crate::motion::cycles;

@@ -10,10 +10,9 @@
 
 use super::blocks::{Queue, QueueCursor};
 use super::homing::{Homing, HomingNext};
-use super::outcome::{Harm, QueueReport, failure};
 use super::rules::{Standing, after};
 use super::words::{INPUTS, STATES, WorkCommand};
-use super::work;
+use super::work::{self, Harm, QueueReport, failure};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::machine::Machine;

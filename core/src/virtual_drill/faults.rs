@@ -1,5 +1,5 @@
 //! Faults that can be injected into the virtual drill: one table for the command line, the manual and the
-//! tests.
+//! tests; and the shape of an uneven board.
 //!
 //! ```text
 //!  broken-bit        starts at its default hole
@@ -7,10 +7,11 @@
 //!  stuck-switch@0    starts at once
 //! ```
 
-use super::{Faults, UnevenBoard};
+use super::Faults;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::job::Input;
 use crate::steps::TICK_HZ;
+use std::f64::consts::PI;
 
 /// Highest number of holes before a fault.
 const MOST_HOLES: u32 = 1_000_000;
@@ -226,6 +227,37 @@ impl Faults {
         let any = !now.is_empty();
         now.into_iter().for_each(|(_, fault)| self.add(fault));
         any
+    }
+}
+
+/// Shape of a board that isn't flat: bowed, tilted, or with a step. All zeros is a flat board.
+///
+/// ```text
+///  bow    ╭──────╮     step  ────┐        tilt  ╱╱╱
+///       ──╯      ╰──             └────       ──╱
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UnevenBoard {
+    /// Height in the middle of every 100 mm, mm.
+    pub bow_mm: f64,
+    /// Slope along X and along Y, mm per mm.
+    pub tilt_slope: [f64; 2],
+    /// Extra height of the right part of the board, mm.
+    pub step_mm: f64,
+    /// Start of the right part along X, machine mm.
+    pub step_at_mm: f64,
+}
+
+impl UnevenBoard {
+    /// Shape in the exercise: bowed, with the right side so low that holes do not break through.
+    pub const BOWED: Self = Self { bow_mm: 0.15, tilt_slope: [-0.018, 0.001], step_mm: 0.0, step_at_mm: 0.0 };
+
+    /// Extra height at a position, mm.
+    pub fn raised_mm(&self, x_mm: f64, y_mm: f64) -> f64 {
+        let wave = |mm: f64| libm::sin(mm * PI / 100.0);
+        let bow = self.bow_mm * wave(x_mm) * wave(y_mm);
+        let step = if x_mm > self.step_at_mm { self.step_mm } else { 0.0 };
+        bow + self.tilt_slope[0] * x_mm + self.tilt_slope[1] * y_mm + step
     }
 }
 

@@ -20,19 +20,17 @@ mod bit;
 mod changer;
 pub mod faults;
 mod rotor;
-mod scatter;
 mod switches;
 mod tally;
-mod uneven;
 
 pub use bit::{Breakage, MountedBit, Tip};
+pub use faults::UnevenBoard;
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
-pub use uneven::UnevenBoard;
 
 use self::changer::{Changer, Happened, Head};
-use self::scatter::Scatter;
+use self::switches::Scatter;
 use crate::job::{self, Input};
 use crate::machine::{Axis, DriveKind, HomeEnd, Machine, StrokeEnd, index_input};
 use crate::magazine::{StockedTool, ToolStock};

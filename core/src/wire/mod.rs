@@ -17,24 +17,16 @@
 //! same rule.
 
 pub mod auth;
-mod check;
 mod frames;
 mod job;
-mod lab;
-mod level;
-mod magazine;
 pub mod program;
 mod status;
 
-pub use check::CheckModeReport;
 pub use frames::understand;
-pub use job::{ArmedJob, InterruptedJob, JobEnd, PreflightRow, RowVerdict};
-pub use lab::{Outputs, QueuePhase, QueueStatus};
-pub use level::HeightMapReport;
-pub use magazine::MagazineReport;
+pub use job::{ArmedJob, InterruptedJob, JobEnd, Outputs, PreflightRow, QueuePhase, QueueStatus, RowVerdict};
 pub use status::{
-    ChangeReport, Control, ControllerReport, DrilledReport, LengthKnown, MissingReport, OtherFirmware,
-    SlipReport, Status, ToolsReport,
+    ChangeReport, CheckModeReport, Control, ControllerReport, DrilledReport, HeightMapReport, LengthKnown,
+    MagazineReport, MissingReport, OtherFirmware, SlipReport, Status, ToolsReport,
 };
 
 use crate::control::Timing;

@@ -1,12 +1,16 @@
-//! Messages about the state of the machine, and what the virtual drill recorded about its board.
+//! Messages about the state of the machine, its magazine and height map, the check mode, and what the
+//! virtual drill recorded about its board.
 
 use crate::control::{Alarm, State, Trust};
 use crate::diagnostic::Diagnostic;
 use crate::grbl::{ResetOnOpen, SetterStep, ToolLengths};
 use crate::job::Input;
+use crate::level::ProbeGrid;
 use crate::machine::ToolWear;
+use crate::magazine::{ChangeStep, ToolStock};
 use crate::pins::{ShortTouches, SpindleState};
 use crate::steps::{Stage, Steps};
+use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
 /// Which page has control.
@@ -243,4 +247,52 @@ pub struct Status {
 
 fn full_override() -> u8 {
     100
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CheckModeReport {
+    /// SHA-256 of the program's bytes.
+    pub job: String,
+    /// Lines read.
+    pub done: u32,
+    /// Lines in total.
+    pub of: u32,
+    pub goes: bool,
+    /// Lines refused; `lines` holds only the first of them.
+    pub refused: u32,
+    /// The first refused lines, each with its location in the G-code of the job.
+    pub lines: Vec<Diagnostic>,
+    /// Why the check ended early.
+    pub why: Option<Diagnostic>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HeightMapReport {
+    /// Grid of the points; none without a height map.
+    pub grid: Option<ProbeGrid>,
+    /// Height of each point over the work zero; none if it isn't probed yet.
+    pub heights: Vec<Option<Length>>,
+    /// Key of the job ([`crate::level::key_of`]).
+    pub job: String,
+    /// Time of the measurement, seconds since 1970.
+    pub measured_s: u64,
+    /// A measurement is running.
+    pub goes: bool,
+    /// Next point to probe.
+    pub next: Option<u32>,
+    /// Touches done, and the number expected.
+    pub done: u32,
+    pub of: u32,
+    /// Why the map doesn't fit the current state of the machine.
+    pub refused: Option<Diagnostic>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MagazineReport {
+    pub stock: ToolStock,
+    /// A tool change is running; `stock` holds its step.
+    pub changes: bool,
+    /// Step with which a stopped change resumes. None if the user must check the tool first, or if no change
+    /// stopped.
+    pub goes_on_with: Option<ChangeStep>,
 }

@@ -5,7 +5,6 @@
 //! request ─▶ Effect::Send ─▶ bridge ─▶ LinkEvent::Heard ─▶ model    every 250 ms: ping, age, STOP confirmed?
 //! ```
 
-pub mod at_change;
 pub mod contacts;
 pub mod controller;
 pub mod drilled;

@@ -1,7 +1,11 @@
-//! The state of a stopped machine in words, and whether its main button starts or resumes a job.
+//! The state of a stopped machine in words, whether its main button starts or resumes a job, and what it
+//! reports during a manual tool change. Moves nothing and blocks nothing.
 
 use crate::said::key;
 use annulus_core::control::{State, Trust};
+use annulus_core::job::{Command, Program};
+use annulus_core::pins::SpindleState;
+use annulus_core::units::NM_PER_MM;
 use annulus_core::wire::{InterruptedJob, Status};
 
 /// Keys of the state's name and sentence for an idle machine: what is known, and what a job still needs.
@@ -43,4 +47,55 @@ pub fn pause_words(status: &Status, plans: bool) -> Option<&'static str> {
 /// True if the main button resumes `interrupted` instead of starting the job on screen, `planned`.
 pub fn resumes(interrupted: Option<&InterruptedJob>, planned: Option<&str>) -> bool {
     interrupted.is_some_and(|interrupted| planned.is_none_or(|planned| planned == interrupted.job))
+}
+
+/// A condition for a safe tool change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChangeCheck {
+    /// The spindle does not turn.
+    SpindleOff,
+    /// The tool tip is above the board, at the height of rapids or higher.
+    Up,
+    /// The tool tip is at the change height of our own drill, or higher.
+    AtHeight,
+    /// The tool head is at the change position of the program or of the drill.
+    AtPlace,
+}
+
+/// Tolerance of position and height, mm: one step of a coarse machine.
+const NEAR_MM: f64 = 0.05;
+
+/// During a manual tool change: what the machine reports about whether it is safe to reach for the spindle.
+/// The user must check as well.
+///
+/// The checks for `status` and whether each holds. `program` is the program that `status` refers to, if
+/// known. No `AtPlace` row if the program changes the tool at the current position.
+pub fn change_rows(status: &Status, program: Option<&Program>) -> Vec<(ChangeCheck, bool)> {
+    let turns = status.spindle_rpm > 0
+        || matches!(status.spindle, SpindleState::Off { rpm: 1.. } | SpindleState::Lost { .. })
+        || matches!(status.spindle, SpindleState::Reaching { .. } | SpindleState::AtSpeed { .. });
+    let mut rows = vec![(ChangeCheck::SpindleOff, !turns)];
+    if let Some(change) = &status.change {
+        rows.extend([(ChangeCheck::AtHeight, change.is_up), (ChangeCheck::AtPlace, change.is_at_place)]);
+        return rows;
+    }
+    let Some(program) = program else { return rows };
+    let safe_mm = program.safe_height.nm() as f64 / NM_PER_MM as f64;
+    rows.push((ChangeCheck::Up, status.work_mm[2] > safe_mm - NEAR_MM));
+    let leg = status.leg.and_then(|leg| program.legs.get(leg as usize));
+    if let Some(place_mm) = leg.and_then(|leg| place_mm(&leg.commands)) {
+        let is_there = (0..2).all(|axis| (status.work_mm[axis] - place_mm[axis]).abs() < NEAR_MM);
+        rows.push((ChangeCheck::AtPlace, is_there));
+    }
+    rows
+}
+
+/// Position that the program moves to before it waits for the tool, work coordinates in mm.
+fn place_mm(commands: &[Command]) -> Option<[f64; 2]> {
+    let awaited = commands.iter().position(|command| matches!(command, Command::AwaitBit { .. }))?;
+    let to = commands.get(..awaited)?.iter().rev().find_map(|command| match command {
+        Command::Rapid { to } => Some(*to),
+        _ => None,
+    })?;
+    Some([to.x, to.y].map(|at| at.nm() as f64 / NM_PER_MM as f64))
 }

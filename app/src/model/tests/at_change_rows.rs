@@ -1,7 +1,7 @@
 //! Checks during a tool change.
 
 use super::line;
-use crate::model::link::at_change::{ChangeCheck, change_rows};
+use crate::model::link::rest::{ChangeCheck, change_rows};
 use annulus_core::control::State;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};

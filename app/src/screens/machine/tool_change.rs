@@ -5,7 +5,7 @@ use super::banner::control;
 use super::words::wear_words;
 use super::{controller, magazine, words};
 use crate::i18n::{key, language, say, t, text};
-use crate::model::link::at_change::{ChangeCheck, change_rows};
+use crate::model::link::rest::{ChangeCheck, change_rows};
 use crate::model::{Job, Model};
 use crate::page::{link, read, shared, watch};
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_guarded, push_if};

@@ -1,20 +1,17 @@
 //! The import review: every file with its role and the reason; the number formats; what wasn't understood.
 
-mod boards;
-mod finding;
 mod format;
 mod preview;
 
-pub(crate) use finding::finding;
-
 use crate::engine::messages::FileRow;
-use crate::i18n::{key, say, t};
+use crate::i18n::{advice, key, message, say, t};
 use crate::model::{Document, FilesEvent, Unseen};
-use crate::page::{board, read, send, shared};
-use crate::widgets::{menu_word, push, push_if, tick};
+use crate::page::{board, read, send, shared, watch};
+use crate::widgets::{Icon, icon, menu_word, push, push_if, tick};
 use annulus_core::artwork::{FileKind, FileRead, Role, Side};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use leptos::ev;
-use leptos::html::{div, h2, header, input, p, select, span, table, tbody, td, th, thead, tr};
+use leptos::html::{div, h2, header, input, p, select, span, strong, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -80,7 +77,7 @@ fn files(document: &Arc<Document>) -> impl IntoView + use<> {
         (0..).zip(&document.reading.files).map(|(index, file)| line(document, index, file).into_any());
     let board = document.board_diagnostics().map(|diagnostic| finding(diagnostic.clone()).into_any());
     (
-        boards::boards(document),
+        preview::boards(document),
         table()
             .child((thead().child(tr().child(Vec::from(heads))), tbody().child(lines.collect::<Vec<_>>()))),
         alignment(document),
@@ -207,4 +204,38 @@ fn side_word(side: Side) -> String {
         Side::Bottom => say!("page.side.bottom"),
         Side::Inner => say!("page.side.inner"),
     }
+}
+
+fn look(severity: Severity) -> (&'static str, Icon, &'static str) {
+    match severity {
+        Severity::Note => ("notice tone-quiet", Icon::Check, key!("page.severity.note")),
+        Severity::Warning => ("notice tone-pause", Icon::Warning, key!("page.severity.warning")),
+        Severity::Error => ("notice tone-alarm", Icon::Alarm, key!("page.severity.error")),
+    }
+}
+
+/// One problem: severity, location, meaning, advice; an error has a checkbox to accept it.
+pub(crate) fn finding(diagnostic: Diagnostic) -> impl IntoView {
+    let (class, sign, word) = look(diagnostic.severity);
+    let place = diagnostic.place.clone().filter(|place| place.line > 0).map(|place| {
+        move || say!("page.review.place", file = place.file, line = place.line, column = place.column)
+    });
+    let (what, cure, code) = (diagnostic.clone(), diagnostic.clone(), diagnostic.code.clone());
+    let tick = (diagnostic.severity == Severity::Error).then(|| {
+        let (seen, flip) = (code.clone(), code);
+        tick(
+            move || watch(|m| &m.board.accepted).with(|accepted| accepted.contains(&seen)),
+            t!("page.review.accept"),
+            move |_| send(FilesEvent::FlipAccepted { code: flip.clone() }),
+        )
+    });
+    div().class(class).child((
+        icon(sign),
+        div().class("grow").child((
+            strong().child((move || crate::i18n::text(word, &[]), ": ", move || message(&what))),
+            p().child(move || advice(&cure)),
+            place.map(|place| p().class("quiet tabular").child(place)),
+            tick,
+        )),
+    ))
 }

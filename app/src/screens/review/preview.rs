@@ -1,13 +1,16 @@
-//! A thumbnail of a layer, next to its row.
+//! Thumbnails: of a layer, next to its row; of each board, in a menu if the files belong to several.
 
 use crate::engine::messages::FileRow;
+use crate::i18n::{say, t};
 use crate::layers::LayerKind;
-use crate::model::Document;
+use crate::model::{Document, FilesEvent};
+use crate::page::send;
 use crate::view::{Colour, Mesh, Palette};
 use annulus_core::artwork::Role;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
-use leptos::html::{self, canvas};
+use leptos::ev;
+use leptos::html::{self, button, canvas, div, h3, p, section, small, strong};
 use leptos::prelude::*;
 use std::sync::Arc;
 use wasm_bindgen::JsCast;
@@ -122,7 +125,7 @@ fn discs(holes: impl Iterator<Item = (Point, Length)>) -> Mesh {
 }
 
 /// Draws a mesh as a thumbnail.
-pub(super) fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
+fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
     let element = NodeRef::<html::Canvas>::new();
     element.on_load(move |element| draw(&element, &mesh, colour));
     let made = canvas().node_ref(element).attr("width", WIDTH).attr("height", HEIGHT);
@@ -155,4 +158,54 @@ fn draw(element: &HtmlCanvasElement, mesh: &Mesh, colour: Colour) {
     }
     context.set_fill_style_str(&colour.css());
     context.fill();
+}
+
+/// Maximum number of file names shown per board.
+const MOST_NAMES: usize = 4;
+
+/// The menu, if there are several boards. The files of the boards that aren't chosen are left out.
+pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
+    let boards = &document.reading.boards;
+    if boards.len() < 2 {
+        return None;
+    }
+    let chosen = document.said.board.clone();
+    let choices = boards.iter().zip(&document.boards).map(|(board, mesh)| {
+        let is_chosen = chosen.as_ref() == Some(&board.name);
+        let (name, count) = (board.name.clone(), board.files.len());
+        let rows = board.files.iter().take(MOST_NAMES);
+        let names: Vec<&str> = rows
+            .filter_map(|row| document.reading.files.get(*row as usize))
+            .map(|file| file.read.name.rsplit(['/', '\\']).next().unwrap_or(&file.read.name))
+            .collect();
+        let more = if count > names.len() { " …" } else { "" };
+        let names = format!("{}{more}", names.join(", "));
+        let picture = picture(mesh.clone(), LayerKind::CopperTop.colour(&Palette::DARK));
+        button()
+            .attr("type", "button")
+            .class("board-choice")
+            .attr("aria-pressed", if is_chosen { "true" } else { "false" })
+            .on(ev::click, move |_| send(FilesEvent::Board { name: name.clone() }))
+            .child((
+                picture,
+                div().child((
+                    strong().child(board.name.clone()),
+                    small().child(move || say!("page.review.board_files", count = count)),
+                    small().class("quiet").child(names),
+                )),
+            ))
+            .into_any()
+    });
+    let choices: Vec<AnyView> = choices.collect();
+    let count = choices.len();
+    Some(
+        section()
+            .attr("aria-label", t!("page.review.boards"))
+            .child((
+                h3().child(t!("page.review.several", count = count)),
+                p().class("quiet").child(t!("page.review.choose_board")),
+                div().class("boards").child(choices),
+            ))
+            .into_any(),
+    )
 }

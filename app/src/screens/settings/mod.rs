@@ -1,13 +1,10 @@
 //! Machine settings: every field of the machine's table; changes are collected, checked, and applied
 //! together.
 
-mod changer;
-mod clock;
+mod controller;
 mod field;
 mod keys;
 mod lengths;
-mod mill;
-mod opening;
 mod own;
 mod tools;
 
@@ -16,10 +13,11 @@ use crate::model::address::OWN_SECTIONS;
 use crate::model::{FrameEvent, SettingsEvent};
 use crate::page::{link, read, send, shared, watch};
 use crate::widgets::{push, push_if, tick};
+use annulus_core::control::lateness::EDGES_US;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, SECTIONS, Value, ValueKind};
 use leptos::ev;
-use leptos::html::{button, dd, div, dl, dt, h2, nav, p, section, span};
+use leptos::html::{button, dd, div, dl, dt, h2, h3, nav, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
 fn section_name(section: &str) -> &'static str {
@@ -88,7 +86,7 @@ pub(crate) fn settings() -> impl IntoView {
             move || (shown.get() == "machine" && plans()).then(of_controller),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
             move || own.get().is_none().then(|| div().class("setting-grid").child(fields())),
-            move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),
+            move || ["card", "parallel"].contains(&shown.get()).then(clock),
             diff(refused),
         )),
     )))
@@ -96,7 +94,7 @@ pub(crate) fn settings() -> impl IntoView {
 
 /// Settings of a controller that plans its own motion.
 fn of_controller() -> impl IntoView {
-    (mill::mill(), lengths::lengths(), changer::changer(), opening::opening())
+    (controller::mill(), lengths::lengths(), controller::changer(), controller::opening())
 }
 
 /// Whether character keys work as shortcuts without a modifier.
@@ -171,6 +169,34 @@ fn diff(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
                     push("button", t!("page.settings.discard"), |_| send(SettingsEvent::Discard)),
                     push_if("button primary", may, t!("page.settings.apply"), |_| send(SettingsEvent::Apply)),
                 ))
+        })
+    }
+}
+
+/// Timing quality of the bridge's clock on a real machine: text, and the histogram as a table. Nothing for a
+/// virtual drill or without a bridge.
+fn clock() -> impl IntoView {
+    let timing = shared(|m| &m.link.timing);
+    move || {
+        timing.get().map(|timing| {
+            let sentence = |found| p().child(move || message(&found));
+            let sentences: Vec<_> = timing.diagnostics().into_iter().map(sentence).collect();
+            let last = timing.lateness.bars.iter().rposition(|count| *count > 0).unwrap_or(0);
+            let row = |(index, count): (usize, &u32)| {
+                let edge = EDGES_US.get(index).copied();
+                let late = move || match edge {
+                    Some(us) => say!("page.settings.clock_edge", us = us),
+                    None => say!("page.settings.clock_later"),
+                };
+                tr().child((th().attr("scope", "row").child(late), td().child(count.to_string())))
+            };
+            let rows: Vec<_> = timing.lateness.bars.iter().take(last + 1).enumerate().map(row).collect();
+            let head = tr().child((
+                th().attr("scope", "col").child(t!("page.settings.clock_late")),
+                th().attr("scope", "col").child(t!("page.settings.clock_beats")),
+            ));
+            let bars = table().child((thead().child(head), tbody().child(rows)));
+            (h3().child(t!("page.settings.clock")), sentences, bars)
         })
     }
 }

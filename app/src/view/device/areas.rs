@@ -8,8 +8,8 @@
 //!   body ─▶ its share │ openings ─▶ 0 │ body ─▶ its colour by that alpha │ both ─▶ 1
 //! ```
 
-use super::buffers::{fill, vertex_buffer};
 use super::pipelines::{Make, OVER, Paint};
+use super::{fill, vertex_buffer};
 use std::collections::BTreeMap;
 
 /// RGBA, one byte each.

@@ -1,9 +1,9 @@
 //! The static part of the 2D view: ground, board body and layers, drawn into a separate picture.
 
 use super::areas::{Corners, Cover, Layers};
-use super::buffers::{fill, vertex_buffer};
 use super::off_screen::{Fit, Laying, OffScreen};
 use super::pipelines::{Make, OVER};
+use super::{fill, vertex_buffer};
 
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 

@@ -7,7 +7,6 @@
 //!                                                              └ setup   tools, codes
 //! ```
 
-mod arcs;
 mod block;
 pub(super) mod hints;
 mod moves;

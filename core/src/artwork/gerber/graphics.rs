@@ -1,9 +1,8 @@
 //! The graphics state: action, interpolation, aperture, its transform, and the image's placement.
 
 use super::Reader;
-use super::image::Image;
 use super::object::{Object, ObjectShape};
-use super::transform::{Held, Transform};
+use super::transform::{Held, Image, Transform};
 use super::words::{At, Block, fields, number, plain};
 use crate::artwork::number::Decimal;
 use crate::diagnostic::Severity;

@@ -12,7 +12,6 @@
 
 mod body;
 mod change;
-mod clip;
 mod edit;
 mod figures;
 mod files;
@@ -35,8 +34,7 @@ pub use body::Body;
 pub use change::{
     TrackEnd, grouped, hole, moved, node, pad, placed, put, regrouped, removed, renamed, track, ungrouped,
 };
-pub use clip::pasted;
-pub use edit::{Edit, whole_turn};
+pub use edit::{Edit, pasted, whole_turn};
 pub use figures::{DrawingFigures, Smallest, WINDOW};
 pub use files::{files, stem};
 pub use find::{Catch, Finder, Snap, whole};

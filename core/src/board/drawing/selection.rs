@@ -8,7 +8,7 @@
 
 use super::body::shifted;
 use super::change::{self, emptied, entries_of, into_a_group, into_the_group, taken_out};
-use super::{Body, Catch, Drawing, Edit, Entry, Finder, Id, Imported, Thing, clip};
+use super::{Body, Catch, Drawing, Edit, Entry, Finder, Id, Imported, Thing, edit};
 use crate::geometry::{Bounds, Placement, Point};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
@@ -231,7 +231,7 @@ impl<'a> Selection<'a> {
                     return edit;
                 }
                 let by = Point::new(step.x * i64::from(column), step.y * i64::from(row));
-                let (pasted, _) = clip::pasted_from(next, &copied, by);
+                let (pasted, _) = edit::pasted_from(next, &copied, by);
                 next = Id(next.0.saturating_add(pasted.changes.len() as u32));
                 edit = edit.then(pasted);
             }
@@ -241,8 +241,8 @@ impl<'a> Selection<'a> {
 
     /// The selection as a drawing, with its nodes and groups. File objects become copies.
     pub fn copied(&self) -> Drawing {
-        let mut copy = clip::copied(self.drawing, &self.ids);
-        let objects = self.entries().into_iter().filter_map(|(_, entry)| clip::copy_of(entry.thing));
+        let mut copy = edit::copied(self.drawing, &self.ids);
+        let objects = self.entries().into_iter().filter_map(|(_, entry)| edit::copy_of(entry.thing));
         let fresh = (copy.next_id().0..).map(Id);
         let changes = fresh.zip(objects).map(|(id, thing)| (id, Some(Entry { thing, group: None })));
         let edit = Edit { name: None, changes: changes.collect() };

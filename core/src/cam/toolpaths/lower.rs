@@ -9,7 +9,7 @@
 //! The order of legs is the order of parts, tasks, drill cycles and toolpaths. Picture, simulation and output
 //! all use this program. Between passes, a closed toolpath stays down and an open one is cut back and forth.
 
-use super::super::limits;
+use super::super::suits;
 use super::super::usual::Speeds;
 use super::super::work::Work;
 use super::cut::{self, Piece};
@@ -40,7 +40,7 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
     for part in &planned.parts {
         let Some(operation) = work.operations.get(part.operation as usize) else { continue };
         for task in &part.tasks {
-            let speeds = &limits::with_bit(operation, &task.bit, machine);
+            let speeds = &suits::with_bit(operation, &task.bit, machine);
             writer.take(&task.bit, speeds);
             for stroke in &task.drill_cycles {
                 let hole = stroke.hole.unwrap_or_else(|| {

@@ -41,7 +41,7 @@ pub use lower::lower_work;
 pub use scene::PlacedBoard;
 
 use super::work::{Operation, OperationKind, Work};
-use super::{PlanOptions, PlanningProgress, limits};
+use super::{PlanOptions, PlanningProgress, suits};
 use crate::board::Board;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Path, Point};
@@ -259,9 +259,9 @@ pub fn plan_operation(
 /// Adds the operation's name and the notes about its speeds to the diagnostics.
 fn with_speeds(part: &mut PlannedOperation, work: &Work, machine: &Machine) {
     let Some(operation) = work.operations.get(part.operation as usize) else { return };
-    let mut found = limits::bounded(operation, machine);
+    let mut found = suits::bounded(operation, machine);
     for task in &part.tasks {
-        let real = limits::with_bit(operation, &task.bit, machine);
+        let real = suits::with_bit(operation, &task.bit, machine);
         found.extend(bite::judged(&task.bit, real.plunge_mm_per_s, real.spindle_rpm));
     }
     let title = operation.title();

@@ -17,21 +17,18 @@
 //! phases; patent on PCB drilling control, its power law reconstructed there).
 
 pub mod bounds;
-mod choose;
 mod inverse;
 mod ramp;
 mod span;
 mod stop;
 mod stroke;
-mod vibration;
 
-pub use choose::{Choice, choose};
+pub use bounds::{Choice, choose, residual_mm};
 pub use inverse::Inverse;
 pub use ramp::Ramp;
 pub use span::Span;
 pub use stop::{point_of_no_return_s, stopping_mm};
 pub use stroke::{Stroke, TwoSpeeds, two_speeds};
-pub use vibration::residual_mm;
 
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};

@@ -6,11 +6,9 @@
 //! its errors                               │ the steps
 //! ```
 
-use super::steps;
-use super::table::{Shown, shown};
+use super::{Shown, shown, steps};
 use crate::i18n::{advice, message, say, t};
-use crate::lab::motion::StateRow;
-use crate::lab::motion::{self, Column};
+use crate::lab::motion::{self, Column, StateRow};
 use crate::model::LabEvent;
 use crate::page::{lab, send};
 use crate::readout::short;

@@ -1,6 +1,6 @@
 //! A move with the dynamics table: its speed over time, the limit above which steps are lost, and its steps.
 
-use super::table::{Shown, axes};
+use super::{Shown, axes};
 use crate::i18n::{say, t};
 use crate::lab::motion::{self, Numbered};
 use crate::page::{read, shared};

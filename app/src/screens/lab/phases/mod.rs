@@ -11,17 +11,16 @@ mod dial;
 mod grid;
 mod tools;
 mod trial;
-mod verdict;
-mod waves;
 
 use super::apply;
-use crate::i18n::t;
+use crate::i18n::{advice, message, t};
 use crate::lab::phases::TableEdit;
 use crate::page::{lab, peek, read, shared};
-use annulus_core::diagnostic::Severity;
+use crate::widgets::{Icon, icon};
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::phases::{Commutator, check};
 use annulus_core::machine::{Machine, PhaseTable};
-use leptos::html::{div, section};
+use leptos::html::{div, h3, li, p, section, span, strong, ul};
 use leptos::prelude::*;
 
 /// The edited table and the current step.
@@ -80,13 +79,33 @@ pub(super) fn phases() -> impl IntoView {
             section()
                 .class("block phases-table")
                 .attr("aria-label", t!("page.lab.phases.title"))
-                .child((div().class("phases-scroll").child((grid::grid(table), waves::waves(table))),)),
-            div().class("phases-side").child((
-                dial::dial(table),
-                verdict::verdict(findings),
-                trial::trial(table),
-            )),
+                .child((div().class("phases-scroll").child((grid::grid(table), grid::waves(table))),)),
+            div().class("phases-side").child((dial::dial(table), verdict(findings), trial::trial(table))),
         )),
         apply::apply(move || sound.get()),
     ))
+}
+
+/// The errors of the table, as sentences.
+fn verdict(findings: Memo<Vec<Diagnostic>>) -> impl IntoView {
+    let count = move || findings.with(Vec::len);
+    section().class("block findings").attr("aria-label", t!("page.lab.phases.findings")).child((
+        h3().child(t!("page.lab.phases.findings")),
+        p().class("row").attr("role", "status").child(move || {
+            if count() == 0 {
+                (icon(Icon::Check).into_any(), span().child(t!("page.lab.phases.sound")).into_any())
+            } else {
+                let many = t!("page.lab.phases.wrong", count = count());
+                (icon(Icon::Warning).into_any(), span().child(many).into_any())
+            }
+        }),
+        ul().child(move || {
+            findings.get().into_iter().map(|finding| line(finding).into_any()).collect::<Vec<_>>()
+        }),
+    ))
+}
+
+fn line(finding: Diagnostic) -> impl IntoView {
+    let cure = finding.clone();
+    li().child((strong().child(move || message(&finding)), p().class("quiet").child(move || advice(&cure))))
 }

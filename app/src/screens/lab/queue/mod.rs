@@ -7,7 +7,6 @@
 //! ```
 
 mod grid;
-mod text;
 mod tools;
 mod verdict;
 
@@ -15,15 +14,15 @@ use crate::i18n::{key, t};
 use crate::keys::QueueKey;
 use crate::lab::LabPanel;
 use crate::lab::queue::{QueueEdit, to_text};
-use crate::model::LabEvent;
-use crate::model::LinkEvent;
 use crate::model::link::Notice;
+use crate::model::{LabEvent, LinkEvent};
 use crate::page::{lab, link, peek, read, send, shared, watch};
 use crate::said::Text;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue::{CheckedQueue, Mode, RowResult};
 use annulus_core::wire::{Ask, QueuePhase};
-use leptos::html::{div, p};
+use leptos::ev;
+use leptos::html::{div, p, pre, textarea};
 use leptos::prelude::*;
 
 fn edit(field: Option<&str>, edit: &QueueEdit) {
@@ -106,7 +105,7 @@ pub(super) fn queue() -> impl IntoView {
         tools::tools(),
         div()
             .class("queue-body")
-            .child(move || if as_text.get() { text::text().into_any() } else { rows().into_any() }),
+            .child(move || if as_text.get() { text().into_any() } else { rows().into_any() }),
         verdict::verdict(),
     ))
 }
@@ -125,4 +124,32 @@ pub(crate) fn key(pressed: QueueKey) {
         QueueKey::Step => run(Mode::Step),
         QueueKey::Run => run(Mode::ToBreakpoint),
     }
+}
+
+/// The queue as text with line numbers. While the user types, the text isn't reformatted.
+fn text() -> impl IntoView {
+    let typing = RwSignal::new(None::<String>);
+    let shown = move || typing.get().unwrap_or_else(|| lab::lines().with(|lines| to_text(lines)));
+    let numbers = move || {
+        let count = shown().lines().count().max(1);
+        (1..=count).map(|line| format!("{line}\n")).collect::<String>()
+    };
+    div().class("queue-text").child((
+        pre().attr("aria-hidden", "true").class("tabular").child(numbers),
+        textarea()
+            .attr("aria-label", t!("page.lab.queue.text"))
+            .attr("spellcheck", "false")
+            .attr("rows", move || (shown().lines().count() + 2).max(16).to_string())
+            .prop("readOnly", lab::locked)
+            .prop("value", shown)
+            .on(ev::input, move |event| {
+                let text = event_target_value(&event);
+                typing.set(Some(text.clone()));
+                edit(Some("queue.text"), &QueueEdit::Text(text));
+            })
+            .on(ev::blur, move |_| {
+                typing.set(None);
+                send(LabEvent::Rest);
+            }),
+    ))
 }

@@ -524,7 +524,7 @@ fn drill_uses_feed_and_speed_of_the_tool_list() {
     );
     // No faster than the machine.
     let operation = Operation::usual("drill", Face::Top).unwrap();
-    let bounded = crate::cam::limits::with_bit(&operation, &machine.rack[3].bit(), &machine);
+    let bounded = crate::cam::suits::with_bit(&operation, &machine.rack[3].bit(), &machine);
     assert_eq!((bounded.plunge_mm_per_s, bounded.spindle_rpm), (50.0, 60_000));
 }
 
