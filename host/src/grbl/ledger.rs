@@ -28,6 +28,11 @@ struct Half {
     wear: Vec<ToolWear>,
 }
 
+/// The first contents of [`File::Done`], for progress and wear that are known from elsewhere.
+pub fn first_entry(entry: AttendedJob, wear: Vec<ToolWear>) -> Vec<u8> {
+    sealed(&Half { number: 1, entry, wear, ..Half::default() })
+}
+
 pub(super) struct Ledger<F> {
     files: F,
     last: Half,
