@@ -6,6 +6,7 @@ mod attended;
 use self::attended::{Zero, resume_line, typed_line, typed_lines};
 use super::{Answer, Exit, Refusal, counted, grbl, job};
 use crate::drill::{Drill, RECORD};
+use crate::hosted::Hosted;
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, State};

@@ -1,19 +1,24 @@
-//! A controller at a serial port: the shared session code of `host/src/grbl`, with a thread that
-//! owns the port.
+//! A controller at a serial port: the shared code of `host/src/grbl`, with a thread that owns the port. Pages
+//! drive a station through the server, the command line drives the engine.
 //!
 //! ```text
+//!  pages ─ asks ──▶ hosted (a thread) ─ bytes ──▶ port
 //!  cli ── asks ──▶ owner (a thread) ── bytes ──▶ port
 //!      ◀─ news ──          │
 //!                        ledger: completed sections, durable before they are reported
 //! ```
 
 mod clock;
+mod files;
+mod hosted;
 pub(crate) mod ledger;
 pub(crate) mod maps;
 mod owner;
 mod speed;
 
 pub(crate) use crate::serial::list;
+pub(crate) use files::DiskFiles;
+pub(crate) use hosted::{GrblHost, Site};
 pub(crate) use owner::Owner;
 
 use crate::serial::{self, Port};

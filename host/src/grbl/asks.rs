@@ -10,7 +10,7 @@ use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{self as grbl, EngineEvent, EnginePhase, OverrideOf, settings};
-use annulus_core::machine::{self, MILL_KEY, ParkAt, Value, is_in_file_only};
+use annulus_core::machine::{self, MILL_KEY, Machine, ParkAt, Value, is_in_file_only};
 use annulus_core::wire::{ArmedJob, Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
@@ -354,14 +354,8 @@ impl<F: Files> Station<F> {
             return Err(why);
         }
         let changed = machine::apply(&self.machine, &set).map_err(refused)?;
-        if changed.has_magazine() {
-            return refusal("grbl.no_magazine");
-        }
-        if changed.foot.on {
-            return refusal("grbl.no_foot");
-        }
-        if [&changed.x, &changed.y, &changed.z].into_iter().any(|axis| axis.index) {
-            return refusal("grbl.no_index");
+        if let Some(why) = unfit(&changed) {
+            return Err(why);
         }
         let mut kept = self.ledger.settings();
         kept.retain(|(key, _)| changes.iter().all(|(changed, _)| changed != key));
@@ -374,6 +368,17 @@ impl<F: Files> Station<F> {
         }
         Ok(())
     }
+}
+
+/// Why no controller drives `machine`, if it needs what only Annulus itself can do.
+pub fn unfit(machine: &Machine) -> Option<Diagnostic> {
+    let indexes = [&machine.x, &machine.y, &machine.z].into_iter().any(|axis| axis.index);
+    let rows = [
+        (machine.has_magazine(), "grbl.no_magazine"),
+        (machine.foot.on, "grbl.no_foot"),
+        (indexes, "grbl.no_index"),
+    ];
+    rows.into_iter().find(|(is_so, _)| *is_so).map(|(_, code)| Diagnostic::error(code))
 }
 
 /// Returns `true` if `name` names a known mill or is empty, meaning none of them.

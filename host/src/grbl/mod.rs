@@ -27,6 +27,7 @@ mod surface;
 mod tests;
 mod tools;
 
+pub use asks::unfit;
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use expected::unlike_mill;
 pub use given::JobGiven;

@@ -184,11 +184,20 @@ impl<F: Files> Station<F> {
         Ok(station)
     }
 
-    /// Takes over from the station `before`, whose port was lost: its alarm until the user acknowledges it,
-    /// and the uploaded programs.
+    /// Takes over from the station `before`, whose port was lost. Its alarm stays until the user
+    /// acknowledges it. The user may have changed the ledger meanwhile.
     pub fn succeed(&mut self, before: Self) {
         self.alarm = self.alarm.take().or(before.alarm);
         self.programs.follow(before.programs);
+        (self.ledger, self.offer, self.surface.map) = (before.ledger, before.offer, before.surface.map);
+        self.describe();
+        let greeting = self.greeting();
+        self.tells.extend(greeting);
+    }
+
+    /// The pending alarm.
+    pub fn alarm(&self) -> Option<&Diagnostic> {
+        self.alarm.as_ref()
     }
 
     pub(super) fn tell(&mut self, tell: Tell) {

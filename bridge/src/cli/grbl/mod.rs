@@ -13,15 +13,15 @@ pub(super) mod program;
 use super::{Answer, Exit, Refusal};
 use crate::adapter::is_adapter;
 use crate::grbl::ledger::Ledger;
-use crate::grbl::{self, Owner};
+use crate::grbl::{self, DiskFiles, GrblHost, Owner, Site};
 use crate::machine_file;
 use crate::serial::{Listed, Port};
 use annulus_core::align::BoardFit;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::locale;
-use annulus_core::machine::{self, Output};
-use annulus_host::grbl::{AttendedJob, Told};
+use annulus_core::machine::{self, Machine, Output};
+use annulus_host::grbl::{AttendedJob, Named, Told, unfit};
 use how::{How, Sold, sold_mill};
 use operator::Operator;
 use program::Programs;
@@ -93,16 +93,43 @@ impl From<MayReset> for ResetOnOpen {
 impl PortArgs {
     /// Opens the port. Returns it with its baud rate.
     fn open(&self) -> Result<(Port, u32), Refusal> {
-        let silent = |bits_per_s: u32| {
-            super::say(format_args!("No controller answers at {bits_per_s} baud."));
-        };
         let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
         let port = self.port.as_ref().ok_or_else(|| no_port(None))?;
-        if is_adapter_at(port, &grbl::list()) {
-            return Err(Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port)));
-        }
+        no_adapter_at(port)?;
         grbl::open(port, self.baud, reset, silent).map_err(Refusal::surroundings)
     }
+}
+
+fn silent(bits_per_s: u32) {
+    super::say(format_args!("No controller answers at {bits_per_s} baud."));
+}
+
+/// Refuses a port with a USB step adapter.
+fn no_adapter_at(port: &str) -> Result<(), Refusal> {
+    let is_adapter = is_adapter_at(port, &grbl::list());
+    let why = || Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port));
+    if is_adapter { Err(why()) } else { Ok(()) }
+}
+
+/// Opens the controller at `port`, for the pages of the server. `name` is that of its machine, if given.
+pub(super) fn serve(
+    port: &str,
+    baud: Option<u32>,
+    name: Option<&str>,
+    speed: f64,
+) -> Result<GrblHost, Refusal> {
+    no_adapter_at(port)?;
+    let named = name.map(|name| {
+        let machine = machine_file::named(name)?.machine;
+        has_controller(&machine, (name, name == "virtual"), Some(port))?;
+        match unfit(&machine) {
+            Some(why) => Err(Refusal::usage(why)),
+            None => Ok(Named { machine, mill: machine::mill(machine::preset_name(name)) }),
+        }
+    });
+    let files = DiskFiles::in_folder(&machine_file::data_folder());
+    let site = Site { port: port.to_owned(), baud, files, named: named.transpose()?, speed };
+    GrblHost::open(site, silent)
 }
 
 /// Returns `true` if the port `name`, or the target of that link, is a USB step adapter.
@@ -113,13 +140,21 @@ fn is_adapter_at(name: &str, ports: &[Listed]) -> bool {
 
 /// Refuses a machine that no GRBL controller drives.
 pub(super) fn no_controller(on: &super::MachineArgs, port: Option<&str>) -> Result<(), Refusal> {
-    let code = match machine_file::named(on.name())?.machine.output {
+    has_controller(&machine_file::named(on.name())?.machine, (on.name(), on.is_virtual()), port)
+}
+
+fn has_controller(
+    machine: &Machine,
+    (name, is_virtual): (&str, bool),
+    port: Option<&str>,
+) -> Result<(), Refusal> {
+    let code = match machine.output {
         Output::Adapter => "run.port_of_adapter",
         Output::Card | Output::Parallel => "run.port_of_output",
-        Output::Virtual if on.is_virtual() => "run.port_of_virtual",
+        Output::Virtual if is_virtual => "run.port_of_virtual",
         Output::Virtual => return Ok(()),
     };
-    let why = Diagnostic::error(code).with("machine", on.name());
+    let why = Diagnostic::error(code).with("machine", name);
     Err(Refusal::usage(why.with("port", port.unwrap_or("PORT"))))
 }
 
