@@ -4,7 +4,7 @@ use super::browser;
 use super::{Answer, Exit, Refusal};
 use crate::drill::Drill;
 use crate::hosted::Hosted;
-use crate::machine_file;
+use crate::machine_file::{self, Known};
 use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
 use crate::signals::Signals;
@@ -48,12 +48,13 @@ pub(crate) struct ServeArgs {
 
 pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     super::log::begin();
+    let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
     let mut claim =
         Claim::take(&runtime::folder())?.map_err(|note| already_running(note.map(|note| note.port)))?;
     let (port, listeners) = listen(args.port.unwrap_or(DEFAULT_PORT))?;
     let folder = machine_file::data_folder();
     runtime::make_folder(&folder)?;
-    let (machine, timing) = open(args)?;
+    let (machine, timing) = open(args, known)?;
     if let Some(timing) = &timing {
         for found in timing.diagnostics() {
             tracing::info!("{} {}", found.message("en"), found.advice("en"));
@@ -86,18 +87,19 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
 
 /// Opens the machine: the controller at a serial port, or the drill of this computer. Also returns the
 /// timing quality of this computer, if it times the steps.
-fn open(args: &ServeArgs) -> Result<(Arc<dyn Hosted>, Option<Timing>), Refusal> {
+fn open(args: &ServeArgs, known: Known) -> Result<(Arc<dyn Hosted>, Option<Timing>), Refusal> {
     let speed = args.speed.unwrap_or(1.0);
     if let Some(port) = &args.serial_port {
-        let host = super::grbl::serve(port, args.baud, args.machine.as_deref(), speed)?;
-        return Ok((Arc::new(host), None));
+        let named = args.machine.as_deref().map(|name| (name, known.machine));
+        let host: Arc<dyn Hosted> = Arc::new(super::grbl::serve((port, args.baud), named, speed)?);
+        return Ok((host, None));
     }
-    let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
     let drill = Drill::open_with(&machine_file::data_folder(), known.machine, speed, faults)?;
     drill.keep_settings_in(known.path);
     let timing = drill.timing().cloned();
-    Ok((Arc::new(drill), timing))
+    let drill: Arc<dyn Hosted> = Arc::new(drill);
+    Ok((drill, timing))
 }
 
 /// Prints the one line that scripts and users wait for. A closed pipe is ignored.

@@ -111,25 +111,24 @@ fn no_adapter_at(port: &str) -> Result<(), Refusal> {
     if is_adapter { Err(why()) } else { Ok(()) }
 }
 
-/// Opens the controller at `port`, for the pages of the server. `name` is that of its machine, if given.
+/// Opens the controller at a port with this baud rate, for the pages of the server. `named` is the machine
+/// that the user named.
 pub(super) fn serve(
-    port: &str,
-    baud: Option<u32>,
-    name: Option<&str>,
+    (port, baud): (&str, Option<u32>),
+    named: Option<(&str, Machine)>,
     speed: f64,
 ) -> Result<GrblHost, Refusal> {
     no_adapter_at(port)?;
-    let named = name.map(|name| {
-        let machine = machine_file::named(name)?.machine;
-        has_controller(&machine, (name, name == "virtual"), Some(port))?;
-        match unfit(&machine) {
-            Some(why) => Err(Refusal::usage(why)),
-            None => Ok(Named { machine, mill: machine::mill(machine::preset_name(name)) }),
+    if let Some((name, machine)) = &named {
+        has_controller(machine, (*name, *name == "virtual"), Some(port))?;
+        if let Some(why) = unfit(machine) {
+            return Err(Refusal::usage(why));
         }
-    });
+    }
+    let mill = |name| machine::mill(machine::preset_name(name));
+    let named = named.map(|(name, machine)| Named { machine, mill: mill(name) });
     let files = DiskFiles::in_folder(&machine_file::data_folder());
-    let site = Site { port: port.to_owned(), baud, files, named: named.transpose()?, speed };
-    GrblHost::open(site, silent)
+    GrblHost::open(Site { port: port.to_owned(), baud, files, named, speed }, silent)
 }
 
 /// Returns `true` if the port `name`, or the target of that link, is a USB step adapter.
