@@ -1,16 +1,28 @@
-//! The files of a controller's station, in a folder that only this user reads.
+//! The files of a controller on disk, in a folder that only this user reads: progress, tool wear, job,
+//! settings, and the height map of the board on the machine.
 
-use super::ledger::Ledger;
-use super::maps::Maps;
 use crate::{machine_file, own};
-use annulus_host::grbl::first_entry;
-use annulus_host::journal::sealed;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::level::HeightMap;
+use annulus_core::machine::ToolWear;
+use annulus_host::grbl::{AttendedJob, first_entry};
+use annulus_host::journal::{sealed, unsealed};
 use annulus_host::{File, Files};
+use serde::Deserialize;
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// A folder of files.
+/// Progress and tool wear as earlier versions saved them.
+#[derive(Deserialize)]
+struct Earlier {
+    #[serde(flatten)]
+    entry: AttendedJob,
+    #[serde(default)]
+    wear: Vec<ToolWear>,
+}
+
+/// The files below a data folder.
 #[derive(Clone, Debug)]
 pub(crate) struct DiskFiles {
     data: PathBuf,
@@ -22,20 +34,41 @@ impl DiskFiles {
         Self { data: data.to_owned() }
     }
 
-    fn path(&self, file: File) -> PathBuf {
+    pub(crate) fn path(&self, file: File) -> PathBuf {
         self.data.join("grbl").join(file.name())
     }
 
-    /// What `annulus grbl` saved, for a station that has saved nothing yet.
+    /// The height map of the board. Fails if there is none or it is damaged.
+    pub(crate) fn map(&mut self) -> Result<HeightMap, Diagnostic> {
+        let none = || Diagnostic::error("level.none_kept");
+        let bytes = self.read(File::HeightMap).ok().filter(|bytes| !bytes.is_empty()).ok_or_else(none)?;
+        let damaged = || Diagnostic::error("level.damaged");
+        let map: Option<HeightMap> = unsealed(&bytes).map_err(|_| damaged())?;
+        let map = map.ok_or_else(none)?;
+        if map.is_whole() { Ok(map) } else { Err(damaged()) }
+    }
+
+    /// Saves the height map; durable when it returns.
+    pub(crate) fn keep_map(&mut self, map: &HeightMap) -> Result<(), Diagnostic> {
+        self.write(File::HeightMap, &sealed(&Some(map))).map_err(|reason| {
+            let why = Diagnostic::error("level.not_kept").with("file", self.path(File::HeightMap).display());
+            why.with("reason", reason)
+        })
+    }
+
+    /// What an earlier version saved in another file.
     fn earlier(&self, file: File) -> Vec<u8> {
+        let read = |name: &str| fs::read(self.data.join(name)).unwrap_or_default();
         match file {
             File::Done(true) if !self.path(File::Done(false)).exists() => {
-                let ledger = Ledger::in_folder(&self.data);
-                first_entry(ledger.interrupted().unwrap_or_default(), ledger.wear())
+                let before: Option<Earlier> = serde_json::from_slice(&read("controller.json")).ok();
+                before.map(|before| first_entry(before.entry, before.wear)).unwrap_or_default()
             }
             File::HeightMap => {
-                let map = Maps::in_folder(&self.data).kept();
-                map.map(|map| sealed(&Some(map))).unwrap_or_default()
+                let bytes = read("height-map.json");
+                let map: Result<HeightMap, _> = serde_json::from_slice(&bytes);
+                // Damaged bytes are passed on, so that the damage is reported.
+                map.map(|map| sealed(&Some(map))).unwrap_or(bytes)
             }
             _ => Vec::new(),
         }
@@ -67,10 +100,11 @@ impl Files for DiskFiles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::machine::{RackTool, ToolWear};
-    use annulus_host::grbl::AttendedJob;
-    use annulus_host::journal::unsealed;
-    use serde_json::Value;
+    use crate::grbl::Ledger;
+    use annulus_core::geometry::{Bounds, Point};
+    use annulus_core::level::ProbeGrid;
+    use annulus_core::machine::RackTool;
+    use annulus_core::units::Length;
 
     #[test]
     fn files_are_read_back_and_unwritten_ones_are_empty() {
@@ -84,18 +118,75 @@ mod tests {
     }
 
     #[test]
-    fn progress_of_the_command_line_is_taken_over_once() {
+    fn ledger_is_read_back_and_ended_jobs_are_not_offered() {
         let folder = tempfile::tempdir().unwrap();
-        let mut files = DiskFiles::in_folder(folder.path());
+        let open = || Ledger::open(DiskFiles::in_folder(folder.path())).unwrap();
+        assert_eq!(open().interrupted(), None);
+        let entry = AttendedJob {
+            key: "k".to_owned(),
+            done: 3,
+            zero_mm: Some([1.0, -2.5, 0.0]),
+            ..AttendedJob::default()
+        };
         let tool = RackTool::read("T3 drill 0.8").unwrap();
         let wear = ToolWear { hits: 17, ..ToolWear::new("mine", &tool) };
+        open().save(&entry, vec![wear.clone()]).unwrap();
+        assert_eq!((open().interrupted(), open().wear(), open().sent()), (Some(&entry), &[wear][..], None));
+        open().keep_wear(ToolWear::new("mine", &tool)).unwrap();
+        assert_eq!((open().interrupted(), open().wear()[0].hits), (Some(&entry), 0));
+        open().save(&AttendedJob { ended: true, ..entry.clone() }, Vec::new()).unwrap();
+        assert_eq!(open().interrupted(), None);
+        // The other half holds if one is damaged.
+        fs::write(folder.path().join("grbl/controller-1"), b"half a file").unwrap();
+        assert_eq!(open().interrupted(), Some(&entry));
+    }
+
+    #[test]
+    fn progress_of_an_earlier_version_is_taken_over_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = || Ledger::open(DiskFiles::in_folder(folder.path())).unwrap();
         let entry = AttendedJob { key: "k".to_owned(), done: 3, ..AttendedJob::default() };
-        Ledger::in_folder(folder.path()).write(&entry, &[wear]).unwrap();
-        let first: Value = unsealed(&files.read(File::Done(true)).unwrap()).unwrap();
-        assert_eq!((&first["entry"]["done"], &first["wear"][0]["hits"]), (&3.into(), &17.into()), "{first}");
-        // A page cannot resume it, because there is no program.
-        assert_eq!(first["job"], "");
-        files.write(File::Done(false), b"later").unwrap();
-        assert_eq!(files.read(File::Done(true)), Ok(Vec::new()));
+        let write = |bytes: &[u8]| fs::write(folder.path().join("controller.json"), bytes).unwrap();
+        write(b"{ half a file");
+        assert_eq!(open().interrupted(), None);
+        // From before tool wear was counted.
+        write(&serde_json::to_vec(&entry).unwrap());
+        assert_eq!((open().interrupted(), open().wear()), (Some(&entry), &[][..]));
+        let wear = ToolWear { hits: 17, ..ToolWear::new("mine", &RackTool::read("T3 drill 0.8").unwrap()) };
+        let mut both = serde_json::to_value(&entry).unwrap();
+        both["wear"] = serde_json::json!([wear]);
+        write(both.to_string().as_bytes());
+        assert_eq!((open().interrupted(), open().wear()), (Some(&entry), &[wear.clone()][..]));
+        let next = AttendedJob { done: 4, ..entry };
+        open().save(&next, vec![wear]).unwrap();
+        assert_eq!(open().interrupted(), Some(&next));
+    }
+
+    #[test]
+    fn height_map_is_read_back_and_a_damaged_one_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut files = DiskFiles::in_folder(folder.path());
+        assert_eq!(files.map().unwrap_err().code, "level.none_kept");
+        let bounds = Bounds { min: Point::default(), max: Point::from_mm(20.0, 10.0) };
+        let grid = ProbeGrid::over(bounds, Length::from_mm(10.0), Length::from_mm(1.0)).unwrap();
+        let map = HeightMap {
+            grid,
+            heights: vec![Length::from_um(3); grid.count()],
+            job: "j".to_owned(),
+            zero: [Length::ZERO; 2],
+            homed: true,
+            measured_s: 1,
+        };
+        let old = folder.path().join("height-map.json");
+        fs::write(&old, b"{ half a file").unwrap();
+        assert_eq!(files.map().unwrap_err().code, "level.damaged");
+        fs::write(&old, serde_json::to_vec(&map).unwrap()).unwrap();
+        assert_eq!(files.map().unwrap(), map);
+        let later = HeightMap { measured_s: 2, ..map };
+        files.keep_map(&later).unwrap();
+        assert_eq!(files.map().unwrap(), later);
+        let bytes = files.read(File::HeightMap).unwrap();
+        files.write(File::HeightMap, &bytes[..bytes.len() / 2]).unwrap();
+        assert_eq!(files.map().unwrap_err().code, "level.damaged");
     }
 }

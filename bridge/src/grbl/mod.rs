@@ -11,8 +11,6 @@
 mod clock;
 mod files;
 mod hosted;
-pub(crate) mod ledger;
-pub(crate) mod maps;
 mod owner;
 mod speed;
 
@@ -24,6 +22,9 @@ pub(crate) use owner::Owner;
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{BITS_PER_S, ResetOnOpen};
+
+/// Progress, tool wear and the last job of the controller, on disk.
+pub(crate) type Ledger = annulus_host::grbl::Ledger<DiskFiles>;
 
 /// Opens the port `name` at `bits_per_s`, or finds the speed at which the controller responds, and returns
 /// it. `silent` is called for every speed without a response. `reset` decides whether opening may reset the

@@ -28,6 +28,8 @@ mod level;
 mod mill;
 mod other;
 mod park;
+#[path = "../progress.rs"]
+mod progress;
 mod sender;
 mod served;
 mod setter;

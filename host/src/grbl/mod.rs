@@ -33,7 +33,7 @@ pub use expected::unlike_mill;
 pub use given::JobGiven;
 pub use host::{HELD_AFTER, Host, HostNews};
 pub use job_tools::{JobTools, SectionWear};
-pub use ledger::first_entry;
+pub use ledger::{Ledger, first_entry};
 pub use lengths::reset_on_open;
 pub use order::{Draft, Written};
 pub use page::PageStation;

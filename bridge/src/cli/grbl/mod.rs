@@ -12,8 +12,7 @@ pub(super) mod program;
 
 use super::{Answer, Exit, Refusal};
 use crate::adapter::is_adapter;
-use crate::grbl::ledger::Ledger;
-use crate::grbl::{self, DiskFiles, GrblHost, Owner, Site};
+use crate::grbl::{self, DiskFiles, GrblHost, Ledger, Owner, Site};
 use crate::machine_file;
 use crate::serial::{Listed, Port};
 use annulus_core::align::BoardFit;
@@ -127,8 +126,7 @@ pub(super) fn serve(
     }
     let mill = |name| machine::mill(machine::preset_name(name));
     let named = named.map(|(name, machine)| Named { machine, mill: mill(name) });
-    let files = DiskFiles::in_folder(&machine_file::data_folder());
-    GrblHost::open(Site { port: port.to_owned(), baud, files, named, speed }, silent)
+    GrblHost::open(Site { port: port.to_owned(), baud, files: files(), named, speed }, silent)
 }
 
 /// Returns `true` if the port `name`, or the target of that link, is a USB step adapter.
@@ -299,14 +297,19 @@ pub(super) fn ports() -> Answer {
     Answer { object: json!({ "ports": rows }), text, exit: Exit::Done }
 }
 
+/// The files of the controller.
+fn files() -> DiskFiles {
+    DiskFiles::in_folder(&machine_file::data_folder())
+}
+
 /// The ledger of jobs at controllers.
-pub(super) fn ledger() -> Ledger {
-    Ledger::in_folder(&machine_file::data_folder())
+pub(super) fn ledger() -> Result<Ledger, Refusal> {
+    Ledger::open(files()).map_err(Refusal::surroundings)
 }
 
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let (port, bits_per_s) = args.open()?;
-    let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), 1.0);
+    let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), 1.0);
     let mut said = Diagnostic::error("grbl.no_answer");
     let since = Instant::now();
     let info = loop {
@@ -356,7 +359,7 @@ fn text_of(info: &Info) -> String {
 pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let board = &args.board;
     no_controller(&board.job.on, board.how.port.port.as_deref())?;
-    let ledger = ledger();
+    let ledger = ledger()?;
     let programs = aligned(program::read(&board.job, &board.more, &ledger)?, &board.how)?;
     let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
     if let Some(entry) = begun.filter(|_| !args.from_start) {
@@ -371,8 +374,8 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let how = board.how();
     let (files, given) = (programs.files.clone(), how.given());
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
-    let tools = programs.tools(&ledger);
-    let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
+    let tools = programs.tools(ledger.wear());
+    let mut operator = Operator::new(&how, ledger, (entry, tools), json)?;
     operator.tells(how.unattended().into_iter().collect());
     let level = args.height_map().map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
@@ -387,19 +390,19 @@ impl BoardArgs {
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
-    let ledger = ledger();
+    let ledger = ledger()?;
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
-    let before = ledger.interrupted().ok_or_else(none)?;
+    let before = ledger.interrupted().cloned().ok_or_else(none)?;
     let how = args.how.on(args.machine.map(|sold| sold.0));
     let (how, told) = if args.anew { (how, Vec::new()) } else { how.as_before(&before) };
     let entry = AttendedJob { given: how.given(), ..before };
-    let programs = aligned(program::read_again(&entry.files)?, &how)?;
+    let programs = aligned(program::read_again(&program::files_of(&ledger, &files()))?, &how)?;
     if programs.routine.key != entry.key {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
     }
-    let tools = programs.tools(&ledger);
-    let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
+    let tools = programs.tools(ledger.wear());
+    let mut operator = Operator::new(&how, ledger, (entry.clone(), tools), json)?;
     operator.tells(told);
     operator.tells(how.unattended().into_iter().collect());
     operator.run(&programs, Some(&entry), &args.accept, None)
