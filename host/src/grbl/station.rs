@@ -4,6 +4,7 @@
 //! Job progress is durable before it is reported.
 
 use super::attended::{Attended, AttendedJob, Due, Told};
+use super::given::JobGiven;
 use super::host::{HELD_AFTER, Host, HostNews};
 use super::ledger::{Bringing, Ledger};
 use super::lengths;
@@ -378,7 +379,9 @@ impl<F: Files> Station<F> {
             return None;
         }
         let wear = self.wear_now();
-        let failed = self.ledger.write(self.bringing.take(), entry, wear).err();
+        // Files and options are those of an earlier job of the command line.
+        let entry = AttendedJob { files: Vec::new(), given: JobGiven::default(), ..entry.clone() };
+        let failed = self.ledger.write(self.bringing.take(), &entry, wear).err();
         self.tell_tools();
         if failed.is_some() {
             self.written.push(b'!');

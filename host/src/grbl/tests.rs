@@ -8,6 +8,7 @@ mod automaton;
 
 mod changer;
 mod checked;
+mod draft;
 mod height;
 mod host;
 mod level;
