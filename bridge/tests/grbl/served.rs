@@ -4,9 +4,9 @@
 use super::bench::{START, ZERO};
 use super::firmware::{Board, Instrument, SPEED, STEPS, instrument, settings};
 use super::judge::{self, Wanted};
-use super::mill::{bottoms, drills, ends, holes, home, offer, serve, set_zero, start, until_status, upload};
+use super::mill::{drills, ends, holes, home, offer, serve, set_zero, start, until_status, upload};
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::job::Program;
+use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::wire::{Ask, JobEnd, Tell};
 use tempfile::TempDir;
 
@@ -15,6 +15,20 @@ const TOLERANCE: i64 = 10;
 
 fn machine(instrument: &Instrument) -> Board {
     Board::new(instrument, &settings(true), START, &[])
+}
+
+/// The bottom of each hole, work coordinates, mm.
+fn bottoms(program: &Program) -> Vec<[f64; 3]> {
+    let legs = program.legs.iter().enumerate().filter(|(_, leg)| matches!(leg.mark, Mark::Hole(_)));
+    let bottom = |(index, leg): (usize, &Leg)| {
+        let place = program.start_of_leg(index + 1);
+        let depth = leg.commands.iter().find_map(|command| match command {
+            Command::Plunge { to, .. } => Some(to.mm()),
+            _ => None,
+        });
+        [place.x.mm(), place.y.mm(), depth.unwrap()]
+    };
+    legs.map(bottom).collect()
 }
 
 /// Turns the machine off, and compares its holes with the program.

@@ -141,7 +141,7 @@ fn unsuitable_serial_ports_are_refused_before_the_page_is_served() {
         (&["--serial-port", port, "--machine", "nowhere"], 3, "machine.no_such"),
     ];
     for (words, exit, code) in rows {
-        let all = [&["serve", "--port", "0", "--no-open", "--json"], words].concat();
+        let all = [&["serve", "--port", "0", "--no-open", "--json"][..], words].concat();
         let (found, object, said) = output(&home, &all);
         assert_eq!((found, &object["error"]["code"]), (exit, &code.into()), "{words:?} {object} {said}");
     }

@@ -2,9 +2,11 @@
 
 use super::client::{Page, Running, annulus};
 use annulus_core::control::{State, Trust};
-use annulus_core::job::{Command, Mark, Program};
+use annulus_core::job::Program;
 use annulus_core::machine::hobby_3018;
 use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
+use std::thread::sleep;
+use std::time::Duration;
 use tempfile::TempDir;
 
 // Shared with the tests of `host`.
@@ -14,20 +16,6 @@ mod planned;
 /// `count` holes of one diameter.
 pub(crate) fn holes(count: usize) -> Program {
     planned::holes(&hobby_3018(), count, 4, |_| 800)
-}
-
-/// The bottom of each hole, work coordinates, mm.
-pub(crate) fn bottoms(program: &Program) -> Vec<[f64; 3]> {
-    let legs = program.legs.iter().enumerate().filter(|(_, leg)| matches!(leg.mark, Mark::Hole(_)));
-    let bottom = |(index, leg): (usize, &annulus_core::job::Leg)| {
-        let place = program.start_of_leg(index + 1);
-        let depth = leg.commands.iter().find_map(|command| match command {
-            Command::Plunge { to, .. } => Some(to.mm()),
-            _ => None,
-        });
-        [place.x.mm(), place.y.mm(), depth.unwrap()]
-    };
-    legs.map(bottom).collect()
 }
 
 /// Serves the controller at `port`.
@@ -80,9 +68,12 @@ pub(crate) fn set_zero(page: &mut Page, zero: [f64; 3]) {
     }
     let near = |mm: f64| mm.abs() < 0.01;
     page.ask(&Ask::SetZero);
-    until_status(page, |status| status.zero_mm.is_some() && status.work_mm[..2].iter().all(|mm| near(*mm)));
+    until_status(page, |status| status.work_mm[..2].iter().all(|mm| near(*mm)));
+    // The engine asks the controller once more.
+    sleep(Duration::from_millis(500));
     page.ask(&Ask::SetHeight);
     until_status(page, |status| near(status.work_mm[2]));
+    sleep(Duration::from_millis(500));
 }
 
 /// Uploads a program. Returns its key.
