@@ -43,9 +43,10 @@ pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) ->
     }
 }
 
-/// Takes control and homes.
+/// Takes control, which the page may have already, and homes.
 pub(crate) fn home(page: &mut Page) -> Status {
-    assert!(page.take_control(false));
+    page.ask(&Ask::ReleaseControl);
+    assert!(page.take_control(true));
     page.ask(&Ask::AcknowledgeAlarm);
     page.ask(&Ask::Home);
     until_status(page, |status| status.state == State::Ready && status.trust == Trust::Trusted)
