@@ -101,6 +101,8 @@ fn pulled_cable_is_opened_again_and_the_job_resumes() {
     // The user reads the alarm and plugs the cable in again.
     board.plug(true);
     page.until(|tell| matches!(tell, Tell::Controller(_)));
+    let back = until_status(&mut page, |status| status.alarm.is_some());
+    assert!(back.lift_first_mm.is_some(), "the tool may be in the board: {back:?}");
     let next_leg = offer(&mut page).next_leg;
     home(&mut page);
     start(&mut page, &job, next_leg);

@@ -188,6 +188,7 @@ impl<F: Files> Station<F> {
     /// Takes over from the station `before`, whose port was lost. Its alarm stays until the user
     /// acknowledges it. The user may have changed the ledger meanwhile.
     pub fn succeed(&mut self, before: Self) {
+        self.attended.succeed(&before.attended);
         self.alarm = self.alarm.take().or(before.alarm);
         self.programs.follow(before.programs);
         (self.ledger, self.offer, self.surface.map) = (before.ledger, before.offer, before.surface.map);
@@ -220,6 +221,9 @@ impl<F: Files> Station<F> {
     pub fn unplugged(&mut self) {
         self.by_itself(EngineEvent::Closed);
         self.over = true;
+        if !self.in_page && self.alarm.is_none() {
+            self.alarm = Some(Diagnostic::error("grbl.cable_pulled"));
+        }
     }
 
     /// In a page no status follows after the end: reports a pending alarm now.
