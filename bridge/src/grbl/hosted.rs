@@ -294,6 +294,10 @@ impl Work {
     }
 
     fn take(&mut self, input: Input) {
+        // STOP also reaches a controller that has not identified itself yet.
+        if let (Input::Message(Message::Stop), Some(next)) = (&input, &mut self.next) {
+            next.station.take(Message::Stop);
+        }
         let station = &mut self.machine.station;
         let may = |ticket: Option<Ticket>| ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
         match input {
