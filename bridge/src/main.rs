@@ -6,6 +6,7 @@ mod cli;
 mod drill;
 mod executor;
 mod grbl;
+mod hosted;
 mod journal;
 mod lab;
 mod machine_file;

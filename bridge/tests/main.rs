@@ -12,6 +12,8 @@ mod lab;
 mod magazine;
 mod one_planner;
 mod programs;
+#[cfg(target_os = "linux")]
+mod progress;
 mod provoked;
 #[cfg(target_os = "linux")]
 mod pty;

@@ -1,6 +1,7 @@
 //! Tests of a command that is suspended during a job, or moved to the background: after a while it must
 //! neither continue unasked nor freeze. And of what it prints if the controller hangs.
 
+use super::progress::progress;
 use super::pty::Board;
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
@@ -103,8 +104,7 @@ impl Desk {
 
     /// How many holes are there, as it is written down.
     fn holes(&self) -> u64 {
-        let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
-        serde_json::from_slice::<Value>(&text).unwrap_or_default()["holes"].as_u64().unwrap_or_default()
+        progress(&self.path().join("home"))["holes"].as_u64().unwrap_or_default()
     }
 
     /// Waits until so many holes are there.

@@ -37,6 +37,14 @@ impl Programs {
         Ok(())
     }
 
+    /// Takes over the programs of `before`, as older ones.
+    pub(crate) fn follow(&mut self, before: Self) {
+        for (key, bytes) in std::mem::replace(&mut self.0, before.0) {
+            self.0.retain(|(other, _)| *other != key);
+            self.0.push((key, bytes));
+        }
+    }
+
     /// The program saved under `key`.
     pub(crate) fn bytes(&self, key: &str) -> Option<&[u8]> {
         self.0.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())

@@ -101,6 +101,7 @@ export async function startBoard(tools, speed, surface) {
   const { child, ended } = await launch("--speed", String(speed), ...(surface ? ["--probe-z", surface] : []));
   const reports = () => (existsSync(at("report")) ? readFileSync(at("report"), "utf8").split("\n").filter(Boolean) : []);
   return {
+    path: at("port"),
     port: () => openPort(at("port")),
     plugged: () => existsSync(at("port")),
     /** Pulls the cable, or plugs it in again. */

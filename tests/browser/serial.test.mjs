@@ -6,7 +6,7 @@ import { after, before } from "node:test";
 import { firmware, renumbered, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
 import { mayStart, openBrowser, openPage, PATIENCE_MS, picture, pictures, planned, preflight, press, serveFiles, startBridge, tab, test, until } from "./harness.mjs";
-import { HOLES, SPEED, begin, connect, digits, drillFile, goOn, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
+import { HOLES, SPEED, begin, connect, digits, drillFile, goOn, home, isZero, moveTo, opened, ready, shown, touchOff } from "./mill.mjs";
 
 /** Two tool sizes with six holes each. */
 const DRILL = drillFile({ 0.8: HOLES.slice(0, 6), "1.0": HOLES.slice(6) });
@@ -96,6 +96,49 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
   } finally {
     await context.close();
     server.stop();
+    board.kill();
+  }
+});
+
+test("a page without Web Serial drives the mill of the bridge, and the job continues while it is away", async (t) => {
+  if (!tools) return t.skip("no GRBL");
+  const board = await startBoard(tools, SPEED);
+  const server = await startBridge({ speed: SPEED, args: ["--serial-port", board.path] });
+  const { page, context, problems } = await openPage(browser, "about:blank");
+  try {
+    await context.addInitScript(() => Object.defineProperty(navigator, "serial", { value: undefined }));
+    await page.goto(server.url);
+    const chooser = page.waitForEvent("filechooser");
+    await page.getByRole("button", { name: "Open files…" }).click();
+    await (await chooser).setFiles({ name: "twelve.drl", mimeType: "text/plain", buffer: Buffer.from(drillFile({ 0.8: HOLES })) });
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await tab(page, "Machine").click();
+    await shown(page, /^GRBL 1\.1h/);
+    // The port belongs to the bridge.
+    assert.equal(await connect(page).count(), 0);
+    assert.equal(await page.getByRole("button", { name: "Disconnect" }).count(), 0);
+    await home(page);
+    const zero = await ready(page, board);
+    await planned(page);
+    const rows = await begin(page, page.getByRole("button", { name: "Start…" }), "Start the job");
+    assert.ok(rows.some((row) => /you may close this page/.test(row)) && !rows.some((row) => /Keep this page open/.test(row)), rows.join("\n"));
+    await page.getByRole("alertdialog").getByRole("button", { name: /^Start spindle/ }).click();
+    await shown(page, /^Hole [2-4] of 12/);
+    await page.goto("about:blank");
+    const left = await board.steps();
+    await new Promise((later) => setTimeout(later, 2000));
+    assert.notDeepEqual(await board.steps(), left, "the job continues");
+    await page.goto(server.origin);
+    await tab(page, "Machine").click();
+    await shown(page, /^Hole \d+ of 12/);
+    await shown(page, /^The job is done\./);
+    await server.stop();
+    const dips = await board.end(zero[2] - 10);
+    assert.equal(dips.length, HOLES.length, "each hole once, and nothing else");
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    await server.stop();
     board.kill();
   }
 });

@@ -2,7 +2,7 @@
 //! controller or USB step adapter at a port whose bytes the page carries.
 //!
 //! ```text
-//! page ── speed, frames, programs, bytes ──▶ worker ── Alone or Station ──▶ files of this site
+//! page ── speed, frames, programs, bytes ──▶ worker ── Alone or PageStation ──▶ files of this site
 //!      ◀── frames, answers, bytes ──────────    └─ a turn every 8 ms while something moves
 //! ```
 
@@ -11,7 +11,7 @@ use super::messages::{FromDrill, ToDrill};
 use super::worker;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Tell;
-use annulus_host::grbl::Station;
+use annulus_host::grbl::PageStation;
 use annulus_host::{Alone, File, Port};
 use js_sys::Uint8Array;
 use std::cell::RefCell;
@@ -32,7 +32,7 @@ const LONGEST_MS: u128 = 1_000;
 
 enum Served {
     Virtual(Box<Alone<Store>>),
-    Controller(Box<Station<Store>>),
+    Controller(Box<PageStation<Store>>),
     Adapter(Box<Alone<Store>>, Port),
 }
 
@@ -179,7 +179,7 @@ async fn open(scope: &DedicatedWorkerGlobalScope, wanted: Wanted) -> Result<Serv
             Served::Adapter(Box::new(drill), port)
         }
         Wanted::Named(speed) if controls => {
-            let mut station = Station::open(store, speed, time)?;
+            let mut station = PageStation::open(store, speed, time)?;
             station.connect();
             Served::Controller(Box::new(station))
         }

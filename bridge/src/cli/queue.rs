@@ -4,6 +4,7 @@
 
 use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, rounded};
 use crate::drill::Drill;
+use crate::hosted::Hosted;
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::State;

@@ -8,6 +8,7 @@ pub(super) use self::answer::lost;
 use self::attended::{Zero, typed_line, typed_lines};
 use super::{Answer, Exit, Refusal, counted, grbl, job};
 use crate::drill::{Drill, RECORD};
+use crate::hosted::Hosted;
 use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, State};

@@ -1,9 +1,10 @@
-//! Serves the page on this computer. Ends on Ctrl-C or a signal, after the drill has stopped.
+//! Serves the page on this computer. Ends on Ctrl-C or a signal, after the machine has stopped.
 
 use super::browser;
 use super::{Answer, Exit, Refusal};
 use crate::drill::Drill;
-use crate::machine_file;
+use crate::hosted::Hosted;
+use crate::machine_file::{self, Known};
 use crate::server::runtime::{self, Claim};
 use crate::server::{self, Bridge};
 use crate::signals::Signals;
@@ -14,6 +15,7 @@ use annulus_core::wire::Scope;
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
 
 /// Default port of the page.
 pub(crate) const DEFAULT_PORT: u16 = 7425;
@@ -30,7 +32,13 @@ pub(crate) struct ServeArgs {
     /// Use this machine: a preset's name or a machine file [default: virtual].
     #[arg(short, long)]
     pub(crate) machine: Option<String>,
-    /// Run the virtual drill this many times faster than real time [default: 1].
+    /// Drive the GRBL controller at this serial port, as listed by `annulus ports`.
+    #[arg(long, value_name = "PORT", conflicts_with = "fault")]
+    pub(crate) serial_port: Option<String>,
+    /// Set the baud rate of the serial port [default: try the common ones until the controller answers].
+    #[arg(long, requires = "serial_port")]
+    pub(crate) baud: Option<u32>,
+    /// Run the virtual drill or a simulated controller this many times faster than real time [default: 1].
     #[arg(long = "time-scale", alias = "speed", value_parser = super::numbers::speed)]
     pub(crate) speed: Option<f64>,
     /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
@@ -46,16 +54,13 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     let (port, listeners) = listen(args.port.unwrap_or(DEFAULT_PORT))?;
     let folder = machine_file::data_folder();
     runtime::make_folder(&folder)?;
-    let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
-    let drill = Drill::open_with(&folder, known.machine, args.speed.unwrap_or(1.0), faults)?;
-    drill.keep_settings_in(known.path);
-    let timing = drill.timing().cloned();
+    let (machine, timing) = open(args, known)?;
     if let Some(timing) = &timing {
         for found in timing.diagnostics() {
             tracing::info!("{} {}", found.message("en"), found.advice("en"));
         }
     }
-    let bridge = Bridge::new(drill, port).map_err(Refusal::surroundings)?;
+    let bridge = Bridge::new(machine, port).map_err(Refusal::surroundings)?;
     claim.say(&bridge.note())?;
     let url = bridge.address(Scope::Configure).map_err(Refusal::surroundings)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
@@ -71,13 +76,30 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
         let mut signal = Exit::Done;
         let ended = async {
             signal = signals.wait().await;
-            tracing::info!("ending as soon as the drill has stopped");
+            tracing::info!("ending as soon as the machine has stopped");
         };
         server::run(bridge, listeners, ended).await;
         Ok(signal)
     });
     let exit = signal.map_err(|error: io::Error| trouble("serve.cannot_start", &error))?;
     Ok(Answer { object: Value::Null, text: String::new(), exit })
+}
+
+/// Opens the machine: the controller at a serial port, or the drill of this computer. Also returns the
+/// timing quality of this computer, if it times the steps.
+fn open(args: &ServeArgs, known: Known) -> Result<(Arc<dyn Hosted>, Option<Timing>), Refusal> {
+    let speed = args.speed.unwrap_or(1.0);
+    if let Some(port) = &args.serial_port {
+        let named = args.machine.as_deref().map(|name| (name, known.machine));
+        let host: Arc<dyn Hosted> = Arc::new(super::grbl::serve((port, args.baud), named, speed)?);
+        return Ok((host, None));
+    }
+    let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
+    let drill = Drill::open_with(&machine_file::data_folder(), known.machine, speed, faults)?;
+    drill.keep_settings_in(known.path);
+    let timing = drill.timing().cloned();
+    let drill: Arc<dyn Hosted> = Arc::new(drill);
+    Ok((drill, timing))
 }
 
 /// Prints the one line that scripts and users wait for. A closed pipe is ignored.

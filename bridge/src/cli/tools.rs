@@ -43,7 +43,7 @@ pub(crate) fn run(args: &ToolsArgs) -> Result<Answer, Refusal> {
     match &args.command {
         ToolsCommand::List(on) => {
             let machine = machine_file::named(on.name())?.machine;
-            Ok(answer(&machine, &wear()?))
+            Ok(answer(&machine, &wear()?, grbl::ledger()?.wear()))
         }
         ToolsCommand::Reset(args) => reset(args),
     }
@@ -74,18 +74,20 @@ fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
         }
         known = contents.wear;
     }
-    for tool in tools {
-        grbl::ledger().keep_wear(ToolWear::new(&machine.name, tool)).map_err(Refusal::surroundings)?;
+    let mut ledger = grbl::ledger()?;
+    if !ledger.wear().is_empty() {
+        for tool in tools {
+            ledger.keep_wear(ToolWear::new(&machine.name, tool)).map_err(Refusal::surroundings)?;
+        }
     }
-    Ok(answer(&machine, &known))
+    Ok(answer(&machine, &known, ledger.wear()))
 }
 
-fn answer(machine: &Machine, wear: &[ToolWear]) -> Answer {
+fn answer(machine: &Machine, wear: &[ToolWear], at_controllers: &[ToolWear]) -> Answer {
     let mut text = String::new();
     let mut rows = Vec::new();
-    let at_controllers = grbl::ledger().wear();
     for tool in &machine.rack {
-        let more = ToolWear::of(&at_controllers, &machine.name, tool);
+        let more = ToolWear::of(at_controllers, &machine.name, tool);
         let more = Wear { hits: more.hits, milled_um: more.milled_um };
         let wear = ToolWear::of(wear, &machine.name, tool).plus(more);
         let title = tool.bit().title(locale::FALLBACK);

@@ -7,7 +7,6 @@
 //!                          └── legs started and done ──▶ journal thread ── durable ──▶ allows the next hole
 //! ```
 
-mod listeners;
 mod outside;
 mod recorder;
 mod store;
@@ -15,6 +14,7 @@ mod store;
 mod tests;
 
 use crate::executor::clock;
+use crate::hosted::{Begun, Hosted, Listeners, gone};
 use crate::journal::{self, Journal};
 use crate::own;
 use crate::refusal::Refusal;
@@ -24,11 +24,9 @@ use annulus_core::level::HeightMap;
 use annulus_core::machine::{Machine, Output, Value};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
-pub(crate) use annulus_host::Ticket;
 use annulus_host::executor::Shared;
 use annulus_host::journal::Contents;
-use annulus_host::{KeptSurface, Message, Owner, Parts, Tickets, line, prepare};
-use listeners::Listeners;
+use annulus_host::{KeptSurface, Message, Owner, Parts, Ticket, Tickets, line, prepare};
 use outside::{Here, KeptSettings};
 use recorder::Recorder;
 use std::fs::{self, OpenOptions};
@@ -193,52 +191,11 @@ impl Drill {
         *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = KeptSettings { path, unchanged };
     }
 
-    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
-    pub(crate) fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
-        store::keep(&self.folder, key, bytes)
-    }
-
-    /// The program saved under `key`.
-    pub(crate) fn job(&self, key: &str) -> Option<Vec<u8>> {
-        store::load(&self.folder, key)
-    }
-
     /// Carries out a request, or returns why not. The answers are for the requester; other changes arrive
     /// through [`Drill::watch`]. `Arm` and `FeedOverride` block while planning. The caller must check who
     /// may ask.
     pub(crate) fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         self.begin(ask, None).finish()
-    }
-
-    /// Passes a page's request with its `ticket` to the owner, without blocking; the answer holds the
-    /// remaining work. Requests are handled in order; only planning is done later.
-    pub(crate) fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
-        let (drill, (reply, answer)) = (self.clone(), channel());
-        let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
-        match ask {
-            Ask::Arm { job, from_leg } => Begun::Arm { drill, job, from_leg, ticket },
-            ask => match self.messages.send(Message::Ask { ask, ticket, reply }) {
-                Ok(()) => Begun::Asked { drill, percent, answer },
-                Err(_) => Begun::Gone,
-            },
-        }
-    }
-
-    /// Stops now. Never blocks.
-    pub(crate) fn stop(&self) {
-        self.tickets.stopped();
-        let _ = self.messages.send(Message::Stop);
-    }
-
-    /// Control changed: earlier tickets become invalid, jogs end, outputs lock. Never blocks.
-    pub(crate) fn control_changed(&self) {
-        self.tickets.control_changed();
-        let _ = self.messages.send(Message::ControlChanged);
-    }
-
-    /// A ticket for a request sent now.
-    pub(crate) fn ticket(&self) -> Ticket {
-        self.tickets.now()
     }
 
     /// Plans the requested feed override, if it differs from the current plan. The owner switches to it at
@@ -272,26 +229,6 @@ impl Drill {
         store::load_surface(&self.folder).map(|surface| surface.map)
     }
 
-    /// All reports: `Status` 10 times per second and after every change, `Armed`, `Ended`, `Interrupted`,
-    /// `Machine`. A slow listener misses statuses.
-    pub(crate) fn watch(&self) -> mpsc::Receiver<Tell> {
-        self.listeners.add()
-    }
-
-    /// Messages for a new listener: `Machine`, `Status`, and `Armed` and `Interrupted` if they apply.
-    pub(crate) fn greeting(&self) -> Vec<Tell> {
-        self.send(Message::Greeting).unwrap_or_default()
-    }
-
-    /// Stops in a controlled way, makes the journal durable and ends the threads.
-    pub(crate) fn shutdown(&self) {
-        let _ = self.messages.send(Message::Shutdown);
-        let thread = self.owner.lock().ok().and_then(|mut owner| owner.take());
-        if let Some(thread) = thread {
-            let _ = thread.join();
-        }
-    }
-
     fn send<T>(&self, message: impl FnOnce(Sender<T>) -> Message) -> Option<T> {
         let (reply, answer) = channel();
         self.messages.send(message(reply)).ok()?;
@@ -299,27 +236,58 @@ impl Drill {
     }
 }
 
-/// A request that was passed on or must still be planned.
-pub(crate) enum Begun {
-    /// The owner has it; `percent` of a feed override must be planned afterwards.
-    Asked { drill: Drill, percent: Option<u8>, answer: Receiver<Result<Vec<Tell>, Diagnostic>> },
-    /// A job to be planned and checked first.
-    Arm { drill: Drill, job: String, from_leg: u32, ticket: Option<Ticket> },
-    /// The owner has ended.
-    Gone,
-}
+impl Hosted for Drill {
+    fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
+        store::keep(&self.folder, key, bytes)
+    }
 
-impl Begun {
-    /// Waits for the answer; blocks while planning.
-    pub(crate) fn finish(self) -> Result<Vec<Tell>, Diagnostic> {
-        match self {
-            Self::Arm { drill, job, from_leg, ticket } => drill.arm(&job, from_leg, ticket),
-            Self::Gone => Err(gone()),
-            Self::Asked { drill, percent, answer } => {
-                let told = answer.recv().unwrap_or_else(|_| Err(gone()))?;
-                percent.map_or(Ok(()), |percent| drill.plan_feed_override(percent))?;
-                Ok(told)
-            }
+    fn job(&self, key: &str) -> Option<Vec<u8>> {
+        store::load(&self.folder, key)
+    }
+
+    fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
+        let (drill, (reply, answer)) = (self.clone(), channel());
+        let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
+        if let Ask::Arm { job, from_leg } = ask {
+            return Begun::new(move || drill.arm(&job, from_leg, ticket));
+        }
+        let _ = self.messages.send(Message::Ask { ask, ticket, reply });
+        let Some(percent) = percent else { return Begun::awaits(answer) };
+        Begun::new(move || {
+            let told = Begun::awaits(answer).finish()?;
+            drill.plan_feed_override(percent)?;
+            Ok(told)
+        })
+    }
+
+    fn stop(&self) {
+        self.tickets.stopped();
+        let _ = self.messages.send(Message::Stop);
+    }
+
+    fn control_changed(&self) {
+        self.tickets.control_changed();
+        let _ = self.messages.send(Message::ControlChanged);
+    }
+
+    fn ticket(&self) -> Ticket {
+        self.tickets.now()
+    }
+
+    fn watch(&self) -> mpsc::Receiver<Tell> {
+        self.listeners.add()
+    }
+
+    fn greeting(&self) -> Vec<Tell> {
+        self.send(Message::Greeting).unwrap_or_default()
+    }
+
+    /// Also makes the journal durable.
+    fn shutdown(&self) {
+        let _ = self.messages.send(Message::Shutdown);
+        let thread = self.owner.lock().ok().and_then(|mut owner| owner.take());
+        if let Some(thread) = thread {
+            let _ = thread.join();
         }
     }
 }
@@ -346,10 +314,6 @@ fn run(mut owner: Owner, inbox: &Receiver<Message>) {
         }
     }
     owner.over();
-}
-
-fn gone() -> Diagnostic {
-    Diagnostic::error("control.shut_down")
 }
 
 fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {

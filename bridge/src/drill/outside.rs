@@ -1,11 +1,11 @@
 //! The host of a drill on this computer: threads, a folder, and the listeners.
 
 use super::RECORD;
-use super::listeners::Listeners;
 use super::recorder::Recorder;
 use super::store;
 use crate::adapter;
 use crate::executor::{self, Heard, clock, process};
+use crate::hosted::Listeners;
 use crate::machine_file;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;

@@ -17,9 +17,9 @@ impl Stopwatch {
     }
 }
 
-/// `Instant` stops during sleep on Linux and macOS; this clock does not.
+/// Time since an arbitrary start. `Instant` stops during sleep on Linux and macOS; this clock does not.
 #[cfg(unix)]
-fn now() -> Duration {
+pub(super) fn now() -> Duration {
     use rustix::time::{ClockId, clock_gettime};
     #[cfg(target_os = "linux")]
     let clock = ClockId::Boottime;
@@ -31,7 +31,7 @@ fn now() -> Duration {
 }
 
 #[cfg(not(unix))]
-fn now() -> Duration {
+pub(super) fn now() -> Duration {
     use std::sync::OnceLock;
     use std::time::Instant;
     static BEGAN: OnceLock<Instant> = OnceLock::new();

@@ -1,24 +1,30 @@
-//! A controller at a serial port: the shared session code of `host/src/grbl`, with a thread that
-//! owns the port.
+//! A controller at a serial port: the shared code of `host/src/grbl`, with a thread that owns the port. Pages
+//! drive a station through the server, the command line drives the engine.
 //!
 //! ```text
+//!  pages ─ asks ──▶ hosted (a thread) ─ bytes ──▶ port
 //!  cli ── asks ──▶ owner (a thread) ── bytes ──▶ port
 //!      ◀─ news ──          │
 //!                        ledger: completed sections, durable before they are reported
 //! ```
 
 mod clock;
-pub(crate) mod ledger;
-pub(crate) mod maps;
+mod files;
+mod hosted;
 mod owner;
 mod speed;
 
 pub(crate) use crate::serial::list;
+pub(crate) use files::DiskFiles;
+pub(crate) use hosted::{GrblHost, Site};
 pub(crate) use owner::Owner;
 
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{BITS_PER_S, ResetOnOpen};
+
+/// Progress, tool wear and the last job of the controller, on disk.
+pub(crate) type Ledger = annulus_host::grbl::Ledger<DiskFiles>;
 
 /// Opens the port `name` at `bits_per_s`, or finds the speed at which the controller responds, and returns
 /// it. `silent` is called for every speed without a response. `reset` decides whether opening may reset the

@@ -7,8 +7,8 @@
 //!
 //! A lost port is reported once, and the thread ends.
 
+use super::Ledger;
 use super::clock::Stopwatch;
-use super::ledger::Ledger;
 use crate::serial::Port;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{EngineAsk, EngineEvent, EnginePhase};
@@ -52,7 +52,7 @@ impl Owner {
         speed: f64,
     ) -> Self {
         let ((asks, asked), (tells, told)) = (channel(), channel());
-        let (mut attended, watch, wear) = (Attended::new(entry), Stopwatch::start(), ledger.wear());
+        let (mut attended, watch, wear) = (Attended::new(entry), Stopwatch::start(), ledger.wear().to_vec());
         attended.counts(tools);
         let (now, open) = (watch.elapsed(), Arc::<AtomicU64>::default());
         let host = Host::new(now, speed);
@@ -216,7 +216,7 @@ impl Work {
             // Without a saved progress nothing new may start: hold the machine.
             Due::Keep(entry) => {
                 let wear = self.attended.tools().map_or(self.wear.as_slice(), JobTools::wear);
-                if let Err(why) = self.ledger.write(&entry, wear) {
+                if let Err(why) = self.ledger.save(&entry, wear.to_vec()) {
                     self.tell(Told::Found(why));
                     let _ = self.port.write(b"!");
                 }

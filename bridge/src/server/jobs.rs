@@ -25,14 +25,14 @@ pub(crate) async fn put(
     authorise(&bridge, Scope::Run, &parts.method, &parts.uri, &parts.headers)?;
     check_key(&key)?;
     let bytes = read_body(body, &parts.headers, PROGRAM_LIMIT, UPLOAD_TIME).await?;
-    let drill = bridge.drill.clone();
+    let machine = Arc::clone(&bridge.machine);
     let size = bytes.len();
     let job = key.clone();
     let stored = tokio::task::spawn_blocking(move || {
         if auth::sha256(&bytes) != key {
             return Err(Refused::new(StatusCode::UNPROCESSABLE_ENTITY, "upload.other_hash"));
         }
-        drill.upload(&key, &bytes).map_err(|why| {
+        machine.upload(&key, &bytes).map_err(|why| {
             let content = why.code.starts_with("program.");
             let status =
                 if content { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::INSUFFICIENT_STORAGE };
@@ -54,8 +54,8 @@ pub(crate) async fn get(
 ) -> Result<Response, Refused> {
     authorise(&bridge, Scope::View, &method, &uri, &headers)?;
     check_key(&key)?;
-    let drill = bridge.drill.clone();
-    let found = tokio::task::spawn_blocking(move || drill.job(&key)).await.ok().flatten();
+    let machine = Arc::clone(&bridge.machine);
+    let found = tokio::task::spawn_blocking(move || machine.job(&key)).await.ok().flatten();
     let bytes = found.ok_or_else(|| Refused::new(StatusCode::NOT_FOUND, "upload.no_such_job"))?;
     let mut response = bytes.into_response();
     response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));

@@ -4,10 +4,10 @@
 //! 127.0.0.1, [::1] ─▶ connection (limits, deadlines) ─▶ guard ─▶ routes ─┬─ page     embedded files
 //!                                                                        ├─ pairing  token → session
 //!                                                                        ├─ jobs     programs in and out
-//!                                                                        └─ socket   requests ─▶ watchers ─▶ drill
+//!                                                                        └─ socket   requests ─▶ watchers ─▶ machine
 //! ```
 //!
-//! No failure here affects the drill.
+//! No failure here affects the machine.
 
 mod guard;
 mod hall;
@@ -19,10 +19,11 @@ pub(crate) mod runtime;
 mod socket;
 mod watchers;
 
-use crate::drill::{Begun, Drill, Ticket};
+use crate::hosted::{Begun, Hosted};
 use annulus_core::control::lease::{LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{LinkBody, PROOF_HEADER, PairBody, Scope, Tell, auth};
+use annulus_host::Ticket;
 use axum::Router;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{Request, State, WebSocketUpgrade};
@@ -73,7 +74,7 @@ const LEASE_CHECK: Duration = Duration::from_millis(250);
 
 /// Shared by all connections.
 pub(crate) struct Bridge {
-    drill: Drill,
+    machine: Arc<dyn Hosted>,
     port: u16,
     names: guard::Names,
     policy: HeaderValue,
@@ -89,11 +90,11 @@ pub(crate) struct Bridge {
 }
 
 impl Bridge {
-    /// A bridge on `port` in front of `drill`; creates the secret for `annulus link`.
-    pub(crate) fn new(drill: Drill, port: u16) -> Result<Arc<Self>, Diagnostic> {
+    /// A bridge on `port` in front of `machine`; creates the secret for `annulus link`.
+    pub(crate) fn new(machine: Arc<dyn Hosted>, port: u16) -> Result<Arc<Self>, Diagnostic> {
         let policy = guard::policy(port);
         Ok(Arc::new(Self {
-            drill,
+            machine,
             port,
             names: guard::Names::new(port),
             policy: HeaderValue::from_str(&policy).unwrap_or(HeaderValue::from_static("default-src 'none'")),
@@ -153,14 +154,14 @@ impl Bridge {
     fn after_control(&self, watchers: &Watchers, outcome: &LeaseOutcome) {
         if outcome.changed {
             tracing::info!(holder = watchers.holder(), lost = ?outcome.lost, "control");
-            self.drill.control_changed();
+            self.machine.control_changed();
         }
     }
 
     /// A ticket for `viewer`; `None` if it does not have control.
     fn ticket(&self, viewer: Viewer) -> Option<Ticket> {
         let watchers = self.watchers();
-        watchers.has_control(viewer).then(|| self.drill.ticket())
+        watchers.has_control(viewer).then(|| self.machine.ticket())
     }
 
     fn tell(&self, viewer: Viewer, tell: &Tell) {
@@ -180,7 +181,7 @@ impl Bridge {
 
     /// Stops at once; any page may do that.
     fn stop(&self, viewer: Viewer) {
-        self.drill.stop();
+        self.machine.stop();
         tracing::info!(viewer, "stop");
     }
 
@@ -193,7 +194,7 @@ impl Bridge {
     }
 }
 
-/// Serves until `end`, then stops the drill and closes the pages.
+/// Serves until `end`, then stops the machine and closes the pages.
 pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: impl Future<Output = ()>) {
     let routes = routes(Arc::clone(&bridge));
     let doors: Vec<_> = listeners
@@ -203,17 +204,17 @@ pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: i
     let pump = tokio::spawn(pump(Arc::clone(&bridge)));
     end.await;
     doors.iter().for_each(tokio::task::JoinHandle::abort);
-    let drill = bridge.drill.clone();
-    let _ = tokio::task::spawn_blocking(move || drill.shutdown()).await;
+    let machine = Arc::clone(&bridge.machine);
+    let _ = tokio::task::spawn_blocking(move || machine.shutdown()).await;
     bridge.watchers().close();
     let all = u32::try_from(SOCKETS).unwrap_or(u32::MAX);
     let _ = timeout(Duration::from_secs(2), bridge.sockets.acquire_many(all)).await;
     pump.abort();
 }
 
-/// Passes the drill's reports to the watchers, and checks for silent pages.
+/// Passes the machine's reports to the watchers, and checks for silent pages.
 async fn pump(bridge: Arc<Bridge>) {
-    let mut tells = bridge.drill.watch();
+    let mut tells = bridge.machine.watch();
     let mut check = interval(LEASE_CHECK);
     loop {
         tokio::select! {

@@ -12,7 +12,7 @@
 use super::Bridge;
 use super::pairing::{self, Session};
 use super::watchers::Seat;
-use crate::drill::Begun;
+use crate::hosted::Begun;
 use annulus_core::control::lease::{LeaseEvent, Viewer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth, understand};
@@ -57,7 +57,7 @@ pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket, known: boo
     // Do not wait for it: the page's first frame may be STOP.
     tokio::task::spawn_blocking({
         let bridge = Arc::clone(&bridge);
-        move || bridge.drill.greeting().iter().for_each(|tell| bridge.tell(viewer, tell))
+        move || bridge.machine.greeting().iter().for_each(|tell| bridge.tell(viewer, tell))
     });
     converse(&bridge, socket, seat, scope).await;
     bridge.leave(viewer);
@@ -198,17 +198,17 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     let Some(ticket) = bridge.ticket(viewer) else { return bridge.refuse(viewer, no("control.needed")) };
     match ask {
         // Sent twenty times per second; its answer is ignored.
-        Ask::JogOn => drop(bridge.drill.begin(ask, Some(ticket))),
+        Ask::JogOn => drop(bridge.machine.begin(ask, Some(ticket))),
         Ask::Pause | Ask::LiftTool | Ask::StopAfterHole | Ask::FeedOverride { percent: ..=100 } => {
             tracing::info!(viewer, ?ask, "ask");
-            let begun = bridge.drill.begin(ask, Some(ticket));
+            let begun = bridge.machine.begin(ask, Some(ticket));
             let bridge = Arc::clone(bridge);
             tokio::task::spawn_blocking(move || bridge.finish(viewer, begun));
         }
         ask => match queue.try_reserve() {
             Ok(place) => {
                 tracing::info!(viewer, ?ask, "ask");
-                place.send(bridge.drill.begin(ask, Some(ticket)));
+                place.send(bridge.machine.begin(ask, Some(ticket)));
             }
             Err(_) => bridge.refuse(viewer, no("socket.too_much")),
         },

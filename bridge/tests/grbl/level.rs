@@ -164,7 +164,7 @@ fn missing_board_and_stopped_probing_leave_no_map() {
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.no_board".into()), "{object} {}", desk.said());
     let report = board.end();
     assert_eq!(report["crash_steps"], serde_json::json!([0, 0, 0]), "{report}");
-    assert!(!desk.path().join("home/height-map.json").exists());
+    assert!(!desk.path().join("home/grbl/controller-height-map").exists());
     let mut board = Board::new(instrument, &settings(true), START, &["--probe-z", &ASKEW.option()]);
     let sender = desk.start(&board, &format!("level job.nc {ZERO_AT} --spacing 2"));
     desk.says("4 of ");
@@ -174,6 +174,6 @@ fn missing_board_and_stopped_probing_leave_no_map() {
     let rest = board.rests();
     std::thread::sleep(std::time::Duration::from_millis(500));
     assert_eq!(board.rests(), rest);
-    assert!(!desk.path().join("home/height-map.json").exists());
+    assert!(!desk.path().join("home/grbl/controller-height-map").exists());
     board.end();
 }

@@ -11,6 +11,9 @@ mod cam;
 mod chance;
 mod changer;
 mod check;
+#[allow(dead_code)]
+#[path = "../server/client.rs"]
+mod client;
 mod clock;
 mod damage;
 mod edge;
@@ -21,9 +24,14 @@ mod jog;
 mod judge;
 mod keys;
 mod level;
+#[path = "../server/mill.rs"]
+mod mill;
 mod other;
 mod park;
+#[path = "../progress.rs"]
+mod progress;
 mod sender;
+mod served;
 mod setter;
 mod stops;
 mod tools;

@@ -1,6 +1,7 @@
 //! Runs `annulus grbl` as a separate process, always waiting for its end, within a limit.
 
 use super::firmware::{Board, SPEED};
+use super::progress::progress;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs::{self, File};
@@ -31,8 +32,7 @@ impl Desk {
 
     /// The saved progress of the job.
     pub(crate) fn journal(&self) -> Value {
-        let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
-        serde_json::from_slice(&text).unwrap_or_default()
+        progress(&self.path().join("home"))
     }
 
     /// Starts `annulus grbl` with these arguments, the port and `--json`.

@@ -4,11 +4,15 @@
 pub(crate) mod card;
 pub(crate) mod client;
 mod commands;
+#[cfg(target_os = "linux")]
+mod controller;
 mod door;
 pub(crate) mod drill;
 mod lab;
 mod limits;
 pub(crate) mod machine_time;
+#[cfg(target_os = "linux")]
+mod mill;
 mod pages;
 mod spindle;
 mod uploads;

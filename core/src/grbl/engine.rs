@@ -92,6 +92,14 @@ impl Controller {
         self.activity.job().and_then(|job| job.line())
     }
 
+    /// Takes over how far down the tip may be from `before`, the same machine at a port that was lost.
+    pub fn succeed(&mut self, before: &Self) {
+        let depth = before.context.known.depth.restarted();
+        if depth.lift_first_mm() > self.lift_first_mm() {
+            self.context.known.depth = depth;
+        }
+    }
+
     /// True if the machine holds the current activity, or prevents a new one, and waits for Resume.
     pub fn stands(&self) -> bool {
         self.activity.is_held_at_machine(&self.context)

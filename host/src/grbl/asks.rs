@@ -3,14 +3,14 @@
 use super::job_tools::{JobTools, SectionWear};
 use super::lengths::{self, is_of_controller};
 use super::level::SurveyWish;
-use super::order::{Armed, Order};
+use super::order::{Armed, Draft, Order, Written};
 use super::station::{Station, Work, Zero};
 use super::status::set_there;
 use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{self as grbl, EngineEvent, EnginePhase, OverrideOf, settings};
-use annulus_core::machine::{self, MILL_KEY, ParkAt, Value, is_in_file_only};
+use annulus_core::machine::{self, MILL_KEY, Machine, ParkAt, Value, is_in_file_only};
 use annulus_core::wire::{ArmedJob, Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
@@ -106,7 +106,7 @@ impl<F: Files> Station<F> {
             if why.severity == Severity::Error && refused.is_none() {
                 refused = Some(why);
             } else {
-                self.line.tell(&Tell::Refused { why });
+                self.tell(Tell::Refused { why });
             }
         }
         refused.map_or(Ok(()), Err)
@@ -229,21 +229,45 @@ impl<F: Files> Station<F> {
         self.engine_asked(grbl::EngineAsk::Override { of, percent })
     }
 
-    /// Checks an uploaded job, or the interrupted one, against the controller's current state.
-    pub(super) fn arm(&mut self, job: &str, from_leg: u32) -> Result<Tell, Diagnostic> {
+    /// The interrupted job, if it is `job` and resumes.
+    fn offered(&self, job: &str, from_leg: u32) -> Option<&Order> {
+        self.offer.as_ref().filter(|order| from_leg > 0 && order.key == job)
+    }
+
+    /// The source of the G-code of an uploaded job; `None` if the job resumes and its G-code exists.
+    ///
+    /// Writing it takes seconds for a large job, in which this station could end no jog. So the caller
+    /// writes it, then calls [`Self::arm`].
+    pub fn draft(&self, job: &str, from_leg: u32) -> Result<Option<Draft>, Diagnostic> {
         if self.work.is_some() {
             return refusal("control.busy");
         }
-        let from_leg = from_leg as usize;
-        let offered = self.offer.as_ref().filter(|order| from_leg > 0 && order.key == job);
-        let order = match offered {
-            Some(order) => order.clone(),
-            None if from_leg > 0 => return refusal("control.leg_not_offered"),
-            None => {
-                let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
-                Order::written(job, bytes, &self.machine)?
+        if self.offered(job, from_leg).is_some() {
+            return Ok(None);
+        }
+        if from_leg > 0 {
+            return refusal("control.leg_not_offered");
+        }
+        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+        let (key, bytes, machine) = (job.to_owned(), bytes.to_vec(), self.machine.clone());
+        Ok(Some(Draft { key, bytes, machine }))
+    }
+
+    /// Checks a job against the controller's current state: as `written`, or the interrupted one.
+    pub fn arm(&mut self, job: &str, from_leg: u32, written: Option<Written>) -> Result<Tell, Diagnostic> {
+        if self.work.is_some() {
+            return refusal("control.busy");
+        }
+        let order = match (self.offered(job, from_leg), written) {
+            (Some(order), _) => order.clone(),
+            (None, None) => return refusal("control.leg_not_offered"),
+            // The settings changed meanwhile.
+            (None, Some(written)) if written.fingerprint != self.machine.fingerprint() => {
+                return refusal("control.not_armed");
             }
+            (None, Some(written)) => written.order,
         };
+        let from_leg = from_leg as usize;
         let done = self.ledger.entry().done;
         if from_leg > 0 && order.leg(done) != from_leg {
             return refusal("control.leg_not_offered");
@@ -330,14 +354,8 @@ impl<F: Files> Station<F> {
             return Err(why);
         }
         let changed = machine::apply(&self.machine, &set).map_err(refused)?;
-        if changed.has_magazine() {
-            return refusal("grbl.no_magazine");
-        }
-        if changed.foot.on {
-            return refusal("grbl.no_foot");
-        }
-        if [&changed.x, &changed.y, &changed.z].into_iter().any(|axis| axis.index) {
-            return refusal("grbl.no_index");
+        if let Some(why) = unfit(&changed) {
+            return Err(why);
         }
         let mut kept = self.ledger.settings();
         kept.retain(|(key, _)| changes.iter().all(|(changed, _)| changed != key));
@@ -346,10 +364,21 @@ impl<F: Files> Station<F> {
         self.describe();
         self.armed = None;
         for tell in [self.machine_tell(), self.controller_tell()] {
-            self.line.tell(&tell);
+            self.tell(tell);
         }
         Ok(())
     }
+}
+
+/// Why no controller drives `machine`, if it needs what only Annulus itself can do.
+pub fn unfit(machine: &Machine) -> Option<Diagnostic> {
+    let indexes = [&machine.x, &machine.y, &machine.z].into_iter().any(|axis| axis.index);
+    let rows = [
+        (machine.has_magazine(), "grbl.no_magazine"),
+        (machine.foot.on, "grbl.no_foot"),
+        (indexes, "grbl.no_index"),
+    ];
+    rows.into_iter().find(|(is_so, _)| *is_so).map(|(_, code)| Diagnostic::error(code))
 }
 
 /// Returns `true` if `name` names a known mill or is empty, meaning none of them.

@@ -137,6 +137,11 @@ impl Attended {
         &self.controller
     }
 
+    /// Takes over from `before`, the same controller at a port that was lost.
+    pub fn succeed(&mut self, before: &Self) {
+        self.controller.succeed(&before.controller);
+    }
+
     /// The progress of its job.
     pub fn entry(&self) -> &AttendedJob {
         &self.entry

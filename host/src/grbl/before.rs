@@ -62,7 +62,7 @@ impl<F: Files> Station<F> {
         rows.extend(self.planned_for(order, start.from));
         rows.extend(length_row(&self.lengths));
         rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.own_motion")));
-        rows.push(row(RowVerdict::Warn, Diagnostic::warning("grbl.page_feeds")));
+        rows.push(row(RowVerdict::Warn, self.feeder()));
         let missing = missing_drills(&order.program, &self.machine);
         if !missing.is_empty() {
             let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
@@ -87,6 +87,15 @@ impl<F: Files> Station<F> {
             rows.push(row(RowVerdict::Pass, rest(&order.program, leg, left_s.iter().sum())));
         }
         rows
+    }
+
+    /// Warns what ends the job: the controller gets it line by line.
+    fn feeder(&self) -> Diagnostic {
+        if self.in_page {
+            Diagnostic::warning("grbl.page_feeds")
+        } else {
+            Diagnostic::warning("grbl.bridge_feeds")
+        }
     }
 
     /// Checks that the job was planned for this machine, and that its feeds and speeds suit it. A job for

@@ -4,7 +4,7 @@ use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::grbl::{CheckNews, EngineAsk};
+use annulus_core::grbl::{CheckNews, EngineAsk, EnginePhase};
 use annulus_core::wire::{CheckModeReport, Tell};
 use std::sync::Arc;
 
@@ -13,6 +13,10 @@ impl<F: Files> Station<F> {
     pub(super) fn check(&mut self, job: &str) -> Result<(), Diagnostic> {
         if self.work.is_some() {
             return Err(Diagnostic::error("control.busy"));
+        }
+        // Writing the job takes seconds, in which no jog could be ended.
+        if self.attended.controller().phase == EnginePhase::Jogging {
+            return Err(Diagnostic::error("grbl.not_now"));
         }
         let armed = self.armed.as_ref().map(|armed| &armed.order).filter(|order| order.key == job);
         let routine = match armed {
@@ -48,6 +52,6 @@ impl<F: Files> Station<F> {
 
     fn tell_checked(&mut self) {
         let tell = Tell::Checked(Box::new(self.checked.clone()));
-        self.line.tell(&tell);
+        self.tell(tell);
     }
 }

@@ -1,5 +1,6 @@
-//! The progress of a controller's job, and the job itself, in files that are written in turn: one half is
-//! always intact.
+//! The progress of a controller's job, its tool wear, and the job itself, in files that are written in turn:
+//! one half is always intact. A killed process, a pulled cable or a power cut then omits no hole, drills none
+//! elsewhere, and counts each once.
 //!
 //! ```text
 //! begin    program, text ─▶ the other half        ignored until the first entry names that half
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Half {
     number: u64,
-    /// SHA-256 of the program; empty before the first job.
+    /// SHA-256 of the program; empty before the first job, and for G-code without a program.
     job: String,
     /// Which half holds the program and the text.
     half: bool,
@@ -28,7 +29,13 @@ struct Half {
     wear: Vec<ToolWear>,
 }
 
-pub(super) struct Ledger<F> {
+/// The first contents of [`File::Done`], for progress and wear that are known from elsewhere.
+pub fn first_entry(entry: AttendedJob, wear: Vec<ToolWear>) -> Vec<u8> {
+    sealed(&Half { number: 1, entry, wear, ..Half::default() })
+}
+
+/// Progress, tool wear and the last job of a controller.
+pub struct Ledger<F> {
     files: F,
     last: Half,
 }
@@ -39,7 +46,7 @@ fn full(reason: String) -> Diagnostic {
 
 impl<F: Files> Ledger<F> {
     /// The ledger in `files`.
-    pub(super) fn open(mut files: F) -> Result<Self, Diagnostic> {
+    pub fn open(mut files: F) -> Result<Self, Diagnostic> {
         let mut last = Half::default();
         for file in [File::Done(false), File::Done(true)] {
             let unreadable = |reason| {
@@ -58,8 +65,19 @@ impl<F: Files> Ledger<F> {
         &self.last.entry
     }
 
-    pub(super) fn wear(&self) -> &[ToolWear] {
+    /// Tool wear at controllers.
+    pub fn wear(&self) -> &[ToolWear] {
         &self.last.wear
+    }
+
+    /// The last started job, if it did not end.
+    pub fn interrupted(&self) -> Option<&AttendedJob> {
+        Some(self.entry()).filter(|entry| !entry.ended && !entry.key.is_empty())
+    }
+
+    /// The file with the G-code of the last job, if that was written from a program.
+    pub fn sent(&self) -> Option<File> {
+        (!self.last.job.is_empty()).then_some(File::Sent(self.last.half))
     }
 
     /// The interrupted job, if the lines that were sent can still be read.
@@ -89,14 +107,22 @@ impl<F: Files> Ledger<F> {
         wear: Vec<ToolWear>,
     ) -> Result<(), Diagnostic> {
         let mut next = Half { entry: entry.clone(), wear, ..self.last.clone() };
+        if entry.key != self.last.entry.key {
+            next.job.clear();
+        }
         if let Some(bringing) = bringing {
             (next.job, next.half) = (bringing.job, bringing.half);
         }
         self.put(next)
     }
 
+    /// Saves progress and tool wear of a job whose G-code the caller keeps; durable when it returns.
+    pub fn save(&mut self, entry: &AttendedJob, wear: Vec<ToolWear>) -> Result<(), Diagnostic> {
+        self.write(None, entry, wear)
+    }
+
     /// Saves the wear of one tool.
-    pub(super) fn keep_wear(&mut self, wear: ToolWear) -> Result<(), Diagnostic> {
+    pub fn keep_wear(&mut self, wear: ToolWear) -> Result<(), Diagnostic> {
         let mut next = self.last.clone();
         wear.keep(&mut next.wear);
         self.put(next)

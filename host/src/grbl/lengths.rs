@@ -1,6 +1,8 @@
 //! Settings that belong to the controller: how tool lengths are found, how tools are changed, and whether
 //! opening the port may reset it. The pre-flight check reports them.
 
+use crate::files::{File, Files};
+use crate::journal::unsealed;
 use crate::prepare::row;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{
@@ -33,6 +35,13 @@ pub(super) fn reset_of(kept: &[(String, Value)]) -> ResetOnOpen {
         _ => None,
     });
     of.unwrap_or_default()
+}
+
+/// The saved choice whether opening the port may reset the controller.
+pub fn reset_on_open(files: &mut impl Files) -> ResetOnOpen {
+    let kept: Vec<(String, Value)> =
+        unsealed(&files.read(File::ControllerSettings).unwrap_or_default()).unwrap_or_default();
+    reset_of(&kept)
 }
 
 /// The tool-change macro; empty if the user changes tools.

@@ -63,7 +63,7 @@ impl<F: Files> Station<F> {
                         height.map = Some(map.key());
                     }
                     if let Err(why) = self.keep_surface(Some(map)) {
-                        self.line.tell(&Tell::Refused { why });
+                        self.tell(Tell::Refused { why });
                     }
                 }
             }
@@ -198,6 +198,6 @@ impl<F: Files> Station<F> {
 
     pub(super) fn tell_surface(&mut self) {
         let tell = self.surface_tell();
-        self.line.tell(&tell);
+        self.tell(tell);
     }
 }

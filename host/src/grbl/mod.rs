@@ -2,9 +2,9 @@
 //! that receives the bytes of Web Serial.
 //!
 //! ```text
-//! page ── text ──▶ line ── asks ──▶ station ── Event ──▶ attended (the engine of core) ── bytes ──▶ port
-//!   ◀── frames ────┘                   │  order: the program as G-code, section by section and leg by leg
-//!                                      └─ ledger: progress in two halves, durable before it is reported
+//! pages ── Message ──▶ station ── Event ──▶ attended (the engine of core) ── bytes ──▶ port
+//!   ◀──── Tell ──────────┘  │  order: the program as G-code, section by section and leg by leg
+//!                           └─ ledger: progress in two halves, durable before it is reported
 //! ```
 
 mod asks;
@@ -19,6 +19,7 @@ mod ledger;
 mod lengths;
 mod level;
 mod order;
+mod page;
 mod station;
 mod status;
 mod surface;
@@ -26,9 +27,14 @@ mod surface;
 mod tests;
 mod tools;
 
+pub use asks::unfit;
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use expected::unlike_mill;
 pub use given::JobGiven;
 pub use host::{HELD_AFTER, Host, HostNews};
 pub use job_tools::{JobTools, SectionWear};
-pub use station::Station;
+pub use ledger::{Ledger, first_entry};
+pub use lengths::reset_on_open;
+pub use order::{Draft, Written};
+pub use page::PageStation;
+pub use station::{Named, Setup, Station};

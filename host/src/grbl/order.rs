@@ -50,6 +50,27 @@ pub(super) struct Armed {
     pub(super) refused: Option<Diagnostic>,
 }
 
+/// The source of a job's G-code.
+pub struct Draft {
+    pub(super) key: String,
+    pub(super) bytes: Vec<u8>,
+    pub(super) machine: Machine,
+}
+
+/// A job as G-code, and the machine for which it was written.
+pub struct Written {
+    pub(super) order: Order,
+    pub(super) fingerprint: String,
+}
+
+impl Draft {
+    /// Writes the G-code and checks it; takes seconds for a large job.
+    pub fn write(&self) -> Result<Written, Diagnostic> {
+        let order = Order::written(&self.key, &self.bytes, &self.machine)?;
+        Ok(Written { order, fingerprint: self.machine.fingerprint() })
+    }
+}
+
 impl Order {
     /// Writes the program `bytes` as G-code for the controller of `machine`, and checks the result against
     /// the program.

@@ -1,9 +1,10 @@
-//! A controller and the one page that uses it, without threads: the caller, a page's worker, owns port and
-//! time and calls in turn.
+//! A controller and its job, without threads: the caller owns port and time, and calls in turn. Callers are
+//! a page's worker ([`super::PageStation`]) and a thread of the bridge.
 //!
 //! Job progress is durable before it is reported.
 
 use super::attended::{Attended, AttendedJob, Due, Told};
+use super::given::JobGiven;
 use super::host::{HELD_AFTER, Host, HostNews};
 use super::ledger::{Bringing, Ledger};
 use super::lengths;
@@ -11,7 +12,6 @@ use super::order::{Armed, Order};
 use super::surface::{BoardSurface, HeightSet};
 use crate::executor::Time;
 use crate::files::Files;
-use crate::line::{Asked, Line};
 use crate::owner::Message;
 use crate::prepare::made;
 use crate::programs::Programs;
@@ -70,13 +70,38 @@ pub(super) enum Zero {
     Height(HeightSet),
 }
 
-/// A controller and its page.
+/// What a station needs to know from its caller.
+pub struct Setup {
+    /// Time scale of a simulated controller, 1 for real time.
+    pub speed: f64,
+    pub time: Time,
+    /// Decides which requests of pages are still valid.
+    pub tickets: Arc<Tickets>,
+    /// The machine that the user named, if any.
+    pub named: Option<Named>,
+    /// The page's worker feeds the controller: a job ends with its page.
+    pub in_page: bool,
+}
+
+/// A machine that the user named.
+#[derive(Clone)]
+pub struct Named {
+    pub machine: Machine,
+    /// Its profile, if it is a model that Annulus knows.
+    pub mill: Option<&'static MillProfile>,
+}
+
+/// A controller and its job.
 pub struct Station<F> {
     pub(super) attended: Attended,
-    pub(super) line: Line,
+    tickets: Arc<Tickets>,
+    /// Reports for the pages, in order.
+    tells: Vec<Tell>,
     pub(super) ledger: Ledger<F>,
     pub(super) bringing: Option<Bringing>,
     pub(super) machine: Machine,
+    pub(super) named: Option<Named>,
+    pub(super) in_page: bool,
     /// The mill profile that the user chose.
     pub(super) mill: Option<&'static MillProfile>,
     /// How tool lengths are found.
@@ -109,9 +134,9 @@ pub struct Station<F> {
 }
 
 impl<F: Files> Station<F> {
-    /// Opens the station whose ledger is in `files`; its port is open. `speed` is the time scale of a
-    /// simulated controller, 1 for real time.
-    pub fn open(mut files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
+    /// Opens the station whose ledger is in `files`; its port is open.
+    pub fn open(mut files: F, setup: Setup) -> Result<Self, Diagnostic> {
+        let Setup { speed, time, tickets, named, in_page } = setup;
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             return Err(Diagnostic::error("control.speed_range").with("speed", speed));
         }
@@ -123,10 +148,13 @@ impl<F: Files> Station<F> {
         let opened = time();
         let mut station = Self {
             attended: Attended::new(entry),
-            line: Line::new(Arc::<Tickets>::default()),
+            tickets,
+            tells: Vec::new(),
             ledger,
             bringing: None,
             machine: machine::hobby_3018(),
+            named,
+            in_page,
             mill: None,
             lengths: ToolLengths::default(),
             reset,
@@ -157,16 +185,30 @@ impl<F: Files> Station<F> {
         Ok(station)
     }
 
-    /// A page connected; its hello comes next.
-    pub fn connect(&mut self) {
-        self.line.challenge();
+    /// Takes over from the station `before`, whose port was lost. Its alarm stays until the user
+    /// acknowledges it. The user may have changed the ledger meanwhile.
+    pub fn succeed(&mut self, before: Self) {
+        self.attended.succeed(&before.attended);
+        self.alarm = self.alarm.take().or(before.alarm);
+        self.programs.follow(before.programs);
+        (self.ledger, self.offer, self.surface.map) = (before.ledger, before.offer, before.surface.map);
+        self.describe();
+        let greeting = self.greeting();
+        self.tells.extend(greeting);
     }
 
-    /// Handles `text` from the page.
-    pub fn hear(&mut self, text: &str) {
-        self.look_at_host();
-        let asked = self.line.heard(text, (self.time)());
-        self.see_to(asked);
+    /// The pending alarm.
+    pub fn alarm(&self) -> Option<&Diagnostic> {
+        self.alarm.as_ref()
+    }
+
+    pub(super) fn tell(&mut self, tell: Tell) {
+        self.tells.push(tell);
+    }
+
+    /// Takes the reports for the pages, in order.
+    pub fn tells(&mut self) -> Vec<Tell> {
+        std::mem::take(&mut self.tells)
     }
 
     /// Takes bytes from the port.
@@ -179,14 +221,15 @@ impl<F: Files> Station<F> {
     pub fn unplugged(&mut self) {
         self.by_itself(EngineEvent::Closed);
         self.over = true;
-        self.say_farewell();
-        self.tell_status((self.time)());
+        if !self.in_page && self.alarm.is_none() {
+            self.alarm = Some(Diagnostic::error("grbl.cable_pulled"));
+        }
     }
 
-    /// No status follows after the end: report a pending alarm now.
-    fn say_farewell(&mut self) {
+    /// In a page no status follows after the end: reports a pending alarm now.
+    pub(super) fn say_farewell(&mut self) {
         if let Some(why) = self.alarm.take() {
-            self.line.answer(Err(why));
+            self.tell(Tell::Refused { why });
         }
     }
 
@@ -214,13 +257,8 @@ impl<F: Files> Station<F> {
         } else if matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
             self.by_itself(EngineEvent::Ask(EngineAsk::Hold));
             let why = Diagnostic::warning("grbl.computer_stood").with("seconds", HELD_AFTER.as_secs());
-            self.line.tell(&Tell::Refused { why });
+            self.tell(Tell::Refused { why });
         }
-    }
-
-    /// Takes the frames for the page, in order.
-    pub fn frames(&mut self) -> Vec<String> {
-        self.line.frames()
     }
 
     /// Returns `true` if the session ended and the port should be closed.
@@ -235,8 +273,9 @@ impl<F: Files> Station<F> {
 
     /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
-        // The program of an interrupted job must not be dropped.
-        let stays = self.offer.as_ref().map(|order| &order.key);
+        // The program of a running or interrupted job must not be dropped.
+        let stays = self.work.as_ref().map(|work| &work.order).or(self.offer.as_ref());
+        let stays = stays.map(|order| &order.key);
         self.programs.keep(key, bytes, stays)
     }
 
@@ -249,13 +288,8 @@ impl<F: Files> Station<F> {
     pub fn advance(&mut self) -> Duration {
         self.look_at_host();
         let now = (self.time)();
-        let asked = self.line.passed(now);
-        self.see_to(asked);
         if self.hand.until.is_some_and(|until| now > until) {
-            self.hand.until = None;
-            if self.attended.controller().phase == EnginePhase::Jogging {
-                self.engine(EngineEvent::Ask(EngineAsk::JogCancel));
-            }
+            self.end_jog();
         }
         self.by_itself(EngineEvent::Tick);
         if self.state() == State::Ready && std::mem::take(&mut self.hand.parks) {
@@ -266,36 +300,26 @@ impl<F: Files> Station<F> {
         let is_waited_for = self.reset == ResetOnOpen::Never && self.attended.controller().status.is_some();
         let is_silent = !self.greeted && !is_waited_for;
         self.over |= is_silent && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
-        if self.over && self.greeted {
-            self.say_farewell();
-        }
-        self.tell_status(now);
-        let asked = self.line.answers();
-        self.see_to(asked);
         TURN
     }
 
-    fn see_to(&mut self, asked: Vec<Asked>) {
-        for asked in asked {
-            match asked {
-                Asked::Message(message) => self.take(message),
-                Asked::Arm { job, from_leg, ticket } => {
-                    let armed = self.line.tickets.check(ticket).and_then(|()| self.arm(&job, from_leg));
-                    self.line.answer(armed.map(|tell| vec![tell]));
-                }
-                // The controller applies overrides itself: nothing to plan.
-                Asked::FeedOverride { .. } => {}
-            }
+    /// Ends a jog that needs the permission of a page.
+    fn end_jog(&mut self) {
+        let needs_page = self.hand.until.take().is_some();
+        if needs_page && self.attended.controller().phase == EnginePhase::Jogging {
+            self.engine(EngineEvent::Ask(EngineAsk::JogCancel));
         }
     }
 
-    fn take(&mut self, message: Message) {
+    /// Handles a message from a page's connection.
+    pub fn take(&mut self, message: Message) {
+        self.look_at_host();
         if matches!(message, Message::Ask { .. } | Message::Stop) {
             self.hand.parks = false;
         }
         match message {
             Message::Ask { ask, ticket, reply } => {
-                let may = ticket.map_or(Ok(()), |ticket| self.line.tickets.check(ticket));
+                let may = ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
                 let answer = may.and_then(|()| self.asked(ask));
                 let _ = reply.send(answer.map(|()| Vec::new()));
             }
@@ -303,11 +327,12 @@ impl<F: Files> Station<F> {
                 let found = self.engine(EngineEvent::Ask(EngineAsk::Stop));
                 // A stop during a tool change leaves the held tool unknown: report that.
                 for why in found.into_iter().filter(|why| why.code == "changer.stopped") {
-                    self.line.tell(&Tell::Refused { why });
+                    self.tell(Tell::Refused { why });
                 }
             }
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
-            // Jogs end by themselves, and nothing else depends on control.
+            Message::ControlChanged => self.end_jog(),
+            // Messages of executors and planners: a controller has neither.
             _ => {}
         }
     }
@@ -326,7 +351,7 @@ impl<F: Files> Station<F> {
                     self.alarm = Some(why);
                 }
             } else {
-                self.line.tell(&Tell::Refused { why });
+                self.tell(Tell::Refused { why });
             }
         }
     }
@@ -358,7 +383,9 @@ impl<F: Files> Station<F> {
             return None;
         }
         let wear = self.wear_now();
-        let failed = self.ledger.write(self.bringing.take(), entry, wear).err();
+        // Files and options are those of an earlier job of the command line.
+        let entry = AttendedJob { files: Vec::new(), given: JobGiven::default(), ..entry.clone() };
+        let failed = self.ledger.write(self.bringing.take(), &entry, wear).err();
         self.tell_tools();
         if failed.is_some() {
             self.written.push(b'!');
@@ -375,9 +402,8 @@ impl<F: Files> Station<F> {
                     self.lost_place();
                 }
                 self.describe();
-                for tell in self.greeting() {
-                    self.line.tell(&tell);
-                }
+                let greeting = self.greeting();
+                self.tells.extend(greeting);
             }
             Told::ZeroSet => {
                 match self.hand.zero_asked.take() {
@@ -414,7 +440,7 @@ impl<F: Files> Station<F> {
 
     fn parks_after_job(&mut self) {
         if let Err(why) = self.park() {
-            self.line.tell(&Tell::Refused { why });
+            self.tell(Tell::Refused { why });
         }
     }
 
@@ -426,16 +452,11 @@ impl<F: Files> Station<F> {
         let legs =
             if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
         let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));
-        self.line.tell(&Tell::Ended(JobEnd {
-            job: work.order.key.clone(),
-            ending,
-            holes_done,
-            toolpaths_done,
-        }));
+        self.tell(Tell::Ended(JobEnd { job: work.order.key.clone(), ending, holes_done, toolpaths_done }));
         self.armed = None;
         self.offer = (!done && self.attended.entry().done > 0).then_some(work.order);
         if let Some(offer) = self.offer_tell() {
-            self.line.tell(&offer);
+            self.tell(offer);
         }
     }
 }

@@ -80,12 +80,17 @@ fn mill_of(kept: &[(String, Value)]) -> Option<&'static MillProfile> {
     })
 }
 
-/// The machine that jobs are planned for: the user's mill profile, then the controller's settings if they
-/// are valid, then the user's settings.
-fn machine_of(kept: &[(String, Value)], info: &Info) -> Machine {
-    let name: String = format!("{} {}", info.flavour(), info.version).chars().take(60).collect();
-    let mill = mill_of(kept).map_or_else(machine::hobby_3018, MillProfile::machine);
-    let base = Machine { name, description: String::new(), ..mill };
+/// The machine that jobs are planned for: the user's mill profile or the `named` machine, then the
+/// controller's settings if they are valid, then the user's settings.
+fn machine_of(kept: &[(String, Value)], info: &Info, named: Option<&Machine>) -> Machine {
+    let base = match (mill_of(kept), named) {
+        (None, Some(named)) => named.clone(),
+        (mill, _) => {
+            let mill = mill.map_or_else(machine::hobby_3018, MillProfile::machine);
+            let name = format!("{} {}", info.flavour(), info.version).chars().take(60).collect();
+            Machine { name, description: String::new(), ..mill }
+        }
+    };
     let said = said(info);
     let base = machine::apply(&base, &said).unwrap_or(base);
     let set: Vec<_> = kept.iter().filter(|(key, _)| !is_of_controller(key)).cloned().collect();
@@ -96,9 +101,12 @@ impl<F: Files> Station<F> {
     /// Rebuilds the machine from the current settings.
     pub(super) fn describe(&mut self) {
         let kept = self.ledger.settings();
-        (self.mill, self.lengths, self.reset) = (mill_of(&kept), lengths_of(&kept), reset_of(&kept));
+        let named = self.named.as_ref();
+        self.mill = mill_of(&kept).or(named.and_then(|named| named.mill));
+        (self.lengths, self.reset) = (lengths_of(&kept), reset_of(&kept));
         self.changer = changer_of(&kept);
-        self.machine = machine_of(&kept, &self.attended.controller().info);
+        let named = named.map(|named| &named.machine);
+        self.machine = machine_of(&kept, &self.attended.controller().info, named);
     }
 
     /// Differences between the controller and the chosen mill profile.
@@ -145,7 +153,7 @@ impl<F: Files> Station<F> {
     }
 
     /// Messages for a newly connected page, once the controller is identified.
-    pub(super) fn greeting(&self) -> Vec<Tell> {
+    pub fn greeting(&self) -> Vec<Tell> {
         if !self.greeted {
             return Vec::new();
         }
@@ -158,10 +166,11 @@ impl<F: Files> Station<F> {
     }
 
     /// Reports the status when it is due, or when the state, trust or alarm changed.
-    pub(super) fn tell_status(&mut self, now: Duration) {
+    pub fn report(&mut self) {
         if !self.greeted {
             return;
         }
+        let now = (self.time)();
         self.tell_tools();
         let status = self.status();
         let since = now.saturating_sub(self.told.1);
@@ -171,8 +180,13 @@ impl<F: Files> Station<F> {
         let changed = since >= PACE && self.told.0.as_ref() != Some(&status);
         if coarse || changed || since >= HEARTBEAT {
             self.told = (Some(status.clone()), now);
-            self.line.tell(&Tell::Status(Box::new(status)));
+            self.tell(Tell::Status(Box::new(status)));
         }
+    }
+
+    /// Returns `true` if the machine moves or a job waits for the user.
+    pub fn moves(&self) -> bool {
+        !matches!(self.state(), State::Ready | State::NotHomed | State::Alarm)
     }
 
     /// The state as the page shows it.

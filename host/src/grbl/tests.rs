@@ -8,6 +8,7 @@ mod automaton;
 
 mod changer;
 mod checked;
+mod draft;
 mod height;
 mod host;
 mod level;
@@ -17,7 +18,7 @@ mod overrides;
 mod park;
 mod setter;
 
-use super::Station;
+use super::PageStation;
 use crate::files::{File, Files};
 use crate::tests as drilled;
 use annulus_core::control::{Ending, State, Trust};
@@ -69,7 +70,7 @@ impl Files for Memory {
 /// A page, a station, a controller.
 struct Bench {
     files: Memory,
-    station: Station<Memory>,
+    station: PageStation<Memory>,
     board: Automaton,
     heard: Vec<Tell>,
     ms: u64,
@@ -77,7 +78,7 @@ struct Bench {
 
 impl Bench {
     fn plug(files: &Memory, board: Automaton) -> Self {
-        let station = Station::open(files.clone(), 1.0, || NOW.get()).unwrap();
+        let station = PageStation::open(files.clone(), 1.0, || NOW.get()).unwrap();
         let mut bench = Self { files: files.clone(), station, board, heard: Vec::new(), ms: 0 };
         bench.station.connect();
         let hello =

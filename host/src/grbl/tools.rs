@@ -43,7 +43,7 @@ impl<F: Files> Station<F> {
         let report = self.tools_report();
         if report != self.tools_told {
             self.tools_told = report.clone();
-            self.line.tell(&Tell::Tools(report));
+            self.tell(Tell::Tools(report));
         }
     }
 }

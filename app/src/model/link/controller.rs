@@ -1,5 +1,5 @@
-//! A GRBL-family controller or a USB step adapter at a serial port of this computer, which the page drives
-//! itself.
+//! A GRBL-family controller or a USB step adapter at a serial port. The page drives it itself, or the bridge
+//! drives the controller.
 //!
 //! ```text
 //! bridge or virtual drill ── click, port dialog ──▶ chosen ─▶ ConnectController ─▶ same link, same messages
@@ -26,7 +26,7 @@ pub enum Support {
     Insecure,
 }
 
-/// The controller at a serial port, if the page uses one.
+/// The controller at a serial port, if there is one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Controller {
     pub support: Support,
@@ -49,9 +49,9 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// True for a controller that plans its own motion.
+    /// True for a controller that plans its own motion, at this page's port or at the bridge's.
     pub fn plans(&self) -> bool {
-        self.chosen && !self.is_adapter
+        if self.chosen { !self.is_adapter } else { self.who.is_some() }
     }
 
     /// True during a manual tool change of our own drill: Park returns to where tools are changed.
@@ -163,16 +163,22 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         }
         ControllerEvent::LetGo if controller.chosen && !busy => turn_to(model, false),
         ControllerEvent::LetGo => Vec::new(),
-        // An adapter stops without a hold when its data ends.
-        ControllerEvent::PageLeft if controller.plans() && busy => vec![Effect::HoldPort],
+        // An adapter stops without a hold when its data ends; a bridge continues the job.
+        ControllerEvent::PageLeft if controller.chosen && controller.plans() && busy => {
+            vec![Effect::HoldPort]
+        }
         ControllerEvent::PageLeft => Vec::new(),
     }
 }
 
 /// The controller identified itself. On a port that the user did not choose, only the known controller is
-/// accepted.
+/// accepted. The port of the bridge was chosen on its command line.
 pub(super) fn greeted(model: &mut Model, who: ControllerReport) -> Vec<Effect> {
     let controller = &mut model.link.controller;
+    if !controller.chosen {
+        controller.who = Some(Arc::new(who));
+        return Vec::new();
+    }
     let greeting = format!("{} {} {:?}", who.flavour, who.version, who.values);
     let is_other = controller.before.as_ref().is_some_and(|before| *before != greeting);
     if is_other && !controller.very {

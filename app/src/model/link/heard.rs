@@ -112,9 +112,10 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
     model.link.phase = LinkPhase::Open;
     model.link.ever = true;
     model.link.attempt = 0;
+    // Another controller may answer now: nothing is known of it until it has identified itself.
+    model.link.controller.who = None;
     if model.link.controller.chosen {
-        // Another controller may answer now: nothing is known of it until it has identified itself.
-        (model.link.status, model.link.controller.who) = (None, None);
+        model.link.status = None;
     }
     // Hello accepted means that the other tab has released the drill.
     model.link.refused.take_if(|why| why.code == "drill.other_tab");

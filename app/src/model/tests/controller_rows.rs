@@ -75,7 +75,16 @@ fn machine_data_belongs_to_the_connected_machine() {
         },
     );
     compare(
-        &[("mill", "GRBL 1.1h"), ("ready", ""), ("mill let-go", ""), ("mill let-go chosen", "")],
+        &[
+            ("mill", "GRBL 1.1h"),
+            ("ready", ""),
+            ("mill let-go", ""),
+            ("mill let-go chosen", ""),
+            // at the port of the bridge
+            ("linked who", "GRBL 1.1h"),
+            ("linked who who-else", "GRBL 1.1h"),
+            ("linked who closed retry challenge welcome", ""),
+        ],
         |line| {
             let who = line.model.link.controller.who.as_ref();
             who.map_or_else(String::new, |who| format!("{} {}", who.flavour, who.version))
@@ -155,6 +164,9 @@ fn page_that_feeds_a_job_guards_closing_and_holds() {
             // An adapter stops without a hold.
             ("mill adapter status:Running page-left", ""),
             ("ready status:Running page-left", ""),
+            // A bridge continues the job without the page.
+            ("ready who status:Running", ""),
+            ("ready who status:Running page-left", ""),
             // On a site without a bridge the virtual drill and its job live in the page.
             ("alone ready status:Running:a", "fetch guard:true"),
             ("alone ready status:Running:a status:Paused:a", ""),
@@ -214,6 +226,8 @@ fn job_starts_without_fingerprint_only_on_a_controller() {
             ("mill planned preflight uploaded armed-mill", "0 true"),
             ("mill planned preflight uploaded armed-warn", "1 false"),
             ("ready planned preflight uploaded armed-mill", "1 false"),
+            // The controller at the port of the bridge plans its own motion too.
+            ("ready who planned preflight uploaded armed-mill", "0 true"),
             ("ready planned preflight uploaded armed", "1 true"),
         ],
         may,

@@ -1,5 +1,5 @@
-//! A GRBL controller or a USB step adapter at a port of this computer, driven by the page: connecting,
-//! identification, and commands that only such a machine has. Only probing moves the machine.
+//! A GRBL controller or a USB step adapter at a port of this computer: connecting, identification, and
+//! commands that only such a machine has. Only probing moves the machine.
 
 use crate::i18n::{key, say, t};
 use crate::model::{ControllerEvent, LinkEvent, Support};
@@ -18,12 +18,12 @@ fn wish(event: ControllerEvent) {
     send(LinkEvent::Controller(event));
 }
 
-/// True if a controller is connected to this page.
+/// True if a controller is connected to this page itself.
 pub(super) fn chosen() -> bool {
     read(|m| m.link.controller.chosen)
 }
 
-/// True if that controller plans its own motion.
+/// True if the machine is a controller that plans its own motion.
 pub(super) fn plans() -> bool {
     read(|m| m.link.controller.plans())
 }
@@ -54,7 +54,7 @@ pub(super) fn offer() -> impl IntoView {
 
 /// The last block of the set-up: connect a controller, or the connected one.
 pub(super) fn controller() -> impl IntoView {
-    let inside = || if chosen() { connected().into_any() } else { offer().into_any() };
+    let inside = || if chosen() || plans() { connected().into_any() } else { offer().into_any() };
     section()
         .class("block")
         .attr("aria-label", t!("page.controller.title"))
@@ -87,14 +87,11 @@ fn connected() -> impl IntoView {
     div().child((
         p().child(name),
         rows,
-        push_if(
-            "button",
-            move || !link::busy(),
-            t!("page.controller.leave"),
-            |_| {
-                wish(ControllerEvent::LetGo);
-            },
-        ),
+        // The bridge keeps its port.
+        move || {
+            let leave = |_| wish(ControllerEvent::LetGo);
+            chosen().then(|| push_if("button", || !link::busy(), t!("page.controller.leave"), leave))
+        },
     ))
 }
 

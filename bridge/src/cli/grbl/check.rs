@@ -43,9 +43,9 @@ struct Over {
 
 pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     super::no_controller(&args.job.on, args.port.port.as_deref())?;
-    let programs = program::read(&args.job, &args.more, &ledger())?;
+    let programs = program::read(&args.job, &args.more, &ledger()?)?;
     let (port, bits_per_s) = args.port.open()?;
-    let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), args.speed);
+    let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), args.speed);
     let (sends, words) = channel();
     listen(sends, Typing::Nothing);
     let (info, now, worst, over) = (None, None, None, None);

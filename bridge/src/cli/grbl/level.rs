@@ -3,10 +3,8 @@
 
 use super::operator::Operator;
 use super::program::{self, Programs};
-use super::{BoardArgs, TouchArgs, WhichMap, ledger};
+use super::{BoardArgs, TouchArgs, WhichMap, files, ledger};
 use crate::cli::{Answer, Exit, Refusal, height_map, say};
-use crate::grbl::maps::Maps;
-use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::grbl::{
@@ -21,15 +19,11 @@ use std::time::SystemTime;
 /// Probes a board and saves its height map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     super::no_controller(&args.job.on, args.how.port.port.as_deref())?;
-    let programs = super::aligned(program::read(&args.job, &args.more, &ledger())?, &args.how)?;
-    let mut operator = Operator::new(&args.how(), &ledger(), (AttendedJob::default(), None), json)?;
+    let programs = super::aligned(program::read(&args.job, &args.more, &ledger()?)?, &args.how)?;
+    let mut operator = Operator::new(&args.how(), ledger()?, (AttendedJob::default(), None), json)?;
     let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
     let map = operator.leaves(map, "level.stopped")?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
-}
-
-fn maps() -> Maps {
-    Maps::in_folder(&machine_file::data_folder())
 }
 
 impl Operator {
@@ -68,7 +62,7 @@ impl Operator {
         let map = match (which, resumed) {
             (Some((WhichMap::Measure, touches)), _) => self.measure_board(programs, touches)?,
             (Some((WhichMap::Saved, _)), _) => {
-                let map = maps().kept().map_err(Refusal::content)?;
+                let map = files().map().map_err(Refusal::content)?;
                 let refused = map.refused(&programs.level_key, self.zero(), self.homes());
                 // Without homing, coordinates restart each time the port is opened: equal numbers are another
                 // position.
@@ -77,7 +71,7 @@ impl Operator {
                 refused.map_or(Ok(map), |why| Err(Refusal::content(why)))?
             }
             (None | Some((WhichMap::None, _)), Some(key)) => {
-                let map = maps().kept().map_err(Refusal::content)?;
+                let map = files().map().map_err(Refusal::content)?;
                 let same = map.key() == *key;
                 let homes = self.homes();
                 // Without homing, the saved zero means nothing after a reset: the user has set it again.
@@ -132,7 +126,7 @@ impl Operator {
         let measured_s = now.map_or(0, |since| since.as_secs());
         let (job, zero) = (programs.level_key.clone(), self.zero());
         let map = HeightMap { grid, heights, job, zero, homed: self.homes(), measured_s };
-        maps().keep(&map).map_err(Refusal::surroundings)?;
+        files().keep_map(&map).map_err(Refusal::surroundings)?;
         Ok(map)
     }
 

@@ -12,16 +12,15 @@ pub(super) mod program;
 
 use super::{Answer, Exit, Refusal};
 use crate::adapter::is_adapter;
-use crate::grbl::ledger::Ledger;
-use crate::grbl::{self, Owner};
+use crate::grbl::{self, DiskFiles, GrblHost, Ledger, Owner, Site};
 use crate::machine_file;
 use crate::serial::{Listed, Port};
 use annulus_core::align::BoardFit;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::locale;
-use annulus_core::machine::{self, Output};
-use annulus_host::grbl::{AttendedJob, Told};
+use annulus_core::machine::{self, Machine, Output};
+use annulus_host::grbl::{AttendedJob, Named, Told, unfit};
 use how::{How, Sold, sold_mill};
 use operator::Operator;
 use program::Programs;
@@ -93,16 +92,41 @@ impl From<MayReset> for ResetOnOpen {
 impl PortArgs {
     /// Opens the port. Returns it with its baud rate.
     fn open(&self) -> Result<(Port, u32), Refusal> {
-        let silent = |bits_per_s: u32| {
-            super::say(format_args!("No controller answers at {bits_per_s} baud."));
-        };
         let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
         let port = self.port.as_ref().ok_or_else(|| no_port(None))?;
-        if is_adapter_at(port, &grbl::list()) {
-            return Err(Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port)));
-        }
+        no_adapter_at(port)?;
         grbl::open(port, self.baud, reset, silent).map_err(Refusal::surroundings)
     }
+}
+
+fn silent(bits_per_s: u32) {
+    super::say(format_args!("No controller answers at {bits_per_s} baud."));
+}
+
+/// Refuses a port with a USB step adapter.
+fn no_adapter_at(port: &str) -> Result<(), Refusal> {
+    let is_adapter = is_adapter_at(port, &grbl::list());
+    let why = || Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port));
+    if is_adapter { Err(why()) } else { Ok(()) }
+}
+
+/// Opens the controller at a port with this baud rate, for the pages of the server. `named` is the machine
+/// that the user named.
+pub(super) fn serve(
+    (port, baud): (&str, Option<u32>),
+    named: Option<(&str, Machine)>,
+    speed: f64,
+) -> Result<GrblHost, Refusal> {
+    no_adapter_at(port)?;
+    if let Some((name, machine)) = &named {
+        has_controller(machine, (*name, *name == "virtual"), Some(port))?;
+        if let Some(why) = unfit(machine) {
+            return Err(Refusal::usage(why));
+        }
+    }
+    let mill = |name| machine::mill(machine::preset_name(name));
+    let named = named.map(|(name, machine)| Named { machine, mill: mill(name) });
+    GrblHost::open(Site { port: port.to_owned(), baud, files: files(), named, speed }, silent)
 }
 
 /// Returns `true` if the port `name`, or the target of that link, is a USB step adapter.
@@ -113,13 +137,21 @@ fn is_adapter_at(name: &str, ports: &[Listed]) -> bool {
 
 /// Refuses a machine that no GRBL controller drives.
 pub(super) fn no_controller(on: &super::MachineArgs, port: Option<&str>) -> Result<(), Refusal> {
-    let code = match machine_file::named(on.name())?.machine.output {
+    has_controller(&machine_file::named(on.name())?.machine, (on.name(), on.is_virtual()), port)
+}
+
+fn has_controller(
+    machine: &Machine,
+    (name, is_virtual): (&str, bool),
+    port: Option<&str>,
+) -> Result<(), Refusal> {
+    let code = match machine.output {
         Output::Adapter => "run.port_of_adapter",
         Output::Card | Output::Parallel => "run.port_of_output",
-        Output::Virtual if on.is_virtual() => "run.port_of_virtual",
+        Output::Virtual if is_virtual => "run.port_of_virtual",
         Output::Virtual => return Ok(()),
     };
-    let why = Diagnostic::error(code).with("machine", on.name());
+    let why = Diagnostic::error(code).with("machine", name);
     Err(Refusal::usage(why.with("port", port.unwrap_or("PORT"))))
 }
 
@@ -265,14 +297,19 @@ pub(super) fn ports() -> Answer {
     Answer { object: json!({ "ports": rows }), text, exit: Exit::Done }
 }
 
+/// The files of the controller.
+fn files() -> DiskFiles {
+    DiskFiles::in_folder(&machine_file::data_folder())
+}
+
 /// The ledger of jobs at controllers.
-pub(super) fn ledger() -> Ledger {
-    Ledger::in_folder(&machine_file::data_folder())
+pub(super) fn ledger() -> Result<Ledger, Refusal> {
+    Ledger::open(files()).map_err(Refusal::surroundings)
 }
 
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let (port, bits_per_s) = args.open()?;
-    let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), 1.0);
+    let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), 1.0);
     let mut said = Diagnostic::error("grbl.no_answer");
     let since = Instant::now();
     let info = loop {
@@ -322,7 +359,7 @@ fn text_of(info: &Info) -> String {
 pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let board = &args.board;
     no_controller(&board.job.on, board.how.port.port.as_deref())?;
-    let ledger = ledger();
+    let ledger = ledger()?;
     let programs = aligned(program::read(&board.job, &board.more, &ledger)?, &board.how)?;
     let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
     if let Some(entry) = begun.filter(|_| !args.from_start) {
@@ -337,8 +374,8 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let how = board.how();
     let (files, given) = (programs.files.clone(), how.given());
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
-    let tools = programs.tools(&ledger);
-    let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
+    let tools = programs.tools(ledger.wear());
+    let mut operator = Operator::new(&how, ledger, (entry, tools), json)?;
     operator.tells(how.unattended().into_iter().collect());
     let level = args.height_map().map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
@@ -353,19 +390,19 @@ impl BoardArgs {
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
-    let ledger = ledger();
+    let ledger = ledger()?;
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
-    let before = ledger.interrupted().ok_or_else(none)?;
+    let before = ledger.interrupted().cloned().ok_or_else(none)?;
     let how = args.how.on(args.machine.map(|sold| sold.0));
     let (how, told) = if args.anew { (how, Vec::new()) } else { how.as_before(&before) };
     let entry = AttendedJob { given: how.given(), ..before };
-    let programs = aligned(program::read_again(&entry.files)?, &how)?;
+    let programs = aligned(program::read_again(&program::files_of(&ledger, &files()))?, &how)?;
     if programs.routine.key != entry.key {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
     }
-    let tools = programs.tools(&ledger);
-    let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
+    let tools = programs.tools(ledger.wear());
+    let mut operator = Operator::new(&how, ledger, (entry.clone(), tools), json)?;
     operator.tells(told);
     operator.tells(how.unattended().into_iter().collect());
     operator.run(&programs, Some(&entry), &args.accept, None)

@@ -9,8 +9,7 @@ use super::keys::{Keys, Typing, Word, listen};
 use super::program::Programs;
 use super::{GREETING, TouchArgs, WhichMap, time_s};
 use crate::cli::{Answer, Exit, Refusal, say};
-use crate::grbl::Owner;
-use crate::grbl::ledger::Ledger;
+use crate::grbl::{Ledger, Owner};
 use annulus_core::control::{Ending, Trust};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{EngineAsk, EnginePhase, EngineStart, Info, Pause};
@@ -69,7 +68,8 @@ pub(super) struct Operator {
     pub(super) map: Option<HeightMap>,
     /// Depth correction by the height map.
     pub(super) corrected: Option<Correction>,
-    ledger: Ledger,
+    /// Tool wear before the job.
+    wear: Vec<ToolWear>,
     /// How the job ended, even if it ended during another wait.
     pub(super) ended: Option<Ending>,
     /// Requested tools that are not confirmed yet.
@@ -92,13 +92,14 @@ struct Ended {
 impl Operator {
     pub(super) fn new(
         how: &How,
-        ledger: &Ledger,
+        ledger: Ledger,
         job: (AttendedJob, Option<JobTools>),
         quiet: bool,
     ) -> Result<Self, Refusal> {
         how.zero_at.map(Place::whole).transpose()?;
         let (port, bits_per_s) = how.port.open()?;
-        let owner = Owner::new(port, ledger.clone(), job, how.speed);
+        let wear = ledger.wear().to_vec();
+        let owner = Owner::new(port, ledger, job, how.speed);
         let (sends, words) = channel();
         let keys = listen(sends, if how.confirm_tools.is_none() { Typing::Lines } else { Typing::Keys });
         Ok(Self {
@@ -121,7 +122,7 @@ impl Operator {
             quiet,
             map: None,
             corrected: None,
-            ledger: ledger.clone(),
+            wear,
             ended: None,
             wanted: VecDeque::new(),
             begun: false,
@@ -150,7 +151,7 @@ impl Operator {
     ) -> Result<Answer, Refusal> {
         self.tells(programs.diagnostics.clone());
         let from = before.map_or(0, |entry| entry.done);
-        self.worn = programs.tools(&self.ledger).map(|tools| tools.worn_ahead(from)).unwrap_or_default();
+        self.worn = programs.tools(&self.wear).map(|tools| tools.worn_ahead(from)).unwrap_or_default();
         self.worn.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
         if self.how.leaves_unmeasured(&programs.routine, from) {
             return Err(Refusal::content(Diagnostic::error("grbl.tools_unmeasured")));
@@ -179,7 +180,7 @@ impl Operator {
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
         let (spin_up_s, same_length) = (self.how.spin_up_s(), self.how.same_length);
         let setter = self.how.setter;
-        let changer = self.how.changer_for(&routine, programs.tools(&self.ledger).as_ref());
+        let changer = self.how.changer_for(&routine, programs.tools(&self.wear).as_ref());
         let start = EngineStart { routine, from, zero_mm, same_length, setter, changer, spin_up_s, accepted };
         self.owner.ask(EngineAsk::Start(start));
         self.tells_keys();
@@ -441,7 +442,8 @@ impl Operator {
         }
         self.tells_how_it_is_left();
         let ending = self.ended;
-        Ended { ending, entry: self.ledger.interrupted().unwrap_or_default() }
+        let entry = super::ledger().ok().and_then(|ledger| ledger.interrupted().cloned());
+        Ended { ending, entry: entry.unwrap_or_default() }
     }
 
     /// Waits until the user confirms the tool, or for the time of an unattended change.

@@ -6,7 +6,7 @@
 //! its own until another one starts.
 
 use crate::cli::{JobArgs, job};
-use crate::grbl::ledger::Ledger;
+use crate::grbl::{DiskFiles, Ledger};
 use crate::machine_file;
 use crate::refusal::Refusal;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -99,10 +99,9 @@ impl Programs {
         self.counted = Some(counted);
     }
 
-    /// The tools of the job with the wear from the `ledger`; `None` for G-code files, which don't name their
-    /// tools.
-    pub(super) fn tools(&self, ledger: &Ledger) -> Option<JobTools> {
-        self.counted.as_ref().map(|counted| counted.tools(ledger.wear()))
+    /// The tools of the job with their `known` wear; `None` for G-code files, which don't name their tools.
+    pub(super) fn tools(&self, known: &[ToolWear]) -> Option<JobTools> {
+        self.counted.as_ref().map(|counted| counted.tools(known.to_vec()))
     }
 }
 
@@ -154,10 +153,16 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<
 
 /// The G-code file that the interrupted job does not use.
 fn free_half(ledger: &Ledger) -> PathBuf {
-    let taken = ledger.interrupted().map(|entry| entry.files).unwrap_or_default();
+    let taken = ledger.interrupted().map(|entry| entry.files.as_slice()).unwrap_or_default();
     let is_taken = |path: &PathBuf| std::path::absolute(path).is_ok_and(|path| taken.contains(&path));
     let [first, second] = HALVES.map(|name| machine_file::data_folder().join(name));
     if is_taken(&first) { second } else { first }
+}
+
+/// The G-code files of the last job. A page's job has one in the `files` of the ledger.
+pub(super) fn files_of(ledger: &Ledger, files: &DiskFiles) -> Vec<PathBuf> {
+    let own = ledger.interrupted().map(|entry| entry.files.clone()).unwrap_or_default();
+    if own.is_empty() { ledger.sent().map(|file| files.path(file)).into_iter().collect() } else { own }
 }
 
 pub(super) fn read_again(paths: &[PathBuf]) -> Result<Programs, Refusal> {

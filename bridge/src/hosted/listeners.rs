@@ -1,4 +1,4 @@
-//! Passes the drill's reports to its listeners. A slow listener misses statuses, because newer ones follow.
+//! Passes the machine's reports to its listeners. A slow listener misses statuses, because newer ones follow.
 //! It gets all other reports: a command that misses the end of its job would never end.
 
 use annulus_core::wire::Tell;
@@ -12,16 +12,16 @@ const MOST: usize = 16_384;
 const LATE: usize = 256;
 
 #[derive(Clone, Default)]
-pub(super) struct Listeners(Arc<Mutex<Vec<Sender<Tell>>>>);
+pub(crate) struct Listeners(Arc<Mutex<Vec<Sender<Tell>>>>);
 
 impl Listeners {
-    pub(super) fn add(&self) -> Receiver<Tell> {
+    pub(crate) fn add(&self) -> Receiver<Tell> {
         let (sender, receiver) = channel(MOST);
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(sender);
         receiver
     }
 
-    pub(super) fn tell(&self, tell: &Tell) {
+    pub(crate) fn tell(&self, tell: &Tell) {
         let is_status = matches!(tell, Tell::Status(_));
         self.0.lock().unwrap_or_else(PoisonError::into_inner).retain(|listener| {
             if is_status && MOST - listener.capacity() >= LATE {

@@ -1,0 +1,380 @@
+//! A GRBL controller behind the server: its station in a thread that owns the serial port.
+//!
+//! ```text
+//! pages ── Input ──▶ station ── bytes ──▶ port
+//!   ◀── listeners ──────┘ └─ files: progress, job, settings, height map
+//!
+//! port lost ─▶ the station still answers ─▶ port back: a new station ─▶ identified: takes over
+//! ```
+//!
+//! A job continues without any page.
+
+use super::clock;
+use super::files::DiskFiles;
+use crate::hosted::{Begun, Hosted, Listeners, gone};
+use crate::refusal::Refusal;
+use crate::serial::Port;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{Ask, Tell};
+use annulus_host::grbl::{Draft, Named, Setup, Station, Written, reset_on_open};
+use annulus_host::{Message, Ticket, Tickets};
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc;
+
+/// How long [`GrblHost::open`] waits until the controller identifies itself.
+const MEETING: Duration = Duration::from_secs(12);
+/// Interval of the attempts to open a lost port again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// Longest wait for input while no port is open.
+const LOOK: Duration = Duration::from_millis(50);
+/// How long `shutdown` waits for the machine to stop.
+const LAST_REST: Duration = Duration::from_secs(5);
+
+/// A controller, and where its files are.
+pub(crate) struct Site {
+    /// Name of its port.
+    pub(crate) port: String,
+    /// Its baud rate; `None` to find it.
+    pub(crate) baud: Option<u32>,
+    pub(crate) files: DiskFiles,
+    /// The machine that the user named.
+    pub(crate) named: Option<Named>,
+    /// Time scale of a simulated controller, 1 for real time.
+    pub(crate) speed: f64,
+}
+
+/// A handle of the thread. Clones share it; `shutdown` ends it.
+#[derive(Clone)]
+pub(crate) struct GrblHost {
+    inputs: Sender<Input>,
+    listeners: Listeners,
+    tickets: Arc<Tickets>,
+    thread: Arc<Mutex<Option<JoinHandle<()>>>>,
+}
+
+/// Input of the thread.
+enum Input {
+    Message(Message),
+    /// Requests the source of a job's G-code.
+    Draft {
+        job: String,
+        from_leg: u32,
+        ticket: Option<Ticket>,
+        reply: Sender<Result<Option<Draft>, Diagnostic>>,
+    },
+    /// A job to check. Its G-code is written, or exists already.
+    Arm {
+        job: String,
+        from_leg: u32,
+        ticket: Option<Ticket>,
+        written: Option<Box<Written>>,
+        reply: Sender<Result<Vec<Tell>, Diagnostic>>,
+    },
+    Upload {
+        key: String,
+        bytes: Vec<u8>,
+        reply: Sender<Result<(), Diagnostic>>,
+    },
+    Job {
+        key: String,
+        reply: Sender<Option<Vec<u8>>>,
+    },
+}
+
+impl GrblHost {
+    /// Opens the port and waits until the controller has identified itself. `silent` is called for every
+    /// baud rate without a response.
+    pub(crate) fn open(mut site: Site, silent: impl Fn(u32)) -> Result<Self, Refusal> {
+        let reset = reset_on_open(&mut site.files);
+        let opened = super::open(&site.port, site.baud, reset, silent);
+        let (port, baud) = opened.map_err(Refusal::surroundings)?;
+        site.baud = Some(baud);
+        let (tickets, listeners) = (Arc::<Tickets>::default(), Listeners::default());
+        let machine = Connection::open(&site, port, &tickets).map_err(Refusal::surroundings)?;
+        let (inputs, inbox) = channel();
+        let (meets, met) = channel();
+        let work = Work {
+            site,
+            tickets: Arc::clone(&tickets),
+            listeners: listeners.clone(),
+            machine,
+            next: None,
+            tried: Instant::now(),
+        };
+        let thread =
+            thread::Builder::new().name("controller".to_owned()).spawn(move || work.run(&inbox, meets));
+        let no_thread = |error| Diagnostic::error("control.no_thread").with("reason", error);
+        let thread = thread.map_err(|error| Refusal::surroundings(no_thread(error)))?;
+        let host = Self { inputs, listeners, tickets, thread: Arc::new(Mutex::new(Some(thread))) };
+        // A controller that must not be reset identifies itself after its job.
+        match met.recv_timeout(MEETING) {
+            Ok(Err(why)) => {
+                host.shutdown();
+                Err(Refusal::surroundings(why))
+            }
+            Ok(Ok(())) | Err(_) => Ok(host),
+        }
+    }
+
+    /// Writes the job's G-code here and not in the thread, which would stop no jog meanwhile.
+    fn arm(&self, job: &str, from_leg: u32, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
+        let draft = self.send(|reply| Input::Draft { job: job.to_owned(), from_leg, ticket, reply });
+        let draft = draft.unwrap_or_else(|| Err(gone()))?;
+        let written = draft.map(|draft| draft.write()).transpose()?.map(Box::new);
+        let armed = self.send(|reply| Input::Arm { job: job.to_owned(), from_leg, ticket, written, reply });
+        armed.unwrap_or_else(|| Err(gone()))
+    }
+
+    fn send<T>(&self, input: impl FnOnce(Sender<T>) -> Input) -> Option<T> {
+        let (reply, answer) = channel();
+        self.inputs.send(input(reply)).ok()?;
+        answer.recv().ok()
+    }
+}
+
+impl Hosted for GrblHost {
+    fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
+        let stored = self.send(|reply| Input::Upload { key: key.to_owned(), bytes: bytes.to_vec(), reply });
+        stored.unwrap_or_else(|| Err(gone()))
+    }
+
+    fn job(&self, key: &str) -> Option<Vec<u8>> {
+        self.send(|reply| Input::Job { key: key.to_owned(), reply }).flatten()
+    }
+
+    fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun {
+        if let Ask::Arm { job, from_leg } = ask {
+            let host = self.clone();
+            return Begun::new(move || host.arm(&job, from_leg, ticket));
+        }
+        let (reply, answer) = channel();
+        let _ = self.inputs.send(Input::Message(Message::Ask { ask, ticket, reply }));
+        Begun::awaits(answer)
+    }
+
+    fn stop(&self) {
+        self.tickets.stopped();
+        let _ = self.inputs.send(Input::Message(Message::Stop));
+    }
+
+    fn control_changed(&self) {
+        self.tickets.control_changed();
+        let _ = self.inputs.send(Input::Message(Message::ControlChanged));
+    }
+
+    fn ticket(&self) -> Ticket {
+        self.tickets.now()
+    }
+
+    fn watch(&self) -> mpsc::Receiver<Tell> {
+        self.listeners.add()
+    }
+
+    fn greeting(&self) -> Vec<Tell> {
+        self.send(|reply| Input::Message(Message::Greeting(reply))).unwrap_or_default()
+    }
+
+    fn shutdown(&self) {
+        let _ = self.inputs.send(Input::Message(Message::Shutdown));
+        let thread = self.thread.lock().ok().and_then(|mut thread| thread.take());
+        if let Some(thread) = thread {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A station and its port; `None` after the port was lost.
+struct Connection {
+    station: Station<DiskFiles>,
+    port: Option<Port>,
+    /// Writes that the port has not taken completely.
+    waiting: u32,
+    reported: Instant,
+}
+
+impl Connection {
+    fn open(site: &Site, port: Port, tickets: &Arc<Tickets>) -> Result<Self, Diagnostic> {
+        let (tickets, named) = (Arc::clone(tickets), site.named.clone());
+        let setup = Setup { speed: site.speed, time: clock::now, tickets, named, in_page: false };
+        let station = Station::open(site.files.clone(), setup)?;
+        Ok(Self { station, port: Some(port), waiting: 0, reported: Instant::now() })
+    }
+
+    /// Waits a short time for bytes from the controller.
+    fn read(&mut self) {
+        let Some(port) = &mut self.port else { return };
+        match port.read() {
+            Ok(bytes) if bytes.is_empty() => {}
+            Ok(bytes) => self.station.bytes(bytes),
+            Err(error) => self.lose(&error),
+        }
+    }
+
+    /// Does what is due.
+    fn turn(&mut self) {
+        let interval = self.station.advance();
+        if let Err(error) = self.write() {
+            self.lose(&error);
+        }
+        if self.station.is_over() {
+            self.port = None;
+        }
+        if self.reported.elapsed() >= interval {
+            self.reported = Instant::now();
+            self.station.report();
+        }
+    }
+
+    fn write(&mut self) -> io::Result<()> {
+        let bytes = self.station.written();
+        let Some(port) = &mut self.port else { return Ok(()) };
+        self.waiting += u32::from(!bytes.is_empty());
+        if self.waiting == 0 {
+            return Ok(());
+        }
+        port.write(&bytes)?;
+        if !port.is_full() {
+            (0..std::mem::take(&mut self.waiting)).for_each(|_| self.station.carried());
+        }
+        Ok(())
+    }
+
+    fn lose(&mut self, error: &io::Error) {
+        tracing::warn!(%error, "the port of the controller is gone");
+        self.port = None;
+        self.station.unplugged();
+    }
+}
+
+/// The state of the thread.
+struct Work {
+    site: Site,
+    tickets: Arc<Tickets>,
+    listeners: Listeners,
+    machine: Connection,
+    /// After the port was lost: a controller that has not identified itself yet.
+    next: Option<Connection>,
+    /// The last attempt to open the port.
+    tried: Instant,
+}
+
+impl Work {
+    fn run(mut self, inbox: &Receiver<Input>, meets: Sender<Result<(), Diagnostic>>) {
+        let mut meets = Some(meets);
+        loop {
+            let is_open =
+                [Some(&self.machine), self.next.as_ref()].into_iter().flatten().any(|one| one.port.is_some());
+            match inbox.recv_timeout(if is_open { Duration::ZERO } else { LOOK }) {
+                Ok(Input::Message(Message::Shutdown)) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(input) => self.take(input),
+                Err(RecvTimeoutError::Timeout) => self.read(),
+            }
+            self.turn();
+            let met = self.met();
+            if let Some(meets) = meets.take_if(|_| met.is_some()) {
+                let _ = meets.send(met.unwrap_or(Ok(())));
+            }
+        }
+        self.rest();
+    }
+
+    /// Whether the controller has identified itself; `None` while that is open.
+    fn met(&self) -> Option<Result<(), Diagnostic>> {
+        let station = &self.machine.station;
+        let silent = || station.alarm().cloned().unwrap_or_else(|| Diagnostic::error("grbl.no_answer"));
+        match (station.greeted(), station.is_over()) {
+            (true, _) => Some(Ok(())),
+            (false, true) => Some(Err(silent())),
+            (false, false) => None,
+        }
+    }
+
+    fn take(&mut self, input: Input) {
+        // STOP also reaches a controller that has not identified itself yet.
+        if let (Input::Message(Message::Stop), Some(next)) = (&input, &mut self.next) {
+            next.station.take(Message::Stop);
+        }
+        let station = &mut self.machine.station;
+        let may = |ticket: Option<Ticket>| ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
+        match input {
+            Input::Message(message) => station.take(message),
+            Input::Draft { job, from_leg, ticket, reply } => {
+                let _ = reply.send(may(ticket).and_then(|()| station.draft(&job, from_leg)));
+            }
+            Input::Arm { job, from_leg, ticket, written, reply } => {
+                let written = written.map(|written| *written);
+                let armed = may(ticket).and_then(|()| station.arm(&job, from_leg, written));
+                let _ = reply.send(armed.map(|tell| vec![tell]));
+            }
+            Input::Upload { key, bytes, reply } => drop(reply.send(station.upload(&key, bytes))),
+            Input::Job { key, reply } => drop(reply.send(station.job(&key).map(<[u8]>::to_vec))),
+        }
+    }
+
+    fn read(&mut self) {
+        self.machine.read();
+        if let Some(next) = &mut self.next {
+            next.read();
+        }
+    }
+
+    fn turn(&mut self) {
+        self.machine.turn();
+        self.pass_on();
+        if self.machine.port.is_none() {
+            self.reconnect();
+        }
+    }
+
+    fn pass_on(&mut self) {
+        self.machine.station.tells().iter().for_each(|tell| self.listeners.tell(tell));
+    }
+
+    /// Opens the lost port again. A controller that identifies itself takes over.
+    fn reconnect(&mut self) {
+        let Some(mut next) = self.next.take() else {
+            if self.tried.elapsed() >= AGAIN {
+                self.tried = Instant::now();
+                self.next = self.open_again();
+            }
+            return;
+        };
+        next.turn();
+        if next.station.greeted() {
+            tracing::info!("the controller is back");
+            let before = std::mem::replace(&mut self.machine, next);
+            self.machine.station.succeed(before.station);
+            self.pass_on();
+        } else if next.port.is_some() {
+            self.next = Some(next);
+        }
+    }
+
+    fn open_again(&mut self) -> Option<Connection> {
+        let reset = reset_on_open(&mut self.site.files);
+        let (port, _) = super::open(&self.site.port, self.site.baud, reset, |_| {}).ok()?;
+        let opened = Connection::open(&self.site, port, &self.tickets);
+        opened.inspect_err(|why| tracing::warn!(code = why.code, "the controller was not opened")).ok()
+    }
+
+    /// Stops what moves, and waits for it.
+    fn rest(&mut self) {
+        if self.machine.station.moves() {
+            self.machine.station.take(Message::Stop);
+        }
+        let since = Instant::now();
+        loop {
+            self.machine.turn();
+            self.pass_on();
+            let is_still = self.machine.port.is_none() || !self.machine.station.moves();
+            if is_still || since.elapsed() >= LAST_REST {
+                return;
+            }
+            self.machine.read();
+        }
+    }
+}

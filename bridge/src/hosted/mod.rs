@@ -1,0 +1,68 @@
+//! The machine behind the server: Annulus' own drill, or a GRBL controller at a serial port.
+
+mod listeners;
+
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{Ask, Tell};
+use annulus_host::Ticket;
+pub(crate) use listeners::Listeners;
+use std::sync::mpsc::Receiver;
+use tokio::sync::mpsc;
+
+/// A machine that pages drive together. The caller checks who may ask.
+pub(crate) trait Hosted: Send + Sync {
+    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
+    fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic>;
+
+    /// The program saved under `key`.
+    fn job(&self, key: &str) -> Option<Vec<u8>>;
+
+    /// Passes a page's request with its `ticket` on, without blocking. Requests are handled in order; only
+    /// planning is left for [`Begun::finish`].
+    fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun;
+
+    /// Stops now. Never blocks.
+    fn stop(&self);
+
+    /// Control changed: earlier tickets become invalid, jogs end, outputs lock. Never blocks.
+    fn control_changed(&self);
+
+    /// A ticket for a request sent now.
+    fn ticket(&self) -> Ticket;
+
+    /// All reports: `Status` 10 times per second and after every change, `Armed`, `Ended`, `Interrupted`,
+    /// `Machine`. A slow listener misses statuses.
+    fn watch(&self) -> mpsc::Receiver<Tell>;
+
+    /// Messages for a new listener: `Machine`, `Status`, and `Armed` and `Interrupted` if they apply.
+    fn greeting(&self) -> Vec<Tell>;
+
+    /// Stops in a controlled way and ends the threads.
+    fn shutdown(&self);
+}
+
+type Answer = Result<Vec<Tell>, Diagnostic>;
+
+/// A request that was passed on, and the rest of its work.
+pub(crate) struct Begun(Box<dyn FnOnce() -> Answer + Send>);
+
+impl Begun {
+    pub(crate) fn new(rest: impl FnOnce() -> Answer + Send + 'static) -> Self {
+        Self(Box::new(rest))
+    }
+
+    /// A request whose answer arrives there.
+    pub(crate) fn awaits(answer: Receiver<Answer>) -> Self {
+        Self::new(move || answer.recv().unwrap_or_else(|_| Err(gone())))
+    }
+
+    /// Waits for the answer; blocks while planning.
+    pub(crate) fn finish(self) -> Answer {
+        (self.0)()
+    }
+}
+
+/// The machine's thread has ended.
+pub(crate) fn gone() -> Diagnostic {
+    Diagnostic::error("control.shut_down")
+}
