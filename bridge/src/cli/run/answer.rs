@@ -3,6 +3,7 @@
 use super::attended::resume_line;
 use super::{Driver, Operator, diagnostic, interrupted};
 use crate::cli::{Answer, Exit, Refusal, counted};
+use crate::hosted::Hosted;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;

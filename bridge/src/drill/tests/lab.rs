@@ -1,6 +1,7 @@
 //! Tests of command queues and manual outputs, on the virtual drill with and without faults.
 
 use super::{Bench, Drill, holes};
+use crate::hosted::Hosted;
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::job::Input;
