@@ -18,7 +18,7 @@ const ZERO: [f64; 3] = [-20.0, -20.0, -10.0];
 
 /// Number of plunges that the controller received.
 fn plunges(board: &Board) -> usize {
-    board.heard().lines().filter(|line| line.starts_with("G1") && line.contains("Z-")).count()
+    board.heard().lines().filter(|line| line.contains("G1Z-")).count()
 }
 
 fn exit_of(bridge: &mut Running) -> Option<i32> {

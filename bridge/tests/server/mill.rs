@@ -52,20 +52,24 @@ pub(crate) fn home(page: &mut Page) -> Status {
     until_status(page, |status| status.state == State::Ready && status.trust == Trust::Trusted)
 }
 
+/// Jogs one axis until its position is `there`.
+fn jog(page: &mut Page, axis: u8, distance_mm: f64, there: impl Fn(&Status) -> bool) {
+    page.ask(&Ask::Jog { axis, distance_um: (distance_mm * 1e3).round() as i32, anyway: false });
+    loop {
+        page.ask(&Ask::JogOn);
+        let status = until_status(page, |_| true);
+        if status.state != State::Jogging && there(&status) {
+            return;
+        }
+    }
+}
+
 /// Homes, jogs to `zero` in machine coordinates, mm, and sets the work zero there.
 pub(crate) fn set_zero(page: &mut Page, zero: [f64; 3]) {
     let homed = home(page);
-    for (axis, to) in zero.into_iter().enumerate() {
-        let distance_um = ((to - homed.machine_mm[axis]) * 1e3).round() as i32;
-        page.ask(&Ask::Jog { axis: axis as u8, distance_um, anyway: false });
-        let is_there =
-            |status: &Status| status.state == State::Ready && (status.machine_mm[axis] - to).abs() < 0.01;
-        loop {
-            page.ask(&Ask::JogOn);
-            if is_there(&until_status(page, |_| true)) {
-                break;
-            }
-        }
+    for (axis, to) in (0_u8..).zip(zero) {
+        let off = |status: &Status| to - status.machine_mm[usize::from(axis)];
+        jog(page, axis, off(&homed), |status| off(status).abs() < 0.01);
     }
     let near = |mm: f64| mm.abs() < 0.01;
     page.ask(&Ask::SetZero);
@@ -96,6 +100,21 @@ pub(crate) fn start(page: &mut Page, job: &str, from_leg: u32) {
     page.ask(&Ask::Start { job: job.to_owned(), stream_digest, from_leg });
 }
 
+/// Confirms the tool; one whose length is unknown is touched off first.
+fn change_tool(page: &mut Page) {
+    let is_over = |tell: &Tell| matches!(tell, Tell::Status(status) if status.state != State::ToolChange);
+    page.ask(&Ask::ToolChanged);
+    if let Tell::Refused { why } = page.until(|tell| is_over(tell) || matches!(tell, Tell::Refused { .. })) {
+        assert_eq!(why.code, "grbl.height_first");
+        let height_mm = until_status(page, |_| true).work_mm[2];
+        jog(page, 2, -height_mm, |status| status.work_mm[2].abs() < 0.01);
+        page.ask(&Ask::SetHeight);
+        sleep(Duration::from_millis(500));
+        page.ask(&Ask::ToolChanged);
+        page.until(is_over);
+    }
+}
+
 /// Confirms tools until `done` holes are drilled.
 pub(crate) fn drills(page: &mut Page, done: u32) -> Status {
     loop {
@@ -105,7 +124,7 @@ pub(crate) fn drills(page: &mut Page, done: u32) -> Status {
         if status.state != State::ToolChange {
             return status;
         }
-        page.ask(&Ask::ToolChanged);
+        change_tool(page);
     }
 }
 
@@ -115,7 +134,7 @@ pub(crate) fn ends(page: &mut Page) -> JobEnd {
     loop {
         match page.until(|tell| matches!(tell, Tell::Ended(_)) || changes(tell)) {
             Tell::Ended(end) => return end,
-            _ => page.ask(&Ask::ToolChanged),
+            _ => change_tool(page),
         }
     }
 }
