@@ -6,10 +6,10 @@
 //! ```
 
 use super::messages::LayerRow;
-use crate::picture::{self, place};
+use crate::picture::{origin, place};
 use crate::view::Mesh;
 use annulus_core::artwork::{Role, Side};
-use annulus_core::board;
+use annulus_core::board::{Board, Copper, Face};
 use annulus_core::geometry::{Bounds, Path, Point, Region};
 use geo::{LineString, Polygon, TriangulateEarcut};
 
@@ -50,24 +50,24 @@ fn ring(path: &Path, origin: Point) -> LineString<f64> {
 }
 
 /// The copper of a board: one layer per side, the lower side first.
-pub(super) fn layers(board: &board::Board, body: Option<Bounds>) -> Vec<LayerRow> {
-    let origin = picture::origin(body);
-    let row = |copper: &board::Copper| LayerRow {
+pub(super) fn layers(board: &Board, body: Option<Bounds>) -> Vec<LayerRow> {
+    let origin = origin(body);
+    let row = |copper: &Copper| LayerRow {
         file: None,
         role: Role::Copper,
         side: Some(side(copper.face)),
         islands: copper.region.islands.len() as u32,
         mesh: mesh(&copper.region, origin),
     };
-    let mut sides: Vec<&board::Copper> = board.copper.iter().collect();
+    let mut sides: Vec<&Copper> = board.copper.iter().collect();
     sides.sort_by_key(|copper| std::cmp::Reverse(copper.face));
     sides.into_iter().map(row).collect()
 }
 
-fn side(face: board::Face) -> Side {
+fn side(face: Face) -> Side {
     match face {
-        board::Face::Top => Side::Top,
-        board::Face::Bottom => Side::Bottom,
+        Face::Top => Side::Top,
+        Face::Bottom => Side::Bottom,
     }
 }
 
