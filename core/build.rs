@@ -2,6 +2,7 @@
 //!
 //! The page carries English alone and fetches the others when they are chosen, so for wasm only that table is written.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::{env, fmt::Write, fs, path::Path};
 
 /// The language whose table is always compiled in.
@@ -18,6 +19,17 @@ fn flatten(prefix: &str, table: &toml::Table, rows: &mut Vec<(String, String)>) 
     }
 }
 
+/// The argument names of each text, and of each code: those of its message and advice.
+fn arguments(rows: &[(String, String)]) -> BTreeMap<&str, BTreeSet<&str>> {
+    let mut found: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+    for (key, text) in rows {
+        let code = key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice")).unwrap_or(key);
+        let names = text.split('{').skip(1).filter_map(|rest| rest.split(['|', '}']).next());
+        found.entry(code).or_default().extend(names);
+    }
+    found
+}
+
 fn main() {
     let folder = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../www/locales");
     let in_browser = env::var("CARGO_CFG_TARGET_FAMILY").is_ok_and(|family| family.contains("wasm"));
@@ -27,6 +39,7 @@ fn main() {
     files.sort();
     let mut languages = String::from("pub(super) const LANGUAGES: [(&str, &str); COUNT] = [\n");
     let mut tables = String::from("pub(super) const TABLES: [(&str, &[(&str, &str)]); COUNT] = [\n");
+    let mut checked = String::from("pub(super) const ARGUMENTS: &[(&str, &[&str])] = &");
     for path in &files {
         println!("cargo::rerun-if-changed={}", path.display());
         let text = fs::read_to_string(path).unwrap();
@@ -37,12 +50,19 @@ fn main() {
         let language = path.file_stem().unwrap().to_string_lossy().into_owned();
         let name = rows.iter().find(|(key, _)| key == "page.language").map_or(&language, |(_, name)| name);
         writeln!(languages, "({language:?}, {name:?}),").unwrap();
+        if language == ALWAYS {
+            let arguments: Vec<_> = arguments(&rows)
+                .into_iter()
+                .map(|(key, names)| (key, names.into_iter().collect::<Vec<_>>()))
+                .collect();
+            writeln!(checked, "{arguments:?};").unwrap();
+        }
         writeln!(tables, "({language:?}, &[").unwrap();
         for (key, text) in rows.iter().filter(|_| !in_browser || language == ALWAYS) {
             writeln!(tables, "({key:?}, {text:?}),").unwrap();
         }
         tables.push_str("]),\n");
     }
-    let source = format!("const COUNT: usize = {};\n{languages}];\n{tables}];\n", files.len());
+    let source = format!("const COUNT: usize = {};\n{languages}];\n{tables}];\n{checked}", files.len());
     fs::write(Path::new(&env::var("OUT_DIR").unwrap()).join("locales.rs"), source).unwrap();
 }

@@ -20,15 +20,14 @@ pub(crate) type Words = Box<dyn Fn() -> String + Send + Sync>;
 
 /// Text that follows the language.
 macro_rules! t {
-    ($key:literal $(, $name:ident = $value:expr)* $(,)?) => {
-        Box::new(move || $crate::i18n::text($key, &[$((stringify!($name), ($value).to_string())),*]))
-            as $crate::i18n::Words
-    };
+    ($($of:tt)*) => { Box::new(move || $crate::i18n::say!($($of)*)) as $crate::i18n::Words };
 }
 macro_rules! say {
-    ($key:literal $(, $name:ident = $value:expr)* $(,)?) => {
+    ($key:literal $(, $name:ident = $value:expr)* $(,)?) => {{
+        const _: () =
+            assert!(annulus_core::locale::fits($key, &[$(stringify!($name)),*], true), "wrong key or arguments");
         $crate::i18n::text($key, &[$((stringify!($name), ($value).to_string())),*])
-    };
+    }};
 }
 pub(crate) use {say, t};
 

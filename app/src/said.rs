@@ -1,18 +1,12 @@
 //! A text to show later: a key of the locale tables with its arguments, or a diagnostic of the core.
 //!
 //! ```text
-//! key!("page.state.ready")      a key, checked against the tables like those of the screens
+//! key!("page.state.ready")      a key, checked by the compiler
 //! ```
 
-use annulus_core::diagnostic::Diagnostic;
-
 /// A checked key.
-macro_rules! key {
-    ($key:literal) => {
-        $key
-    };
-}
-pub(crate) use key;
+pub(crate) use annulus_core::code as key;
+use annulus_core::diagnostic::Diagnostic;
 
 /// A text for people, not yet in a language.
 #[derive(Clone, Debug, PartialEq)]

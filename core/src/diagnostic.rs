@@ -4,6 +4,54 @@
 use crate::locale;
 use serde::{Deserialize, Serialize};
 
+/// A code of the tables, checked by the compiler.
+#[macro_export]
+macro_rules! code {
+    ($code:literal) => {{
+        const _: () = assert!($crate::locale::fits($code, &[], false), "no text has this code");
+        $code
+    }};
+}
+
+/// A diagnostic whose code and arguments the compiler compares with the tables. A final `..` leaves arguments
+/// to [`Diagnostic::with`].
+///
+/// ```
+/// # use annulus_core::error;
+/// assert_eq!(error!("files.missing", path = "a.drl").message("en"), "a.drl does not exist.");
+/// ```
+#[macro_export]
+macro_rules! error {
+    ($($of:tt)*) => { $crate::diagnostic_of!(error $($of)*) };
+}
+
+/// A warning, like [`error!`].
+#[macro_export]
+macro_rules! warning {
+    ($($of:tt)*) => { $crate::diagnostic_of!(warning $($of)*) };
+}
+
+/// A note, like [`error!`].
+#[macro_export]
+macro_rules! note {
+    ($($of:tt)*) => { $crate::diagnostic_of!(note $($of)*) };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! diagnostic_of {
+    ($severity:ident $code:literal $(, $name:ident = $value:expr)* $(,)?) => {{
+        const _: () =
+            assert!($crate::locale::fits($code, &[$(stringify!($name)),*], true), "wrong code or arguments");
+        $crate::diagnostic::Diagnostic::$severity($code)$(.with(stringify!($name), $value))*
+    }};
+    ($severity:ident $code:literal $(, $name:ident = $value:expr)*, ..) => {{
+        const _: () =
+            assert!($crate::locale::fits($code, &[$(stringify!($name)),*], false), "wrong code or arguments");
+        $crate::diagnostic::Diagnostic::$severity($code)$(.with(stringify!($name), $value))*
+    }};
+}
+
 /// Argument with the number of further problems of one cause in the file.
 pub const MORE: &str = "more";
 

@@ -2,7 +2,6 @@
 
 mod carved_copper;
 mod cast;
-mod codes;
 mod corpus_cam;
 mod corpus_drill;
 mod corpus_gerber;

@@ -5,9 +5,11 @@
 //! wasm     only English is; the page fetches another language when chosen, and [`install`]s it once
 //! ```
 
+mod checked;
 mod number;
 mod plural;
 
+pub use checked::fits;
 pub use number::{has_two_marks, number, typed};
 pub use plural::{form, forms};
 
