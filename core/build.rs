@@ -23,9 +23,11 @@ fn flatten(prefix: &str, table: &toml::Table, rows: &mut Vec<(String, String)>) 
 fn arguments(rows: &[(String, String)]) -> BTreeMap<&str, BTreeSet<&str>> {
     let mut found: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for (key, text) in rows {
-        let code = key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice")).unwrap_or(key);
         let names = text.split('{').skip(1).filter_map(|rest| rest.split(['|', '}']).next());
-        found.entry(code).or_default().extend(names);
+        let code = key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice"));
+        for key in code.into_iter().chain([key.as_str()]) {
+            found.entry(key).or_default().extend(names.clone());
+        }
     }
     found
 }
@@ -39,7 +41,7 @@ fn main() {
     files.sort();
     let mut languages = String::from("pub(super) const LANGUAGES: [(&str, &str); COUNT] = [\n");
     let mut tables = String::from("pub(super) const TABLES: [(&str, &[(&str, &str)]); COUNT] = [\n");
-    let mut checked = String::from("pub(super) const ARGUMENTS: &[(&str, &[&str])] = &");
+    let mut checked = String::from("pub(super) const ARGUMENTS: &[(&str, &[&str])] = &[\n");
     for path in &files {
         println!("cargo::rerun-if-changed={}", path.display());
         let text = fs::read_to_string(path).unwrap();
@@ -50,12 +52,8 @@ fn main() {
         let language = path.file_stem().unwrap().to_string_lossy().into_owned();
         let name = rows.iter().find(|(key, _)| key == "page.language").map_or(&language, |(_, name)| name);
         writeln!(languages, "({language:?}, {name:?}),").unwrap();
-        if language == ALWAYS {
-            let arguments: Vec<_> = arguments(&rows)
-                .into_iter()
-                .map(|(key, names)| (key, names.into_iter().collect::<Vec<_>>()))
-                .collect();
-            writeln!(checked, "{arguments:?};").unwrap();
+        for (key, names) in arguments(&rows).iter().filter(|_| language == ALWAYS) {
+            writeln!(checked, "({key:?}, &{:?}),", Vec::from_iter(names)).unwrap();
         }
         writeln!(tables, "({language:?}, &[").unwrap();
         for (key, text) in rows.iter().filter(|_| !in_browser || language == ALWAYS) {
@@ -63,6 +61,6 @@ fn main() {
         }
         tables.push_str("]),\n");
     }
-    let source = format!("const COUNT: usize = {};\n{languages}];\n{tables}];\n{checked}", files.len());
+    let source = format!("const COUNT: usize = {};\n{languages}];\n{tables}];\n{checked}];\n", files.len());
     fs::write(Path::new(&env::var("OUT_DIR").unwrap()).join("locales.rs"), source).unwrap();
 }

@@ -1,5 +1,6 @@
 //! Formats numbers for people: lengths in the chosen unit, times as clocks. The core parses what people type.
 
+use annulus_core::code;
 pub use annulus_core::locale::typed;
 
 use crate::said::{Text, key};
@@ -79,23 +80,23 @@ fn rounded(number: f64, digits: usize) -> String {
 
 /// Diagnostics with `x` and `y` in file coordinates, apart from those of toolpaths (`cam.…`).
 const NAME_PLACES: [&str; 11] = [
-    "board.holes_in_layer_only",
-    "board.nets_meet",
-    "board.outline_frame_around",
-    "board.outline_frames",
-    "board.outline_mended",
-    "board.outline_part_empty",
-    "board.outline_trimmed",
-    "drawing.file_is_another",
-    "written.extra",
-    "written.missing",
-    "written.still",
+    code!("board.holes_in_layer_only"),
+    code!("board.nets_meet"),
+    code!("board.outline_frame_around"),
+    code!("board.outline_frames"),
+    code!("board.outline_mended"),
+    code!("board.outline_part_empty"),
+    code!("board.outline_trimmed"),
+    code!("drawing.file_is_another"),
+    code!("written.extra"),
+    code!("written.missing"),
+    code!("written.still"),
 ];
 
 /// `found` with its `x` and `y` relative to `zero` instead of to the files' origin.
 pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
     // `cam.zone_beside` repeats coordinates as the user typed them: don't convert these.
-    let of_toolpaths = found.code.starts_with("cam.") && found.code != "cam.zone_beside";
+    let of_toolpaths = found.code.starts_with("cam.") && found.code != code!("cam.zone_beside");
     let mut found = found.clone();
     if !of_toolpaths && !NAME_PLACES.contains(&found.code.as_str()) {
         return found;

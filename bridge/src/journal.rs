@@ -15,6 +15,7 @@ use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::magazine::ToolStock;
+use annulus_core::{code, error};
 use annulus_host::Keeper;
 use annulus_host::journal::{Contents, Damage, JobRecord, Progress, SEAL, WorkZero, sealed, unsealed};
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
@@ -61,7 +62,7 @@ pub(crate) fn open(path: &Path, used: bool) -> Result<(Journal, Contents), Diagn
             let aside = free_name(path);
             let damage = Damage { file: Some(aside.display().to_string()), job: salvaged(path) };
             fs::rename(path, &aside)
-                .map_err(|error| cannot("journal.cannot_open", path, &error.to_string()))?;
+                .map_err(|error| cannot(code!("journal.cannot_open"), path, &error.to_string()))?;
             begin_anew(path, damage).inspect_err(|_| {
                 // Without a new journal to remember it, the damage must be found again.
                 let _ = fs::rename(&aside, path);
@@ -74,7 +75,8 @@ pub(crate) fn open(path: &Path, used: bool) -> Result<(Journal, Contents), Diagn
 /// Creates an empty journal atomically: a partial one would count as damaged.
 fn create(path: &Path) -> Result<(), Diagnostic> {
     let beside = path.with_extension("new");
-    let cannot = |error: &dyn std::fmt::Display| cannot("journal.cannot_open", path, &error.to_string());
+    let cannot =
+        |error: &dyn std::fmt::Display| cannot(code!("journal.cannot_open"), path, &error.to_string());
     match fs::remove_file(&beside) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(&error)),
         _ => {}
@@ -115,7 +117,7 @@ pub(crate) fn examine(path: &Path) -> Result<(), Diagnostic> {
     }
     match try_open(path) {
         Ok(_) => Ok(()),
-        Err(Trouble::Damaged(why)) => Err(cannot("doctor.journal_damaged", path, &why)),
+        Err(Trouble::Damaged(why)) => Err(cannot(code!("doctor.journal_damaged"), path, &why)),
         Err(trouble) => Err(refusal(path, trouble)),
     }
 }
@@ -130,8 +132,8 @@ pub(crate) fn look_into(path: &Path) -> Result<Option<(Journal, Contents)>, Diag
 
 fn refusal(path: &Path, trouble: Trouble) -> Diagnostic {
     match trouble {
-        Trouble::InUse => cannot("journal.in_use", path, ""),
-        Trouble::Damaged(why) | Trouble::Disk(why) => cannot("journal.cannot_open", path, &why),
+        Trouble::InUse => cannot(code!("journal.in_use"), path, ""),
+        Trouble::Damaged(why) | Trouble::Disk(why) => cannot(code!("journal.cannot_open"), path, &why),
     }
 }
 
@@ -330,5 +332,5 @@ fn wear_key(wear: &ToolWear) -> String {
 }
 
 fn full(reason: String) -> Diagnostic {
-    Diagnostic::error("journal.cannot_write").with("reason", reason)
+    error!("journal.cannot_write", reason = reason)
 }

@@ -4,6 +4,7 @@
 use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{self, Machine, SECTIONS, Setting, Value, ValueKind};
 use annulus_core::project::text;
 use std::env;
@@ -82,7 +83,7 @@ pub(crate) fn named(text: &str) -> Result<Known, Refusal> {
     if path.is_file() {
         return load(&path).map(|machine| Known { machine, path });
     }
-    let why = Diagnostic::error("machine.no_such").with("name", text).with("names", words().join(", "));
+    let why = error!("machine.no_such", name = text, names = words().join(", "));
     Err(Refusal::surroundings(why))
 }
 
@@ -102,13 +103,13 @@ pub(crate) fn load(path: &Path) -> Result<Machine, Refusal> {
     let Ok(text) = std::str::from_utf8(&bytes) else {
         let at = std::str::from_utf8(&bytes).err().map_or(0, |error| error.valid_up_to());
         let (line, column) = text::line_and_column(&bytes, at);
-        return Err(refuse(Diagnostic::error("machine.file_not_text").at(&file, line, column)));
+        return Err(refuse(error!("machine.file_not_text").at(&file, line, column)));
     };
     parse(&file, text).map_err(refuse)
 }
 
 fn unreadable(file: &str, error: &io::Error) -> Refusal {
-    let why = Diagnostic::error("machine.file_unreadable").with("file", file).with("reason", error);
+    let why = error!("machine.file_unreadable", file = file, reason = error);
     Refusal::surroundings(why)
 }
 
@@ -118,7 +119,7 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
         let at = error.span().map_or(0, |span| span.start);
         let (line, column) = text::line_and_column(written.as_bytes(), at);
         let what = error.message().lines().next().unwrap_or_default().to_owned();
-        Diagnostic::error("machine.file_syntax").at(file, line, column).with("what", what)
+        error!("machine.file_syntax", what = what).at(file, line, column)
     })?;
     let place = |diagnostic: Diagnostic, at: usize| {
         let (line, column) = text::line_and_column(written.as_bytes(), at);
@@ -141,7 +142,7 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
                     // First one by one, so that an error has the line of its field; limits between fields
                     // later.
                     if machine::setting(&key).is_none() {
-                        let why = Diagnostic::error("machine.setting_unknown").with("key", key);
+                        let why = error!("machine.setting_unknown", key = key);
                         return Err(place(why, name_at));
                     }
                     if let Some(why) = machine::apply(&machine, &change).err().and_then(|all| {
@@ -153,14 +154,14 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
                 }
             }
             _ => {
-                let why = Diagnostic::error("machine.setting_unknown").with("key", section.get_ref());
+                let why = error!("machine.setting_unknown", key = section.get_ref());
                 return Err(place(why, at));
             }
         }
     }
     if schema != Some(SCHEMA) {
         let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
-        let why = Diagnostic::error("machine.file_schema").with("found", found).with("known", SCHEMA);
+        let why = error!("machine.file_schema", found = found, known = SCHEMA);
         return Err(place(why, 0));
     }
     let moved = moved_from_card(&changes);
@@ -172,7 +173,7 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
             Ok(machine)
         }
         Err(refusals) => {
-            let none = || Diagnostic::error("machine.file_syntax").with("what", "?");
+            let none = || error!("machine.file_syntax", what = "?");
             let why = refusals.into_iter().next().unwrap_or_else(none);
             let key = why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone());
             let at =
@@ -210,7 +211,7 @@ fn moved_from_card(changes: &[Placed]) -> Vec<Placed> {
 pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Diagnostic> {
     write_own(path, text_of(machine).as_bytes()).map_err(|error| {
         let file = path.display();
-        Diagnostic::error("machine.file_not_saved").with("file", file).with("reason", error)
+        error!("machine.file_not_saved", file = file, reason = error)
     })
 }
 

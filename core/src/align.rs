@@ -10,6 +10,7 @@
 //! refused.
 
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program};
 use serde::{Deserialize, Serialize};
@@ -44,7 +45,7 @@ impl BoardFit {
     /// Least-squares fit of two or more holes.
     pub fn of(holes: &[FoundHole]) -> Result<Self, Diagnostic> {
         if holes.len() < 2 {
-            return Err(Diagnostic::error("align.too_few"));
+            return Err(error!("align.too_few"));
         }
         let count = holes.len() as f64;
         let mean = |place: fn(&FoundHole) -> Point| {
@@ -60,7 +61,7 @@ impl BoardFit {
             spread_mm = spread_mm.max(libm::hypot(a, b)).max(libm::hypot(c, d) * 0.5);
         }
         if spread_mm * 2.0 < NEAREST_MM {
-            return Err(Diagnostic::error("align.too_near").with("mm", format!("{:.1}", spread_mm * 2.0)));
+            return Err(error!("align.too_near", mm = format!("{:.1}", spread_mm * 2.0)));
         }
         let turn_rad = libm::atan2(cross, dot);
         let mut fit = Self { turn_rad, shift_mm: [0.0; 2], left_over_mm: 0.0 };
@@ -72,10 +73,10 @@ impl BoardFit {
         };
         fit.left_over_mm = holes.iter().map(left_over).fold(0.0, f64::max);
         if fit.left_over_mm > LEFT_OVER_MM {
-            return Err(Diagnostic::error("align.apart").with("mm", format!("{:.3}", fit.left_over_mm)));
+            return Err(error!("align.apart", mm = format!("{:.3}", fit.left_over_mm)));
         }
         if libm::fabs(fit.degrees()) > MOST_DEG {
-            return Err(Diagnostic::error("align.turned").with("degrees", format!("{:.1}", fit.degrees())));
+            return Err(error!("align.turned", degrees = format!("{:.1}", fit.degrees())));
         }
         Ok(fit)
     }

@@ -4,6 +4,7 @@
 //! digest (16 bytes) │ JSON          a damaged or half-written record is ignored
 //! ```
 
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::magazine::ToolStock;
@@ -105,8 +106,8 @@ impl Damage {
     }
 }
 
-const DAMAGED: &str = "journal.damaged";
-const GONE: &str = "journal.gone";
+const DAMAGED: &str = code!("journal.damaged");
+const GONE: &str = code!("journal.gone");
 
 /// A change to write; changes are written in order.
 pub enum Record {

@@ -6,6 +6,7 @@ use crate::owner::Message;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::control::lease::{Lease, LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Ask, Control, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, understand};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -84,7 +85,7 @@ impl Line {
     /// Handles a frame from the page.
     pub(crate) fn heard(&mut self, text: &str, now: Duration) -> Vec<Asked> {
         if text.len() > FRAME_LIMIT {
-            self.answer(Err(Diagnostic::error("socket.too_large").with("limit", FRAME_LIMIT)));
+            self.answer(Err(error!("socket.too_large", limit = FRAME_LIMIT)));
             return Vec::new();
         }
         let mut asked = self.control(LeaseEvent::Heard(PAGE), now);
@@ -98,8 +99,8 @@ impl Line {
     fn asked(&mut self, ask: Ask, now: Duration) -> Vec<Asked> {
         match ask {
             Ask::Hello { .. } if !self.welcome => return self.hello(),
-            Ask::Hello { .. } => self.answer(Err(Diagnostic::error("socket.hello_again"))),
-            _ if !self.welcome => self.answer(Err(Diagnostic::error("socket.first_frame"))),
+            Ask::Hello { .. } => self.answer(Err(error!("socket.hello_again"))),
+            _ if !self.welcome => self.answer(Err(error!("socket.first_frame"))),
             Ask::Ping { stamp } => self.say(&Tell::Pong { stamp }),
             Ask::TakeControl { force } => return self.control(LeaseEvent::Take { viewer: PAGE, force }, now),
             Ask::ReleaseControl => return self.control(LeaseEvent::Release(PAGE), now),
@@ -108,7 +109,7 @@ impl Line {
                 return vec![Asked::Message(Message::Stop)];
             }
             _ if self.lease.holder() != Some(PAGE) => {
-                self.answer(Err(Diagnostic::error("control.needed")));
+                self.answer(Err(error!("control.needed")));
             }
             Ask::Arm { job, from_leg } => {
                 return vec![Asked::Arm { job, from_leg, ticket: self.tickets.now() }];

@@ -16,6 +16,7 @@ use annulus_core::magazine::{Held, ToolStock, changes_ticks};
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{ArmedJob, PreflightRow, RowVerdict, Tell, program};
 use annulus_core::{check, motion};
+use annulus_core::{code, error, note, warning};
 use std::sync::Arc;
 use std::thread;
 
@@ -207,10 +208,6 @@ pub(crate) fn row(verdict: RowVerdict, finding: Diagnostic) -> PreflightRow {
     PreflightRow { finding, verdict }
 }
 
-fn note(code: &str) -> Diagnostic {
-    Diagnostic::note(code)
-}
-
 /// Prepares the job `bytes` for the drill in its current state.
 pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Result<Prepared, Diagnostic> {
     let machine = &context.machine;
@@ -227,13 +224,13 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     let left_s = left_ticks.get(from_leg as usize).copied().unwrap_or(0) as f64 / TICK_HZ as f64;
     let mut checks = standing(context, plane);
     checks.push(if program.machine == machine.fingerprint() {
-        row(RowVerdict::Pass, note("preflight.same_machine"))
+        row(RowVerdict::Pass, note!("preflight.same_machine"))
     } else {
-        row(RowVerdict::Fail, Diagnostic::error("preflight.other_machine"))
+        row(RowVerdict::Fail, error!("preflight.other_machine"))
     });
     let (digest, verdict) = judged(stream, machine, plane.map(|_| zero));
     match verdict {
-        Some(Ok(())) => checks.push(row(RowVerdict::Pass, note("preflight.stream_safe"))),
+        Some(Ok(())) => checks.push(row(RowVerdict::Pass, note!("preflight.stream_safe"))),
         Some(Err(reasons)) => {
             checks.extend(reasons.into_iter().take(20).map(|why| row(RowVerdict::Fail, why)));
         }
@@ -241,8 +238,8 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
     checks.extend(context.spindle_answers.map(|answers| {
-        let silent = || row(RowVerdict::Fail, Diagnostic::error("preflight.spindle_silent"));
-        if answers { row(RowVerdict::Pass, note("preflight.spindle_answers")) } else { silent() }
+        let silent = || row(RowVerdict::Fail, error!("preflight.spindle_silent"));
+        if answers { row(RowVerdict::Pass, note!("preflight.spindle_answers")) } else { silent() }
     }));
     checks.extend(told);
     checks.extend(machine::warnings(machine).into_iter().map(|warning| row(RowVerdict::Warn, warning)));
@@ -252,14 +249,14 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     checks.extend(unseen_breakage(program, machine));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
-        let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
+        let why = warning!("preflight.bit_not_in_rack", bits = missing.join(", "));
         checks.push(row(RowVerdict::Warn, why));
     }
     checks.extend(worn_tools(program, machine, (from_leg as usize, &context.wear)));
     if let Some(stock) = &context.stock {
         checks.extend(magazine(program, from_leg as usize, stock));
     } else if let Some(bit) = bit_of_leg(program, from_leg as usize).filter(|_| machine.has_equal_lengths()) {
-        checks.push(row(RowVerdict::Warn, note("preflight.first_bit").with("bit", bit.titled())));
+        checks.push(row(RowVerdict::Warn, note!("preflight.first_bit", bit = bit.titled())));
     }
     checks.extend(lengths::rows(program, context, from_leg as usize));
     checks.extend(far_below(program, machine));
@@ -288,15 +285,15 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
     }
     let mut rows = Vec::new();
     if stock.spindle == Held::Unknown {
-        rows.push(row(RowVerdict::Fail, Diagnostic::error("magazine.spindle_unknown")));
+        rows.push(row(RowVerdict::Fail, error!("magazine.spindle_unknown")));
     } else if missing.is_empty() {
-        rows.push(row(RowVerdict::Pass, note("preflight.magazine_ready")));
+        rows.push(row(RowVerdict::Pass, note!("preflight.magazine_ready")));
     } else {
-        let why = Diagnostic::error("preflight.bit_not_in_magazine").with("bits", missing.join(", "));
+        let why = error!("preflight.bit_not_in_magazine", bits = missing.join(", "));
         rows.push(row(RowVerdict::Fail, why));
     }
     if let (Some(change), Some(next)) = (&stock.change, stock.goes_on_with()) {
-        let why = Diagnostic::warning("preflight.change_stopped").with("step", change.step.number());
+        let why = warning!("preflight.change_stopped", step = change.step.number(), ..);
         rows.push(row(RowVerdict::Warn, why.with("next", next.number())));
     }
     rows
@@ -305,21 +302,20 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
 /// Warns that a tool that breaks while drilling goes unnoticed.
 fn unseen_breakage(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let unseen = program.hole_count() > 0 && !machine.notices_broken_bits();
-    unseen.then(|| row(RowVerdict::Warn, Diagnostic::warning("preflight.broken_bits_unseen")))
+    unseen.then(|| row(RowVerdict::Warn, warning!("preflight.broken_bits_unseen")))
 }
 
 /// Warns if a tool goes deeper below the board than the spoilboard may be thick.
 pub(crate) fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let below = deepest(program) - machine.process.board_thickness;
-    let why = || Diagnostic::warning("preflight.far_below").with("below", format!("{:.2}", below.mm()));
+    let why = || warning!("preflight.far_below", below = format!("{:.2}", below.mm()));
     (below > bed(false)).then(|| row(RowVerdict::Warn, why()))
 }
 
 /// Repeats the errors that the user accepted.
 pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
     let codes = program.accepted.join(", ");
-    (!codes.is_empty())
-        .then(|| row(RowVerdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)))
+    (!codes.is_empty()).then(|| row(RowVerdict::Warn, warning!("preflight.accepted", codes = codes)))
 }
 
 /// Warning about what a start of `key` at `from_leg` discards: another interrupted job, or the progress of
@@ -327,17 +323,17 @@ pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
 fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
     let Broken { key: offered, next_leg, .. } = context.offer.as_ref()?;
     if offered != key {
-        return Some(Diagnostic::warning("preflight.forgets").with("job", &offered[..offered.len().min(8)]));
+        return Some(warning!("preflight.forgets", job = &offered[..offered.len().min(8)]));
     }
-    (from_leg == 0 && *next_leg > 0).then(|| Diagnostic::warning("preflight.anew"))
+    (from_leg == 0 && *next_leg > 0).then(|| warning!("preflight.anew"))
 }
 
 /// The remaining holes, toolpaths and time from `from_leg`.
 pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
     let (holes, toolpaths) = made(program.legs.iter().skip(from_leg));
-    let words = if toolpaths > 0 { "preflight.time_milling" } else { "preflight.time" };
+    let words = if toolpaths > 0 { code!("preflight.time_milling") } else { code!("preflight.time") };
     let whole_s = left_s.round() as u64;
-    let spent = note(words).with("holes", holes).with("toolpaths", toolpaths);
+    let spent = Diagnostic::note(words).with("holes", holes).with("toolpaths", toolpaths);
     spent.with("minutes", whole_s / 60).with("seconds", whole_s % 60)
 }
 
@@ -371,10 +367,10 @@ pub(crate) fn worn_tools(
 pub(crate) fn worn_tool(tool: &RackTool, bit: &Bit, (now, needs): (&ToolWear, Wear)) -> Option<Diagnostic> {
     let way = tool.wears_by_way();
     let found = match (now.is_over(tool.life), now.plus(needs).is_over(tool.life)) {
-        (true, _) if way => Diagnostic::warning("preflight.tool_worn_way"),
-        (true, _) => Diagnostic::warning("preflight.tool_worn"),
-        (false, true) if way => note("preflight.tool_wears_out_way"),
-        (false, true) => note("preflight.tool_wears_out"),
+        (true, _) if way => warning!("preflight.tool_worn_way", ..),
+        (true, _) => warning!("preflight.tool_worn", ..),
+        (false, true) if way => note!("preflight.tool_wears_out_way", ..),
+        (false, true) => note!("preflight.tool_wears_out", ..),
         (false, false) => return None,
     };
     let found = found.with("number", tool.number).with("tool", bit.titled());
@@ -432,7 +428,7 @@ pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
     let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
     verdict
         .unwrap_or(Ok(()))
-        .map_err(|reasons| reasons.into_iter().next().unwrap_or_else(|| Diagnostic::error("control.busy")))?;
+        .map_err(|reasons| reasons.into_iter().next().unwrap_or_else(|| error!("control.busy")))?;
     let too_fast = |safe_hz| lateness::too_fast(plan.stream.segments(), safe_hz);
     if let Some(why) = job.context.safe_hz.and_then(too_fast) {
         return Err(why);
@@ -450,7 +446,7 @@ fn unknown_bit(program: &Program) -> Option<Diagnostic> {
         _ => None,
     });
     let bit = waits.find(|bit| *bit as usize >= program.bits.len())?;
-    let why = Diagnostic::error("preflight.no_such_bit").with("bit", u64::from(bit) + 1);
+    let why = error!("preflight.no_such_bit", bit = u64::from(bit) + 1, ..);
     Some(why.with("bits", program.bits.len()))
 }
 
@@ -459,16 +455,16 @@ fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
     let lost = |code| row(RowVerdict::Fail, Diagnostic::error(code));
     vec![
         match context.trust {
-            Trust::Trusted => row(RowVerdict::Pass, note("preflight.homed")),
-            Trust::Suspect | Trust::Lost => lost("preflight.not_homed"),
+            Trust::Trusted => row(RowVerdict::Pass, note!("preflight.homed")),
+            Trust::Suspect | Trust::Lost => lost(code!("preflight.not_homed")),
         },
         match context.state {
-            State::Ready | State::NotHomed => row(RowVerdict::Pass, note("preflight.at_rest")),
-            _ => lost("preflight.busy"),
+            State::Ready | State::NotHomed => row(RowVerdict::Pass, note!("preflight.at_rest")),
+            _ => lost(code!("preflight.busy")),
         },
         match plane {
-            Some(_) => row(RowVerdict::Pass, note("preflight.zero_set")),
-            None => lost("preflight.no_zero"),
+            Some(_) => row(RowVerdict::Pass, note!("preflight.zero_set")),
+            None => lost(code!("preflight.no_zero")),
         },
     ]
 }
@@ -480,7 +476,7 @@ fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
         Some(why) => row(RowVerdict::Fail, why),
         None => {
             let hz = fastest.map_or(0.0, |(hz, _)| hz);
-            let finding = note("preflight.in_time").with("hz", hz.ceil()).with("safe", safe_hz.floor());
+            let finding = note!("preflight.in_time", hz = hz.ceil(), safe = safe_hz.floor());
             row(RowVerdict::Pass, finding)
         }
     }

@@ -1,6 +1,7 @@
 //! Uploaded programs by key; only the newest are saved.
 
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::program;
 
 /// Most programs; the oldest is dropped first.
@@ -25,7 +26,7 @@ impl Programs {
         stays: Option<&String>,
     ) -> Result<(), Diagnostic> {
         if program::key(&bytes) != key {
-            return Err(Diagnostic::error("control.wrong_key"));
+            return Err(error!("control.wrong_key"));
         }
         program::decode(&bytes)?;
         self.0.retain(|(other, _)| other != key);

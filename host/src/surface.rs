@@ -15,6 +15,7 @@ use annulus_core::level::{HeightMap, TOLERANCE, key_of, level, same_job};
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 use annulus_core::wire::{PreflightRow, RowVerdict};
+use annulus_core::{error, warning};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -35,11 +36,10 @@ impl KeptSurface {
     /// Why it does not fit `machine` with its work zero at these steps; `None` if it fits.
     pub(crate) fn misplaced(&self, machine: &Machine, zero_steps: Option<[i64; 2]>) -> Option<Diagnostic> {
         let Some(zero) = zero_steps else {
-            return Some(Diagnostic::error("level.other_zero").with("mm", "?"));
+            return Some(error!("level.other_zero", mm = "?"));
         };
         let zero = [0, 1].map(|axis: usize| machine.axis(axis).scale.length(zero[axis]));
-        let other_height =
-            || (self.height != machine.process.surface).then(|| Diagnostic::error("level.other_height"));
+        let other_height = || (self.height != machine.process.surface).then(|| error!("level.other_height"));
         self.map.refused(&self.map.job, zero, true).or_else(other_height)
     }
 }
@@ -75,11 +75,11 @@ pub(crate) fn followed(program: Program, ground: &Ground<'_>) -> Followed {
         (Some(None), _) | (None, None) => return as_planned(program, None),
         (Some(Some(before)), Some(kept)) if kept.map.key() == before => kept,
         (Some(Some(_)), _) => {
-            let told = row(RowVerdict::Fail, Diagnostic::error("level.other_map"));
+            let told = row(RowVerdict::Fail, error!("level.other_map"));
             return as_planned(program, Some(told));
         }
         (None, Some(kept)) if !same_job(&kept.map.job, &key_of(&program)) => {
-            let told = row(RowVerdict::Warn, Diagnostic::warning("level.not_used"));
+            let told = row(RowVerdict::Warn, warning!("level.not_used"));
             return as_planned(program, Some(told));
         }
         (None, Some(kept)) => kept,
@@ -89,7 +89,7 @@ pub(crate) fn followed(program: Program, ground: &Ground<'_>) -> Followed {
         Err(why) => as_planned(program, Some(row(RowVerdict::Fail, why))),
         Ok(levelled) => {
             let mm = format!("{:.3}", levelled.correction.largest().mm());
-            let told = row(RowVerdict::Warn, Diagnostic::warning("level.follows").with("mm", mm));
+            let told = row(RowVerdict::Warn, warning!("level.follows", mm = mm));
             Followed { program: levelled.program, follows: Some(Arc::clone(kept)), told: Some(told) }
         }
     }

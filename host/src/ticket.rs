@@ -13,6 +13,7 @@
 //! control and STOPs go through the owner's own queue. So a request is either refused, or the message after
 //! it stops what it started: there is no gap.
 
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::pins::Order;
 use annulus_core::wire::JOG_GRANT_MS;
@@ -51,8 +52,8 @@ impl Tickets {
     pub fn check(&self, ticket: Ticket) -> Result<(), Diagnostic> {
         let now = self.now();
         let code = match ticket {
-            _ if ticket.control != now.control => "control.needed",
-            _ if ticket.stops != now.stops => "socket.stopped_meanwhile",
+            _ if ticket.control != now.control => code!("control.needed"),
+            _ if ticket.stops != now.stops => code!("socket.stopped_meanwhile"),
             _ => return Ok(()),
         };
         Err(Diagnostic::error(code))

@@ -135,12 +135,11 @@ fn every_text_is_used() {
     used.insert("page.language".to_owned());
     used.extend(OperationKind::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
     // `format!("grbl.error_{number}")` uses all codes that begin so.
-    let begun: Vec<_> = used.iter().filter_map(|text| text.split_once('{').map(|(begins, _)| begins)).collect();
+    let begun: Vec<_> =
+        used.iter().filter_map(|text| text.split_once('{').map(|(begins, _)| begins)).collect();
     let begun: Vec<_> = begun.into_iter().filter(|begins| begins.contains('.')).collect();
     let is_used = |key: &str| used.contains(key) || begun.iter().any(|begins| key.starts_with(begins));
-    let stem = |key: &'static str| {
-        key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice"))
-    };
+    let stem = |key: &'static str| key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice"));
     let left: BTreeSet<_> = locale::entries("en")
         .iter()
         .filter_map(|(key, _)| stem(key).or_else(|| key.starts_with("page.").then_some(key)))

@@ -11,6 +11,7 @@ use crate::browser::{CAMERA_PICTURE, kept_storage};
 use crate::model::{Eye, SecondSideEvent};
 use crate::page::send;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::{code, error};
 use js_sys::{Array, JSON, Object, Reflect};
 use leptos::prelude::document;
 use leptos::task::spawn_local;
@@ -82,9 +83,9 @@ fn devices() -> Option<Devices> {
 fn blind(error: &JsValue) -> Diagnostic {
     let name = Reflect::get(error, &"name".into()).ok().and_then(|name| name.as_string()).unwrap_or_default();
     Diagnostic::error(match name.as_str() {
-        "NotAllowedError" | "SecurityError" => "camera.denied",
-        "NotReadableError" | "AbortError" => "camera.busy",
-        _ => "camera.none",
+        "NotAllowedError" | "SecurityError" => code!("camera.denied"),
+        "NotReadableError" | "AbortError" => code!("camera.busy"),
+        _ => code!("camera.none"),
     })
 }
 
@@ -98,7 +99,7 @@ impl Camera {
         let camera = self.clone();
         spawn_local(async move {
             let Some(devices) = devices() else {
-                return eye(Eye::Blind(Diagnostic::error("camera.none")));
+                return eye(Eye::Blind(error!("camera.none")));
             };
             let wanted = JSON::parse(WANTED).unwrap_or(JsValue::NULL);
             match devices.get_user_media(&wanted).await {
@@ -112,7 +113,7 @@ impl Camera {
     /// permission.
     fn show(&self, stream: CameraStream) {
         self.shut();
-        let ended = Closure::<dyn FnMut()>::new(|| eye(Eye::Blind(Diagnostic::error("camera.lost"))));
+        let ended = Closure::<dyn FnMut()>::new(|| eye(Eye::Blind(error!("camera.lost"))));
         for track in stream.tracks() {
             track.unchecked_into::<CameraTrack>().set_onended(ended.as_ref());
         }

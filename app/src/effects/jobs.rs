@@ -5,12 +5,9 @@ use crate::model::StartEvent;
 use crate::page;
 use crate::said::key;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{PROOF_HEADER, Paired, SESSION_HEADER, auth, program};
 use serde::Deserialize;
-
-fn failed(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
 
 #[derive(Deserialize)]
 struct Refusal {
@@ -25,10 +22,10 @@ struct Said {
 
 fn refused(answer: &HttpAnswer) -> Diagnostic {
     match serde_json::from_slice::<Refusal>(&answer.body) {
-        Ok(Refusal { error }) => {
-            failed(key!("page.link.said")).with("message", error.message).with("advice", error.advice)
-        }
-        Err(_) => failed(key!("page.link.refused")).with("status", answer.status),
+        Ok(Refusal { error }) => Diagnostic::error(key!("page.link.said"))
+            .with("message", error.message)
+            .with("advice", error.advice),
+        Err(_) => Diagnostic::error(key!("page.link.refused")).with("status", answer.status),
     }
 }
 
@@ -38,12 +35,12 @@ async fn send(
     key: &str,
     body: Option<&[u8]>,
 ) -> Result<Vec<u8>, Diagnostic> {
-    let session = session.ok_or_else(|| failed(key!("page.link.unpaired")))?;
+    let session = session.ok_or_else(|| Diagnostic::error(key!("page.link.unpaired")))?;
     let path = format!("/api/jobs/{key}");
     let proof = auth::request(&session.key, method, &path);
     let headers = [(SESSION_HEADER, session.session.as_str()), (PROOF_HEADER, proof.as_str())];
     match request(method, &path, &headers, body).await {
-        None => Err(failed(key!("page.link.no_answer"))),
+        None => Err(Diagnostic::error(key!("page.link.no_answer"))),
         Some(answer) if (200..300).contains(&answer.status) => Ok(answer.body),
         Some(answer) => Err(refused(&answer)),
     }
@@ -62,7 +59,7 @@ pub(super) fn fetch(number: u32, key: String, session: Option<Paired>) {
     leptos::task::spawn_local(async move {
         let bytes = send(session, "GET", &key, None).await;
         let same = |bytes: Vec<u8>| {
-            if program::key(&bytes) == key { Ok(bytes) } else { Err(failed("program.damaged")) }
+            if program::key(&bytes) == key { Ok(bytes) } else { Err(error!("program.damaged")) }
         };
         page::send(StartEvent::Fetched { number, answer: bytes.and_then(same) });
     });

@@ -16,6 +16,7 @@ use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::send;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::BITS_PER_S;
+use annulus_core::{code, error};
 use annulus_host::adapter::USB;
 use js_sys::{Array, Object, Promise, Reflect, Uint8Array};
 use std::cell::{Cell, RefCell};
@@ -237,7 +238,7 @@ impl Serial {
                 Err(error) => match name_of(&error, "name").as_str() {
                     // The user closed the dialog, which is not an error.
                     "NotFoundError" => {}
-                    _ => tell(ControllerEvent::Failed { why: failed("serial.not_chosen", &error) }),
+                    _ => tell(ControllerEvent::Failed { why: failed(code!("serial.not_chosen"), &error) }),
                 },
             }
         });
@@ -287,7 +288,7 @@ impl Serial {
         } else {
             self.speed.set(0);
             self.heard.set(false);
-            tell(ControllerEvent::Failed { why: Diagnostic::error("grbl.no_answer") });
+            tell(ControllerEvent::Failed { why: error!("grbl.no_answer") });
         }
     }
 
@@ -359,7 +360,7 @@ impl Serial {
         let mut reader = match self.open(port).await {
             Ok(reader) => reader,
             Err(error) => {
-                return tell(ControllerEvent::Failed { why: failed("serial.not_opened", &error) });
+                return tell(ControllerEvent::Failed { why: failed(code!("serial.not_opened"), &error) });
             }
         };
         if self.count.get() != count {

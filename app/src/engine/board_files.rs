@@ -8,6 +8,7 @@ use annulus_core::artwork::{Artwork, packed};
 use annulus_core::board::changes::changes;
 use annulus_core::board::{Board, BoardWanted, drawing, from_artwork_telling};
 use annulus_core::cam::carried::carried;
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Region;
 
@@ -81,7 +82,7 @@ pub(super) fn write(wanted: &ToWriteOver) -> Result<WrittenOver, Diagnostic> {
     if wanted.picture {
         let (.., board, mut lost) = board(read, under, &mut |_, _| {});
         // Other problems of the board do not concern the picture.
-        lost.retain(|one| one.code == "drawing.file_is_another");
+        lost.retain(|one| one.code == code!("drawing.file_is_another"));
         let bytes = drawing::board_svg(&board, name).into_bytes();
         return Ok(WrittenOver { name: format!("{stem}.svg"), bytes, is_picture: true, lost });
     }

@@ -7,6 +7,7 @@ use super::messages::LayerRow;
 use annulus_core::board::Board;
 use annulus_core::cam::toolpaths::{Kept, Planned, PlannedOperation};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::geometry::Bounds;
 use annulus_core::proof::Verdict;
 use std::collections::VecDeque;
@@ -154,5 +155,5 @@ impl Cache {
 }
 
 fn gone() -> Vec<Diagnostic> {
-    vec![Diagnostic::error("engine.board_gone")]
+    vec![error!("engine.board_gone")]
 }

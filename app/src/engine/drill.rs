@@ -10,6 +10,7 @@ use super::files::{self, Store};
 use super::messages::{FromDrill, ToDrill};
 use super::worker;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::Tell;
 use annulus_host::grbl::PageStation;
 use annulus_host::{Alone, File, Port};
@@ -223,7 +224,7 @@ fn hear(room: &Shared, message: ToDrill) {
             }
             (ToDrill::Fetch { number, key }, served) => {
                 let program = served.job(&key).map(<[u8]>::to_vec);
-                let answer = program.ok_or_else(|| Diagnostic::error("control.no_such_job"));
+                let answer = program.ok_or_else(|| error!("control.no_such_job"));
                 post(&FromDrill::Program { number, answer });
             }
             (ToDrill::Bytes(bytes), Served::Controller(station)) => station.bytes(bytes),

@@ -15,6 +15,7 @@ use super::{part, proving};
 use annulus_core::board::Face;
 use annulus_core::cam::briefing;
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::error;
 use annulus_core::job::{Briefing, Program};
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, Dialect, Manner, OutputFile};
@@ -65,7 +66,7 @@ pub(super) fn lines(
     let (mut sides, _) = written(sides, wanted)?;
     match up.filter(|up| *up < sides.len()) {
         Some(up) => Ok(sides.swap_remove(up)),
-        None => Err(vec![Diagnostic::error("cam.nothing_to_do")]),
+        None => Err(vec![error!("cam.nothing_to_do")]),
     }
 }
 
@@ -90,7 +91,7 @@ fn planned(
         look(&plan, &side, cache, &mut part(&mut share, PLANNED, 100))?;
         sides.push((face, side));
     }
-    if sides.is_empty() { Err(vec![Diagnostic::error("cam.nothing_to_do")]) } else { Ok(sides) }
+    if sides.is_empty() { Err(vec![error!("cam.nothing_to_do")]) } else { Ok(sides) }
 }
 
 /// The files of all sides, and the contents of the run sheet.
@@ -139,7 +140,7 @@ fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Diagnostic>
     Ok(Box::new(move |program, briefing, side| {
         let files = post::write_for(&target, program, &manner, briefing, side).unwrap_or_else(|| {
             let nearest = post::nearest_target(&target);
-            let unknown = Diagnostic::error("post.unknown_target").with("name", &target);
+            let unknown = error!("post.unknown_target", name = &target, ..);
             Err(unknown.with("nearest", nearest).with("known", post::targets().join(", ")))
         });
         proved((dialect.as_ref(), false), program, files?)

@@ -4,6 +4,7 @@
 //! Only one tab can have a file open; a second one is refused.
 
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_host::{File, Files};
 use js_sys::Reflect;
 use std::collections::BTreeMap;
@@ -51,7 +52,7 @@ pub(super) async fn open(
                 kept.values().for_each(FileSystemSyncAccessHandle::close);
                 let name = Reflect::get(&error, &"name".into()).ok().and_then(|name| name.as_string());
                 return match name.as_deref() {
-                    Some("NoModificationAllowedError") => Err(Diagnostic::error("drill.other_tab")),
+                    Some("NoModificationAllowedError") => Err(error!("drill.other_tab")),
                     _ => Ok(Store::Memory(BTreeMap::new())),
                 };
             }

@@ -10,7 +10,7 @@
 
 use super::messages::{Answer, Envelope, Request, WorkerReport};
 use super::{Stopped, worker};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use futures_channel::oneshot;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -48,7 +48,7 @@ pub(super) fn ask(
     let handed = hand_over(requests, request, Pending { answer, progress });
     async move {
         if let Err(reason) = handed {
-            let diagnostic = Diagnostic::error("engine.cannot_start").with("reason", reason);
+            let diagnostic = error!("engine.cannot_start", reason = reason);
             return Err(Stopped::Refused(vec![diagnostic]));
         }
         coming.await.unwrap_or(Err(Stopped::Cancelled))
@@ -147,7 +147,7 @@ fn fell_over(requests: &Rc<RefCell<Requests>>, reason: &str) {
         (std::mem::take(&mut requests.pending), words)
     };
     for (_, pending) in pending {
-        let diagnostic = Diagnostic::error("engine.fell_over").with("reason", &words);
+        let diagnostic = error!("engine.fell_over", reason = &words);
         let _ = pending.answer.send(Err(Stopped::Refused(vec![diagnostic])));
     }
 }

@@ -4,7 +4,7 @@ use super::cache::Cache;
 use super::messages::{Envelope, WorkerReport};
 use super::work;
 use crate::trusted;
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use wasm_bindgen::prelude::*;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent, Worker, WorkerOptions, WorkerType};
 
@@ -78,7 +78,7 @@ fn report(report: &WorkerReport) {
     let Ok(scope) = js_sys::global().dyn_into::<DedicatedWorkerGlobalScope>() else { return };
     // An answer that cannot be encoded is reported as a failure, or the page would wait forever.
     let bytes = postcard::to_allocvec(report).or_else(|error| {
-        let diagnostic = Diagnostic::error("engine.fell_over").with("reason", error);
+        let diagnostic = error!("engine.fell_over", reason = error);
         let WorkerReport::Done { id, .. } = report else { return Err(()) };
         postcard::to_allocvec(&WorkerReport::Done { id: *id, answer: Err(vec![diagnostic]) }).map_err(drop)
     });

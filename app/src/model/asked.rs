@@ -4,6 +4,7 @@ use super::{Effect, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Settings, ToPlan, ToRead};
 use annulus_core::cam::work::Work;
+use annulus_core::code;
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -85,5 +86,5 @@ pub(super) fn files_first(model: &mut Model, of: &ToPlan, request: Request) -> O
 
 /// True if the worker does not know the board.
 pub(super) fn board_is_gone(answer: &Result<Answer, Stopped>) -> bool {
-    matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|diagnostic| diagnostic.code == "engine.board_gone"))
+    matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|diagnostic| diagnostic.code == code!("engine.board_gone")))
 }

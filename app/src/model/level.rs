@@ -6,6 +6,7 @@
 
 use super::{Effect, Job, Model, link};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::{Program, touched};
 use annulus_core::level::{ProbeGrid, key_of};
 use annulus_core::units::Length;
@@ -87,7 +88,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
 }
 
 fn planned(program: &Program, spacing_mm: u8) -> Result<PlannedMap, Diagnostic> {
-    let bounds = touched(program).ok_or_else(|| Diagnostic::error("level.nothing_cut"))?;
+    let bounds = touched(program).ok_or_else(|| error!("level.nothing_cut"))?;
     let grid = ProbeGrid::over(bounds, Length::from_um(i64::from(spacing_mm) * 1_000), MARGIN)?;
     Ok(PlannedMap { grid, job: key_of(program) })
 }

@@ -21,6 +21,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::wire::program;
+use annulus_core::{error, warning};
 use std::sync::Arc;
 
 /// Largest shift of the board from its plan, mm, if the work zero changed after the holes were located. With
@@ -130,7 +131,7 @@ impl SecondSide {
 /// Describes a fit as a message.
 pub fn told(fit: &BoardFit) -> Diagnostic {
     let mm = |mm: f64| format!("{mm:.3}");
-    let told = Diagnostic::warning("align.lies").with("degrees", mm(fit.degrees()));
+    let told = warning!("align.lies", degrees = mm(fit.degrees()), ..);
     told.with("x", mm(fit.shift_mm[0])).with("y", mm(fit.shift_mm[1])).with("left", mm(fit.left_over_mm))
 }
 
@@ -190,7 +191,7 @@ pub(super) fn forget(side: &mut SecondSide) {
 
 /// Warning before a start: the located holes were dropped, so the job is not aligned.
 pub(super) fn forgotten(side: &SecondSide) -> Option<Diagnostic> {
-    side.forgotten.then(|| Diagnostic::warning("align.forgotten"))
+    side.forgotten.then(|| warning!("align.forgotten"))
 }
 
 /// Sets the selected hole's position and selects the next hole that has none.
@@ -308,7 +309,7 @@ fn believed(
         return Ok(fit);
     }
     let mm = |mm: f64| format!("{mm:.1}");
-    let why = Diagnostic::error("align.zero_elsewhere").with("moved", mm(moved.unwrap_or_default()));
+    let why = error!("align.zero_elsewhere", moved = mm(moved.unwrap_or_default()), ..);
     Err(why.with("mm", mm(far_mm(fit.shift_mm))))
 }
 

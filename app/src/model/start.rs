@@ -18,6 +18,7 @@ use annulus_core::units::Length;
 use annulus_core::wire::{
     ArmedJob, Ask, HeightMapReport, InterruptedJob, MissingReport, PreflightRow, RowVerdict, program,
 };
+use annulus_core::{code, warning};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -136,9 +137,11 @@ pub fn rows(preflight: &Preflight, armed: &ArmedJob, awake: Option<bool>) -> Vec
 /// Adds the map's age to the row about the height map: only the user knows whether the board is still the
 /// same.
 fn aged(row: &PreflightRow, age_min: Option<u64>) -> PreflightRow {
-    let Some(min) = age_min.filter(|_| row.finding.code == "level.follows") else { return row.clone() };
+    let Some(min) = age_min.filter(|_| row.finding.code == code!("level.follows")) else {
+        return row.clone();
+    };
     let mm = row.finding.args.iter().find(|(name, _)| name == "mm").map_or("?", |(_, mm)| mm);
-    let finding = Diagnostic::warning("level.follows_aged").with("mm", mm);
+    let finding = warning!("level.follows_aged", mm = mm, ..);
     PreflightRow { finding: finding.with("hours", min / 60).with("minutes", min % 60), verdict: row.verdict }
 }
 

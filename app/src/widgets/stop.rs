@@ -7,6 +7,7 @@ use crate::i18n::t;
 use crate::model::LinkEvent;
 use crate::model::link::Notice;
 use crate::page::{link, read, send};
+use annulus_core::code;
 use leptos::ev;
 use leptos::html::{button, div, span};
 use leptos::prelude::*;
@@ -54,7 +55,9 @@ fn not_confirmed() -> impl IntoView {
 fn stop_button() -> impl IntoView {
     // A machine controlled from another tab of this site can be stopped too.
     let there = Memo::new(move |_| {
-        read(|m| m.link.ever || m.link.refused.as_ref().is_some_and(|why| why.code == "drill.other_tab"))
+        read(|m| {
+            m.link.ever || m.link.refused.as_ref().is_some_and(|why| why.code == code!("drill.other_tab"))
+        })
     });
     move || {
         if there.get() {

@@ -5,6 +5,7 @@ use super::image::boot_disks;
 use super::port::{Plug, adapters, named};
 use crate::serial;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::pins::through;
 use annulus_host::adapter::{AdapterLine, touches, who};
 use annulus_host::executor::Time;
@@ -70,7 +71,7 @@ pub(crate) fn boot_disk_of(name: &str) -> Result<PathBuf, Diagnostic> {
 fn shown_by(name: &str, patience: Duration, disks: impl Fn() -> Vec<PathBuf>) -> Result<PathBuf, Diagnostic> {
     let name = named(name)?;
     let unopened = |error: serialport::Error| {
-        let why = Diagnostic::error("adapter.port_unopened").with("port", &name);
+        let why = error!("adapter.port_unopened", port = &name, ..);
         why.with("reason", error.description)
     };
     let mut port = serial::open(&name, 115_200).map_err(unopened)?;
@@ -81,14 +82,13 @@ fn shown_by(name: &str, patience: Duration, disks: impl Fn() -> Vec<PathBuf>) ->
             if let Some((Tell::Status(status), _)) = Tell::take(header.kind, payload)
                 && status.state == State::Running
             {
-                return Err(Diagnostic::error("firmware.moves").with("port", &name));
+                return Err(error!("firmware.moves", port = &name));
             }
         }
     }
     drop(port);
     drop(serial::open(&name, BOOT_BITS_PER_S).map_err(unopened)?);
-    awaited(patience, || disks().pop())
-        .ok_or_else(|| Diagnostic::error("firmware.no_disk").with("port", &name))
+    awaited(patience, || disks().pop()).ok_or_else(|| error!("firmware.no_disk", port = &name))
 }
 
 /// Copies the file. A complete board removes its disk at once, so a failing sync is no error.
@@ -100,7 +100,7 @@ pub(crate) fn copy(bytes: &[u8], disk: &Path) -> Result<(), Diagnostic> {
         Ok(())
     });
     copied.map_err(|error| {
-        let why = Diagnostic::error("firmware.not_copied").with("file", path.display());
+        let why = error!("firmware.not_copied", file = path.display(), ..);
         why.with("reason", error)
     })
 }

@@ -1,6 +1,7 @@
 //! Checks firmware files (UF2), and finds the disks of boards in boot mode.
 
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ const FLASH: std::ops::Range<u32> = 0x1000_0000..0x1020_0000;
 
 /// The checksum of our firmware in a file, or why the file is no such firmware.
 pub(crate) fn firmware_of(bytes: &[u8]) -> Result<u32, Diagnostic> {
-    let damaged = |block: usize| Diagnostic::error("firmware.damaged").with("block", block + 1);
+    let damaged = |block: usize| error!("firmware.damaged", block = block + 1, ..);
     let count = bytes.len() / BLOCK;
     if count == 0 || !bytes.len().is_multiple_of(BLOCK) {
         return Err(damaged(count));
@@ -31,7 +32,7 @@ pub(crate) fn firmware_of(bytes: &[u8]) -> Result<u32, Diagnostic> {
         let carried = carried(block, index, count).ok_or_else(|| damaged(index))?;
         flash.extend_from_slice(carried);
     }
-    let stranger = || Diagnostic::error("firmware.stranger");
+    let stranger = || error!("firmware.stranger", ..);
     let at = flash.windows(ABOUT.len()).position(|window| window == ABOUT).ok_or_else(stranger)?;
     let digits = flash.iter().skip(at + ABOUT.len()).take_while(|byte| byte.is_ascii_digit());
     let digits: String = digits.map(|digit| char::from(*digit)).collect();

@@ -2,6 +2,7 @@
 
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_host::adapter::{Cable, USB};
 use std::thread;
 use std::time::Duration;
@@ -30,16 +31,16 @@ pub(super) fn named(name: &str) -> Result<String, Diagnostic> {
 /// The only name of a list.
 fn only(mut names: Vec<String>) -> Result<String, Diagnostic> {
     match names.len() {
-        0 => Err(Diagnostic::error("adapter.not_found")),
+        0 => Err(error!("adapter.not_found")),
         1 => Ok(names.swap_remove(0)),
-        _ => Err(Diagnostic::error("adapter.several").with("ports", names.join(", "))),
+        _ => Err(error!("adapter.several", ports = names.join(", "))),
     }
 }
 
 fn open(name: &str) -> Result<Port, Diagnostic> {
     let name = named(name)?;
     serial::open(&name, BAUD).map_err(|error| {
-        let why = Diagnostic::error("adapter.port_unopened");
+        let why = error!("adapter.port_unopened", ..);
         why.with("port", &name).with("reason", error.description)
     })
 }

@@ -3,6 +3,7 @@
 
 use super::port::Plug;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::Machine;
 use annulus_core::pins::through;
 use annulus_host::adapter::{AdapterLine, attend, greeted, other_firmware};
@@ -54,7 +55,7 @@ pub(crate) fn start(
         }
     };
     let thread = thread::Builder::new().name("adapter".to_owned()).spawn(body);
-    let thread = thread.map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
+    let thread = thread.map_err(|error| error!("control.no_thread", reason = error))?;
     Ok(Box::new(Thread { orders: Some(orders), thread: Some(thread), gone }))
 }
 

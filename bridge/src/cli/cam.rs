@@ -24,6 +24,7 @@ use annulus_core::cam::toolpaths::{self, Means, PlacedBoard, Planned, PlannedOpe
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::geometry::{Point, Region};
 use annulus_core::job::{Command, Mark, Program, milled_mm, travel_mm};
 use annulus_core::machine::{self, Machine};
@@ -116,7 +117,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         sides.push(side(args, (&board, job::lost(&read)), &mut work, &machine, face)?);
     }
     if sides.is_empty() {
-        return Err(Refusal::content(Diagnostic::error("cam.nothing_to_do")));
+        return Err(Refusal::content(error!("cam.nothing_to_do")));
     }
     if let Some(path) = &args.save_job {
         job::write_output(path, project::write(&work).as_bytes())?;
@@ -171,12 +172,12 @@ fn unseen<'a>(args: &'a CamArgs, sides: &'a [Side]) -> impl Iterator<Item = &'a 
 /// Why nothing may be written yet: problems, or else errors, that are not accepted.
 fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Diagnostic> {
     if unread > 0 {
-        return Some(Diagnostic::error("cam.unread_findings").with("count", unread));
+        return Some(error!("cam.unread_findings", count = unread));
     }
     let mut codes: Vec<&str> = unseen(args, sides).map(|error| error.code.as_str()).collect();
     codes.sort_unstable();
     codes.dedup();
-    let why = Diagnostic::error("cam.unacknowledged_errors").with("codes", codes.join(", "));
+    let why = error!("cam.unacknowledged_errors", codes = codes.join(", "));
     (!codes.is_empty()).then_some(why)
 }
 
@@ -184,7 +185,7 @@ fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Diagnostic> 
 fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
     match (args.to.as_str(), args.lines_only) {
         (OWN_FORM, None) => Ok(None),
-        (OWN_FORM, Some(_)) => Err(Refusal::usage(Diagnostic::error("cam.own_form_has_arcs"))),
+        (OWN_FORM, Some(_)) => Err(Refusal::usage(error!("cam.own_form_has_arcs"))),
         (name, _) => Target::named(name).map(Some),
     }
 }
@@ -197,7 +198,7 @@ fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine)
     }
     for pair in &args.set {
         let Some((key, value)) = pair.split_once('=') else {
-            return Err(Refusal::usage(Diagnostic::error("cam.bad_set").with("found", pair)));
+            return Err(Refusal::usage(error!("cam.bad_set", found = pair)));
         };
         parameters::assign(&mut work, key.trim(), value.trim()).map_err(Refusal::usage)?;
     }
@@ -239,7 +240,7 @@ fn side(
         let (mut planned, diagnostics) = planned.map_err(|errors| {
             let first = errors.first().cloned();
             errors.into_iter().skip(1).for_each(|error| super::say(Refusal::content(error)));
-            Refusal::content(first.unwrap_or_else(|| Diagnostic::error("cam.nothing_to_do")))
+            Refusal::content(first.unwrap_or_else(|| error!("cam.nothing_to_do")))
         })?;
         let mut program = lower_work(&planned, work, machine);
         planned.empty_toolpaths();

@@ -4,6 +4,7 @@ use super::export::Target;
 use super::{Refusal, rounded, tool_object};
 use crate::cli::job;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::{Briefing, Program, ToolBriefing};
 use annulus_core::locale;
 use annulus_core::post::{self, Manner, OutputFile};
@@ -67,7 +68,7 @@ pub(super) fn write(
         return Ok(written);
     }
     std::fs::create_dir_all(folder).map_err(|error| {
-        let why = Diagnostic::error("job.not_written").with("file", folder.display());
+        let why = error!("job.not_written", file = folder.display(), ..);
         Refusal::surroundings(why.with("reason", error))
     })?;
     for (index, files) in made.into_iter().enumerate() {

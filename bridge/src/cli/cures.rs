@@ -13,6 +13,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::proof::{self, Finding, FindingKind, Verdict};
 use annulus_core::units::Length;
+use annulus_core::warning;
 use serde_json::{Value, json};
 
 /// Maximum number of rounds of plan and proof. Gaps that are still closed then are reported.
@@ -61,7 +62,7 @@ impl Curing {
     pub(super) fn left(&self, verdict: &Verdict) -> Option<Diagnostic> {
         let joined = || verdict.findings.iter().filter(|finding| is_joined(finding));
         let narrowest = joined().map(|finding| finding.width).min().filter(|_| self.rounds > 0)?;
-        let said = Diagnostic::warning("cam.cures_left").with("count", joined().count());
+        let said = warning!("cam.cures_left", count = joined().count(), ..);
         let said = said.with("rounds", self.rounds.min(MOST_ROUNDS));
         Some(said.with("width", format!("{:.3}", narrowest.mm())))
     }

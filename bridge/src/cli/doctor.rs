@@ -6,6 +6,7 @@ use crate::executor::clock;
 use crate::own;
 use crate::server::runtime;
 use crate::{adapter, drill, journal, machine_file, serial, spindle};
+use annulus_core::code;
 use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, safe_rate};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -54,8 +55,8 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
         converter(),
     ];
     checks.push(match browser::opener() {
-        Some(path) => good("browser", "doctor.browser").with("path", path.display()),
-        None => Check::new("browser", Severity::Note, "doctor.no_browser"),
+        Some(path) => good("browser", code!("doctor.browser")).with("path", path.display()),
+        None => Check::new("browser", Severity::Note, code!("doctor.no_browser")),
     });
     let bad = checks.iter().find(|check| check.finding.severity == Severity::Error);
     let mut text: String = checks.iter().map(Check::line).collect();
@@ -118,8 +119,8 @@ fn folder(name: &'static str, folder: &Path) -> Check {
         .and_then(|mut file| file.write_all(b"annulus"));
     let _ = fs::remove_file(&probe);
     match tried {
-        Ok(()) => good(name, "doctor.folder").with("folder", folder.display()),
-        Err(error) => Check::new(name, Severity::Error, "doctor.folder_closed")
+        Ok(()) => good(name, code!("doctor.folder")).with("folder", folder.display()),
+        Err(error) => Check::new(name, Severity::Error, code!("doctor.folder_closed"))
             .with("folder", folder.display())
             .with("reason", error),
     }
@@ -128,19 +129,19 @@ fn folder(name: &'static str, folder: &Path) -> Check {
 fn port(running: Option<u16>) -> Check {
     let port = serve::DEFAULT_PORT;
     match running {
-        Some(port) => good("port", "doctor.running").with("port", port),
-        None if serve::is_free(port) => good("port", "doctor.port").with("port", port),
-        None => Check::new("port", Severity::Warning, "doctor.port_taken").with("port", port),
+        Some(port) => good("port", code!("doctor.running")).with("port", port),
+        None if serve::is_free(port) => good("port", code!("doctor.port")).with("port", port),
+        None => Check::new("port", Severity::Warning, code!("doctor.port_taken")).with("port", port),
     }
 }
 
 /// Checks that the journal opens. A running bridge holds it open.
 fn check_journal(running: bool) -> Check {
     if running {
-        return good("journal", "doctor.journal_in_use");
+        return good("journal", code!("doctor.journal_in_use"));
     }
     match journal::examine(&machine_file::data_folder().join(drill::JOURNAL)) {
-        Ok(()) => good("journal", "doctor.journal"),
+        Ok(()) => good("journal", code!("doctor.journal")),
         Err(finding) => Check { name: "journal", finding, numbers: Value::Null },
     }
 }
@@ -150,9 +151,9 @@ fn usb_adapter() -> Check {
     let there: Vec<String> =
         serial::list().into_iter().filter(adapter::is_adapter).map(|listed| listed.name).collect();
     if there.is_empty() {
-        return Check::new("adapter", Severity::Note, "doctor.no_adapter");
+        return Check::new("adapter", Severity::Note, code!("doctor.no_adapter"));
     }
-    good("adapter", "doctor.adapter").with("port", there.join(", "))
+    good("adapter", code!("doctor.adapter")).with("port", there.join(", "))
 }
 
 /// Checks the frequency converters of the user's machines: profile and port must exist. The converter itself
@@ -168,7 +169,7 @@ fn converter() -> Check {
                 return Check { name: "converter", finding, numbers: Value::Null };
             }
             Ok(_) if !Path::new(port).exists() => {
-                return Check::new("converter", Severity::Warning, "doctor.converter_no_port")
+                return Check::new("converter", Severity::Warning, code!("doctor.converter_no_port"))
                     .with("machine", &machine.name)
                     .with("port", port);
             }
@@ -176,16 +177,16 @@ fn converter() -> Check {
         }
     }
     if said.is_empty() {
-        return Check::new("converter", Severity::Note, "doctor.no_converter")
+        return Check::new("converter", Severity::Note, code!("doctor.no_converter"))
             .with("names", spindle::names().collect::<Vec<_>>().join(", "));
     }
-    good("converter", "doctor.converter").with("converters", said.join("; "))
+    good("converter", code!("doctor.converter")).with("converters", said.join("; "))
 }
 
 fn timing(late: &Lateness, no_realtime: Option<String>) -> Check {
     let (half, most, worst) = (late.p50_us.round(), late.p99_us.round(), late.worst_us.round());
     let safe_hz = safe_rate(late, 0.0);
-    let code = if no_realtime.is_none() { "doctor.timing" } else { "doctor.timing_unfavoured" };
+    let code = if no_realtime.is_none() { code!("doctor.timing") } else { code!("doctor.timing_unfavoured") };
     let mut check = Check::new("timing", Severity::Note, code)
         .with("p50", half)
         .with("p99", most)

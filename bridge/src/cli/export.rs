@@ -3,6 +3,7 @@
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects};
 use crate::cli::job;
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::error;
 use annulus_core::job::{Briefing, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
@@ -108,7 +109,7 @@ impl Target {
             return Ok(Self::Shipped(to.to_owned()));
         }
         if !Path::new(to).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            let diagnostic = Diagnostic::error("post.unknown_target").with("name", to);
+            let diagnostic = error!("post.unknown_target", name = to, ..);
             let diagnostic = diagnostic.with("nearest", post::nearest_target(to));
             return Err(Refusal::usage(diagnostic.with("known", post::targets().join(", "))));
         }
@@ -165,7 +166,7 @@ impl Target {
 /// Error for a postprocessor file with `faults`: a single fault unchanged; otherwise the first and their
 /// number.
 pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
-    let diagnostic = Diagnostic::error("post.faults").with("count", faults.len()).with("file", name);
+    let diagnostic = error!("post.faults", count = faults.len(), file = name, ..);
     match faults {
         [only] => only.clone(),
         [first, ..] => {
@@ -178,7 +179,7 @@ pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
 /// Reads a postprocessor or job file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
     fs::read_to_string(path).map_err(|error| {
-        let diagnostic = Diagnostic::error("job.unreadable").with("file", path.display());
+        let diagnostic = error!("job.unreadable", file = path.display(), ..);
         Refusal::surroundings(diagnostic.with("reason", error))
     })
 }
@@ -200,7 +201,7 @@ pub(crate) fn write(
     let manner = Manner { lines_only_mm: args.lines_only_mm, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {
-        let diagnostic = Diagnostic::error("post.several_files").with("count", files.len());
+        let diagnostic = error!("post.several_files", count = files.len(), ..);
         return Err(Refusal::usage(diagnostic.with("file", args.output.display())));
     }
     let diagnostics = target.proved(&program, &manner, &files);

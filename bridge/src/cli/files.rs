@@ -6,6 +6,7 @@ use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
 use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
+use annulus_core::{code, error};
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -80,7 +81,7 @@ fn of_board(artwork: &mut Artwork, listed: Vec<usize>, asked: Option<&str>) -> R
         asked.filter(|asked| !boards.iter().any(|(name, _)| name.eq_ignore_ascii_case(asked)))
     {
         let names: Vec<String> = boards.into_iter().map(|(name, _)| name).collect();
-        let why = Diagnostic::error("cli.unknown_board").with("found", asked);
+        let why = error!("cli.unknown_board", found = asked, ..);
         return Err(Refusal::usage(why.with("names", names.join(", "))));
     }
     let wanted = |board: &str| match asked {
@@ -116,7 +117,7 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
     let project = match paths {
         [path] => project_file(path)?,
         _ if paths.iter().any(|path| matches!(project_file(path), Ok(Some(_)))) => {
-            return Err(Refusal::usage(Diagnostic::error("saved.alone")));
+            return Err(Refusal::usage(error!("saved.alone")));
         }
         _ => None,
     };
@@ -173,10 +174,9 @@ fn project_file(path: &Path) -> Result<Option<Project>, Refusal> {
 fn overrides(reading: &ReadingArgs) -> Result<Overrides, Refusal> {
     let digits = match reading.digits.as_deref() {
         None => None,
-        Some(text) => Some(
-            digits(text)
-                .ok_or_else(|| Refusal::usage(Diagnostic::error("files.bad_digits").with("found", text)))?,
-        ),
+        Some(text) => {
+            Some(digits(text).ok_or_else(|| Refusal::usage(error!("files.bad_digits", found = text)))?)
+        }
     };
     Ok(Overrides {
         units: reading.units.map(|units| match units {
@@ -224,7 +224,7 @@ impl Collected {
             || self.bytes + kind.len() > MOST_BYTES_TOGETHER
             || self.named.len() >= MOST_FILES
         {
-            let why = Diagnostic::error("files.too_much").with("path", path.display());
+            let why = error!("files.too_much", path = path.display(), ..);
             return Err(Refusal::content(
                 why.with("files", MOST_FILES).with("megabytes", MOST_BYTES_TOGETHER >> 20),
             ));
@@ -268,9 +268,9 @@ fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 
 fn trouble(path: &Path, error: &io::Error) -> Refusal {
     let code = match error.kind() {
-        io::ErrorKind::NotFound => "files.missing",
-        io::ErrorKind::PermissionDenied => "files.no_permission",
-        _ => "files.unreadable",
+        io::ErrorKind::NotFound => code!("files.missing"),
+        io::ErrorKind::PermissionDenied => code!("files.no_permission"),
+        _ => code!("files.unreadable"),
     };
     Refusal::surroundings(Diagnostic::error(code).with("path", path.display()).with("why", error))
 }

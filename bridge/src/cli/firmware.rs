@@ -9,6 +9,7 @@ use crate::executor::clock;
 use crate::server::runtime;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::OtherFirmware;
+use annulus_core::{error, note};
 use annulus_host::adapter::own_firmware;
 use serde_json::json;
 use std::fs;
@@ -63,7 +64,7 @@ struct FlashArgs {
 pub(crate) fn run(args: &FirmwareArgs) -> Result<Answer, Refusal> {
     // A running bridge may use the adapter for a job.
     if let Some(note) = runtime::running(&runtime::folder()) {
-        let why = Diagnostic::error("firmware.bridge_runs").with("port", note.port);
+        let why = error!("firmware.bridge_runs", port = note.port);
         return Err(Refusal::surroundings(why));
     }
     match &args.command {
@@ -86,7 +87,7 @@ fn info(port: &str) -> Result<Answer, Refusal> {
             continue;
         }
         let pin = usize::from(welcome.input_pin) + input;
-        let note = Diagnostic::note("firmware.touched").with("input", input).with("pin", pin);
+        let note = note!("firmware.touched", input = input, pin = pin, ..);
         let note = note.with("count", count).with("longest", longest_us);
         answer.text += &format!("{}\n", note.message("en"));
         rows.push(json!({ "input": input, "pin": pin, "count": count, "longest_us": longest_us }));
@@ -102,7 +103,7 @@ fn found(port: &str, firmware: u32) -> Answer {
     let own = own_firmware();
     let is_own = firmware == own;
     let note = if is_own {
-        Diagnostic::note("firmware.own").with("port", port).with("found", number(firmware))
+        note!("firmware.own", port = port, found = number(firmware))
     } else {
         OtherFirmware { found: firmware, wanted: own }.warning()
     };
@@ -125,7 +126,7 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
     others.retain(|other| left.contains(other) && other != named);
     copy(&bytes, &disk).map_err(Refusal::surroundings)?;
     if args.no_wait {
-        let done = Diagnostic::note("firmware.copied").with("disk", disk.display());
+        let done = note!("firmware.copied", disk = disk.display());
         return Ok(Answer {
             object: json!({ "file": path.display().to_string(), "firmware": number(firmware), "port": null }),
             text: format!("{}\n", done.message("en")),
@@ -142,10 +143,10 @@ fn taken(came: Option<(String, u32)>, firmware: u32) -> Result<Answer, Diagnosti
     match came {
         Some((port, has)) if has == firmware => Ok(found(&port, firmware)),
         Some((port, has)) => {
-            let why = Diagnostic::error("firmware.not_taken").with("port", port);
+            let why = error!("firmware.not_taken", port = port, ..);
             Err(why.with("found", number(has)).with("wanted", number(firmware)))
         }
-        None => Err(Diagnostic::error("firmware.not_seen")),
+        None => Err(error!("firmware.not_seen")),
     }
 }
 
@@ -156,9 +157,9 @@ fn file(named: Option<&Path>) -> Result<(PathBuf, Vec<u8>), Refusal> {
         PLACES.iter().map(|place| folder.join(place)).find(|path| path.is_file())
     };
     let path = named.map(Path::to_owned).or_else(beside);
-    let path = path.ok_or_else(|| Refusal::surroundings(Diagnostic::error("firmware.no_file")))?;
+    let path = path.ok_or_else(|| Refusal::surroundings(error!("firmware.no_file")))?;
     let refuse = |reason: String| {
-        let why = Diagnostic::error("firmware.unreadable").with("file", path.display());
+        let why = error!("firmware.unreadable", file = path.display(), ..);
         Refusal::surroundings(why.with("reason", reason))
     };
     let length = fs::metadata(&path).map_err(|error| refuse(error.to_string()))?.len();
@@ -173,9 +174,9 @@ fn file(named: Option<&Path>) -> Result<(PathBuf, Vec<u8>), Refusal> {
 fn confirmed(path: &Path, firmware: u32) -> Result<(), Refusal> {
     let mut input = io::stdin().lock();
     if !input.is_terminal() {
-        return Err(Refusal::content(Diagnostic::error("firmware.no_person")));
+        return Err(Refusal::content(error!("firmware.no_person")));
     }
-    let asks = Diagnostic::note("firmware.confirm").with("file", path.display());
+    let asks = note!("firmware.confirm", file = path.display(), ..);
     let asks = asks.with("firmware", number(firmware)).with("word", WORD);
     say(format_args!("{} {}", asks.message("en"), asks.advice("en")));
     let mut typed = String::new();
@@ -183,13 +184,13 @@ fn confirmed(path: &Path, firmware: u32) -> Result<(), Refusal> {
     if typed.trim() == WORD {
         return Ok(());
     }
-    Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(Diagnostic::error("firmware.not_confirmed")) })
+    Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(error!("firmware.not_confirmed")) })
 }
 
 /// The named disk; otherwise the disk of a board in boot mode; otherwise the adapter is asked to show it.
 fn disk(args: &FlashArgs) -> Result<PathBuf, Diagnostic> {
     if let Some(disk) = &args.disk {
-        let refused = || Diagnostic::error("firmware.no_boot_disk").with("folder", disk.display());
+        let refused = || error!("firmware.no_boot_disk", folder = disk.display());
         return is_boot_disk(disk).then(|| disk.clone()).ok_or_else(refused);
     }
     only(boot_disks())?.map_or_else(|| boot_disk_of(&args.port.port), Ok)
@@ -201,7 +202,7 @@ fn only(mut disks: Vec<PathBuf>) -> Result<Option<PathBuf>, Diagnostic> {
         return Ok(disks.pop());
     }
     let names: Vec<String> = disks.iter().map(|disk| disk.display().to_string()).collect();
-    Err(Diagnostic::error("firmware.several_disks").with("disks", names.join(", ")))
+    Err(error!("firmware.several_disks", disks = names.join(", ")))
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ use annulus_core::proof;
 use annulus_core::sim;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
+use annulus_core::{code, error};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::Read;
@@ -61,7 +62,7 @@ pub(crate) fn open(args: &JobArgs) -> Result<Job, Refusal> {
 pub(crate) fn open_for_machine(args: &JobArgs) -> Result<Job, Refusal> {
     let job = open(args)?;
     if job.program.machine != job.machine.fingerprint() {
-        let why = Diagnostic::error("job.other_machine").with("machine", &job.machine.name);
+        let why = error!("job.other_machine", machine = &job.machine.name);
         return Err(Refusal::content(why));
     }
     Ok(job)
@@ -93,7 +94,7 @@ pub(crate) fn write_output(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
         machine_file::write_whole(&whole, bytes)
     });
     written.map_err(|error| {
-        let why = Diagnostic::error("job.not_written").with("file", path.display()).with("reason", error);
+        let why = error!("job.not_written", file = path.display(), reason = error);
         Refusal::surroundings(why)
     })
 }
@@ -106,7 +107,7 @@ pub(crate) fn low_corner(program: &Program) -> Point {
 /// The program in the file `path`; `None` if the file is something else.
 pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     let trouble = |error: std::io::Error| {
-        let why = Diagnostic::error("job.unreadable").with("file", path.display()).with("reason", error);
+        let why = error!("job.unreadable", file = path.display(), reason = error);
         Refusal::surroundings(why)
     };
     if !fs::metadata(path).map_err(trouble)?.is_file() {
@@ -135,7 +136,7 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>)
     let said = said_of(&read, &diagnostics);
     unseen(&diagnostics, &args.accept).map_err(|refusal| refusal.among(said.clone()))?;
     if read.used.is_empty() {
-        let why = Diagnostic::error("job.no_drill_file").with("path", args.job.display());
+        let why = error!("job.no_drill_file", path = args.job.display());
         said.iter().for_each(|one| super::say(Refusal::content(one.clone())));
         return Err(Refusal::content(why).among(said));
     }
@@ -166,7 +167,7 @@ fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Opti
             one.face == face && matches!(one.action, OperationKind::Drill(_) | OperationKind::MillHoles(_))
         });
     work.operations = kept;
-    let why = Diagnostic::error("job.operations_left_out").with("count", others.len());
+    let why = error!("job.operations_left_out", count = others.len());
     Ok((work, (!others.is_empty()).then_some(why)))
 }
 
@@ -196,7 +197,7 @@ pub(crate) fn read_whole(
     unseen(&diagnostics, accept).map_err(|refusal| refusal.among(said.clone()))?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
-        return Err(Refusal::content(Diagnostic::error("job.no_board").with("path", path)).among(said));
+        return Err(Refusal::content(error!("job.no_board", path = path)).among(said));
     }
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
@@ -215,7 +216,7 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     let Some(word) = accept.iter().find(|word| !known.contains(word.as_str()) && !is_name(word)) else {
         return Ok(());
     };
-    let why = Diagnostic::error("cli.unknown_accept").with("found", word);
+    let why = error!("cli.unknown_accept", found = word, ..);
     Err(Refusal::usage(why.with("nearest", nearest(word, known))))
 }
 
@@ -275,16 +276,16 @@ pub(crate) fn lost(diagnostics: &[Diagnostic]) -> Vec<String> {
 
 /// Why nothing was planned: the errors that are not accepted, or that there is nothing to plan.
 fn nothing(mut errors: Vec<Diagnostic>, accept: &[String]) -> Refusal {
-    for error in errors.iter_mut().filter(|error| error.code == "cam.nothing_to_do") {
-        *error = Diagnostic::error("plan.nothing_to_drill");
+    for error in errors.iter_mut().filter(|error| error.code == code!("cam.nothing_to_do")) {
+        *error = error!("plan.nothing_to_drill");
     }
     let why = unseen(&errors, accept).err();
-    why.unwrap_or_else(|| Refusal::content(Diagnostic::error("plan.nothing_to_drill")))
+    why.unwrap_or_else(|| Refusal::content(error!("plan.nothing_to_drill")))
 }
 
 fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
     if let Some(loaded) = args.loaded_mm.filter(|loaded| !(0.0..=LARGEST_BIT_MM).contains(loaded)) {
-        let why = Diagnostic::error("job.bad_loaded").with("found", loaded).with("largest", LARGEST_BIT_MM);
+        let why = error!("job.bad_loaded", found = loaded, largest = LARGEST_BIT_MM);
         return Err(Refusal::usage(why));
     }
     Ok(PlanOptions {
@@ -304,7 +305,7 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
 /// The numbered spindles as a bit set; `None` if no numbers are given.
 fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
     if let Some(wrong) = numbers.iter().find(|number| !(1..=6).contains(*number)) {
-        let why = Diagnostic::error("job.bad_spindle").with("found", wrong);
+        let why = error!("job.bad_spindle", found = wrong);
         return Err(Refusal::usage(why));
     }
     let set = numbers.iter().fold(0, |set, number| set | 1 << (number - 1));
@@ -329,8 +330,7 @@ fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnost
         }
     }
     let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
-    let error =
-        (toolpaths > 0).then(|| Diagnostic::error("job.toolpaths_left_out").with("toolpaths", toolpaths));
+    let error = (toolpaths > 0).then(|| error!("job.toolpaths_left_out", toolpaths = toolpaths));
     let diagnostics: Vec<Diagnostic> = error.into_iter().collect();
     unseen(&diagnostics, accept)?;
     // A program is named after board and side; planned again, it has the same name.

@@ -9,6 +9,7 @@ use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, needed_rate, safe_rate};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
+use annulus_core::{code, note, warning};
 use serde_json::json;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -26,12 +27,12 @@ pub(super) fn run(name: &str, how_long: Duration) -> Result<Answer, Refusal> {
     let machine = machine_file::named(name)?.machine;
     let title = &machine.name;
     if machine.output == Output::Adapter {
-        let finding = Diagnostic::note("doctor.own_clock").with("machine", title);
+        let finding = note!("doctor.own_clock", machine = title);
         let object =
             json!({ "machine": title, "late_us": null, "needs_hz": needed_rate(&machine), "good": true });
         return Ok(Answer { object, text: finding.message("en") + "\n", exit: Exit::Done });
     }
-    super::say(Diagnostic::note("doctor.measures").with("seconds", how_long.as_secs()).message("en"));
+    super::say(note!("doctor.measures", seconds = how_long.as_secs()).message("en"));
     let (late, no_realtime) = under_load(how_long);
     Ok(verdict(&machine, &late, no_realtime.as_deref(), how_long))
 }
@@ -41,7 +42,7 @@ fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_lo
     let needs_hz = needed_rate(machine);
     let safe_hz = safe_rate(late, f64::from(machine.wiring().start_stop_hz));
     let good = safe_hz >= needs_hz;
-    let code = if good { "doctor.in_time" } else { "doctor.not_in_time" };
+    let code = if good { code!("doctor.in_time") } else { code!("doctor.not_in_time") };
     let finding = if good { Diagnostic::note(code) } else { Diagnostic::error(code) };
     let finding = finding
         .with("machine", &machine.name)
@@ -61,7 +62,7 @@ fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_lo
         text += &format!("{}\n", finding.message("en"));
     }
     if let Some(why) = no_realtime {
-        let refused = Diagnostic::warning("output.no_realtime").with("reason", why);
+        let refused = warning!("output.no_realtime", reason = why);
         text += &format!("{} {}\n", refused.message("en"), refused.advice("en"));
     }
     if good { Answer { object, text, exit: Exit::Done } } else { Answer::refused(object, &text, finding) }

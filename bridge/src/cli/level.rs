@@ -3,7 +3,7 @@
 use super::job;
 use super::run::{self, PlayArgs};
 use super::{Answer, Refusal};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::touched;
 use annulus_core::level::{ProbeGrid, key_of};
 use annulus_core::units::Length;
@@ -32,7 +32,7 @@ pub(crate) struct LevelArgs {
 pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let job = job::open_for_machine(&args.play.job)?;
     let bounds = touched(&job.program);
-    let bounds = bounds.ok_or_else(|| Refusal::content(Diagnostic::error("level.nothing_cut")))?;
+    let bounds = bounds.ok_or_else(|| Refusal::content(error!("level.nothing_cut")))?;
     let mm = Length::from_mm;
     let grid = ProbeGrid::over(bounds, mm(args.grid), mm(args.margin)).map_err(Refusal::content)?;
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);

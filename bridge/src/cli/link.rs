@@ -4,6 +4,7 @@ use super::{Answer, Exit, Refusal};
 use crate::server::runtime::{self, Note};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{LinkBody, PROOF_HEADER, Scope, auth};
+use annulus_core::{code, error};
 use serde_json::{Value, json};
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
@@ -36,7 +37,7 @@ pub(crate) enum May {
 
 pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
     let refuse = |code| Refusal::surroundings(Diagnostic::error(code));
-    let note = runtime::running(&runtime::folder()).ok_or_else(|| refuse("link.no_bridge"))?;
+    let note = runtime::running(&runtime::folder()).ok_or_else(|| refuse(code!("link.no_bridge")))?;
     let scope = match args.scope {
         May::View => Scope::View,
         May::Jog => Scope::Jog,
@@ -44,11 +45,11 @@ pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
         May::Configure => Scope::Configure,
     };
     let body = ask(&note, scope).map_err(|error| {
-        let why = Diagnostic::error("link.no_answer").with("port", note.port);
+        let why = error!("link.no_answer", port = note.port, ..);
         Refusal::surroundings(why.with("reason", error))
     })?;
     let answer: Value = serde_json::from_str(&body).unwrap_or_default();
-    let url = answer.get("url").and_then(Value::as_str).ok_or_else(|| refuse("link.refused"))?;
+    let url = answer.get("url").and_then(Value::as_str).ok_or_else(|| refuse(code!("link.refused")))?;
     Ok(Answer {
         object: json!({ "url": url, "port": note.port }),
         text: format!("{url}\n"),

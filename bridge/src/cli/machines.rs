@@ -3,8 +3,8 @@
 use super::{Answer, Exit, Refusal};
 use crate::machine_file;
 use crate::outputs::rehearsal;
-use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
+use annulus_core::{error, note};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -43,11 +43,11 @@ pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
 /// Creates a simulated port, unless the file exists.
 fn make_rehearsal(path: &Path) -> Result<Answer, Refusal> {
     rehearsal::make(path).map_err(|error| {
-        let why = Diagnostic::error("output.rehearsal_not_made").with("file", path.display());
+        let why = error!("output.rehearsal_not_made", file = path.display(), ..);
         Refusal::surroundings(why.with("reason", error))
     })?;
     let file = path.display().to_string();
-    let made = Diagnostic::note("output.rehearsal_made").with("file", &file);
+    let made = note!("output.rehearsal_made", file = &file);
     let text = format!("{} {}\n", made.message("en"), made.advice("en"));
     Ok(Answer { object: json!({ "rehearsal": file }), text, exit: Exit::Done })
 }

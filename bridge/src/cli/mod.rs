@@ -38,6 +38,7 @@ mod templates;
 mod tools;
 
 use crate::refusal::{Exit, Refusal};
+use annulus_core::{error, note};
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Cutter};
@@ -164,7 +165,7 @@ impl MachineArgs {
 
     /// A note that `machine` was assumed, if none was named.
     pub(crate) fn assumed(&self, machine: &Machine) -> Option<Diagnostic> {
-        let note = Diagnostic::note("cli.machine_assumed").with("machine", &machine.name);
+        let note = note!("cli.machine_assumed", machine = &machine.name);
         self.machine.is_none().then_some(note)
     }
 }
@@ -334,7 +335,7 @@ fn explain(error: &clap::Error) -> ExitCode {
     if asked {
         let text = error.render().to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        let refusal = Refusal::usage(Diagnostic::error("cli.usage").with("what", first));
+        let refusal = Refusal::usage(error!("cli.usage", what = first));
         return ended(refusal.exit, print(format_args!("{}\n", refusal.object())));
     }
     Exit::Usage.into()
@@ -362,7 +363,7 @@ pub(crate) fn counted(count: impl Into<u64>, one: &str) -> String {
 fn ended(exit: Exit, printed: io::Result<()>) -> ExitCode {
     match printed {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            let why = Diagnostic::error("cli.not_printed").with("reason", error);
+            let why = error!("cli.not_printed", reason = error);
             let refusal = Refusal::surroundings(why);
             say(&refusal);
             refusal.exit.into()

@@ -2,6 +2,7 @@
 
 use super::Arguments;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::note;
 use clap::{Arg, CommandFactory};
 use std::ffi::OsString;
 
@@ -31,9 +32,8 @@ pub(super) fn joined(all: impl Iterator<Item = OsString>) -> Vec<OsString> {
 
 /// A note for each old name in `words`, a command line that clap accepted.
 pub(super) fn notes(words: &[OsString]) -> Vec<Diagnostic> {
-    let note = |[old, new]: [String; 2]| {
-        Diagnostic::note("cli.old_flag").with("old", format!("--{old}")).with("new", format!("--{new}"))
-    };
+    let note =
+        |[old, new]: [String; 2]| note!("cli.old_flag", old = format!("--{old}"), new = format!("--{new}"));
     renamed(words).into_iter().map(note).collect()
 }
 

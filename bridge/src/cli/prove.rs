@@ -20,6 +20,7 @@ use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
 use annulus_core::proof::{FindingKind, ProofOptions, ProofResult, Verdict};
 use annulus_core::units::Length;
+use annulus_core::{code, error, note};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -119,7 +120,7 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let (pages, programs): (Vec<_>, Vec<_>) =
         args.programs.iter().partition(|path| prove_files::is_page(path));
     if !programs.is_empty() {
-        let note = |path: &&PathBuf| Diagnostic::note("prove.not_a_program").with("file", path.display());
+        let note = |path: &&PathBuf| note!("prove.not_a_program", file = path.display());
         diagnostics.extend(pages.iter().map(note));
     }
     let programs = if programs.is_empty() { pages } else { programs };
@@ -142,18 +143,18 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
 
 /// Diagnostics that make a design uncertain: its outline or a layer may be the wrong one.
 const UNSURE: [&str; 12] = [
-    "board.outline_broken",
-    "board.outline_elsewhere",
-    "board.outline_open",
-    "set.copper_left_out",
-    "set.drawn_as_opening",
-    "set.misses_holes",
-    "set.only_copper",
-    "set.pads_alone",
-    "set.side_disputed",
-    "set.side_guessed",
-    "set.side_unknown",
-    "set.two_layers",
+    code!("board.outline_broken"),
+    code!("board.outline_elsewhere"),
+    code!("board.outline_open"),
+    code!("set.copper_left_out"),
+    code!("set.drawn_as_opening"),
+    code!("set.misses_holes"),
+    code!("set.only_copper"),
+    code!("set.pads_alone"),
+    code!("set.side_disputed"),
+    code!("set.side_guessed"),
+    code!("set.side_unknown"),
+    code!("set.two_layers"),
 ];
 
 /// Refuses a design with an uncertain outline or layer, or with a missing file: a proof against it means
@@ -190,13 +191,12 @@ fn own_programs(
     let verdict = memory::prove(&side.board, &side.programs, &options);
     let copper = side.board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-        let why = Diagnostic::error("proof.no_island").with("path", args.job.display());
+        let why = error!("proof.no_island", path = args.job.display());
         return Err(Refusal::content(why));
     }
     let copper = OfCopper { isolates: verdict.outcome.isolates, stays: stays(&verdict), planned: is_planned };
     let done = Done::of(std::slice::from_ref(&side), &asked, copper);
-    diagnostics
-        .extend((!side.has_copper()).then(|| Diagnostic::note("prove.no_copper").with("side", face.name())));
+    diagnostics.extend((!side.has_copper()).then(|| note!("prove.no_copper", side = face.name())));
     diagnostics.extend(done.diagnostics());
     let mut object = verdict_object(&verdict, &args.accept);
     if let Value::Object(rows) = &mut object {
@@ -211,7 +211,7 @@ fn own_programs(
     if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Diagnostic::error("proof.unread_findings").with("count", unread);
+    let why = error!("proof.unread_findings", count = unread);
     Ok(Answer::refused(object, &text, why))
 }
 
@@ -221,7 +221,7 @@ fn copper_or_none(args: &ProveArgs, side: &Laid) -> Result<(), Refusal> {
     if side.has_copper() || side.board.copper.iter().all(|copper| copper.region.is_empty()) {
         return Ok(());
     }
-    let why = Diagnostic::error("proof.no_copper").with("side", side.face.name());
+    let why = error!("proof.no_copper", side = side.face.name(), ..);
     Err(Refusal::content(why.with("path", args.job.display())))
 }
 
@@ -272,7 +272,7 @@ fn prove_sides(
     for side in sides {
         diagnostics.extend(side.diagnostics.iter().cloned());
         if !side.has_copper() {
-            diagnostics.push(Diagnostic::note("prove.no_copper").with("side", side.face.name()));
+            diagnostics.push(note!("prove.no_copper", side = side.face.name()));
             continue;
         }
         let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
@@ -280,7 +280,7 @@ fn prove_sides(
         let verdict = memory::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-            return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
+            return Err(Refusal::content(error!("proof.no_island", path = "JOB")));
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.groups, accept);
@@ -314,7 +314,7 @@ fn prove_sides(
     if open + unseen == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Diagnostic::error("proof.unread_findings").with("count", open + unseen);
+    let why = error!("proof.unread_findings", count = open + unseen);
     Ok(Answer::refused(object, &text, why))
 }
 

@@ -11,6 +11,7 @@ use annulus_core::board::{Board, Face};
 use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::gcode::Interpreter;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Program};
@@ -55,7 +56,7 @@ pub(super) fn given(path: &Path, tools: &Tools, of: Interpreter) -> Result<Given
         return Ok(Given::Own(program));
     }
     let trouble = |error: std::io::Error| {
-        let why = Diagnostic::error("job.unreadable").with("file", path.display());
+        let why = error!("job.unreadable", file = path.display(), ..);
         Refusal::surroundings(why.with("reason", error))
     };
     let name = path.display().to_string();
@@ -64,7 +65,7 @@ pub(super) fn given(path: &Path, tools: &Tools, of: Interpreter) -> Result<Given
     // One byte over the limit: the file may grow meanwhile, and a pipe has no length.
     file.take(ReadBack::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
     if bytes.len() > ReadBack::LARGEST {
-        return Err(Refusal::content(Diagnostic::error("readback.too_large").at(&name, 0, 0)));
+        return Err(Refusal::content(error!("readback.too_large").at(&name, 0, 0)));
     }
     let text = String::from_utf8_lossy(&bytes);
     let read = post::read_back_for(&name, &text, &tools.for_file(path), of);
@@ -87,7 +88,7 @@ impl Tools {
             let (file, number) = number.rsplit_once(':').map_or((None, number), |(file, n)| (Some(file), n));
             Some((file.map(str::to_owned), number.trim().parse().ok()?, post::titled(title)?))
         };
-        let faulty = |text: &String| Refusal::usage(Diagnostic::error("prove.bad_tool").with("found", text));
+        let faulty = |text: &String| Refusal::usage(error!("prove.bad_tool", found = text));
         let said =
             said.iter().map(|text| tool(text).ok_or_else(|| faulty(text))).collect::<Result<_, _>>()?;
         Ok(Self { said })
@@ -110,9 +111,7 @@ impl Tools {
             paths.iter().any(|path| path == file || path.file_name() == Some(file.as_os_str()))
         };
         let stray = named.find(|file| !is_given(file));
-        stray.map_or(Ok(()), |file| {
-            Err(Refusal::usage(Diagnostic::error("prove.stray_tool").with("file", file)))
-        })
+        stray.map_or(Ok(()), |file| Err(Refusal::usage(error!("prove.stray_tool", file = file))))
     }
 }
 

@@ -5,6 +5,7 @@ use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Asked;
 use annulus_core::proof::{self, DrillingProof, SideRun};
+use annulus_core::{code, error, note};
 use serde_json::{Value, json};
 
 /// Maximum number of listed positions.
@@ -38,17 +39,17 @@ impl Done {
         let drilled = proof::drilled(&sides, asked);
         let mut diagnostics = told(&drilled);
         if drilled.edges_cut > 0 && copper.stays && !copper.planned {
-            diagnostics.push(Diagnostic::error("prove.not_isolated"));
+            diagnostics.push(error!("prove.not_isolated"));
         }
         if let Some((at, distance)) = drilled.outside {
-            let why = Diagnostic::error("prove.outside_board").with("x", format!("{:.2}", at.x.mm()));
+            let why = error!("prove.outside_board", x = format!("{:.2}", at.x.mm()), ..);
             let why = why.with("y", format!("{:.2}", at.y.mm()));
             diagnostics.push(why.with("distance", format!("{:.2}", distance.mm())));
         }
         let nothing = !copper.isolates && drilled.made == 0 && drilled.edges_cut == 0;
         let nothing = if copper.planned { !drilled.cuts } else { nothing };
         if nothing && diagnostics.iter().all(|told| told.severity == Severity::Note) {
-            diagnostics.push(Diagnostic::error("prove.makes_nothing"));
+            diagnostics.push(error!("prove.makes_nothing"));
         }
         Self { drilled, diagnostics }
     }
@@ -106,21 +107,21 @@ impl Done {
 /// One message for each kind of fault.
 fn told(drilled: &DrillingProof) -> Vec<Diagnostic> {
     let rows: [(&str, &[Point]); 10] = [
-        ("prove.missing", &drilled.missing),
-        ("prove.doubled", &drilled.doubled),
-        ("prove.shifted", &drilled.shifted),
-        ("prove.wrong_size", &drilled.wrong_size),
-        ("prove.shallow", &drilled.shallow),
-        ("prove.slots_missing", &drilled.slots_missing),
-        ("prove.edge_missing", &drilled.edges_missing),
-        ("prove.into_board", &drilled.bitten),
-        ("prove.inner_missing", &drilled.inner_missing),
-        ("prove.tabs_missing", &drilled.tabs_missing),
+        (code!("prove.missing"), &drilled.missing),
+        (code!("prove.doubled"), &drilled.doubled),
+        (code!("prove.shifted"), &drilled.shifted),
+        (code!("prove.wrong_size"), &drilled.wrong_size),
+        (code!("prove.shallow"), &drilled.shallow),
+        (code!("prove.slots_missing"), &drilled.slots_missing),
+        (code!("prove.edge_missing"), &drilled.edges_missing),
+        (code!("prove.into_board"), &drilled.bitten),
+        (code!("prove.inner_missing"), &drilled.inner_missing),
+        (code!("prove.tabs_missing"), &drilled.tabs_missing),
     ];
     let left: [(&str, &[Point]); 3] = [
-        ("prove.holes_left", &drilled.holes_left),
-        ("prove.slots_left", &drilled.slots_left),
-        ("prove.edge_left", &drilled.edges_left),
+        (code!("prove.holes_left"), &drilled.holes_left),
+        (code!("prove.slots_left"), &drilled.slots_left),
+        (code!("prove.edge_left"), &drilled.edges_left),
     ];
     let listed = |severity: Severity, (code, places): (&str, &[Point])| {
         let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
@@ -134,10 +135,8 @@ fn told(drilled: &DrillingProof) -> Vec<Diagnostic> {
     };
     let found = rows.into_iter().filter_map(|row| listed(Severity::Error, row));
     let left = left.into_iter().filter_map(|row| listed(Severity::Note, row));
-    let repeated =
-        (drilled.repeated > 0).then(|| Diagnostic::error("prove.repeated").with("count", drilled.repeated));
+    let repeated = (drilled.repeated > 0).then(|| error!("prove.repeated", count = drilled.repeated));
     // A board without planned tabs is held in another way: a note, which needs no acceptance.
-    let loose = (!drilled.loose.is_empty())
-        .then(|| Diagnostic::note("prove.loose").with("count", drilled.loose.len()));
+    let loose = (!drilled.loose.is_empty()).then(|| note!("prove.loose", count = drilled.loose.len()));
     found.chain(repeated).chain(loose).chain(left).collect()
 }

@@ -9,6 +9,7 @@ use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, CheckedQueue, Mode, Queue, RowState, Standing, check, print, read};
 use annulus_core::virtual_drill::faults;
@@ -88,7 +89,7 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
             super::run::own_controller(&run.file.machine)?;
             let known = machine_file::named(&run.file.machine)?;
             if known.machine.output != Output::Virtual {
-                return Err(Refusal::usage(diagnostic("run.needs_page")));
+                return Err(Refusal::usage(error!("run.needs_page")));
             }
             let text = text_of(&run.file)?;
             match checked(&run.file, &text, &known.machine) {
@@ -99,16 +100,12 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
     }
 }
 
-fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 fn text_of(args: &FileArgs) -> Result<String, Refusal> {
     let path = args.file.display();
     let bytes = fs::read(&args.file).map_err(|error| {
         Refusal::surroundings(match error.kind() {
-            io::ErrorKind::NotFound => diagnostic("files.missing").with("path", path),
-            _ => diagnostic("files.unreadable").with("path", path).with("why", error),
+            io::ErrorKind::NotFound => error!("files.missing", path = path),
+            _ => error!("files.unreadable", path = path, why = error),
         })
     })?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
@@ -130,7 +127,7 @@ fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Che
 }
 
 fn refused(findings: &[Diagnostic]) -> Answer {
-    let first = findings.first().cloned().unwrap_or_else(|| diagnostic("queue.empty"));
+    let first = findings.first().cloned().unwrap_or_else(|| error!("queue.empty"));
     let error = Refusal::content(first).object()["error"].take();
     let object = json!({ "error": error, "findings": diagnostic_objects(findings) });
     let place = |why: &Diagnostic| why.place.as_ref().map_or(0, |place| place.line);
@@ -164,8 +161,7 @@ fn perform(
     queue: &Queue,
     text: String,
 ) -> Result<Answer, Refusal> {
-    let no_runtime =
-        |error: io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
+    let no_runtime = |error: io::Error| Refusal::surroundings(error!("run.no_runtime", reason = error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
@@ -284,8 +280,8 @@ impl Operator<'_> {
             let alarm = status.and_then(|status| status.alarm);
             let held = stands.row.filter(|_| stands.phase == QueuePhase::Held && !self.interrupted);
             let why = match held {
-                Some(row) => diagnostic("queue.at_breakpoint").with("row", row + 1),
-                None => diagnostic("queue.stopped"),
+                Some(row) => error!("queue.at_breakpoint", row = row + 1),
+                None => error!("queue.stopped"),
             };
             let refusal = Refusal::content(alarm.unwrap_or(why));
             object["error"] = refusal.object()["error"].take();

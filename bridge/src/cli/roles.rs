@@ -2,6 +2,7 @@
 
 use crate::refusal::Refusal;
 use annulus_core::artwork::{Artwork, FileRead, Role, Side, is_end_of_path};
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 
 /// The name of a file, its role and its side, as in `SaidOfFiles`.
@@ -16,7 +17,7 @@ fn one(text: &str, artwork: &Artwork) -> Result<LayerRole, Refusal> {
     let usage = |code: &str| Diagnostic::error(code).with("found", text);
     let parts = text.rsplit_once('=');
     let known = parts.and_then(|(file, words)| Some((file, role(words)?)));
-    let Some((file, (role, side))) = known else { return Err(Refusal::usage(usage("cli.bad_role"))) };
+    let Some((file, (role, side))) = known else { return Err(Refusal::usage(usage(code!("cli.bad_role")))) };
     let layers = || artwork.files.iter().filter(|layer| layer.gerber.is_some());
     let exact = |layer: &&FileRead| layer.name == file;
     let path = file.replace('\\', "/");
@@ -31,8 +32,10 @@ fn one(text: &str, artwork: &Artwork) -> Result<LayerRole, Refusal> {
     };
     match found.as_slice() {
         [layer] => Ok((layer.name.clone(), role.name().to_owned(), side.map(|side| side.name().to_owned()))),
-        [] => Err(Refusal::usage(usage("cli.role_of_no_layer").with("names", names(layers().collect())))),
-        _ => Err(Refusal::usage(usage("cli.role_of_several").with("names", names(found)))),
+        [] => {
+            Err(Refusal::usage(usage(code!("cli.role_of_no_layer")).with("names", names(layers().collect()))))
+        }
+        _ => Err(Refusal::usage(usage(code!("cli.role_of_several")).with("names", names(found)))),
     }
 }
 

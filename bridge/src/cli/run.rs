@@ -20,6 +20,7 @@ use annulus_core::machine::{self, Lengths, Machine, Output};
 use annulus_core::magazine::{Held, laid_out};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
+use annulus_core::{code, error};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -131,7 +132,7 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
     // A preset of a real machine that has no wiring yet.
     let is_unwired = name != "virtual" && machine::preset(name).is_some() && !known.path.is_file();
     if is_unwired {
-        return Err(Refusal::usage(diagnostic("run.no_output").with("machine", &known.machine.name)));
+        return Err(Refusal::usage(error!("run.no_output", machine = &known.machine.name)));
     }
     only_virtual(args).map(|()| Driver::Virtual { rehearsal: false })
 }
@@ -140,7 +141,7 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
 fn only_virtual(args: &RunArgs) -> Result<(), Refusal> {
     let mut flags = args.at.board.how.of_controller().filter(|flag| *flag != "--equal-tool-lengths");
     match flags.next().or(other_of_controller(args)) {
-        Some(flag) => Err(Refusal::usage(diagnostic("run.needs_controller").with("flag", flag))),
+        Some(flag) => Err(Refusal::usage(error!("run.needs_controller", flag = flag))),
         None => Ok(()),
     }
 }
@@ -240,8 +241,7 @@ fn opened(
     json: bool,
 ) -> Result<(Drill, Operator, Runtime), Refusal> {
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
-    let no_runtime =
-        |error: std::io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
+    let no_runtime = |error: std::io::Error| Refusal::surroundings(error!("run.no_runtime", reason = error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
     let open = if level { Drill::open_with } else { Drill::open_flat };
@@ -265,17 +265,13 @@ pub(super) fn touch(args: &PlayArgs, low: Point, ask: Ask, json: bool) -> Result
     own_controller(args.job.on.name())?;
     let known = machine_file::named(args.job.on.name())?;
     if known.machine.output != Output::Virtual {
-        return Err(Refusal::usage(diagnostic("run.needs_page")));
+        return Err(Refusal::usage(error!("run.needs_page")));
     }
     let (drill, operator, runtime) =
         opened(args, (&known, Driver::Virtual { rehearsal: false }), true, json)?;
     let touched = runtime.block_on(operator.touch(low, ask, &args.job.accept));
     drill.shutdown();
     touched
-}
-
-fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
 }
 
 /// Acts for the user at the machine.
@@ -443,7 +439,7 @@ impl Operator {
                 text: super::height_map::text(&map),
                 exit: Exit::Done,
             }),
-            None => Err(Refusal::content(diagnostic("level.stopped"))),
+            None => Err(Refusal::content(error!("level.stopped"))),
         }
     }
 
@@ -468,14 +464,16 @@ impl Operator {
                 if self.driver.is_real() {
                     self.confirm_warnings(&checks).await?;
                 }
-                if let Some(row) = checks.iter().find(|row| levelled && row.finding.code == "level.follows") {
+                if let Some(row) =
+                    checks.iter().find(|row| levelled && row.finding.code == code!("level.follows"))
+                {
                     super::say(row.finding.message("en"));
                 }
                 let failed = checks.into_iter().find(|row| row.verdict == RowVerdict::Fail);
                 return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));
             }
         }
-        Err(Refusal::content(diagnostic("control.not_armed")))
+        Err(Refusal::content(error!("control.not_armed")))
     }
 
     /// Returns the next message. The first signal stops the drill.
@@ -582,10 +580,8 @@ fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
         _ => None,
     });
     match report {
-        None => Err(Refusal::content(diagnostic("level.none_kept"))),
-        Some(report) if !same_job(&report.job, level_key) => {
-            Err(Refusal::content(diagnostic("level.other_job")))
-        }
+        None => Err(Refusal::content(error!("level.none_kept"))),
+        Some(report) if !same_job(&report.job, level_key) => Err(Refusal::content(error!("level.other_job"))),
         Some(_) => Ok(()),
     }
 }

@@ -12,6 +12,7 @@ use annulus_core::control::Timing;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::Scope;
+use annulus_core::{code, error};
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
@@ -64,7 +65,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     claim.say(&bridge.note())?;
     let url = bridge.address(Scope::Configure).map_err(Refusal::surroundings)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
-    let runtime = runtime.map_err(|error| trouble("serve.cannot_start", &error))?;
+    let runtime = runtime.map_err(|error| trouble(code!("serve.cannot_start"), &error))?;
     let signal = runtime.block_on(async {
         let mut signals = Signals::new()?;
         let listeners =
@@ -81,7 +82,7 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
         server::run(bridge, listeners, ended).await;
         Ok(signal)
     });
-    let exit = signal.map_err(|error: io::Error| trouble("serve.cannot_start", &error))?;
+    let exit = signal.map_err(|error: io::Error| trouble(code!("serve.cannot_start"), &error))?;
     Ok(Answer { object: Value::Null, text: String::new(), exit })
 }
 
@@ -149,15 +150,15 @@ pub(crate) fn is_free(port: u16) -> bool {
 
 fn cannot_listen(port: u16, error: &io::Error) -> Refusal {
     if error.kind() == ErrorKind::AddrInUse {
-        return Refusal::surroundings(Diagnostic::error("serve.port_in_use").with("port", port));
+        return Refusal::surroundings(error!("serve.port_in_use", port = port));
     }
-    let why = Diagnostic::error("serve.port").with("port", port);
+    let why = error!("serve.port", port = port, ..);
     Refusal::surroundings(why.with("reason", error))
 }
 
 fn already_running(port: Option<u16>) -> Refusal {
     let port = port.map_or_else(|| "?".to_owned(), |port| port.to_string());
-    Refusal::surroundings(Diagnostic::error("serve.already_running").with("port", port))
+    Refusal::surroundings(error!("serve.already_running", port = port))
 }
 
 fn trouble(code: &str, error: &io::Error) -> Refusal {

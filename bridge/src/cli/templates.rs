@@ -1,7 +1,7 @@
 //! Postprocessors: lists their blocks and parameters, prints the built-in ones, and checks the user's.
 
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, export};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::locale;
 use annulus_core::post;
 use serde_json::{Value, json};
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &TemplatesArgs) -> Result<Answer, Refusal> {
     }
     if !Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let known: Vec<&str> = post::shipped().map(|(name, _)| name).collect();
-        let diagnostic = Diagnostic::error("post.unknown_target").with("name", name);
+        let diagnostic = error!("post.unknown_target", name = name, ..);
         let diagnostic = diagnostic.with("nearest", post::nearest_target(name));
         return Err(Refusal::usage(diagnostic.with("known", known.join(", "))));
     }

@@ -6,7 +6,7 @@ use super::{Answer, Exit, MachineArgs, Refusal, counted, grbl, rounded};
 use crate::drill::JOURNAL;
 use crate::journal;
 use crate::machine_file;
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::worn::Wear;
 use annulus_core::locale;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
@@ -60,7 +60,7 @@ fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
     let machine = machine_file::named(args.on.name())?.machine;
     let tool = |number: &u32| {
         let tool = machine.rack.iter().find(|tool| tool.number == *number);
-        let why = || Refusal::usage(Diagnostic::error("control.no_such_tool").with("number", number));
+        let why = || Refusal::usage(error!("control.no_such_tool", number = number));
         tool.ok_or_else(why)
     };
     let tools = args.numbers.iter().map(tool).collect::<Result<Vec<_>, _>>()?;

@@ -20,6 +20,7 @@ use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::control::Timing;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::level::HeightMap;
 use annulus_core::machine::{Machine, Output, Value};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
@@ -101,11 +102,11 @@ impl Drill {
         surface: Option<KeptSurface>,
     ) -> Result<Self, Refusal> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
-            let why = Diagnostic::error("control.speed_range").with("speed", speed);
+            let why = error!("control.speed_range", speed = speed);
             return Err(Refusal::usage(why));
         }
         if machine.output != Output::Virtual && speed != 1.0 {
-            return Err(Refusal::usage(Diagnostic::error("control.speed_is_real")));
+            return Err(Refusal::usage(error!("control.speed_is_real")));
         }
         let unwritable = |error: std::io::Error| unwritable(folder, &error);
         own::root(folder).and_then(|()| own::mend(&folder.join(JOURNAL))).map_err(unwritable)?;
@@ -140,8 +141,7 @@ impl Drill {
         let path = folder.join("machines").join("virtual.toml");
         let settings = Arc::new(Mutex::new(KeptSettings { path, unchanged: Vec::new() }));
         let shared = Arc::new(Shared::new(clock::time));
-        let no_thread =
-            |error| Refusal::surroundings(Diagnostic::error("control.no_thread").with("reason", error));
+        let no_thread = |error| Refusal::surroundings(error!("control.no_thread", reason = error));
         let recorder = Recorder::start(journal, Arc::clone(&shared), messages.clone()).map_err(no_thread)?;
         let here = Here {
             folder: folder.to_owned(),
@@ -217,7 +217,7 @@ impl Drill {
     fn arm(&self, job: &str, from_leg: u32, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
         ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket))?;
         let _planning = self.planner.lock();
-        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+        let bytes = self.job(job).ok_or_else(|| error!("control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
         let prepared = prepare::prepare(job, &bytes, from_leg, &context)?;
         self.send(|reply| Message::Prepared { prepared: Box::new(prepared), reply })
@@ -317,7 +317,7 @@ fn run(mut owner: Owner, inbox: &Receiver<Message>) {
 }
 
 fn unwritable(folder: &Path, error: &std::io::Error) -> Refusal {
-    let why = Diagnostic::error("control.folder_unwritable").with("folder", folder.display());
+    let why = error!("control.folder_unwritable", folder = folder.display(), ..);
     Refusal::surroundings(why.with("reason", error))
 }
 
@@ -330,7 +330,7 @@ fn drilled_record(path: &Path, owner: Sender<Message>) -> std::io::Result<Drille
         if let Err(error) = file.write_all(line(hole).as_bytes()) {
             // Remove a partial line.
             let _ = before.and_then(|before| file.set_len(before));
-            let why = Diagnostic::error("control.record_unwritable").with("reason", error);
+            let why = error!("control.record_unwritable", reason = error);
             let _ = owner.send(Message::CannotRecord(why));
         }
     }))

@@ -9,6 +9,7 @@ use crate::hosted::Listeners;
 use crate::machine_file;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{self, Machine, Output, Value};
 use annulus_core::pins::Pins;
 use annulus_core::wire::Tell;
@@ -71,9 +72,7 @@ impl Outside for Here {
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic> {
         let kept = self.settings.lock().unwrap_or_else(PoisonError::into_inner);
         let of_file = machine::apply(machine, &kept.unchanged).map_err(|why| {
-            why.into_iter()
-                .next()
-                .unwrap_or_else(|| Diagnostic::error("machine.file_syntax").with("what", "?"))
+            why.into_iter().next().unwrap_or_else(|| error!("machine.file_syntax", what = "?"))
         })?;
         machine_file::save(&kept.path, &of_file)
     }

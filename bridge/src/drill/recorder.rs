@@ -1,7 +1,7 @@
 //! The journal's thread: writes records in order and publishes how many legs are durable.
 
 use crate::journal::Journal;
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_host::executor::Shared;
 use annulus_host::journal::Record;
 use annulus_host::{Message, Recording};
@@ -47,7 +47,7 @@ struct Over(Sender<Message>);
 
 impl Drop for Over {
     fn drop(&mut self) {
-        let _ = self.0.send(Message::Begun(Err(Diagnostic::error("control.shut_down"))));
+        let _ = self.0.send(Message::Begun(Err(error!("control.shut_down"))));
     }
 }
 

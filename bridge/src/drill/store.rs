@@ -4,6 +4,7 @@
 use crate::machine_file::write_own;
 use crate::own;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::program;
 use annulus_host::KeptSurface;
 use std::fs::{self, OpenOptions};
@@ -22,12 +23,12 @@ fn path_of(folder: &Path, key: &str) -> Option<PathBuf> {
 /// Saves `bytes` if they are a program and `key` is their digest.
 pub(super) fn keep(folder: &Path, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
     let Some(path) = path_of(folder, key).filter(|_| program::key(bytes) == key) else {
-        return Err(Diagnostic::error("control.wrong_key"));
+        return Err(error!("control.wrong_key"));
     };
     program::decode(bytes)?;
     own::folder(&folder.join("jobs"))
         .and_then(|()| write_own(&path, bytes))
-        .map_err(|error| Diagnostic::error("control.job_not_kept").with("reason", error))?;
+        .map_err(|error| error!("control.job_not_kept", reason = error))?;
     prune(&path);
     Ok(())
 }
@@ -54,8 +55,7 @@ pub(super) fn keep_surface(folder: &Path, surface: Option<&KeptSurface>) -> Resu
         None if path.exists() => fs::remove_file(&path),
         None => Ok(()),
     };
-    let unkept =
-        |error| Diagnostic::error("level.not_kept").with("file", path.display()).with("reason", error);
+    let unkept = |error| error!("level.not_kept", file = path.display(), reason = error);
     kept.map_err(unkept)
 }
 

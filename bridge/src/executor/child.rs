@@ -19,6 +19,7 @@ use crate::outputs::{self, Trouble};
 use crate::spindle;
 use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{self, Machine};
 use annulus_core::pins::{Clock, Steady};
 use annulus_host::executor::{Glimpse, Instruction, Said, Shared};
@@ -126,7 +127,7 @@ pub(crate) fn run() -> io::Result<()> {
         End::Gone => hands.end("bridge_gone", Instruction::Abandon),
         End::Silent => {
             hands.end("bridge_silent", Instruction::Abandon);
-            let _ = up.send(Up::Refused(Diagnostic::error("output.bridge_silent")));
+            let _ = up.send(Up::Refused(error!("output.bridge_silent")));
         }
     }
     drop(up);
@@ -207,7 +208,7 @@ fn begin(
     measured: Option<Lateness>,
     up: &Sender<Up>,
 ) -> Result<(Hands, Trouble, Offsets), Diagnostic> {
-    let cannot = |error: io::Error| Diagnostic::error("output.executor_failed").with("reason", error);
+    let cannot = |error: io::Error| error!("output.executor_failed", reason = error);
     let wires = outputs::open(machine)?;
     let trouble = wires.trouble();
     let (offsets, why) = (Offsets::default(), Why::new(Mutex::new(RUNNING)));
@@ -274,7 +275,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
         };
         if hands.died() {
             // Without its thread this process can do nothing: the bridge makes the outputs safe.
-            let why = Diagnostic::error("output.executor_failed").with("reason", "its thread ended");
+            let why = error!("output.executor_failed", reason = "its thread ended");
             let _ = frames::send(&mut pipe, &Up::Refused(why));
             std::process::exit(1);
         }
@@ -282,7 +283,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
             refused = true;
             hands.say("port_refused");
             hands.shared.stop(u64::MAX);
-            let why = Diagnostic::error("output.port_refused").with("reason", reason);
+            let why = error!("output.port_refused", reason = reason);
             let _ = frames::send(&mut pipe, &Up::Refused(why));
         }
         if sent.is_err() {

@@ -24,6 +24,7 @@ mod thread;
 
 use crate::spindle;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::{Clock, Pins};
 use annulus_host::executor::{Instruction, Seat, Shared};
@@ -58,7 +59,7 @@ pub(crate) fn start(
     hear: impl Fn(Heard) + Send + 'static,
 ) -> Result<Box<dyn Seat>, Diagnostic> {
     if machine.converter.is_there() && speed != 1.0 {
-        return Err(Diagnostic::error("spindle.in_life").with("speed", speed));
+        return Err(error!("spindle.in_life", speed = speed));
     }
     let told = Arc::clone(shared);
     let pins =
@@ -72,7 +73,7 @@ pub(crate) fn start(
     };
     let judged = Machine { output, ..machine.clone() };
     let (ring, thread) = thread::start(&judged, pins, clock, Arc::clone(shared), || {}, report)
-        .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
+        .map_err(|error| error!("control.no_thread", reason = error))?;
     Ok(Box::new(Thread(ring, Some(thread))))
 }
 

@@ -14,6 +14,7 @@ use crate::spindle;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
+use annulus_core::{code, error};
 use annulus_host::executor::{Instruction, Said, Seat, Shared};
 use std::io::{self, Write};
 use std::path::Path;
@@ -63,7 +64,7 @@ struct Link {
 }
 
 fn failed(error: impl std::fmt::Display) -> Diagnostic {
-    Diagnostic::error("output.executor_failed").with("reason", error)
+    error!("output.executor_failed", reason = error)
 }
 
 /// Starts the executor of `machine` with its record at `record`. Waits until its outputs are safe and its
@@ -227,7 +228,7 @@ impl Link {
         let converter = spindle::make_safe(&self.machine);
         pins.and(converter).map_err(|why| {
             tracing::error!("{}", why.message("en"));
-            Diagnostic::error("output.not_safe").with("reason", why.message("en"))
+            error!("output.not_safe", reason = why.message("en"))
         })
     }
 }
@@ -258,7 +259,8 @@ impl Reader {
                 Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => break failed(error),
                 Ok(None) | Err(_) => {
                     let silent = self.link.silent.load(Ordering::SeqCst);
-                    let code = if silent { "output.executor_silent" } else { "output.executor_gone" };
+                    let code =
+                        if silent { code!("output.executor_silent") } else { code!("output.executor_gone") };
                     break Diagnostic::error(code);
                 }
             }

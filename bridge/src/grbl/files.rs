@@ -3,6 +3,7 @@
 
 use crate::{machine_file, own};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::level::HeightMap;
 use annulus_core::machine::ToolWear;
 use annulus_host::grbl::{AttendedJob, first_entry};
@@ -40,9 +41,9 @@ impl DiskFiles {
 
     /// The height map of the board. Fails if there is none or it is damaged.
     pub(crate) fn map(&mut self) -> Result<HeightMap, Diagnostic> {
-        let none = || Diagnostic::error("level.none_kept");
+        let none = || error!("level.none_kept");
         let bytes = self.read(File::HeightMap).ok().filter(|bytes| !bytes.is_empty()).ok_or_else(none)?;
-        let damaged = || Diagnostic::error("level.damaged");
+        let damaged = || error!("level.damaged");
         let map: Option<HeightMap> = unsealed(&bytes).map_err(|_| damaged())?;
         let map = map.ok_or_else(none)?;
         if map.is_whole() { Ok(map) } else { Err(damaged()) }
@@ -51,7 +52,7 @@ impl DiskFiles {
     /// Saves the height map; durable when it returns.
     pub(crate) fn keep_map(&mut self, map: &HeightMap) -> Result<(), Diagnostic> {
         self.write(File::HeightMap, &sealed(&Some(map))).map_err(|reason| {
-            let why = Diagnostic::error("level.not_kept").with("file", self.path(File::HeightMap).display());
+            let why = error!("level.not_kept", file = self.path(File::HeightMap).display(), ..);
             why.with("reason", reason)
         })
     }

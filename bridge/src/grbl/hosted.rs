@@ -15,6 +15,7 @@ use crate::hosted::{Begun, Hosted, Listeners, gone};
 use crate::refusal::Refusal;
 use crate::serial::Port;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Ask, Tell};
 use annulus_host::grbl::{Draft, Named, Setup, Station, Written, reset_on_open};
 use annulus_host::{Message, Ticket, Tickets};
@@ -107,7 +108,7 @@ impl GrblHost {
         };
         let thread =
             thread::Builder::new().name("controller".to_owned()).spawn(move || work.run(&inbox, meets));
-        let no_thread = |error| Diagnostic::error("control.no_thread").with("reason", error);
+        let no_thread = |error| error!("control.no_thread", reason = error);
         let thread = thread.map_err(|error| Refusal::surroundings(no_thread(error)))?;
         let host = Self { inputs, listeners, tickets, thread: Arc::new(Mutex::new(Some(thread))) };
         // A controller that must not be reset identifies itself after its job.
@@ -285,7 +286,7 @@ impl Work {
     /// Whether the controller has identified itself; `None` while that is open.
     fn met(&self) -> Option<Result<(), Diagnostic>> {
         let station = &self.machine.station;
-        let silent = || station.alarm().cloned().unwrap_or_else(|| Diagnostic::error("grbl.no_answer"));
+        let silent = || station.alarm().cloned().unwrap_or_else(|| error!("grbl.no_answer"));
         match (station.greeted(), station.is_over()) {
             (true, _) => Some(Ok(())),
             (false, true) => Some(Err(silent())),

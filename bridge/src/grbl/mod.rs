@@ -15,6 +15,7 @@ mod owner;
 mod speed;
 
 pub(crate) use crate::serial::list;
+use annulus_core::error;
 pub(crate) use files::DiskFiles;
 pub(crate) use hosted::{GrblHost, Site};
 pub(crate) use owner::Owner;
@@ -35,7 +36,7 @@ pub(crate) fn open(
     reset: ResetOnOpen,
     silent: impl Fn(u32),
 ) -> Result<(Port, u32), Diagnostic> {
-    let unopened = |error| Diagnostic::error("grbl.port_unopened").with("port", name).with("reason", error);
+    let unopened = |error| error!("grbl.port_unopened", port = name, reason = error);
     let open = match reset {
         ResetOnOpen::Usual => serial::open,
         ResetOnOpen::Never => serial::open_sparing,
@@ -44,7 +45,7 @@ pub(crate) fn open(
         return Ok((open(name, bits_per_s).map_err(unopened)?, bits_per_s));
     }
     let mut port = open(name, BITS_PER_S[0]).map_err(unopened)?;
-    let lost = |error| Diagnostic::error("grbl.port_lost").with("port", name).with("reason", error);
+    let lost = |error| error!("grbl.port_lost", port = name, reason = error);
     let found = speed::find(&mut port, silent).map_err(lost)?;
-    found.map(|bits_per_s| (port, bits_per_s)).ok_or_else(|| Diagnostic::error("grbl.no_answer"))
+    found.map(|bits_per_s| (port, bits_per_s)).ok_or_else(|| error!("grbl.no_answer"))
 }

@@ -10,9 +10,9 @@
 use super::Ledger;
 use super::clock::Stopwatch;
 use crate::serial::Port;
-use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{EngineAsk, EngineEvent, EnginePhase};
 use annulus_core::machine::ToolWear;
+use annulus_core::{error, warning};
 use annulus_host::grbl::{Attended, AttendedJob, Due, HELD_AFTER, Host, HostNews, JobTools, Told};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -177,7 +177,7 @@ impl Work {
             return true;
         }
         let goes = self.event(EngineEvent::Ask(EngineAsk::Hold));
-        let why = Diagnostic::warning("grbl.command_stood").with("seconds", HELD_AFTER.as_secs());
+        let why = warning!("grbl.command_stood", seconds = HELD_AFTER.as_secs());
         self.tell(Told::Found(why));
         goes
     }
@@ -187,7 +187,7 @@ impl Work {
     }
 
     fn gone(&mut self, error: &std::io::Error) -> bool {
-        let why = Diagnostic::error("grbl.port_lost").with("port", &self.port.name);
+        let why = error!("grbl.port_lost", port = &self.port.name, ..);
         self.tell(Told::Found(why.with("reason", error)));
         self.event(EngineEvent::Closed);
         false

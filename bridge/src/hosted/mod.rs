@@ -3,6 +3,7 @@
 mod listeners;
 
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Ask, Tell};
 use annulus_host::Ticket;
 pub(crate) use listeners::Listeners;
@@ -64,5 +65,5 @@ impl Begun {
 
 /// The machine's thread has ended.
 pub(crate) fn gone() -> Diagnostic {
-    Diagnostic::error("control.shut_down")
+    error!("control.shut_down")
 }

@@ -3,6 +3,7 @@
 use super::document::Node;
 use super::tally::Tally;
 use super::{Checked, at};
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{
     Dynamics, PhaseTable, dynamics::FARTHEST, dynamics::MOST_STATES, dynamics::SLOWEST, phases,
@@ -33,7 +34,7 @@ pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<()
                 .parse()
                 .ok()
                 .filter(|hz| (1e-3..=1e9).contains(hz))
-                .ok_or_else(|| node.refuse("lab.unknown_name").with("found", hz))?;
+                .ok_or_else(|| node.refuse(code!("lab.unknown_name")).with("found", hz))?;
             let seconds = interrupts as f64 / hz;
             tally.number(&node, seconds, 1e-12 * seconds)?;
         }
@@ -64,7 +65,7 @@ fn table(root: &Node<'_>, name: &str, at: &Node<'_>) -> Result<Dynamics, Diagnos
     match root.find("tables").and_then(|tables| tables.find(name)) {
         Some(node) => dynamics(&node),
         None if name == "arendt" => Ok(Dynamics::arendt()),
-        None => Err(at.refuse("lab.unknown_name").with("found", name)),
+        None => Err(at.refuse(code!("lab.unknown_name")).with("found", name)),
     }
 }
 
@@ -77,7 +78,10 @@ pub(super) fn dynamics(node: &Node<'_>) -> Result<Dynamics, Diagnostic> {
     let wanted = dynamics.period.len().saturating_sub(1);
     for (row, node) in [(&dynamics.enter, enter), (&dynamics.leave, leave)] {
         if row.len() != wanted {
-            return Err(node.refuse("lab.wrong_length").with("found", row.len()).with("wanted", wanted));
+            return Err(node
+                .refuse(code!("lab.wrong_length"))
+                .with("found", row.len())
+                .with("wanted", wanted));
         }
     }
     Ok(dynamics)
@@ -86,7 +90,7 @@ pub(super) fn dynamics(node: &Node<'_>) -> Result<Dynamics, Diagnostic> {
 fn whole_row(node: &Node<'_>, low: u32, high: u32) -> Result<Vec<u32>, Diagnostic> {
     let items = node.items()?;
     if items.is_empty() || items.len() > MOST_STATES + 1 {
-        let why = node.refuse("lab.wrong_length").with("found", items.len());
+        let why = node.refuse(code!("lab.wrong_length")).with("found", items.len());
         return Err(why.with("wanted", format!("1 … {}", MOST_STATES + 1)));
     }
     items.iter().map(|item| item.whole(i64::from(low), i64::from(high)).map(|whole| whole as u32)).collect()
@@ -136,7 +140,7 @@ fn conditions(case: &Node<'_>) -> Result<Tally, Diagnostic> {
     let (enter, leave) = (case.get("enter")?, case.get("leave")?);
     let (a, b) = (whole_row(&enter, 0, FARTHEST)?, whole_row(&leave, 0, FARTHEST)?);
     if a.len() != b.len() {
-        return Err(leave.refuse("lab.wrong_length").with("found", b.len()).with("wanted", a.len()));
+        return Err(leave.refuse(code!("lab.wrong_length")).with("found", b.len()).with("wanted", a.len()));
     }
     let all = |holds: fn(i64, i64, i64) -> bool| {
         let rows = a.iter().zip(&b).zip(1_i64..);
@@ -152,7 +156,7 @@ fn conditions(case: &Node<'_>) -> Result<Tally, Diagnostic> {
 fn phase_table(bytes: &Node<'_>) -> Result<PhaseTable, Diagnostic> {
     let items = bytes.items()?;
     if items.is_empty() || items.len() > phases::MOST_COLUMNS {
-        let why = bytes.refuse("lab.wrong_length").with("found", items.len());
+        let why = bytes.refuse(code!("lab.wrong_length")).with("found", items.len());
         return Err(why.with("wanted", format!("1 … {}", phases::MOST_COLUMNS)));
     }
     let columns = items.iter().map(|item| item.whole(0, 255).map(|byte| byte as u8));

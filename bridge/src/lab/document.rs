@@ -2,8 +2,9 @@
 //!
 //! Positions are computed only for an error: the text is parsed again along the node's path.
 
-use super::error;
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use serde_json::Value;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -48,7 +49,7 @@ impl<'a> Document<'a> {
                 // The parser appends line and column to its message; they go into the position instead.
                 let words = bad.to_string();
                 let what = words.rsplit_once(" at line ").map_or(words.as_str(), |(what, _)| what);
-                let why = error("lab.not_json").with("what", what);
+                let why = error!("lab.not_json", what = what);
                 Err(why.at(name, at(bad.line()), at(bad.column())))
             }
         }
@@ -110,7 +111,7 @@ impl<'a> Node<'a> {
         if !self.value.is_object() {
             return Err(self.unlike("an object"));
         }
-        self.find(key).ok_or_else(|| self.refuse("lab.missing").with("field", key))
+        self.find(key).ok_or_else(|| self.refuse(code!("lab.missing")).with("field", key))
     }
 
     /// The number in the member `key`.
@@ -183,7 +184,7 @@ impl<'a> Node<'a> {
     pub(super) fn refuse(&self, code: &str) -> Diagnostic {
         let path = self.path();
         let path = if path.is_empty() { "the file".to_owned() } else { path };
-        self.place(error(code).with("path", path))
+        self.place(Diagnostic::error(code).with("path", path))
     }
 
     /// Adds the position of this value to a diagnostic.
@@ -201,7 +202,7 @@ impl<'a> Node<'a> {
         if found.chars().count() > 40 {
             found = found.chars().take(40).chain(['…']).collect();
         }
-        self.refuse("lab.not_a").with("found", found).with("wanted", wanted)
+        self.refuse(code!("lab.not_a")).with("found", found).with("wanted", wanted)
     }
 }
 

@@ -4,6 +4,7 @@ use super::document::Node;
 use super::profiles::{limits, planned};
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{MotionLaw, Profile};
 use annulus_core::servo::{
@@ -76,7 +77,7 @@ fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Diagnostic> {
         return Ok(*rules.tables());
     }
     let set = root.find("rules").and_then(|rules| rules.find(name));
-    let set = set.ok_or_else(|| named.refuse("lab.unknown_name").with("found", name))?;
+    let set = set.ok_or_else(|| named.refuse(code!("lab.unknown_name")).with("found", name))?;
     let table = |key: &str| -> Result<Table, Diagnostic> {
         let mut table = [[0; LEVELS]; LEVELS];
         for (row, entries) in table.iter_mut().zip(set.get(key)?.exactly::<LEVELS>()?) {
@@ -126,7 +127,7 @@ fn sample_at<'a, T>(samples: &'a [T], t: &Node<'_>, sample_s: f64, first: f64) -
     let index = t.number()? / sample_s - first;
     let nearest = index.round();
     if (index - nearest).abs() > 1e-3 || nearest < 0.0 || nearest >= samples.len() as f64 {
-        return Err(t.refuse("lab.no_sample").with("sample", sample_s));
+        return Err(t.refuse(code!("lab.no_sample")).with("sample", sample_s));
     }
     Ok(&samples[nearest as usize])
 }
@@ -143,7 +144,7 @@ fn step(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> 
             "z_approach" => CycleStage::Approach,
             "z_cut" => CycleStage::Cut,
             "z_return" => CycleStage::Return,
-            other => return Err(stage.refuse("lab.unknown_name").with("found", other)),
+            other => return Err(stage.refuse(code!("lab.unknown_name")).with("found", other)),
         },
         setpoint_mm: case.number_at("setpoint")?,
         duration_s: case.number_at("duration")?,

@@ -15,6 +15,7 @@ mod tally;
 mod throughput;
 mod timeline;
 
+use annulus_core::code;
 pub(crate) use tally::Tally;
 
 use annulus_core::diagnostic::Diagnostic;
@@ -68,14 +69,14 @@ impl Checked {
     /// Subtracts `work` samples from the budget.
     fn spend(&mut self, work: u64, at: &Node<'_>) -> Result<(), Diagnostic> {
         let left = self.work_left.checked_sub(work);
-        self.work_left = left.ok_or_else(|| at.refuse("lab.too_much_work").with("most", MOST_WORK))?;
+        self.work_left = left.ok_or_else(|| at.refuse(code!("lab.too_much_work")).with("most", MOST_WORK))?;
         Ok(())
     }
 
     /// Adds a finished case. A case without an expected value proves nothing and is refused.
     fn done(&mut self, tally: Tally, at: &Node<'_>) -> Result<(), Diagnostic> {
         if tally.values == 0 {
-            return Err(at.refuse("lab.nothing_expected"));
+            return Err(at.refuse(code!("lab.nothing_expected")));
         }
         self.cases.push(tally);
         Ok(())
@@ -90,15 +91,15 @@ pub(crate) fn check(name: &str, text: &str) -> Result<Report, Diagnostic> {
     let word = schema.text()?;
     let Some((schema, checker)) = SCHEMAS.iter().find(|(known, _)| *known == word) else {
         let known: Vec<_> = SCHEMAS.iter().map(|(known, _)| *known).collect();
-        return Err(schema.refuse("lab.schema").with("found", word).with("known", known.join(", ")));
+        return Err(schema.refuse(code!("lab.schema")).with("found", word).with("known", known.join(", ")));
     };
     let mut checked = Checked { cases: Vec::new(), work_left: MOST_WORK };
     checker(&mut checked, root)?;
     if checked.cases.is_empty() {
-        return Err(document.root().refuse("lab.nothing_expected"));
+        return Err(document.root().refuse(code!("lab.nothing_expected")));
     }
     if let Some(member) = document.unknown() {
-        return Err(member.refuse("lab.unknown_key"));
+        return Err(member.refuse(code!("lab.unknown_key")));
     }
     Ok(Report { schema, cases: checked.cases })
 }
@@ -116,16 +117,12 @@ fn tolerance(root: &Node<'_>, name: &str, usual: f64) -> Result<f64, Diagnostic>
     if value > 0.0 && value <= LOOSEST {
         return Ok(value);
     }
-    Err(said.refuse("lab.bad_tolerance").with("found", value).with("most", LOOSEST))
+    Err(said.refuse(code!("lab.bad_tolerance")).with("found", value).with("most", LOOSEST))
 }
 
 /// Adds the position of the refused inputs to a diagnostic of core.
 fn at<'a, T>(node: &'a Node<'_>) -> impl Fn(Diagnostic) -> Result<T, Diagnostic> + 'a {
     |why| Err(node.place(why))
-}
-
-fn error(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
 }
 
 #[cfg(test)]

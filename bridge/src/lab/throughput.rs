@@ -5,6 +5,7 @@ use super::profiles::planned;
 use super::tally::Tally;
 use super::timeline::compare_times;
 use super::{Checked, at, tolerance};
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::coordination::{SpindleRules, SpindleTimes, cycle_s};
@@ -32,7 +33,7 @@ pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Di
     let list = |key: &str| root.find(key).map_or(Ok(Vec::new()), |list| list.items());
     for case in list("rows")? {
         let (xy, z) = (case.get("xy")?, case.get("z")?);
-        let unknown = |node: &Node<'_>| node.refuse("lab.unknown_name").with("found", node.value());
+        let unknown = |node: &Node<'_>| node.refuse(code!("lab.unknown_name")).with("found", node.value());
         let table = tables.get(xy.text()?).ok_or_else(|| unknown(&xy))?;
         let times = spindles.get(z.text()?).ok_or_else(|| unknown(&z))?;
         let limits = super::profiles::limits(table, ["V", "A", "J"])?;
@@ -77,7 +78,7 @@ fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Diagnostic> {
                 acceleration_mm_per_s2: a.number()?,
                 jerk_mm_per_s3: j.number()?,
             }),
-            _ => Err(node.refuse("lab.wrong_length").with("found", items.len()).with("wanted", 3)),
+            _ => Err(node.refuse(code!("lab.wrong_length")).with("found", items.len()).with("wanted", 3)),
         }
     };
     let (down, up) = (node.get("down")?, node.get("up")?);
@@ -89,8 +90,8 @@ fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Diagnostic> {
             let limits = row(rest)?;
             two_speeds(MotionLaw::SCurve, height_mm, depth_mm, feed.number()?, limits).or_else(at(&down))?
         }
-        [kind, ..] => return Err(kind.refuse("lab.unknown_name").with("found", kind.value())),
-        [] => return Err(down.refuse("lab.wrong_length").with("found", 0).with("wanted", "4 or 5")),
+        [kind, ..] => return Err(kind.refuse(code!("lab.unknown_name")).with("found", kind.value())),
+        [] => return Err(down.refuse(code!("lab.wrong_length")).with("found", 0).with("wanted", "4 or 5")),
     };
     Ok(SpindleTimes::of(&stroke, &one(row(&up.items()?)?)?, height_mm, node.number_at("c")?))
 }

@@ -7,6 +7,7 @@
 //! An opened device is written to. So nothing else may be opened: no document named by mistake, no disk, no
 //! memory.
 
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -32,7 +33,7 @@ pub(crate) fn make(path: &Path) -> io::Result<()> {
 pub(super) fn open(path: &Path) -> Result<File, Trouble> {
     let before = fs::metadata(path).map_err(Trouble::Io)?;
     if !before.is_file() && !is_port(&before) {
-        return Err(Trouble::Refused("output.not_a_port"));
+        return Err(Trouble::Refused(code!("output.not_a_port")));
     }
     let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(Trouble::Io)?;
     let opened = file.metadata().map_err(Trouble::Io)?;
@@ -40,7 +41,7 @@ pub(super) fn open(path: &Path) -> Result<File, Trouble> {
         return Ok(file);
     }
     if !opened.is_file() || !is_marked(&mut file, &opened) {
-        return Err(Trouble::Refused("output.not_a_rehearsal"));
+        return Err(Trouble::Refused(code!("output.not_a_rehearsal")));
     }
     crate::own::mend(path).map_err(Trouble::Io)?;
     Ok(file)
@@ -60,10 +61,10 @@ impl Trouble {
         let code = match self {
             Self::Refused(code) => *code,
             Self::Io(error) => match error.kind() {
-                io::ErrorKind::NotFound => "output.no_device",
-                io::ErrorKind::PermissionDenied => "output.no_rights",
-                io::ErrorKind::ResourceBusy => "output.in_use",
-                _ => "output.cannot_open",
+                io::ErrorKind::NotFound => code!("output.no_device"),
+                io::ErrorKind::PermissionDenied => code!("output.no_rights"),
+                io::ErrorKind::ResourceBusy => code!("output.in_use"),
+                _ => code!("output.cannot_open"),
             },
         };
         let why = Diagnostic::error(code).with("device", path.display());

@@ -10,6 +10,7 @@
 //! `Sec-Fetch-Site`. DNS rebinding to 127.0.0.1 shows in `Host`.
 
 use super::reply::Refused;
+use annulus_core::code;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, Request, StatusCode, header};
 
 /// Path of the socket; even without an upgrade header it is checked like one.
@@ -43,18 +44,18 @@ pub(crate) fn check<B>(names: &Names, request: &Request<B>) -> Result<(), Refuse
     match only(headers, &header::HOST) {
         Ok(Some(host))
             if names.hosts.iter().any(|name| name == host) && target.is_none_or(|name| name == host) => {}
-        _ => return Err(refused("door.host")),
+        _ => return Err(refused(code!("door.host"))),
     }
     match only(headers, &HeaderName::from_static("sec-fetch-site")) {
         Ok(None | Some("same-origin" | "none")) => {}
-        _ => return Err(refused("door.cross_site")),
+        _ => return Err(refused(code!("door.cross_site"))),
     }
     let reading = matches!(*request.method(), Method::GET | Method::HEAD);
     let upgrade = headers.contains_key(header::UPGRADE) || request.uri().path() == SOCKET_PATH;
     match only(headers, &header::ORIGIN) {
         Ok(Some(origin)) if names.origins.iter().any(|name| name == origin) => Ok(()),
         Ok(None) if reading && !upgrade => Ok(()),
-        _ => Err(refused("door.origin")),
+        _ => Err(refused(code!("door.origin"))),
     }
 }
 

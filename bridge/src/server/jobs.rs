@@ -2,6 +2,7 @@
 
 use super::Bridge;
 use super::reply::{Refused, json};
+use annulus_core::code;
 use annulus_core::wire::{PROGRAM_LIMIT, PROOF_HEADER, SESSION_HEADER, Scope, auth};
 use axum::body::{Body, Bytes};
 use axum::extract::{Path, Request, State};
@@ -30,7 +31,7 @@ pub(crate) async fn put(
     let job = key.clone();
     let stored = tokio::task::spawn_blocking(move || {
         if auth::sha256(&bytes) != key {
-            return Err(Refused::new(StatusCode::UNPROCESSABLE_ENTITY, "upload.other_hash"));
+            return Err(Refused::new(StatusCode::UNPROCESSABLE_ENTITY, code!("upload.other_hash")));
         }
         machine.upload(&key, &bytes).map_err(|why| {
             let content = why.code.starts_with("program.");
@@ -39,7 +40,9 @@ pub(crate) async fn put(
             Refused { status, why }
         })
     });
-    stored.await.unwrap_or_else(|_| Err(Refused::new(StatusCode::INTERNAL_SERVER_ERROR, "door.broken")))?;
+    stored
+        .await
+        .unwrap_or_else(|_| Err(Refused::new(StatusCode::INTERNAL_SERVER_ERROR, code!("door.broken"))))?;
     tracing::info!(job, size, "program uploaded");
     Ok(json(StatusCode::OK, &json!({ "ok": true, "job": job })))
 }
@@ -56,7 +59,7 @@ pub(crate) async fn get(
     check_key(&key)?;
     let machine = Arc::clone(&bridge.machine);
     let found = tokio::task::spawn_blocking(move || machine.job(&key)).await.ok().flatten();
-    let bytes = found.ok_or_else(|| Refused::new(StatusCode::NOT_FOUND, "upload.no_such_job"))?;
+    let bytes = found.ok_or_else(|| Refused::new(StatusCode::NOT_FOUND, code!("upload.no_such_job")))?;
     let mut response = bytes.into_response();
     response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     Ok(response)
@@ -72,17 +75,22 @@ fn authorise(
 ) -> Result<(), Refused> {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let refused = |code| Refused::new(StatusCode::UNAUTHORIZED, code);
-    let session = bridge.pairing().session(text(SESSION_HEADER)).ok_or_else(|| refused("door.session"))?;
+    let session =
+        bridge.pairing().session(text(SESSION_HEADER)).ok_or_else(|| refused(code!("door.session")))?;
     let expected = auth::request(&session.key, method.as_str(), uri.path());
     if !auth::same(expected.as_bytes(), text(PROOF_HEADER).as_bytes()) {
-        return Err(refused("door.proof"));
+        return Err(refused(code!("door.proof")));
     }
-    if session.scope < scope { Err(Refused::new(StatusCode::FORBIDDEN, "control.scope")) } else { Ok(()) }
+    if session.scope < scope {
+        Err(Refused::new(StatusCode::FORBIDDEN, code!("control.scope")))
+    } else {
+        Ok(())
+    }
 }
 
 fn check_key(key: &str) -> Result<(), Refused> {
     let digits = key.len() == 64 && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
-    if digits { Ok(()) } else { Err(Refused::new(StatusCode::BAD_REQUEST, "upload.key")) }
+    if digits { Ok(()) } else { Err(Refused::new(StatusCode::BAD_REQUEST, code!("upload.key"))) }
 }
 
 /// Reads the whole body; an error if it exceeds `limit` or `time`, or is interrupted.
@@ -92,7 +100,8 @@ pub(crate) async fn read_body(
     limit: usize,
     time: Duration,
 ) -> Result<Bytes, Refused> {
-    let too_large = || Refused::new(StatusCode::PAYLOAD_TOO_LARGE, "door.too_large").with("limit", limit);
+    let too_large =
+        || Refused::new(StatusCode::PAYLOAD_TOO_LARGE, code!("door.too_large")).with("limit", limit);
     let announced =
         headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
     if announced.is_some_and(|length| length > limit as u64) {
@@ -102,7 +111,7 @@ pub(crate) async fn read_body(
         let mut bytes = Vec::new();
         let mut chunks = body.into_data_stream();
         while let Some(chunk) = chunks.next().await {
-            let chunk = chunk.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.broken_off"))?;
+            let chunk = chunk.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, code!("door.broken_off")))?;
             if bytes.len() + chunk.len() > limit {
                 return Err(too_large());
             }
@@ -111,5 +120,5 @@ pub(crate) async fn read_body(
         Ok(bytes.into())
     };
     let in_time = timeout(time, collect).await;
-    in_time.unwrap_or_else(|_| Err(Refused::new(StatusCode::REQUEST_TIMEOUT, "door.too_slow")))
+    in_time.unwrap_or_else(|_| Err(Refused::new(StatusCode::REQUEST_TIMEOUT, code!("door.too_slow"))))
 }

@@ -20,6 +20,7 @@ mod socket;
 mod watchers;
 
 use crate::hosted::{Begun, Hosted};
+use annulus_core::code;
 use annulus_core::control::lease::{LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{LinkBody, PROOF_HEADER, PairBody, Scope, Tell, auth};
@@ -296,7 +297,9 @@ fn routes(bridge: Arc<Bridge>) -> Router {
         .route("/api/jobs/{key}", get(jobs::get).put(jobs::put))
         .route("/", get(file))
         .route("/{*path}", get(file))
-        .method_not_allowed_fallback(async || Refused::new(StatusCode::METHOD_NOT_ALLOWED, "door.method"))
+        .method_not_allowed_fallback(async || {
+            Refused::new(StatusCode::METHOD_NOT_ALLOWED, code!("door.method"))
+        })
         .with_state(bridge)
 }
 
@@ -309,7 +312,7 @@ async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
     let (parts, body) = request.into_parts();
     let bytes = jobs::read_body(body, &parts.headers, SMALL_LIMIT, SMALL_TIME).await?;
     let asked: PairBody = serde_json::from_slice(&bytes)
-        .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
+        .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, code!("door.not_understood")))?;
     let peer = parts.extensions.get::<Peer>().map_or(IpAddr::from([127, 0, 0, 1]), |peer| peer.0);
     let paired = bridge.pairing().pair(&asked.token, peer, bridge.now_ms());
     match paired {
@@ -319,11 +322,12 @@ async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
         }
         Err(Rejection::Token) => {
             tracing::warn!("wrong token");
-            Err(Refused::new(StatusCode::UNAUTHORIZED, "door.token"))
+            Err(Refused::new(StatusCode::UNAUTHORIZED, code!("door.token")))
         }
         Err(Rejection::Wait(seconds)) => {
             tracing::warn!(seconds, "too many wrong tokens");
-            let refused = Refused::new(StatusCode::TOO_MANY_REQUESTS, "door.wait").with("seconds", seconds);
+            let refused =
+                Refused::new(StatusCode::TOO_MANY_REQUESTS, code!("door.wait")).with("seconds", seconds);
             let mut response = refused.into_response();
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
             Ok(response)
@@ -338,11 +342,11 @@ async fn link(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
     let claimed = headers.get(PROOF_HEADER).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let expected = auth::request(&bridge.secret, "POST", "/api/link");
     if !auth::same(expected.as_bytes(), claimed.as_bytes()) {
-        return Err(Refused::new(StatusCode::UNAUTHORIZED, "door.proof"));
+        return Err(Refused::new(StatusCode::UNAUTHORIZED, code!("door.proof")));
     }
     let bytes = jobs::read_body(body, &headers, SMALL_LIMIT, SMALL_TIME).await?;
     let asked: LinkBody = serde_json::from_slice(&bytes)
-        .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
+        .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, code!("door.not_understood")))?;
     let url = bridge
         .address(asked.scope)
         .map_err(|why| Refused { status: StatusCode::INTERNAL_SERVER_ERROR, why })?;
@@ -356,11 +360,11 @@ async fn socket(
     uri: Uri,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Refused> {
-    let upgrade = upgrade.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.no_upgrade"))?;
+    let upgrade = upgrade.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, code!("door.no_upgrade")))?;
     let session = uri.query().and_then(|query| query.strip_prefix("session="));
     let known = session.is_some_and(|session| bridge.pairing().session(session).is_some());
     let seat = Arc::clone(&bridge.sockets).try_acquire_owned();
-    let seat = seat.map_err(|_| Refused::new(StatusCode::SERVICE_UNAVAILABLE, "door.full"))?;
+    let seat = seat.map_err(|_| Refused::new(StatusCode::SERVICE_UNAVAILABLE, code!("door.full")))?;
     let upgrade = upgrade
         .max_message_size(socket::TRANSPORT_LIMIT)
         .max_frame_size(socket::TRANSPORT_LIMIT)

@@ -7,6 +7,7 @@
 //! Debug builds read the files from disk at every request.
 
 use super::reply::Refused;
+use annulus_core::code;
 use annulus_core::locale;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -122,7 +123,7 @@ fn not_built() -> Response {
 }
 
 fn missing() -> Response {
-    Refused::new(StatusCode::NOT_FOUND, "door.nothing_here").into_response()
+    Refused::new(StatusCode::NOT_FOUND, code!("door.nothing_here")).into_response()
 }
 
 #[cfg(test)]

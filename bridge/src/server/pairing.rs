@@ -7,6 +7,7 @@
 //! Nothing here is ever written to disk or to the log.
 
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Paired, Scope, auth};
 use std::net::IpAddr;
 
@@ -28,7 +29,7 @@ pub(crate) fn secret<const N: usize>() -> Result<String, Diagnostic> {
     let mut bytes = [0; N];
     match getrandom::fill(&mut bytes) {
         Ok(()) => Ok(auth::hex(&bytes)),
-        Err(error) => Err(Diagnostic::error("door.no_chance").with("reason", error)),
+        Err(error) => Err(error!("door.no_chance", reason = error)),
     }
 }
 

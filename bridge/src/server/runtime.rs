@@ -9,7 +9,7 @@
 
 use crate::refusal::Refusal;
 use crate::{machine_file, own};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use serde::{Deserialize, Serialize};
 use std::env;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -97,7 +97,7 @@ fn open(path: &Path) -> io::Result<File> {
 }
 
 fn trouble(path: &Path, error: &io::Error) -> Refusal {
-    let why = Diagnostic::error("serve.folder");
+    let why = error!("serve.folder", ..);
     Refusal::surroundings(why.with("folder", path.display()).with("reason", error))
 }
 

@@ -15,6 +15,7 @@ use super::watchers::Seat;
 use crate::hosted::Begun;
 use annulus_core::control::lease::{LeaseEvent, Viewer};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth, understand};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -44,11 +45,6 @@ const WAITING: usize = 32;
 /// before the end.
 pub(crate) const TRANSPORT_LIMIT: usize = 4 * FRAME_LIMIT;
 
-/// A refusal by code.
-fn no(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 /// Serves one page from challenge to close.
 pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket, known: bool) {
     let Some((session, seat)) = let_in(&bridge, &mut socket, known).await else { return };
@@ -77,7 +73,7 @@ async fn let_in(bridge: &Bridge, socket: &mut WebSocket, known: bool) -> Option<
         }
     };
     let seated = greeted.and_then(|session| {
-        let seat = bridge.watchers().join(session.id()).ok_or_else(|| Some(no("door.full")))?;
+        let seat = bridge.watchers().join(session.id()).ok_or_else(|| Some(error!("door.full")))?;
         Ok((session, seat))
     });
     match seated {
@@ -102,24 +98,24 @@ async fn greet(bridge: &Bridge, socket: &mut WebSocket) -> Result<Session, Optio
         nonce: nonce.clone(),
     };
     socket.send(message(&challenge)).await.map_err(|_| None)?;
-    let first = timeout(HELLO_TIME, socket.recv()).await.map_err(|_| Some(no("socket.late")))?;
+    let first = timeout(HELLO_TIME, socket.recv()).await.map_err(|_| Some(error!("socket.late")))?;
     let text = match first {
         Some(Ok(Message::Text(text))) => text,
         Some(Ok(Message::Close(_)) | Err(_)) | None => return Err(None),
-        Some(Ok(_)) => return Err(Some(no("socket.first_frame"))),
+        Some(Ok(_)) => return Err(Some(error!("socket.first_frame"))),
     };
     let Ask::Hello { proto, min, session, proof, .. } = understand(&text).map_err(Some)? else {
-        return Err(Some(no("socket.first_frame")));
+        return Err(Some(error!("socket.first_frame")));
     };
     if proto < OLDEST_PROTOCOL || min > PROTOCOL {
-        return Err(Some(no("socket.other_version").with("page", proto).with("bridge", PROTOCOL)));
+        return Err(Some(error!("socket.other_version", page = proto, bridge = PROTOCOL)));
     }
-    let session = bridge.pairing().session(&session).ok_or_else(|| Some(no("socket.session")))?;
+    let session = bridge.pairing().session(&session).ok_or_else(|| Some(error!("socket.session")))?;
     let expected = auth::hello(&session.key, &nonce);
     if auth::same(expected.as_bytes(), proof.as_bytes()) {
         Ok(session)
     } else {
-        Err(Some(no("socket.proof")))
+        Err(Some(error!("socket.proof")))
     }
 }
 
@@ -165,18 +161,18 @@ async fn listen(
         allowance = (allowance + (now - last).as_secs_f64() * RATE_PER_S).min(BURST_FRAMES) - 1.0;
         last = now;
         let text = match frame {
-            _ if allowance < 0.0 => return Some(no("socket.too_fast")),
+            _ if allowance < 0.0 => return Some(error!("socket.too_fast")),
             Message::Text(text) if text.len() > FRAME_LIMIT => {
-                return Some(no("socket.too_large").with("limit", FRAME_LIMIT));
+                return Some(error!("socket.too_large", limit = FRAME_LIMIT));
             }
             Message::Text(text) => text,
-            Message::Binary(_) => return Some(no("socket.not_text")),
+            Message::Binary(_) => return Some(error!("socket.not_text")),
             Message::Close(_) => return None,
             Message::Ping(_) | Message::Pong(_) => continue,
         };
         bridge.control(viewer, LeaseEvent::Heard(viewer));
         match understand(&text) {
-            Ok(ask) if ask.scope() > scope => bridge.refuse(viewer, no("control.scope")),
+            Ok(ask) if ask.scope() > scope => bridge.refuse(viewer, error!("control.scope")),
             Ok(ask) => take(bridge, viewer, ask, queue),
             Err(why) => bridge.refuse(viewer, why),
         }
@@ -188,14 +184,14 @@ async fn listen(
 /// in order, but pauses and slower feeds do not wait for a plan.
 fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Begun>) {
     match ask {
-        Ask::Hello { .. } => return bridge.refuse(viewer, no("socket.hello_again")),
+        Ask::Hello { .. } => return bridge.refuse(viewer, error!("socket.hello_again")),
         Ask::Ping { stamp } => return bridge.tell(viewer, &Tell::Pong { stamp }),
         Ask::TakeControl { force } => return bridge.control(viewer, LeaseEvent::Take { viewer, force }),
         Ask::ReleaseControl => return bridge.control(viewer, LeaseEvent::Release(viewer)),
         Ask::Stop => return bridge.stop(viewer),
         _ => {}
     }
-    let Some(ticket) = bridge.ticket(viewer) else { return bridge.refuse(viewer, no("control.needed")) };
+    let Some(ticket) = bridge.ticket(viewer) else { return bridge.refuse(viewer, error!("control.needed")) };
     match ask {
         // Sent twenty times per second; its answer is ignored.
         Ask::JogOn => drop(bridge.machine.begin(ask, Some(ticket))),
@@ -210,7 +206,7 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
                 tracing::info!(viewer, ?ask, "ask");
                 place.send(bridge.machine.begin(ask, Some(ticket)));
             }
-            Err(_) => bridge.refuse(viewer, no("socket.too_much")),
+            Err(_) => bridge.refuse(viewer, error!("socket.too_much")),
         },
     }
 }

@@ -14,6 +14,7 @@ mod late;
 mod profile;
 mod watch;
 
+use annulus_core::error;
 pub(crate) use profile::names;
 
 use crate::machine_file;
@@ -74,7 +75,7 @@ pub(crate) fn with(
     let thread = thread::Builder::new()
         .name("spindle".to_owned())
         .spawn(move || own.run(line, tell))
-        .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
+        .map_err(|error| error!("control.no_thread", reason = error))?;
     Ok(Box::new(Converted { pins, shared, thread: Some(thread) }))
 }
 
@@ -93,7 +94,7 @@ fn profile_of(machine: &Machine) -> Result<Profile, Diagnostic> {
 fn fits(profile: &Profile, machine: &Machine) -> Result<(), Diagnostic> {
     let rpm = machine.process.spindle_rpm;
     if !profile.speed.reaches(rpm, &machine.converter) {
-        let why = Diagnostic::error("spindle.beyond").with("name", &machine.converter.profile);
+        let why = error!("spindle.beyond", name = &machine.converter.profile, ..);
         return Err(why.with("rpm", rpm).with("most", u16::MAX));
     }
     Ok(())

@@ -8,6 +8,7 @@
 //! ```
 
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::Converter;
 use serde::Deserialize;
 use std::fs;
@@ -204,9 +205,7 @@ pub(super) fn named(name: &str, folder: &Path) -> Result<Profile, Diagnostic> {
     let own = folder.join(format!("{name}.toml"));
     if is_name && own.is_file() {
         let file = own.display();
-        let cannot = |reason: String| {
-            Diagnostic::error("spindle.bad_profile").with("file", &file).with("reason", reason)
-        };
+        let cannot = |reason: String| error!("spindle.bad_profile", file = &file, reason = reason);
         if own.metadata().is_ok_and(|found| found.len() > LONGEST) {
             return Err(cannot(format!("it is longer than {LONGEST} bytes")));
         }
@@ -216,7 +215,7 @@ pub(super) fn named(name: &str, folder: &Path) -> Result<Profile, Diagnostic> {
     let shipped = SHIPPED.iter().find(|(known, _)| *known == name);
     shipped.and_then(|(_, text)| parse(text).ok()).ok_or_else(|| {
         let names = names().collect::<Vec<_>>().join(", ");
-        let why = Diagnostic::error("spindle.no_profile").with("name", name).with("names", names);
+        let why = error!("spindle.no_profile", name = name, names = names, ..);
         why.with("folder", folder.display())
     })
 }

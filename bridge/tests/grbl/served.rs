@@ -13,8 +13,10 @@ use tempfile::TempDir;
 /// Steps between a hole and its plan: digits of the report, and a step of a reset.
 const TOLERANCE: i64 = 10;
 
+/// A controller with the spindle for which the job is planned.
 fn machine(instrument: &Instrument) -> Board {
-    Board::new(instrument, &settings(true), START, &[])
+    let settings = [settings(true), vec![(30, 10_000.0)]].concat();
+    Board::new(instrument, &settings, START, &[])
 }
 
 /// The bottom of each hole, work coordinates, mm.

@@ -6,6 +6,7 @@
 //! ```
 
 use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::collections::BTreeMap;
@@ -66,17 +67,19 @@ struct Row<'a> {
 /// Unpacks a zip. Fails with the reason why nothing can be read.
 pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Diagnostic> {
     let refused = |code| Diagnostic::error(code);
-    let end = end_record(zip).ok_or(refused("archive.damaged"))?;
-    let count = usize::from(number::<2>(zip, end + 10).ok_or(refused("archive.damaged"))? as u16);
-    let mut at = number::<4>(zip, end + 16).ok_or(refused("archive.damaged"))? as usize;
+    let end = end_record(zip).ok_or(refused(code!("archive.damaged")))?;
+    let count = usize::from(number::<2>(zip, end + 10).ok_or(refused(code!("archive.damaged")))? as u16);
+    let mut at = number::<4>(zip, end + 16).ok_or(refused(code!("archive.damaged")))? as usize;
     if count > budget.members {
-        return Err(refused("archive.too_many_members").with("count", count).with("most", MOST_MEMBERS));
+        return Err(refused(code!("archive.too_many_members"))
+            .with("count", count)
+            .with("most", MOST_MEMBERS));
     }
     let mut members: Vec<Member> = Vec::new();
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
     for _ in 0..count {
         let Some((row, next)) = directory_row(zip, at) else {
-            return Err(refused("archive.damaged"));
+            return Err(refused(code!("archive.damaged")));
         };
         at = next;
         // Some Windows programs write backslashes; a Windows path with a drive letter stays unchanged.
@@ -88,7 +91,7 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Dia
         budget.members = budget.members.saturating_sub(1);
         let clash = seen.insert(name.to_lowercase(), members.len()).is_some();
         let taken = match take(zip, &row, &name, budget) {
-            Ok(_) if clash => Taken::Refused(refused("archive.name_clash")),
+            Ok(_) if clash => Taken::Refused(refused(code!("archive.name_clash"))),
             Ok(bytes) => Taken::Bytes(bytes),
             Err(code) => Taken::Refused(refused(code)),
         };
@@ -122,14 +125,14 @@ pub fn lists(bytes: &[u8], name: &str) -> bool {
 pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     let together: usize = members.iter().map(|(_, bytes)| bytes.len()).sum();
     if together > MOST_BYTES_TOGETHER {
-        return Err(Diagnostic::error("archive.too_large"));
+        return Err(error!("archive.too_large"));
     }
     if members.len() > MOST_MEMBERS {
-        let why = Diagnostic::error("archive.too_many_members");
+        let why = error!("archive.too_many_members", ..);
         return Err(why.with("count", members.len()).with("most", MOST_MEMBERS));
     }
     if let Some((name, _)) = members.iter().find(|(name, _)| name.contains('\\')) {
-        return Err(Diagnostic::error("archive.path_leads_out").at(name, 0, 0));
+        return Err(error!("archive.path_leads_out").at(name, 0, 0));
     }
     let (mut zip, mut directory) = (Vec::new(), Vec::new());
     for (name, bytes) in members {
@@ -185,25 +188,25 @@ fn shown(name: &[u8]) -> String {
 fn take(zip: &[u8], row: &Row<'_>, name: &str, budget: &mut Budget) -> Result<Vec<u8>, &'static str> {
     let drive = name.as_bytes().get(1) == Some(&b':');
     if name.starts_with('/') || drive || name.split('/').any(|part| part == "..") {
-        return Err("archive.path_leads_out");
+        return Err(code!("archive.path_leads_out"));
     }
     if row.encrypted {
-        return Err("archive.encrypted");
+        return Err(code!("archive.encrypted"));
     }
     if row.size > MOST_BYTES || row.size > budget.bytes {
-        return Err("archive.too_large");
+        return Err(code!("archive.too_large"));
     }
     if row.size > SMALL && row.size / row.packed.max(1) > HIGHEST_RATIO {
-        return Err("archive.bomb");
+        return Err(code!("archive.bomb"));
     }
-    let data = local_data(zip, row).ok_or("archive.damaged_member")?;
+    let data = local_data(zip, row).ok_or(code!("archive.damaged_member"))?;
     let bytes = match row.method {
         0 => data.to_vec(),
         8 => decompress_to_vec_with_limit(data, row.size).map_err(|_| "archive.damaged_member")?,
-        _ => return Err("archive.unknown_method"),
+        _ => return Err(code!("archive.unknown_method")),
     };
     if bytes.len() != row.size || crc32(&bytes) != row.crc {
-        return Err("archive.damaged_member");
+        return Err(code!("archive.damaged_member"));
     }
     budget.bytes -= bytes.len();
     Ok(bytes)

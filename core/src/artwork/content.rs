@@ -8,7 +8,7 @@ use super::companion::base;
 use super::layer_shape::{Shape, opening};
 use super::role::{Contradiction, Ground, Layers, OVERHANG, Row};
 use super::{Role, Side};
-use crate::diagnostic::Diagnostic;
+use crate::note;
 
 /// Changes the role of layers named copper that are drawn differently, if the same board has copper with
 /// tracks.
@@ -25,7 +25,7 @@ pub(super) fn reclassify(layers: &mut Layers, rows: &mut [Row]) {
         }
         if role != Role::Copper {
             file.role = role;
-            let reason = Diagnostic::note("kind.gerber_drawn").with("found", base(&file.name));
+            let reason = note!("kind.gerber_drawn", ..).with("found", base(&file.name));
             file.reason = reason.with("role", role.name());
         }
     }

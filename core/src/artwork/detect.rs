@@ -5,6 +5,7 @@ use super::drill_list;
 use super::machine_program;
 use super::number::decimal;
 use super::text::{front, holds, lines, starts};
+use crate::code;
 
 const LOOKED_AT: usize = 64 * 1024;
 const LINES_LOOKED_AT: usize = 400;
@@ -31,7 +32,7 @@ pub(super) enum What {
 /// Looks at the raw bytes, then at the decoded text.
 pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     if bytes.iter().all(u8::is_ascii_whitespace) {
-        return What::Refused("refused.empty");
+        return What::Refused(code!("refused.empty"));
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return What::Archive;
@@ -41,13 +42,13 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     }
     let head = front(text, LOOKED_AT);
     if is_eia_tape(head) {
-        return What::Refused("refused.eia_tape");
+        return What::Refused(code!("refused.eia_tape"));
     }
     if is_binary(head) {
-        return What::Refused("refused.binary");
+        return What::Refused(code!("refused.binary"));
     }
     if head.trim_ascii_start().starts_with(b"<") {
-        return What::Refused("refused.web_page");
+        return What::Refused(code!("refused.web_page"));
     }
     if machine_program::is_one(head) {
         return What::Machine;
@@ -210,7 +211,7 @@ fn gerber(head: &[u8], count: &Counts) -> Option<What> {
         return (is_marked || count.starred * 2 >= count.all.max(1)).then_some(What::Unknown);
     }
     if is_marked || count.starred * 2 >= count.all.max(1) {
-        return Some(What::Refused("refused.gerber_without_format"));
+        return Some(What::Refused(code!("refused.gerber_without_format")));
     }
     None
 }

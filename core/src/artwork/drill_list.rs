@@ -16,6 +16,7 @@ use super::{Overrides, Source, Units};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::units::Length;
+use crate::{code, error, warning};
 use std::collections::BTreeMap;
 
 pub(super) use super::columns::is_placement;
@@ -70,15 +71,15 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     reader.end_of_group();
     let mut findings = reader.findings;
     if columns.unsure {
-        findings.whole(Diagnostic::warning("drill.columns_by_shape"));
+        findings.whole(warning!("drill.columns_by_shape"));
     }
     match units_by {
         Source::Shape => {
-            findings.whole(Diagnostic::warning("drill.units_by_sizes").with("reading", units.name()));
+            findings.whole(warning!("drill.units_by_sizes", reading = units.name()));
         }
         Source::Default => {
             let several = matches!(named, Named::Several);
-            let code = if several { "drill.units_several" } else { "drill.units_unknown" };
+            let code = if several { code!("drill.units_several") } else { code!("drill.units_unknown") };
             findings.whole(Diagnostic::error(code).with("reading", units.name()));
         }
         _ => {}
@@ -157,7 +158,9 @@ impl Reader<'_> {
         match columns.row(line.text) {
             Row::Blank | Row::Heading => {}
             Row::Other if columns.headed && self.out.hits.is_empty() => {}
-            Row::Other => self.findings.at(Severity::Error, "drill.list_row", line.number, 1, line.text),
+            Row::Other => {
+                self.findings.at(Severity::Error, code!("drill.list_row"), line.number, 1, line.text);
+            }
             Row::Group(size, count) => {
                 self.end_of_group();
                 let tool = self.tool(Some(size), line)?;
@@ -181,10 +184,10 @@ impl Reader<'_> {
         };
         match (self.length(x), self.length(y)) {
             (Some(x), Some(y)) => self.out.hits.push(Hit { at: Point::new(x, y), line: line.number, tool }),
-            _ => self.findings.at(Severity::Error, "drill.out_of_range", line.number, 1, line.text),
+            _ => self.findings.at(Severity::Error, code!("drill.out_of_range"), line.number, 1, line.text),
         }
         if self.out.hits.len() >= MOST_HITS {
-            return Err(self.refusal("drill.too_many_hits", line.number).with("most", MOST_HITS));
+            return Err(self.refusal(code!("drill.too_many_hits"), line.number).with("most", MOST_HITS));
         }
         Ok(())
     }
@@ -206,12 +209,12 @@ impl Reader<'_> {
             return Ok(tool);
         }
         if self.tools.len() >= MOST_TOOLS {
-            return Err(self.refusal("drill.too_many_tools", line.number).with("most", MOST_TOOLS));
+            return Err(self.refusal(code!("drill.too_many_tools"), line.number).with("most", MOST_TOOLS));
         }
         let tool = self.out.tools.len() as u16;
         let code = u32::from(tool) + 1;
         if diameter.is_none() {
-            let diagnostic = Diagnostic::error("drill.tool_without_diameter").at(self.name, line.number, 1);
+            let diagnostic = error!("drill.tool_without_diameter", ..).at(self.name, line.number, 1);
             self.findings.push(diagnostic.with("tool", format!("T{code}")).with("holes", "?"));
         }
         self.out.tools.push(ToolEntry { code, diameter, plated: None, line: line.number });
@@ -223,7 +226,7 @@ impl Reader<'_> {
         if let Some((_, line, Some(promised), before)) = self.group.take() {
             let found = self.out.hits.len() - before;
             if found != promised as usize {
-                let diagnostic = Diagnostic::warning("drill.count_differs").at(self.name, line, 1);
+                let diagnostic = warning!("drill.count_differs", ..).at(self.name, line, 1);
                 self.findings.push(diagnostic.with("found", found).with("promised", promised));
             }
         }

@@ -5,6 +5,7 @@ use super::gerber::Gerber;
 use super::words::stem_words;
 use super::{Counts, Digits, DrillFile, Evidence, FileKind, Role, Side, Units, Zeros};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::{code, note};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,7 +86,7 @@ impl FileRead {
 
     /// True if the user set its role.
     pub(crate) fn is_said(&self) -> bool {
-        self.reason.code == "kind.person"
+        self.reason.code == code!("kind.person")
     }
 
     /// True if something of it is missing from the result.
@@ -138,7 +139,7 @@ impl Artwork {
     /// True if a file belongs to a board that is left out: as one of its files, or by name, or because its
     /// folder has only such files.
     fn is_elsewhere(&self, file: &FileRead) -> bool {
-        let is_left = |file: &FileRead| file.reason.code == "kind.other_board";
+        let is_left = |file: &FileRead| file.reason.code == code!("kind.other_board");
         if is_left(file) || !file.board.is_empty() {
             return is_left(file);
         }
@@ -175,7 +176,7 @@ impl Artwork {
         for &index in others {
             if let Some(file) = self.files.get_mut(index) {
                 (file.role, file.side) = (Role::Other, None);
-                file.reason = Diagnostic::note("kind.other_board").with("board", &file.board);
+                file.reason = note!("kind.other_board", board = &file.board);
             }
         }
     }
@@ -187,7 +188,7 @@ impl Artwork {
         }
         for file in &mut self.files {
             if file.kind == FileKind::Gerber && file.drill.is_some() {
-                let told = Diagnostic::note("set.drill_layer_beside").at(&file.name, 0, 0);
+                let told = note!("set.drill_layer_beside").at(&file.name, 0, 0);
                 file.diagnostics.push(told);
             }
         }
@@ -196,7 +197,7 @@ impl Artwork {
 
 /// The result for a drill program, still without content.
 pub(super) fn drill_program(name: &str) -> FileRead {
-    FileRead::new(name, FileKind::Drill, Role::Drill, Diagnostic::note("kind.drill_program"))
+    FileRead::new(name, FileKind::Drill, Role::Drill, note!("kind.drill_program"))
 }
 
 /// Plating by the file name, if it gives any.

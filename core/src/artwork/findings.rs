@@ -1,6 +1,7 @@
 //! The diagnostics of one file, in file order. Merges equal ones, and many of the same code: the first keeps
 //! its position, and `more` counts the others. At most [`MOST_KEPT`], plus one that counts the rest.
 
+use crate::code;
 use crate::diagnostic::{Diagnostic, MORE, Severity};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -93,8 +94,8 @@ impl Findings {
         let counted = |Row { first, more }| if more == 0 { first } else { first.with(MORE, more) };
         let mut all: Vec<Diagnostic> = rows.map(|(_, row)| counted(row)).collect();
         if self.dropped > 0 {
-            let more =
-                Diagnostic::new(self.gravest_dropped, "file.more_findings").with("count", self.dropped);
+            let more = Diagnostic::new(self.gravest_dropped, code!("file.more_findings"))
+                .with("count", self.dropped);
             all.push(more.at(&self.file, 0, 0));
         }
         all

@@ -16,6 +16,7 @@ use super::orphans;
 use super::text::{decode, holds};
 use super::{FileKind, FileRead, Role};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::{code, error, note};
 use std::collections::BTreeMap;
 
 /// The archive member that marks a saved project.
@@ -42,9 +43,9 @@ struct Own {
 /// Between the name of an archive and that of its member.
 const INSIDE: &str = "!/";
 /// The reason for ignoring a saved project.
-const PROJECT: &str = "kind.project";
+const PROJECT: &str = code!("kind.project");
 /// Reason for ignoring a drill file of a planned job.
-const OWN_DRILL: &str = "kind.own_drill";
+const OWN_DRILL: &str = code!("kind.own_drill");
 
 /// All files, with the members of archives. Ignores saved projects if the set has other layers or holes, and
 /// drill files of planned jobs if it has other holes.
@@ -90,7 +91,7 @@ fn ignored(name: &str, bytes: &[u8], own: Own) -> Option<FileRead> {
         !own.drills && is_our_drill(&text) && detect(bytes, &text) == What::Drill
     };
     let code = match () {
-        () if is_litter(base(name)) => "kind.litter",
+        () if is_litter(base(name)) => code!("kind.litter"),
         () if is_project() => PROJECT,
         () if is_drill() => OWN_DRILL,
         () => return None,
@@ -122,8 +123,7 @@ fn collect<'a>(
         out.push(Pending { name, bytes, what, settled: None });
         return;
     }
-    let unpacked =
-        if depth > 1 { Err(Diagnostic::error("archive.too_deep")) } else { unpack(&bytes, budget) };
+    let unpacked = if depth > 1 { Err(error!("archive.too_deep")) } else { unpack(&bytes, budget) };
     let at = out.len();
     let members = match unpacked {
         Ok(members) => members,
@@ -133,7 +133,7 @@ fn collect<'a>(
             return;
         }
     };
-    let reason = Diagnostic::note("kind.archive").with("count", members.len());
+    let reason = note!("kind.archive", count = members.len());
     let archive = FileRead::new(&name, FileKind::Archive, Role::Other, reason);
     let inside = format!("{name}{INSIDE}");
     out.push(Pending { name, bytes, what, settled: Some(archive) });
@@ -181,7 +181,7 @@ fn withdraw_copies(files: &mut [FileRead]) {
         let twin = used.get(&file.fingerprint).filter(|_| file.diagnostics.iter().any(is_question));
         let Some(twin) = twin else { continue };
         file.diagnostics.retain(|said| !is_question(said));
-        file.diagnostics.push(Diagnostic::note("set.same_layer").at(&file.name, 0, 0).with("twin", twin));
+        file.diagnostics.push(note!("set.same_layer", twin = twin).at(&file.name, 0, 0));
     }
 }
 
@@ -197,7 +197,7 @@ fn lower_archives(files: &mut [FileRead]) {
     };
     for file in files.iter_mut() {
         let is_of_archive = |said: &&mut Diagnostic| {
-            let is_unread = said.code.starts_with("archive.") && said.code != "archive.name_clash";
+            let is_unread = said.code.starts_with("archive.") && said.code != code!("archive.name_clash");
             is_unread && said.severity == Severity::Error
         };
         for said in file.diagnostics.iter_mut().filter(is_of_archive) {

@@ -2,6 +2,7 @@
 //! which CAD wrote it.
 
 use super::{Role, Side};
+use crate::code;
 use Role::{Copper, Drill, Mask, Other, Outline, Paste, Silk};
 
 /// Whether `path` is `end`, or ends with a separator and `end`. No path ends with nothing.
@@ -411,9 +412,9 @@ const DRILL_ENDINGS: [&str; 11] =
 /// drill file. None if it matters.
 pub(super) fn foreign(base: &str, code: &str) -> Option<&'static str> {
     let reason = match code {
-        "refused.binary" => "kind.not_text",
-        "refused.empty" => "kind.empty",
-        "refused.web_page" => "kind.markup",
+        "refused.binary" => code!("kind.not_text"),
+        "refused.empty" => code!("kind.empty"),
+        "refused.web_page" => code!("kind.markup"),
         _ => return None,
     };
     let lower = base.to_ascii_lowercase();

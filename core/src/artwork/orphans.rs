@@ -14,20 +14,21 @@ use super::names::is_end_of_path;
 use super::role::{Contradiction, Ground, Layers, Row};
 use super::{Artwork, FileRead, Role, Side};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::{code, note};
 
 /// What is asked of a layer. A person who says its role answers it.
 pub(super) const QUESTIONS: [&str; 11] = [
-    "set.side_disputed",
-    "set.only_copper",
-    "set.pads_alone",
-    "set.misses_holes",
-    "set.drawn_as_opening",
-    "set.side_guessed",
-    "set.side_by_pads",
-    "set.side_unknown",
-    "set.copper_left_out",
-    "set.better_layer",
-    "set.two_layers",
+    code!("set.side_disputed"),
+    code!("set.only_copper"),
+    code!("set.pads_alone"),
+    code!("set.misses_holes"),
+    code!("set.drawn_as_opening"),
+    code!("set.side_guessed"),
+    code!("set.side_by_pads"),
+    code!("set.side_unknown"),
+    code!("set.copper_left_out"),
+    code!("set.better_layer"),
+    code!("set.two_layers"),
 ];
 
 /// One side's pads must fit better by this share than the other's.
@@ -39,7 +40,7 @@ impl Artwork {
         let layers = self.files.iter_mut().filter(|file| file.gerber.is_some() && file.name == name);
         for file in layers {
             (file.role, file.side) = (role, side);
-            file.reason = Diagnostic::note("kind.person");
+            file.reason = note!("kind.person");
             file.diagnostics.retain(|said| !QUESTIONS.contains(&said.code.as_str()));
         }
     }
@@ -64,8 +65,11 @@ pub(super) fn lost(file: &mut FileRead, row: &Row, winner: Option<&Shape>) {
     file.role = Role::Other;
     let left =
         shapes.is_some_and(|(own, winner)| own.may_be_copper(own.has_holes, true) && !own.is_same(winner));
-    let (severity, code) =
-        if left { (Severity::Error, "set.copper_left_out") } else { (Severity::Note, "set.better_layer") };
+    let (severity, code) = if left {
+        (Severity::Error, code!("set.copper_left_out"))
+    } else {
+        (Severity::Note, code!("set.better_layer"))
+    };
     asked(file, severity, code);
 }
 
@@ -73,8 +77,7 @@ pub(super) fn lost(file: &mut FileRead, row: &Row, winner: Option<&Shape>) {
 fn set_opening(file: &mut FileRead, shapes: Option<(&Shape, &Shape)>) {
     let is_mask = shapes.is_some_and(|(own, copper)| own.opens_holes(copper));
     file.role = if is_mask { Role::Mask } else { Role::Paste };
-    file.reason =
-        Diagnostic::note("kind.gerber_shape").with("found", base(&file.name)).with("role", file.role.name());
+    file.reason = note!("kind.gerber_shape", role = file.role.name()).with("found", base(&file.name));
 }
 
 /// Determines the side of layers that may be copper, or asks.
@@ -89,7 +92,7 @@ pub(super) fn settle(layers: &mut Layers, rows: &mut [Row]) {
             open.iter().filter_map(|&at| rows.get(at)).filter(|other| other.is_kin(row)).collect();
         let (side, severity, code) = answer(layers, rows, row, &kin);
         if let Some(file) = layers.get_mut(row.index).and_then(Option::as_mut) {
-            if code != "set.copper_left_out" {
+            if code != code!("set.copper_left_out") {
                 (file.role, file.side) = (Role::Copper, side);
             }
             asked(file, severity, code);
@@ -179,15 +182,17 @@ fn answer(layers: &Layers, rows: &[Row], row: &Row, open: &[&Row]) -> (Option<Si
     // A name can give the side even if the role is unknown.
     let named = file(layers, row).and_then(|file| file.side);
     match (free.as_slice(), open.len(), fits) {
-        ([], ..) => (None, Severity::Error, "set.copper_left_out"),
-        _ if named.is_some_and(|side| free.contains(&side)) => (named, Severity::Error, "set.side_guessed"),
-        (_, 1, Some(side)) => (Some(side), Severity::Warning, "set.side_by_pads"),
-        (_, 2, Some(side)) if others_fit().all(|other| other.is_some_and(|other| other != side)) => {
-            (Some(side), Severity::Warning, "set.side_by_pads")
+        ([], ..) => (None, Severity::Error, code!("set.copper_left_out")),
+        _ if named.is_some_and(|side| free.contains(&side)) => {
+            (named, Severity::Error, code!("set.side_guessed"))
         }
-        ([side], 1, None) => (Some(*side), Severity::Error, "set.side_guessed"),
-        (_, 1, None) => (Some(Side::Top), Severity::Error, "set.only_copper"),
-        _ => (None, Severity::Error, "set.side_unknown"),
+        (_, 1, Some(side)) => (Some(side), Severity::Warning, code!("set.side_by_pads")),
+        (_, 2, Some(side)) if others_fit().all(|other| other.is_some_and(|other| other != side)) => {
+            (Some(side), Severity::Warning, code!("set.side_by_pads"))
+        }
+        ([side], 1, None) => (Some(*side), Severity::Error, code!("set.side_guessed")),
+        (_, 1, None) => (Some(Side::Top), Severity::Error, code!("set.only_copper")),
+        _ => (None, Severity::Error, code!("set.side_unknown")),
     }
 }
 
@@ -232,7 +237,7 @@ fn unsure(layers: &mut Layers, rows: &[Row]) {
             |of: Side| rows.iter().filter(|other| other.is_kin(row) && guessed(layers, other, of)).count();
         let is_pair = side != Side::Inner && (count(side), count(other)) == (1, 1);
         if let Some(file) = layers.get_mut(row.index).and_then(Option::as_mut).filter(|_| !is_pair) {
-            asked(file, Severity::Error, "set.side_guessed");
+            asked(file, Severity::Error, code!("set.side_guessed"));
         }
     }
 }
@@ -250,12 +255,12 @@ pub(super) fn report_contradictions(layers: &mut Layers, rows: &[Row]) {
         };
         let is_used = file(layers, row).is_some_and(|file| file.role == Role::Copper);
         let code = match contradiction {
-            Contradiction::PadsAlone => is_used.then_some("set.pads_alone"),
-            Contradiction::MissesHoles => is_used.then_some("set.misses_holes"),
-            Contradiction::Nothing => Some("set.copper_left_out"),
+            Contradiction::PadsAlone => is_used.then_some(code!("set.pads_alone")),
+            Contradiction::MissesHoles => is_used.then_some(code!("set.misses_holes")),
+            Contradiction::Nothing => Some(code!("set.copper_left_out")),
             Contradiction::Opening(side) => {
                 let is_taken = side.map_or_else(|| has(Side::Top) && has(Side::Bottom), has);
-                (!is_taken && !is_used).then_some("set.drawn_as_opening")
+                (!is_taken && !is_used).then_some(code!("set.drawn_as_opening"))
             }
         };
         if let Some((file, code)) = layers.get_mut(row.index).and_then(Option::as_mut).zip(code) {
@@ -292,7 +297,7 @@ pub(super) fn report_unused_copper(layers: &mut Layers, rows: &[Row]) {
             continue;
         }
         if let Some(file) = layers.get_mut(row.index).and_then(Option::as_mut).filter(|file| is_other(file)) {
-            asked(file, Severity::Error, "set.copper_left_out");
+            asked(file, Severity::Error, code!("set.copper_left_out"));
         }
     }
 }
@@ -305,7 +310,7 @@ pub(super) fn report_disputed_sides(layers: &mut Layers, rows: &[Row]) {
     for row in rows.iter().filter(disputed) {
         let file = layers.get_mut(row.index).and_then(Option::as_mut);
         if let Some(file) = file.filter(|file| file.role == Role::Copper && file.side.is_some()) {
-            asked(file, Severity::Error, "set.side_disputed");
+            asked(file, Severity::Error, code!("set.side_disputed"));
         }
     }
 }

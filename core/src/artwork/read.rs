@@ -15,10 +15,11 @@ use super::{
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
+use crate::{code, error, note, warning};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The code for Gerber without its head.
-const HEADLESS: &str = "refused.gerber_without_format";
+const HEADLESS: &str = code!("refused.gerber_without_format");
 
 /// Reads a set of files together.
 pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
@@ -165,7 +166,7 @@ fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> 
 /// A layer. Its role is determined once all layers of its folder are known.
 fn gerber_file(name: &str, bytes: &[u8], person: &Overrides) -> FileRead {
     let (layer, diagnostics) = gerber::read(name, &decode(bytes), person);
-    let unknown = Diagnostic::note("kind.gerber");
+    let unknown = note!("kind.gerber");
     let mut file = FileRead::new(name, FileKind::Gerber, Role::Other, unknown);
     file.diagnostics = diagnostics;
     (file.units, file.number_format, file.zeros) = (layer.units, layer.digits, layer.zeros);
@@ -184,7 +185,7 @@ fn headless(file: &Pending<'_>, all: &[Pending<'_>], person: &Overrides) -> Opti
     let mut text = aperture_list::head(&lists, person).filter(|_| !lists.is_empty())?.into_bytes();
     text.extend_from_slice(&decode(&file.bytes));
     let mut read = gerber_file(&file.name, &text, person);
-    read.diagnostics.push(Diagnostic::note("gerber.head_from_list").at(&file.name, 0, 0));
+    read.diagnostics.push(note!("gerber.head_from_list").at(&file.name, 0, 0));
     Some(read)
 }
 
@@ -216,7 +217,7 @@ fn drill_file(
 
 fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnostic> {
     let list = drill_list::read(name, text, person)?;
-    let mut file = FileRead::new(name, FileKind::Drill, Role::Drill, Diagnostic::note("kind.drill_list"));
+    let mut file = FileRead::new(name, FileKind::Drill, Role::Drill, note!("kind.drill_list"));
     file.units = Some(list.units);
     file.zeros = Some(Zeros::Decimal);
     let source = list.units_by;
@@ -241,7 +242,7 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
     let unread = matches!(what, What::Report | What::Unknown);
     let rows = what == What::Unknown;
     if let Some((count, line)) = unread.then(|| detect::coordinates(&text, rows)).flatten() {
-        let warning = Diagnostic::warning("file.coordinates_unread").at(name, line, 1);
+        let warning = warning!("file.coordinates_unread", ..).at(name, line, 1);
         file.diagnostics.push(warning.with("count", count));
     }
     file
@@ -255,27 +256,27 @@ fn plain_kind(name: &str, what: What) -> FileRead {
             Some(reason) => other(reason),
             None => FileRead::refused(name, Diagnostic::error(code)),
         },
-        What::Report => FileRead::new(name, FileKind::Report, Role::Other, Diagnostic::note("kind.report")),
-        What::Placement => other("kind.placement"),
-        What::Machine if names::is_called_like_drill(base) => missed_drill(other("kind.machine_program")),
-        What::Machine if !names::is_called_like_layer(base) => other("kind.machine_program"),
+        What::Report => FileRead::new(name, FileKind::Report, Role::Other, note!("kind.report")),
+        What::Placement => other(code!("kind.placement")),
+        What::Machine if names::is_called_like_drill(base) => {
+            missed_drill(other(code!("kind.machine_program")))
+        }
+        What::Machine if !names::is_called_like_layer(base) => other(code!("kind.machine_program")),
         What::Packed(format) => {
-            let reason = Diagnostic::note("kind.packed").with("format", format);
+            let reason = note!("kind.packed", format = format);
             let mut file = FileRead::new(name, FileKind::Unknown, Role::Other, reason);
-            let warning = Diagnostic::warning("archive.not_opened").at(name, 0, 0);
+            let warning = warning!("archive.not_opened", ..).at(name, 0, 0);
             file.diagnostics.push(warning.with("format", format));
             file
         }
-        _ if names::is_called_like_layer(base) => {
-            FileRead::refused(name, Diagnostic::error("gerber.not_recognised"))
-        }
-        _ if names::is_called_like_drill(base) => missed_drill(other("kind.unknown")),
-        _ => other("kind.unknown"),
+        _ if names::is_called_like_layer(base) => FileRead::refused(name, error!("gerber.not_recognised")),
+        _ if names::is_called_like_drill(base) => missed_drill(other(code!("kind.unknown"))),
+        _ => other(code!("kind.unknown")),
     }
 }
 
 /// A file named like a drill file without one inside: an error, because its holes are missing.
 fn missed_drill(mut file: FileRead) -> FileRead {
-    file.diagnostics.push(Diagnostic::error("drill.not_recognised").at(&file.name, 0, 0));
+    file.diagnostics.push(error!("drill.not_recognised").at(&file.name, 0, 0));
     file
 }

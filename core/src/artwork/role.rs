@@ -12,6 +12,7 @@ use super::names::{Meaning, meanings};
 use super::{FileRead, Gerber, Role, Side};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
+use crate::{code, note};
 use std::collections::BTreeMap;
 
 /// The source of a role, weakest first.
@@ -67,23 +68,27 @@ pub(super) fn find(
     if let Some((function, said)) =
         gerber.file_function.as_deref().and_then(|text| Some((text, by_function(text)?)))
     {
-        reasons.push(Reason { ground: Ground::Attribute, said, why: why("kind.gerber_x2", function) });
+        reasons.push(Reason { ground: Ground::Attribute, said, why: why(code!("kind.gerber_x2"), function) });
     }
     if let Some(inside) = gerber.layer_name.as_deref() {
-        let why = why("kind.gerber_layer_name", inside);
+        let why = why(code!("kind.gerber_layer_name"), inside);
         reasons.push(Reason { ground: Ground::Content, said: by_layer_name(inside), why });
     }
     if let Some((role, word)) = by_content(gerber) {
         let said = Said { role: Some(role), explicit: true, ..Said::default() };
-        reasons.push(Reason { ground: Ground::Content, said, why: why("kind.gerber_functions", word) });
+        reasons.push(Reason {
+            ground: Ground::Content,
+            said,
+            why: why(code!("kind.gerber_functions"), word),
+        });
     }
     let votes = |meaning: &Meaning| cads.get(meaning.cad).copied().unwrap_or(0);
     if let Some(Meaning { cad, role, side }) = meanings(name).into_iter().rev().max_by_key(votes) {
         let said = Said { role: Some(role), side, explicit: true, ..Said::default() };
-        let why = why("kind.gerber_cad_name", name).with("cad", cad);
+        let why = why(code!("kind.gerber_cad_name"), name).with("cad", cad);
         reasons.push(Reason { ground: Ground::Names, said, why });
     }
-    let why = why("kind.gerber_file_name", name);
+    let why = why(code!("kind.gerber_file_name"), name);
     reasons.push(Reason { ground: Ground::Words, said: said(own), why: why.clone() });
     // Words that start all names are the board's name, but a side among them can be meant.
     let all = said(name);
@@ -91,7 +96,7 @@ pub(super) fn find(
     reasons.push(Reason { ground: Ground::Side, said, why });
     let Said { side, unsure, .. } = super::layer_words::said(inside);
     let said = Said { side: side.filter(|_| !unsure), ..Said::default() };
-    let why = Diagnostic::note("kind.gerber_file_name").with("found", inside);
+    let why = note!("kind.gerber_file_name", found = inside);
     reasons.push(Reason { ground: Ground::Side, said, why });
     weighed(&reasons)
 }
@@ -101,7 +106,7 @@ fn weighed(reasons: &[Reason]) -> Found {
     let named = reasons.iter().find(|reason| reason.said.explicit && reason.said.role.is_some());
     let by_side = reasons.iter().find(|reason| reason.said.role.is_some());
     let Some(first) = named.or(by_side) else {
-        let reason = Diagnostic::note("kind.gerber").with("found", "");
+        let reason = note!("kind.gerber").with("found", "");
         let (role, side, number) = (Role::Other, None, None);
         return Found {
             role,

@@ -13,8 +13,8 @@ use super::role::{Found, Ground, OVERHANG, Row, find};
 use super::text::holds;
 use super::words::stem_words;
 use super::{Evidence, FileRead, Gerber, Role, Side, Source, content, drill_format, gerber, orphans};
-use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
+use crate::{note, warning};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Returns the holes of a folder's drill programs. Reads them with these layers, which may be copper, as
@@ -258,7 +258,7 @@ fn rivals(layers: &mut [Option<FileRead>], rows: &[Row]) {
             if rank(row, &kin) < best {
                 orphans::lost(file, row, shape);
             } else if winners > 1 {
-                file.diagnostics.push(Diagnostic::warning("set.two_layers").at(&file.name, 0, 0));
+                file.diagnostics.push(warning!("set.two_layers").at(&file.name, 0, 0));
             }
         }
     }
@@ -307,7 +307,7 @@ fn outline(layers: &mut [Option<FileRead>], members: &[usize]) {
     let (Some((only, _)), None) = (candidates.next(), candidates.next()) else { return };
     if let Some(file) = layers.get_mut(only).and_then(Option::as_mut) {
         (file.role, file.side) = (Role::Outline, None);
-        file.reason = Diagnostic::note("kind.gerber_outline_shape").with("found", base(&file.name));
+        file.reason = note!("kind.gerber_outline_shape").with("found", base(&file.name));
     }
 }
 

@@ -5,6 +5,7 @@ use super::companion::{base, folder};
 use super::findings::excerpt;
 use super::text::{front, holds, lines, starts};
 use super::{FileRead, Role, Side};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeSet;
 
@@ -13,7 +14,7 @@ const LOOKED_AT: usize = 16 * 1024;
 /// Most files of a report that are looked at.
 const MOST_PAIRS: usize = 100;
 /// The error for holes that end inside the board.
-const CODE: &str = "drill.holes_not_through";
+const CODE: &str = code!("drill.holes_not_through");
 
 /// The error for a drill file whose holes end inside the board; none if nothing indicates that.
 pub(super) fn blind(name: &str, text: &[u8]) -> Option<Diagnostic> {

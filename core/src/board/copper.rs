@@ -10,21 +10,22 @@ use super::{Board, Copper, Face, rivals};
 use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, named_pads, nets, painted};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{CombineRule, Point, Region, combine};
+use crate::{code, error, warning};
 
 /// Report for a second layer of one side: an identical one is a note, a different one an error.
 const TWO: [(Severity, &str); 2] =
-    [(Severity::Note, "board.same_copper"), (Severity::Error, "board.two_coppers")];
+    [(Severity::Note, code!("board.same_copper")), (Severity::Error, code!("board.two_coppers"))];
 
 /// Diagnostic of a guessed layer, if the user chose another one for the side.
-const GUESSED: (Severity, &str) = (Severity::Note, "set.better_layer");
+const GUESSED: (Severity, &str) = (Severity::Note, code!("set.better_layer"));
 
 /// Diagnostics of possible copper layers that are not used.
 pub(super) const LEFT: [&str; 5] = [
-    "set.better_layer",
-    "set.copper_left_out",
-    "set.drawn_as_opening",
-    "set.side_guessed",
-    "set.side_unknown",
+    code!("set.better_layer"),
+    code!("set.copper_left_out"),
+    code!("set.drawn_as_opening"),
+    code!("set.side_guessed"),
+    code!("set.side_unknown"),
 ];
 
 /// Paints the copper layers of the set into the board. Takes for each side, in this order: the layer that the
@@ -59,11 +60,13 @@ pub(super) fn add(
         for (island, names) in found.meeting {
             let at = region.islands.get(island).map_or(Point::default(), |island| island.outer.start);
             diagnostics.push(
-                Diagnostic::warning("board.nets_meet")
-                    .at(&file.name, 0, 0)
-                    .with("nets", names.join(", "))
-                    .with("x", format!("{:.3}", at.x.mm()))
-                    .with("y", format!("{:.3}", at.y.mm())),
+                warning!(
+                    "board.nets_meet",
+                    nets = names.join(", "),
+                    x = format!("{:.3}", at.x.mm()),
+                    y = format!("{:.3}", at.y.mm())
+                )
+                .at(&file.name, 0, 0),
             );
         }
         diagnostics.extend(file.diagnostics.iter().cloned());
@@ -73,7 +76,7 @@ pub(super) fn add(
         board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, named, source });
     }
     diagnostics.extend(inner(artwork, board.copper.len()));
-    let here = artwork.files.iter().filter(|file| file.reason.code != "kind.other_board");
+    let here = artwork.files.iter().filter(|file| file.reason.code != code!("kind.other_board"));
     let here = here.filter(|file| !board.sources.contains(&file.name));
     let is_answered = |file: &FileRead| {
         let mut said = artwork.files.iter().filter(|other| other.is_said() && other.role == Role::Copper);
@@ -92,7 +95,7 @@ fn inner(artwork: &Artwork, sides: usize) -> Option<Diagnostic> {
     let first = layers().next()?;
     let is_answered = sides > 0 && layers().all(FileRead::is_said);
     let severity = if sides == 2 || is_answered { Severity::Note } else { Severity::Error };
-    let told = Diagnostic::new(severity, "board.inner_copper").at(&first.name, 0, 0);
+    let told = Diagnostic::new(severity, code!("board.inner_copper")).at(&first.name, 0, 0);
     Some(told.with("count", layers().count()))
 }
 
@@ -119,7 +122,7 @@ pub(super) fn layers<'a>(
 /// The outline minus the drawn areas.
 fn inverted(board: &Board, file: &FileRead, drawn: &Region, diagnostics: &mut Vec<Diagnostic>) -> Region {
     if board.outline.is_empty() {
-        diagnostics.push(Diagnostic::error("board.negative_without_outline").at(&file.name, 0, 0));
+        diagnostics.push(error!("board.negative_without_outline").at(&file.name, 0, 0));
     }
     combine(&board.outline, drawn, CombineRule::Difference)
 }

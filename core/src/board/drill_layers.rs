@@ -10,6 +10,7 @@ use super::Board;
 use super::split::distance_mm;
 use crate::artwork::{Artwork, FileKind, FileRead, Role};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
@@ -49,7 +50,7 @@ fn missing(layer: &FileRead, targets: &DrillTargets) -> Option<Diagnostic> {
     let mut missing = all().filter(|at| !targets.has(*at));
     let first = missing.next()?;
     let mm = |length: Length| format!("{:.3}", length.mm());
-    let error = Diagnostic::error("board.holes_in_layer_only").at(&layer.name, 0, 0);
+    let error = error!("board.holes_in_layer_only", ..).at(&layer.name, 0, 0);
     let error =
         error.with("file", &layer.name).with("count", missing.count() + 1).with("holes", all().count());
     Some(error.with("x", mm(first.x)).with("y", mm(first.y)))

@@ -8,6 +8,7 @@ use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, Route, ToolEntr
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, Region, area_mm2, chords, path_bounds};
 use crate::units::Length;
+use crate::{code, note, warning};
 
 /// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.005;
@@ -68,14 +69,14 @@ pub fn from_artwork_telling(
         if let Some(by) = apart.filter(|_| !wanted.aligned) {
             diagnostics.push(Diagnostic {
                 severity: Severity::Warning,
-                ..told("board.holes_shifted", &file.name, by)
+                ..told(code!("board.holes_shifted"), &file.name, by)
             });
         }
         if let Some(by) = apart.filter(|_| wanted.aligned) {
             board.holes.iter_mut().skip(holes).for_each(|hole| hole.at = moved(hole.at, by));
             let points = board.slots.iter_mut().skip(slots).flat_map(|slot| &mut slot.path);
             points.for_each(|point| *point = moved(*point, by));
-            diagnostics.push(told("board.moved", &file.name, by));
+            diagnostics.push(told(code!("board.moved"), &file.name, by));
         }
     }
     diagnostics.extend(rivals::listed_twice(&mut board, artwork, used));
@@ -92,7 +93,7 @@ pub fn from_artwork_telling(
         copper::add(&mut board, (artwork, used), &mut diagnostics, progress);
         legend::add(&mut board, artwork, used);
         if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
-            diagnostics.push(Diagnostic::note("board.no_holes"));
+            diagnostics.push(note!("board.no_holes"));
         }
     }
     (board, diagnostics)
@@ -167,7 +168,7 @@ fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) -> Op
         rows.sort_by_key(|hole| hole.line);
     }
     (count > 0).then(|| {
-        let note = Diagnostic::note("board.slots_round").at(&file.name, 0, 0);
+        let note = note!("board.slots_round", ..).at(&file.name, 0, 0);
         note.with("count", count).with("slots", slots)
     })
 }
@@ -219,7 +220,7 @@ fn outline(
         let Some(bounds) = board.outline.bounds() else {
             open_ones.extend(own);
             if lines > 0 {
-                open_ones.push(about(Severity::Error, "board.outline_open").with("count", lines));
+                open_ones.push(about(Severity::Error, code!("board.outline_open")).with("count", lines));
             }
             continue;
         };
@@ -244,16 +245,17 @@ fn outline(
         let by = if fits { None } else { shifts.find(|&by| around(by)) };
         let broken = !open.is_empty() && is_broken(board, artwork, by, &open);
         if lines > 0 {
-            let error = (Severity::Error, "board.outline_broken");
-            let (severity, code) = if broken { error } else { (Severity::Warning, "board.outline_rest") };
+            let error = (Severity::Error, code!("board.outline_broken"));
+            let (severity, code) =
+                if broken { error } else { (Severity::Warning, code!("board.outline_rest")) };
             diagnostics.push(about(severity, code).with("count", lines));
         }
         match by {
             Some(by) if wanted.aligned => {
                 board.outline = Placement::shifted(by).region(&board.outline);
-                diagnostics.push(told("board.moved", &file.name, by));
+                diagnostics.push(told(code!("board.moved"), &file.name, by));
             }
-            Some(by) => diagnostics.push(told("board.outline_shifted", &file.name, by)),
+            Some(by) => diagnostics.push(told(code!("board.outline_shifted"), &file.name, by)),
             None if fits || broken => {}
             None => elsewhere(board, artwork, wanted, &file.name, diagnostics),
         }
@@ -280,14 +282,15 @@ fn elsewhere(
     };
     if let Some(found) = proposed.filter(|_| wanted.aligned) {
         board.outline = Placement::shifted(found.0).region(&board.outline);
-        diagnostics.push(proposal(Severity::Warning, "board.outline_centred", found));
+        diagnostics.push(proposal(Severity::Warning, code!("board.outline_centred"), found));
         return;
     }
     let body = mend::body(&board.outline);
     let any = centres(artwork).into_iter().any(|at| body.island_at(at).is_some());
     let severity = if any { Severity::Warning } else { Severity::Error };
-    diagnostics.push(about(severity, "board.outline_elsewhere"));
-    diagnostics.extend(proposed.map(|found| proposal(Severity::Note, "board.outline_could_move", found)));
+    diagnostics.push(about(severity, code!("board.outline_elsewhere")));
+    diagnostics
+        .extend(proposed.map(|found| proposal(Severity::Note, code!("board.outline_could_move"), found)));
 }
 
 /// The shift that centres the outline's box on the box of copper and holes, if all of these are then inside.
@@ -316,7 +319,7 @@ fn centred(board: &Board, artwork: &Artwork) -> Option<(Point, Point)> {
 
 /// Report for another outline: an equal one is a note, a different one a warning.
 const TWO: [(Severity, &str); 2] =
-    [(Severity::Note, "board.same_outline"), (Severity::Warning, "board.two_outlines")];
+    [(Severity::Note, code!("board.same_outline")), (Severity::Warning, code!("board.two_outlines"))];
 
 /// Reports closed outlines other than `taken`.
 fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Diagnostic> {
@@ -366,7 +369,7 @@ fn drawn(gerber: &Gerber, board: &Board, artwork: &Artwork) -> (Region, Vec<Path
     let mut told: Vec<Diagnostic> = mended(&traced.gaps, &traced.trimmed);
     told.extend(left_out(&sorted.left_out));
     if sorted.crossed > 0 {
-        told.push(Diagnostic::warning("board.outline_rest").with("count", sorted.crossed));
+        told.push(warning!("board.outline_rest", count = sorted.crossed));
     }
     (sorted.region, traced.open, told)
 }
@@ -394,8 +397,8 @@ fn mended(gaps: &[(Length, Point)], trimmed: &[(Length, Point)]) -> Vec<Diagnost
         let diagnostic = diagnostic.with("count", rows.len()).with("x", mm(at.x)).with("y", mm(at.y));
         Some((diagnostic, mm(size)))
     };
-    let gaps = largest(Diagnostic::warning("board.outline_mended"), gaps);
-    let trimmed = largest(Diagnostic::note("board.outline_trimmed"), trimmed);
+    let gaps = largest(warning!("board.outline_mended", ..), gaps);
+    let trimmed = largest(note!("board.outline_trimmed", ..), trimmed);
     let gaps = gaps.map(|(diagnostic, size)| diagnostic.with("gap", size));
     let trimmed = trimmed.map(|(diagnostic, size)| diagnostic.with("length", size));
     gaps.into_iter().chain(trimmed).collect()
@@ -417,19 +420,20 @@ fn left_out(loops: &[LeftOut]) -> Vec<Diagnostic> {
     };
     let is_frame = |row: &&LeftOut| !row.adjoins && row.holes > 0;
     let is_apart = |row: &&LeftOut| !row.adjoins && row.holes == 0;
-    let apart = together(Diagnostic::note("board.outline_frames"), &|row: &&LeftOut| {
-        is_apart(row) && row.near.is_none()
-    });
+    let apart =
+        together(note!("board.outline_frames", ..), &|row: &&LeftOut| is_apart(row) && row.near.is_none());
     let near = loops.iter().filter(is_apart).filter_map(|row| Some((row, row.near?))).take(MOST_FRAMES);
     let nested = near.map(|(row, (inner, gap_mm))| {
-        let warning = sized(Diagnostic::warning("board.outline_nested"), row.bounds);
+        let warning = sized(warning!("board.outline_nested", ..), row.bounds);
         let warning = warning.with("inner_width", mm(inner.max.x - inner.min.x));
         warning.with("inner_height", mm(inner.max.y - inner.min.y)).with("gap", format!("{gap_mm:.2}"))
     });
-    let beside = together(Diagnostic::warning("board.outline_part_empty"), &|row: &&LeftOut| row.adjoins);
-    let frames = loops.iter().filter(is_frame).take(MOST_FRAMES).map(|row| {
-        sized(Diagnostic::warning("board.outline_frame_around").with("holes", row.holes), row.bounds)
-    });
+    let beside = together(warning!("board.outline_part_empty", ..), &|row: &&LeftOut| row.adjoins);
+    let frames = loops
+        .iter()
+        .filter(is_frame)
+        .take(MOST_FRAMES)
+        .map(|row| sized(warning!("board.outline_frame_around", holes = row.holes, ..), row.bounds));
     apart.into_iter().chain(nested).chain(beside).chain(frames).collect()
 }
 
@@ -441,7 +445,7 @@ fn oversize(board: &Board, artwork: &Artwork) -> Option<Diagnostic> {
     let size = |bounds: Bounds| ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
     let ((width, height), (wide, high)) = (size(inner), size(outer));
     let is_sheet = width * height > 0.0 && width * height <= OVERSIZE_SHARE * wide * high;
-    let warning = Diagnostic::warning("board.outline_oversize");
+    let warning = warning!("board.outline_oversize", ..);
     let mm = |length: f64| format!("{length:.1}");
     let warning = warning.with("width", mm(wide)).with("height", mm(high));
     is_sheet.then(|| warning.with("copper_width", mm(width)).with("copper_height", mm(height)))

@@ -15,6 +15,7 @@ use crate::artwork::{Aperture, Artwork, DrillFile, FileRead, Gerber, Object, Rol
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
+use crate::{code, error, note};
 use std::collections::BTreeMap;
 
 /// Two drill files with at least this many common positions may be two versions of one file.
@@ -82,7 +83,7 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
             if file.fingerprint != other.fingerprint && (most || namesakes) {
                 let is_one = most || common >= MANY;
                 let severity = if is_one { Severity::Error } else { Severity::Warning };
-                let versions = Diagnostic::new(severity, "board.two_drills").at(&file.name, 0, 0);
+                let versions = Diagnostic::new(severity, code!("board.two_drills")).at(&file.name, 0, 0);
                 let versions = versions.with("file", &file.name).with("other", &other.name);
                 diagnostics.push(versions.with("common", common).with("holes", places.len()));
             }
@@ -93,7 +94,7 @@ pub(super) fn drills(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     });
     for (_, file) in programs {
         if let Some((twin, ..)) = files.iter().find(|(twin, ..)| twin.fingerprint == file.fingerprint) {
-            let note = Diagnostic::note("board.same_drill").at(&file.name, 0, 0);
+            let note = note!("board.same_drill", ..).at(&file.name, 0, 0);
             diagnostics.push(note.with("file", &file.name).with("taken", &twin.name));
         }
     }
@@ -184,7 +185,7 @@ pub(super) fn listed_twice(board: &mut Board, artwork: &Artwork, used: &[usize])
         let whole = wholes.find(|(_, whole)| made(whole).is_some_and(|whole| holds(whole, file)));
         let Some((_, whole)) = whole else { continue };
         let count = file.drill.as_ref().map_or(0, |drill| drill.hits.len());
-        let note = Diagnostic::note("board.holes_in_both").at(name, 0, 0).with("count", count);
+        let note = note!("board.holes_in_both", count = count, ..).at(name, 0, 0);
         notes.push(note.with("file", base(name)).with("taken", base(whole)));
         dropped.push(part);
     }
@@ -202,7 +203,7 @@ pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Diagnostic> {
     let all = artwork.files.iter().enumerate().filter(|(index, file)| made(*index, file));
     let all: Vec<usize> = all.map(|(index, _)| index).collect();
     let names: Vec<String> = artwork.boards(&all).into_iter().map(|(name, _)| name).collect();
-    let told = Diagnostic::error("board.several").with("count", names.len());
+    let told = error!("board.several", count = names.len(), ..);
     (names.len() > 1).then(|| told.with("names", names.join(", ")))
 }
 
@@ -218,7 +219,7 @@ pub(super) fn apart(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     let first = copper.first();
     let away = first.and_then(|(_, own)| copper.iter().find(|(_, other)| !own.meets(*other)));
     if let Some(((file, _), (other, _))) = first.zip(away) {
-        let error = Diagnostic::error("board.copper_apart").at(&other.name, 0, 0);
+        let error = error!("board.copper_apart", ..).at(&other.name, 0, 0);
         return vec![error.with("file", &other.name).with("other", &file.name)];
     }
     let outlines: Vec<(&FileRead, Bounds)> = boxes(Role::Outline).collect();
@@ -232,7 +233,7 @@ pub(super) fn apart(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
         let holes = places(file).filter(|holes| holes.len() >= FEWEST)?;
         let outside =
             holes.iter().filter(|at| !within.iter().any(|(_, bounds)| bounds.contains(**at))).count();
-        let error = Diagnostic::error("board.holes_apart").at(&file.name, 0, 0);
+        let error = error!("board.holes_apart", ..).at(&file.name, 0, 0);
         let error = error.with("file", &file.name).with("other", &layer.name);
         (2 * outside > holes.len()).then(|| error.with("count", outside).with("holes", holes.len()))
     });

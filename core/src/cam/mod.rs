@@ -28,6 +28,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
 use crate::units::Length;
+use crate::{error, note, warning};
 use serde::{Deserialize, Serialize};
 use work::{OperationKind, Work};
 
@@ -109,7 +110,7 @@ fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>
     match wanted {
         None => Ok(there),
         Some(set) if set != 0 && set & !there == 0 => Ok(set),
-        Some(_) => Err(vec![Diagnostic::error("plan.no_such_spindle").with("count", machine.spindles)]),
+        Some(_) => Err(vec![error!("plan.no_such_spindle", count = machine.spindles)]),
     }
 }
 
@@ -124,12 +125,12 @@ fn loaded_first(
         return Err(None);
     }
     let Some(loaded) = options.loaded else {
-        return Err(Some(Diagnostic::warning("plan.loaded_not_said")));
+        return Err(Some(warning!("plan.loaded_not_said")));
     };
     let found = rack::nearest(sizes, loaded, tolerance);
     found
         .and_then(|bit| sizes.iter().position(|&size| size == bit))
-        .ok_or_else(|| Some(Diagnostic::note("plan.loaded_not_used").with("size", rack::size_text(loaded))))
+        .ok_or_else(|| Some(note!("plan.loaded_not_used", size = rack::size_text(loaded))))
 }
 
 /// Reference of the work zero: a lower left corner, unless the job sets another.

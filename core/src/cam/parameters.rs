@@ -17,6 +17,7 @@ use super::work::{
 };
 use crate::board::Face;
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::error;
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
 use crate::machine::{Machine, Value, ValueKind};
@@ -92,7 +93,7 @@ impl<T> Parameter<T> {
     /// Sets the value in `of`. On error nothing changes. The word [`OF_MACHINE`] resets it.
     pub fn set(&self, of: &mut T, value: &Value) -> Result<(), Diagnostic> {
         if !self.belongs_to(of) {
-            return Err(Diagnostic::error("work.not_of_this_kind").with("key", self.key));
+            return Err(error!("work.not_of_this_kind", key = self.key));
         }
         if let (Some(own), Value::Text(word)) = (&self.of_machine, value)
             && word == OF_MACHINE
@@ -108,7 +109,7 @@ impl<T> Parameter<T> {
         if let Value::Numbers(numbers) = value
             && !numbers.len().is_multiple_of(group)
         {
-            let uneven = Diagnostic::error("work.uneven_list").with("key", self.key);
+            let uneven = error!("work.uneven_list", key = self.key, ..);
             return Err(uneven.with("count", numbers.len()).with("group", group));
         }
         match self.kind.refusal(self.key, self.unit, value) {
@@ -132,7 +133,7 @@ pub fn find<T>(table: &'static [Parameter<T>], name: &str) -> Option<&'static Pa
 pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> {
     let unknown = || {
         let known = SETUP.iter().map(|row| row.key).chain(OPERATION.iter().map(|row| row.key));
-        let diagnostic = Diagnostic::error("work.unknown_key").with("key", key);
+        let diagnostic = error!("work.unknown_key", key = key, ..);
         diagnostic.with("nearest", nearest(key, known))
     };
     if let Some(row) = SETUP.iter().find(|row| row.key == key) {
@@ -151,7 +152,7 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> 
         row.set(operation, &valued(row.kind, text))?;
         found = true;
     }
-    if found { Ok(()) } else { Err(Diagnostic::error("work.nothing_has").with("key", key)) }
+    if found { Ok(()) } else { Err(error!("work.nothing_has", key = key)) }
 }
 
 /// Converts text to the kind of value; remains text if it is no number.

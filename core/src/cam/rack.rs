@@ -7,6 +7,7 @@
 //! ```
 
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::job::{Bit, Cutter};
 use crate::locale;
 use crate::machine::Process;
@@ -70,15 +71,14 @@ pub(super) fn errors(
         let mut sizes: Vec<String> = without.iter().take(MOST_SIZES).map(told).collect();
         sizes.extend((without.len() > MOST_SIZES).then(|| "…".to_owned()));
         let holes: usize = without.iter().map(|(_, holes)| holes).sum();
-        let diagnostic =
-            Diagnostic::error("plan.no_bit").with("holes", holes).with("sizes", sizes.join(", "));
+        let diagnostic = error!("plan.no_bit", holes = holes, sizes = sizes.join(", "), ..);
         diagnostics.push(diagnostic.with("tolerance", size_text(tolerance)));
     }
     if unsized_holes > 0 {
-        diagnostics.push(Diagnostic::error("plan.no_size").with("holes", unsized_holes));
+        diagnostics.push(error!("plan.no_size", holes = unsized_holes));
     }
     if slots > 0 {
-        diagnostics.push(Diagnostic::error("plan.slots_not_drilled").with("slots", slots));
+        diagnostics.push(error!("plan.slots_not_drilled", slots = slots));
     }
     diagnostics
 }

@@ -16,6 +16,7 @@ use super::work::{Operation, OperationKind};
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Command, Cutter, Mark, Program};
 use crate::machine::Machine;
+use crate::{code, warning};
 
 /// A feed above this multiple of the machine's drilling feed is a mistake.
 const FAST_FACTOR: f64 = 2.0;
@@ -40,12 +41,12 @@ fn of_tool(bit: &Bit, fastest: Fastest, machine: &Machine) -> Vec<Diagnostic> {
     let usual = process.feed_mm_per_s.max(in_rack);
     let mut found = Vec::new();
     if fastest.down_mm_per_s > usual * FAST_FACTOR {
-        let why = Diagnostic::warning("job.plunge_fast").with("bit", bit.titled());
+        let why = warning!("job.plunge_fast", bit = bit.titled(), ..);
         let why = why.with("feed", format!("{:.1}", fastest.down_mm_per_s));
         found.push(why.with("usual", format!("{usual:.1}")));
     }
     if process.max_rpm > 0 && fastest.rpm > process.max_rpm {
-        let why = Diagnostic::warning("job.spindle_fast").with("bit", bit.titled());
+        let why = warning!("job.spindle_fast", bit = bit.titled(), ..);
         found.push(why.with("rpm", fastest.rpm).with("most", process.max_rpm));
     }
     found
@@ -126,10 +127,10 @@ pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Diagnosti
         Some(note(code, format!("{wanted:.1}"), format!("{most:.1}")))
     };
     let mills = !matches!(operation.action, OperationKind::Drill(_));
-    let along = feed("cam.feed_bounded", operation.feed_mm_per_s, plane(machine)).filter(|_| mills);
-    let down = feed("cam.plunge_bounded", operation.plunge_mm_per_s, down(machine));
+    let along = feed(code!("cam.feed_bounded"), operation.feed_mm_per_s, plane(machine)).filter(|_| mills);
+    let down = feed(code!("cam.plunge_bounded"), operation.plunge_mm_per_s, down(machine));
     let turning = spindle(machine).zip(operation.spindle_rpm).filter(|(most, wanted)| wanted > most);
     let turning =
-        turning.map(|(most, wanted)| note("cam.speed_bounded", wanted.to_string(), most.to_string()));
+        turning.map(|(most, wanted)| note(code!("cam.speed_bounded"), wanted.to_string(), most.to_string()));
     [along, down, turning].into_iter().flatten().collect()
 }

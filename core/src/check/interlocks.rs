@@ -1,6 +1,7 @@
 //! Rules between axes, spindle, gates and legs.
 //! Single pulses are examined only if XY and spindles step at one time.
 
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Gate, Input, Mark, Otherwise, Stage, Switching};
 use crate::machine::{MOST_RPM, Machine};
@@ -90,34 +91,34 @@ impl Interlocks {
                 found.push(diagnostic.with("rpm", rpm).with("most", MOST_RPM));
             }
         };
-        refuse(self.spindle_rpm > MOST_RPM, "check.spindle_speed");
+        refuse(self.spindle_rpm > MOST_RPM, code!("check.spindle_speed"));
         let awaits = matches!(segment.effect, Switching::AwaitBit { .. });
-        refuse(awaits && (self.spindle_rpm > 0 || start_z < self.clearance), "check.await_bit");
+        refuse(awaits && (self.spindle_rpm > 0 || start_z < self.clearance), code!("check.await_bit"));
         let in_plane = segment.runs.iter().any(|run| run.axes & 0b11 != 0);
         let milled = segment.stage == Stage::Mill;
         let dragged =
             in_plane && !milled && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
-        refuse(dragged, "check.xy_in_board");
+        refuse(dragged, code!("check.xy_in_board"));
         let in_board = low_z < 0;
         let drills =
             matches!(segment.stage, Stage::Approach | Stage::Drill) && matches!(segment.mark, Mark::Hole(_));
         let pressed = self.foot_down && is_there;
-        refuse(self.foot_ticks.is_some() && drills && !pressed, "check.foot_up");
-        refuse(in_plane && (self.foot_down || !is_there), "check.foot_down");
+        refuse(self.foot_ticks.is_some() && drills && !pressed, code!("check.foot_up"));
+        refuse(in_plane && (self.foot_down || !is_there), code!("check.foot_down"));
         // A bit may touch the board without turning, and rise again, because the contact sensor ends that
         // move or raises an alarm.
         let touch = |gate: Gate| gate.input == Input::Contact && gate.otherwise == Otherwise::Alarm;
         let touches = segment.gate.is_some_and(touch);
         let rises = std::mem::replace(&mut self.touching, touches) && begins_upwards(segment);
-        refuse(in_board && self.spindle_rpm == 0 && !touches && !rises, "check.spindle_off");
+        refuse(in_board && self.spindle_rpm == 0 && !touches && !rises, code!("check.spindle_off"));
         let spun = now.saturating_sub(self.spindle_since) >= self.spin_up_ticks;
-        refuse(in_board && self.spindle_rpm > 0 && !spun, "check.spin_up");
+        refuse(in_board && self.spindle_rpm > 0 && !spun, code!("check.spin_up"));
         let alone = segment.runs.windows(2).all(|pair| matches!(pair, [a, b] if a.axes == b.axes));
-        refuse(segment.gate.is_some() && (!alone || segment.runs.is_empty()), "check.gate_not_alone");
+        refuse(segment.gate.is_some() && (!alone || segment.runs.is_empty()), code!("check.gate_not_alone"));
         let ends_low = segment.end[2..].iter().take(heights.starts.len()).any(|end| *end < self.clearance);
         let last_of_leg = next.is_none_or(|next| next.leg != segment.leg);
         let lifted = next.is_some_and(begins_upwards);
-        refuse(last_of_leg && ends_low && !lifted, "check.leg_ends_low");
+        refuse(last_of_leg && ends_low && !lifted, code!("check.leg_ends_low"));
         found
     }
 }

@@ -27,6 +27,7 @@ mod known;
 mod pulses;
 
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::job::Mark;
 use crate::machine::{AXES, Machine, Steps, axis_name};
@@ -124,7 +125,7 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
         index += 1;
     }
     if diagnostics.is_empty() && interlocks.spindle_runs() {
-        diagnostics.push(Diagnostic::error("check.spindle_left_on"));
+        diagnostics.push(error!("check.spindle_left_on"));
     }
     if !diagnostics.is_empty() {
         return Err(diagnostics);
@@ -157,7 +158,7 @@ fn measure(segments: impl Iterator<Item: Borrow<Segment>>) -> Result<CheckReport
     let all_steps = report.steps.iter().fold(0, |sum: u64, steps| sum.saturating_add(*steps));
     if report.total_ticks > MOST_TICKS || all_steps > MOST_STEPS {
         let hours = report.total_ticks / crate::units::TICK_HZ / 3600;
-        let diagnostic = Diagnostic::error("check.too_large").with("steps", all_steps).with("hours", hours);
+        let diagnostic = error!("check.too_large", steps = all_steps, hours = hours);
         return Err(vec![diagnostic]);
     }
     Ok(report)
@@ -168,7 +169,7 @@ fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usiz
     let mut found = Vec::new();
     let axes = segment.runs.iter().fold(0, |axes, run| axes | run.axes);
     if segment.runs.iter().any(|run| run.axes == 0) || u32::from(axes) >> present != 0 {
-        found.push(Diagnostic::error("check.axis_missing").with("axis", axes));
+        found.push(error!("check.axis_missing", axis = axes, ..));
     }
     for (axis, walker) in walkers.iter_mut().enumerate() {
         let ends = (segment.duration_ticks, segment.end[axis], segment.stage);
@@ -176,7 +177,7 @@ fn walk(segment: &Segment, walkers: &mut [Walker; AXES], now: u64, present: usiz
             Some(runs) => walker.segment(runs, now, ends).err(),
             None => {
                 walker.at = segment.end[axis];
-                Some(Diagnostic::error("check.two_sets"))
+                Some(error!("check.two_sets", ..))
             }
         };
         found.extend(told.map(|diagnostic| diagnostic.with("axis", axis_name(axis))));

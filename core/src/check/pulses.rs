@@ -14,6 +14,7 @@
 
 use super::known::{Known, Sweep};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::job::Stage;
 use crate::machine::{DriveKind, Machine};
 use crate::steps::stream::{PARTS, Run, rounded};
@@ -138,7 +139,7 @@ impl Walker {
             if self.at == end {
                 return Ok(());
             }
-            Err(refuse("check.count").with("found", self.at).with("expected", end))
+            Err(error!("check.count", found = self.at, expected = end, ..))
         });
         if self.at != end {
             // Continue from the planned end, so that one error doesn't repeat in all later segments.
@@ -181,7 +182,7 @@ impl Walker {
         if let Some(late) = segment_ends.map(|ends| end - ends).filter(|late| *late > 0) {
             // If another rule is violated, report that first: it is the cause.
             self.walk(runs, begin, &mut Pace::new(begin as u64, rested, self.milled))?;
-            return Err(refuse("check.late_step").with("late_us", late / 10));
+            return Err(error!("check.late_step", late_us = late / 10, ..));
         }
         let tail =
             segment_ends.map(|ends| ends - end).filter(|tail| self.milled || *tail < i128::from(self.rest));
@@ -225,7 +226,7 @@ impl Walker {
     /// Checks one run; returns the tick of its last step.
     fn run(&mut self, run: &Run, begin: i128, pace: &mut Pace) -> Result<i128, Diagnostic> {
         if run.count == 0 {
-            return Err(refuse("check.empty_run"));
+            return Err(error!("check.empty_run", ..));
         }
         // In whole ticks, two steps are apart by at least their interval, less the fraction of a tick.
         let shortest = run.parts_before(run.count - 1).min(run.parts_before(1));
@@ -271,7 +272,7 @@ impl Walker {
         if (self.min..=self.max).contains(&place) {
             return Ok(());
         }
-        Err(refuse("check.range").with("place", place).with("low", self.min).with("high", self.max))
+        Err(error!("check.range", place = place, low = self.min, high = self.max, ..))
     }
 
     /// Checks the first step of a run against the last step before it.
@@ -285,17 +286,18 @@ impl Walker {
         }
         if turned && since < i128::from(self.direction_setup) {
             let needed_us = self.direction_setup / 10;
-            return Err(refuse("check.direction_setup")
-                .with("us", since as f64 / 10.0)
-                .with("needed", needed_us));
+            return Err(error!("check.direction_setup", us = since as f64 / 10.0, needed = needed_us, ..));
         }
         Ok(())
     }
 
     fn too_close(&self, ticks: f64) -> Diagnostic {
-        refuse("check.interval")
-            .with("us", libm::round(ticks) / 10.0)
-            .with("least", self.least_interval as f64 / 10.0)
+        error!(
+            "check.interval",
+            us = libm::round(ticks) / 10.0,
+            least = self.least_interval as f64 / 10.0,
+            ..
+        )
     }
 }
 
@@ -320,10 +322,6 @@ impl Narrow {
 /// Fewest whole ticks for [`SPEED_STEPS`] steps, if the shortest lasts `period` ticks.
 fn least_span(period: f64) -> u64 {
     libm::ceil(SPEED_STEPS as f64 * period * (1.0 - ROUNDING_SHARE) - SLACK_TICKS) as u64
-}
-
-fn refuse(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
 }
 
 /// Speeds of one axis within one sweep, which starts and ends at rest.
@@ -389,7 +387,7 @@ impl Pace {
             if span < axis.least_span {
                 let least = SPEED_STEPS as f64 * axis.least_period;
                 let percent = libm::round(100.0 * least / (span as f64).max(1.0));
-                return Err(refuse("check.speed").with("percent", percent));
+                return Err(error!("check.speed", percent = percent, ..));
             }
         }
         self.count += 1;
@@ -459,7 +457,7 @@ impl Stretch {
         let blurred = blur(speed, length) + blur(self.speed, self.length);
         let change = (speed - self.speed).abs();
         if self.known && change > allowed + blurred {
-            return Err(refuse("check.acceleration").with("percent", libm::round(100.0 * change / allowed)));
+            return Err(error!("check.acceleration", percent = libm::round(100.0 * change / allowed), ..));
         }
         (self.length, self.speed, self.since, self.from_twice) = (length, speed, tick, twice);
         let telling = libm::sqrt(2.0 * SLACK_TICKS * speed.abs() / axis.acceleration);

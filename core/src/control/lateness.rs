@@ -11,6 +11,7 @@
 use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, DriveKind, Machine, axis_name};
 use crate::steps::{PARTS, Segment, TICK_HZ};
+use crate::{code, error, note};
 use serde::{Deserialize, Serialize};
 use std::borrow::Borrow;
 
@@ -77,17 +78,22 @@ impl Timing {
     /// The result as messages, with the rights that the system refused.
     pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let late = &self.lateness;
-        let found = Diagnostic::note("output.timing")
-            .with("beats", late.beats)
-            .with("p50", libm::round(late.p50_us))
-            .with("p9999", libm::round(late.p9999_us))
-            .with("max", libm::round(late.worst_us))
-            .with("safe", libm::floor(self.safe_hz));
+        let found = note!(
+            "output.timing",
+            beats = late.beats,
+            p50 = libm::round(late.p50_us),
+            p9999 = libm::round(late.p9999_us),
+            max = libm::round(late.worst_us),
+            safe = libm::floor(self.safe_hz)
+        );
         let refused = |code: &str, why: &Option<String>| {
             why.as_ref().map(|why| Diagnostic::warning(code).with("reason", why))
         };
-        let class = refused("output.no_realtime", &self.no_realtime);
-        [Some(found), class, refused("output.not_locked", &self.not_locked)].into_iter().flatten().collect()
+        let class = refused(code!("output.no_realtime"), &self.no_realtime);
+        [Some(found), class, refused(code!("output.not_locked"), &self.not_locked)]
+            .into_iter()
+            .flatten()
+            .collect()
     }
 }
 
@@ -149,7 +155,7 @@ pub fn too_fast(segments: impl IntoIterator<Item: Borrow<Segment>>, safe_hz: f64
 /// Like [`too_fast`], for a result of [`fastest_rate`].
 pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Diagnostic> {
     let (hz, axis) = fastest.filter(|(hz, _)| *hz > safe_hz)?;
-    let why = Diagnostic::error("control.faster_than_clock").with("axis", axis_name(axis));
+    let why = error!("control.faster_than_clock", axis = axis_name(axis), ..);
     Some(why.with("hz", libm::ceil(hz)).with("safe", libm::floor(safe_hz)))
 }
 

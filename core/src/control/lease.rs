@@ -10,6 +10,7 @@
 //! A running job continues regardless of control.
 
 use crate::diagnostic::Diagnostic;
+use crate::error;
 
 /// Silence after which control lapses, in ms.
 pub const LAPSE_MS: u64 = 3_000;
@@ -78,7 +79,7 @@ impl Lease {
                     self.holder = Some((viewer, now_ms));
                     lost = Some(holder);
                 } else {
-                    refused = Some(Diagnostic::error("control.taken"));
+                    refused = Some(error!("control.taken"));
                 }
             }
             (LeaseEvent::Take { viewer, .. }, _) => self.holder = Some((viewer, now_ms)),

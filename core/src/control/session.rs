@@ -25,6 +25,7 @@
 mod changing;
 
 use super::{Action, Alarm, Ending, Event, State, Trust};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 
 /// Presses of STOP within this time of the first count as one, in ms: a double click.
@@ -192,20 +193,20 @@ impl Session {
     fn at_rest(&mut self, ask: Event) -> Vec<Action> {
         if let (Event::Acknowledge, State::Alarm) = (&ask, self.state) {
             if self.moving {
-                return refuse("control.busy");
+                return refuse(code!("control.busy"));
             }
             self.alarm = None;
             self.state = self.resting_state();
             return Vec::new();
         }
         if self.state == State::Alarm {
-            return refuse("control.alarm_unread");
+            return refuse(code!("control.alarm_unread"));
         }
         if self.state == State::ToolChange && !self.moving {
             return self.while_changing(&ask);
         }
         if self.moving || !matches!(self.state, State::NotHomed | State::Ready) {
-            return refuse("control.busy");
+            return refuse(code!("control.busy"));
         }
         match ask {
             Event::Home => {
@@ -213,7 +214,7 @@ impl Session {
                 (self.state, self.trust) = (State::Homing, Trust::Lost);
                 vec![Action::Home]
             }
-            Event::Park if self.trust != Trust::Trusted => refuse("control.not_homed"),
+            Event::Park if self.trust != Trust::Trusted => refuse(code!("control.not_homed")),
             Event::Park => {
                 self.state = State::Parking;
                 vec![Action::Park]
@@ -223,7 +224,7 @@ impl Session {
                 vec![Action::Jog { axis, distance_um: um }]
             }
             Event::SetZero { place_steps: at } => self.set_zero(at),
-            Event::UndoZero if self.zeros.is_empty() => refuse("control.no_zero_before"),
+            Event::UndoZero if self.zeros.is_empty() => refuse(code!("control.no_zero_before")),
             Event::UndoZero => {
                 self.zeros.pop();
                 self.armed = None;
@@ -245,13 +246,13 @@ impl Session {
                 (self.state, self.wish, self.ending, self.queue) = (State::Running, Wish::None, None, true);
                 vec![Action::Queue]
             }
-            _ => refuse("control.nothing_to_do"),
+            _ => refuse(code!("control.nothing_to_do")),
         }
     }
 
     fn set_zero(&mut self, at: [i64; 2]) -> Vec<Action> {
         if self.trust != Trust::Trusted {
-            return refuse("control.not_homed");
+            return refuse(code!("control.not_homed"));
         }
         self.zeros.push(at);
         if self.zeros.len() > ZEROS_KEPT + 1 {
@@ -264,19 +265,19 @@ impl Session {
 
     fn start(&mut self, job: &str, digest: &str, leg: u32) -> Vec<Action> {
         if self.trust != Trust::Trusted {
-            return refuse("control.not_homed");
+            return refuse(code!("control.not_homed"));
         }
         match &self.armed {
-            Some((armed, _)) if armed != job => return refuse("control.not_armed"),
+            Some((armed, _)) if armed != job => return refuse(code!("control.not_armed")),
             // The page simulated other steps than the bridge would play.
-            Some((_, known)) if known != digest => return refuse("control.other_stream"),
+            Some((_, known)) if known != digest => return refuse(code!("control.other_stream")),
             Some(_) => {}
-            None => return refuse("control.not_armed"),
+            None => return refuse(code!("control.not_armed")),
         }
         // Only an interrupted job may start in the middle, at the leg that this session offered.
         let offered = self.offer.as_ref().is_some_and(|(offered, at)| offered == job && *at == leg);
         if leg != 0 && !offered {
-            return refuse("control.leg_not_offered");
+            return refuse(code!("control.leg_not_offered"));
         }
         (self.state, self.wish, self.ending) = (State::Running, Wish::None, None);
         vec![Action::Approach { leg }]
@@ -320,7 +321,7 @@ impl Session {
                 self.state = if self.wish == Wish::None { State::Running } else { State::Pausing };
                 vec![Action::RestOfLeg]
             }
-            _ => refuse("control.nothing_to_do"),
+            _ => refuse(code!("control.nothing_to_do")),
         }
     }
 

@@ -3,6 +3,7 @@
 //! Doesn't know modal groups.
 
 use super::{Interpreter, Refused};
+use crate::code;
 
 /// Digits of a number that GRBL reads, leading zeros included. A later digit before the point counts as a 0.
 const READ_DIGITS: i32 = 8;
@@ -83,7 +84,7 @@ pub fn cut_short(of: Interpreter, bare: &str) -> Option<Refused> {
             if libm::fabs(exact - read) > SMALL[0].max(SMALL[1] * exact) {
                 let word = rest.get(..at).map_or(0, |before| before.trim_end_matches(['+', '-']).len());
                 let word = rest.get(word.saturating_sub(1)..at + end).unwrap_or(digits).to_owned();
-                return Some(Refused { code: "gcode.too_many_digits", word, number: 2 });
+                return Some(Refused { code: code!("gcode.too_many_digits"), word, number: 2 });
             }
         }
         rest = after;

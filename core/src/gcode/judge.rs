@@ -2,6 +2,7 @@
 
 use super::table::{Axes, FEED_MODE, Row, find};
 use super::{Interpreter, Refused, grbl};
+use crate::code;
 
 /// Largest line number and tool number of GRBL.
 const LARGEST_LINE: u32 = 10_000_000;
@@ -102,7 +103,7 @@ impl Judge {
     /// Checks a line of `length` characters without spaces and comments.
     pub fn line(&mut self, all: &[(char, f64)], length: usize) -> Result<(), Refused> {
         if length > self.of.longest_line() {
-            return refused("gcode.line_too_long", length.to_string(), 11);
+            return refused(code!("gcode.line_too_long"), length.to_string(), 11);
         }
         let words = self.words(all).map_err(|why| self.first_refused(all).unwrap_or(why))?;
         let motion = self.axes(&words)?;
@@ -135,12 +136,14 @@ impl Judge {
             };
             let hundredths = match read {
                 Ok(hundredths) => hundredths,
-                Err(23) => return refused("gcode.not_whole", format!("{letter}{value}"), 23),
-                Err(number) => return refused("gcode.unknown_word", format!("{letter}{value}"), number),
+                Err(23) => return refused(code!("gcode.not_whole"), format!("{letter}{value}"), 23),
+                Err(number) => {
+                    return refused(code!("gcode.unknown_word"), format!("{letter}{value}"), number);
+                }
             };
             let whole = libm::round(hundredths);
             if libm::fabs(hundredths - whole) > 1e-6 || (letter == 'M' && libm::fmod(whole, 100.0) != 0.0) {
-                return refused("gcode.not_whole", format!("{letter}{value}"), 23);
+                return refused(code!("gcode.not_whole"), format!("{letter}{value}"), 23);
             }
             let taken = self.takes_options && letter == 'M' && [600.0, 700.0].contains(&whole);
             let of = if taken { Interpreter::Any } else { self.of };
@@ -149,9 +152,9 @@ impl Judge {
                 Some(row) => rows.push(row),
                 None if self.of == Interpreter::Any || is_user_m => {}
                 None if self.of != Interpreter::Grbl && self.has_no_parts(letter, whole) => {
-                    return refused("gcode.not_whole", format!("{letter}{value}"), 23);
+                    return refused(code!("gcode.not_whole"), format!("{letter}{value}"), 23);
                 }
-                None => return refused("gcode.unknown_word", format!("{letter}{value}"), 20),
+                None => return refused(code!("gcode.unknown_word"), format!("{letter}{value}"), 20),
             }
         }
         Ok(rows)
@@ -167,7 +170,7 @@ impl Judge {
     fn repeats(&self, words: &Words<'_>) -> Result<(), Refused> {
         for (at, (letter, _)) in words.all.iter().enumerate() {
             if !['G', 'M'].contains(letter) && words.all[..at].iter().any(|(before, _)| before == letter) {
-                return refused("gcode.repeated_word", letter.to_string(), 25);
+                return refused(code!("gcode.repeated_word"), letter.to_string(), 25);
             }
         }
         Ok(())
@@ -180,12 +183,12 @@ impl Judge {
         };
         let mut taking = words.g.iter().filter(takes);
         if let (Some(one), Some(other)) = (taking.next(), taking.next()) {
-            return refused("gcode.axes_twice", pair('G', one.code, other.code), 24);
+            return refused(code!("gcode.axes_twice"), pair('G', one.code, other.code), 24);
         }
         for (letter, rows) in [('G', &words.g), ('M', &words.m)] {
             for (at, row) in rows.iter().enumerate() {
                 if let Some(before) = rows[..at].iter().find(|before| before.group == row.group) {
-                    return refused("gcode.same_group", pair(letter, before.code, row.code), 21);
+                    return refused(code!("gcode.same_group"), pair(letter, before.code, row.code), 21);
                 }
             }
         }
@@ -201,19 +204,19 @@ impl Judge {
                 Interpreter::LinuxCnc | Interpreter::Any => !letter.is_ascii_alphabetic(),
             };
             if is_foreign || is_late_number {
-                return refused("gcode.unknown_word", format!("{letter}{value}"), 20);
+                return refused(code!("gcode.unknown_word"), format!("{letter}{value}"), 20);
             }
             if "FNPST".contains(letter) && value < 0.0 {
-                return refused("gcode.negative", format!("{letter}{value}"), 4);
+                return refused(code!("gcode.negative"), format!("{letter}{value}"), 4);
             }
             if self.of != Interpreter::Grbl && "TNLH".contains(letter) && libm::trunc(value) != value {
-                return refused("gcode.not_whole", format!("{letter}{value}"), 23);
+                return refused(code!("gcode.not_whole"), format!("{letter}{value}"), 23);
             }
             if self.of.is_grbl() && letter == 'N' && value > f64::from(LARGEST_LINE) {
-                return refused("gcode.too_large", format!("N{value}"), 27);
+                return refused(code!("gcode.too_large"), format!("N{value}"), 27);
             }
             if self.of == Interpreter::Grbl && letter == 'T' && value > f64::from(LARGEST_TOOL) {
-                return refused("gcode.too_large", format!("T{value}"), 38);
+                return refused(code!("gcode.too_large"), format!("T{value}"), 38);
             }
         }
         Ok(())
@@ -227,22 +230,22 @@ impl Judge {
             && !words.any("XYZABCUVW")
         {
             let number = if row.code == TOOL_LENGTH { 37 } else { 26 };
-            return refused("gcode.no_axis", named('G', row.code), number);
+            return refused(code!("gcode.no_axis"), named('G', row.code), number);
         }
         let is_owned = words.g.iter().any(|row| [Axes::Own, Axes::Needed].contains(&row.axes));
         let named_motion = words.motion().map(|row| row.code);
         let after = if words.says(NO_MOTION) { NO_MOTION } else { self.motion };
         let motion = named_motion.unwrap_or(after);
         if words.says(MACHINE) && ![RAPID, LINE].contains(&motion) {
-            return refused("gcode.not_rapid_or_line", "G53", 30);
+            return refused(code!("gcode.not_rapid_or_line"), "G53", 30);
         }
         let moves_by_centre = !self.of.is_grbl() && ARCS.contains(&motion) && words.any("IJ");
         let is_strict = self.of.is_grbl() && has_axes && motion == NO_MOTION;
         if is_strict || (!is_owned && has_axes && motion == NO_MOTION) {
-            return refused("gcode.axes_without_motion", axes_of(words), 31);
+            return refused(code!("gcode.axes_without_motion"), axes_of(words), 31);
         }
         if self.of == Interpreter::LinuxCnc && words.says(MACHINE) && named_motion.is_none() && !has_axes {
-            return refused("gcode.not_rapid_or_line", "G53", 30);
+            return refused(code!("gcode.not_rapid_or_line"), "G53", 30);
         }
         let moves = named_motion.is_some() || (!is_owned && (has_axes || moves_by_centre));
         Ok(moves.then_some(motion))
@@ -251,19 +254,19 @@ impl Judge {
     fn missing(&self, words: &Words<'_>, motion: Option<u32>) -> Result<(), Refused> {
         for row in words.g.iter().chain(&words.m) {
             if let Some(letter) = row.needs.chars().find(|letter| !words.has(*letter)) {
-                return refused("gcode.missing_word", letter, 28);
+                return refused(code!("gcode.missing_word"), letter, 28);
             }
         }
         if self.of == Interpreter::Grbl && words.says(SET_ZERO) {
             grbl_zero(words)?;
         }
         if self.of == Interpreter::Any && words.says(DWELL) && !words.any("PXUFS") {
-            return refused("gcode.missing_word", 'P', 28);
+            return refused(code!("gcode.missing_word"), 'P', 28);
         }
         if self.of == Interpreter::LinuxCnc {
             if words.m.len() > MOST_M {
                 return refused(
-                    "gcode.same_group",
+                    code!("gcode.same_group"),
                     words.m.iter().map(|row| named('M', row.code)).collect::<Vec<_>>().join(" "),
                     21,
                 );
@@ -273,7 +276,7 @@ impl Judge {
                 && words.value('L').is_some_and(|how| how != 0.0)
                 && words.value('Q').is_none_or(|q| q <= 0.0)
             {
-                return refused("gcode.missing_word", 'Q', 28);
+                return refused(code!("gcode.missing_word"), 'Q', 28);
             }
         }
         let Some(motion) = motion else { return Ok(()) };
@@ -281,14 +284,14 @@ impl Judge {
             let is_inverse = self.is_inverse_time || words.says(INVERSE_TIME);
             let feed = words.value('F').unwrap_or(if is_inverse { 0.0 } else { self.feed });
             if feed == 0.0 {
-                return refused("gcode.no_feed", named('G', motion), 22);
+                return refused(code!("gcode.no_feed"), named('G', motion), 22);
             }
         }
         if self.of != Interpreter::Any && (CYCLES.contains(&motion) || PECKS.contains(&motion)) {
             self.cycle(words, motion)?;
         }
         if (3820..=3850).contains(&motion) && !words.any("XYZ") {
-            return refused("gcode.no_axis", named('G', motion), 26);
+            return refused(code!("gcode.no_axis"), named('G', motion), 26);
         }
         if ARCS.contains(&motion) { self.arc(words, motion) } else { Ok(()) }
     }
@@ -309,16 +312,16 @@ impl Judge {
         };
         let needed = ["R", "Z", own].concat();
         if let Some(letter) = needed.chars().find(|letter| motion != self.motion && !words.has(*letter)) {
-            return refused("gcode.missing_word", letter, 28);
+            return refused(code!("gcode.missing_word"), letter, 28);
         }
         for letter in ['Q', 'L'] {
             if let Some(value) = words.value(letter).filter(|value| *value <= 0.0) {
-                return refused("gcode.not_positive", format!("{letter}{value}"), 4);
+                return refused(code!("gcode.not_positive"), format!("{letter}{value}"), 4);
             }
         }
         match (words.value('R'), words.value('Z')) {
             (Some(back), Some(bottom)) if back < bottom && !self.is_relative_on(words) => {
-                refused("gcode.back_below_bottom", format!("R{back}"), 33)
+                refused(code!("gcode.back_below_bottom"), format!("R{back}"), 33)
             }
             _ => Ok(()),
         }
@@ -328,13 +331,13 @@ impl Judge {
         let by_radius = words.has('R');
         let needs_end = (self.of.is_grbl() && !self.completes_circles) || by_radius;
         if needs_end && !words.any("XYZ") {
-            return refused("gcode.no_axis", named('G', motion), 26);
+            return refused(code!("gcode.no_axis"), named('G', motion), 26);
         }
         if needs_end && self.of.is_grbl() && !words.any("XY") {
-            return refused("gcode.no_axis", named('G', motion), 32);
+            return refused(code!("gcode.no_axis"), named('G', motion), 32);
         }
         if !by_radius && !words.any("IJ") {
-            return refused("gcode.no_centre", named('G', motion), 35);
+            return refused(code!("gcode.no_centre"), named('G', motion), 35);
         }
         Ok(())
     }
@@ -368,7 +371,7 @@ impl Judge {
             .iter()
             .find(|(letter, _)| !is_axis(*letter) && !used.iter().any(|letters| letters.contains(*letter)));
         match unused {
-            Some((letter, value)) => refused("gcode.unused_word", format!("{letter}{value}"), 36),
+            Some((letter, value)) => refused(code!("gcode.unused_word"), format!("{letter}{value}"), 36),
             None => Ok(()),
         }
     }
@@ -396,17 +399,17 @@ impl Judge {
 /// Refuses a G10 of which GRBL knows neither the work zero nor the way to set it. P alone or L alone is enough for it.
 fn grbl_zero(words: &Words<'_>) -> Result<(), Refused> {
     if !words.any("PL") {
-        return refused("gcode.missing_word", 'P', 28);
+        return refused(code!("gcode.missing_word"), 'P', 28);
     }
     if let Some(zero) = words.value('P').filter(|zero| libm::trunc(*zero) > MOST_ZEROS) {
-        return refused("gcode.unknown_word", format!("P{zero}"), 29);
+        return refused(code!("gcode.unknown_word"), format!("P{zero}"), 29);
     }
     let how = libm::trunc(words.value('L').unwrap_or(0.0));
     match words.value('R') {
         _ if how == 20.0 => Ok(()),
         None if how == 2.0 => Ok(()),
-        Some(turn) if how == 2.0 => refused("gcode.unknown_word", format!("R{turn}"), 20),
-        _ => refused("gcode.unknown_word", format!("L{how}"), 20),
+        Some(turn) if how == 2.0 => refused(code!("gcode.unknown_word"), format!("R{turn}"), 20),
+        _ => refused(code!("gcode.unknown_word"), format!("L{how}"), 20),
     }
 }
 

@@ -29,6 +29,7 @@ use super::surveying::Surveying;
 use super::tool_change::ToolChange;
 use crate::control::{BoardHeight, Ending, Trust};
 use crate::diagnostic::Diagnostic;
+use crate::{error, warning};
 
 /// GRBL error of a line that is refused because the controller is locked.
 const LOCKED: u16 = 9;
@@ -349,7 +350,7 @@ impl Activity {
     fn on_zero_differs(self, cx: &mut Context, plane: bool) -> Self {
         cx.known.height = BoardHeight::Unknown;
         cx.known.zero_refused |= plane;
-        let why = Diagnostic::error("grbl.zero_not_taken");
+        let why = error!("grbl.zero_not_taken");
         if plane && !cx.known.homes() {
             cx.known.lose_place();
         }
@@ -368,7 +369,7 @@ impl Activity {
 
     /// Answers are missing although the controller keeps reporting Idle.
     pub(super) fn on_missing_answer(mut self, cx: &mut Context) -> Self {
-        let why = || Diagnostic::error("grbl.answer_missing");
+        let why = || error!("grbl.answer_missing");
         match &mut self {
             Self::Stopping(_) | Self::Homing(_) => {}
             Self::Running(running) if running.moves() => return self.trouble(cx, why()),
@@ -378,11 +379,7 @@ impl Activity {
             Self::Checking(checking) => checking.leave(cx, Some(why())),
             _ => {
                 self.on_unlock_failed(cx);
-                cx.found(if self.job().is_some() {
-                    why()
-                } else {
-                    Diagnostic::warning("grbl.answer_missing")
-                });
+                cx.found(if self.job().is_some() { why() } else { warning!("grbl.answer_missing") });
                 // A reset at standstill keeps the position.
                 return self.reset_without_job(cx);
             }

@@ -1,6 +1,7 @@
 //! The tool change macro: the lines that change a tool without the user.
 
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -25,7 +26,7 @@ impl ToolMacro {
         let lines: Vec<String> =
             lines.into_iter().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect();
         if lines.len() > MOST_LINES {
-            return Err(Diagnostic::error("changer.too_many").with("count", lines.len()));
+            return Err(error!("changer.too_many", count = lines.len()));
         }
         let is_bad = |line: &&String| {
             let full = line.replace(TOOL_MARK, MOST_TOOLS);
@@ -42,7 +43,7 @@ impl ToolMacro {
     }
 
     pub fn bad(text: impl ToString) -> Diagnostic {
-        Diagnostic::error("changer.bad_line").with("text", text.to_string()).with("mark", TOOL_MARK)
+        error!("changer.bad_line", text = text.to_string(), mark = TOOL_MARK)
     }
 
     pub fn lines(&self) -> &[String] {

@@ -23,6 +23,7 @@ use super::settings;
 use super::tool_change::ToolChange;
 use crate::control::{BoardHeight, Ending};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use std::collections::VecDeque;
 
 /// Tolerance when checking that the tip is at its safe height, mm.
@@ -56,7 +57,7 @@ impl Changing {
     /// Starts changing to a tool.
     pub(super) fn start(cx: &mut Context, job: Box<Job>, tool: u32) -> Activity {
         let (Some(zero_mm), Some(place)) = (cx.known.zero_mm, cx.known.place()) else {
-            return Running::go(job).trouble(cx, Diagnostic::error("grbl.no_report"));
+            return Running::go(job).trouble(cx, error!("grbl.no_report"));
         };
         let Some((changer, safe_mm)) = job.changes() else { return Running::go(job) };
         let left = changer.lines.of_tool(changer.number(tool));
@@ -94,7 +95,7 @@ impl Changing {
     pub(super) fn on_answer(mut self, cx: &mut Context, line: ChangerLine, error: Option<u16>) -> Activity {
         if let Some(number) = error {
             let why = if line == ChangerLine::Own {
-                Diagnostic::error("changer.refused").with("line", self.at).with("text", &self.text)
+                error!("changer.refused", line = self.at, text = &self.text, ..)
             } else {
                 Diagnostic::error(&settings::error_code(number)).with("line", "")
             };
@@ -144,7 +145,7 @@ impl Changing {
         if let Some(why) = cx.known.other_word(&WORDS) {
             self.trouble(cx, why)
         } else if place[2] < safe_mm - SAME_MM {
-            let why = Diagnostic::error("changer.not_up").with("z", format!("{:.3}", place[2]));
+            let why = error!("changer.not_up", z = format!("{:.3}", place[2]), ..);
             self.trouble(cx, why.with("safe", number(safe_mm)))
         } else {
             self.send_next_line(cx);
@@ -157,7 +158,7 @@ impl Changing {
         let (changer, _) = self.job.changes()?;
         let wanted = changer.number(self.tool).filter(|_| changer.lines.says_tool())?;
         let found = known.modes.as_ref()?.tool.filter(|found| *found != wanted)?;
-        Some(Diagnostic::error("changer.other_tool").with("wanted", wanted).with("found", found))
+        Some(error!("changer.other_tool", wanted = wanted, found = found))
     }
 
     /// Why the job can't continue after the macro.
@@ -166,7 +167,7 @@ impl Changing {
             return Some(why);
         }
         if !known.info.offsets.contains_key("G54") {
-            return Some(Diagnostic::error("grbl.answer_missing"));
+            return Some(error!("grbl.answer_missing"));
         }
         let before = self.zero_mm;
         let off =
@@ -174,7 +175,7 @@ impl Changing {
         // Z may differ: the macro may set a tool length.
         let off_mm = off(0).max(off(1));
         if off_mm > SAME_ZERO_MM {
-            return Some(Diagnostic::error("changer.moved_zero").with("mm", format!("{off_mm:.3}")));
+            return Some(error!("changer.moved_zero", mm = format!("{off_mm:.3}")));
         }
         // Work zero is sent twice, in reports and in `$#`: a difference means that a line was damaged.
         known.check_listed()

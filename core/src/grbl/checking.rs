@@ -22,6 +22,7 @@ use super::settings;
 use super::written::WrittenLine;
 use crate::control::{Ending, Trust};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -138,9 +139,9 @@ impl Checking {
         written: Arc<[WrittenLine]>,
     ) -> Result<Box<Self>, Diagnostic> {
         if settings::on(&cx.known.info.values, 20) && cx.known.trust != Trust::Trusted {
-            return Err(Diagnostic::error("grbl.check_not_homed"));
+            return Err(error!("grbl.check_not_homed"));
         }
-        let place = cx.known.place().ok_or_else(|| Diagnostic::error("grbl.no_report"))?;
+        let place = cx.known.place().ok_or_else(|| error!("grbl.no_report"))?;
         let (routine, _) = cx.known.fitted(routine);
         cx.send("$C", Meaning::CheckMode);
         Ok(Box::new(Self::new(routine, written, place)))
@@ -158,7 +159,7 @@ impl Checking {
         let why = if NOT_NOW.contains(&number) {
             settings::refused(number, "$C")
         } else {
-            Diagnostic::error("grbl.no_check_mode")
+            error!("grbl.no_check_mode")
         };
         self.fail(cx, why)
     }
@@ -226,7 +227,7 @@ impl Checking {
         match report.doing {
             ReportedState::Check => self.stage = Stage::Reading,
             ReportedState::Idle if rests + 1 < RESTS => self.stage = Stage::Answered { ms, rests: rests + 1 },
-            ReportedState::Idle => return self.fail(cx, Diagnostic::error("grbl.no_check_mode")),
+            ReportedState::Idle => return self.fail(cx, error!("grbl.no_check_mode")),
             _ => return self.on_mode_left(cx),
         }
         Activity::Checking(self)
@@ -234,7 +235,7 @@ impl Checking {
 
     /// The controller left check mode and may execute the lines sent.
     fn on_mode_left(mut self: Box<Self>, cx: &mut Context) -> Activity {
-        let why = Diagnostic::error("grbl.check_left");
+        let why = error!("grbl.check_left");
         (self.stage, self.why) = (Stage::Left, Some(why.clone()));
         cx.found(why);
         Activity::Checking(self).stop(cx, Ending::Alarm)
@@ -263,7 +264,7 @@ impl Checking {
     /// have run.
     fn end(&mut self, cx: &mut Context, doing: ReportedState, ms: u64, reads: bool) {
         let was_left = reads && doing != ReportedState::Check;
-        let left = Diagnostic::error("grbl.check_left");
+        let left = error!("grbl.check_left");
         if was_left && self.why.as_ref().is_none_or(|why| why.code != left.code) {
             self.why = Some(left.clone());
             cx.found(left);
@@ -280,7 +281,7 @@ impl Checking {
 
     /// The controller sent its banner: it is out of check mode.
     pub(super) fn on_banner(&self) -> EngineAction {
-        let by_itself = (self.stage != Stage::Left).then(|| Diagnostic::error("grbl.check_reset"));
+        let by_itself = (self.stage != Stage::Left).then(|| error!("grbl.check_reset"));
         self.over(self.why.clone().or(by_itself))
     }
 

@@ -15,6 +15,7 @@ use super::running::Running;
 use super::surveying::Surveying;
 use crate::control::{Ending, is_same_press};
 use crate::diagnostic::Diagnostic;
+use crate::{code, error, note};
 
 impl Known {
     /// Why this command must not be executed now, with the machine at rest.
@@ -22,27 +23,27 @@ impl Known {
         use EngineAsk::{Edge, Jog, Probe, SetZero, ZeroAt};
         let sets_zero = matches!(ask, SetZero { .. } | ZeroAt { .. } | Probe { .. } | Edge { .. });
         if sets_zero && self.is_to_be_homed() {
-            return Some(Diagnostic::error("grbl.not_homed"));
+            return Some(error!("grbl.not_homed"));
         }
         // A closed probe input: another touch could not be detected, and sideways the tip breaks. A survey
         // lifts the tip first and then checks the input.
         match ask {
             Probe { .. } | Edge { .. } if self.contact_is_closed() => {
-                return Some(Diagnostic::error("grbl.probe_closed"));
+                return Some(error!("grbl.probe_closed"));
             }
             Jog { axis: 0 | 1, .. } if self.contact_is_closed() => {
-                return Some(Diagnostic::error("grbl.tip_touches"));
+                return Some(error!("grbl.tip_touches"));
             }
             // No sideways jogs while the tip is, or may be, in the board.
             Jog { axis: 0 | 1, anyway: false, .. } => {
                 let mm = format!("{:.2}", self.lift_first_mm()?);
-                return Some(Diagnostic::error("control.tip_low").with("mm", mm));
+                return Some(error!("control.tip_low", mm = mm));
             }
             _ => {}
         }
         // In a job, an offset that its tool changer needs forbids a new zero.
         let off_mm = self.offset_in_force().filter(|_| sets_zero && in_job)?;
-        Some(Diagnostic::error("grbl.offset_in_force").with("mm", format!("{off_mm:.3}")))
+        Some(error!("grbl.offset_in_force", mm = format!("{off_mm:.3}")))
     }
 }
 
@@ -107,7 +108,7 @@ impl Activity {
     }
 
     fn not_now(self, cx: &mut Context) -> Self {
-        cx.error("grbl.not_now");
+        cx.error(code!("grbl.not_now"));
         self
     }
 
@@ -157,7 +158,7 @@ impl Activity {
                 cx.send("$$", Meaning::Written);
                 Ok(Self::Ready)
             }
-            _ => Err(Diagnostic::error("grbl.not_now")),
+            _ => Err(error!("grbl.not_now")),
         };
         started.unwrap_or_else(|why| {
             cx.found(why);
@@ -173,7 +174,7 @@ impl Activity {
         match self {
             Self::Jogging(jogging) => return jogging.on_stop(cx, before_ms, is_before),
             Self::Checking(mut checking) => {
-                checking.leave(cx, Some(Diagnostic::note("grbl.check_stopped")));
+                checking.leave(cx, Some(note!("grbl.check_stopped")));
                 return Self::Checking(checking);
             }
             // A controller that has not sent its banner may be moving.

@@ -17,6 +17,7 @@ use super::stopping::{IDLE_REPORTS, Stopping};
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
 use crate::level::Survey;
+use crate::{code, error};
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -192,9 +193,9 @@ impl Controller {
         self.advance(|activity, cx| {
             let work = activity.into_work();
             if let Work::Check(check) = &work {
-                cx.out.push(check.over(Some(Diagnostic::error("grbl.check_unplugged"))));
+                cx.out.push(check.over(Some(error!("grbl.check_unplugged"))));
             }
-            work.end(cx, Some(["grbl.unplugged", "level.unplugged"]), Ending::Alarm);
+            work.end(cx, Some([code!("grbl.unplugged"), code!("level.unplugged")]), Ending::Alarm);
             cx.line.drop_lines();
             cx.line.ear.clear();
             cx.known.lose_place();
@@ -206,7 +207,7 @@ impl Controller {
     fn on_silence(&mut self) {
         let must_not_disturb = self.must_not_disturb();
         let cx = &mut self.context;
-        cx.error("grbl.no_answer");
+        cx.error(code!("grbl.no_answer"));
         // The controller may still receive: stop our own motion.
         if !must_not_disturb {
             cx.write(realtime::JOG_CANCEL);
@@ -259,7 +260,7 @@ impl Controller {
             }
             let ending =
                 if let Activity::Stopping(stopping) = &activity { Some(stopping.ending) } else { None };
-            let codes = ending.is_none().then_some(["grbl.reset_by_itself", "level.reset"]);
+            let codes = ending.is_none().then_some([code!("grbl.reset_by_itself"), code!("level.reset")]);
             let work = activity.into_work();
             if let Work::Check(check) = &work {
                 cx.out.push(check.on_banner());
@@ -277,7 +278,7 @@ impl Controller {
         let sent = line.buffer.answered();
         self.advance(|activity, cx| match sent {
             Some(sent) => activity.on_answer(cx, sent, error),
-            None => activity.trouble(cx, Diagnostic::error("grbl.answer_extra")),
+            None => activity.trouble(cx, error!("grbl.answer_extra")),
         });
     }
 
@@ -295,7 +296,7 @@ impl Controller {
         if before.as_ref().is_some_and(|before| self.has_restarted(before)) {
             return self.advance(|activity, cx| {
                 cx.known.restart();
-                cx.error("grbl.reset_by_itself");
+                cx.error(code!("grbl.reset_by_itself"));
                 activity.reset_without_job(cx)
             });
         }
@@ -341,9 +342,9 @@ impl Controller {
     fn count_hold(&mut self, report: Report) {
         let cx = &mut self.context;
         let code = match report.doing {
-            ReportedState::Door { .. } => "grbl.door",
-            ReportedState::Hold { .. } => "grbl.held_there",
-            ReportedState::Tool => "grbl.tool_there",
+            ReportedState::Door { .. } => code!("grbl.door"),
+            ReportedState::Hold { .. } => code!("grbl.held_there"),
+            ReportedState::Tool => code!("grbl.tool_there"),
             _ => {
                 cx.hold_reports = 0;
                 return;

@@ -6,6 +6,7 @@
 use super::routine::{Bow, Course, Routine, RoutineAction, RoutineMove, Spindle, TipPlace};
 use super::settings::{self, Values};
 use crate::diagnostic::Diagnostic;
+use crate::{error, warning};
 
 /// Step rate of an 8-bit controller.
 pub const MOST_STEPS_PER_S: f64 = 30_000.0;
@@ -34,7 +35,7 @@ pub struct MachineRange<'m> {
 pub fn compare(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     if settings::on(machine.values, 32) {
-        found.push(Diagnostic::error("grbl.laser_mode"));
+        found.push(error!("grbl.laser_mode"));
     }
     found.extend(step_rates(machine));
     found.extend(travel(routine, machine));
@@ -42,7 +43,7 @@ pub fn compare(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic>
     found.extend(accelerations(routine, machine));
     found.extend(speeds(routine, machine));
     if !settings::on(machine.values, 22) {
-        found.push(Diagnostic::warning("grbl.no_homing"));
+        found.push(warning!("grbl.no_homing"));
     }
     found
 }
@@ -51,14 +52,14 @@ fn step_rates(machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let (Some(scale), Some(rate)) =
         (settings::axes(machine.values, 100), settings::axes(machine.values, 110))
     else {
-        return vec![Diagnostic::warning("grbl.settings_unknown")];
+        return vec![warning!("grbl.settings_unknown")];
     };
     let too_fast = |axis: &usize| machine.small && scale[*axis] * rate[*axis] / 60.0 > MOST_STEPS_PER_S;
     (0..3)
         .filter(too_fast)
         .map(|axis| {
             let most = MOST_STEPS_PER_S * 60.0 / scale[axis];
-            let found = Diagnostic::error("grbl.steps_too_fast").with("axis", AXES[axis]);
+            let found = error!("grbl.steps_too_fast", axis = AXES[axis], ..);
             let found = found.with("rate", libm::round(scale[axis] * rate[axis] / 60.0));
             found.with("number", 110 + axis).with("most", libm::floor(most))
         })
@@ -74,7 +75,7 @@ fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
         let top = if axis == 2 { high[2].max(routine.safe) } else { high[axis] };
         let (low, high) = (low[axis].mm(), top.mm());
         if high - low > travel[axis] + SLACK_MM {
-            let error = Diagnostic::error("grbl.too_large").with("axis", AXES[axis]);
+            let error = error!("grbl.too_large", axis = AXES[axis], ..);
             found.push(error.with("needs", round(high - low)).with("travel", round(travel[axis])));
             continue;
         }
@@ -82,7 +83,7 @@ fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
         let (from, to) = (low + machine.zero_mm[axis], high + machine.zero_mm[axis]);
         let past = (ends[0] - from).max(to - ends[1]);
         if past > SLACK_MM {
-            let error = Diagnostic::error("grbl.out_of_travel").with("axis", AXES[axis]);
+            let error = error!("grbl.out_of_travel", axis = AXES[axis], ..);
             found.push(error.with("past", round(past)).with("from", round(from)).with("to", round(to)));
         }
     }
@@ -96,7 +97,7 @@ fn feeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     (0..3)
         .filter(|axis| asked[*axis] > rates[*axis] * FEED_SLACK_FACTOR)
         .map(|axis| {
-            let found = Diagnostic::warning("grbl.slower_than_asked").with("axis", AXES[axis]);
+            let found = warning!("grbl.slower_than_asked", axis = AXES[axis], ..);
             let found = found.with("feed", round(asked[axis])).with("number", 110 + axis);
             found.with("fastest", round(rates[axis]))
         })
@@ -129,7 +130,7 @@ fn fastest_asked(routine: &Routine) -> [f64; 3] {
 fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let is_stuck = |axis: &u16| machine.values.get(&(120 + axis)).is_some_and(|mm_per_s2| *mm_per_s2 <= 0.0);
     let stuck = (0_u16..3).filter(is_stuck).map(|axis| {
-        let found = Diagnostic::error("grbl.no_acceleration");
+        let found = error!("grbl.no_acceleration", ..);
         found.with("axis", AXES[usize::from(axis)]).with("number", 120 + axis)
     });
     let mut found: Vec<_> = stuck.collect();
@@ -138,7 +139,7 @@ fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnosti
     for (axis, down) in [(slower, false), (2, true)] {
         let Some((feed, reached)) = quickest_cut(routine, all[axis], down) else { continue };
         if reached < feed * LEAST_FEED_SHARE {
-            let slow = Diagnostic::warning("grbl.slow_to_speed").with("axis", AXES[axis]);
+            let slow = warning!("grbl.slow_to_speed", axis = AXES[axis], ..);
             let slow = slow.with("number", 120 + axis).with("value", round(all[axis]));
             found.push(slow.with("feed", round(feed)).with("reached", libm::round(reached)));
         }
@@ -198,7 +199,7 @@ fn speeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     if most <= 0.0 || fastest <= most {
         return Vec::new();
     }
-    vec![Diagnostic::warning("grbl.spindle_slower").with("speed", round(fastest)).with("most", round(most))]
+    vec![warning!("grbl.spindle_slower", speed = round(fastest), most = round(most))]
 }
 
 fn round(value: f64) -> f64 {

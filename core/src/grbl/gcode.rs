@@ -10,6 +10,7 @@ use super::written::{WrittenLine, written};
 use crate::diagnostic::Diagnostic;
 use crate::gcode::{Interpreter, Judge, grbl};
 use crate::units::Length;
+use crate::{code, note, warning};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
@@ -154,7 +155,7 @@ fn one(file: &str, text: &str, routine: Routine) -> Result<(Routine, Vec<Written
         written: Vec::new(),
     };
     if text.lines().count() > MOST_LINES {
-        return Err(reader.refuse("grbl.too_long"));
+        return Err(reader.refuse(code!("grbl.too_long")));
     }
     for (number, line) in (1..).zip(grbl::lines(text)) {
         reader.line = number;
@@ -163,16 +164,17 @@ fn one(file: &str, text: &str, routine: Routine) -> Result<(Routine, Vec<Written
             continue;
         }
         if bare.starts_with('%') {
-            let note = Diagnostic::note("grbl.percent_left_out").at(file, number, 1);
+            let note = note!("grbl.percent_left_out").at(file, number, 1);
             reader.routine.warnings.push(note);
             continue;
         }
         if reader.ended {
-            let why = Diagnostic::warning("readback.after_end").with("found", line.trim());
+            let why = warning!("readback.after_end", found = line.trim());
             reader.routine.warnings.push(why.at(file, number, 1));
             break;
         }
-        let words = Words::of(&bare).map_err(|word| reader.refuse("grbl.unknown_word").with("word", word))?;
+        let words =
+            Words::of(&bare).map_err(|word| reader.refuse(code!("grbl.unknown_word")).with("word", word))?;
         let judged = reader.judge.line(&words.all, bare.len());
         let judged = judged.and_then(|()| grbl::cut_short(Interpreter::Grbl, &bare).map_or(Ok(()), Err));
         judged.map_err(|why| why.diagnostic(Interpreter::Grbl).at(file, number, 1))?;
@@ -218,7 +220,7 @@ impl Reader<'_> {
                 _ if PASSED.contains(&code) => {}
                 _ => {
                     let word = format!("G{}", f64::from(code) / 100.0);
-                    return Err(self.refuse("grbl.unknown_word").with("word", word));
+                    return Err(self.refuse(code!("grbl.unknown_word")).with("word", word));
                 }
             }
         }
@@ -234,7 +236,7 @@ impl Reader<'_> {
         self.switches(words)?;
         if waits {
             let seconds = words.letter(b'P').filter(|p| (0.0..=3600.0).contains(p));
-            let seconds = seconds.ok_or_else(|| self.refuse("grbl.no_wait"))?;
+            let seconds = seconds.ok_or_else(|| self.refuse(code!("grbl.no_wait")))?;
             self.open.actions.push(RoutineAction::Wait { seconds, line: self.line });
         }
         // A full circle may give only its centre.
@@ -255,7 +257,7 @@ impl Reader<'_> {
                 8 => self.coolant[1] = true,
                 9 => self.coolant = [false; 2],
                 0 | 1 | 2 | 6 | 30 => {}
-                _ => return Err(self.refuse("grbl.unknown_word").with("word", format!("M{code}"))),
+                _ => return Err(self.refuse(code!("grbl.unknown_word")).with("word", format!("M{code}"))),
             }
         }
         let switched = words.m.iter().any(|code| (3..=5).contains(code));
@@ -319,8 +321,7 @@ impl Reader<'_> {
         let in_plane = from[0] != to[0] || from[1] != to[1];
         if in_board && (in_plane || to[2] < from[2]) && self.routine.warnings.len() < MOST_WARNINGS {
             let [x, y, z] = to.map(Length::mm);
-            let why =
-                Diagnostic::warning("readback.fast_in_board").with("found", format!("X {x} Y {y} Z {z}"));
+            let why = warning!("readback.fast_in_board", found = format!("X {x} Y {y} Z {z}"));
             self.routine.warnings.push(why.at(self.file, self.line, 0));
         }
     }
@@ -328,13 +329,13 @@ impl Reader<'_> {
     fn length(&self, value: f64) -> Result<Length, Diagnostic> {
         let nm = libm::round(value * self.unit_nm);
         if libm::fabs(nm) > FURTHEST_MM * 1e6 {
-            return Err(self.refuse("grbl.too_far"));
+            return Err(self.refuse(code!("grbl.too_far")));
         }
         Ok(Length::from_nm(nm as i64))
     }
 
     fn go(&mut self, words: &Words) -> Result<(), Diagnostic> {
-        let going = self.course.ok_or_else(|| self.refuse("grbl.no_course"))?;
+        let going = self.course.ok_or_else(|| self.refuse(code!("grbl.no_course")))?;
         let before = self.at;
         for (axis, name) in [b'X', b'Y', b'Z'].into_iter().enumerate() {
             let Some(value) = words.letter(name) else { continue };
@@ -342,18 +343,22 @@ impl Reader<'_> {
             self.at[axis] = Some(match (self.relative, self.at[axis]) {
                 (false, _) => value,
                 (true, Some(from)) => from + value,
-                (true, None) => return Err(self.refuse("grbl.unknown_place")),
+                (true, None) => return Err(self.refuse(code!("grbl.unknown_place"))),
             });
         }
         let far = self.at.iter().flatten().any(|place| place.abs() > Length::from_mm(FURTHEST_MM));
         if far {
-            return Err(self.refuse("grbl.too_far"));
+            return Err(self.refuse(code!("grbl.too_far")));
         }
         let whole = |at: [Option<Length>; 3]| Some([at[0]?, at[1]?, at[2]?]);
         let (Some(from), Some(to)) = (whole(before), whole(self.at)) else {
             // Until every axis was given, moves only prepare the machine. The entry of the first section
             // gives the start position.
-            return if going == Going::Rapid { Ok(()) } else { Err(self.refuse("grbl.unknown_place")) };
+            return if going == Going::Rapid {
+                Ok(())
+            } else {
+                Err(self.refuse(code!("grbl.unknown_place")))
+            };
         };
         let course = match going {
             Going::Rapid => Course::Rapid,
@@ -363,7 +368,7 @@ impl Reader<'_> {
         if course == Course::Rapid {
             self.rapid_in_board(from, to);
         } else if self.feed <= 0.0 {
-            return Err(self.refuse("grbl.no_feed"));
+            return Err(self.refuse(code!("grbl.no_feed")));
         }
         self.add(from, RoutineMove { course, to, feed_mm_per_min: self.feed, line: self.line });
         Ok(())
@@ -383,7 +388,7 @@ impl Reader<'_> {
             let rest = 4.0 * radius * radius - chord * chord;
             let ends = [from, to].map(|place| [place[0].mm(), place[1].mm()]);
             if chord == 0.0 || !grbl::has_circle(ends[0], ends[1], radius) {
-                return Err(self.refuse("grbl.no_arc"));
+                return Err(self.refuse(code!("grbl.no_arc")));
             }
             let side = if (radius > 0.0) == ccw { 1.0 } else { -1.0 };
             let h = side * libm::sqrt(rest.max(0.0)) / chord;
@@ -392,14 +397,14 @@ impl Reader<'_> {
         }
         let (i, j) = (words.letter(b'I'), words.letter(b'J'));
         if i.is_none() && j.is_none() {
-            return Err(self.refuse("grbl.no_arc"));
+            return Err(self.refuse(code!("grbl.no_arc")));
         }
         let offset = |value: Option<f64>| self.length(value.unwrap_or(0.0));
         let centre = [from[0] + offset(i)?, from[1] + offset(j)?];
         let radius = |place: TipPlace| libm::hypot((place[0] - centre[0]).mm(), (place[1] - centre[1]).mm());
         let (begin, end) = (radius(from), radius(to));
         if begin <= 0.0 || !Interpreter::Grbl.takes_radii(begin, end) {
-            return Err(self.refuse("grbl.no_arc"));
+            return Err(self.refuse(code!("grbl.no_arc")));
         }
         Ok(centre)
     }
@@ -466,10 +471,10 @@ impl Reader<'_> {
         }
         self.shut(SectionKind::Finish);
         if self.at.iter().any(Option::is_none) || !self.routine.sections.iter().any(Section::cuts) {
-            return Err(self.refuse("grbl.nothing_to_do"));
+            return Err(self.refuse(code!("grbl.nothing_to_do")));
         }
         if self.routine.safe <= Length::ZERO {
-            return Err(self.refuse("grbl.no_safe_height"));
+            return Err(self.refuse(code!("grbl.no_safe_height")));
         }
         Ok((self.routine, self.written))
     }

@@ -16,7 +16,7 @@ use super::depth::TipDepth;
 use super::heard::{HeardLine, ReportedState};
 use super::line::{AfterReset, Meaning};
 use crate::control::{BoardHeight, Trust};
-use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 
 /// Shortest time in which homing is possible.
 const QUICKEST_MS: u64 = 150;
@@ -54,7 +54,7 @@ impl Homing {
         cx.line.heard_ms = now_ms;
         let is_resetting = cx.line.reset_at.is_some();
         if self.answered_ms.is_some_and(|answered| now_ms >= answered + TOLD_MS) && !is_resetting {
-            cx.error("grbl.no_report");
+            cx.error(code!("grbl.no_report"));
             return Activity::Ready;
         }
         let wait_ms = if self.answered_ms.is_some() { ASK_SOON_MS } else { ASK_MS };
@@ -118,7 +118,7 @@ impl Homing {
         if self.elsewhere < REPORTS {
             return Activity::Homing(self);
         }
-        let why = Diagnostic::error("grbl.home_elsewhere").with("axis", ["X", "Y", "Z"][axis]);
+        let why = error!("grbl.home_elsewhere", axis = ["X", "Y", "Z"][axis], ..);
         cx.found(why.with("place", format!("{:.3}", place[axis])));
         Activity::Ready
     }
@@ -126,7 +126,7 @@ impl Homing {
 
 /// The controller did not receive `$H`.
 fn reset_unheard(cx: &mut Context) {
-    cx.error("grbl.home_unheard");
+    cx.error(code!("grbl.home_unheard"));
     cx.reset();
 }
 
@@ -134,7 +134,7 @@ impl Activity {
     /// Starts homing, if there are limit switches.
     pub(super) fn home(self, cx: &mut Context) -> Self {
         if !cx.known.homes() {
-            cx.error("grbl.cannot_home");
+            cx.error(code!("grbl.cannot_home"));
             return self;
         }
         // If the position was unknown, homing moves the coordinates, so the board height is no longer valid.

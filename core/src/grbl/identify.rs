@@ -15,7 +15,7 @@ use super::context::{Context, Report};
 use super::heard::ReportedState;
 use super::homing::Homing;
 use super::line::{AfterReset, Meaning};
-use crate::diagnostic::Diagnostic;
+use crate::warning;
 use serde::{Deserialize, Serialize};
 
 /// Key in the controller's settings for the effect of opening the port: `usual` or `never`.
@@ -120,7 +120,7 @@ impl Identify {
             ReportedState::Tool => "Tool",
             ReportedState::Idle | ReportedState::Alarm | ReportedState::Run => "Run",
         };
-        cx.found(Diagnostic::warning("grbl.busy_at_opening").with("state", word));
+        cx.found(warning!("grbl.busy_at_opening", state = word));
     }
 
     /// All queries were answered. A controller that started something meanwhile refused to list its settings:

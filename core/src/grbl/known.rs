@@ -14,6 +14,7 @@ use super::heard::{ControllerStatus, HeardLine, Modes, ReportedState};
 use super::settings::{self, MM_PER_INCH};
 use crate::control::{BoardHeight, Trust};
 use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 
 /// Most that a work zero may differ from the zero of the interrupted job, mm.
 pub(super) const SAME_ZERO_MM: f64 = 0.01;
@@ -120,15 +121,15 @@ impl Known {
 
     /// Why a move that needs the position can't start: the machine was not homed, or no zero was set.
     pub(super) fn untrusted(&self) -> Option<Diagnostic> {
-        let code = if self.homes() { "grbl.not_homed" } else { "grbl.no_zero" };
+        let code = if self.homes() { code!("grbl.not_homed") } else { code!("grbl.no_zero") };
         (self.trust != Trust::Trusted).then(|| Diagnostic::error(code))
     }
 
     /// The first of these modal words that is not in force, as an error.
     pub(super) fn other_word(&self, wanted: &[(char, u16)]) -> Option<Diagnostic> {
-        let Some(modes) = &self.modes else { return Some(Diagnostic::error("grbl.answer_missing")) };
+        let Some(modes) = &self.modes else { return Some(error!("grbl.answer_missing")) };
         let word = modes.first_missing(wanted)?;
-        Some(Diagnostic::error("grbl.modes_differ").with("word", word))
+        Some(error!("grbl.modes_differ", word = word))
     }
 
     /// The machine position is unknown now; without limit switches the zeros mean nothing either.
@@ -288,7 +289,7 @@ impl Known {
     pub(super) fn check_listed(&self) -> Option<Diagnostic> {
         let off = self.zero_off_mm()?;
         let told = |axis: usize| format!("{:.3}", off[axis]);
-        let why = Diagnostic::error("grbl.zero_differs").with("x", told(0)).with("y", told(1));
+        let why = error!("grbl.zero_differs", x = told(0), y = told(1), ..);
         Some(why.with("z", told(2)))
     }
 }

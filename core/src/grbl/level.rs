@@ -4,6 +4,7 @@
 
 use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, TipPlace};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::{Bounds, Point};
 use crate::level::{Correction, FollowedCourse, Follower, HeightMap, job_key};
 use crate::units::Length;
@@ -15,7 +16,7 @@ pub fn level_routine(
     tolerance: Length,
 ) -> Result<(Routine, Correction), Diagnostic> {
     if routine.levelled.is_some() {
-        return Err(Diagnostic::error("level.twice"));
+        return Err(error!("level.twice"));
     }
     let mut follower = Follower::new(map, routine.safe, tolerance)?;
     let mut at: TipPlace = [Length::ZERO, Length::ZERO, routine.safe];

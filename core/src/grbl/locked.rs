@@ -19,6 +19,7 @@ use super::line::{AfterReset, Meaning};
 use super::settings;
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 
 /// Message of a controller that accepts nothing before a reset: after a limit switch or a soft limit.
 pub(super) const RESET_WANTED: &str = "Reset to continue";
@@ -128,8 +129,8 @@ impl Activity {
     /// it restarts.
     pub(super) fn on_silent_alarm(self, cx: &mut Context, doing: ReportedState) -> Self {
         let why = match doing {
-            ReportedState::Sleep => Diagnostic::error("grbl.asleep"),
-            _ => Diagnostic::error("grbl.alarm_other").with("number", "?"),
+            ReportedState::Sleep => error!("grbl.asleep"),
+            _ => error!("grbl.alarm_other", number = "?"),
         };
         cx.known.lose_place();
         cx.found(why.clone());

@@ -34,6 +34,7 @@ use super::running::Running;
 use super::setter::{SetterStep, ToolSetter};
 use crate::control::{BoardHeight, Trust};
 use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 
 /// Tolerance for the end of a move, mm.
 const SAME_MM: f64 = 0.02;
@@ -57,13 +58,13 @@ impl Known {
     /// Problem that prevents a measurement there, if any.
     pub(super) fn setter_refused(&self, setter: &ToolSetter) -> Option<Diagnostic> {
         if !self.homes() {
-            return Some(Diagnostic::error("setter.no_homing"));
+            return Some(error!("setter.no_homing"));
         }
         if self.trust != Trust::Trusted {
-            return Some(Diagnostic::error("grbl.not_homed"));
+            return Some(error!("grbl.not_homed"));
         }
         if !setter.is_sound() {
-            return Some(Diagnostic::error("setter.bad"));
+            return Some(error!("setter.bad"));
         }
         let ([x, y], from) = (setter.place_mm, setter.from_mm);
         let needs = [[x, x], [y, y], [from - setter.depth_mm, from]];
@@ -74,7 +75,7 @@ impl Known {
         let axis = (0..3).find(is_outside)?;
         let [low, high] = self.room_mm(axis).unwrap_or_default();
         let mm = |value: f64| format!("{value:.3}");
-        let why = Diagnostic::error("setter.no_room").with("axis", ["X", "Y", "Z"][axis]);
+        let why = error!("setter.no_room", axis = ["X", "Y", "Z"][axis], ..);
         let why = why.with("from", mm(needs[axis][0])).with("to", mm(needs[axis][1]));
         Some(why.with("low", mm(low)).with("high", mm(high)))
     }
@@ -109,7 +110,7 @@ impl Measuring {
         }
         let is_reference = cx.known.height == BoardHeight::OfThisBit;
         if !is_reference && cx.known.reference_mm.is_none() {
-            cx.error("setter.no_reference");
+            cx.error(code!("setter.no_reference"));
             return Err(job);
         }
         let Some([_, top_mm]) = cx.known.room_mm(2) else { return Err(job) };
@@ -186,7 +187,7 @@ impl Measuring {
     /// A probing move ended, or its position was queried again.
     fn on_probe(mut self, cx: &mut Context, step: SetterStep) -> Activity {
         let (Some(met), Some(place)) = (cx.known.probed.take(), cx.known.probed_at_mm) else {
-            return self.fail(cx, Diagnostic::error("level.no_answer"));
+            return self.fail(cx, error!("level.no_answer"));
         };
         let (from_mm, first_mm, [x, y]) = (self.setter.from_mm, self.first_mm, self.setter.place_mm);
         let aside = libm::fabs(place[0] - x) > SAME_MM || libm::fabs(place[1] - y) > SAME_MM;
@@ -195,7 +196,7 @@ impl Measuring {
             SetterStep::Near if met => self.fail(cx, early()),
             SetterStep::Near if libm::fabs(place[2] - from_mm) > SAME_MM => self.fail(cx, elsewhere()),
             SetterStep::Near => self.go(cx, SetterStep::Touch),
-            _ if !met => self.fail(cx, Diagnostic::error("grbl.alarm_5").with("number", 5)),
+            _ if !met => self.fail(cx, error!("grbl.alarm_5", number = 5)),
             SetterStep::Touch if place[2] > from_mm - EARLY_MM => self.fail(cx, early()),
             SetterStep::Touch => {
                 (self.first_mm, self.is_answered) = (place[2], true);
@@ -203,13 +204,13 @@ impl Measuring {
             }
             SetterStep::Again if libm::fabs(place[2] - first_mm) > TWICE_MM => {
                 let mm = format!("{:.3}", libm::fabs(place[2] - first_mm));
-                self.fail(cx, Diagnostic::error("setter.differs").with("mm", mm))
+                self.fail(cx, error!("setter.differs", mm = mm))
             }
             SetterStep::Again => {
                 self.met_mm = place;
                 self.go(cx, SetterStep::Same)
             }
-            _ if place != self.met_mm => self.fail(cx, Diagnostic::error("level.no_answer")),
+            _ if place != self.met_mm => self.fail(cx, error!("level.no_answer")),
             _ => self.go(cx, SetterStep::Lift),
         }
     }
@@ -234,7 +235,7 @@ impl Measuring {
         match self.step {
             // With a closed input the touch could not be detected.
             SetterStep::Up | SetterStep::Over | SetterStep::Back if is_closed => {
-                self.fail(cx, Diagnostic::error("setter.closed"))
+                self.fail(cx, error!("setter.closed"))
             }
             SetterStep::Up => self.go(cx, SetterStep::Over),
             SetterStep::Back => self.go(cx, SetterStep::Again),
@@ -272,7 +273,7 @@ impl Measuring {
         let met_mm = self.met_mm;
         if !self.is_reference {
             let Some(reference_mm) = cx.known.reference_mm else {
-                return self.fail(cx, Diagnostic::error("setter.no_reference"));
+                return self.fail(cx, error!("setter.no_reference"));
             };
             (self.step, self.is_answered) = (SetterStep::Zero, false);
             let wanted = ZeroWanted { touched_mm: Some(met_mm), of_setter: true, ..ZeroWanted::default() };
@@ -281,12 +282,12 @@ impl Measuring {
         }
         let stored = cx.known.info.offsets.get("G54").and_then(|places| places.get(2)).copied();
         let (Some(zero), Some(stored), Some(place)) = (cx.known.zero_mm, stored, cx.known.place()) else {
-            return self.fail(cx, Diagnostic::error("grbl.no_report"));
+            return self.fail(cx, error!("grbl.no_report"));
         };
         // Reported and stored zero differ: a line was damaged, or another offset is active.
         if libm::fabs(zero[2] - stored) > cx.known.same_height_mm() {
             let mm = format!("{:.3}", zero[2] - stored);
-            return self.fail(cx, Diagnostic::error("setter.offset_stands").with("mm", mm));
+            return self.fail(cx, error!("setter.offset_stands", mm = mm));
         }
         cx.known.reference_mm = Some(stored - met_mm[2]);
         self.on_measured(cx, place)
@@ -305,7 +306,7 @@ impl Measuring {
             return self.on_measured(cx, place);
         }
         cx.known.height = BoardHeight::Unknown;
-        self.fail(cx, Diagnostic::error("setter.offset_stands").with("mm", format!("{off_mm:.3}")))
+        self.fail(cx, error!("setter.offset_stands", mm = format!("{off_mm:.3}")))
     }
 
     /// The tool was measured: continue, or start the change that waited for this measurement.
@@ -345,9 +346,9 @@ fn probe(cx: &mut Context, text: &str, step: SetterStep) {
 }
 
 fn early() -> Diagnostic {
-    Diagnostic::error("setter.early")
+    error!("setter.early")
 }
 
 fn elsewhere() -> Diagnostic {
-    Diagnostic::error("setter.elsewhere")
+    error!("setter.elsewhere")
 }

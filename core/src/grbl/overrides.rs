@@ -11,6 +11,7 @@
 
 use super::asks::OverrideOf;
 use crate::diagnostic::Diagnostic;
+use crate::{code, warning};
 use std::collections::VecDeque;
 
 /// Interval between two characters, so that the controller has handled the first.
@@ -32,9 +33,9 @@ impl OverrideOf {
     /// The error code of a refused value.
     fn refusal(self) -> &'static str {
         match self {
-            Self::Feed => "control.bad_feed_override",
-            Self::Rapid => "control.bad_rapid_override",
-            Self::Spindle => "control.bad_spindle_override",
+            Self::Feed => code!("control.bad_feed_override"),
+            Self::Rapid => code!("control.bad_rapid_override"),
+            Self::Spindle => code!("control.bad_spindle_override"),
         }
     }
 
@@ -152,7 +153,7 @@ impl OverrideWishes {
             let wanted = sent.percent;
             *wish = None;
             if told != wanted {
-                let why = Diagnostic::warning("grbl.override_not_taken").with("wanted", wanted);
+                let why = warning!("grbl.override_not_taken", wanted = wanted, ..);
                 found.push(why.with("found", told));
             }
         }

@@ -10,6 +10,7 @@ use super::line::Meaning;
 use super::lines::number;
 use super::settings;
 use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 
 /// Tolerance for a reached position, mm.
 const NEAR_MM: f64 = 0.05;
@@ -32,15 +33,15 @@ impl Park {
         let rooms: [_; 3] = core::array::from_fn(|axis| known.room_mm(axis));
         let [Some(x), Some(y), Some(z)] = rooms else {
             let code = if known.is_homed() {
-                "grbl.no_travel"
+                code!("grbl.no_travel")
             } else if known.homes() {
-                "grbl.not_homed"
+                code!("grbl.not_homed")
             } else {
-                "grbl.cannot_home"
+                code!("grbl.cannot_home")
             };
             return Err(Diagnostic::error(code));
         };
-        let here = known.machine_mm().ok_or_else(|| Diagnostic::error("grbl.no_report"))?;
+        let here = known.machine_mm().ok_or_else(|| error!("grbl.no_report"))?;
         let along = |axis: usize, [low, high]: [f64; 2]| match from_low_mm {
             Some(from_low) => {
                 let lowest = known.ends_mm(axis).map_or(low, |ends| ends[0]);
@@ -66,7 +67,7 @@ impl Park {
         };
         let is_there = is_near(2) && (!self.is_up || is_near(0) && is_near(1));
         if !is_there {
-            cx.error("grbl.not_parked");
+            cx.error(code!("grbl.not_parked"));
         }
         if !is_there || self.is_up {
             return None;

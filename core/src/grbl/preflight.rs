@@ -7,6 +7,7 @@ use super::routine::SectionKind;
 use super::settings;
 use crate::control::{BoardHeight, Trust};
 use crate::diagnostic::Diagnostic;
+use crate::{error, warning};
 
 impl Known {
     /// Problems that prevent a job or deserve a warning.
@@ -14,11 +15,11 @@ impl Known {
         let mut found = Vec::new();
         found.extend(self.untrusted());
         let (Some(zero), Some(_)) = (self.zero_mm, self.place()) else {
-            found.push(Diagnostic::error("grbl.no_report"));
+            found.push(error!("grbl.no_report"));
             return found;
         };
         found.extend(self.check_listed());
-        found.extend(self.zero_refused.then(|| Diagnostic::error("grbl.zero_not_taken")));
+        found.extend(self.zero_refused.then(|| error!("grbl.zero_not_taken")));
         found.extend(self.check_zero(start));
         found.extend(self.overrides_that_stand());
         found.extend(self.check_setter(start));
@@ -40,7 +41,7 @@ impl Known {
     fn check_zero(&self, start: &EngineStart) -> Option<Diagnostic> {
         let unknown = self.height == BoardHeight::Unknown;
         let Some((before, now)) = start.zero_mm.filter(|_| self.homes()).zip(self.job_zero_mm()) else {
-            return unknown.then(|| Diagnostic::error("grbl.no_height"));
+            return unknown.then(|| error!("grbl.no_height"));
         };
         let off_mm: [f64; 3] = core::array::from_fn(|axis| now[axis] - before[axis]);
         let plane = off_mm[..2].iter().any(|off_mm| libm::fabs(*off_mm) > SAME_ZERO_MM);
@@ -48,7 +49,7 @@ impl Known {
         let height = unknown && !self.height_as_left(start.zero_mm);
         let told = |axis: usize| format!("{:.3}", off_mm[axis]);
         (plane || height).then(|| {
-            let why = Diagnostic::error("grbl.zero_moved").with("x", told(0)).with("y", told(1));
+            let why = error!("grbl.zero_moved", x = told(0), y = told(1), ..);
             why.with("z", told(2))
         })
     }
@@ -56,7 +57,7 @@ impl Known {
     /// Overrides active before a job starts; no program resets them.
     fn overrides_that_stand(&self) -> Option<Diagnostic> {
         let [feed, rapid, spindle] = self.overrides().filter(|all| *all != [100; 3])?;
-        let why = Diagnostic::warning("grbl.overrides_stand").with("feed", feed);
+        let why = warning!("grbl.overrides_stand", feed = feed, ..);
         Some(why.with("rapid", rapid).with("spindle", spindle))
     }
 
@@ -74,7 +75,7 @@ impl Known {
         let setter = start.setter.filter(|_| !start.same_length && start.routine.changes_tools())?;
         let is_known = start.from > 0 && self.reference_mm.is_some();
         let [x, y] = setter.place_mm.map(|mm| format!("{mm:.3}"));
-        let why = Diagnostic::warning("setter.reference").with("x", x).with("y", y);
+        let why = warning!("setter.reference", x = x, y = y);
         (self.height == BoardHeight::OfThisBit && !is_known).then_some(why)
     }
 }
@@ -91,10 +92,10 @@ fn check_changer(start: &EngineStart) -> Vec<Diagnostic> {
     let unknown = tools.find(|tool| changer.lines.asks_number() && changer.number(*tool).is_none());
     let name = |tool: u32| start.routine.tools.get(tool as usize).cloned().unwrap_or_default();
     let unknown = unknown.map(|tool| {
-        let why = Diagnostic::error("changer.no_number").with("change", tool + 1);
+        let why = error!("changer.no_number", change = tool + 1, ..);
         why.with("tool", name(tool))
     });
     let measures = start.setter.is_some() || start.same_length;
-    let trusts = (!measures).then(|| Diagnostic::warning("changer.lengths"));
+    let trusts = (!measures).then(|| warning!("changer.lengths"));
     unknown.into_iter().chain(trusts).collect()
 }

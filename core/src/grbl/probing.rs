@@ -8,7 +8,7 @@ use super::jogging::Jogging;
 use super::line::{Meaning, ZeroWanted};
 use super::lines::number;
 use crate::control::BoardHeight;
-use crate::diagnostic::Diagnostic;
+use crate::error;
 
 /// Lift speed after probing, mm/min; a controller with a slower Z limits it.
 pub(super) const LIFT_MM_PER_MIN: f64 = 500.0;
@@ -68,7 +68,7 @@ impl Probing {
                 cx.retreat(AXES[axis], back_mm);
             }
             _ => {
-                cx.found(Diagnostic::error("grbl.alarm_5").with("number", 5));
+                cx.found(error!("grbl.alarm_5", number = 5));
                 return Activity::Probing(self).rest(cx);
             }
         }

@@ -14,6 +14,7 @@ use super::known::Known;
 use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, TipPlace};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
+use crate::{error, warning};
 use std::sync::Arc;
 
 /// Height of the tool changes of `routine`; `None` if it has none.
@@ -127,7 +128,7 @@ impl Known {
     pub(super) fn fitted(&self, routine: &Arc<Routine>) -> (Arc<Routine>, Option<Diagnostic>) {
         match self.most_height().map(|most| (most, fit(routine, most))) {
             Some((most, Fit::Lower(lower, change))) => {
-                let told = Diagnostic::warning("grbl.change_lower").with("wanted", change.mm());
+                let told = warning!("grbl.change_lower", wanted = change.mm(), ..);
                 (Arc::new(*lower), Some(told.with("height", most.mm())))
             }
             _ => (Arc::clone(routine), None),
@@ -138,7 +139,7 @@ impl Known {
     pub(super) fn no_room(&self, job: &Job) -> Option<Diagnostic> {
         let most = self.most_height()?;
         let Fit::TooHigh(needed) = fit(job.whole(), most) else { return None };
-        let why = Diagnostic::error("grbl.no_room_above").with("needed", needed.mm());
+        let why = error!("grbl.no_room_above", needed = needed.mm(), ..);
         Some(why.with("room", most.mm()))
     }
 

@@ -17,6 +17,7 @@ use super::settings;
 use super::tool_change::ToolChange;
 use crate::control::{BoardHeight, Ending};
 use crate::diagnostic::Diagnostic;
+use crate::{error, warning};
 
 /// Tolerance to the path, mm, plus 1.5 steps.
 const OFF_PATH_MM: f64 = 0.02;
@@ -152,11 +153,11 @@ impl Running {
             (Motion::Moving { .. }, Hold { .. }) if is_old || cx.hold_reports < HOLD_REPORTS => {}
             (Motion::Moving { still_held }, Hold { .. }) => return self.on_own_hold(cx, still_held),
             (Motion::Moving { .. } | Motion::Holding, Door { .. }) => {
-                cx.found(Diagnostic::warning("grbl.door"));
+                cx.found(warning!("grbl.door"));
                 return self.now(Motion::Held);
             }
             (Motion::Moving { .. }, Check | Tool | Home | Jog) => {
-                return self.trouble(cx, Diagnostic::error("grbl.held_by_itself"));
+                return self.trouble(cx, error!("grbl.held_by_itself"));
             }
             (Motion::Moving { .. }, _) => {
                 return match self.follow(cx, report.fresh) {
@@ -181,9 +182,9 @@ impl Running {
     /// expect a delayed start of motion.
     fn on_own_hold(self, cx: &mut Context, still_held: bool) -> Activity {
         if !still_held {
-            return self.trouble(cx, Diagnostic::error("grbl.held_by_itself"));
+            return self.trouble(cx, error!("grbl.held_by_itself"));
         }
-        cx.found(Diagnostic::warning("grbl.still_held"));
+        cx.found(warning!("grbl.still_held"));
         self.now(Motion::Held)
     }
 
@@ -204,7 +205,7 @@ impl Running {
             path.off += u32::from(fresh);
             let off =
                 path.pieces.iter().map(|(piece, _)| piece.distance(place)).fold(f64::INFINITY, f64::min);
-            let why = || Diagnostic::error("grbl.off_path").with("off", libm::round(off * 1e3) / 1e3);
+            let why = || error!("grbl.off_path", off = libm::round(off * 1e3) / 1e3);
             return (path.off >= REPORTS).then(why);
         };
         path.off = 0;
@@ -222,7 +223,7 @@ impl Running {
         let lead_mm = feed.unwrap_or(0.0) / 60.0 * LEAD_S;
         let is_fast = fresh && first.is_some_and(|first| distance(first, place) >= lead_mm);
         is_fast.then(|| {
-            let why = Diagnostic::error("grbl.too_fast").with("feed", feed.unwrap_or(0.0));
+            let why = error!("grbl.too_fast", feed = feed.unwrap_or(0.0), ..);
             why.with("most", most.unwrap_or(0.0))
         })
     }
@@ -241,7 +242,7 @@ impl Running {
             // The answer was damaged: query again.
             self.job.batch.looks += 1;
             if self.job.batch.looks > REPORTS {
-                return self.trouble(cx, Diagnostic::error("grbl.answer_missing"));
+                return self.trouble(cx, error!("grbl.answer_missing"));
             }
             cx.send("$G", Meaning::Job { wait_s: 0.0 });
             return Activity::Running(self);
@@ -254,17 +255,17 @@ impl Running {
                 return Activity::Running(self);
             }
             let words = |place: [f64; 3]| place.map(|value| format!("{value:.3}")).join(", ");
-            let why = Diagnostic::error("grbl.place_differs").with("found", words(place));
+            let why = error!("grbl.place_differs", found = words(place), ..);
             return self.trouble(cx, why.with("expected", words(expected)));
         }
         if let Some(word) = other_mode(modes, &self.job.pen, feed_slack) {
-            return self.trouble(cx, Diagnostic::error("grbl.modes_differ").with("word", word));
+            return self.trouble(cx, error!("grbl.modes_differ", word = word));
         }
         let batch = &self.job.batch;
         let spent_s = batch.began_ms.map_or(0.0, |began| (cx.now_ms - began) as f64 / 1e3);
         let quickest = batch.expected_s.map_or(0.0, |expected| expected * QUICKEST.0 - QUICKEST.1);
         if spent_s < quickest && !batch.disturbed {
-            let why = Diagnostic::error("grbl.too_quick").with("seconds", format!("{spent_s:.1}"));
+            let why = error!("grbl.too_quick", seconds = format!("{spent_s:.1}"), ..);
             let expected = batch.expected_s.unwrap_or(0.0);
             return self.trouble(cx, why.with("expected", format!("{expected:.1}")));
         }
@@ -353,7 +354,7 @@ impl Running {
         job.is_user_asked = false;
         // The macro doesn't know the length of a tool that the user puts in, and nothing measures it.
         if is_worn && job.forbids_own_tools() {
-            return self.trouble(cx, Diagnostic::error("changer.worn"));
+            return self.trouble(cx, error!("changer.worn"));
         }
         let is_stop = job.routine().stops.contains(&tool);
         if job.changes().is_some() && !is_worn && !is_stop {

@@ -1,6 +1,7 @@
 //! The numbered settings of a controller: name, unit, and those that a job depends on.
 
 use crate::diagnostic::Diagnostic;
+use crate::{code, warning};
 use std::collections::BTreeMap;
 
 /// Values by number.
@@ -88,7 +89,11 @@ pub const ALARMS: &[u16] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 
 /// Message code of an error.
 pub fn error_code(number: u16) -> String {
-    if ERRORS.contains(&number) { format!("grbl.error_{number}") } else { "grbl.error_other".to_owned() }
+    if ERRORS.contains(&number) {
+        format!("grbl.error_{number}")
+    } else {
+        code!("grbl.error_other").to_owned()
+    }
 }
 
 /// A line was refused with this error.
@@ -98,7 +103,11 @@ pub(super) fn refused(number: u16, line: &str) -> Diagnostic {
 
 /// Message code of an alarm.
 pub fn alarm_code(number: u16) -> String {
-    if ALARMS.contains(&number) { format!("grbl.alarm_{number}") } else { "grbl.alarm_other".to_owned() }
+    if ALARMS.contains(&number) {
+        format!("grbl.alarm_{number}")
+    } else {
+        code!("grbl.alarm_other").to_owned()
+    }
 }
 
 /// `$1`: milliseconds after a move until the motors are switched off; 255 keeps them on.
@@ -109,7 +118,7 @@ const NEVER_MS: f64 = 255.0;
 pub fn motors_let_go(values: &Values) -> Option<Diagnostic> {
     let ms = *values.get(&LETS_GO)?;
     let lets_go = libm::fabs(ms - NEVER_MS) >= 0.5;
-    lets_go.then(|| Diagnostic::warning("grbl.motors_let_go").with("ms", libm::round(ms)))
+    lets_go.then(|| warning!("grbl.motors_let_go", ms = libm::round(ms)))
 }
 
 /// `$13`: reports in inches.

@@ -7,6 +7,7 @@ use super::context::{Context, Report};
 use super::heard::ReportedState;
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
+use crate::warning;
 
 /// Idle reports without the requested hold that count as proof.
 pub(super) const IDLE_REPORTS: u32 = 4;
@@ -52,7 +53,7 @@ impl Stopping {
 impl Activity {
     pub(super) fn stop(self, cx: &mut Context, ending: Ending) -> Self {
         if matches!(self, Self::Changing(_)) {
-            cx.found(Diagnostic::warning("changer.stopped"));
+            cx.found(warning!("changer.stopped"));
         }
         cx.line.queue.clear();
         cx.write(realtime::HOLD);

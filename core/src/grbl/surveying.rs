@@ -20,6 +20,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::level::{ProbeGrid, Survey};
 use crate::units::Length;
+use crate::{code, error};
 
 /// Tolerance for the end of a probing move, mm.
 const SAME_MM: f64 = 0.02;
@@ -65,21 +66,21 @@ impl Surveying {
             return Err(why);
         }
         let (Some(zero), Some(place)) = (known.zero_mm, known.place()) else {
-            return Err(Diagnostic::error("grbl.no_report"));
+            return Err(error!("grbl.no_report"));
         };
         if !start.grid.is_sound() {
-            return Err(Diagnostic::error("level.no_grid").with("most", ProbeGrid::MOST));
+            return Err(error!("level.no_grid", most = ProbeGrid::MOST));
         }
         let sound = |value: f64, most: f64| value.is_finite() && value > 0.0 && value <= most;
         let heights = sound(start.clear_mm, 20.0) && sound(start.depth_mm, 20.0);
         if !heights || !sound(start.mm_per_min, 1_000.0) || !sound(start.over_mm_per_min, 1_000.0) {
-            return Err(Diagnostic::error("level.bad_survey"));
+            return Err(error!("level.bad_survey"));
         }
         let corners = [mm(start.grid.low), mm(start.grid.high)];
         for axis in 0..2 {
             let Some([low, high]) = known.room_mm(axis) else { continue };
             if corners[0][axis] + zero[axis] < low || corners[1][axis] + zero[axis] > high {
-                return Err(Diagnostic::error("level.no_room").with("axis", ["X", "Y"][axis]));
+                return Err(error!("level.no_room", axis = ["X", "Y"][axis]));
             }
         }
         let mut surveying = Box::new(Self {
@@ -152,7 +153,7 @@ impl Surveying {
         }
         self.up_since_ms = None;
         if cx.known.contact_is_closed() {
-            return self.fail(cx, Diagnostic::error("grbl.probe_closed"));
+            return self.fail(cx, error!("grbl.probe_closed"));
         }
         self.next(cx)
     }
@@ -176,7 +177,7 @@ impl Surveying {
         }
         let (probed, place, zero) = (cx.known.probed.take(), cx.known.probed_at_mm, cx.known.zero_mm);
         let (Some(met), Some(machine), Some(zero)) = (probed, place, zero) else {
-            return self.fail(cx, Diagnostic::error("level.no_answer"));
+            return self.fail(cx, error!("level.no_answer"));
         };
         let at: [f64; 3] = core::array::from_fn(|axis| machine[axis] - zero[axis]);
         let wanted = self.wanted_mm;
@@ -186,13 +187,13 @@ impl Surveying {
             why.with("y", format!("{:.3}", wanted[1]))
         };
         match (step, met) {
-            (SurveyStep::Over | SurveyStep::Back, true) => self.fail(cx, told("level.in_the_way")),
+            (SurveyStep::Over | SurveyStep::Back, true) => self.fail(cx, told(code!("level.in_the_way"))),
             (SurveyStep::Over | SurveyStep::Back, false) if off(0) || off(1) || off(2) => {
-                self.fail(cx, told("level.elsewhere"))
+                self.fail(cx, told(code!("level.elsewhere")))
             }
-            (SurveyStep::Down, _) if off(0) || off(1) => self.fail(cx, told("level.elsewhere")),
+            (SurveyStep::Down, _) if off(0) || off(1) => self.fail(cx, told(code!("level.elsewhere"))),
             (SurveyStep::Down, false) => {
-                self.fail(cx, told("level.no_board").with("mm", format!("{:.3}", wanted[2])))
+                self.fail(cx, told(code!("level.no_board")).with("mm", format!("{:.3}", wanted[2])))
             }
             (SurveyStep::Down, true) => {
                 self.met_mm = Some(machine);
@@ -200,7 +201,7 @@ impl Surveying {
                 Activity::Surveying(self)
             }
             (SurveyStep::Again, _) if !met || self.met_mm != Some(machine) => {
-                self.fail(cx, Diagnostic::error("level.no_answer"))
+                self.fail(cx, error!("level.no_answer"))
             }
             (SurveyStep::Again, _) => self.on_touch(cx, at[2]),
             (SurveyStep::Over, false) => self.descend(cx),

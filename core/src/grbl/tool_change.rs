@@ -7,7 +7,7 @@ use super::job::{Job, JobTool};
 use super::measuring::Measuring;
 use super::running::Running;
 use crate::control::Ending;
-use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 
 /// Time in which a controller reports a position with the new zero.
 const TOLD_MS: u64 = 4_000;
@@ -60,7 +60,7 @@ impl ToolChange {
     fn on_ready(self, cx: &mut Context) -> Activity {
         let known = cx.known.height.may_cut();
         let Some(place) = cx.known.place() else {
-            cx.error("grbl.no_report");
+            cx.error(code!("grbl.no_report"));
             return Activity::ToolChange(self);
         };
         if let Some(why) = cx.known.no_room(&self.job).filter(|_| known) {
@@ -74,7 +74,7 @@ impl ToolChange {
             }
             _ if known => Running::continue_with_tool(cx, self.job, place),
             _ => {
-                cx.found(Diagnostic::error("grbl.height_first"));
+                cx.found(error!("grbl.height_first"));
                 Activity::ToolChange(self)
             }
         }

@@ -18,6 +18,7 @@ use super::context::Context;
 use super::known::Known;
 use super::line::{Meaning, ZeroWanted};
 use super::lines::number;
+use crate::code;
 use crate::control::BoardHeight;
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -38,7 +39,7 @@ impl Context {
     /// Sets zero at the current position. The controller computes the position (L20), so a damaged report
     /// can't become a zero.
     pub(super) fn set_zero(&mut self, axes: [bool; 3], height_mm: f64, in_job: bool) {
-        let Some(machine) = self.known.machine_mm() else { return self.error("grbl.no_report") };
+        let Some(machine) = self.known.machine_mm() else { return self.error(code!("grbl.no_report")) };
         let heights = [0.0, 0.0, height_mm];
         let words = AXES.into_iter().zip(heights).zip(axes).filter(|(_, wanted)| *wanted);
         let words = words.map(|((letter, height_mm), _)| format!("{letter}{}", number(height_mm)));

@@ -8,6 +8,7 @@
 
 use super::{Bit, Command, Cutter, Mark, Program};
 use crate::diagnostic::Diagnostic;
+use crate::{error, warning};
 
 /// Greatest feed per turn, as a share of the width of cut.
 pub const MOST_BITE_SHARE: f64 = 0.25;
@@ -35,7 +36,7 @@ fn burns(bit: &Bit, rpm: u32) -> Option<Diagnostic> {
     }
     // Rounded down: slower is safe.
     let slower = libm::floor(f64::from(rpm) * MOST_SURFACE_M_PER_MIN / surface / 100.0) * 100.0;
-    let why = Diagnostic::warning("job.bit_burns").with("bit", bit.titled());
+    let why = warning!("job.bit_burns", bit = bit.titled(), ..);
     let why = why.with("rpm", rpm).with("surface", format!("{surface:.0}"));
     Some(why.with("most", MOST_SURFACE_M_PER_MIN).with("slower", format!("{slower:.0}")))
 }
@@ -52,7 +53,7 @@ pub fn breaks(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Option<Diagnostic> {
     if bite_mm <= most_mm {
         return None;
     }
-    let why = Diagnostic::error("job.bit_breaks").with("bit", bit.titled());
+    let why = error!("job.bit_breaks", bit = bit.titled(), ..);
     let why = why.with("feed", format!("{feed_mm_per_s:.1}")).with("rpm", rpm);
     let why = why.with("bite", format!("{bite_mm:.3}")).with("most", format!("{most_mm:.3}"));
     let why = why.with("surface", format!("{:.0}", surface_m_per_min(bit, rpm)));

@@ -10,6 +10,7 @@
 use super::HeightMap;
 use super::along::PlaneCourse;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Program};
 use crate::units::Length;
@@ -67,11 +68,11 @@ impl<'m> Follower<'m> {
     pub fn new(map: &'m HeightMap, safe: Length, tolerance: Length) -> Result<Self, Diagnostic> {
         let [_, high] = map.span();
         if !map.is_whole() {
-            return Err(Diagnostic::error("level.damaged"));
+            return Err(error!("level.damaged"));
         }
         // At least half of the safe height must remain over the surface.
         if high * 2 > safe {
-            let why = Diagnostic::error("level.too_high").with("mm", format!("{:.3}", high.mm()));
+            let why = error!("level.too_high", mm = format!("{:.3}", high.mm()), ..);
             return Err(why.with("safe", format!("{:.3}", safe.mm())));
         }
         Ok(Self { map, safe, tolerance: tolerance.max(Length::from_nm(100)), correction: None })
@@ -91,7 +92,7 @@ impl<'m> Follower<'m> {
         // Only cuts need a measured surface, so moves above the board are never refused.
         if height < Length::ZERO {
             if !self.map.knows(at) {
-                let why = Diagnostic::error("level.outside").with("x", format!("{:.3}", at.x.mm()));
+                let why = error!("level.outside", x = format!("{:.3}", at.x.mm()), ..);
                 return Err(why.with("y", format!("{:.3}", at.y.mm())));
             }
             let known = self.correction.get_or_insert(Correction { low: surface, high: surface });

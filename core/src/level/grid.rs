@@ -8,6 +8,7 @@
 //!   └───────────────┘
 //! ```
 
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use crate::units::Length;
@@ -44,10 +45,10 @@ impl ProbeGrid {
         let least = size[0].min(size[1]);
         let refuse = |code: &str| Diagnostic::error(code);
         if least < SMALLEST {
-            return Err(refuse("level.too_small").with("mm", least.mm()));
+            return Err(refuse(code!("level.too_small")).with("mm", least.mm()));
         }
         if spacing < CLOSEST || margin < Length::ZERO || !bounds.is_in_reach() {
-            return Err(refuse("level.bad_grid").with("mm", spacing.mm()));
+            return Err(refuse(code!("level.bad_grid")).with("mm", spacing.mm()));
         }
         let margin = margin.min(Length::from_nm(least.nm() / 4));
         let low = Point::new(bounds.min.x + margin, bounds.min.y + margin);
@@ -57,7 +58,7 @@ impl ProbeGrid {
         };
         let (columns, rows) = (count(high.x - low.x), count(high.y - low.y));
         if columns.saturating_mul(rows) > Self::MOST {
-            let why = refuse("level.too_many").with("places", columns.saturating_mul(rows));
+            let why = refuse(code!("level.too_many")).with("places", columns.saturating_mul(rows));
             return Err(why.with("most", Self::MOST));
         }
         Ok(Self { low, high, columns: columns as u16, rows: rows as u16, margin })

@@ -16,6 +16,7 @@ mod follow;
 mod grid;
 mod survey;
 
+use crate::error;
 pub use follow::{Correction, FollowedCourse, Follower, Levelled, TOLERANCE, level};
 pub use grid::ProbeGrid;
 pub use survey::Survey;
@@ -134,15 +135,15 @@ impl HeightMap {
     /// `homed`: the machine is homed.
     pub fn refused(&self, job: &str, zero: [Length; 2], homed: bool) -> Option<Diagnostic> {
         if !self.is_whole() {
-            return Some(Diagnostic::error("level.damaged"));
+            return Some(error!("level.damaged"));
         }
         if !same_job(&self.job, job) {
-            return Some(Diagnostic::error("level.other_job"));
+            return Some(error!("level.other_job"));
         }
         let apart = |axis: usize| (self.zero[axis] - zero[axis]).abs();
         if self.homed != homed || apart(0).max(apart(1)) > SAME_ZERO {
             let far = libm::hypot(apart(0).mm(), apart(1).mm());
-            return Some(Diagnostic::error("level.other_zero").with("mm", format!("{far:.3}")));
+            return Some(error!("level.other_zero", mm = format!("{far:.3}")));
         }
         None
     }

@@ -12,6 +12,7 @@
 
 use super::grid::ProbeGrid;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::units::Length;
 
@@ -91,7 +92,7 @@ impl Survey {
         let at = self.grid.nth(index);
         let place = |why: Diagnostic| why.with("x", short(at.x)).with("y", short(at.y));
         if !(-super::FURTHEST..=super::FURTHEST).contains(&height) {
-            return Err(place(Diagnostic::error("level.too_far")).with("mm", short(height)));
+            return Err(place(error!("level.too_far", ..)).with("mm", short(height)));
         }
         self.touched[index].push(height);
         if !self.to_do.is_empty() {
@@ -105,7 +106,7 @@ impl Survey {
         let unsteady = self.to_do.iter().find(|index| self.touched[**index].len() >= MOST);
         if let Some(index) = unsteady {
             let at = self.grid.nth(*index);
-            let why = Diagnostic::error("level.unsteady").with("x", short(at.x)).with("y", short(at.y));
+            let why = error!("level.unsteady", x = short(at.x), y = short(at.y), ..);
             let [low, high] = [self.touched[*index].iter().min(), self.touched[*index].iter().max()];
             let apart = high.copied().unwrap_or_default() - low.copied().unwrap_or_default();
             return Err(why.with("mm", short(apart)));

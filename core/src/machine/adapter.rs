@@ -10,6 +10,7 @@
 use super::value::{Setting, Value, ValueKind};
 use super::wiring::{bits, numbers};
 use super::{Machine, Output, UNWIRED};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -194,7 +195,8 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     ];
     for (key, found, wanted) in lengths {
         if found != wanted {
-            diagnostics.push(refuse("machine.card_length", key).with("found", found).with("wanted", wanted));
+            diagnostics
+                .push(refuse(code!("machine.card_length"), key).with("found", found).with("wanted", wanted));
         }
     }
     if machine.output == Output::Adapter {
@@ -216,14 +218,14 @@ fn sensors(machine: &Machine) -> Vec<Diagnostic> {
         Input::OF_AXES.into_iter().filter_map(|input| machine.adapter.sensor(input)).collect();
     let twice = wired.iter().enumerate().find(|(at, number)| wired[..*at].contains(number));
     if let Some((_, number)) = twice {
-        diagnostics.push(refuse("machine.card_bit_twice", KEY).with("bit", number).with("other", KEY));
+        diagnostics.push(refuse(code!("machine.card_bit_twice"), KEY).with("bit", number).with("other", KEY));
     }
     for input in machine.needed_inputs().filter(|input| machine.adapter.sensor(*input).is_none()) {
-        let why = refuse("machine.card_sensor_unwired", KEY);
+        let why = refuse(code!("machine.card_sensor_unwired"), KEY);
         diagnostics.push(why.with("sensor", input.name()));
     }
     if machine.overlap.on && machine.adapter.sensor(Input::Contact).is_some() {
-        diagnostics.push(refuse("machine.adapter_contact", KEY));
+        diagnostics.push(refuse(code!("machine.adapter_contact"), KEY));
     }
     diagnostics
 }
@@ -234,11 +236,11 @@ fn without_pins(machine: &Machine) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let wired = Input::OF_AXES.into_iter().filter_map(|input| adapter.sensor(input));
     if let Some(input) = wired.filter(|number| *number > LAST_INPUT_OF_PHASES).min() {
-        let why = refuse("machine.adapter_no_input", "adapter.sensors").with("input", input);
+        let why = refuse(code!("machine.adapter_no_input"), "adapter.sensors").with("input", input);
         diagnostics.push(why.with("last", LAST_INPUT_OF_PHASES));
     }
     if !adapter.output_name.is_empty() {
-        diagnostics.push(refuse("machine.adapter_no_output", "adapter.output_name"));
+        diagnostics.push(refuse(code!("machine.adapter_no_output"), "adapter.output_name"));
     }
     diagnostics
 }
@@ -259,7 +261,7 @@ fn beyond(machine: &Machine) -> Vec<Diagnostic> {
         rows.into_iter().take(count).filter(|(_, value, low, high)| !(*low..=*high).contains(value));
     outside
         .map(|(key, value, low, high)| {
-            let why = refuse("machine.adapter_beyond", key).with("value", value);
+            let why = refuse(code!("machine.adapter_beyond"), key).with("value", value);
             why.with("low", low).with("high", high)
         })
         .collect()

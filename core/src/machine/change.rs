@@ -4,6 +4,7 @@
 use super::value::{Setting, Value, ValueKind, number};
 use super::{Axis, Machine, Output, Steps, ToolChange};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::units::Length;
 
 /// Key of the setting for tool lengths.
@@ -134,8 +135,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let outside = rows.into_iter().filter(|(_, at, axis)| setter.on && !(axis.min..=axis.max).contains(at));
     outside
         .map(|(key, at, axis)| {
-            let why =
-                Diagnostic::error("machine.setter_out_of_reach").with("key", key).with("value", at.mm());
+            let why = error!("machine.setter_out_of_reach", key = key, value = at.mm(), ..);
             why.with("low", axis.min.mm()).with("high", axis.max.mm())
         })
         .collect()

@@ -6,6 +6,7 @@
 
 use super::value::{Setting, Value, ValueKind, number};
 use super::{Machine, Output};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 
 /// On a slower line, an answer takes longer than a spindle may be silent.
@@ -117,19 +118,19 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     }
     let refuse = |code: &str, key: &str| Diagnostic::error(code).with("key", key);
     if converter.port.is_empty() {
-        diagnostics.push(refuse("machine.converter_no_port", "converter.port"));
+        diagnostics.push(refuse(code!("machine.converter_no_port"), "converter.port"));
     }
     if (1..SLOWEST_BAUD).contains(&converter.baud) {
-        let why = refuse("machine.converter_slow_line", "converter.baud");
+        let why = refuse(code!("machine.converter_slow_line"), "converter.baud");
         diagnostics.push(why.with("baud", converter.baud).with("least", SLOWEST_BAUD));
     }
     let fastest_rpm = converter.rpm(converter.max_hz * 100);
     if machine.process.spindle_rpm > fastest_rpm {
-        let why = refuse("machine.converter_too_slow", "spindle.speed");
+        let why = refuse(code!("machine.converter_too_slow"), "spindle.speed");
         diagnostics.push(why.with("rpm", machine.process.spindle_rpm).with("most", fastest_rpm));
     }
     if machine.output == Output::Adapter {
-        diagnostics.push(refuse("machine.converter_beside_adapter", "converter.profile"));
+        diagnostics.push(refuse(code!("machine.converter_beside_adapter"), "converter.profile"));
     }
     diagnostics
 }

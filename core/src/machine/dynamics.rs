@@ -17,6 +17,7 @@
 
 use super::Dynamics;
 use crate::diagnostic::Diagnostic;
+use crate::{code, warning};
 
 /// Most states per direction, without rest.
 pub const MOST_STATES: usize = 16;
@@ -83,28 +84,33 @@ fn shape(dynamics: &Dynamics) -> Vec<Diagnostic> {
     let states = dynamics.period.len();
     let (enter, leave) = (dynamics.enter.len(), dynamics.leave.len());
     if states == 0 || enter + 1 != states || leave + 1 != states {
-        let diagnostic = error("automaton.lengths").with("states", states);
+        let diagnostic = error(code!("automaton.lengths")).with("states", states);
         return vec![diagnostic.with("enter", enter).with("leave", leave)];
     }
     if enter > MOST_STATES {
-        return vec![error("automaton.too_many_states").with("states", enter).with("most", MOST_STATES)];
+        return vec![
+            error(code!("automaton.too_many_states")).with("states", enter).with("most", MOST_STATES),
+        ];
     }
     let mut diagnostics = Vec::new();
     for (state, period) in dynamics.period.iter().enumerate() {
         if !(1..=SLOWEST).contains(period) {
-            let diagnostic = error("automaton.period_range").with("state", state).with("period", period);
+            let diagnostic =
+                error(code!("automaton.period_range")).with("state", state).with("period", period);
             diagnostics.push(diagnostic.with("most", SLOWEST));
         }
     }
     for (state, pair) in dynamics.period.windows(2).enumerate() {
         if pair[1] > pair[0] {
-            let diagnostic = error("automaton.period_order").with("state", state + 1).with("period", pair[1]);
+            let diagnostic =
+                error(code!("automaton.period_order")).with("state", state + 1).with("period", pair[1]);
             diagnostics.push(diagnostic.with("slower", state).with("before", pair[0]));
         }
     }
     for (row, name) in [(&dynamics.enter, "enter"), (&dynamics.leave, "leave")] {
         for (state, distance) in row.iter().enumerate().filter(|(_, distance)| **distance > FARTHEST) {
-            let diagnostic = error("automaton.distance_range").with("row", name).with("state", state + 1);
+            let diagnostic =
+                error(code!("automaton.distance_range")).with("row", name).with("state", state + 1);
             diagnostics.push(diagnostic.with("distance", distance).with("most", FARTHEST));
         }
     }
@@ -301,12 +307,12 @@ impl<'a> Map<'a> {
         let from_rest = |distance: i64| self.fate((0, distance)).unwrap_or_default();
         let slow = period(self.dynamics, 0);
         if let Some(distance) = (1..=self.window).find(|distance| from_rest(*distance).last != slow) {
-            let diagnostic = Diagnostic::warning("automaton.fast_end").with("distance", distance);
+            let diagnostic = warning!("automaton.fast_end", distance = distance, ..);
             diagnostics.push(diagnostic.with("interval", from_rest(distance).last).with("first", slow));
         }
         let faster = |distance: &i64| from_rest(*distance).time < from_rest(distance - 1).time;
         if let Some(distance) = (2..=self.window).find(faster) {
-            let diagnostic = Diagnostic::warning("automaton.longer_is_faster").with("distance", distance);
+            let diagnostic = warning!("automaton.longer_is_faster", distance = distance, ..);
             let (time, shorter) = (from_rest(distance).time, from_rest(distance - 1).time);
             diagnostics
                 .push(diagnostic.with("time", time).with("shorter", distance - 1).with("before", shorter));

@@ -11,6 +11,7 @@ use super::value::{Setting, Value, ValueKind, number};
 use super::{Machine, Output};
 use crate::diagnostic::Diagnostic;
 use crate::units::TICK_HZ;
+use crate::{code, error};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foot {
@@ -71,7 +72,7 @@ pub(super) const ROWS: &[Setting] = &[
 /// Error if `machine` has no output `name`, which the row `key` needs.
 pub(super) fn not_named(machine: &Machine, key: &str, name: &str) -> Option<Diagnostic> {
     let known = machine.output_names();
-    let why = || Diagnostic::error("machine.output_not_named").with("key", key).with("name", name);
+    let why = || error!("machine.output_not_named", key = key, name = name, ..);
     (!known.iter().any(|own| own == name)).then(|| why().with("known", known.join(", ")))
 }
 
@@ -83,12 +84,12 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).with("key", "foot.on");
     let mut diagnostics = Vec::new();
     if machine.output == Output::Adapter {
-        diagnostics.push(refuse("machine.foot_beside_adapter"));
+        diagnostics.push(refuse(code!("machine.foot_beside_adapter")));
     } else {
         diagnostics.extend(not_named(machine, "foot.output", &machine.foot.output));
     }
     if machine.overlap.on {
-        diagnostics.push(refuse("machine.foot_with_overlap"));
+        diagnostics.push(refuse(code!("machine.foot_with_overlap")));
     }
     diagnostics
 }

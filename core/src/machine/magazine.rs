@@ -9,6 +9,7 @@
 use super::foot::not_named;
 use super::value::{Setting, Value, ValueKind, number};
 use super::{Machine, Output, Steps, ToolChange};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::units::{Length, TICK_HZ};
 
@@ -151,22 +152,22 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let magazine = &machine.magazine;
     let mut diagnostics = Vec::new();
     match machine.output {
-        Output::Adapter => diagnostics.push(refuse("machine.magazine_beside_adapter", "rack.change")),
+        Output::Adapter => diagnostics.push(refuse(code!("machine.magazine_beside_adapter"), "rack.change")),
         Output::Virtual | Output::Card | Output::Parallel => {
             diagnostics.extend(not_named(machine, "magazine.clamp", &magazine.clamp));
         }
     }
     if machine.foot.on && machine.foot.output == magazine.clamp {
-        let why = refuse("machine.one_output_twice", "magazine.clamp").with("name", &magazine.clamp);
+        let why = refuse(code!("machine.one_output_twice"), "magazine.clamp").with("name", &magazine.clamp);
         diagnostics.push(why.with("other", "foot.output"));
     }
     if machine.spindles > 1 {
-        let why = refuse("machine.magazine_one_spindle", "machine.spindles");
+        let why = refuse(code!("machine.magazine_one_spindle"), "machine.spindles");
         diagnostics.push(why.with("spindles", machine.spindles));
     }
     let (along_x, along_y) = (magazine.x.len(), magazine.y.len());
     if along_x != along_y || along_x == 0 {
-        let why = refuse("machine.magazine_places", "magazine.x").with("x", along_x);
+        let why = refuse(code!("machine.magazine_places"), "magazine.x").with("x", along_x);
         diagnostics.push(why.with("y", along_y).with("most", MOST_PLACES));
     }
     diagnostics.extend(out_of_reach(machine));
@@ -197,7 +198,7 @@ fn out_of_reach(machine: &Machine) -> Vec<Diagnostic> {
     });
     outside
         .map(|(key, at, low, high)| {
-            let why = refuse("machine.magazine_out_of_reach", key).with("value", at.mm());
+            let why = refuse(code!("machine.magazine_out_of_reach"), key).with("value", at.mm());
             why.with("low", low.mm()).with("high", high.mm())
         })
         .collect()
@@ -215,7 +216,7 @@ fn too_close(magazine: &Magazine) -> Option<Diagnostic> {
         before.map(|before| (before + 1, at + 1))
     });
     let (one, other) = twins?;
-    let why = refuse("machine.magazine_too_close", "magazine.x").with("one", one).with("other", other);
+    let why = refuse(code!("machine.magazine_too_close"), "magazine.x").with("one", one).with("other", other);
     Some(why.with("least", APART.mm()))
 }
 

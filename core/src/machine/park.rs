@@ -7,6 +7,7 @@
 use super::value::{Setting, Value, ValueKind, number};
 use super::{Axis, Machine};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::units::Length;
 
 /// Park settings.
@@ -79,7 +80,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let outside = rows.into_iter().filter(|(_, at, axis)| in_use && !(axis.min..=axis.max).contains(at));
     outside
         .map(|(key, at, axis)| {
-            let why = Diagnostic::error("machine.park_out_of_reach").with("key", key).with("value", at.mm());
+            let why = error!("machine.park_out_of_reach", key = key, value = at.mm(), ..);
             why.with("low", axis.min.mm()).with("high", axis.max.mm())
         })
         .collect()

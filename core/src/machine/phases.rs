@@ -18,6 +18,7 @@
 
 use super::PhaseTable;
 use crate::diagnostic::Diagnostic;
+use crate::{code, warning};
 
 /// Most columns of a table.
 pub const MOST_COLUMNS: usize = 64;
@@ -114,7 +115,7 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagn
     let error = |code: &str| Diagnostic::error(code);
     let length = table.columns.len();
     if !(1..=MOST_COLUMNS).contains(&length) {
-        let diagnostic = error("phases.length").with("columns", length).with("most", MOST_COLUMNS);
+        let diagnostic = error(code!("phases.length")).with("columns", length).with("most", MOST_COLUMNS);
         return Err(named(vec![diagnostic]));
     }
     let mut refusals: Vec<Diagnostic> = table
@@ -139,18 +140,18 @@ fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
     let at = |code: &str| Diagnostic::error(code).with("column", column);
     let mut diagnostics = Vec::new();
     if byte & !(WINDINGS | FORCING) != 0 {
-        diagnostics.push(at("phases.unused_bit").with("byte", format!("{byte:02X}")));
+        diagnostics.push(at(code!("phases.unused_bit")).with("byte", format!("{byte:02X}")));
     }
     for (winding, (halves, bit)) in (1..).zip(WINDING) {
         if byte & halves == halves {
-            diagnostics.push(at("phases.both_halves").with("winding", winding));
+            diagnostics.push(at(code!("phases.both_halves")).with("winding", winding));
         }
         if byte & halves == 0 && byte & bit != 0 {
-            diagnostics.push(at("phases.forcing_undriven").with("winding", winding));
+            diagnostics.push(at(code!("phases.forcing_undriven")).with("winding", winding));
         }
     }
     if byte & WINDINGS == 0 {
-        diagnostics.push(at("phases.nothing_driven"));
+        diagnostics.push(at(code!("phases.nothing_driven")));
     }
     diagnostics
 }
@@ -164,7 +165,11 @@ fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
         let (printed, due) = (column(table, position), byte(table, position, column(table, position - 1)));
         for (winding, (_, bit)) in (1..).zip(WINDING) {
             if (printed ^ due) & bit != 0 {
-                let code = if printed & bit == 0 { "phases.forcing_missing" } else { "phases.forcing_extra" };
+                let code = if printed & bit == 0 {
+                    code!("phases.forcing_missing")
+                } else {
+                    code!("phases.forcing_extra")
+                };
                 diagnostics.push(Diagnostic::error(code).with("column", step).with("winding", winding));
             }
         }
@@ -183,19 +188,21 @@ fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let sum: i64 = moves.iter().map(|(_, turn)| turn).sum();
     let too_far = moves.iter().filter(|(_, turn)| turn.abs() > 2);
     let mut refusals: Vec<Diagnostic> = too_far
-        .map(|(column, turn)| error("phases.jump").with("column", column).with("degrees", turn.abs() * 45))
+        .map(|(column, turn)| {
+            error(code!("phases.jump")).with("column", column).with("degrees", turn.abs() * 45)
+        })
         .collect();
     if moves.is_empty() {
-        refusals.push(error("phases.never_turns"));
+        refusals.push(error(code!("phases.never_turns")));
     } else if refusals.is_empty() {
         let forward = if sum == 0 { moves[0].1.signum() } else { sum.signum() };
         let back = moves.iter().filter(|(_, turn)| turn.signum() != forward);
-        refusals.extend(back.map(|(column, _)| error("phases.turns_back").with("column", column)));
+        refusals.extend(back.map(|(column, _)| error(code!("phases.turns_back")).with("column", column)));
     }
     if !refusals.is_empty() {
         return Err(refusals);
     }
-    let backwards = (sum < 0).then(|| Diagnostic::warning("phases.backwards"));
+    let backwards = (sum < 0).then(|| warning!("phases.backwards", ..));
     Ok(backwards.into_iter().collect())
 }
 

@@ -6,6 +6,7 @@ use super::tools::rack_of;
 use super::value::{Setting, Value, ValueKind};
 use super::{CONTACT_TOLERANCE, Machine, validate};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::locale;
 use crate::units::Length;
 
@@ -109,7 +110,7 @@ pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, 
     let mut refusals = Vec::new();
     for (key, value) in changes {
         let Some(setting) = setting(key) else {
-            refusals.push(Diagnostic::error("machine.setting_unknown").with("key", key));
+            refusals.push(error!("machine.setting_unknown", key = key));
             continue;
         };
         match setting.kind.refusal(setting.key, setting.unit, value) {

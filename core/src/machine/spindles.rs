@@ -13,6 +13,7 @@
 
 use super::value::Value;
 use super::{AXES, Machine, Steps, StrokeEnd, axis_name};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
@@ -110,27 +111,27 @@ fn refusal(machine: &Machine, axis: usize, own: &OwnStroke) -> Option<Diagnostic
     };
     if machine.spindles < 2 {
         let key = if own.margin_ms > 0.0 { "spindle.margin" } else { key };
-        return refuse("machine.only_spindle", key, Length::ZERO, Length::ZERO);
+        return refuse(code!("machine.only_spindle"), key, Length::ZERO, Length::ZERO);
     }
     if axis == 2 && own.longer != Length::ZERO {
-        return refuse("machine.first_is_measure", "spindle.longer", own.longer, Length::ZERO);
+        return refuse(code!("machine.first_is_measure"), "spindle.longer", own.longer, Length::ZERO);
     }
     let (z, process) = (&machine.z, &machine.process);
     if machine.stroke_end == StrokeEnd::Sensor && (own.longer, own.deeper) != (Length::ZERO, Length::ZERO) {
-        return refuse("machine.own_stroke_without_count", key, Length::ZERO, Length::ZERO);
+        return refuse(code!("machine.own_stroke_without_count"), key, Length::ZERO, Length::ZERO);
     }
     let (top, rests) = (process.surface + own.longer + process.safe_height, z.max - z.home_offset);
     if own.longer > Length::ZERO && top > rests {
-        return refuse("machine.spindle_too_long", "spindle.longer", top, rests);
+        return refuse(code!("machine.spindle_too_long"), "spindle.longer", top, rests);
     }
     let depth = process.board_thickness + process.breakthrough + own.deeper;
     let bottom = process.surface + own.longer - depth;
     if bottom < z.min {
         let key = if own.deeper > Length::ZERO { "spindle.deeper" } else { "spindle.longer" };
-        return refuse("machine.spindle_too_deep", key, bottom, z.min);
+        return refuse(code!("machine.spindle_too_deep"), key, bottom, z.min);
     }
     if depth <= Length::ZERO {
-        return refuse("machine.spindle_over_board", "spindle.deeper", own.deeper, own.deeper - depth);
+        return refuse(code!("machine.spindle_over_board"), "spindle.deeper", own.deeper, own.deeper - depth);
     }
     None
 }

@@ -13,6 +13,7 @@
 
 use super::value::Value;
 use super::{Machine, UNWIRED};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 
 /// Wired axes: X, Y, Z.
@@ -112,18 +113,20 @@ impl StepDir {
         let mut diagnostics = Vec::new();
         for (axis, name) in MOTORS.iter().enumerate().filter(|(axis, _)| self.counts(*axis)) {
             if self.directions.get(axis).is_none_or(|bit| *bit == UNWIRED) {
-                diagnostics
-                    .push(refuse("machine.direction_unwired", "direction").with("axis", name.to_uppercase()));
+                diagnostics.push(
+                    refuse(code!("machine.direction_unwired"), "direction").with("axis", name.to_uppercase()),
+                );
             }
             let pulse_ns = of(&self.length_ns, axis) + of(&self.space_ns, axis);
             if pulse_ns > period_ns {
-                let why = refuse("machine.steps_too_close", "step_length").with("axis", name.to_uppercase());
+                let why =
+                    refuse(code!("machine.steps_too_close"), "step_length").with("axis", name.to_uppercase());
                 diagnostics.push(why.with("needed", pulse_ns).with("there", period_ns));
             }
             let needed_ns = of(&self.length_ns, axis) + of(&self.hold_ns, axis) + of(&self.setup_ns, axis);
             if needed_ns > turn_ns {
-                let why =
-                    refuse("machine.turns_too_soon", "direction_setup").with("axis", name.to_uppercase());
+                let why = refuse(code!("machine.turns_too_soon"), "direction_setup")
+                    .with("axis", name.to_uppercase());
                 diagnostics.push(why.with("needed", needed_ns).with("there", turn_ns));
             }
         }

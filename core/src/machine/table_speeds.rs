@@ -14,6 +14,7 @@
 use super::dynamics::{self, period, state_within, top};
 use super::{Axis, DriveKind, Machine, Output};
 use crate::diagnostic::Diagnostic;
+use crate::{code, warning};
 
 /// Limits are reported in 0.1 µm/s, rounded so that they can be typed.
 const SAID_PARTS: f64 = 1e4;
@@ -82,12 +83,12 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
         let slowest = machine.step_hz(0) / axis.scale.steps_per_mm();
         let said = libm::ceil(slowest * SAID_PARTS) / SAID_PARTS;
         (speed < slowest * (1.0 - ROUNDING_SHARE))
-            .then(|| error("machine.slower_than_table", key, speed, said))
+            .then(|| error(code!("machine.slower_than_table"), key, speed, said))
     });
     let mut diagnostics: Vec<Diagnostic> = slow.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
     if fastest > most && machine.output != Output::Virtual {
-        diagnostics.push(error("machine.table_too_fast", "drive.interrupt_frequency", fastest, most));
+        diagnostics.push(error(code!("machine.table_too_fast"), "drive.interrupt_frequency", fastest, most));
     }
     diagnostics
 }
@@ -105,7 +106,7 @@ pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
 /// The default speed of the spindle is above its limit.
 fn spindle_bounded(machine: &Machine) -> Option<Diagnostic> {
     let (wanted, gets) = (machine.process.spindle_rpm, machine.process.usual_rpm());
-    let why = || Diagnostic::warning("machine.speed_above_most").with("key", "spindle.speed");
+    let why = || warning!("machine.speed_above_most", key = "spindle.speed", ..);
     (gets < wanted).then(|| why().with("value", wanted).with("bound", gets))
 }
 
@@ -114,14 +115,14 @@ fn of_table(machine: &Machine) -> Vec<Diagnostic> {
     let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
         let state = machine.fastest_state(axis, speed);
         let whole = libm::ceil(machine.step_hz(top) / axis.scale.steps_per_mm() * SAID_PARTS) / SAID_PARTS;
-        let diagnostic = Diagnostic::warning("machine.table_cut").with("key", key).with("value", speed);
+        let diagnostic = warning!("machine.table_cut", key = key, value = speed, ..);
         let diagnostic = diagnostic.with("rate", libm::round(machine.step_hz(state))).with("bound", whole);
         (state < top).then(|| diagnostic.with("fastest", libm::round(machine.step_hz(top))))
     });
     let mut diagnostics: Vec<Diagnostic> = cut.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
     if fastest > most {
-        let diagnostic = Diagnostic::warning("machine.table_loses_steps");
+        let diagnostic = warning!("machine.table_loses_steps", ..);
         let diagnostic =
             diagnostic.with("key", "drive.interrupt_frequency").with("value", machine.interrupt_hz);
         diagnostics.push(diagnostic.with("rate", libm::round(fastest)).with("bound", most));

@@ -13,6 +13,7 @@ use crate::job::worn::Wear;
 use crate::job::{Bit, Cutter, Handling};
 use crate::locale;
 use crate::units::Length;
+use crate::{code, error};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt;
@@ -189,14 +190,14 @@ impl RackTool {
     /// Parses a line.
     pub fn read(line: &str) -> Result<Self, Diagnostic> {
         if line.len() > LONGEST_LINE {
-            return Err(wrong("machine.tool_line", line));
+            return Err(wrong(code!("machine.tool_line"), line));
         }
         let mut words = line.split_whitespace();
         let number = words.next().and_then(|word| word.strip_prefix(['T', 't'])?.parse().ok());
         let number = number.filter(|number| (1..=9_999).contains(number));
         let form = words.next().and_then(|word| TOOL_FORMS.iter().position(|form| *form == word));
         let (Some(number), Some(form), Some(size)) = (number, form, words.next()) else {
-            return Err(wrong("machine.tool_line", line));
+            return Err(wrong(code!("machine.tool_line"), line));
         };
         let mm = measure(line, ("diameter", size), DIAMETERS_MM, "mm", false)?;
         let vee = Cutter::Vee { tip: Length::ZERO, angle_mdeg: 0 };
@@ -206,14 +207,14 @@ impl RackTool {
             let known = TOOL_FIELDS.iter().find(|field| field.word == word);
             let shape = ["tip", "angle"].contains(&word);
             let Some(field) = known.filter(|_| !shape || tool.form() == "vee") else {
-                return Err(wrong("machine.tool_word", line).with("word", word));
+                return Err(wrong(code!("machine.tool_word"), line).with("word", word));
             };
             let value = words.next().unwrap_or_default();
             let value = measure(line, (word, value), (field.low, field.high), field.unit, field.whole)?;
             (field.set)(&mut tool, value);
         }
         if tool.form() == "vee" && (angle_deg(&tool) <= 0.0 || tip_mm(&tool) >= tool.diameter.mm()) {
-            return Err(wrong("machine.tool_vee", line));
+            return Err(wrong(code!("machine.tool_vee"), line));
         }
         Ok(tool)
     }
@@ -253,7 +254,7 @@ fn measure(
     let value = text.parse::<f64>().ok().filter(|value| (low..=high).contains(value));
     value.filter(|value| !whole || libm::trunc(*value) == *value).ok_or_else(|| {
         let measure = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        let why = wrong("machine.tool_range", line).with("word", word).with("value", text);
+        let why = wrong(code!("machine.tool_range"), line).with("word", word).with("value", text);
         why.with("low", low).with("high", high).with("measure", measure)
     })
 }
@@ -270,15 +271,15 @@ pub fn rack_of(value: &Value) -> Result<Vec<RackTool>, Diagnostic> {
             (1..).zip(sizes).map(drill).collect::<Result<Vec<_>, _>>()?
         }
         Value::Texts(_) | Value::Numbers(_) => {
-            return Err(Diagnostic::error("machine.tools_too_many")
-                .with("key", KEY)
-                .with("most", MOST_TOOLS));
+            return Err(error!("machine.tools_too_many", key = KEY, most = MOST_TOOLS));
         }
-        _ => return Err(wrong("machine.tool_line", &value.to_string())),
+        _ => return Err(wrong(code!("machine.tool_line"), &value.to_string())),
     };
     let mut numbers = BTreeSet::new();
     match tools.iter().find(|tool| !numbers.insert(tool.number)) {
-        Some(twice) => Err(wrong("machine.tool_twice", &twice.to_string()).with("number", twice.number)),
+        Some(twice) => {
+            Err(wrong(code!("machine.tool_twice"), &twice.to_string()).with("number", twice.number))
+        }
         None => Ok(tools),
     }
 }

@@ -9,6 +9,7 @@ use super::{
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::units::Length;
+use crate::{code, error};
 
 /// Greatest stopping distance after the contact, in mm.
 const BEHIND_CONTACT_MM: f64 = 0.1;
@@ -24,12 +25,12 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     };
     for (name, axis) in [("x", &machine.x), ("y", &machine.y), ("z", &machine.z)] {
         if axis.min >= axis.max {
-            refuse("machine.range_inside_out", &format!("{name}.min"), axis.min.mm(), axis.max.mm());
+            refuse(code!("machine.range_inside_out"), &format!("{name}.min"), axis.min.mm(), axis.max.mm());
         }
         let travel = axis.max - axis.min;
         if axis.home_offset > travel {
             refuse(
-                "machine.offset_beyond_travel",
+                code!("machine.offset_beyond_travel"),
                 &format!("{name}.home_offset"),
                 axis.home_offset.mm(),
                 travel.mm(),
@@ -38,14 +39,14 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
         // The switch turns on one step outside the range.
         if travel > Length::ZERO && axis.home_search <= travel {
             let key = format!("{name}.home_search");
-            refuse("machine.search_too_short", &key, axis.home_search.mm(), travel.mm());
+            refuse(code!("machine.search_too_short"), &key, axis.home_search.mm(), travel.mm());
         }
         let rate_hz = axis.max_speed_mm_per_s * axis.scale.steps_per_mm();
         // `table_speeds` checks table drives.
         if machine.drive == DriveKind::Planned && rate_hz > f64::from(machine.max_step_hz) {
             let fastest = f64::from(machine.max_step_hz) / axis.scale.steps_per_mm();
             refuse(
-                "machine.faster_than_drive",
+                code!("machine.faster_than_drive"),
                 &format!("{name}.max_speed"),
                 axis.max_speed_mm_per_s,
                 fastest,
@@ -53,7 +54,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
         }
     }
     if machine.enabled & machine.installed() == 0 {
-        diagnostics.push(Diagnostic::error("machine.no_spindle_enabled").with("key", "spindle.enabled"));
+        diagnostics.push(error!("machine.no_spindle_enabled", key = "spindle.enabled"));
     }
     diagnostics.extend(homing_of_z(machine));
     diagnostics.extend(index_pulses(machine));
@@ -80,12 +81,12 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
 fn homing_of_z(machine: &Machine) -> Option<Diagnostic> {
     let (z, process) = (&machine.z, &machine.process);
     if z.home != HomeEnd::Max {
-        return Some(Diagnostic::error("machine.homes_into_board").with("key", "z.home_end"));
+        return Some(error!("machine.homes_into_board", key = "z.home_end"));
     }
     // An unreachable safe height is reported on its own.
     let room = z.max - process.surface - process.safe_height;
     (room >= Length::ZERO && z.home_offset > room)
-        .then(|| refuse("machine.rests_in_board", "z.home_offset", z.home_offset.mm(), room.mm()))
+        .then(|| refuse(code!("machine.rests_in_board"), "z.home_offset", z.home_offset.mm(), room.mm()))
 }
 
 /// Index pulses that homing can't use: not wired, ambiguous, or outside the allowed travel.
@@ -101,23 +102,23 @@ fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
         let key = format!("{name}.index");
         // The wiring of an adapter has no index pulses.
         if machine.output == Output::Adapter {
-            diagnostics.push(Diagnostic::error("machine.index_beside_adapter").with("key", &key));
+            diagnostics.push(error!("machine.index_beside_adapter", key = &key));
         }
         // With several spindles, the index pulses of their motors are ambiguous.
         if name == "z" && machine.spindles > 1 {
-            let why = Diagnostic::error("machine.index_of_several").with("key", &key);
+            let why = error!("machine.index_of_several", key = &key, ..);
             diagnostics.push(why.with("spindles", machine.spindles));
         }
         let turn = axis.index_within;
         if turn > room {
             let key = format!("{name}.index_within");
-            diagnostics.push(refuse("machine.index_too_far", &key, turn.mm(), room.mm()));
+            diagnostics.push(refuse(code!("machine.index_too_far"), &key, turn.mm(), room.mm()));
         }
         // The switch may close a quarter turn before its nominal edge.
         let quarter_mm = turn.mm() / 4.0;
         if axis.home_offset.mm() < quarter_mm {
             let key = format!("{name}.home_offset");
-            diagnostics.push(refuse("machine.index_offset", &key, axis.home_offset.mm(), quarter_mm));
+            diagnostics.push(refuse(code!("machine.index_offset"), &key, axis.home_offset.mm(), quarter_mm));
         }
     }
     diagnostics
@@ -127,7 +128,7 @@ fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
 /// its depth isn't controlled.
 fn play_of_z(machine: &Machine) -> Option<Diagnostic> {
     let play = machine.z.backlash;
-    (play > Length::ZERO).then(|| refuse("machine.z_with_play", "z.backlash", play.mm(), 0.0))
+    (play > Length::ZERO).then(|| refuse(code!("machine.z_with_play"), "z.backlash", play.mm(), 0.0))
 }
 
 /// The contact check in every drill cycle needs a wired contact sensor.
@@ -135,7 +136,7 @@ fn contact(machine: &Machine) -> Option<Diagnostic> {
     let tolerance = machine.process.contact_tolerance;
     let is_there = machine.tells(Input::Contact) && machine.output != Output::Adapter;
     let wanted = tolerance > Length::ZERO && !is_there;
-    wanted.then(|| refuse("machine.no_contact", "stroke.contact_tolerance", tolerance.mm(), 0.0))
+    wanted.then(|| refuse(code!("machine.no_contact"), "stroke.contact_tolerance", tolerance.mm(), 0.0))
 }
 
 /// Probing must stop soon enough after the contact. The slowest state of a table drive is checked with its
@@ -145,7 +146,7 @@ fn touching(machine: &Machine) -> Option<Diagnostic> {
     let most = libm::floor(libm::sqrt(2.0 * braking * BEHIND_CONTACT_MM) * 100.0) / 100.0;
     let speed = machine.process.touch_mm_per_s;
     let wanted = machine.drive == DriveKind::Planned && speed > most;
-    wanted.then(|| refuse("machine.touch_too_fast", "stroke.touch_speed", speed, most))
+    wanted.then(|| refuse(code!("machine.touch_too_fast"), "stroke.touch_speed", speed, most))
 }
 
 /// Names of outputs: a letter, then letters, digits or `_`; unique; `spindle` is reserved.
@@ -164,7 +165,7 @@ fn outputs(machine: &Machine) -> Option<Diagnostic> {
     };
     let twice = |at: usize| names[..at].contains(&names[at]);
     let bad = (0..names.len()).find(|at| !good(&names[*at]) || twice(*at) || *at >= most)?;
-    let diagnostic = Diagnostic::error("machine.output_name").with("key", key);
+    let diagnostic = error!("machine.output_name", key = key, ..);
     Some(diagnostic.with("name", &names[bad]).with("most", most))
 }
 
@@ -177,7 +178,7 @@ fn drives(machine: &Machine) -> Vec<Diagnostic> {
     let period_us = 1e6 / f64::from(machine.max_step_hz);
     if 2.0 * machine.pulse_width_us > period_us {
         diagnostics.push(refuse(
-            "machine.pulse_too_long",
+            code!("machine.pulse_too_long"),
             "drive.pulse_width",
             machine.pulse_width_us,
             period_us,
@@ -186,7 +187,7 @@ fn drives(machine: &Machine) -> Vec<Diagnostic> {
     let fastest = f64::from(machine.max_step_hz) / machine.z.scale.steps_per_mm();
     if machine.drive == DriveKind::Planned && machine.down.max_speed_mm_per_s > fastest {
         let asked = machine.down.max_speed_mm_per_s;
-        diagnostics.push(refuse("machine.faster_than_drive", "motion.down_speed", asked, fastest));
+        diagnostics.push(refuse(code!("machine.faster_than_drive"), "motion.down_speed", asked, fastest));
     }
     diagnostics
 }
@@ -199,29 +200,34 @@ fn strokes(machine: &Machine) -> Vec<Diagnostic> {
     let (process, overlap) = (&machine.process, &machine.overlap);
     let top = process.surface + process.safe_height;
     if top > machine.z.max {
-        refuse("machine.safe_height_out_of_reach", "stroke.safe_height", top.mm(), machine.z.max.mm());
+        refuse(code!("machine.safe_height_out_of_reach"), "stroke.safe_height", top.mm(), machine.z.max.mm());
     }
     let bottom = process.surface - process.board_thickness - process.breakthrough;
     if bottom < machine.z.min {
-        refuse("machine.stroke_out_of_reach", "stroke.surface", bottom.mm(), machine.z.min.mm());
+        refuse(code!("machine.stroke_out_of_reach"), "stroke.surface", bottom.mm(), machine.z.min.mm());
     }
     let fastest = machine.z.max_speed_mm_per_s.min(machine.down.max_speed_mm_per_s);
     if process.feed_mm_per_s > fastest {
-        refuse("machine.feed_too_fast", "stroke.feed", process.feed_mm_per_s, fastest);
+        refuse(code!("machine.feed_too_fast"), "stroke.feed", process.feed_mm_per_s, fastest);
     }
     if process.spindle_rpm == 0 {
-        refuse("machine.spindle_stands", "spindle.speed", 0.0, 1.0);
+        refuse(code!("machine.spindle_stands"), "spindle.speed", 0.0, 1.0);
     }
     let safe_mm = process.safe_height.mm();
     if process.feed_height > process.safe_height {
-        refuse("machine.feed_height_too_high", "stroke.feed_height", process.feed_height.mm(), safe_mm);
+        refuse(
+            code!("machine.feed_height_too_high"),
+            "stroke.feed_height",
+            process.feed_height.mm(),
+            safe_mm,
+        );
     }
     if overlap.on && overlap.clear_mm >= safe_mm {
-        refuse("machine.clear_too_high", "overlap.clear", overlap.clear_mm, safe_mm);
+        refuse(code!("machine.clear_too_high"), "overlap.clear", overlap.clear_mm, safe_mm);
     }
     if overlap.on && (machine.stroke_end == StrokeEnd::Sensor || machine.drive == DriveKind::Table) {
         let key = if machine.drive == DriveKind::Table { "drive.kind" } else { "stroke.end" };
-        refuse("machine.overlap_without_count", key, 1.0, 0.0);
+        refuse(code!("machine.overlap_without_count"), key, 1.0, 0.0);
     }
     diagnostics
 }

@@ -8,6 +8,7 @@
 use super::step_dir::MOTORS;
 use super::value::Value;
 use super::{Machine, StepDir, UNWIRED};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -191,7 +192,7 @@ impl Pinout {
         let wrong = lengths.filter(|(_, found, wanted)| found != wanted);
         wrong
             .map(|(name, found, wanted)| {
-                self.refuse("machine.card_length", name).with("found", found).with("wanted", wanted)
+                self.refuse(code!("machine.card_length"), name).with("found", found).with("wanted", wanted)
             })
             .collect()
     }
@@ -208,11 +209,11 @@ impl Pinout {
             for (name, bit) in signals.into_iter().filter(|(_, bit)| *bit != UNWIRED) {
                 match usize::try_from(bit).ok().and_then(|bit| owners.get_mut(bit)) {
                     None => {
-                        let why = self.refuse("machine.card_bit_outside", name).with("bit", bit);
+                        let why = self.refuse(code!("machine.card_bit_outside"), name).with("bit", bit);
                         diagnostics.push(why.with("last", count - 1));
                     }
                     Some(Some(other)) => {
-                        let why = self.refuse("machine.card_bit_twice", name).with("bit", bit);
+                        let why = self.refuse(code!("machine.card_bit_twice"), name).with("bit", bit);
                         diagnostics.push(why.with("other", format!("{}.{other}", self.section)));
                     }
                     Some(free) => *free = Some(name),
@@ -223,7 +224,7 @@ impl Pinout {
             let mut bytes = wiring.phase_bits(axis).iter().filter(|bit| **bit >= 0).map(|bit| bit / 8);
             let first = bytes.next();
             if bytes.any(|byte| Some(byte) != first) {
-                diagnostics.push(self.refuse("machine.card_two_bytes", name));
+                diagnostics.push(self.refuse(code!("machine.card_two_bytes"), name));
             }
         }
         diagnostics
@@ -233,22 +234,24 @@ impl Pinout {
     fn missing(&self, wiring: &Wiring, machine: &Machine) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         if wiring.device.is_empty() {
-            diagnostics.push(self.refuse("machine.card_no_device", "device"));
+            diagnostics.push(self.refuse(code!("machine.card_no_device"), "device"));
         }
         if machine.spindles > 1 {
-            diagnostics.push(self.refuse("machine.card_one_spindle", "z").with("spindles", machine.spindles));
+            diagnostics
+                .push(self.refuse(code!("machine.card_one_spindle"), "z").with("spindles", machine.spindles));
         }
         for (index, name) in MOTORS.iter().enumerate().filter(|(axis, _)| !wiring.drivers.counts(*axis)) {
             let columns = &machine.axis(index).phases.columns;
             let used = columns.iter().fold(0, |used, column| used | column) & WINDINGS;
             for bit in (0..PHASE_BITS).filter(|bit| used >> bit & 1 == 1) {
                 if wiring.phases[index].get(bit).is_none_or(|at| *at == UNWIRED) {
-                    diagnostics.push(self.refuse("machine.card_phase_unwired", name).with("phase", bit));
+                    diagnostics
+                        .push(self.refuse(code!("machine.card_phase_unwired"), name).with("phase", bit));
                 }
             }
         }
         for input in machine.needed_inputs().filter(|input| wiring.sensor(*input) == UNWIRED) {
-            let why = self.refuse("machine.card_sensor_unwired", "sensors");
+            let why = self.refuse(code!("machine.card_sensor_unwired"), "sensors");
             diagnostics.push(why.with("sensor", input.name()));
         }
         diagnostics

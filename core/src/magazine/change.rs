@@ -9,6 +9,7 @@
 
 use super::{ChangeStep, Held, Looks, ToolStock, Unfinished};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::job::{Bit, Mark, Stage, Switching};
 use crate::machine::{Machine, Steps};
 use crate::motion::{Timeline, cycles};
@@ -39,10 +40,6 @@ pub struct StepWork {
     pub needs_kept: bool,
 }
 
-fn refuse(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 fn rest(duration_ticks: u64, effect: Switching, end: Steps) -> Segment {
     let (mark, stage) = (Mark::Prepare, Stage::Dwell);
     Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
@@ -65,14 +62,14 @@ impl Change {
             stock.change = None;
             return Ok(None);
         }
-        let missing = || refuse("magazine.no_such_tool").with("bit", bit.titled());
+        let missing = || error!("magazine.no_such_tool", bit = bit.titled());
         let to = stock.place_of(bit).ok_or_else(missing)?;
         let new = stock.lies(to).cloned().ok_or_else(missing)?;
         let (later, old) = match &stock.spindle {
-            Held::Unknown => return Err(refuse("magazine.spindle_unknown")),
+            Held::Unknown => return Err(error!("magazine.spindle_unknown")),
             Held::Nothing => (without_old(), None),
             Held::Tool { tool, place } => {
-                let no_room = || refuse("magazine.no_room").with("number", tool.number);
+                let no_room = || error!("magazine.no_room", number = tool.number);
                 (ChangeStep::ALL.to_vec(), Some((tool.clone(), stock.way_back(*place).ok_or_else(no_room)?)))
             }
         };
@@ -190,7 +187,7 @@ impl Change {
             ChangeStep::LowerToOld | ChangeStep::LowerToNew => down()?,
             ChangeStep::OpenClamp | ChangeStep::CloseClamp => {
                 let place =
-                    machine.output_place(&magazine.clamp).ok_or_else(|| refuse("magazine.no_clamp"))?;
+                    machine.output_place(&magazine.clamp).ok_or_else(|| error!("magazine.no_clamp"))?;
                 output = Some((place, step == ChangeStep::OpenClamp));
                 Vec::new()
             }
@@ -215,7 +212,7 @@ impl Change {
     }
 
     fn over(&self, machine: &Machine, place: u8) -> Result<[i64; 2], Diagnostic> {
-        let missing = || refuse("magazine.no_such_place").with("place", place + 1);
+        let missing = || error!("magazine.no_such_place", place = place + 1);
         machine.magazine_place(usize::from(place)).ok_or_else(missing)
     }
 

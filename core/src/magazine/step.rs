@@ -11,6 +11,7 @@
 //!
 //! Inputs are bit sets.
 
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use serde::{Deserialize, Serialize};
@@ -194,15 +195,15 @@ impl ChangeStep {
     /// The alarm for `input`, which has the wrong state at this step.
     pub fn alarm(self, (input, is_on): (Input, bool)) -> Diagnostic {
         let code = match (input, is_on) {
-            (Input::CoverOpen, _) => "magazine.cover_open",
-            (Input::Air, _) => "magazine.no_air",
-            (Input::FootDown, _) => "magazine.foot_down",
-            (Input::ClampOpen, true) => "magazine.clamp_open",
-            (Input::ClampOpen, false) => "magazine.clamp_closed",
-            (Input::PlaceTaken, true) => "magazine.place_taken",
-            (Input::PlaceTaken, false) => "magazine.place_empty",
-            (_, true) => "magazine.tool_still_held",
-            (_, false) => "magazine.no_tool",
+            (Input::CoverOpen, _) => code!("magazine.cover_open"),
+            (Input::Air, _) => code!("magazine.no_air"),
+            (Input::FootDown, _) => code!("magazine.foot_down"),
+            (Input::ClampOpen, true) => code!("magazine.clamp_open"),
+            (Input::ClampOpen, false) => code!("magazine.clamp_closed"),
+            (Input::PlaceTaken, true) => code!("magazine.place_taken"),
+            (Input::PlaceTaken, false) => code!("magazine.place_empty"),
+            (_, true) => code!("magazine.tool_still_held"),
+            (_, false) => code!("magazine.no_tool"),
         };
         Diagnostic::error(code).with("step", self.number()).with("steps", Self::ALL.len())
     }

@@ -11,6 +11,7 @@ use super::ChangeStep;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Input};
 use crate::machine::{MOST_PLACES, Machine, ToolWear, tool_of};
+use crate::{code, error};
 use serde::{Deserialize, Serialize};
 
 /// Longest name of a tool, in characters.
@@ -119,16 +120,18 @@ impl ToolStock {
         let most = machine.magazine.places().min(MOST_PLACES);
         let refuse = |code: &str| Diagnostic::error(code);
         if places.len() > most {
-            return Err(refuse("magazine.too_many_places").with("places", places.len()).with("most", most));
+            return Err(refuse(code!("magazine.too_many_places"))
+                .with("places", places.len())
+                .with("most", most));
         }
         let held = if let Held::Tool { tool, .. } = &spindle { Some(tool) } else { None };
         let tools: Vec<&StockedTool> = places.iter().flatten().chain(held).collect();
         for (at, tool) in tools.iter().enumerate() {
             if tools.iter().take(at).any(|other| other.number == tool.number) {
-                return Err(refuse("magazine.tool_twice").with("number", tool.number));
+                return Err(refuse(code!("magazine.tool_twice")).with("number", tool.number));
             }
             if tool.bit.name.chars().count() > LONGEST_NAME || tool.bit.diameter.nm() <= 0 {
-                return Err(refuse("magazine.no_such_bit").with("number", tool.number));
+                return Err(refuse(code!("magazine.no_such_bit")).with("number", tool.number));
             }
         }
         let mut stock = Self { places, spindle, change: None };
@@ -175,7 +178,7 @@ impl ToolStock {
             (_, Held::Nothing) | (None, Held::Unknown) => return Ok(()),
             (Some(change), _) => Unfinished { is_lost: true, ..change.clone() },
             (None, Held::Tool { tool, place }) => {
-                let no_room = || Diagnostic::error("magazine.no_room").with("number", tool.number);
+                let no_room = || error!("magazine.no_room", number = tool.number);
                 let new = (tool.clone(), self.way_back(*place).ok_or_else(no_room)?);
                 Unfinished { step: ChangeStep::CheckTaken, old: None, new, is_lost: true }
             }
@@ -194,7 +197,7 @@ impl ToolStock {
 
     /// Like [`Self::settle`], but from what the user sees.
     pub fn seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
-        let change = self.change.clone().ok_or_else(|| Diagnostic::error("magazine.nothing_stopped"))?;
+        let change = self.change.clone().ok_or_else(|| error!("magazine.nothing_stopped"))?;
         self.see(&change, seen);
         self.change = Some(Unfinished { is_lost: false, ..change });
         Ok(())

@@ -13,6 +13,7 @@
 //!
 //! Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5.
 
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::machine::Dynamics;
 use crate::machine::dynamics::{period, top};
@@ -102,7 +103,7 @@ pub struct SteadyStretch {
 pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch>, Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).with("distance", distance).with("state", 0);
     if dynamics.period.is_empty() {
-        return Err(refuse("automaton.lengths").with("states", 0).with("enter", 0).with("leave", 0));
+        return Err(refuse(code!("automaton.lengths")).with("states", 0).with("enter", 0).with("leave", 0));
     }
     let mut out: Vec<SteadyStretch> = Vec::new();
     let (mut state, mut left) = (0, i64::try_from(distance).unwrap_or(i64::MAX));
@@ -123,7 +124,7 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch
     if state == 0 {
         Ok(out)
     } else {
-        Err(refuse("automaton.overshoots").with("speed", state).with("by", state))
+        Err(refuse(code!("automaton.overshoots")).with("speed", state).with("by", state))
     }
 }
 

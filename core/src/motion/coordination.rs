@@ -15,6 +15,7 @@
 
 use super::profile::Stroke;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 
 /// Times of a spindle's stroke, computed once per bit, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -170,9 +171,7 @@ pub fn sequential_s(hops_s: &[f64], rules: SpindleRules, spindles: &[SpindleTime
 }
 
 fn check(hops_s: &[f64], rules: SpindleRules, spindles: &[SpindleTimes]) -> Result<(), Diagnostic> {
-    let refuse = |field: &str, value: f64| {
-        Err(Diagnostic::error("motion.bad_time").with("field", field).with("value", value))
-    };
+    let refuse = |field: &str, value: f64| Err(error!("motion.bad_time", field = field, value = value));
     let bad = |time: &f64| !(time.is_finite() && *time >= 0.0);
     if let Some(hop_s) = hops_s.iter().find(|hop_s| bad(hop_s)) {
         return refuse("hop", *hop_s);

@@ -3,6 +3,7 @@
 
 use super::timeline::{AxisMove, Motion, Move, Timeline};
 use super::{Limits, path};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, Machine, axis_name};
 use crate::units::TICK_HZ;
@@ -17,19 +18,19 @@ pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Diagnostic
     for (index, planned) in timeline.moves.iter().enumerate() {
         let diagnostic = |code: &str| Diagnostic::error(code).with("leg", planned.leg).with("move", index);
         if planned.from != at || planned.start_tick != now {
-            broken.push(diagnostic("motion.broken_chain"));
+            broken.push(diagnostic(code!("motion.broken_chain")));
         } else if planned.parts.iter().any(|part| part.start_tick > planned.duration_ticks)
             || planned.parts.iter().any(|part| part.end_s() * TICK_HZ as f64 > planned.duration_ticks as f64)
         {
-            broken.push(diagnostic("motion.too_short"));
+            broken.push(diagnostic(code!("motion.too_short")));
         } else if !chained(planned) {
-            broken.push(diagnostic("motion.broken_chain"));
+            broken.push(diagnostic(code!("motion.broken_chain")));
         } else if let Some(why) = planned.parts.iter().find_map(|part| path_laws(machine, part).err()) {
             broken.push(why.with("leg", planned.leg).with("move", index));
         } else if let Some(axis) =
             (0..AXES).find(|axis| planned.parts.iter().any(|part| too_much(timeline, machine, part, *axis)))
         {
-            broken.push(diagnostic("motion.over_limit").with("axis", axis_name(axis)));
+            broken.push(diagnostic(code!("motion.over_limit")).with("axis", axis_name(axis)));
         }
         (at, now) = (planned.to, planned.start_tick + planned.duration_ticks);
     }

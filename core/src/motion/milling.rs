@@ -9,6 +9,7 @@ use super::Limits;
 use super::limits::mm_per_step;
 use super::path::{self, Chain, PathPoint, PathRules, PlannedPath, To, WantedPiece};
 use super::timeline::{AxisMove, Motion, MotorPath};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Stage};
@@ -44,10 +45,10 @@ pub(super) fn paths(
 ) -> Result<Vec<Turned>, Diagnostic> {
     let refuse = |code: &str| Err(Diagnostic::error(code));
     if machine.drive == DriveKind::Table {
-        return refuse("motion.path_on_table");
+        return refuse(code!("motion.path_on_table"));
     }
     if pieces.iter().any(|piece| piece.feed_mm_per_s <= 0.0) {
-        return refuse("motion.no_feed");
+        return refuse(code!("motion.no_feed"));
     }
     let (limits, rules) = (Limits::of_path(machine), PathRules::of(machine));
     let mm = mm_per_step(machine);

@@ -12,6 +12,7 @@ use super::coordination::{Cycle, SpindleTimes, Stroked};
 use super::timeline::{Move, Timeline};
 use super::writer::timeline;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program, Stage};
 use crate::machine::Machine;
@@ -68,7 +69,7 @@ fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Diagnosti
     let mut legs = Vec::with_capacity(hops_mm.len());
     for (index, hop) in (0..).zip(hops_mm) {
         if let Some(wrong) = hop.iter().find(|way| !(way.is_finite() && way.abs() <= FARTHEST_MM)) {
-            return Err(Diagnostic::error("motion.bad_length").with("value", wrong));
+            return Err(error!("motion.bad_length", value = wrong));
         }
         let way = Point::from_mm(hop[0], hop[1]);
         to = Point::new(to.x + way.x, to.y + way.y);

@@ -15,6 +15,7 @@ use super::milling;
 use super::path::PlannedPath;
 use super::timeline::{AxisMove, Move, Timeline};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::job::{Command, Gate, Leg, Mark, Program, Stage, Switching};
 use crate::machine::{AXES, Machine, Steps};
@@ -202,7 +203,7 @@ impl<'a> Writer<'a> {
     }
 
     fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Diagnostic> {
-        self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
+        self.leg = u32::try_from(index).map_err(|_| error!("motion.too_many_legs"))?;
         (self.mark, self.command, self.hole_bottom) = (leg.mark, 0, leg.bottom());
         let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
         let is_hole = matches!(leg.mark, Mark::Hole(_)) && !leg.commands.iter().any(mills);
@@ -387,7 +388,7 @@ impl<'a> Writer<'a> {
     fn retract(&mut self, to: Length) -> Result<(), Diagnostic> {
         let top = self.with_z(to);
         if (2..AXES).any(|axis| top[axis] < self.at[axis]) {
-            return Err(Diagnostic::error("motion.retract_downwards").with("to", to.mm()));
+            return Err(error!("motion.retract_downwards", to = to.mm(), ..));
         }
         self.line(Stage::Retract, top, self.lift_mm_per_s, None)
     }
@@ -395,10 +396,10 @@ impl<'a> Writer<'a> {
     fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Diagnostic> {
         let bottom = self.with_z(to);
         if (2..AXES).any(|axis| bottom[axis] > self.at[axis]) {
-            return Err(Diagnostic::error("motion.plunge_upwards").with("to", to.mm()));
+            return Err(error!("motion.plunge_upwards", to = to.mm(), ..));
         }
         if feed_um_per_s == 0 {
-            return Err(Diagnostic::error("motion.no_feed"));
+            return Err(error!("motion.no_feed", ..));
         }
         if !self.settled {
             let ticks = libm::ceil(self.machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
@@ -513,6 +514,6 @@ fn refuse_slow(length_mm: f64, seconds: f64) -> Result<(), Diagnostic> {
     if seconds <= LONGEST_MOVE_S {
         return Ok(());
     }
-    let diagnostic = Diagnostic::error("motion.move_too_slow").with("length", length_mm);
+    let diagnostic = error!("motion.move_too_slow", length = length_mm, ..);
     Err(diagnostic.with("seconds", seconds).with("longest", LONGEST_MOVE_S))
 }

@@ -31,6 +31,7 @@ mod play;
 mod recorder;
 mod steady;
 
+use crate::code;
 pub use play::{
     Motors, Operator, Order, Outcome, Playhead, give_way, play, play_by_turns, play_on_by_turns, through,
 };
@@ -179,13 +180,13 @@ impl SpindleTrouble {
     pub fn diagnostic(self) -> Diagnostic {
         let error = |code: &str| Diagnostic::error(code);
         match self {
-            Self::Silent => error("spindle.silent"),
-            Self::Garbled => error("spindle.garbled"),
-            Self::Refused { code } => error("spindle.refused").with("code", code),
+            Self::Silent => error(code!("spindle.silent")),
+            Self::Garbled => error(code!("spindle.garbled")),
+            Self::Refused { code } => error(code!("spindle.refused")).with("code", code),
             Self::Slow { rpm, wanted_rpm } => {
-                error("spindle.slow").with("rpm", rpm).with("wanted", wanted_rpm)
+                error(code!("spindle.slow")).with("rpm", rpm).with("wanted", wanted_rpm)
             }
-            Self::Tripped { code } => error("spindle.tripped").with("code", code),
+            Self::Tripped { code } => error(code!("spindle.tripped")).with("code", code),
         }
     }
 }

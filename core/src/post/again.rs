@@ -18,6 +18,7 @@ use crate::geometry::Point;
 use crate::job::{Bit, Command, Program};
 use crate::locale;
 use crate::units::Length;
+use crate::{code, warning};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -66,8 +67,8 @@ pub fn proved(
             }
             Err(why) => {
                 let severity = if own && is_foreign(&why) { Severity::Warning } else { Severity::Error };
-                let said =
-                    Diagnostic::new(severity, "written.unread").with("why", why.message(locale::FALLBACK));
+                let said = Diagnostic::new(severity, code!("written.unread"))
+                    .with("why", why.message(locale::FALLBACK));
                 diagnostics.push(Diagnostic { place: why.place, ..said });
                 return diagnostics;
             }
@@ -79,7 +80,8 @@ pub fn proved(
 
 /// True if words are merely not supported by the reader, not wrong.
 fn is_foreign(why: &Diagnostic) -> bool {
-    ["readback.unknown", "readback.unknown_word", "readback.changes_place"].contains(&why.code.as_str())
+    [code!("readback.unknown"), code!("readback.unknown_word"), code!("readback.changes_place")]
+        .contains(&why.code.as_str())
 }
 
 /// Tolerance of positions and of heights, in mm.
@@ -121,6 +123,6 @@ fn shifted<'p>(program: &'p Program, dialect: &Dialect) -> (Cow<'p, Program>, Ve
         }
     }
     let said = TemplateKind::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
-    let said = said.map(|[x, y]| Diagnostic::warning("written.moved").with("x", x.mm()).with("y", y.mm()));
+    let said = said.map(|[x, y]| warning!("written.moved", x = x.mm(), y = y.mm()));
     (Cow::Owned(moved), said.into_iter().collect())
 }

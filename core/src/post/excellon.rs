@@ -12,6 +12,7 @@ use super::lined::Lined;
 use super::number::{Format, TrailingZeros};
 use super::read::Centre;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::job::{Command, CommandPlace, Cutter, Leg, Mark, Program};
 use crate::locale::WRITTEN_BY;
@@ -165,7 +166,7 @@ impl<'a> Router<'a> {
     fn route(&mut self, out: &mut Lined, (index, leg): (u32, &Leg)) -> Result<(), Diagnostic> {
         let bit = self.program.bits.get(self.bit as usize);
         if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
-            return Err(Diagnostic::error("post.excellon_vee").with("bit", bit.called()));
+            return Err(error!("post.excellon_vee", bit = bit.called()));
         }
         let before = out.place();
         let start = self.program.start_of_leg(index as usize);
@@ -196,7 +197,7 @@ impl<'a> Router<'a> {
         }
         self.raise(out);
         if out.place() == before {
-            let diagnostic = Diagnostic::error("post.excellon_depth");
+            let diagnostic = error!("post.excellon_depth", ..);
             return Err(diagnostic.with("lowest", self.floor.mm()));
         }
         out.push("G05\n");

@@ -27,6 +27,7 @@ mod values;
 mod words;
 mod writer;
 
+use crate::note;
 pub use again::{Differences, proved};
 pub use dialect::{
     Arcs, Changes, Comments, Dialect, FileSplit, Helix, LineStyle, Modal, NameStyle, NumberStyle, Rapids,
@@ -153,7 +154,7 @@ pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
             let referred = ["G28", "G30", "G53", "SUPA", "M91"].iter().any(|word| template.says(word));
             if goes && !referred && !names(&["Z", "H", "HC", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
-                warnings.push(Diagnostic::note("post.no_height").with("name", name));
+                warnings.push(note!("post.no_height", name = name));
             }
         }
     }

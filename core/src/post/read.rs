@@ -8,6 +8,7 @@ use super::number::{Format, TrailingZeros};
 use super::template::{Fault, Known, Template};
 use super::words::{Table, Words};
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::error;
 use crate::units::Length;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -57,14 +58,14 @@ fn read(file: &str, text: &str) -> (Dialect, Vec<Diagnostic>) {
     let too_large = text.len() > LARGEST;
     let (mut words, mut top) = Words::new(file, if too_large { "" } else { text });
     if too_large {
-        words.fault(Diagnostic::error("post.dialect_too_large").with("most", LARGEST), 0);
+        words.fault(error!("post.dialect_too_large", most = LARGEST), 0);
         return (blank(), words.faults);
     }
     if top
         .take("schema")
         .is_none_or(|value| value.get_ref().as_integer().is_none_or(|one| one.as_str() != "1"))
     {
-        words.fault(Diagnostic::error("post.schema"), 0);
+        words.fault(error!("post.schema"), 0);
     }
     let mut dialect = blank();
     dialect.name = words.short(&mut top, "name", 100, |c| !c.is_control()).unwrap_or_default();
@@ -98,7 +99,7 @@ fn read(file: &str, text: &str) -> (Dialect, Vec<Diagnostic>) {
         }
     }
     if dialect.drill.is_none() && dialect.engrave.is_none() && words.faults.is_empty() {
-        words.fault(Diagnostic::error("post.no_templates"), 0);
+        words.fault(error!("post.no_templates"), 0);
     }
     words.unknown(&top, TOP);
     let mut faults = words.faults;
@@ -223,7 +224,7 @@ fn block_named(words: &mut Words<'_>, name: &Spanned<String>) -> Option<(Templat
     let names: Vec<String> = BLOCKS.iter().map(full).collect();
     let found = BLOCKS.iter().zip(&names).find(|(_, known)| *known == name.get_ref());
     if found.is_none() {
-        let diagnostic = Diagnostic::error("post.unknown_block").with("name", name.get_ref());
+        let diagnostic = error!("post.unknown_block", name = name.get_ref(), ..);
         let diagnostic =
             diagnostic.with("nearest", nearest(name.get_ref(), names.iter().map(String::as_str)));
         words.fault(diagnostic.with("known", names.join(", ")), name.span().start);
@@ -250,7 +251,7 @@ fn modal<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> Modal {
         if let Some(known) = MODAL.iter().find(|known| *known == name.get_ref()) {
             parameters.push(*known);
         } else {
-            let diagnostic = Diagnostic::error("post.not_modal").with("name", name.get_ref());
+            let diagnostic = error!("post.not_modal", name = name.get_ref(), ..);
             words.fault(diagnostic.with("known", MODAL.join(", ")), name.span().start);
         }
     }
@@ -301,7 +302,7 @@ fn templates<'a>(
                 blocks.insert(row.block, template(words, part, row.block, &text));
             }
             None if needed(row.block, row.required, arcs) => {
-                let diagnostic = Diagnostic::error("post.missing_block").with("block", row.block.key());
+                let diagnostic = error!("post.missing_block", block = row.block.key(), ..);
                 words.missing_block(&table, diagnostic.with("template", part.key()));
             }
             None => {}
@@ -376,13 +377,13 @@ fn explain(
     let here = || PARAMETERS.iter().filter(move |row| row.blocks.contains(&block)).map(|row| row.name);
     let diagnostic = match fault {
         Fault::Unknown(name) if PARAMETERS.iter().any(|row| row.name == name) => {
-            Diagnostic::error("post.parameter_elsewhere").with("name", name)
+            error!("post.parameter_elsewhere", name = name, ..)
         }
-        Fault::Unknown(name) => Diagnostic::error("post.unknown_parameter")
-            .with("name", name)
-            .with("nearest", nearest(name, here())),
-        Fault::Unclosed => Diagnostic::error("post.unclosed_parameter"),
-        Fault::Arithmetic(text) => Diagnostic::error("post.bad_arithmetic").with("text", text),
+        Fault::Unknown(name) => {
+            error!("post.unknown_parameter", name = name, nearest = nearest(name, here()), ..)
+        }
+        Fault::Unclosed => error!("post.unclosed_parameter", ..),
+        Fault::Arithmetic(text) => error!("post.bad_arithmetic", text = text, ..),
     };
     let names: Vec<String> = here().map(|name| format!("@{name}@")).collect();
     let field = format!("{}.{}", part.key(), block.key());

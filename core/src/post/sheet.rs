@@ -10,6 +10,7 @@ use super::lined::Lined;
 use super::names::{Block, CURVES, HEAD, TemplateKind};
 use super::template::{Goes, Line, Piece, Template};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::job::CommandPlace;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -115,7 +116,7 @@ impl<'a> OpenFile<'a> {
             self.forget();
         }
         if self.len() > LARGEST {
-            return Err(Diagnostic::error("post.too_large"));
+            return Err(error!("post.too_large"));
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! A dialect file as a tree of values with positions, and the faults found in it.
 
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::error;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -50,7 +51,7 @@ impl<'a> Words<'a> {
         let mut words = Self { file, text, faults: Vec::new() };
         for error in errors {
             let at = error.span().map_or(0, |span| span.start);
-            let why = Diagnostic::error("post.dialect_unreadable").with("why", error.message());
+            let why = error!("post.dialect_unreadable", why = error.message());
             words.fault(why, at);
         }
         (words, Table::new("", 0, tree.into_inner()))
@@ -70,14 +71,14 @@ impl<'a> Words<'a> {
     }
 
     fn bad(&mut self, table: &Table<'_>, key: &str, expected: &str, at: usize) {
-        let diagnostic = Diagnostic::error("post.bad_value");
+        let diagnostic = error!("post.bad_value", ..);
         self.fault(diagnostic.with("name", table.path(key)).with("expected", expected), at);
     }
 
     /// Reports every key that was not read.
     pub(super) fn unknown(&mut self, table: &Table<'_>, known: &[&str]) {
         for (key, value) in &table.keys {
-            let diagnostic = Diagnostic::error("post.unknown_key").with("name", table.path(key));
+            let diagnostic = error!("post.unknown_key", name = table.path(key), ..);
             let diagnostic = diagnostic.with("nearest", nearest(key, known.iter().copied()));
             self.fault(diagnostic.with("known", known.join(", ")), value.span().start);
         }
@@ -85,7 +86,7 @@ impl<'a> Words<'a> {
 
     /// Reports a missing `key`.
     pub(super) fn missing(&mut self, table: &Table<'_>, key: &str) {
-        self.fault(Diagnostic::error("post.missing_key").with("name", table.path(key)), table.at);
+        self.fault(error!("post.missing_key", name = table.path(key)), table.at);
     }
 
     /// Reports a missing block.

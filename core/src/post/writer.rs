@@ -21,6 +21,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Briefing, Command, CommandPlace, Leg, Mark, Program};
 use crate::units::Length;
+use crate::{code, error};
 use serde::{Deserialize, Serialize};
 
 /// Tolerance of a tool's radius, if a template is for one radius.
@@ -137,8 +138,8 @@ impl<'a> Writer<'a> {
 
     fn templates(&self, part: TemplateKind) -> Result<&'a Templates, Diagnostic> {
         let code = match part {
-            TemplateKind::Drill => "post.no_drill_template",
-            TemplateKind::Engrave => "post.milling",
+            TemplateKind::Drill => code!("post.no_drill_template"),
+            TemplateKind::Engrave => code!("post.milling"),
         };
         self.dialect
             .templates(part)
@@ -276,7 +277,7 @@ impl<'a> Writer<'a> {
     fn write(&mut self, block: Block, action: Action) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
         let template = templates.blocks.get(&block).ok_or_else(|| {
-            let diagnostic = Diagnostic::error("post.no_block").with("dialect", &self.dialect.name);
+            let diagnostic = error!("post.no_block", dialect = &self.dialect.name, ..);
             diagnostic.with("block", block.key()).with("template", self.part.key())
         })?;
         let frame = self.frame(templates, self.files.get(self.done.len()), &self.tools);
@@ -410,7 +411,7 @@ impl<'a> Writer<'a> {
         if height > Length::ZERO || (found - radius).abs() <= RADIUS_SLACK {
             return Ok(());
         }
-        let diagnostic = Diagnostic::error("post.tool_radius").with("bit", bit.called());
+        let diagnostic = error!("post.tool_radius", bit = bit.called(), ..);
         Err(diagnostic.with("found", found.mm()).with("expected", radius.mm()))
     }
 

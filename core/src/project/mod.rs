@@ -22,6 +22,7 @@ use crate::job::{Bit, Cutter};
 use crate::locale;
 use crate::machine::{Value, ValueKind};
 use crate::units::Length;
+use crate::{code, error};
 use std::fmt::Write as _;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -45,12 +46,12 @@ const MOST_CURES: usize = 4_096;
 /// Parses the job in `text`. Omitted values come from `base`. `file` is the file name for diagnostics.
 pub fn read(file: &str, text: &str, base: &Work) -> Result<Work, Diagnostic> {
     if text.len() > LONGEST {
-        return Err(Diagnostic::error("project.too_long").at(file, 0, 0).with("longest", LONGEST));
+        return Err(error!("project.too_long", longest = LONGEST).at(file, 0, 0));
     }
     let reader = Reader { file, text };
     let document = DeTable::parse(text).map_err(|error| {
         let what = error.message().lines().next().unwrap_or_default().to_owned();
-        let why = Diagnostic::error("project.syntax").with("what", what);
+        let why = error!("project.syntax", what = what);
         reader.place(why, error.span().map_or(0, |span| span.start))
     })?;
     reader.work(document.get_ref(), base)
@@ -75,7 +76,7 @@ impl Reader<'_> {
 
     /// Error for the unknown row `key`, with the nearest of the `known` names.
     fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Diagnostic> {
-        let diagnostic = Diagnostic::error("project.unknown_row").with("key", key);
+        let diagnostic = error!("project.unknown_row", key = key, ..);
         Err(self.place(diagnostic.with("nearest", nearest(key, known.iter().copied())), at))
     }
 
@@ -100,7 +101,7 @@ impl Reader<'_> {
         }
         if schema != Some(SCHEMA) {
             let found = schema.map_or_else(|| "none".to_owned(), |number| number.to_string());
-            let why = Diagnostic::error("project.schema").with("found", found).with("known", SCHEMA);
+            let why = error!("project.schema", found = found, known = SCHEMA);
             return Err(self.place(why, 0));
         }
         self.names(document, &work)?;
@@ -120,7 +121,7 @@ impl Reader<'_> {
             let at = table.span().start;
             match table.get_ref() {
                 DeValue::Table(_) if found.len() == most => {
-                    let why = Diagnostic::error("project.too_many");
+                    let why = error!("project.too_many", ..);
                     return Err(self.place(why.with("key", name).with("most", most), at));
                 }
                 DeValue::Table(rows) => found.push(read(rows, at)?),
@@ -169,12 +170,12 @@ impl Reader<'_> {
         }
         self.rows(rows, parameters::BIT, &["form"], &mut bit)?;
         if bit.name.is_empty() {
-            return self.refuse("project.no_name", "bit", at);
+            return self.refuse(code!("project.no_name"), "bit", at);
         }
         if let Cutter::Vee { tip, .. } = bit.cutter
             && tip > bit.diameter
         {
-            return self.refuse("project.tip_too_wide", &bit.name, at);
+            return self.refuse(code!("project.tip_too_wide"), &bit.name, at);
         }
         Ok(bit)
     }
@@ -188,7 +189,7 @@ impl Reader<'_> {
             None => ("", at),
         };
         let Some(mut operation) = Operation::usual(word, Face::Top) else {
-            let why = Diagnostic::error("project.unknown_kind");
+            let why = error!("project.unknown_kind", ..);
             return Err(
                 self.place(why.with("found", word).with("known", OperationKind::WORDS.join(", ")), word_at)
             );
@@ -232,7 +233,7 @@ impl Reader<'_> {
         };
         match (from, to, with) {
             (Some(from), Some(to), Some(with)) => Ok(LocalIsolation { from, to, with }),
-            _ => self.refuse("project.bad_cure", "cure", at),
+            _ => self.refuse(code!("project.bad_cure"), "cure", at),
         }
     }
 
@@ -248,12 +249,12 @@ impl Reader<'_> {
         };
         for (index, bit) in work.bits.iter().enumerate() {
             if work.bits.iter().take(index).any(|other| other.name == bit.name) {
-                return self.refuse("project.name_twice", &bit.name, at("bit", index));
+                return self.refuse(code!("project.name_twice"), &bit.name, at("bit", index));
             }
         }
         for (index, operation) in work.operations.iter().enumerate() {
             if let Some(missing) = operation.bit_names().into_iter().find(|name| work.bit(name).is_none()) {
-                return self.refuse("project.no_such_bit", missing, at("operation", index));
+                return self.refuse(code!("project.no_such_bit"), missing, at("operation", index));
             }
         }
         Ok(())

@@ -10,6 +10,7 @@
 
 use crate::artwork::{self, Artwork, Digits, Overrides, PROJECT_HEAD, Role, Side, Units, Zeros};
 use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 use serde::{Deserialize, Serialize};
 
 /// Version of the layout.
@@ -148,11 +149,12 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Project, Diagnostic> {
         let value: serde_json::Value = serde_json::from_slice(bytes).ok()?;
         value.get("annulus_project")?.as_u64()
     };
-    let head = head.ok_or_else(|| refuse("saved.damaged"))?;
+    let head = head.ok_or_else(|| refuse(code!("saved.damaged")))?;
     if let Some(found) = version(&head).filter(|found| *found != u64::from(SCHEMA)) {
-        return Err(refuse("saved.schema").with("found", found).with("known", SCHEMA));
+        return Err(refuse(code!("saved.schema")).with("found", found).with("known", SCHEMA));
     }
-    let head: Head = serde_json::from_slice(&head).map_err(|why| refuse("saved.head").with("what", why))?;
+    let head: Head =
+        serde_json::from_slice(&head).map_err(|why| refuse(code!("saved.head")).with("what", why))?;
     Ok(Project { said: head.said, ..project })
 }
 
@@ -163,7 +165,7 @@ pub fn write(project: &Project) -> Result<Vec<u8>, Diagnostic> {
     said.roles.iter_mut().for_each(|row| row.0 = fitting(&row.0));
     said.used.iter_mut().flatten().for_each(|name| *name = fitting(name));
     let head = serde_json::to_vec_pretty(&Head { annulus_project: SCHEMA, said });
-    let head = head.map_err(|why| Diagnostic::error("saved.head").with("what", why))?;
+    let head = head.map_err(|why| error!("saved.head", what = why))?;
     let mut members = vec![(PROJECT_HEAD.to_owned(), head)];
     members.extend(project.job.iter().map(|job| (JOB.to_owned(), job.clone().into_bytes())));
     let files =

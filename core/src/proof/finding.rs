@@ -1,5 +1,6 @@
 //! A finding: the problem, its position, width, nets and possible fixes.
 
+use crate::code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::job::Mark;
@@ -66,20 +67,20 @@ impl FindingKind {
     /// Message code, a key of the locale tables.
     pub const fn code(self) -> &'static str {
         match self {
-            Self::Short => "proof.short",
-            Self::Gap => "proof.gap",
-            Self::NotIsolated => "proof.not_isolated",
-            Self::Break => "proof.break",
-            Self::Gone => "proof.gone",
-            Self::Lost => "proof.lost",
-            Self::Hit => "proof.hit",
-            Self::NoBit => "proof.no_bit",
-            Self::Still => "proof.still",
-            Self::Shallow => "proof.shallow",
-            Self::Ring => "proof.ring",
-            Self::Sliver => "proof.sliver",
-            Self::Remnant => "proof.remnant",
-            Self::Fragment => "proof.fragment",
+            Self::Short => code!("proof.short"),
+            Self::Gap => code!("proof.gap"),
+            Self::NotIsolated => code!("proof.not_isolated"),
+            Self::Break => code!("proof.break"),
+            Self::Gone => code!("proof.gone"),
+            Self::Lost => code!("proof.lost"),
+            Self::Hit => code!("proof.hit"),
+            Self::NoBit => code!("proof.no_bit"),
+            Self::Still => code!("proof.still"),
+            Self::Shallow => code!("proof.shallow"),
+            Self::Ring => code!("proof.ring"),
+            Self::Sliver => code!("proof.sliver"),
+            Self::Remnant => code!("proof.remnant"),
+            Self::Fragment => code!("proof.fragment"),
         }
     }
 

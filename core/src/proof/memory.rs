@@ -8,6 +8,7 @@
 
 use crate::board::Board;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::{Path, PathSegment, Point, chords};
 use crate::job::{Command, Program};
 use crate::units::Length;
@@ -31,9 +32,7 @@ pub fn too_large(board: &Board, programs: &[Program]) -> Option<Diagnostic> {
 fn too_large_for(board: &Board, programs: &[Program], most: u64) -> Option<Diagnostic> {
     let needed = bytes(board, programs);
     let gigabytes = |bytes: u64| format!("{:.1}", bytes as f64 / 1e9);
-    let told = || {
-        Diagnostic::error("proof.too_large").with("needed", gigabytes(needed)).with("most", gigabytes(most))
-    };
+    let told = || error!("proof.too_large", needed = gigabytes(needed), most = gigabytes(most));
     (needed > most).then(told)
 }
 

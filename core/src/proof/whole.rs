@@ -8,6 +8,7 @@
 
 use super::finding::{Finding, FindingKind};
 use super::scene::Scene;
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
@@ -103,19 +104,20 @@ impl Whole {
         let said = |code: &str| Diagnostic::note(code).with("gaps", self.gaps).with("rest", self.rest);
         let mut diagnostics = Vec::new();
         if let Some(Shallower { bit, depth, width, opens }) = &self.shallower {
-            let said = said("proof.whole.shallower").with("bit", bit).with("depth", mm(*depth));
+            let said = said(code!("proof.whole.shallower")).with("bit", bit).with("depth", mm(*depth));
             diagnostics.push(said.with("width", mm(*width)).with("opens", opens));
         }
         if let Some(tip) = self.tip {
             // "The other gaps" makes sense only if a smaller depth opens some.
             let all = self.rest == self.gaps;
-            let said = if all { said("proof.whole.tip_of_all") } else { said("proof.whole.tip") };
+            let said =
+                if all { said(code!("proof.whole.tip_of_all")) } else { said(code!("proof.whole.tip")) };
             diagnostics.push(said.with("tip", format!("{:.2}", tip.mm())).with("opens", self.tip_opens));
         }
         let narrow = self.rest.saturating_sub(self.tip_opens);
         if narrow > 0 {
             let finest = format!("{:.2}", FINEST_TIP.mm());
-            diagnostics.push(said("proof.whole.middle").with("count", narrow).with("finest", finest));
+            diagnostics.push(said(code!("proof.whole.middle")).with("count", narrow).with("finest", finest));
         }
         diagnostics
     }

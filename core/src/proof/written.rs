@@ -18,6 +18,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point, chords};
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
+use crate::{code, error};
 use std::collections::BTreeMap;
 
 /// Tolerance of chords, in mm.
@@ -129,7 +130,7 @@ pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f6
     let ((wanted, stands), (found, stands_too)) = (surveyed(meant), surveyed(files));
     let still = stands_too.filter(|_| stands.is_none());
     let mut diagnostics: Vec<Diagnostic> =
-        still.map(|(at, depth)| placed("written.still", at, depth)).into_iter().collect();
+        still.map(|(at, depth)| placed(code!("written.still"), at, depth)).into_iter().collect();
     diagnostics.extend(tools(&wanted, &found));
     let (mut missing, mut extra) = (Vec::new(), Vec::new());
     for (tool, own) in &wanted {
@@ -146,12 +147,13 @@ pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f6
     if !missing.is_empty() && !extra.is_empty() && diagnostics.is_empty() {
         let is_small = wanted.values().chain(found.values()).all(|tool| tool.count <= MOST_STRETCHES);
         if let Some(by) = is_small.then(|| shifted((meant, files), &wanted, tolerance)).flatten() {
-            let said = Diagnostic::error("written.shifted");
+            let said = error!("written.shifted", ..);
             return vec![said.with("x", micro(by.x)).with("y", micro(by.y))];
         }
     }
-    diagnostics.extend(missing.iter().map(|(title, uncovered)| told("written.missing", title, uncovered)));
-    diagnostics.extend(extra.iter().map(|(title, uncovered)| told("written.extra", title, uncovered)));
+    diagnostics
+        .extend(missing.iter().map(|(title, uncovered)| told(code!("written.missing"), title, uncovered)));
+    diagnostics.extend(extra.iter().map(|(title, uncovered)| told(code!("written.extra"), title, uncovered)));
     diagnostics
 }
 
@@ -186,7 +188,8 @@ fn tools(wanted: &BTreeMap<Tool, Surveyed>, found: &BTreeMap<Tool, Surveyed>) ->
         let said = alone.map(|(_, tool)| Diagnostic::error(code).with("tool", &tool.title));
         said.collect::<Vec<_>>()
     };
-    [only(wanted, found, "written.tool_missing"), only(found, wanted, "written.tool_extra")].concat()
+    [only(wanted, found, code!("written.tool_missing")), only(found, wanted, code!("written.tool_extra"))]
+        .concat()
 }
 
 fn told(code: &str, tool: &str, uncovered: &Uncovered) -> Diagnostic {

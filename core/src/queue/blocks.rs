@@ -11,6 +11,7 @@
 use super::words::WorkCommand;
 use super::{DEEPEST, MOST_STEPS};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 
 /// One line of a queue.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -79,24 +80,21 @@ pub(super) fn link(rows: &[QueueRow]) -> Result<Vec<Link>, (usize, Diagnostic)> 
         match &row.command {
             Some(WorkCommand::Sub { name }) => {
                 if !open.is_empty() {
-                    return Err((at, Diagnostic::error("queue.sub_inside").with("name", name)));
+                    return Err((at, error!("queue.sub_inside", name = name)));
                 }
                 if let Some(first) = find_sub(&rows[..at], name) {
-                    return Err((
-                        at,
-                        Diagnostic::error("queue.sub_twice").with("name", name).with("line", first + 1),
-                    ));
+                    return Err((at, error!("queue.sub_twice", name = name, line = first + 1)));
                 }
                 open.push(at);
             }
             Some(WorkCommand::Repeat { .. }) => {
                 if open.len() >= DEEPEST {
-                    return Err((at, Diagnostic::error("queue.too_deep").with("most", DEEPEST)));
+                    return Err((at, error!("queue.too_deep", most = DEEPEST)));
                 }
                 open.push(at);
             }
             Some(WorkCommand::End) => {
-                let begin = open.pop().ok_or_else(|| (at, Diagnostic::error("queue.end_alone")))?;
+                let begin = open.pop().ok_or_else(|| (at, error!("queue.end_alone")))?;
                 links[begin] = Link::ToEnd(at);
                 links[at] = if opens(&rows[begin]) == Some("SUB") { Link::Back } else { Link::Again(begin) };
             }
@@ -107,10 +105,7 @@ pub(super) fn link(rows: &[QueueRow]) -> Result<Vec<Link>, (usize, Diagnostic)> 
         }
     }
     if let Some(at) = open.pop() {
-        return Err((
-            at,
-            Diagnostic::error("queue.unclosed").with("word", opens(&rows[at]).unwrap_or("REPEAT")),
-        ));
+        return Err((at, error!("queue.unclosed", word = opens(&rows[at]).unwrap_or("REPEAT"))));
     }
     without_recursion(rows, &links)?;
     Ok(links)
@@ -128,7 +123,7 @@ fn no_such_sub(rows: &[QueueRow], name: &str) -> Diagnostic {
     });
     let known: Vec<_> = names.collect();
     let known = if known.is_empty() { "–".to_owned() } else { known.join(", ") };
-    Diagnostic::error("queue.no_such_sub").with("field", "name").with("name", name).with("known", known)
+    error!("queue.no_such_sub", name = name, known = known).with("field", "name")
 }
 
 /// Refuses parts that call themselves, directly or indirectly: repeatedly removes parts with no calls to
@@ -154,7 +149,7 @@ fn without_recursion(rows: &[QueueRow], links: &[Link]) -> Result<(), (usize, Di
         Some((at, _)) => {
             let name =
                 if let Some(WorkCommand::Call { name }) = &rows[at].command { name.as_str() } else { "" };
-            Err((at, Diagnostic::error("queue.recursion").with("field", "name").with("name", name)))
+            Err((at, error!("queue.recursion", name = name).with("field", "name")))
         }
     }
 }
@@ -197,7 +192,7 @@ impl QueueCursor {
     pub fn pass(&mut self, queue: &Queue) -> Result<(), Diagnostic> {
         let Some(row) = queue.rows.get(self.at) else { return Ok(()) };
         if self.passed >= MOST_STEPS {
-            return Err(Diagnostic::error("queue.too_many_steps").with("most", MOST_STEPS));
+            return Err(error!("queue.too_many_steps", most = MOST_STEPS));
         }
         self.passed += 1;
         match (queue.links[self.at], &row.command) {

@@ -12,6 +12,7 @@ use crate::machine::{Machine, Steps, axis_name, index_input};
 use crate::motion::cycles;
 use crate::pins::Outcome;
 use crate::steps::{self, Segment};
+use crate::{code, error};
 use std::collections::VecDeque;
 
 /// Largest error of a count without an alarm, in steps.
@@ -96,11 +97,11 @@ impl Homing {
             (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Spindle { trouble }) => return Err((trouble.diagnostic(), Harm::Lost)),
             (Stage::Index, Outcome::Unmet(_)) => {
-                return Err(self.bad_index(machine, "control.index_not_found"));
+                return Err(self.bad_index(machine, code!("control.index_not_found")));
             }
-            (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
+            (_, Outcome::Unmet(_)) => return Err(lost(code!("control.sensor_not_found"))),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
-                return Err(lost("control.sensor_stuck"));
+                return Err(lost(code!("control.sensor_stuck")));
             }
             (Stage::Locate, Outcome::Gated(at)) => {
                 correction = self.set_right(machine, cycles::home_count(machine, self.axis), &at, position);
@@ -114,7 +115,7 @@ impl Homing {
                 let settings = machine.axis(self.axis);
                 // At that distance from the middle of a turn, the pulse may be the previous or the next one.
                 if 4 * correction.abs() > settings.scale.steps(settings.index_within) {
-                    return Err(self.bad_index(machine, "control.index_unclear"));
+                    return Err(self.bad_index(machine, code!("control.index_unclear")));
                 }
                 self.is_located(machine, self.by_sensor + correction, position)?;
             }
@@ -129,9 +130,7 @@ impl Homing {
         match self.off {
             None => Ok(HomingNext::Homed),
             Some((axis, steps)) => {
-                let why = Diagnostic::error("control.lost_count")
-                    .with("axis", axis_name(axis))
-                    .with("steps", steps);
+                let why = error!("control.lost_count", axis = axis_name(axis), steps = steps);
                 Err((why, Harm::None))
             }
         }

@@ -12,6 +12,7 @@ use super::run::{Mode, QueueAction, QueueRun, Rest};
 use super::text::read;
 use super::work::QueueReport;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
 use crate::pins::{Clock, Motors, Operator, Order, Outcome, Pins, Playhead, play};
@@ -30,7 +31,7 @@ impl Rig {
     /// A drill that was just homed, with the work zero at its rest position.
     pub fn homed(machine: &Machine, pins: &mut dyn Pins) -> Result<Self, Diagnostic> {
         let home = read("", "HOME ALL").map_err(|whys| whys.into_iter().next());
-        let home = home.map_err(|why| why.unwrap_or_else(|| Diagnostic::error("queue.empty")))?;
+        let home = home.map_err(|why| why.unwrap_or_else(|| error!("queue.empty")))?;
         let mut rehearsal = Rehearsal::new(home, Vec::new(), Self::default());
         match rehearsal.go(machine, Mode::ToEnd, pins, usize::MAX) {
             Some(Rest::Failed { why, .. }) => Err(why),

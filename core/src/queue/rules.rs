@@ -12,6 +12,7 @@
 use super::blocks::{Queue, QueueCursor};
 use super::words::{Axes, WorkCommand};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::machine::{Machine, Steps, axis_name};
 use crate::motion::cycles;
 use crate::units::Length;
@@ -73,7 +74,7 @@ pub fn after(
         }
         WorkCommand::MoveTo { x, y } => {
             may_travel(machine, standing)?;
-            let zero = standing.zero.ok_or_else(|| Diagnostic::error("queue.no_zero"))?;
+            let zero = standing.zero.ok_or_else(|| error!("queue.no_zero", ..))?;
             let to = [zero[0] + machine.x.scale.steps(*x), zero[1] + machine.y.scale.steps(*y)];
             travel(machine, &mut next, to, ["X", "Y"])?;
             next.foot_down = false;
@@ -81,7 +82,7 @@ pub fn after(
         WorkCommand::DrillDown => {
             homed(standing, &[2])?;
             if standing.rpm == 0 {
-                return Err(Diagnostic::error("queue.spindle_off"));
+                return Err(error!("queue.spindle_off", ..));
             }
             let bottoms = machine.bottoms(bottom(machine));
             for axis in machine.spindle_axes() {
@@ -103,7 +104,7 @@ pub fn after(
         WorkCommand::Output { name, on, pulse_ms } => {
             if !outputs.contains(name) {
                 let known = if outputs.is_empty() { "–".to_owned() } else { outputs.join(", ") };
-                let why = Diagnostic::error("queue.no_such_output").with("field", "name").with("name", name);
+                let why = error!("queue.no_such_output", name = name, ..).with("field", "name");
                 return Err(why.with("known", known));
             }
             if machine.foot.on && *name == machine.foot.output {
@@ -113,7 +114,7 @@ pub fn after(
         }
         WorkCommand::Spindle { rpm } => {
             if *rpm == 0 && tip_in_board(machine, standing) {
-                return Err(Diagnostic::error("queue.spindle_off_in_board").with("field", "rpm"));
+                return Err(error!("queue.spindle_off_in_board", ..).with("field", "rpm"));
             }
             next.rpm = *rpm;
         }
@@ -166,7 +167,7 @@ fn park(machine: &Machine, next: &mut Standing) -> Result<(), Diagnostic> {
 fn homed(standing: &Standing, axes: &[usize]) -> Result<(), Diagnostic> {
     match axes.iter().find(|axis| !standing.homed[**axis]) {
         None => Ok(()),
-        Some(axis) => Err(Diagnostic::error("queue.not_homed").with("axis", axis_name(*axis))),
+        Some(axis) => Err(error!("queue.not_homed", axis = axis_name(*axis), ..)),
     }
 }
 
@@ -177,9 +178,7 @@ fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
         return Ok(());
     }
     let height = machine.z.scale.length(lowest) - machine.process.surface;
-    Err(Diagnostic::error("queue.tip_low")
-        .with("height", height.mm())
-        .with("safe", machine.process.safe_height.mm()))
+    Err(error!("queue.tip_low", height = height.mm(), safe = machine.process.safe_height.mm(), ..))
 }
 
 fn may_travel(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
@@ -205,7 +204,7 @@ fn inside(machine: &Machine, axis: usize, place: i64, field: &str) -> Result<(),
         return Ok(());
     }
     let mm = |steps: i64| settings.scale.length(steps).mm();
-    let why = Diagnostic::error("queue.outside").with("axis", axis_name(axis)).with("field", field);
+    let why = error!("queue.outside", axis = axis_name(axis), field = field, ..);
     Err(why.with("place", mm(place)).with("low", settings.min.mm()).with("high", settings.max.mm()))
 }
 
@@ -233,7 +232,7 @@ pub fn check(
     let mut cursor = QueueCursor::new(queue);
     let mut done = CheckedQueue { rows: 0, strokes: 0, lowest: None, highest: None, end: standing.clone() };
     if cursor.row(queue).is_none() {
-        return Err(Diagnostic::error("queue.empty"));
+        return Err(error!("queue.empty"));
     }
     while let Some(row) = cursor.row(queue) {
         let turn = cursor.passed() + 1;

@@ -14,6 +14,7 @@ use super::rules::{Standing, after};
 use super::words::{INPUTS, STATES, WorkCommand};
 use super::work::{self, Harm, QueueReport, failure};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::job::Input;
 use crate::machine::Machine;
 use crate::pins::Outcome;
@@ -400,7 +401,7 @@ impl QueueRun {
             let timeout = self.row().and_then(|row| self.queue.rows()[row].command.clone());
             let ms =
                 if let Some(WorkCommand::WaitInput { timeout_ms, .. }) = timeout { timeout_ms } else { 0 };
-            let why = Diagnostic::error("queue.input_timeout").with("input", INPUTS[input as usize]);
+            let why = error!("queue.input_timeout", input = INPUTS[input as usize], ..);
             let why = why.with("state", STATES[usize::from(on)]).with("ms", ms);
             return self.fail(why, Harm::None);
         }

@@ -14,6 +14,7 @@ use super::words::{Argument, ArgumentKind, ArgumentValue, WORDS, Word, WorkComma
 use super::{LONGEST_TEXT, MOST_ROWS};
 use crate::diagnostic::{Diagnostic, letters_apart};
 use crate::units::{Length, NM_PER_MM};
+use crate::{code, error};
 
 /// After this many errors the rest of the text is ignored.
 const MOST_REFUSALS: usize = 50;
@@ -36,12 +37,12 @@ type Refused = (usize, Diagnostic);
 /// Parses `text`, or returns all errors, line by line. `file` is the file name in locations.
 pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Diagnostic>> {
     if text.len() > LONGEST_TEXT {
-        let why = Diagnostic::error("queue.too_long").with("bytes", text.len()).with("most", LONGEST_TEXT);
+        let why = error!("queue.too_long", bytes = text.len(), most = LONGEST_TEXT);
         return Err(vec![why.at(file, 0, 0)]);
     }
     let lines: Vec<&str> = text.lines().collect();
     if lines.len() > MOST_ROWS {
-        let why = Diagnostic::error("queue.too_many_rows").with("rows", lines.len()).with("most", MOST_ROWS);
+        let why = error!("queue.too_many_rows", rows = lines.len(), most = MOST_ROWS);
         return Err(vec![why.at(file, 0, 0)]);
     }
     let mut rows = Vec::with_capacity(lines.len());
@@ -73,7 +74,7 @@ pub fn read_row(file: &str, number: u32, line: &str) -> Result<QueueRow, Diagnos
 
 fn row(line: &str) -> Result<QueueRow, Refused> {
     if let Some(at) = line.find(|c: char| c.is_control() && c != '\t') {
-        return Err((at + 1, Diagnostic::error("queue.control_character")));
+        return Err((at + 1, error!("queue.control_character", ..)));
     }
     let (code, note) = match line.find([';', '#']) {
         Some(at) => (&line[..at], Some(line[at + 1..].trim().to_owned())),
@@ -86,7 +87,7 @@ fn row(line: &str) -> Result<QueueRow, Refused> {
     let tokens = tokens(code, shift);
     let Some((first, rest)) = tokens.split_first() else {
         if breakpoint {
-            return Err((shift, Diagnostic::error("queue.breakpoint_alone")));
+            return Err((shift, error!("queue.breakpoint_alone", ..)));
         }
         return Ok(QueueRow { breakpoint, command: None, note });
     };
@@ -107,8 +108,7 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Argume
             Some(token) => values.push(value(argument, token.text).map_err(|why| (token.column, why))?),
             None if argument.optional => break,
             None => {
-                let why =
-                    Diagnostic::error("queue.missing").with("word", word.name).with("field", argument.name);
+                let why = error!("queue.missing", word = word.name, field = argument.name, ..);
                 return Err((end, why));
             }
         }
@@ -118,7 +118,7 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Argume
         Some(token) => {
             let names: Vec<_> = word.arguments.iter().map(|argument| argument.name).collect();
             let takes = if names.is_empty() { "–".to_owned() } else { names.join(" ") };
-            let why = Diagnostic::error("queue.surplus").with("word", word.name).with("found", token.text);
+            let why = error!("queue.surplus", word = word.name, found = token.text, ..);
             Err((token.column, why.with("takes", takes)))
         }
     }
@@ -127,12 +127,12 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Argume
 fn value(argument: &Argument, text: &str) -> Result<ArgumentValue, Diagnostic> {
     let refused = |code: &str| Diagnostic::error(code).with("field", argument.name).with("found", text);
     let range = |low: i64, high: i64| {
-        let why = refused("queue.out_of_range").with("low", low).with("high", high);
+        let why = refused(code!("queue.out_of_range")).with("low", low).with("high", high);
         why.with("unit", argument.unit)
     };
     match argument.kind {
         ArgumentKind::Whole(low, high) => {
-            let number = whole(text).ok_or_else(|| refused("queue.not_whole"))?;
+            let number = whole(text).ok_or_else(|| refused(code!("queue.not_whole")))?;
             if (low..=high).contains(&number) {
                 Ok(ArgumentValue::Whole(number))
             } else {
@@ -146,7 +146,7 @@ fn value(argument: &Argument, text: &str) -> Result<ArgumentValue, Diagnostic> {
         }
         ArgumentKind::Choice(words) => match words.iter().find(|word| word.eq_ignore_ascii_case(text)) {
             Some(word) => Ok(ArgumentValue::Text((*word).to_owned())),
-            None => Err(refused("queue.not_a_choice").with("words", words.join(", "))),
+            None => Err(refused(code!("queue.not_a_choice")).with("words", words.join(", "))),
         },
         ArgumentKind::Name => {
             let letters = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -154,7 +154,7 @@ fn value(argument: &Argument, text: &str) -> Result<ArgumentValue, Diagnostic> {
             if letters && begins && text.len() <= LONGEST_NAME {
                 Ok(ArgumentValue::Text(text.to_owned()))
             } else {
-                Err(refused("queue.bad_name").with("longest", LONGEST_NAME))
+                Err(refused(code!("queue.bad_name")).with("longest", LONGEST_NAME))
             }
         }
     }
@@ -182,15 +182,15 @@ fn millimetres(text: &str) -> Result<Length, &'static str> {
     let (negative, digits) = signed(text);
     let marks = digits.bytes().filter(|byte| matches!(byte, b'.' | b',')).count();
     if marks > 1 {
-        return Err("queue.two_marks");
+        return Err(code!("queue.two_marks"));
     }
     let (whole, fraction) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
     let all_digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
     if whole.len() + fraction.len() == 0 || !all_digits(whole) || !all_digits(fraction) {
-        return Err("queue.bad_number");
+        return Err(code!("queue.bad_number"));
     }
     if fraction.len() > DECIMALS {
-        return Err("queue.too_fine");
+        return Err(code!("queue.too_fine"));
     }
     // Huge values stay out of range without overflowing.
     let millimetres =
@@ -211,10 +211,10 @@ fn unknown(text: &str) -> Diagnostic {
     let near = near.filter(|(apart, _)| *apart <= 3 && 2 * apart < wanted.len());
     let found: String = text.chars().take(40).collect();
     match near {
-        Some((_, near)) => Diagnostic::error("queue.unknown_word").with("found", found).with("near", near),
+        Some((_, near)) => error!("queue.unknown_word", found = found, near = near, ..),
         None => {
             let words: Vec<_> = WORDS.iter().map(|word| word.name).collect();
-            Diagnostic::error("queue.unknown_far").with("found", found).with("words", words.join(", "))
+            error!("queue.unknown_far", found = found, words = words.join(", "), ..)
         }
     }
 }

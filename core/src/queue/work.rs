@@ -8,6 +8,7 @@ use crate::machine::{Machine, Steps, StrokeEnd};
 use crate::motion::{Timeline, cycles};
 use crate::pins::Outcome;
 use crate::steps::{self, Segment, TICK_HZ};
+use crate::{code, error};
 
 pub(super) fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
     timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
@@ -99,22 +100,26 @@ pub enum Harm {
 
 /// A step was too late for its motor, by this many ticks.
 pub fn late(ticks: u64) -> Diagnostic {
-    Diagnostic::error("control.executor_late").with("ms", libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
+    error!("control.executor_late", ms = libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
 }
 
 /// Error for a sensor that must stay off, and its effect on the trust. Counts stay exact, unless an axis hit
 /// its end.
 pub fn guarded(input: Input) -> (Diagnostic, Harm) {
     match input {
-        Input::CoverOpen => (Diagnostic::error("control.cover_open"), Harm::None),
-        Input::FootDown => (Diagnostic::error("control.foot_down"), Harm::None),
-        _ => (Diagnostic::error("control.end_sensor").with("sensor", input.name()), Harm::Suspect),
+        Input::CoverOpen => (error!("control.cover_open"), Harm::None),
+        Input::FootDown => (error!("control.foot_down"), Harm::None),
+        _ => (error!("control.end_sensor", sensor = input.name()), Harm::Suspect),
     }
 }
 
 /// Error for a sensor that must be on: no board under the tip, or no presser foot on it.
 pub fn missing(input: Input) -> Diagnostic {
-    Diagnostic::error(if input == Input::Contact { "control.no_contact" } else { "control.foot_gone" })
+    Diagnostic::error(if input == Input::Contact {
+        code!("control.no_contact")
+    } else {
+        code!("control.foot_gone")
+    })
 }
 
 /// Error for a tip of `machine` that touched something `at` a position above the board. `board_steps` is the
@@ -122,7 +127,7 @@ pub fn missing(input: Input) -> Diagnostic {
 /// tip again.
 pub fn early(machine: &Machine, at: &Steps, board_steps: i64) -> Diagnostic {
     let above = machine.z.scale.length(machine.lowest(at) - board_steps) - machine.process.surface;
-    Diagnostic::error("control.early_contact").with("mm", format!("{:.2}", above.mm()))
+    error!("control.early_contact", mm = format!("{:.2}", above.mm()))
 }
 
 /// Error and effect of an outcome that isn't the normal end of a row.
@@ -134,7 +139,7 @@ pub(super) fn failure(machine: &Machine, outcome: &Outcome) -> Option<(Diagnosti
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
-            let why = Diagnostic::error("control.drilling_too_long").with("sensor", gate.input.name());
+            let why = error!("control.drilling_too_long", sensor = gate.input.name(), ..);
             Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))
         }
         _ => None,

@@ -15,6 +15,7 @@ mod plant;
 mod run;
 mod stroke;
 
+use crate::error;
 pub use fuzzy::{FuzzyRules, LEVELS, Table, Tables, infer};
 pub use pid::{CycleStage, Fuzzy, Gains, Memory, ServoController, control, retuned_pid, staged_fuzzy};
 pub use plant::{Plant, PlantState, Zoh, default_plant};
@@ -33,7 +34,7 @@ fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Diagnostic
     if value >= low && value <= high {
         return Ok(());
     }
-    let why = Diagnostic::error("servo.bad_parameter").with("field", field).with("value", value);
+    let why = error!("servo.bad_parameter", field = field, value = value, ..);
     Err(why.with("low", low).with("high", high))
 }
 
@@ -43,6 +44,6 @@ fn samples_of(duration_s: f64, sample_s: f64) -> Result<usize, Diagnostic> {
     if count.is_finite() && (0.5..=MOST_SAMPLES as f64).contains(&count) {
         return Ok(libm::round(count) as usize);
     }
-    let why = Diagnostic::error("servo.too_long").with("duration", duration_s);
+    let why = error!("servo.too_long", duration = duration_s, ..);
     Err(why.with("sample", sample_s).with("most", MOST_SAMPLES))
 }

@@ -16,6 +16,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
+use crate::warning;
 use std::sync::Arc;
 
 /// Cells along each side of a tile.
@@ -111,7 +112,7 @@ impl Stock {
             x >= 1.0 && y >= 1.0 && x.max(y) <= MOST_ALONG_CELLS && x * y <= MOST_CELLS
         };
         let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
-            let diagnostic = Diagnostic::warning("sim.no_stock");
+            let diagnostic = warning!("sim.no_stock", ..);
             return Err(diagnostic.with("width", size[0].mm()).with("height", size[1].mm()));
         };
         let cells = count(cell_um).map(|cells| cells as usize);

@@ -15,6 +15,7 @@
 use super::fit::{Fitter, Track};
 use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::job::Program;
 use crate::machine::{AXES, Machine, Steps};
 use crate::motion::path::sweeps_between;
@@ -86,7 +87,7 @@ impl Pile {
             segment.runs.shrink_to_fit();
             self.runs += segment.runs.len();
             if self.runs > MOST_RUNS {
-                return Err(Diagnostic::error("motion.stream_too_long").with("runs", MOST_RUNS));
+                return Err(error!("motion.stream_too_long", runs = MOST_RUNS));
             }
             self.segments.push(segment);
         }

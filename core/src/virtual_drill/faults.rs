@@ -11,6 +11,7 @@ use super::Faults;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::job::Input;
 use crate::steps::TICK_HZ;
+use crate::{code, error};
 use std::f64::consts::PI;
 
 /// Highest number of holes before a fault.
@@ -46,110 +47,110 @@ pub const FAULTS: &[FaultRow] = &[
     FaultRow {
         name: "lost-step",
         after: 2,
-        seen: Some("control.board_differs"),
+        seen: Some(code!("control.board_differs")),
         put: || Faults { throws: 3, ..none() },
     },
     FaultRow {
         name: "stuck-switch",
         after: 0,
-        seen: Some("control.sensor_stuck"),
+        seen: Some(code!("control.sensor_stuck")),
         put: || Faults { stuck_on: Input::XMin.bit(), ..none() },
     },
     FaultRow {
         name: "missing-switch",
         after: 0,
-        seen: Some("control.sensor_not_found"),
+        seen: Some(code!("control.sensor_not_found")),
         put: || Faults { stuck_off: Input::YMin.bit(), ..none() },
     },
     FaultRow { name: "bouncing-switch", after: 0, seen: None, put: || Faults { glitches: 0.01, ..none() } },
     FaultRow {
         name: "dull-bit",
         after: 2,
-        seen: Some("control.end_sensor"),
+        seen: Some(code!("control.end_sensor")),
         put: || Faults { dull_bit_hz: Some(300.0), ..none() },
     },
     FaultRow {
         name: "worn-bit",
         after: 0,
-        seen: Some("control.end_sensor"),
+        seen: Some(code!("control.end_sensor")),
         put: || Faults { bit_life: Some(3), ..none() },
     },
     FaultRow {
         name: "broken-bit",
         after: 2,
-        seen: Some("control.board_differs"),
+        seen: Some(code!("control.board_differs")),
         put: || Faults { bit_breaks: true, ..none() },
     },
     FaultRow {
         name: "spindle-stops",
         after: 2,
-        seen: Some("control.board_differs"),
+        seen: Some(code!("control.board_differs")),
         put: || Faults { spindle_stands: true, ..none() },
     },
     FaultRow {
         name: "contact-missing",
         after: 0,
-        seen: Some("level.no_board"),
+        seen: Some(code!("level.no_board")),
         put: || Faults { stuck_off: Input::Contact.bit(), ..none() },
     },
     FaultRow {
         name: "contact-early",
         after: 2,
-        seen: Some("control.early_contact"),
+        seen: Some(code!("control.early_contact")),
         put: || Faults { bit_slips_mm: SLIPS_MM, ..none() },
     },
     FaultRow {
         name: "contact-closed",
         after: 0,
-        seen: Some("control.end_sensor"),
+        seen: Some(code!("control.end_sensor")),
         put: || Faults { stuck_on: Input::Contact.bit(), ..none() },
     },
     FaultRow {
         name: "board-not-flat",
         after: 0,
-        seen: Some("control.board_differs"),
+        seen: Some(code!("control.board_differs")),
         put: || Faults { uneven: Some(UnevenBoard::BOWED), ..none() },
     },
     FaultRow {
         name: "late-host",
         after: 0,
-        seen: Some("control.executor_late"),
+        seen: Some(code!("control.executor_late")),
         put: || Faults { late_host: Some(TICK_HZ / 100), ..none() },
     },
     FaultRow {
         name: "cable-pulled",
         after: 2,
-        seen: Some("control.board_differs"),
+        seen: Some(code!("control.board_differs")),
         put: || Faults { unplugged: true, ..none() },
     },
     FaultRow {
         name: "cover-open",
         after: 2,
-        seen: Some("control.cover_open"),
+        seen: Some(code!("control.cover_open")),
         put: || Faults { cover_open: true, ..none() },
     },
     FaultRow {
         name: "clamp-stuck",
         after: 2,
-        seen: Some("magazine.clamp_closed"),
+        seen: Some(code!("magazine.clamp_closed")),
         put: || Faults { clamp_stuck: true, ..none() },
     },
     FaultRow {
         name: "tool-dropped",
         after: 2,
-        seen: Some("magazine.no_tool"),
+        seen: Some(code!("magazine.no_tool")),
         put: || Faults { tool_drops: true, ..none() },
     },
     FaultRow {
         name: "place-occupied",
         after: 0,
-        seen: Some("magazine.place_taken"),
+        seen: Some(code!("magazine.place_taken")),
         put: || Faults { place_occupied: true, ..none() },
     },
     FaultRow {
         name: "no-air",
         after: 2,
-        seen: Some("magazine.no_air"),
+        seen: Some(code!("magazine.no_air")),
         put: || Faults { no_air: true, ..none() },
     },
 ];
@@ -159,7 +160,7 @@ pub fn named(word: &str) -> Result<(&'static FaultRow, u32), Diagnostic> {
     let (name, after) = word.split_once('@').map_or((word, None), |(name, after)| (name, Some(after)));
     let row = FAULTS.iter().find(|row| row.name == name).ok_or_else(|| {
         let near = nearest(name, FAULTS.iter().map(|row| row.name));
-        Diagnostic::error("fault.unknown").with("name", name).with("near", near)
+        error!("fault.unknown", name = name, near = near)
     })?;
     let after = match after {
         None => row.after,
@@ -167,7 +168,7 @@ pub fn named(word: &str) -> Result<(&'static FaultRow, u32), Diagnostic> {
             .parse()
             .ok()
             .filter(|holes| *holes <= MOST_HOLES)
-            .ok_or_else(|| Diagnostic::error("fault.when").with("word", word))?,
+            .ok_or_else(|| error!("fault.when", word = word))?,
     };
     // Lateness belongs to the clock, which can't change during a run.
     let after = if (row.put)().late_host.is_some() { 0 } else { after };

@@ -2,17 +2,17 @@
 
 use super::Ask;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 
 /// Parses one frame, and explains why it can't be understood.
 pub fn understand(text: &str) -> Result<Ask, Diagnostic> {
     if let Ok(ask) = serde_json::from_str(text) {
         return Ok(ask);
     }
-    let value: serde_json::Value =
-        serde_json::from_str(text).map_err(|_| Diagnostic::error("socket.malformed"))?;
+    let value: serde_json::Value = serde_json::from_str(text).map_err(|_| error!("socket.malformed"))?;
     let name = value.get("t").and_then(serde_json::Value::as_str).unwrap_or("?");
     let name: String = name.chars().filter(|c| c.is_ascii_graphic()).take(40).collect();
-    Err(Diagnostic::error("socket.unknown").with("name", name))
+    Err(error!("socket.unknown", name = name))
 }
 
 #[cfg(test)]

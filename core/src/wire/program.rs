@@ -5,6 +5,7 @@
 //! ```
 
 use super::{PROGRAM_LIMIT, auth};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::Program;
 
@@ -25,16 +26,16 @@ pub fn encode(program: &Program) -> Vec<u8> {
 pub fn decode(bytes: &[u8]) -> Result<Program, Diagnostic> {
     let refuse = |code: &str| Err(Diagnostic::error(code));
     if bytes.len() > PROGRAM_LIMIT {
-        return refuse("program.too_large");
+        return refuse(code!("program.too_large"));
     }
-    let Some(rest) = bytes.strip_prefix(MAGIC) else { return refuse("program.not_one") };
+    let Some(rest) = bytes.strip_prefix(MAGIC) else { return refuse(code!("program.not_one")) };
     match rest.split_first() {
         Some((&VERSION, body)) => match postcard::take_from_bytes(body) {
             Ok((program, [])) => Ok(program),
-            _ => refuse("program.damaged"),
+            _ => refuse(code!("program.damaged")),
         },
-        Some(_) => refuse("program.other_version"),
-        None => refuse("program.damaged"),
+        Some(_) => refuse(code!("program.other_version")),
+        None => refuse(code!("program.damaged")),
     }
 }
 

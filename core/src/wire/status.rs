@@ -11,6 +11,7 @@ use crate::magazine::{ChangeStep, ToolStock};
 use crate::pins::{ShortTouches, SpindleState};
 use crate::steps::{Stage, Steps};
 use crate::units::Length;
+use crate::warning;
 use serde::{Deserialize, Serialize};
 
 /// Which page has control.
@@ -97,7 +98,7 @@ pub struct OtherFirmware {
 impl OtherFirmware {
     pub fn warning(self) -> Diagnostic {
         let number = |firmware: u32| format!("{firmware:08x}");
-        let why = Diagnostic::warning("firmware.other").with("found", number(self.found));
+        let why = warning!("firmware.other", found = number(self.found), ..);
         why.with("wanted", number(self.wanted))
     }
 }

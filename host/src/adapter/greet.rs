@@ -5,6 +5,7 @@
 //! ```
 
 use super::line::{AdapterLine, Lost};
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{AdapterOutputs, Machine};
 use annulus_core::pins::give_way;
@@ -102,10 +103,10 @@ pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<W
     // A pressed emergency stop shows only after the inputs are watched.
     let status = until(line, |status| status.settings == crc && status.state != State::Unset).await?;
     if status.inputs >> 15 == 1 {
-        return Err(trouble("adapter.emergency_stop", line.port()));
+        return Err(trouble(code!("adapter.emergency_stop"), line.port()));
     }
     if status.state != State::Ready && say(line, Clear {}.into()).await?.state != State::Ready {
-        return Err(trouble("adapter.emergency_stop", line.port()));
+        return Err(trouble(code!("adapter.emergency_stop"), line.port()));
     }
     Ok(welcome)
 }
@@ -123,7 +124,7 @@ async fn filter(line: &mut AdapterLine, machine: &Machine) -> Result<(), Diagnos
     match status.refusal {
         Refusal::None => Ok(()),
         _ if number != Some(status.refused) => Ok(()),
-        Refusal::Form => Err(trouble("adapter.no_filters", line.port())),
+        Refusal::Form => Err(trouble(code!("adapter.no_filters"), line.port())),
         _ => Err(refused(line, &status, "Filters")),
     }
 }
@@ -141,7 +142,7 @@ pub async fn who(line: &mut AdapterLine) -> Result<Welcome, Diagnostic> {
     loop {
         let turned = line.turn();
         if let Some(Refused { oldest, newest }) = line.refused {
-            let why = trouble("adapter.other_version", line.port()).with("oldest", oldest);
+            let why = trouble(code!("adapter.other_version"), line.port()).with("oldest", oldest);
             return Err(why.with("newest", newest).with("own_oldest", OLDEST).with("own_newest", NEWEST));
         }
         if let (Some(welcome), Some(_)) = (line.welcome, line.status) {
@@ -151,9 +152,9 @@ pub async fn who(line: &mut AdapterLine) -> Result<Welcome, Diagnostic> {
         match turned {
             Err(why @ Lost::Cable { .. }) => return Err(lost(line, &why)),
             _ if is_over && line.hears_bytes => {
-                return Err(trouble("adapter.another_program", line.port()));
+                return Err(trouble(code!("adapter.another_program"), line.port()));
             }
-            _ if is_over => return Err(trouble("adapter.no_answer", line.port())),
+            _ if is_over => return Err(trouble(code!("adapter.no_answer"), line.port())),
             _ => give_way().await,
         }
     }
@@ -186,11 +187,11 @@ pub async fn touches(line: &mut AdapterLine) -> Result<Option<Touches>, Diagnost
 fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnostic> {
     let clock_hz = TICK_HZ * CYCLES_PER_TICK;
     if welcome.clock_hz != clock_hz {
-        let why = trouble("adapter.other_clock", port).with("found", welcome.clock_hz);
+        let why = trouble(code!("adapter.other_clock"), port).with("found", welcome.clock_hz);
         return Err(why.with("wanted", clock_hz));
     }
     if machine.max_step_hz > welcome.max_rate_hz || 2 + machine.spindles > u32::from(welcome.axes) {
-        let why = trouble("adapter.too_small", port).with("axes", welcome.axes);
+        let why = trouble(code!("adapter.too_small"), port).with("axes", welcome.axes);
         return Err(why.with("rate", welcome.max_rate_hz));
     }
     Ok(())
@@ -199,15 +200,15 @@ fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnost
 /// The diagnostic for a lost line.
 pub(super) fn lost(line: &AdapterLine, why: &Lost) -> Diagnostic {
     match why {
-        Lost::Silent => trouble("adapter.no_answer", line.port()),
-        Lost::Cable { reason } => trouble("adapter.unplugged", line.port()).with("reason", reason),
+        Lost::Silent => trouble(code!("adapter.no_answer"), line.port()),
+        Lost::Cable { reason } => trouble(code!("adapter.unplugged"), line.port()).with("reason", reason),
     }
 }
 
 /// The diagnostic for a request that the adapter refused.
 pub(super) fn refused(line: &AdapterLine, status: &Status, what: &str) -> Diagnostic {
     let reason = format!("{}, {}", status.refusal.name(), status.state.name());
-    trouble("adapter.refused", line.port()).with("what", what).with("reason", reason)
+    trouble(code!("adapter.refused"), line.port()).with("what", what).with("reason", reason)
 }
 
 /// Waits until the status satisfies `so`.
@@ -218,7 +219,7 @@ async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<S
             return Ok(status);
         }
         if line.now().saturating_sub(since) >= OBEY {
-            return Err(trouble("adapter.no_answer", line.port()));
+            return Err(trouble(code!("adapter.no_answer"), line.port()));
         }
         turn(line).await?;
     }
@@ -235,7 +236,7 @@ async fn heard(line: &mut AdapterLine) -> Result<Status, Diagnostic> {
     let since = line.now();
     while line.pending() > 0 || line.status.is_none() {
         if line.now().saturating_sub(since) >= OBEY {
-            return Err(trouble("adapter.no_answer", line.port()));
+            return Err(trouble(code!("adapter.no_answer"), line.port()));
         }
         turn(line).await?;
     }

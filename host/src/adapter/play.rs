@@ -14,6 +14,7 @@ use super::greet::{self, lost, refused, trouble};
 use super::line::{AdapterLine, Lost};
 use super::path::{guard, last_steps};
 use crate::executor::{Ended, Glimpse, Shared};
+use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Gate, Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, Steps};
@@ -123,9 +124,9 @@ impl Adapter {
         let status = self.status();
         let port = self.line.port();
         match status.state {
-            State::EmergencyStop => Err(trouble("adapter.emergency_stop", port)),
-            State::Fault => Err(trouble("adapter.fault", port)),
-            _ if status.settings != self.settings_crc => Err(trouble("adapter.restarted", port)),
+            State::EmergencyStop => Err(trouble(code!("adapter.emergency_stop"), port)),
+            State::Fault => Err(trouble(code!("adapter.fault"), port)),
+            _ if status.settings != self.settings_crc => Err(trouble(code!("adapter.restarted"), port)),
             _ => Ok(status),
         }
     }
@@ -194,7 +195,7 @@ impl Adapter {
     fn place(&self) -> Result<[i32; AXES], Diagnostic> {
         let mut index = self.status().index;
         for (own, place) in index.iter_mut().zip(self.position).take(self.axes()) {
-            let beyond = || trouble("adapter.refused", self.line.port()).with("what", "Place");
+            let beyond = || trouble(code!("adapter.refused"), self.line.port()).with("what", "Place");
             *own = i32::try_from(place).map_err(|error| beyond().with("reason", error))?;
         }
         Ok(index)
@@ -327,7 +328,7 @@ impl Adapter {
         let goes_on = !play.stopping && !play.is_refused(&status);
         while goes_on && status.resident < ahead && self.line.pending() < ON_THE_WAY {
             if !play.feed.cut() {
-                return Err(trouble("adapter.too_dense", self.line.port()));
+                return Err(trouble(code!("adapter.too_dense"), self.line.port()));
             }
             let Some(piece) = &play.feed.piece else { break };
             let number = self.line.offer_piece(piece);
@@ -385,7 +386,7 @@ impl Adapter {
             }
             State::Limit => self.limited(play.gate, status).await.map(Some),
             State::Unset | State::EmergencyStop | State::Fault => {
-                Err(trouble("adapter.restarted", self.line.port()))
+                Err(trouble(code!("adapter.restarted"), self.line.port()))
             }
         }
     }
@@ -421,7 +422,7 @@ impl Adapter {
     async fn limited(&mut self, gate: Option<Gate>, status: &Status) -> Result<Ended, Diagnostic> {
         let is_it = |input: &Input| self.machine.adapter.sensor(*input) == Some(status.input);
         let Some(input) = Input::ALL.into_iter().find(is_it) else {
-            return Err(trouble("adapter.fault", self.line.port()));
+            return Err(trouble(code!("adapter.fault"), self.line.port()));
         };
         self.clear().await?;
         let ended = self.hit(input, gate);

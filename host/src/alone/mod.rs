@@ -29,6 +29,7 @@ use crate::surface::KeptSurface;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::chance::Chance;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{self, Machine, Output, Value};
 use annulus_core::steps::TICK_HZ;
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
@@ -81,7 +82,7 @@ impl<F: Files> Alone<F> {
     /// the time scale, 1 for real time.
     pub fn open(files: F, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
-            return Err(Diagnostic::error("control.speed_range").with("speed", speed));
+            return Err(error!("control.speed_range", speed = speed));
         }
         Self::with(files, Letters::default(), speed, seed, time)
     }
@@ -243,7 +244,7 @@ impl<F: Files> Alone<F> {
 
     fn arm(&mut self, job: &str, from_leg: u32, ticket: Ticket) -> Result<(), Diagnostic> {
         self.line.tickets.check(ticket)?;
-        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+        let bytes = self.job(job).ok_or_else(|| error!("control.no_such_job"))?;
         let prepared = prepare(job, bytes, from_leg, &self.owner.context())?;
         let (reply, answer) = channel();
         self.line.await_answer(answer);
@@ -301,14 +302,14 @@ impl<F: Files> Alone<F> {
         let done = self.slots.files.append(File::Drilled, new.as_bytes());
         self.written = letters.drilled.len();
         if let Err(reason) = done {
-            let why = Diagnostic::error("control.record_unwritable").with("reason", reason);
+            let why = error!("control.record_unwritable", reason = reason);
             let _ = self.messages.send(Message::CannotRecord(why));
         }
     }
 
     fn keep(&mut self, file: File, bytes: &[u8]) {
         if let Err(reason) = self.slots.files.write(file, bytes) {
-            let why = Diagnostic::error("journal.cannot_write").with("reason", reason);
+            let why = error!("journal.cannot_write", reason = reason);
             let _ = self.messages.send(Message::CannotRecord(why));
         }
     }

@@ -10,6 +10,7 @@ use crate::place::{Next, Orders, Place};
 use crate::surface::KeptSurface;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{Machine, Output, is_adapter_wiring};
 use annulus_core::pins::{Clock, Pins};
 use annulus_core::wire::Tell;
@@ -207,7 +208,7 @@ impl Outside for Letters {
         shared: &Arc<Shared>,
     ) -> Result<(Box<dyn Seat>, Option<Timing>), Diagnostic> {
         let Some(plugged) = self.plugged.as_ref().filter(|_| machine.output == Output::Adapter) else {
-            return Err(Diagnostic::error("control.in_file_only").with("key", "machine.output"));
+            return Err(error!("control.in_file_only", key = "machine.output"));
         };
         let session = plugged.session.fetch_add(1, Ordering::Relaxed);
         let line = AdapterLine::new(Box::new(plugged.port.clone()), session, plugged.time);

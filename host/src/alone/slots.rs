@@ -12,6 +12,7 @@ use crate::files::{File, Files};
 use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, unsealed};
 use crate::recording::Keeper;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::magazine::ToolStock;
 use serde::{Deserialize, Serialize};
@@ -38,11 +39,11 @@ pub(super) struct Slots<F> {
 }
 
 fn full(reason: String) -> Diagnostic {
-    Diagnostic::error("journal.cannot_write").with("reason", reason)
+    error!("journal.cannot_write", reason = reason)
 }
 
 fn unreadable(file: File, reason: String) -> Diagnostic {
-    Diagnostic::error("journal.cannot_open").with("file", file.name()).with("reason", reason)
+    error!("journal.cannot_open", file = file.name(), reason = reason)
 }
 
 impl<F: Files> Slots<F> {

@@ -12,6 +12,7 @@ use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{self as grbl, EngineEvent, EnginePhase, OverrideOf, settings};
 use annulus_core::machine::{self, MILL_KEY, Machine, ParkAt, Value, is_in_file_only};
 use annulus_core::wire::{ArmedJob, Ask, JOG_GRANT_MS, RowVerdict, Tell};
+use annulus_core::{code, error};
 use std::time::Duration;
 
 /// Jog speeds, mm/min: XY, and Z.
@@ -43,7 +44,7 @@ impl<F: Files> Station<F> {
             Ask::Survey { grid, job, clear_um, depth_um, now_s } => {
                 self.survey(SurveyWish { grid, job, clear_um, depth_um, now_s })
             }
-            Ask::ForgetHeightMap if self.work.is_some() => refusal("control.busy"),
+            Ask::ForgetHeightMap if self.work.is_some() => refusal(code!("control.busy")),
             Ask::ForgetHeightMap => self.keep_surface(None),
             Ask::Jog { axis, distance_um, anyway } => self.jog(axis, distance_um, anyway),
             Ask::JogOn => {
@@ -82,19 +83,19 @@ impl<F: Files> Station<F> {
             }
             Ask::ForgetInterrupted => self.forget(),
             Ask::Configure { changes } => self.configure(&changes),
-            Ask::Provoke { .. } => refusal("fault.of_virtual_drill"),
-            Ask::LiftTool => refusal("control.no_lift_on_path"),
-            Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal("grbl.no_queue"),
-            Ask::OutputLease { .. } | Ask::Output { .. } => refusal("grbl.no_outputs"),
-            Ask::SameLength | Ask::MeasureTool => refusal("control.drills_alone"),
-            Ask::Stock { .. } | Ask::ToolSeen { .. } | Ask::OpenClamp => refusal("grbl.no_magazine"),
+            Ask::Provoke { .. } => refusal(code!("fault.of_virtual_drill")),
+            Ask::LiftTool => refusal(code!("control.no_lift_on_path")),
+            Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal(code!("grbl.no_queue")),
+            Ask::OutputLease { .. } | Ask::Output { .. } => refusal(code!("grbl.no_outputs")),
+            Ask::SameLength | Ask::MeasureTool => refusal(code!("control.drills_alone")),
+            Ask::Stock { .. } | Ask::ToolSeen { .. } | Ask::OpenClamp => refusal(code!("grbl.no_magazine")),
             // The line answers these itself.
             Ask::Arm { .. }
             | Ask::Hello { .. }
             | Ask::Ping { .. }
             | Ask::Stop
             | Ask::TakeControl { .. }
-            | Ask::ReleaseControl => refusal("control.not_for_the_drill"),
+            | Ask::ReleaseControl => refusal(code!("control.not_for_the_drill")),
         }
     }
 
@@ -120,10 +121,10 @@ impl<F: Files> Station<F> {
     fn jog(&mut self, axis: u8, distance_um: i32, anyway: bool) -> Result<(), Diagnostic> {
         let index = usize::from(axis);
         if index > 2 {
-            return refusal("control.no_such_jog");
+            return refusal(code!("control.no_such_jog"));
         }
         if self.state() == State::NotHomed {
-            return refusal("control.not_homed");
+            return refusal(code!("control.not_homed"));
         }
         let controller = self.attended.controller();
         let place = controller.status.as_ref().and_then(|status| status.machine_mm).map(|place| place[index]);
@@ -135,7 +136,7 @@ impl<F: Files> Station<F> {
         };
         let um = (wanted.clamp(low, high) * 1e3) as i32;
         if um == 0 {
-            return Err(Diagnostic::error("control.end_of_travel").with("axis", machine::axis_name(index)));
+            return Err(error!("control.end_of_travel", axis = machine::axis_name(index)));
         }
         let fastest = settings::axes(&controller.info.values, 110).map_or(f64::INFINITY, |rate| rate[index]);
         let mm_per_min = JOG_MM_PER_MIN[usize::from(index == 2)].min(fastest);
@@ -147,7 +148,7 @@ impl<F: Files> Station<F> {
     /// Moves to the park position. Needs no renewal by the page; STOP ends it.
     pub(super) fn park(&mut self) -> Result<(), Diagnostic> {
         if self.state() == State::NotHomed {
-            return refusal("control.not_homed");
+            return refusal(code!("control.not_homed"));
         }
         let machine = &self.machine;
         let from_low_mm = (machine.park.at == ParkAt::Place)
@@ -160,7 +161,7 @@ impl<F: Files> Station<F> {
     /// A running job keeps its zero.
     fn set_plane(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() {
-            return refusal("control.busy");
+            return refusal(code!("control.busy"));
         }
         let before = self.attended.controller().zero_mm;
         self.engine_asked(grbl::EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 })?;
@@ -177,7 +178,9 @@ impl<F: Files> Station<F> {
 
     /// Restores the previous XY zero; Z keeps its zero.
     fn undo_zero(&mut self) -> Result<(), Diagnostic> {
-        let Some([x, y, _]) = self.hand.zero_before_mm else { return refusal("control.no_zero_before") };
+        let Some([x, y, _]) = self.hand.zero_before_mm else {
+            return refusal(code!("control.no_zero_before"));
+        };
         self.engine_asked(grbl::EngineAsk::ZeroAt { place_mm: [Some(x), Some(y), None] })?;
         (self.hand.zero_before_mm, self.hand.zero_asked) = (None, Some(Zero::Plane));
         Ok(())
@@ -185,7 +188,7 @@ impl<F: Files> Station<F> {
 
     fn probe(&mut self, depth_um: u32, plate_um: u32) -> Result<(), Diagnostic> {
         if self.state() == State::NotHomed {
-            return refusal("control.not_homed");
+            return refusal(code!("control.not_homed"));
         }
         let depth_mm = (f64::from(depth_um) / 1e3).min(DEEPEST_PROBE_MM);
         let (surface_mm, set) = self.surface_mm()?;
@@ -200,16 +203,16 @@ impl<F: Files> Station<F> {
 
     fn edge(&mut self, (axis, up): (u8, bool), reach_um: u32, tool_um: u32) -> Result<(), Diagnostic> {
         if self.state() == State::NotHomed {
-            return refusal("control.not_homed");
+            return refusal(code!("control.not_homed"));
         }
         // A running job keeps its zero.
         if self.work.is_some() {
-            return refusal("control.busy");
+            return refusal(code!("control.busy"));
         }
         let mm = |um: u32| f64::from(um) / 1e3;
         let reach_mm = mm(reach_um);
         if axis > 1 || !(0.0..=DEEPEST_PROBE_MM).contains(&reach_mm) || mm(tool_um) > DEEPEST_PROBE_MM {
-            return refusal("touch.bad");
+            return refusal(code!("touch.bad"));
         }
         let before = self.attended.controller().zero_mm;
         self.engine_asked(grbl::EngineAsk::Edge {
@@ -240,15 +243,15 @@ impl<F: Files> Station<F> {
     /// writes it, then calls [`Self::arm`].
     pub fn draft(&self, job: &str, from_leg: u32) -> Result<Option<Draft>, Diagnostic> {
         if self.work.is_some() {
-            return refusal("control.busy");
+            return refusal(code!("control.busy"));
         }
         if self.offered(job, from_leg).is_some() {
             return Ok(None);
         }
         if from_leg > 0 {
-            return refusal("control.leg_not_offered");
+            return refusal(code!("control.leg_not_offered"));
         }
-        let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+        let bytes = self.job(job).ok_or_else(|| error!("control.no_such_job"))?;
         let (key, bytes, machine) = (job.to_owned(), bytes.to_vec(), self.machine.clone());
         Ok(Some(Draft { key, bytes, machine }))
     }
@@ -256,21 +259,21 @@ impl<F: Files> Station<F> {
     /// Checks a job against the controller's current state: as `written`, or the interrupted one.
     pub fn arm(&mut self, job: &str, from_leg: u32, written: Option<Written>) -> Result<Tell, Diagnostic> {
         if self.work.is_some() {
-            return refusal("control.busy");
+            return refusal(code!("control.busy"));
         }
         let order = match (self.offered(job, from_leg), written) {
             (Some(order), _) => order.clone(),
-            (None, None) => return refusal("control.leg_not_offered"),
+            (None, None) => return refusal(code!("control.leg_not_offered")),
             // The settings changed meanwhile.
             (None, Some(written)) if written.fingerprint != self.machine.fingerprint() => {
-                return refusal("control.not_armed");
+                return refusal(code!("control.not_armed"));
             }
             (None, Some(written)) => written.order,
         };
         let from_leg = from_leg as usize;
         let done = self.ledger.entry().done;
         if from_leg > 0 && order.leg(done) != from_leg {
-            return refusal("control.leg_not_offered");
+            return refusal(code!("control.leg_not_offered"));
         }
         let from = if from_leg > 0 { done } else { 0 };
         let (order, level) = self.levelled(order, from, from_leg > 0);
@@ -293,7 +296,7 @@ impl<F: Files> Station<F> {
         let same =
             |armed: &Armed| armed.order.key == job && armed.from_leg == from_leg && armed.zero_mm == zero_mm;
         let Some(Armed { order, start, refused: level, .. }) = self.armed.take_if(|armed| same(armed)) else {
-            return refusal("control.not_armed");
+            return refusal(code!("control.not_armed"));
         };
         // The controller's state may have changed since arming: check again.
         let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == RowVerdict::Fail);
@@ -317,7 +320,7 @@ impl<F: Files> Station<F> {
             return refused.map_or(Ok(()), Err);
         }
         (self.work, self.bringing) = (None, None);
-        refused.map_or_else(|| refusal("grbl.not_now"), Err)
+        refused.map_or_else(|| refusal(code!("grbl.not_now")), Err)
     }
 
     fn forget(&mut self) -> Result<(), Diagnostic> {
@@ -334,20 +337,20 @@ impl<F: Files> Station<F> {
     /// Changes Annulus' own settings. Settings that the controller holds itself must be changed there.
     fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
         if self.work.is_some() {
-            return refusal("control.busy");
+            return refusal(code!("control.busy"));
         }
         for (key, _) in changes {
             if is_in_file_only(key) {
-                return Err(Diagnostic::error("control.in_file_only").with("key", key));
+                return Err(error!("control.in_file_only", key = key));
             }
             if let Some(number) = set_there(key) {
-                return Err(Diagnostic::error("grbl.set_there").with("key", key).with("number", number));
+                return Err(error!("grbl.set_there", key = key, number = number));
             }
         }
         let refused = |mut reasons: Vec<Diagnostic>| reasons.swap_remove(0);
         let (mill, set): (Vec<_>, Vec<_>) = changes.iter().cloned().partition(|(key, _)| key == MILL_KEY);
         if let Some((_, name)) = mill.iter().find(|(_, name)| !is_mill(name)) {
-            return Err(Diagnostic::error("grbl.no_such_mill").with("name", name));
+            return Err(error!("grbl.no_such_mill", name = name));
         }
         let (own, set): (Vec<_>, Vec<_>) = set.into_iter().partition(|(key, _)| is_of_controller(key));
         if let Some(why) = own.iter().find_map(lengths::refused) {
@@ -374,9 +377,9 @@ impl<F: Files> Station<F> {
 pub fn unfit(machine: &Machine) -> Option<Diagnostic> {
     let indexes = [&machine.x, &machine.y, &machine.z].into_iter().any(|axis| axis.index);
     let rows = [
-        (machine.has_magazine(), "grbl.no_magazine"),
-        (machine.foot.on, "grbl.no_foot"),
-        (indexes, "grbl.no_index"),
+        (machine.has_magazine(), code!("grbl.no_magazine")),
+        (machine.foot.on, code!("grbl.no_foot")),
+        (indexes, code!("grbl.no_index")),
     ];
     rows.into_iter().find(|(is_so, _)| *is_so).map(|(_, code)| Diagnostic::error(code))
 }

@@ -14,10 +14,11 @@ use annulus_core::grbl::{BoardHeight, Changer, EngineStart, estimates_s};
 use annulus_core::job::bite;
 use annulus_core::machine;
 use annulus_core::wire::{PreflightRow, RowVerdict};
+use annulus_core::{code, error, note, warning};
 use std::sync::Arc;
 
 /// Code of the problem that the work zero differs from the job's.
-const ZERO_MOVED: &str = "grbl.zero_moved";
+const ZERO_MOVED: &str = code!("grbl.zero_moved");
 
 impl<F: Files> Station<F> {
     /// The engine's start request to run `order` from section `from`.
@@ -55,30 +56,30 @@ impl<F: Files> Station<F> {
         let mut rows: Vec<_> = controller.check(start).into_iter().map(judged_here).collect();
         rows.extend(self.unlike_mill().into_iter().map(|why| row(RowVerdict::Warn, why)));
         rows.push(match self.state() {
-            State::Ready => row(RowVerdict::Pass, Diagnostic::note("preflight.at_rest")),
-            _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
+            State::Ready => row(RowVerdict::Pass, note!("preflight.at_rest")),
+            _ => row(RowVerdict::Fail, error!("preflight.busy")),
         });
         rows.extend(self.height_row(order, start));
         rows.extend(self.planned_for(order, start.from));
         rows.extend(length_row(&self.lengths));
-        rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.own_motion")));
+        rows.push(row(RowVerdict::Pass, note!("grbl.own_motion")));
         rows.push(row(RowVerdict::Warn, self.feeder()));
         let missing = missing_drills(&order.program, &self.machine);
         if !missing.is_empty() {
-            let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
+            let why = warning!("preflight.bit_not_in_rack", bits = missing.join(", "));
             rows.push(row(RowVerdict::Warn, why));
         }
         rows.extend(worn_tools(&order.program, &self.machine, (leg, self.ledger.wear())));
         rows.extend(machine::warnings(&self.machine).into_iter().map(|why| row(RowVerdict::Warn, why)));
         if order.program.hole_count() > 0 {
-            rows.push(row(RowVerdict::Note, Diagnostic::warning("grbl.broken_bits_unseen")));
+            rows.push(row(RowVerdict::Note, warning!("grbl.broken_bits_unseen")));
         }
         rows.extend(bite::judged_all(&order.program).into_iter().map(|why| row(RowVerdict::Warn, why)));
         // A changer fetches the tool, whichever is in.
         let is_in = start.from > 0 && start.changer.is_none();
         if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| is_in) {
             let bit = bit.titled();
-            rows.push(row(RowVerdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));
+            rows.push(row(RowVerdict::Warn, note!("preflight.first_bit", bit = bit)));
         }
         rows.extend(far_below(&order.program, &self.machine));
         rows.extend(accepted(&order.program));
@@ -91,11 +92,7 @@ impl<F: Files> Station<F> {
 
     /// Warns what ends the job: the controller gets it line by line.
     fn feeder(&self) -> Diagnostic {
-        if self.in_page {
-            Diagnostic::warning("grbl.page_feeds")
-        } else {
-            Diagnostic::warning("grbl.bridge_feeds")
-        }
+        if self.in_page { warning!("grbl.page_feeds") } else { warning!("grbl.bridge_feeds") }
     }
 
     /// Checks that the job was planned for this machine, and that its feeds and speeds suit it. A job for
@@ -104,11 +101,11 @@ impl<F: Files> Station<F> {
         let (program, machine) = (&order.program, &self.machine);
         let too_fast = suits::judged(program, machine);
         let first = if program.machine == machine.fingerprint() {
-            row(RowVerdict::Pass, Diagnostic::note("preflight.same_machine"))
+            row(RowVerdict::Pass, note!("preflight.same_machine"))
         } else if too_fast.is_empty() || from > 0 {
-            row(RowVerdict::Warn, Diagnostic::warning("preflight.planned_for_other"))
+            row(RowVerdict::Warn, warning!("preflight.planned_for_other"))
         } else {
-            row(RowVerdict::Fail, Diagnostic::error("preflight.other_machine"))
+            row(RowVerdict::Fail, error!("preflight.other_machine"))
         };
         let others = too_fast.into_iter().map(|why| row(RowVerdict::Warn, why));
         std::iter::once(first).chain(others).collect()
@@ -127,12 +124,12 @@ impl<F: Files> Station<F> {
         let bit = bit_of_leg(&order.program, order.leg(start.from)).map(|bit| bit.titled());
         let told = |code: &str| Diagnostic::note(code).with("bit", bit.unwrap_or_default());
         known.then(|| match height {
-            BoardHeight::OfThisBit if start.from > 0 => row(RowVerdict::Pass, told("grbl.height_set")),
+            BoardHeight::OfThisBit if start.from > 0 => row(RowVerdict::Pass, told(code!("grbl.height_set"))),
             BoardHeight::OfThisBit if start.changer.is_some() => {
-                row(RowVerdict::Pass, Diagnostic::note("changer.fetches_first"))
+                row(RowVerdict::Pass, note!("changer.fetches_first"))
             }
-            BoardHeight::OfThisBit => row(RowVerdict::Warn, told("grbl.height_of_first")),
-            _ => row(RowVerdict::Pass, told("grbl.height_asked")),
+            BoardHeight::OfThisBit => row(RowVerdict::Warn, told(code!("grbl.height_of_first"))),
+            _ => row(RowVerdict::Pass, told(code!("grbl.height_asked"))),
         })
     }
 
@@ -161,9 +158,9 @@ impl<F: Files> Station<F> {
         let offered = self.offer.as_ref()?;
         if offered.key != order.key {
             let job = &offered.key[..offered.key.len().min(8)];
-            return Some(Diagnostic::warning("preflight.forgets").with("job", job));
+            return Some(warning!("preflight.forgets", job = job));
         }
-        (from == 0).then(|| Diagnostic::warning("preflight.anew"))
+        (from == 0).then(|| warning!("preflight.anew"))
     }
 }
 

@@ -4,6 +4,7 @@ use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::grbl::{CheckNews, EngineAsk, EnginePhase};
 use annulus_core::wire::{CheckModeReport, Tell};
 use std::sync::Arc;
@@ -12,17 +13,17 @@ impl<F: Files> Station<F> {
     /// Starts the check of `job`. If the job is armed, the check uses its lines.
     pub(super) fn check(&mut self, job: &str) -> Result<(), Diagnostic> {
         if self.work.is_some() {
-            return Err(Diagnostic::error("control.busy"));
+            return Err(error!("control.busy"));
         }
         // Writing the job takes seconds, in which no jog could be ended.
         if self.attended.controller().phase == EnginePhase::Jogging {
-            return Err(Diagnostic::error("grbl.not_now"));
+            return Err(error!("grbl.not_now"));
         }
         let armed = self.armed.as_ref().map(|armed| &armed.order).filter(|order| order.key == job);
         let routine = match armed {
             Some(order) => Arc::clone(&order.routine),
             None => {
-                let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+                let bytes = self.job(job).ok_or_else(|| error!("control.no_such_job"))?;
                 Order::written(job, bytes, &self.machine)?.routine
             }
         };

@@ -11,6 +11,7 @@
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::settings::{self, Values};
 use annulus_core::machine::MillProfile;
+use annulus_core::warning;
 
 /// Steps per mm within this factor of the expected value: the user trimmed them by measuring.
 const SAME_SCALE_FACTOR: f64 = 1.02;
@@ -30,21 +31,18 @@ pub fn unlike_mill(mill: &MillProfile, flavour: &str, values: &Values) -> Vec<Di
     let axes = |first, expected, differs: &dyn Fn(f64, f64) -> bool| {
         by_axis(values, first, expected, differs).into_iter()
     };
-    let scale =
-        axes(100, mill.steps_per_mm, &other_scale).map(|row| (Diagnostic::warning("grbl.other_scale"), row));
-    let rate =
-        axes(110, mill.mm_per_min, &more).map(|row| (Diagnostic::warning("grbl.faster_than_machine"), row));
-    let ramp =
-        axes(120, mill.mm_per_s2, &more).map(|row| (Diagnostic::warning("grbl.steeper_than_machine"), row));
-    let travel = axes(130, Some(mill.travel_mm), &other_travel)
-        .map(|row| (Diagnostic::warning("grbl.other_travel"), row));
+    let scale = axes(100, mill.steps_per_mm, &other_scale).map(|row| (warning!("grbl.other_scale", ..), row));
+    let rate = axes(110, mill.mm_per_min, &more).map(|row| (warning!("grbl.faster_than_machine", ..), row));
+    let ramp = axes(120, mill.mm_per_s2, &more).map(|row| (warning!("grbl.steeper_than_machine", ..), row));
+    let travel =
+        axes(130, Some(mill.travel_mm), &other_travel).map(|row| (warning!("grbl.other_travel", ..), row));
     let all = scale.chain(rate).chain(ramp).chain(travel).map(|(why, (axis, number, found, expected))| {
         let why = why.with("axis", axis).with("number", number).with("found", found);
         why.with("expected", expected).with("machine", mill.title)
     });
     let other = mill.flavour.filter(|expected| *expected != flavour);
     let firmware = other.map(|expected| {
-        let why = Diagnostic::warning("grbl.other_firmware").with("found", flavour);
+        let why = warning!("grbl.other_firmware", found = flavour, ..);
         why.with("expected", expected).with("machine", mill.title)
     });
     all.chain(spindle(mill, values)).chain(firmware).collect()
@@ -71,7 +69,7 @@ fn by_axis(
 fn spindle(mill: &MillProfile, values: &Values) -> Option<Diagnostic> {
     let (found, expected) = (*values.get(&30)?, mill.rpm?);
     let same = found.max(expected) <= found.min(expected) * SAME_RATE_FACTOR;
-    let why = Diagnostic::warning("grbl.other_rpm").with("found", found).with("expected", expected);
+    let why = warning!("grbl.other_rpm", found = found, expected = expected, ..);
     (!same).then(|| why.with("machine", mill.title))
 }
 

@@ -12,6 +12,7 @@ use super::order::Order;
 use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{ToolWear, Value};
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +42,7 @@ pub struct Ledger<F> {
 }
 
 fn full(reason: String) -> Diagnostic {
-    Diagnostic::error("journal.cannot_write").with("reason", reason)
+    error!("journal.cannot_write", reason = reason)
 }
 
 impl<F: Files> Ledger<F> {
@@ -50,7 +51,7 @@ impl<F: Files> Ledger<F> {
         let mut last = Half::default();
         for file in [File::Done(false), File::Done(true)] {
             let unreadable = |reason| {
-                let why = Diagnostic::error("journal.cannot_open").with("file", file.name());
+                let why = error!("journal.cannot_open", file = file.name(), ..);
                 why.with("reason", reason)
             };
             let half = unsealed::<Half>(&files.read(file).map_err(unreadable)?).ok();

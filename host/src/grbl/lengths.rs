@@ -10,6 +10,7 @@ use annulus_core::grbl::{
 };
 use annulus_core::machine::{MILL_KEY, Value};
 use annulus_core::wire::{PreflightRow, RowVerdict};
+use annulus_core::{error, note};
 
 /// Returns `true` for settings of the controller, `false` for those of the machine that jobs are planned
 /// for.
@@ -67,23 +68,23 @@ pub(super) fn refused((key, value): &(String, Value)) -> Option<Diagnostic> {
     }
     if key == RESET_KEY {
         let is_one = matches!(value, Value::Text(word) if ResetOnOpen::of(word).is_some());
-        return (!is_one).then(|| Diagnostic::error("grbl.no_such_reset").with("word", value));
+        return (!is_one).then(|| error!("grbl.no_such_reset", word = value));
     }
     let is_one = match value {
         Value::Text(word) if key == LENGTH_KEY => ["board", "setter"].contains(&word.as_str()),
         Value::Numbers(numbers) if key == SETTER_KEY => ToolSetter::of_numbers(numbers).is_some(),
         _ => ![LENGTH_KEY, SETTER_KEY].contains(&key.as_str()),
     };
-    (!is_one).then(|| Diagnostic::error("setter.bad"))
+    (!is_one).then(|| error!("setter.bad"))
 }
 
 /// The pre-flight row about tool lengths.
 pub(super) fn length_row(lengths: &ToolLengths) -> Option<PreflightRow> {
     lengths.on_setter.then(|| match lengths.setter {
-        None => row(RowVerdict::Fail, Diagnostic::error("setter.no_place")),
+        None => row(RowVerdict::Fail, error!("setter.no_place")),
         Some(setter) => {
             let [x, y] = setter.place_mm.map(|mm| format!("{mm:.3}"));
-            row(RowVerdict::Pass, Diagnostic::note("setter.measures").with("x", x).with("y", y))
+            row(RowVerdict::Pass, note!("setter.measures", x = x, y = y))
         }
     })
 }

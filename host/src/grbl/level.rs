@@ -13,6 +13,7 @@ use annulus_core::grbl::{EngineAsk, SurveyNews, SurveyStart, settings};
 use annulus_core::level::{HeightMap, ProbeGrid, key_of, same_job};
 use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, PreflightRow, RowVerdict, Tell};
+use annulus_core::{error, warning};
 
 /// A request to measure the board.
 pub(super) struct SurveyWish {
@@ -27,7 +28,7 @@ impl<F: Files> Station<F> {
     /// Starts to probe the board.
     pub(super) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
         if self.hand.height.is_none() {
-            return Err(Diagnostic::error("grbl.no_height"));
+            return Err(error!("grbl.no_height"));
         }
         let mm = |um: u32| f64::from(um) / 1e3;
         let start = SurveyStart::usual(wish.grid, mm(wish.clear_um), mm(wish.depth_um));
@@ -96,8 +97,7 @@ impl<F: Files> Station<F> {
 
     /// Why the map does not fit the work zero; `None` if it fits.
     fn misplaced(&self, map: &HeightMap) -> Option<Diagnostic> {
-        let stale = (!map.homed && !self.surface.fresh)
-            .then(|| Diagnostic::error("level.other_zero").with("mm", "?"));
+        let stale = (!map.homed && !self.surface.fresh).then(|| error!("level.other_zero", mm = "?"));
         stale.or_else(|| map.refused(&map.job, self.zero_now(), self.homes()))
     }
 
@@ -107,14 +107,14 @@ impl<F: Files> Station<F> {
     pub(super) fn surface_mm(&self) -> Result<(f64, HeightSet), Diagnostic> {
         let controller = self.attended.controller();
         if self.homes() && controller.trust != Trust::Trusted {
-            return Err(Diagnostic::error("control.not_homed"));
+            return Err(error!("control.not_homed"));
         }
         let map = self.surface.map.as_ref().filter(|map| match &self.work {
             Some(work) => work.order.routine.levelled == Some(map.key()),
             None => self.misplaced(map).is_none() || self.placed_by_hand(map),
         });
         let Some(map) = map else { return Ok((0.0, HeightSet { of_board: true, map: None })) };
-        let [x, y, _] = controller.place().ok_or_else(|| Diagnostic::error("grbl.no_report"))?;
+        let [x, y, _] = controller.place().ok_or_else(|| error!("grbl.no_report"))?;
         let height_mm = map.height(Point::from_mm(x, y)).mm();
         Ok((height_mm, HeightSet { of_board: false, map: Some(map.key()) }))
     }
@@ -132,12 +132,12 @@ impl<F: Files> Station<F> {
         let before = self.ledger.entry().levelled.clone().filter(|_| resumed);
         let (map, told) = match (&self.surface.map, &before) {
             (Some(map), Some(key)) if map.key() == *key => (Some(map), None),
-            (_, Some(_)) => return fails(order, Diagnostic::error("level.other_map")),
+            (_, Some(_)) => return fails(order, error!("level.other_map")),
             // The job was started without a map.
             (_, None) if resumed => (None, None),
             (None, None) => (None, None),
             (Some(map), None) if !same_job(&map.job, &key_of(&order.program)) => {
-                (None, Some(Diagnostic::warning("level.not_used")))
+                (None, Some(warning!("level.not_used")))
             }
             (Some(map), None) => (Some(map), None),
         };
@@ -146,7 +146,7 @@ impl<F: Files> Station<F> {
             Some(Err(why)) => return fails(order, why),
             Some(Ok((order, correction))) => {
                 let mm = format!("{:.3}", correction.largest().mm());
-                (order, Some(Diagnostic::warning("level.follows").with("mm", mm)))
+                (order, Some(warning!("level.follows", mm = mm)))
             }
         };
         match self.unfollowed(&order, from) {
@@ -161,7 +161,7 @@ impl<F: Files> Station<F> {
         let follows = order.routine.levelled.as_deref();
         if let Some(key) = follows {
             let map = self.surface.map.as_ref().filter(|map| map.key() == *key);
-            let Some(map) = map else { return Some(Diagnostic::error("level.other_map")) };
+            let Some(map) = map else { return Some(error!("level.other_map")) };
             // A zero set by the user is accepted for a resumed job. A new job may be on another board.
             let goes_on = from > 0 && self.placed_by_hand(map);
             if let Some(why) = self.misplaced(map).filter(|_| !goes_on) {
@@ -169,7 +169,7 @@ impl<F: Files> Station<F> {
             }
         }
         let suits = self.hand.height.as_ref().is_none_or(|height| height.suits(follows));
-        (!suits && !self.height_as_left(from)).then(|| Diagnostic::error("level.other_height"))
+        (!suits && !self.height_as_left(from)).then(|| error!("level.other_height"))
     }
 
     /// The height map report for the page.

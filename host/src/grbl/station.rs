@@ -23,6 +23,7 @@ use annulus_core::grbl::{
 };
 use annulus_core::machine::{self, Machine, MillProfile};
 use annulus_core::wire::{CheckModeReport, JobEnd, Status, Tell, ToolsReport};
+use annulus_core::{code, error, warning};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -138,7 +139,7 @@ impl<F: Files> Station<F> {
     pub fn open(mut files: F, setup: Setup) -> Result<Self, Diagnostic> {
         let Setup { speed, time, tickets, named, in_page } = setup;
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
-            return Err(Diagnostic::error("control.speed_range").with("speed", speed));
+            return Err(error!("control.speed_range", speed = speed));
         }
         let surface = BoardSurface::kept(&mut files);
         let mut ledger = Ledger::open(files)?;
@@ -222,7 +223,7 @@ impl<F: Files> Station<F> {
         self.by_itself(EngineEvent::Closed);
         self.over = true;
         if !self.in_page && self.alarm.is_none() {
-            self.alarm = Some(Diagnostic::error("grbl.cable_pulled"));
+            self.alarm = Some(error!("grbl.cable_pulled"));
         }
     }
 
@@ -256,7 +257,7 @@ impl<F: Files> Station<F> {
             self.by_itself(EngineEvent::Late);
         } else if matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
             self.by_itself(EngineEvent::Ask(EngineAsk::Hold));
-            let why = Diagnostic::warning("grbl.computer_stood").with("seconds", HELD_AFTER.as_secs());
+            let why = warning!("grbl.computer_stood", seconds = HELD_AFTER.as_secs());
             self.tell(Tell::Refused { why });
         }
     }
@@ -326,7 +327,7 @@ impl<F: Files> Station<F> {
             Message::Stop => {
                 let found = self.engine(EngineEvent::Ask(EngineAsk::Stop));
                 // A stop during a tool change leaves the held tool unknown: report that.
-                for why in found.into_iter().filter(|why| why.code == "changer.stopped") {
+                for why in found.into_iter().filter(|why| why.code == code!("changer.stopped")) {
                     self.tell(Tell::Refused { why });
                 }
             }
@@ -347,7 +348,7 @@ impl<F: Files> Station<F> {
             );
             if why.severity == Severity::Error && ends {
                 // "Unplugged" explains more than "no response", so it replaces that alarm.
-                if self.alarm.is_none() || why.code == "grbl.unplugged" {
+                if self.alarm.is_none() || why.code == code!("grbl.unplugged") {
                     self.alarm = Some(why);
                 }
             } else {

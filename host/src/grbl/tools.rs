@@ -4,6 +4,7 @@ use super::station::Station;
 use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::grbl::EngineAsk;
 use annulus_core::machine::ToolWear;
 use annulus_core::wire::{Tell, ToolsReport};
@@ -17,7 +18,7 @@ impl<F: Files> Station<F> {
 
     /// The user inserted a new tool under this number.
     pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
-        let why = || Diagnostic::error("control.no_such_tool").with("number", number);
+        let why = || error!("control.no_such_tool", number = number);
         let tool = self.machine.rack.iter().find(|tool| tool.number == number).ok_or_else(why)?;
         let new = ToolWear::new(&self.machine.name, tool);
         self.ledger.keep_wear(new.clone())?;

@@ -7,12 +7,13 @@
 
 use super::moves::ruler;
 use super::work::Work;
-use super::{Message, Owner, diagnostic, zero_of};
+use super::{Message, Owner, zero_of};
 use crate::journal::{JobRecord, Record};
 use crate::prepare::{Broken, Context, Prepared};
 use crate::ticket::Ticket;
 use annulus_core::control::{Action, Ending, Event, step};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Ask, JobEnd, Tell};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -69,7 +70,7 @@ impl Owner {
     /// Arms a prepared job, and returns the result of its checks.
     pub fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Diagnostic> {
         if self.context() != prepared.context {
-            return Err(diagnostic("control.changed_meanwhile"));
+            return Err(error!("control.changed_meanwhile"));
         }
         let tell = prepared.tell();
         let event = match prepared.refusal() {
@@ -95,7 +96,7 @@ impl Owner {
                 self.starting = Some(Starting { event, work, record, asked, reply, stopped, waits });
                 self.outside.record(begin);
                 if !self.outside.records() {
-                    self.begun(Err(diagnostic("control.shut_down")));
+                    self.begun(Err(error!("control.shut_down")));
                 }
             }
             Err(why) => drop(reply.send(Err(why))),
@@ -122,12 +123,14 @@ impl Owner {
 
     fn to_be_started(&self, event: &Event) -> Result<(Work, JobRecord), Diagnostic> {
         self.may_start(event)?;
-        let prepared = self.prepared.as_ref().ok_or_else(|| diagnostic("control.not_armed"))?;
-        let Event::Start { from_leg, .. } = *event else { return Err(diagnostic("control.not_armed")) };
+        let prepared = self.prepared.as_ref().ok_or_else(|| error!("control.not_armed"))?;
+        let Event::Start { from_leg, .. } = *event else {
+            return Err(error!("control.not_armed"));
+        };
         let plane = [prepared.zero[0], prepared.zero[1]];
         let begun = self.interrupted.as_ref().map(|(begun, _)| zero_of(begun, &self.machine));
         if from_leg > 0 && begun.is_some_and(|zero| zero != Some(plane)) {
-            return Err(diagnostic("control.zero_moved"));
+            return Err(error!("control.zero_moved"));
         }
         let taken_up =
             self.interrupted.as_ref().filter(|(begun, _)| from_leg > 0 && begun.key == prepared.key);
@@ -160,7 +163,7 @@ impl Owner {
         let Some(starting) = self.starting.take() else { return };
         let Starting { event, mut work, record, asked, reply, stopped, waits } = starting;
         let still = written.clone().and_then(|()| self.tickets.check(asked)).and_then(|()| {
-            if stopped { Err(diagnostic("socket.stopped_meanwhile")) } else { self.may_start(&event) }
+            if stopped { Err(error!("socket.stopped_meanwhile")) } else { self.may_start(&event) }
         });
         let record_from = record.record_from;
         if written.is_ok() {
@@ -216,7 +219,7 @@ impl Owner {
 
     pub(crate) fn forget(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         (self.interrupted, self.session.offer) = (None, None);
         self.outside.record(Record::Finish);

@@ -13,7 +13,7 @@
 use super::Owner;
 use super::work::Work;
 use annulus_core::control::{Event, Trust};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::Output;
 use annulus_core::virtual_drill::{VirtualHole, made_again, missing_legs, tally};
 use annulus_core::wire::{DrilledReport, MissingReport};
@@ -87,12 +87,14 @@ impl Owner {
         };
         self.judged.told = Some(told);
         if told != DrilledReport::default() {
-            let why = Diagnostic::error("control.board_differs")
-                .with("missing", told.missing)
-                .with("doubled", told.doubled)
-                .with("shifted", told.shifted)
-                .with("broken", told.broken)
-                .with("slipped", told.slipped_steps);
+            let why = error!(
+                "control.board_differs",
+                missing = told.missing,
+                doubled = told.doubled,
+                shifted = told.shifted,
+                broken = told.broken,
+                slipped = told.slipped_steps
+            );
             let left = if told.slipped_steps > 0 { Trust::Suspect } else { Trust::Trusted };
             self.pending.push_back(Event::BoardDiffers { alarm: why, left });
         }

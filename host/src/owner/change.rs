@@ -7,13 +7,14 @@
 //!                 └ stop, alarm ─▶ tool up ─▶ sensor states are saved ─▶ offered to continue from
 //! ```
 
+use super::Owner;
 use super::clamp::ClampByHand;
 use super::moves::Doing;
-use super::{Owner, diagnostic};
 use crate::executor::Report;
 use crate::journal::Record;
 use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::Bit;
 use annulus_core::magazine::{Change, Held, Seen, StepWork, StockedTool, ToolStock};
 use annulus_core::wire::{MagazineReport, Tell};
@@ -190,7 +191,7 @@ impl Owner {
 
     fn stock_is(&mut self, stock: ToolStock) -> Result<(), Diagnostic> {
         if !self.machine.has_magazine() {
-            return Err(diagnostic("magazine.none"));
+            return Err(error!("magazine.none"));
         }
         self.try_event(Event::Disarmed { position_lost: false })?;
         (self.prepared, self.tool_in) = (None, None);

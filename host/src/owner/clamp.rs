@@ -5,10 +5,11 @@
 //! stopped, spindle off ─ OpenClamp ─▶ "spindle unknown" durable ─▶ clamp opens ─ ToolSeen ─▶ closes
 //! ```
 
+use super::Owner;
 use super::moves::{Doing, rest};
-use super::{Owner, diagnostic};
 use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::magazine::{ChangeStep, Held, Seen, ToolStock};
 use annulus_core::pins::SpindleState;
 use annulus_core::steps::{Stage, Switching};
@@ -58,19 +59,19 @@ impl Owner {
 
     fn may_open_clamp(&self) -> Result<(), Diagnostic> {
         if !self.machine.has_magazine() {
-            return Err(diagnostic("magazine.none"));
+            return Err(error!("magazine.none"));
         }
         match self.session.state {
-            State::Alarm => return Err(diagnostic("control.alarm_unread")),
+            State::Alarm => return Err(error!("control.alarm_unread")),
             State::Ready | State::NotHomed if !self.session.moving => {
                 if self.tools.stock.change.is_none() {
-                    return Err(diagnostic("magazine.nothing_stopped"));
+                    return Err(error!("magazine.nothing_stopped"));
                 }
             }
             _ if self.waits_for_new_tool() => {}
-            _ => return Err(diagnostic("control.busy")),
+            _ => return Err(error!("control.busy")),
         }
-        if self.spindle_stands() { Ok(()) } else { Err(diagnostic("magazine.spindle_turns")) }
+        if self.spindle_stands() { Ok(()) } else { Err(error!("magazine.spindle_turns")) }
     }
 
     /// Opens the clamp once the journal records that the spindle's contents are unknown.
@@ -109,7 +110,7 @@ impl Owner {
     /// The user holds the new tool in the clamp: close it.
     pub(super) fn close_clamp(&mut self, seen: Seen) -> Result<(), Diagnostic> {
         if seen != Seen::InSpindle {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         let mut stock = self.tools.stock.clone();
         stock.seen(seen)?;
@@ -136,7 +137,7 @@ impl Owner {
     /// The user confirms that the tool is in. Refused while the opened clamp is not closed.
     pub(super) fn tool_changed(&mut self) -> Result<(), Diagnostic> {
         if self.waits_for_new_tool() && self.tools.stock.spindle == Held::Unknown {
-            return Err(diagnostic("magazine.clamp_by_hand"));
+            return Err(error!("magazine.clamp_by_hand"));
         }
         self.may_go_on()?;
         self.try_event(Event::ToolChanged)

@@ -1,11 +1,12 @@
 //! Changes settings while the drill is stopped: saves them, applies them, and rebuilds the executor if it
 //! depends on them.
 
+use super::Owner;
 use super::moves::ruler;
-use super::{Owner, diagnostic};
 use crate::journal::Record;
 use annulus_core::control::{Action, Event, step};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{self, Output, Steps, Value, is_in_file_only};
 use annulus_core::virtual_drill::{VirtualDrill, faults};
 use std::sync::Arc;
@@ -38,10 +39,10 @@ impl Owner {
         // Only the machine file may choose the hardware; no request may change it.
         let fixed = |key: &str| is_in_file_only(key) && !self.outside.may_rewire(key);
         if let Some((key, _)) = changes.iter().find(|(key, _)| fixed(key)) {
-            return Err(diagnostic("control.in_file_only").with("key", key));
+            return Err(error!("control.in_file_only", key = key));
         }
         let changed = machine::apply(&self.machine, changes)
-            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| error!("control.busy")))?;
         let wired = machine::settings().any(|setting| {
             let differs = setting.value(&self.machine) != setting.value(&changed);
             differs && is_built_from(setting.key)
@@ -84,7 +85,7 @@ impl Owner {
     /// Rebuilds the virtual drill with exactly these faults.
     pub(super) fn provoke(&mut self, faults: &[String]) -> Result<(), Diagnostic> {
         if self.machine.output != Output::Virtual {
-            return Err(diagnostic("fault.of_virtual_drill"));
+            return Err(error!("fault.of_virtual_drill"));
         }
         let read = faults::read(faults.iter().map(String::as_str))?;
         self.try_event(Event::Disarmed { position_lost: true })?;

@@ -14,6 +14,7 @@ use super::moves::{Doing, rest};
 use crate::executor::Ended;
 use annulus_core::control::{Event, Trust};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::Steps;
 use annulus_core::steps::{Segment, Stage, Switching};
 
@@ -128,7 +129,7 @@ impl Owner {
     /// Returns an error if X and Y may not jog now.
     fn sideways(&self, axis: u8, anyway: bool) -> Result<(), Diagnostic> {
         match self.lift_first_mm().filter(|_| axis < 2 && !anyway) {
-            Some(mm) => Err(Diagnostic::error("control.tip_low").with("mm", format!("{mm:.2}"))),
+            Some(mm) => Err(error!("control.tip_low", mm = format!("{mm:.2}"))),
             None => Ok(()),
         }
     }

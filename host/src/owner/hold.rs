@@ -15,6 +15,7 @@ use annulus_core::control::Event;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Mark;
 use annulus_core::machine::Output;
+use annulus_core::{code, error};
 use std::sync::Arc;
 
 impl Owner {
@@ -56,7 +57,7 @@ impl Owner {
     /// Lifts the tool off the path on which it is held.
     pub(super) fn lift_off_path(&mut self) -> Result<(), Diagnostic> {
         if !self.lifts_off_path() {
-            return Err(Diagnostic::error("control.no_lift_on_path"));
+            return Err(error!("control.no_lift_on_path"));
         }
         self.try_event(Event::Lift)
     }
@@ -83,10 +84,10 @@ impl Owner {
     pub(crate) fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
         let refuse = |code| Err(Diagnostic::error(code).with("percent", percent));
         if !RANGE.contains(&percent) {
-            return refuse("control.bad_feed_override");
+            return refuse(code!("control.bad_feed_override"));
         }
         if percent > 100 && self.work.is_none() {
-            return refuse("control.feed_override_needs_job");
+            return refuse(code!("control.feed_override_needs_job"));
         }
         let mut slower = percent.min(100);
         if let Some(work) = &mut self.work {

@@ -7,12 +7,13 @@
 //!
 //! A job requests its first tool before it moves to the board: that tool's length may be unknown.
 
+use super::Owner;
 use super::moves::{Doing, segments};
 use super::touch::TouchFor;
-use super::{Owner, diagnostic};
 use crate::prepare::Prepared;
 use annulus_core::control::{BoardHeight, Event, State};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::{Bit, Mark, Switching};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::motion::cycles;
@@ -46,7 +47,7 @@ impl Owner {
     pub(super) fn may_move_in_change(&self) -> Result<(), Diagnostic> {
         let is_asked = self.work.as_ref().is_none_or(|work| work.asked.is_some());
         if self.session.state == State::ToolChange && !is_asked {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         Ok(())
     }
@@ -130,9 +131,7 @@ impl Owner {
     /// Fails while the current tool's length is unknown.
     pub(super) fn may_go_on(&self) -> Result<(), Diagnostic> {
         match self.asked_bit() {
-            Some(bit) if !self.length_is_known() => {
-                Err(diagnostic("control.length_first").with("bit", bit.titled()))
-            }
+            Some(bit) if !self.length_is_known() => Err(error!("control.length_first", bit = bit.titled())),
             _ => Ok(()),
         }
     }
@@ -152,10 +151,10 @@ impl Owner {
     /// The user declares that the current tool is as long as the one before, whose length must be known.
     pub(super) fn same_length(&mut self) -> Result<(), Diagnostic> {
         if self.session.state != State::ToolChange || self.asked_bit().is_none() {
-            return Err(diagnostic("control.nothing_to_do"));
+            return Err(error!("control.nothing_to_do"));
         }
         if self.known.height == BoardHeight::Unknown {
-            return Err(diagnostic("control.no_length_yet"));
+            return Err(error!("control.no_length_yet"));
         }
         self.height_is_known();
         Ok(())
@@ -227,13 +226,13 @@ impl Owner {
     pub(super) fn measure_tool(&mut self) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if self.session.state != State::ToolChange {
-            return Err(diagnostic("control.nothing_to_do"));
+            return Err(error!("control.nothing_to_do"));
         }
         if !self.machine.change.setter.on {
-            return Err(diagnostic("control.no_setter"));
+            return Err(error!("control.no_setter"));
         }
         if !self.known.height.may_cut() && self.known.setter_steps.is_none() {
-            return Err(diagnostic("control.no_reference"));
+            return Err(error!("control.no_reference"));
         }
         self.begin_touching(TouchFor::Setter)
     }

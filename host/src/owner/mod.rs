@@ -38,6 +38,7 @@ use crate::surface::{KeptSurface, KnownHeight};
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::Bit;
 use annulus_core::machine::{Machine, Steps, ToolWear};
 use annulus_core::pins::AxisSet;
@@ -173,10 +174,6 @@ pub struct Owner {
 /// The work zero of a job, if its steps still have the same meaning.
 pub(crate) fn zero_of(job: &JobRecord, machine: &Machine) -> Option<[i64; 2]> {
     (job.ruler.as_ref() == Some(&ruler(machine))).then_some(job.zero)
-}
-
-pub(crate) fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
 }
 
 impl Owner {
@@ -357,7 +354,7 @@ impl Owner {
             Ask::Probe { depth_um, plate_um } => self.touch_height(depth_um, plate_um)?,
             Ask::Edge { axis, up, reach_um, tool_um } => self.touch_edge((axis, up), reach_um, tool_um)?,
             Ask::Unlock | Ask::SpindleOverride { .. } | Ask::RapidOverride { .. } | Ask::Check { .. } => {
-                return Err(diagnostic("control.controllers_alone"));
+                return Err(error!("control.controllers_alone"));
             }
             Ask::Arm { .. }
             | Ask::Start { .. }
@@ -365,7 +362,7 @@ impl Owner {
             | Ask::Ping { .. }
             | Ask::TakeControl { .. }
             | Ask::ReleaseControl => {
-                return Err(diagnostic("control.not_for_the_drill"));
+                return Err(error!("control.not_for_the_drill"));
             }
         }
         Ok(Vec::new())

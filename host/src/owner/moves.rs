@@ -10,6 +10,7 @@ use crate::executor::{Ended, Report, Task};
 use crate::journal::{Record, Ruler};
 use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
@@ -85,10 +86,6 @@ pub(crate) fn ruler(machine: &Machine) -> Ruler {
     }
 }
 
-fn alarm(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 fn letter(axis: usize) -> &'static str {
     ["X", "Y", "Z"].get(axis).copied().unwrap_or("Z")
 }
@@ -100,7 +97,7 @@ impl Owner {
         if self.executor.is_gone() {
             // A dead executor never reports: what it should make safe is out of reach, and no other action
             // can start.
-            let dead = Event::Failed { alarm: alarm("output.executor_gone"), left: Trust::Lost };
+            let dead = Event::Failed { alarm: error!("output.executor_gone"), left: Trust::Lost };
             self.pending.push_back(if doing == Doing::Safe { Event::Safe } else { dead });
             return;
         }
@@ -169,7 +166,7 @@ impl Owner {
     pub(crate) fn jog_steps(&self, axis: u8, distance_um: i32) -> Result<i64, Diagnostic> {
         let index = usize::from(axis);
         if index > 2 || distance_um == 0 {
-            return Err(alarm("control.no_such_jog"));
+            return Err(error!("control.no_such_jog"));
         }
         let settings = self.machine.axis(index);
         let way = settings.scale.steps(Length::from_um(i64::from(distance_um)));
@@ -180,7 +177,7 @@ impl Owner {
         // Spindles move together: the least room of all limits the jog.
         let room = |axis: usize| (self.position[axis] + way).clamp(low, high) - self.position[axis];
         match cycles::together(&self.machine, index).map(room).min_by_key(|room| room.abs()) {
-            None | Some(0) => Err(alarm("control.end_of_travel").with("axis", letter(index))),
+            None | Some(0) => Err(error!("control.end_of_travel", axis = letter(index))),
             Some(clamped) => Ok(clamped),
         }
     }
@@ -404,7 +401,7 @@ impl Owner {
         match (doing, report.ended) {
             // After a requested stop this is no alarm.
             (doing, Ended::RanDry) if !stopping => {
-                let why = alarm("adapter.ran_dry");
+                let why = error!("adapter.ran_dry");
                 if doing == Doing::Queue {
                     return self.queue_ran_dry(why);
                 }
@@ -430,7 +427,7 @@ impl Owner {
             // The page released the jog or disappeared: the jog ends here.
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
-            (_, Ended::Starved) => self.fails(alarm("control.starved"), self.session.trust),
+            (_, Ended::Starved) => self.fails(error!("control.starved"), self.session.trust),
             (Doing::Touch, ended) if ended.is_of_touch() => self.touched(ended, report.inputs),
             (Doing::Homing(homing), _) => self.homed(homing, report),
             // Every step is counted: only the spindle failed.
@@ -445,7 +442,7 @@ impl Owner {
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
-                let why = alarm("control.drilling_too_long").with("sensor", gate.input.name());
+                let why = error!("control.drilling_too_long", sensor = gate.input.name(), ..);
                 self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
             (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => self.gated(report.ended, stopping),
@@ -485,7 +482,7 @@ impl Owner {
             let steps = self.position[axis] - work.job.zero[axis];
             format!("{:.3}", self.machine.axis(axis).scale.length(steps).mm())
         };
-        let why = alarm("level.no_board").with("x", mm(0)).with("y", mm(1)).with("mm", mm(2));
+        let why = error!("level.no_board", x = mm(0), y = mm(1), mm = mm(2));
         self.fails(why, self.session.trust);
     }
 

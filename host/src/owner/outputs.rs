@@ -8,6 +8,7 @@
 use super::Owner;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::wire::{Outputs, Tell};
 use std::time::Duration;
 
@@ -80,10 +81,6 @@ impl ManualOutputs {
     }
 }
 
-fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 impl Owner {
     fn output_names(&self) -> Vec<String> {
         std::iter::once(SPINDLE.to_owned()).chain(self.machine.output_names()).collect()
@@ -92,7 +89,7 @@ impl Owner {
     /// Unlocks for `minutes`; 0 locks.
     pub(crate) fn lease_outputs(&mut self, minutes: u8) -> Result<(), Diagnostic> {
         if minutes > LONGEST_LEASE {
-            let why = diagnostic("control.lease_range").with("minutes", minutes);
+            let why = error!("control.lease_range", minutes = minutes, ..);
             return Err(why.with("most", LONGEST_LEASE));
         }
         if minutes == 0 {
@@ -108,9 +105,9 @@ impl Owner {
 
     fn may_switch(&self) -> Result<(), Diagnostic> {
         match self.session.state {
-            State::Alarm => Err(diagnostic("control.alarm_unread")),
+            State::Alarm => Err(error!("control.alarm_unread")),
             State::Ready | State::NotHomed if !self.session.moving => Ok(()),
-            _ => Err(diagnostic("control.busy")),
+            _ => Err(error!("control.busy")),
         }
     }
 
@@ -121,16 +118,16 @@ impl Owner {
         pulse_ms: Option<u32>,
     ) -> Result<(), Diagnostic> {
         if self.by_hand.until.is_none() {
-            return Err(diagnostic("control.outputs_locked"));
+            return Err(error!("control.outputs_locked"));
         }
         self.may_switch()?;
         let names = self.output_names();
         let Some(place) = names.iter().position(|known| known == name) else {
-            let why = diagnostic("control.no_such_output").with("name", name);
+            let why = error!("control.no_such_output", name = name, ..);
             return Err(why.with("known", names.join(", ")));
         };
         if let Some(ms) = pulse_ms.filter(|ms| !(1..=LONGEST_PULSE).contains(ms)) {
-            return Err(diagnostic("control.pulse_range").with("ms", ms).with("most", LONGEST_PULSE));
+            return Err(error!("control.pulse_range", ms = ms, most = LONGEST_PULSE));
         }
         let now = self.now();
         if let Some(output) = place.checked_sub(1).and_then(|place| u8::try_from(place).ok()) {

@@ -11,6 +11,7 @@ use super::moves::Doing;
 use crate::executor::{Ended, Report};
 use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::motion::cycles;
 use annulus_core::pins::Outcome;
 use annulus_core::queue::{self, Harm, Mode, Queue, QueueAction, QueueRun, Rest, RowResult, Standing, check};
@@ -36,10 +37,6 @@ pub(crate) struct Lab {
     told_at: Duration,
 }
 
-fn diagnostic(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 impl Owner {
     fn standing(&self) -> Standing {
         let homed = [self.session.trust == Trust::Trusted; 3];
@@ -50,10 +47,9 @@ impl Owner {
     /// Reads and checks `text`; replaces the previous queue.
     pub(crate) fn queue_load(&mut self, text: String) -> Result<Vec<Tell>, Diagnostic> {
         if self.session.queue {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
-        let first =
-            |whys: Vec<Diagnostic>| whys.into_iter().next().unwrap_or_else(|| diagnostic("queue.empty"));
+        let first = |whys: Vec<Diagnostic>| whys.into_iter().next().unwrap_or_else(|| error!("queue.empty"));
         let queue = queue::read("", &text).map_err(first)?;
         let standing = self.standing();
         let checked = check(&queue, &self.machine, &self.machine.output_names(), &standing)?;
@@ -78,9 +74,9 @@ impl Owner {
     pub(crate) fn queue_run(&mut self, mode: Mode) -> Result<(), Diagnostic> {
         let standing = self.standing();
         if self.touching.is_some() {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
-        let Some(lab) = &mut self.lab else { return Err(diagnostic("control.no_queue")) };
+        let Some(lab) = &mut self.lab else { return Err(error!("control.no_queue")) };
         if self.session.queue && self.session.state == State::Pausing {
             lab.mode = mode;
             self.try_event(Event::Resume)?;
@@ -91,7 +87,7 @@ impl Owner {
         }
         if !self.session.queue {
             if lab.begun {
-                return Err(diagnostic("control.queue_over"));
+                return Err(error!("control.queue_over"));
             }
             // The position may have changed since the queue was loaded: check again.
             let outputs = self.machine.output_names();
@@ -119,7 +115,7 @@ impl Owner {
 
     pub(crate) fn queue_clear(&mut self) -> Result<(), Diagnostic> {
         if self.session.queue {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         self.lab = None;
         self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));

@@ -2,6 +2,7 @@
 
 use super::Owner;
 use super::moves::Doing;
+use annulus_core::code;
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::machine::{self, Output, Steps, phases};
 use annulus_core::pins::SpindleState;
@@ -182,7 +183,7 @@ impl Owner {
 impl Owner {
     /// The spindle speed to show. 0 if the executor died, unless its outputs could not be switched off.
     fn wanted_rpm(&self, told_rpm: u32) -> u32 {
-        let stays_on = self.session.alarm.as_ref().is_some_and(|why| why.code == "output.not_safe");
+        let stays_on = self.session.alarm.as_ref().is_some_and(|why| why.code == code!("output.not_safe"));
         if self.executor.is_gone() && !stays_on { 0 } else { told_rpm }
     }
 

@@ -8,12 +8,13 @@
 //! A hole is counted in the same record that completes it, so it is never lost or counted twice. If the
 //! user confirms the tool after a request to replace it, it counts as new.
 
+use super::Owner;
 use super::moves::Doing;
 use super::work::Work;
-use super::{Owner, diagnostic};
 use crate::journal::Record;
 use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::job::worn::Wear;
 use annulus_core::machine::{RackTool, ToolChange, ToolWear, tool_of};
 use annulus_core::wire::ToolsReport;
@@ -73,7 +74,7 @@ impl Owner {
     /// The user inserted a new tool under this number.
     pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
         let tool = self.machine.rack.iter().find(|tool| tool.number == number).cloned();
-        let tool = tool.ok_or_else(|| diagnostic("control.no_such_tool").with("number", number))?;
+        let tool = tool.ok_or_else(|| error!("control.no_such_tool", number = number))?;
         self.forget_wear(&tool);
         Ok(())
     }

@@ -1,12 +1,13 @@
 //! How the length of each tool of a job will become known, and the same job above a board whose height
 //! another tool found. Moves nothing.
 
-use super::{Context, Prepared, bit_of_leg, note, row};
+use super::{Context, Prepared, bit_of_leg, row};
 use annulus_core::check;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Mark, Program};
 use annulus_core::machine::{Machine, Output};
 use annulus_core::wire::{PreflightRow, RowVerdict};
+use annulus_core::{code, error, note};
 
 /// The tools that the job needs from `from_leg`, in order of use.
 fn asked(program: &Program, from_leg: usize) -> Vec<&Bit> {
@@ -28,21 +29,24 @@ pub(super) fn rows(program: &Program, context: &Context, from_leg: usize) -> Vec
     if machine.has_equal_lengths() {
         // A job with one tool needs no declaration of equal lengths.
         let verdict = if machine.output == Output::Virtual { RowVerdict::Pass } else { RowVerdict::Warn };
-        let word =
-            if machine.is_changed_by_hand() { "preflight.lengths_equal" } else { "preflight.lengths_own" };
-        return (tools.len() > 1).then(|| row(verdict, note(word))).into_iter().collect();
+        let word = if machine.is_changed_by_hand() {
+            code!("preflight.lengths_equal")
+        } else {
+            code!("preflight.lengths_own")
+        };
+        return (tools.len() > 1).then(|| row(verdict, Diagnostic::note(word))).into_iter().collect();
     }
     let of = context.known.of.as_ref();
     let first_is_known = context.known.height.may_cut() && of.is_none_or(|of| of == *first);
-    let told = |code: &str| note(code).with("bit", first.titled());
+    let told = |code: &str| Diagnostic::note(code).with("bit", first.titled());
     let mut rows = vec![if first_is_known {
-        row(RowVerdict::Warn, told("preflight.length_of_first"))
+        row(RowVerdict::Warn, told(code!("preflight.length_of_first")))
     } else {
-        row(RowVerdict::Pass, told("preflight.length_asked"))
+        row(RowVerdict::Pass, told(code!("preflight.length_asked")))
     }];
     let others = tools.len() - 1;
     if others > 0 {
-        rows.push(row(RowVerdict::Pass, note("preflight.lengths_asked").with("count", others)));
+        rows.push(row(RowVerdict::Pass, note!("preflight.lengths_asked", count = others)));
     }
     rows
 }
@@ -54,7 +58,7 @@ impl Prepared {
         zero[..2].copy_from_slice(&self.zero[..2]);
         let checked = check::verify_each(&self.stream.start(), || self.stream.segments(), machine, zero);
         checked.map_err(|found| {
-            let none = || Diagnostic::error("control.busy");
+            let none = || error!("control.busy");
             found.into_iter().next().unwrap_or_else(none)
         })?;
         Ok(Self {

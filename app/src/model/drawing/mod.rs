@@ -13,6 +13,7 @@ mod keyed;
 mod lying;
 mod saving;
 
+use annulus_core::error;
 pub use board::Using;
 pub(super) use board::{answered, follow};
 pub use kept::{Earlier, PLACES};
@@ -27,7 +28,6 @@ use crate::keys::Tab;
 use crate::said::{Text, key};
 use crate::view::Touch;
 use annulus_core::board::drawing::{Catch, History, Id, NARROWEST, WIDEST};
-use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::units::Length;
@@ -405,7 +405,7 @@ fn no_number(text: &str) -> Text {
 fn refused(field: Field, text: &str, unit: Unit) -> Text {
     match typed::millimetres(text, unit) {
         Some(mm) if field.is_size() => {
-            let why = Diagnostic::error("drawing.size").with("size", mm);
+            let why = error!("drawing.size", size = mm, ..);
             Text::Found(why.with("low", NARROWEST.mm()).with("high", WIDEST.mm()))
         }
         _ => no_number(text),

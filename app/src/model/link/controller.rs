@@ -8,6 +8,7 @@
 
 use super::{Link, LinkPhase, closed, connect};
 use crate::model::{Effect, Model, second_side};
+use annulus_core::code;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{ControllerReport, Status};
@@ -132,7 +133,7 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
             (controller.is_adapter, controller.very, controller.disturbed) = (adapter, very, false);
             Vec::new()
         }
-        ControllerEvent::Several if controller.chosen => is_to_choose(model, "serial.several"),
+        ControllerEvent::Several if controller.chosen => is_to_choose(model, code!("serial.several")),
         ControllerEvent::Several => Vec::new(),
         ControllerEvent::Disturbed { kind, times } => {
             disturbed(&mut model.link, &kind, times);
@@ -182,7 +183,7 @@ pub(super) fn greeted(model: &mut Model, who: ControllerReport) -> Vec<Effect> {
     let greeting = format!("{} {} {:?}", who.flavour, who.version, who.values);
     let is_other = controller.before.as_ref().is_some_and(|before| *before != greeting);
     if is_other && !controller.very {
-        return is_to_choose(model, "serial.other_board");
+        return is_to_choose(model, code!("serial.other_board"));
     }
     controller.who = Some(Arc::new(who));
     if controller.before.as_ref() == Some(&greeting) {
@@ -202,7 +203,7 @@ fn is_to_choose(model: &mut Model, code: &str) -> Vec<Effect> {
 /// Reports a disturbed line once, and updates the count while the notice is open. At a wrong baud rate all
 /// data is disturbed, so nothing is reported before a controller has answered.
 fn disturbed(link: &mut Link, kind: &str, times: u32) {
-    const CODE: &str = "serial.disturbed";
+    const CODE: &str = code!("serial.disturbed");
     let is_there = link.controller.who.is_some() || link.controller.is_adapter;
     let is_read = link.refused.as_ref().is_some_and(|why| why.code == CODE);
     if is_there && (is_read || !std::mem::replace(&mut link.controller.disturbed, true)) {

@@ -1,7 +1,7 @@
 //! Result of the last run in the board, according to the virtual drill, as messages.
 
 use crate::said::{Text, key};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::note;
 use annulus_core::wire::Status;
 
 /// The deviations from the program, the gravest first; then holes that a resumed job drilled twice, which is
@@ -17,9 +17,6 @@ pub fn lines(status: &Status) -> Vec<Text> {
     ];
     let faults = rows.into_iter().filter(|(count, _)| *count > 0);
     let faults = faults.map(|(count, key)| Text::Key { key, args: vec![("count", count.to_string())] });
-    let twice = status
-        .drilled_twice
-        .iter()
-        .map(|hole| Text::Found(Diagnostic::note("run.drilled_twice").with("hole", hole)));
+    let twice = status.drilled_twice.iter().map(|hole| Text::Found(note!("run.drilled_twice", hole = hole)));
     faults.chain(twice).collect()
 }

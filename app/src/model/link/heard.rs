@@ -4,6 +4,7 @@ use super::rest::rest_words;
 use super::{LastJob, Link, LinkPhase, MachineQueue, Noted, ask, claim, controller, hand, ping_if_due, stop};
 use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
+use annulus_core::code;
 use annulus_core::control::Ending;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
@@ -118,7 +119,7 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
         model.link.status = None;
     }
     // Hello accepted means that the other tab has released the drill.
-    model.link.refused.take_if(|why| why.code == "drill.other_tab");
+    model.link.refused.take_if(|why| why.code == code!("drill.other_tab"));
     let mut effects = stop::opened(model);
     model.link.note(model.clock.wall_ms, Noted::Link { open: true });
     effects.extend(ask(model, &Ask::TakeControl { force: false }));

@@ -13,6 +13,7 @@ use crate::page::{link, read, send, shared, watch};
 use crate::widgets::{Dialog, choice, dialog, push, push_guarded, push_if, segmented};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::geometry::Point;
 use annulus_core::level::{ProbeGrid, same_job};
 use annulus_core::units::Length;
@@ -115,7 +116,7 @@ fn says(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) 
 fn troubles(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) -> Vec<AnyView> {
     let other = match &plan {
         Some(Ok(plan)) if report.grid.is_some() && !same_job(&plan.job, &report.job) => {
-            Some(Diagnostic::error("level.other_job"))
+            Some(error!("level.other_job"))
         }
         Some(Err(why)) => Some(why.clone()),
         _ => None,

@@ -15,6 +15,7 @@ use crate::widgets::{choice, push, push_if};
 use annulus_core::align::BoardFit;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::warning;
 use leptos::ev;
 use leptos::html::{button, details, div, input, label, li, ol, p, span, summary, video};
 use leptos::prelude::*;
@@ -34,7 +35,7 @@ pub(super) fn second_side() -> impl IntoView {
         (true, true) => None,
     };
     let forgotten = move || {
-        let why = Diagnostic::warning("align.forgotten");
+        let why = warning!("align.forgotten");
         let said = move || {
             p().class("refused").attr("role", "alert").child(format!("{} {}", message(&why), advice(&why)))
         };

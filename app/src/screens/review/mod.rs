@@ -9,6 +9,7 @@ use crate::model::{Document, FilesEvent, Unseen};
 use crate::page::{board, read, send, shared, watch};
 use crate::widgets::{Icon, icon, menu_word, push, push_if, tick};
 use annulus_core::artwork::{FileKind, FileRead, Role, Side};
+use annulus_core::code;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use leptos::ev;
 use leptos::html::{div, h2, header, input, p, select, span, strong, table, tbody, td, th, thead, tr};
@@ -173,7 +174,7 @@ fn side_menu(file: &FileRead) -> AnyView {
 
 /// The offer to move layers that don't share the copper's origin.
 fn alignment(document: &Document) -> Option<AnyView> {
-    let apart = ["board.outline_shifted", "board.outline_could_move"];
+    let apart = [code!("board.outline_shifted"), code!("board.outline_could_move")];
     let apart = document.diagnostics().any(|diagnostic| apart.contains(&diagnostic.code.as_str()));
     let holes_apart = document.reading.files.iter().any(FileRow::is_shifted);
     (apart || holes_apart || document.said.aligned).then(|| {

@@ -2,6 +2,7 @@
 //! resumes the job.
 
 use super::operator::Operator;
+use annulus_core::code;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{EngineAsk, EnginePhase};
@@ -29,9 +30,9 @@ impl Operator {
         }
         let is_known = self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted);
         let code = if is_known && !self.gone && self.ended.is_some() {
-            "grbl.held_unattended"
+            code!("grbl.held_unattended")
         } else {
-            "grbl.held_unconfirmed"
+            code!("grbl.held_unconfirmed")
         };
         let why = Diagnostic::error(code).with("line", self.resume_line());
         self.tells(vec![why.clone()]);

@@ -7,6 +7,7 @@ use crate::grbl::Owner;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{CheckNews, EngineAsk, EnginePhase, Info, settings};
+use annulus_core::{code, error, note};
 use annulus_host::grbl::{AttendedJob, ControllerGlimpse, Told};
 use serde_json::json;
 use std::sync::Arc;
@@ -58,7 +59,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     let ready = reader.meets().and_then(|()| reader.gets_ready(args.home));
     if reader.interrupted {
         reader.comes_to_rest();
-        let why = Refusal::content(Diagnostic::error("grbl.check_stopped"));
+        let why = Refusal::content(error!("grbl.check_stopped"));
         return Err(Refusal { exit: Exit::Interrupted, ..why });
     }
     ready?;
@@ -74,11 +75,11 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
 /// Messages about the programs, including lines that Annulus rewrites when it runs them.
 fn said_of(programs: &program::Programs) -> Vec<Diagnostic> {
     let mut said = programs.diagnostics.clone();
-    said.push(Diagnostic::note("grbl.check_as_written").with("lines", programs.written.len()));
+    said.push(note!("grbl.check_as_written", lines = programs.written.len()));
     let changed: Vec<String> =
         programs.written.iter().filter(|line| line.is_changed).map(|line| line.line.to_string()).collect();
     if !changed.is_empty() {
-        said.push(Diagnostic::note("grbl.check_changed").with("lines", changed.join(", ")));
+        said.push(note!("grbl.check_changed", lines = changed.join(", ")));
     }
     said
 }
@@ -170,7 +171,7 @@ impl Reader {
         if self.info.is_some() && self.rests() {
             return Ok(());
         }
-        Err(Refusal::surroundings(self.worst.clone().unwrap_or_else(|| Diagnostic::error("grbl.no_answer"))))
+        Err(Refusal::surroundings(self.worst.clone().unwrap_or_else(|| error!("grbl.no_answer"))))
     }
 
     /// Homes the machine if wanted; otherwise only unlocks it, which moves nothing.
@@ -178,20 +179,20 @@ impl Reader {
         let has_switches = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
         self.worst = None;
         if homes && !has_switches {
-            return Err(Refusal::content(Diagnostic::error("grbl.cannot_home")));
+            return Err(Refusal::content(error!("grbl.cannot_home")));
         }
         if homes && !self.interrupted {
             self.owner.ask(EngineAsk::Home);
             self.until(|reader| reader.phase() == Some(EnginePhase::Homing) || reader.worst.is_some());
             self.until(|reader| reader.phase() != Some(EnginePhase::Homing) && reader.rests());
             let trusted = self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted);
-            return if trusted { Ok(()) } else { Err(self.why("grbl.not_homed")) };
+            return if trusted { Ok(()) } else { Err(self.why(code!("grbl.not_homed"))) };
         }
         if self.phase() == Some(EnginePhase::Locked) {
             self.owner.ask(EngineAsk::Unlock);
             self.until(|reader| reader.phase() == Some(EnginePhase::Ready) || reader.worst.is_some());
         }
-        if self.worst.is_some() || self.gone { Err(self.why("grbl.no_answer")) } else { Ok(()) }
+        if self.worst.is_some() || self.gone { Err(self.why(code!("grbl.no_answer"))) } else { Ok(()) }
     }
 
     fn answer(&self, bits_per_s: u32) -> Answer {
@@ -200,10 +201,10 @@ impl Reader {
         let first = self.refused.first().and_then(|why| why.place.clone());
         let refused = (over.refused > 0).then(|| {
             let line = first.as_ref().map_or(0, |at| at.line);
-            let why = Diagnostic::error("grbl.check_refused").with("refused", over.refused);
+            let why = error!("grbl.check_refused", refused = over.refused, ..);
             Diagnostic { place: first.filter(|_| self.several), ..why.with("of", over.of).with("line", line) }
         });
-        let unread = || self.worst.clone().unwrap_or_else(|| Diagnostic::error("grbl.check_unplugged"));
+        let unread = || self.worst.clone().unwrap_or_else(|| error!("grbl.check_unplugged"));
         let why = over.why.clone().or(refused).or_else(|| self.over.is_none().then(unread));
         let exit = match why {
             _ if self.interrupted => Exit::Interrupted,

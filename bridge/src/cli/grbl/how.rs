@@ -8,6 +8,7 @@ use annulus_core::geometry::Point;
 use annulus_core::grbl::{Changer, ResetOnOpen, Routine, SectionKind, ToolMacro, ToolSetter};
 use annulus_core::locale;
 use annulus_core::machine::{MillProfile, mill, preset_name};
+use annulus_core::{error, note, warning};
 use annulus_host::grbl::{AttendedJob, JobGiven, JobTools};
 use clap::ValueEnum;
 use std::time::Duration;
@@ -114,7 +115,7 @@ impl How {
     /// Warning that tool changes continue without a question, if that was requested.
     pub(in crate::cli) fn unattended(&self) -> Option<Diagnostic> {
         let wait = self.confirm_tools?;
-        Some(Diagnostic::warning("grbl.unattended").with("seconds", wait.as_secs_f64()))
+        Some(warning!("grbl.unattended", seconds = wait.as_secs_f64()))
     }
 
     /// Time for the spindle to reach its speed, s.
@@ -181,11 +182,11 @@ impl How {
             (None, None) => None,
             (now, before) if now == before => {
                 let value = now.unwrap_or_default();
-                Some(Diagnostic::note("grbl.given_again").with("flag", flag).with("value", value))
+                Some(note!("grbl.given_again", flag = flag, value = value))
             }
             (now, before) => {
                 let word = |value: Option<String>| value.unwrap_or_else(|| "–".to_owned());
-                let why = Diagnostic::warning("grbl.given_otherwise").with("flag", flag);
+                let why = warning!("grbl.given_otherwise", flag = flag, ..);
                 Some(why.with("value", word(now)).with("before", word(before)))
             }
         });
@@ -265,7 +266,7 @@ impl Place {
     /// X, Y and Z, which a controller needs.
     pub(super) fn whole(self) -> Result<[f64; 3], Refusal> {
         let [x, y] = self.plane;
-        let none = || Refusal::usage(Diagnostic::error("run.zero_at_needs_z"));
+        let none = || Refusal::usage(error!("run.zero_at_needs_z"));
         self.z.map(|z| [x, y, z]).ok_or_else(none)
     }
 }
@@ -287,7 +288,7 @@ pub(super) struct Sold(pub(super) &'static MillProfile);
 
 /// Looks up a machine model by name.
 pub(super) fn sold_mill(name: &str) -> Result<Sold, String> {
-    let unknown = || Diagnostic::error("grbl.no_such_mill").with("name", name);
+    let unknown = || error!("grbl.no_such_mill", name = name);
     let found = mill(preset_name(name)).map(Sold);
     found.ok_or_else(|| format!("{} {}", unknown().message("en"), unknown().advice("en")))
 }

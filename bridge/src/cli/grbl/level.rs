@@ -5,13 +5,13 @@ use super::operator::Operator;
 use super::program::{self, Programs};
 use super::{BoardArgs, TouchArgs, WhichMap, files, ledger};
 use crate::cli::{Answer, Exit, Refusal, height_map, say};
-use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::grbl::{
     EngineAsk, EnginePhase, SurveyNews, SurveyStart, cut_bounds, level_routine, settings,
 };
 use annulus_core::level::{HeightMap, ProbeGrid, TOLERANCE};
 use annulus_core::units::Length;
+use annulus_core::{code, error};
 use annulus_host::grbl::{AttendedJob, Told};
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -22,7 +22,7 @@ pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     let programs = super::aligned(program::read(&args.job, &args.more, &ledger()?)?, &args.how)?;
     let mut operator = Operator::new(&args.how(), ledger()?, (AttendedJob::default(), None), json)?;
     let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
-    let map = operator.leaves(map, "level.stopped")?;
+    let map = operator.leaves(map, code!("level.stopped"))?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
 }
 
@@ -34,7 +34,7 @@ impl Operator {
         let Some(map) = &self.map else { return Some(0.0) };
         let place = self.now.as_ref().and_then(|now| now.place_mm);
         if place.is_none() {
-            let why = Diagnostic::error("grbl.no_report");
+            let why = error!("grbl.no_report");
             say(format_args!("{} {}", why.message("en"), why.advice("en")));
             self.worst = Some(why);
         }
@@ -66,7 +66,7 @@ impl Operator {
                 let refused = map.refused(&programs.level_key, self.zero(), self.homes());
                 // Without homing, coordinates restart each time the port is opened: equal numbers are another
                 // position.
-                let unknown = || Diagnostic::error("level.other_zero").with("mm", "?");
+                let unknown = || error!("level.other_zero", mm = "?");
                 let refused = refused.or_else(|| (!self.homes()).then(unknown));
                 refused.map_or(Ok(map), |why| Err(Refusal::content(why)))?
             }
@@ -76,7 +76,7 @@ impl Operator {
                 let homes = self.homes();
                 // Without homing, the saved zero means nothing after a reset: the user has set it again.
                 let refused = map.refused(&programs.level_key, self.zero(), homes).filter(|_| homes);
-                if let Some(why) = refused.or_else(|| (!same).then(|| Diagnostic::error("level.other_map"))) {
+                if let Some(why) = refused.or_else(|| (!same).then(|| error!("level.other_map"))) {
                     return Err(Refusal::content(why));
                 }
                 map
@@ -105,7 +105,7 @@ impl Operator {
         touches: &TouchArgs,
     ) -> Result<HeightMap, Refusal> {
         let bounds = cut_bounds(&programs.routine);
-        let bounds = bounds.ok_or_else(|| Refusal::content(Diagnostic::error("level.nothing_cut")))?;
+        let bounds = bounds.ok_or_else(|| Refusal::content(error!("level.nothing_cut")))?;
         let mm = Length::from_mm;
         let grid = ProbeGrid::over(bounds, mm(touches.grid), mm(touches.margin)).map_err(Refusal::content)?;
         if let Some(depth) = self.how.probe_mm() {
@@ -120,7 +120,7 @@ impl Operator {
         self.is_wanted()?;
         let heights = survey.and_then(|survey| survey.done());
         let Some(heights) = heights.filter(|_| !self.interrupted) else {
-            return Err(Refusal::content(self.why("level.stopped")));
+            return Err(Refusal::content(self.why(code!("level.stopped"))));
         };
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let measured_s = now.map_or(0, |since| since.as_secs());

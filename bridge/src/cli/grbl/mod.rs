@@ -20,6 +20,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Output};
+use annulus_core::{code, error, note};
 use annulus_host::grbl::{AttendedJob, Named, Told, unfit};
 use how::{How, Sold, sold_mill};
 use operator::Operator;
@@ -106,7 +107,7 @@ fn silent(bits_per_s: u32) {
 /// Refuses a port with a USB step adapter.
 fn no_adapter_at(port: &str) -> Result<(), Refusal> {
     let is_adapter = is_adapter_at(port, &grbl::list());
-    let why = || Refusal::usage(Diagnostic::error("grbl.is_adapter").with("port", port));
+    let why = || Refusal::usage(error!("grbl.is_adapter", port = port));
     if is_adapter { Err(why()) } else { Ok(()) }
 }
 
@@ -146,9 +147,9 @@ fn has_controller(
     port: Option<&str>,
 ) -> Result<(), Refusal> {
     let code = match machine.output {
-        Output::Adapter => "run.port_of_adapter",
-        Output::Card | Output::Parallel => "run.port_of_output",
-        Output::Virtual if is_virtual => "run.port_of_virtual",
+        Output::Adapter => code!("run.port_of_adapter"),
+        Output::Card | Output::Parallel => code!("run.port_of_output"),
+        Output::Virtual if is_virtual => code!("run.port_of_virtual"),
         Output::Virtual => return Ok(()),
     };
     let why = Diagnostic::error(code).with("machine", name);
@@ -160,10 +161,10 @@ fn has_controller(
 pub(super) fn no_port(machine: Option<&str>) -> Refusal {
     let found: Vec<String> = grbl::list().into_iter().map(|port| port.name).collect();
     if found.is_empty() {
-        let why = Diagnostic::error("run.no_ports").with("machine", machine.unwrap_or("GRBL"));
+        let why = error!("run.no_ports", machine = machine.unwrap_or("GRBL"));
         return Refusal::surroundings(why);
     }
-    let why = Diagnostic::error("run.no_port").with("machine", machine.unwrap_or("GRBL"));
+    let why = error!("run.no_port", machine = machine.unwrap_or("GRBL"), ..);
     Refusal::usage(why.with("ports", found.join(", ")))
 }
 
@@ -271,7 +272,7 @@ fn aligned(programs: Programs, how: &How) -> Result<Programs, Refusal> {
     }
     let fit = BoardFit::of(&how.found).map_err(Refusal::content)?;
     let mm = |mm: f64| format!("{mm:.3}");
-    let told = Diagnostic::note("align.lies").with("degrees", mm(fit.degrees()));
+    let told = note!("align.lies", degrees = mm(fit.degrees()), ..);
     let told = told.with("x", mm(fit.shift_mm[0])).with("y", mm(fit.shift_mm[1]));
     super::say(told.with("left", mm(fit.left_over_mm)).message("en"));
     let routine = Arc::new(aligned_routine(&programs.routine, &fit));
@@ -310,7 +311,7 @@ pub(super) fn ledger() -> Result<Ledger, Refusal> {
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let (port, bits_per_s) = args.open()?;
     let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), 1.0);
-    let mut said = Diagnostic::error("grbl.no_answer");
+    let mut said = error!("grbl.no_answer");
     let since = Instant::now();
     let info = loop {
         if since.elapsed() > GREETING {
@@ -364,9 +365,9 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
     if let Some(entry) = begun.filter(|_| !args.from_start) {
         let why = if entry.key == programs.routine.key {
-            Diagnostic::error("grbl.interrupted")
+            error!("grbl.interrupted", ..)
         } else {
-            Diagnostic::error("grbl.forgets").with("name", &entry.name)
+            error!("grbl.forgets", name = &entry.name, ..)
         };
         let why = why.with("holes", entry.holes).with("toolpaths", entry.toolpaths);
         return Err(Refusal::content(why));
@@ -391,14 +392,14 @@ impl BoardArgs {
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let ledger = ledger()?;
-    let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
+    let none = || Refusal::content(error!("grbl.nothing_interrupted"));
     let before = ledger.interrupted().cloned().ok_or_else(none)?;
     let how = args.how.on(args.machine.map(|sold| sold.0));
     let (how, told) = if args.anew { (how, Vec::new()) } else { how.as_before(&before) };
     let entry = AttendedJob { given: how.given(), ..before };
     let programs = aligned(program::read_again(&program::files_of(&ledger, &files()))?, &how)?;
     if programs.routine.key != entry.key {
-        let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
+        let why = error!("grbl.other_job", name = &entry.name);
         return Err(Refusal::content(why));
     }
     let tools = programs.tools(ledger.wear());

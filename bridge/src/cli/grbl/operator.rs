@@ -15,6 +15,7 @@ use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{EngineAsk, EnginePhase, EngineStart, Info, Pause};
 use annulus_core::level::{Correction, HeightMap};
 use annulus_core::machine::{RackTool, ToolWear};
+use annulus_core::{code, error, warning};
 use annulus_host::grbl::{AttendedJob, ControllerGlimpse, JobTools, Told, unlike_mill};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -34,7 +35,7 @@ const REST: Duration = Duration::from_secs(30);
 /// The same limit for a controller that was not identified.
 const UNMET: Duration = Duration::from_secs(6);
 /// Code of a job that the user ended before it started.
-const NOT_BEGUN: &str = "grbl.not_begun";
+const NOT_BEGUN: &str = code!("grbl.not_begun");
 /// Lines that arrive this soon after a refused line were typed together with it and relied on it.
 const TYPED_WITH: Duration = Duration::from_millis(150);
 /// Maximum number of queued lines.
@@ -154,10 +155,10 @@ impl Operator {
         self.worn = programs.tools(&self.wear).map(|tools| tools.worn_ahead(from)).unwrap_or_default();
         self.worn.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
         if self.how.leaves_unmeasured(&programs.routine, from) {
-            return Err(Refusal::content(Diagnostic::error("grbl.tools_unmeasured")));
+            return Err(Refusal::content(error!("grbl.tools_unmeasured")));
         }
         if self.how.changer.is_some() && self.how.setter.is_none() && self.how.probe_mm().is_some() {
-            return Err(Refusal::content(Diagnostic::error("changer.no_probe")));
+            return Err(Refusal::content(error!("changer.no_probe")));
         }
         self.meets()?;
         let followed = self.followed(programs, before, level)?;
@@ -167,7 +168,7 @@ impl Operator {
             say(format_args!("{}", pause_text(programs, tool)));
         }
         let drills = programs.routine.cuts().0 > 0;
-        self.tells(drills.then(|| Diagnostic::warning("grbl.broken_bits_unseen")).into_iter().collect());
+        self.tells(drills.then(|| warning!("grbl.broken_bits_unseen")).into_iter().collect());
         let place = self.now.as_ref().and_then(|now| now.place_mm).unwrap_or_default();
         let seconds = self.info.as_ref().and_then(|info| time_s(programs, info, from, place));
         if let (Some(seconds), false) = (seconds, self.quiet) {
@@ -197,8 +198,8 @@ impl Operator {
         });
         self.is_wanted()?;
         if self.gone || self.info.is_none() {
-            let busy = self.said.iter().find(|found| found.code == "grbl.busy_at_opening").cloned();
-            return Err(Refusal::surroundings(busy.unwrap_or_else(|| self.why("grbl.no_answer"))));
+            let busy = self.said.iter().find(|found| found.code == code!("grbl.busy_at_opening")).cloned();
+            return Err(Refusal::surroundings(busy.unwrap_or_else(|| self.why(code!("grbl.no_answer")))));
         }
         self.compare_with_mill();
         self.find_place()
@@ -244,10 +245,10 @@ impl Operator {
             Told::Found(found) => {
                 say(format_args!("{} {} ({})", found.message("en"), found.advice("en"), found.code));
                 // A refused late key is not the reason why a job failed.
-                if found.severity == Severity::Error && !(self.begun && found.code == "grbl.not_now") {
+                if found.severity == Severity::Error && !(self.begun && found.code == code!("grbl.not_now")) {
                     self.worst.get_or_insert(found.clone());
                 }
-                if found.code == "grbl.override_not_taken" {
+                if found.code == code!("grbl.override_not_taken") {
                     self.forgets_keys();
                 }
                 self.said.push(found.clone());
@@ -298,7 +299,7 @@ impl Operator {
     fn find_place(&mut self) -> Result<(), Refusal> {
         let homes = self.homes();
         if homes && self.how.zero_here && !self.trusted() {
-            return Err(Refusal::content(Diagnostic::error("grbl.zero_here_homes")));
+            return Err(Refusal::content(error!("grbl.zero_here_homes")));
         }
         for _ in 0..TRIES {
             if !homes || self.trusted() || self.gone || self.interrupted {
@@ -320,11 +321,11 @@ impl Operator {
         }
         self.is_wanted()?;
         if homes && !self.trusted() {
-            return Err(Refusal::content(self.why("grbl.not_homed")));
+            return Err(Refusal::content(self.why(code!("grbl.not_homed"))));
         }
         let zero = self.how.zero_at.map(Place::whole).transpose()?;
         if zero.is_some() && !homes {
-            return Err(Refusal::content(Diagnostic::error("grbl.zero_at_needs_homing")));
+            return Err(Refusal::content(error!("grbl.zero_at_needs_homing")));
         }
         if zero.is_some() || self.how.zero_here {
             self.set_zero(zero)?;
@@ -360,7 +361,7 @@ impl Operator {
                 return Ok(());
             }
         }
-        Err(Refusal::content(self.why("grbl.zero_not_taken")))
+        Err(Refusal::content(self.why(code!("grbl.zero_not_taken"))))
     }
 
     /// Fails if the user or a hold has ended the job, so that no further command is sent. `leaves` replaces
@@ -370,7 +371,7 @@ impl Operator {
             return Err(Refusal::content(Diagnostic::error(NOT_BEGUN)));
         }
         // The controller may still be held: send no more commands.
-        let held = self.held.has_ended().then(|| Diagnostic::error("grbl.held_before"));
+        let held = self.held.has_ended().then(|| error!("grbl.held_before"));
         held.map_or(Ok(()), |why| Err(Refusal::content(why)))
     }
 
@@ -493,9 +494,9 @@ impl Operator {
     /// Ends the job at a tool change because the input has ended.
     fn ends_unattended(&mut self, programs: &Programs, tool: u32) {
         let why = match programs.routine.pause(tool) {
-            Pause::Stop { .. } => Diagnostic::error("grbl.held_unattended"),
+            Pause::Stop { .. } => error!("grbl.held_unattended", ..),
             Pause::Tool { .. } => {
-                Diagnostic::error("run.tool_unattended").with("bit", pause_text(programs, tool))
+                error!("run.tool_unattended", bit = pause_text(programs, tool), ..)
             }
         };
         self.worst = Some(why.with("line", self.resume_line()));
@@ -512,7 +513,7 @@ impl Operator {
                 return;
             }
             // With a tool setter, probe the board only if the setter has no reference tool.
-            let unknown = why.as_ref().is_some_and(|why| why.code == "setter.no_reference");
+            let unknown = why.as_ref().is_some_and(|why| why.code == code!("setter.no_reference"));
             let probe = self.how.probe_mm().filter(|_| self.how.setter.is_none() || unknown);
             let measured = probe.map_or(Ok(()), |depth| self.find_height(depth));
             if measured.is_ok() && self.tool_ready() {
@@ -588,7 +589,7 @@ impl Operator {
         self.until(|operator| operator.zero_set || operator.said.len() > said);
         self.rests();
         if !self.zero_set && self.worst.is_none() {
-            return Err(Diagnostic::error("grbl.zero_not_taken"));
+            return Err(error!("grbl.zero_not_taken"));
         }
         self.worst.clone().map_or(Ok(()), Err)
     }

@@ -10,6 +10,7 @@ use crate::grbl::{DiskFiles, Ledger};
 use crate::machine_file;
 use crate::refusal::Refusal;
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::error;
 use annulus_core::grbl::{self, Routine, WrittenLine, level_key};
 use annulus_core::job::{Briefing, Program};
 use annulus_core::level::key_of;
@@ -133,7 +134,7 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<
     let write = |path: PathBuf, bytes: &[u8]| match machine_file::write_own(&path, bytes) {
         Ok(()) => Ok(path),
         Err(error) => {
-            let why = Diagnostic::error("job.not_written").with("file", path.display());
+            let why = error!("job.not_written", file = path.display(), ..);
             Err(Refusal::surroundings(why.with("reason", error)))
         }
     };
@@ -170,16 +171,12 @@ pub(super) fn read_again(paths: &[PathBuf]) -> Result<Programs, Refusal> {
     let mut files = Vec::new();
     for path in paths {
         let cannot = |reason: &dyn std::fmt::Display| {
-            let why = Diagnostic::error("job.unreadable").with("file", path.display());
+            let why = error!("job.unreadable", file = path.display(), ..);
             Refusal::surroundings(why.with("reason", reason))
         };
         let size = fs::metadata(path).map_err(|error| cannot(&error))?.len();
         if size > LARGEST {
-            return Err(Refusal::content(Diagnostic::error("grbl.too_long").at(
-                &path.display().to_string(),
-                0,
-                0,
-            )));
+            return Err(Refusal::content(error!("grbl.too_long").at(&path.display().to_string(), 0, 0)));
         }
         let bytes = fs::read(path).map_err(|error| cannot(&error))?;
         texts.push((path.display().to_string(), String::from_utf8_lossy(&bytes).into_owned()));

@@ -3,7 +3,7 @@
 use super::super::{Answer, Refusal};
 use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
 use crate::{lab, machine_file};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{Dynamics, dynamics};
 use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
 use annulus_core::steps::automaton::Automaton;
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &AutomatonArgs) -> Result<Answer, Refusal> {
     let (table, hz) = table(args)?;
     let diagnostics = dynamics::check(&table).map_err(|all| {
         let first = all.into_iter().next();
-        Refusal::content(first.unwrap_or_else(|| Diagnostic::error("lab.bad_table")))
+        Refusal::content(first.unwrap_or_else(|| error!("lab.bad_table")))
     })?;
     let changes = changes(&args.retarget)?;
     let (rows, served) = steps(table.clone(), args.target, &changes)?;
@@ -73,7 +73,7 @@ fn table(args: &AutomatonArgs) -> Result<(Dynamics, f64), Refusal> {
     if (1.0..=1e6).contains(&hz) {
         return Ok((table, hz));
     }
-    Err(Refusal::content(Diagnostic::error("lab.bad_frequency").with("found", hz)))
+    Err(Refusal::content(error!("lab.bad_frequency", found = hz)))
 }
 
 /// Parses `I:N` … as interrupts and targets, in order.
@@ -84,7 +84,7 @@ fn changes(texts: &[String]) -> Result<Vec<(u64, i64)>, Refusal> {
             Some((interrupt, target.parse().ok().filter(|to: &i64| to.abs() <= 1_000_000_000)?))
         });
         parsed.ok_or_else(|| {
-            let why = Diagnostic::error("lab.bad_retarget").with("found", text);
+            let why = error!("lab.bad_retarget", found = text, ..);
             Refusal::usage(why.with("most", MOST_INTERRUPTS))
         })
     };
@@ -102,7 +102,7 @@ fn steps(table: Dynamics, target: i64, changes: &[(u64, i64)]) -> Result<(Vec<Ro
     while !axis.is_at_rest() || changes.peek().is_some() {
         interrupt += 1;
         if interrupt > MOST_INTERRUPTS || rows.len() >= MOST_STEPS {
-            let why = Diagnostic::error("lab.long_move").with("most", MOST_STEPS);
+            let why = error!("lab.long_move", most = MOST_STEPS);
             return Err(Refusal::content(why));
         }
         while let Some((_, target)) = changes.next_if(|(when, _)| *when == interrupt) {

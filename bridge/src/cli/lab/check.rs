@@ -4,6 +4,7 @@ use super::super::{Answer, Exit, Refusal};
 use crate::lab::{self, Report, Tally};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
+use annulus_core::{code, error};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::fs;
@@ -36,7 +37,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     if within == cases {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
-    let why = Diagnostic::error("lab.outside").with("outside", cases - within).with("cases", cases);
+    let why = error!("lab.outside", outside = cases - within, cases = cases);
     Ok(Answer::refused(object, &text, why))
 }
 
@@ -44,9 +45,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
 pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
     let trouble = |error: std::io::Error| {
         let code = match error.kind() {
-            std::io::ErrorKind::NotFound => "files.missing",
-            std::io::ErrorKind::PermissionDenied => "files.no_permission",
-            _ => "files.unreadable",
+            std::io::ErrorKind::NotFound => code!("files.missing"),
+            std::io::ErrorKind::PermissionDenied => code!("files.no_permission"),
+            _ => code!("files.unreadable"),
         };
         Refusal::surroundings(Diagnostic::error(code).with("path", name).with("why", error))
     };
@@ -54,7 +55,7 @@ pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
     let file = fs::File::open(path).map_err(trouble)?;
     file.take(lab::MOST_BYTES + 1).read_to_end(&mut bytes).map_err(trouble)?;
     if bytes.len() as u64 > lab::MOST_BYTES {
-        let why = Diagnostic::error("lab.too_big").at(name, 0, 0);
+        let why = error!("lab.too_big", ..).at(name, 0, 0);
         return Err(Refusal::content(why.with("file", name).with("megabytes", lab::MOST_BYTES >> 20)));
     }
     String::from_utf8(bytes).map_err(|error| {
@@ -62,7 +63,7 @@ pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
         let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
         let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
         let short = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-        let why = Diagnostic::error("lab.not_json").with("what", "a byte that is no UTF-8 text");
+        let why = error!("lab.not_json", what = "a byte that is no UTF-8 text");
         Refusal::content(why.at(name, short(line), short(column)))
     })
 }

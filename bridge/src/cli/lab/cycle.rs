@@ -6,6 +6,7 @@ use super::super::{Answer, Refusal};
 use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::machine::{self, Law, Machine};
 use annulus_core::motion::coordination::{Cycle, SpindleRules, SpindleTimes, cycles, sequential_s};
 use annulus_core::motion::drill_cycles;
@@ -247,7 +248,7 @@ fn changed(args: &CycleArgs, machine: &Machine) -> Result<Machine, Refusal> {
         changes.push(("motion.down".to_owned(), machine::Value::Text(law.to_owned())));
     }
     machine::apply(machine, &changes).map_err(|all| {
-        let none = || Diagnostic::error("machine.file_syntax").with("what", "?");
+        let none = || error!("machine.file_syntax", what = "?");
         Refusal::content(all.into_iter().next().unwrap_or_else(none))
     })
 }
@@ -287,7 +288,7 @@ fn hops(texts: &[String]) -> Result<Vec<[f64; 2]>, Refusal> {
         let pair =
             text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
         let usable = pair.filter(|pair: &[f64; 2]| pair.iter().all(|way| way.abs() <= 1e6));
-        let why = || Refusal::usage(Diagnostic::error("lab.bad_hop").with("found", text));
+        let why = || Refusal::usage(error!("lab.bad_hop", found = text));
         usable.ok_or_else(why)
     };
     if texts.is_empty() { Ok(HOPS_MM.to_vec()) } else { texts.iter().map(one).collect() }
@@ -319,7 +320,7 @@ fn strokes(setting: &Setting) -> Result<(Vec<SpindleTimes>, f64), Diagnostic> {
     }
     let full_mm = setting.height_mm + setting.depth_mm;
     if !(setting.clear_mm >= 0.0 && setting.clear_mm < setting.height_mm) {
-        let why = Diagnostic::error("lab.bad_clear").with("found", setting.clear_mm);
+        let why = error!("lab.bad_clear", found = setting.clear_mm, ..);
         return Err(why.with("height", setting.height_mm));
     }
     let law = shape(setting.down_law, setting.order, full_mm, setting.down)?;

@@ -1,7 +1,7 @@
 //! Prints a computed case as a short table, JSON, CSV or an SVG plot, or writes it to a file.
 
 use super::super::{Answer, Exit, Refusal};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::locale;
 use annulus_core::plot::{self, Plot};
 use serde_json::{Value, json};
@@ -66,12 +66,12 @@ pub(super) fn deliver(args: &OutputArgs, mut sheet: ComputedCase) -> Result<Answ
         Some("csv") => csv(&sheet),
         Some("json") => format!("{:#}\n", sheet.object),
         _ => {
-            let why = Diagnostic::error("lab.ending").with("file", name);
+            let why = error!("lab.ending", file = name);
             return Err(Refusal::usage(why));
         }
     };
     fs::write(path, bytes).map_err(|error| {
-        let why = Diagnostic::error("lab.not_written").with("file", &name).with("reason", error);
+        let why = error!("lab.not_written", file = &name, reason = error);
         Refusal::surroundings(why)
     })?;
     sheet.object["file"] = json!(name);

@@ -1,7 +1,7 @@
 //! The result of a run, and the command that resumes an interrupted job.
 
 use super::attended::resume_line;
-use super::{Driver, Operator, diagnostic, interrupted};
+use super::{Driver, Operator, interrupted};
 use crate::cli::{Answer, Exit, Refusal, counted};
 use crate::hosted::Hosted;
 use annulus_core::control::{Ending, Trust};
@@ -9,6 +9,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::machine::axis_name;
 use annulus_core::wire::{DrilledReport, SlipReport, Status};
+use annulus_core::{code, error, note};
 use serde_json::json;
 
 impl Operator {
@@ -39,15 +40,14 @@ impl Operator {
             "drilled": drilled,
             "drilled_twice": rested.drilled_twice,
         });
-        let why =
-            rested.alarm.clone().or(self.unchanged.clone()).unwrap_or_else(|| diagnostic("run.stopped"));
+        let why = rested.alarm.clone().or(self.unchanged.clone()).unwrap_or_else(|| error!("run.stopped"));
         let milled = format!(" {} milled.", counted(toolpaths, "toolpath"));
         let milled = if toolpaths > 0 { milled.as_str() } else { "" };
         let still = if rehearsal { " The machine did not move." } else { "" };
         let mut text = format!("{driver}: {} drilled.{milled}{still}\n", counted(holes, "hole"));
         rested.slips.iter().for_each(|slip| text += &lost(slip));
         for hole in &rested.drilled_twice {
-            let note = Diagnostic::note("run.drilled_twice").with("hole", hole);
+            let note = note!("run.drilled_twice", hole = hole);
             text += &format!("{} {}\n", note.message("en"), note.advice("en"));
         }
         if exit != Exit::Done {
@@ -58,8 +58,8 @@ impl Operator {
         if interrupted(self.drill.greeting()).is_some_and(|job| job.job == self.key) {
             let line = resume_line();
             let is_lost = self.driver.is_real() && rested.trust != Trust::Trusted;
-            let code = if is_lost { "run.resume_homes" } else { "run.resume_with" };
-            text += &format!("{}\n", diagnostic(code).with("line", &line).message("en"));
+            let code = if is_lost { code!("run.resume_homes") } else { code!("run.resume_with") };
+            text += &format!("{}\n", Diagnostic::error(code).with("line", &line).message("en"));
             object["resume_with"] = line.into();
         }
         Answer { object, text, exit }

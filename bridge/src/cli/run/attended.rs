@@ -13,6 +13,7 @@ use annulus_core::job::Bit;
 use annulus_core::machine::{Machine, axis_name};
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, InterruptedJob, LengthKnown, PreflightRow, RowVerdict};
+use annulus_core::{code, error, note, warning};
 use std::future::pending;
 use std::io::{IsTerminal, stdin};
 use std::time::Instant;
@@ -28,10 +29,6 @@ const TRIES: u32 = 5;
 /// Flags of a controller that also apply to a machine that Annulus drives itself.
 const OF_BOTH: [&str; 3] = ["--zero-here", "--zero-at", "--equal-tool-lengths"];
 
-fn error(code: &str) -> Diagnostic {
-    Diagnostic::error(code)
-}
-
 /// Refuses arguments that do not fit a real machine, and a run without a terminal or `--yes`.
 pub(super) fn may_run(args: &RunArgs, machine: &Machine) -> Result<(), Refusal> {
     let how = &args.at.board.how;
@@ -39,16 +36,16 @@ pub(super) fn may_run(args: &RunArgs, machine: &Machine) -> Result<(), Refusal> 
     let refuse = |why: Diagnostic| Err(Refusal::usage(why.with("machine", name)));
     let flag = how.of_controller().find(|flag| !OF_BOTH.contains(flag)).or(other_of_controller(args));
     if let Some(flag) = flag {
-        return refuse(error("run.flag_of_controller").with("flag", flag));
+        return refuse(error!("run.flag_of_controller", flag = flag, ..));
     }
     if !args.fault.is_empty() {
-        return refuse(error("run.fault_is_virtual"));
+        return refuse(error!("run.fault_is_virtual", ..));
     }
     if how.zero_here {
-        return refuse(error("run.zero_here_homes"));
+        return refuse(error!("run.zero_here_homes", ..));
     }
     if !how.yes && !stdin().is_terminal() {
-        return refuse(error("run.needs_yes"));
+        return refuse(error!("run.needs_yes", ..));
     }
     Zero::of(how, machine).map(drop)
 }
@@ -65,12 +62,12 @@ impl Zero {
     pub(super) fn of(how: &How, machine: &Machine) -> Result<Self, Refusal> {
         let Some(place) = how.zero_at else { return Ok(Self { at_mm: None }) };
         if place.z.is_some() {
-            return Err(Refusal::usage(error("run.zero_at_plane")));
+            return Err(Refusal::usage(error!("run.zero_at_plane")));
         }
         for axis in [0, 1] {
             let (low, high) = (machine.axis(axis).min.mm(), machine.axis(axis).max.mm());
             if !(low..=high).contains(&place.plane[axis]) {
-                let why = error("run.zero_outside").with("axis", axis_name(axis));
+                let why = error!("run.zero_outside", axis = axis_name(axis), ..);
                 return Err(Refusal::usage(why.with("min", low).with("max", high)));
             }
         }
@@ -140,21 +137,21 @@ impl Operator {
         zero: &Zero,
         (interrupted, offer): (Option<&InterruptedJob>, Option<&InterruptedJob>),
     ) -> Result<(), Refusal> {
-        let refuse = |code| Err(Refusal::content(error(code)));
+        let refuse = |code| Err(Refusal::content(Diagnostic::error(code)));
         if let Some(job) =
             interrupted.filter(|job| offer.is_none() && job.holes_done + job.toolpaths_done > 0)
         {
-            let why = error("run.forgets").with("name", &job.name).with("holes", job.holes_done);
+            let why = error!("run.forgets", name = &job.name, holes = job.holes_done, ..);
             return Err(Refusal::content(why.with("toolpaths", job.toolpaths_done)));
         }
         match (offer, zero.at_mm) {
-            (Some(_), Some(_)) => return refuse("run.zero_of_interrupted"),
+            (Some(_), Some(_)) => return refuse(code!("run.zero_of_interrupted")),
             (None, None) if self.status().is_none_or(|status| status.zero_mm.is_none()) => {
-                return refuse("run.no_zero");
+                return refuse(code!("run.no_zero"));
             }
             _ => {}
         }
-        self.confirm(&Diagnostic::warning("run.homes")).await
+        self.confirm(&warning!("run.homes")).await
     }
 
     /// Waits for Enter, unless the user answered in advance. Fails if the user ends the command.
@@ -165,7 +162,7 @@ impl Operator {
             if self.interrupted || self.lines.is_none() {
                 return Err(Refusal {
                     exit: Exit::Interrupted,
-                    ..Refusal::content(error("run.not_started"))
+                    ..Refusal::content(error!("run.not_started"))
                 });
             }
             self.next().await;
@@ -180,7 +177,7 @@ impl Operator {
             return Ok(());
         }
         warned().for_each(|row| self.tell(&row.finding));
-        self.confirm(&Diagnostic::warning("run.starts")).await
+        self.confirm(&warning!("run.starts")).await
     }
 
     /// Jogs to the work zero and sets it, or uses the saved one.
@@ -194,7 +191,7 @@ impl Operator {
                     break;
                 }
                 if left == 0 {
-                    return Err(Refusal::content(error("run.zero_not_reached")));
+                    return Err(Refusal::content(error!("run.zero_not_reached")));
                 }
                 let distance_um = i32::try_from(distance.nm() / 1_000).unwrap_or_default();
                 self.ask(Ask::Jog { axis: axis as u8, distance_um, anyway: false })?;
@@ -202,7 +199,7 @@ impl Operator {
             }
         }
         if self.interrupted {
-            return Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(error("run.not_started")) });
+            return Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(error!("run.not_started")) });
         }
         self.ask(Ask::SetZero).map(drop)
     }
@@ -224,15 +221,15 @@ impl Operator {
         self.asked = Some(Instant::now());
         let bit = self.bits.get(change.bit as usize).map(Bit::titled).unwrap_or_default();
         if self.lines.is_none() {
-            let why = error("run.tool_unattended").with("bit", bit).with("line", resume_line());
+            let why = error!("run.tool_unattended", bit = bit, line = resume_line());
             return self.end_unchanged(why);
         }
         self.forget_typed();
         let is_known = change.length != LengthKnown::No;
-        let code = if is_known { "run.tool" } else { "run.tool_length" };
+        let code = if is_known { code!("run.tool") } else { code!("run.tool_length") };
         self.tell(&Diagnostic::note(code).with("bit", bit));
         if !is_known && self.machine.senses_contact() {
-            self.tell(&Diagnostic::note("run.tool_probe"));
+            self.tell(&note!("run.tool_probe"));
         }
     }
 
@@ -258,7 +255,7 @@ impl Operator {
             }
             ("same", None) => Ask::SameLength,
             ("go", None) => Ask::ToolChanged,
-            _ => return self.tell(&Diagnostic::note("run.tool_commands")),
+            _ => return self.tell(&note!("run.tool_commands")),
         };
         let goes_on = ask == Ask::ToolChanged;
         match self.drill.ask(ask) {

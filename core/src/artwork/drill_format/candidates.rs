@@ -7,6 +7,7 @@ use crate::artwork::number::Reading;
 use crate::artwork::registration::{Copper, FITS_SHARE, Fit, SAMPLE, every, same_place, same_size};
 use crate::artwork::text::front;
 use crate::artwork::{Digits, Source, Units, Zeros};
+use crate::code;
 use crate::geometry::{Bounds, Point};
 
 /// Maximum number of bytes read for each reading.
@@ -99,7 +100,7 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
         if all.iter().any(|other| other.holes == holes) {
             continue;
         }
-        let far = diagnostics.iter().any(|diagnostic| diagnostic.code == "drill.out_of_range");
+        let far = diagnostics.iter().any(|diagnostic| diagnostic.code == code!("drill.out_of_range"));
         let possible = !far && oddity(&drill).is_none() && impossible_bit(&drill).is_none();
         let fit = copper.map_or(Fit::default(), |copper| copper.fit(&holes));
         let board = copper.and_then(Copper::bounds);

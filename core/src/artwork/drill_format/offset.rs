@@ -10,6 +10,7 @@
 //! ```
 
 use crate::artwork::registration::{Copper, FITS_SHARE, Fit, Layer, fit_shifted, pad_share, share};
+use crate::code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use std::collections::BTreeMap;
@@ -65,13 +66,13 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
         && let Some((word, share)) = mirrored(|holes| copper.fit_shifted(holes), holes, look.fit.share)
     {
         look.fit = copper.fit(holes);
-        look.warnings.push(told("drill.mirrored", look.fit.share, share).with("axis", word));
+        look.warnings.push(told(code!("drill.mirrored"), look.fit.share, share).with("axis", word));
         return look;
     }
     look.warnings.extend(copper.apart().iter().filter_map(|layer| alone(layer, holes, look.fit)));
     let common = common(copper, holes, tools, look.fit);
     if look.fit.share < SURE_SHARE && common < WELL_SHARE {
-        look.warnings.push(told("drill.beside_copper", common, look.fit.share));
+        look.warnings.push(told(code!("drill.beside_copper"), common, look.fit.share));
     }
     look
 }
@@ -85,19 +86,19 @@ fn look_at_few(copper: &Copper, holes: &[Point], fit: Fit) -> Vec<Diagnostic> {
     let by = fit.shift_mm;
     let own = pad_share(copper.layers(), holes, by);
     if let Some(word) = few_mirrored(copper.layers(), holes, own) {
-        return vec![told("drill.mirrored", own, 1.0).with("axis", word)];
+        return vec![told(code!("drill.mirrored"), own, 1.0).with("axis", word)];
     }
     let whole = own >= MIRRORED_SHARE;
     let alone = |layer: &Layer| {
         let layers = std::slice::from_ref(layer);
         let own = pad_share(layers, holes, by);
         let word = few_mirrored(layers, holes, own).filter(|_| whole)?;
-        Some(told("drill.layer_mirrored", own, 1.0).with("axis", word).with("layer", &layer.name))
+        Some(told(code!("drill.layer_mirrored"), own, 1.0).with("axis", word).with("layer", &layer.name))
     };
     let mut said: Vec<Diagnostic> = copper.apart().iter().filter_map(alone).collect();
     let shifted = copper.fit_shifted(holes).share;
     if fit.share <= HARDLY_SHARE && shifted <= HALF_SHARE && copper.has_pads() {
-        said.push(told("drill.beside_copper", fit.share, fit.share));
+        said.push(told(code!("drill.beside_copper"), fit.share, fit.share));
     }
     said
 }
@@ -127,7 +128,7 @@ fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Diagnostic> {
         return None;
     }
     let (word, share) = mirrored(|holes| fit_shifted(layers, holes), holes, own)?;
-    Some(told("drill.layer_mirrored", own, share).with("axis", word).with("layer", &layer.name))
+    Some(told(code!("drill.layer_mirrored"), own, share).with("axis", word).with("layer", &layer.name))
 }
 
 /// The axis in which the flipped holes fit much better than `own`, and the share.
@@ -155,7 +156,7 @@ fn common(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit: Fit) -> 
 
 fn told(code: &str, own: f64, other: f64) -> Diagnostic {
     let percent = |share: f64| format!("{:.0}", share * 100.0);
-    let severity = if code == "drill.beside_copper" { Severity::Warning } else { Severity::Error };
+    let severity = if code == code!("drill.beside_copper") { Severity::Warning } else { Severity::Error };
     Diagnostic::new(severity, code).with("own", percent(own)).with("other", percent(other))
 }
 

@@ -10,6 +10,7 @@ use crate::artwork::drill::{Counts, DrillFile, ToolEntry};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
+use crate::{code, error};
 
 /// Boards are smaller than this; no panel for such a machine is as wide.
 const LARGE_MM: f64 = 700.0;
@@ -39,11 +40,11 @@ pub(super) fn oddity(drill: &DrillFile) -> Option<&'static str> {
     let bounds = drill.centre_bounds()?;
     let size_mm = (bounds.max.x - bounds.min.x).mm().max((bounds.max.y - bounds.min.y).mm());
     if size_mm > LARGE_MM {
-        Some("drill.board_large")
+        Some(code!("drill.board_large"))
     } else if size_mm < SMALL_MM && drill.hits.len() >= MANY {
-        Some("drill.board_small")
+        Some(code!("drill.board_small"))
     } else {
-        most_overlap(drill).then_some("drill.holes_overlap")
+        most_overlap(drill).then_some(code!("drill.holes_overlap"))
     }
 }
 
@@ -66,12 +67,11 @@ pub(super) fn odd(name: &str, drill: &DrillFile, code: &str, reading: &str, othe
 pub(super) fn impossible(name: &str, drill: &DrillFile) -> Vec<Diagnostic> {
     let bit = impossible_bit(drill).map(|tool| {
         let size = tool.diameter.map_or(String::new(), |length| format!("{:.3}", length.mm()));
-        let diagnostic = Diagnostic::error("drill.impossible_bit").at(name, tool.line, 1);
+        let diagnostic = error!("drill.impossible_bit", ..).at(name, tool.line, 1);
         diagnostic.with("tool", format!("T{}", tool.code)).with("size", size)
     });
     let inside = holes_inside(drill).filter(|_| oddity(drill).is_none());
-    let inside = inside
-        .map(|(count, line)| Diagnostic::error("drill.holes_inside").at(name, line, 1).with("count", count));
+    let inside = inside.map(|(count, line)| error!("drill.holes_inside", count = count).at(name, line, 1));
     bit.into_iter().chain(inside).collect()
 }
 

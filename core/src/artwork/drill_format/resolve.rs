@@ -21,6 +21,7 @@ use crate::artwork::{Evidence, Overrides, Source, Zeros};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::units::Length;
+use crate::{code, warning};
 
 /// Maximum number of holes shown for the next best reading.
 const MOST_SHOWN: usize = 2_000;
@@ -104,7 +105,7 @@ fn measured(
     if guessed {
         let makes_a_board = |(drill, diagnostics): &(DrillFile, Vec<Diagnostic>)| {
             oddity(drill).is_none()
-                && !diagnostics.iter().any(|diagnostic| diagnostic.code == "drill.out_of_range")
+                && !diagnostics.iter().any(|diagnostic| diagnostic.code == code!("drill.out_of_range"))
         };
         let sample = Task { text: sample(task.text).unwrap_or_default(), ..task };
         let other = readings(sensed).into_iter().find(|&reading| {
@@ -115,7 +116,7 @@ fn measured(
             && let Ok(read) = excellon::read(&Task { reading, ..task })
             && makes_a_board(&read)
         {
-            ((drill, diagnostics), task.reading, code) = (read, reading, "drill.read_by_measure");
+            ((drill, diagnostics), task.reading, code) = (read, reading, code!("drill.read_by_measure"));
         }
     }
     diagnostics.push(odd(task.name, &drill, code, &shown(&task.reading), &shown(&first)));
@@ -146,7 +147,7 @@ fn companions<'a>(
             continue;
         }
         if let Some((differs, agrees)) = contradicts(name, text, survey, companion, person) {
-            let warning = Diagnostic::warning("drill.report_of_another_board").at(name, 0, 0);
+            let warning = warning!("drill.report_of_another_board", ..).at(name, 0, 0);
             let warning = warning.with("report", base(own)).with("count", differs);
             beside.foreign.push(warning.with("of", differs + agrees));
             continue;
@@ -286,23 +287,27 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let better = voting
         .iter()
         .find(|rival| rival.reading != chosen.reading && rival.fit.share >= score + MUCH_BETTER_SHARE);
-    choice
-        .said
-        .extend(better.map(|rival| (Severity::Warning, "drill.copper_disagrees", Some(rival.reading))));
+    choice.said.extend(
+        better.map(|rival| (Severity::Warning, code!("drill.copper_disagrees"), Some(rival.reading))),
+    );
     let as_good = as_good.filter(|_| unsettled);
-    choice
-        .said
-        .extend(as_good.map(|rival| (Severity::Warning, "drill.copper_undecided", Some(rival.reading))));
+    choice.said.extend(
+        as_good.map(|rival| (Severity::Warning, code!("drill.copper_undecided"), Some(rival.reading))),
+    );
     if let Some(other) = by_outline {
         let taken = chosen.reading == other.reading;
-        let code = if taken { "drill.read_by_outline" } else { "drill.outline_disagrees" };
+        let code = if taken { code!("drill.read_by_outline") } else { code!("drill.outline_disagrees") };
         let about = if taken { own } else { other };
         choice.said.push((Severity::Warning, code, Some(about.reading)));
     } else if chosen.reading != own.reading {
-        let code = if over_report.is_some() { "drill.copper_over_report" } else { "drill.against_custom" };
+        let code = if over_report.is_some() {
+            code!("drill.copper_over_report")
+        } else {
+            code!("drill.against_custom")
+        };
         choice.said.push((Severity::Warning, code, Some(own.reading)));
     } else if choice.evidence.source == Source::Copper {
-        choice.said.push((Severity::Note, "drill.read_by_copper", None));
+        choice.said.push((Severity::Note, code!("drill.read_by_copper"), None));
     }
     choice
 }
@@ -320,7 +325,7 @@ fn look_again(grounds: &Grounds<'_>, chosen: &Ranked, choice: &mut Choice) {
     let Some(copper) = grounds.copper.filter(|_| !grounds.unplated) else { return };
     if !chosen.as_large {
         if chosen.fit.share < FITS_SHARE && chosen.holes.len() >= MANY {
-            choice.said.push((Severity::Warning, "drill.copper_of_another_size", None));
+            choice.said.push((Severity::Warning, code!("drill.copper_of_another_size"), None));
         }
         return;
     }
@@ -370,13 +375,13 @@ fn warnings(
         out.push(diagnostic.with("other", other).with("score", score));
     };
     if sensed.companion_disagrees {
-        say(Severity::Warning, "drill.companion_disagrees", None);
+        say(Severity::Warning, code!("drill.companion_disagrees"), None);
     }
     for (severity, code, other) in &choice.said {
         say(*severity, code, other.as_ref());
     }
     if choice.evidence.shift_mm.is_some() {
-        say(Severity::Note, "drill.shifted_from_copper", None);
+        say(Severity::Note, code!("drill.shifted_from_copper"), None);
     }
     let custom = Reading { digits: customary(choice.reading.units), ..choice.reading };
     let by_report = sensed.digits == Source::Companion && choice.reading == sensed.reading;
@@ -384,25 +389,25 @@ fn warnings(
     if by_report && !decimal && !choice.confirmed && choice.reading != custom {
         // If all numbers have exactly the digits of the report, that confirms it.
         if !survey.shape.is_full(choice.reading.digits) {
-            say(Severity::Warning, "drill.report_against_custom", Some(&custom));
+            say(Severity::Warning, code!("drill.report_against_custom"), Some(&custom));
         }
     }
     if choice.evidence.source == Source::Copper || !has_hits {
         return out;
     }
     match sensed.units {
-        Source::Default => say(Severity::Error, "drill.units_unknown", None),
-        Source::Shape => say(Severity::Warning, "drill.units_by_sizes", None),
+        Source::Default => say(Severity::Error, code!("drill.units_unknown"), None),
+        Source::Shape => say(Severity::Warning, code!("drill.units_by_sizes"), None),
         _ => {}
     }
     if !decimal {
         match sensed.weakest() {
-            Source::Default => say(Severity::Warning, "drill.format_by_custom", None),
-            Source::Shape => say(Severity::Note, "drill.format_by_shape", None),
+            Source::Default => say(Severity::Warning, code!("drill.format_by_custom"), None),
+            Source::Shape => say(Severity::Note, code!("drill.format_by_shape"), None),
             _ => {}
         }
     } else if survey.shape.points_missing() {
-        say(Severity::Warning, "drill.points_missing", None);
+        say(Severity::Warning, code!("drill.points_missing"), None);
     }
     out
 }
@@ -421,14 +426,14 @@ fn disagreements(name: &str, drill: &DrillFile, companion: &Companion) -> Vec<Di
         // A report on several files has several rows per tool: one of them must match.
         let promised: Vec<u32> = rows.iter().filter_map(|row| row.holes).collect();
         if let Some(first) = promised.first().filter(|_| holes > 0 && !promised.contains(&holes)) {
-            out.push(said("drill.report_counts_differ", holes.to_string(), first.to_string()));
+            out.push(said(code!("drill.report_counts_differ"), holes.to_string(), first.to_string()));
         }
         let sizes: Vec<Length> = rows.iter().filter_map(|row| row.diameter).collect();
         if let (Some(own), Some(&other)) = (tool.diameter, sizes.first())
             && !sizes.iter().any(|&size| is_one_size(own, size))
         {
             let mm = |length: Length| format!("{:.3}", length.mm());
-            out.push(said("drill.report_sizes_differ", mm(own), mm(other)));
+            out.push(said(code!("drill.report_sizes_differ"), mm(own), mm(other)));
         }
     }
     out

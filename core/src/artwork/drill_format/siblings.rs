@@ -10,7 +10,8 @@ use crate::artwork::companion::{base, folder, stem};
 use crate::artwork::names::is_called_like_drill;
 use crate::artwork::registration::FITS_SHARE;
 use crate::artwork::{FileKind, FileRead};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Severity;
+use crate::{code, note};
 use std::collections::BTreeMap;
 
 /// Shifts closer than this are equal, mm.
@@ -30,7 +31,7 @@ fn copies(files: &mut [FileRead]) {
     for file in files.iter_mut().filter(|file| file.is_program_with_holes()) {
         match first.get(&file.fingerprint) {
             Some(twin) => {
-                let told = Diagnostic::note("set.same_drill").at(&file.name, 0, 0).with("twin", twin);
+                let told = note!("set.same_drill", twin = twin).at(&file.name, 0, 0);
                 file.diagnostics.push(told);
             }
             None => drop(first.insert(file.fingerprint, file.name.clone())),
@@ -46,12 +47,13 @@ fn tapes(files: &mut [FileRead]) {
         let (of, name) = (folder(&file.name), stem(&file.name));
         let twin = programs.iter().find(|twin| folder(twin) == of && is_of(stem(twin), name));
         let is_tape = |code: &str| {
-            code == "refused.eia_tape" || code == "refused.binary" && is_called_like_drill(base(&file.name))
+            code == "refused.eia_tape"
+                || code == code!("refused.binary") && is_called_like_drill(base(&file.name))
         };
         let tape = file.diagnostics.iter_mut().find(|diagnostic| is_tape(&diagnostic.code));
         if let (Some(twin), Some(tape)) = (twin, tape) {
             tape.severity = Severity::Note;
-            let told = Diagnostic::note("set.tape_twin").at(&file.name, 0, 0);
+            let told = note!("set.tape_twin", ..).at(&file.name, 0, 0);
             file.diagnostics.push(told.with("twin", base(twin)));
         }
     }
@@ -79,7 +81,7 @@ fn shifts(files: &mut [FileRead]) {
         let lies_well = evidence.score.is_some_and(|score| score >= FITS_SHARE);
         if evidence.shift_mm.is_none() && !lies_well && beside.all(agree) {
             evidence.shift_mm = Some(by);
-            file.diagnostics.push(Diagnostic::note("drill.shifted_with_others").at(&file.name, 0, 0));
+            file.diagnostics.push(note!("drill.shifted_with_others").at(&file.name, 0, 0));
         }
     }
 }

@@ -9,6 +9,7 @@
 use crate::artwork::Units;
 use crate::artwork::drill::DrillFile;
 use crate::artwork::number::Decimal;
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
@@ -44,7 +45,8 @@ pub(super) fn settle(drill: &mut DrillFile, units: Units, sizes: &[Decimal]) -> 
             tool.diameter = tool.diameter.and_then(meant).or(tool.diameter);
         }
     }
-    let code = if mended { "drill.tools_in_units_of_places" } else { "drill.tools_in_other_units" };
+    let code =
+        if mended { code!("drill.tools_in_units_of_places") } else { code!("drill.tools_in_other_units") };
     let warning = Diagnostic::warning(code).with("tools", other.name()).with("places", units.name());
     Some(warning.with("read", span(&read)).with("meant", span(&in_units)))
 }

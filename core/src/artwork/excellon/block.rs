@@ -2,6 +2,7 @@
 
 use super::words::Word;
 use crate::artwork::number::Decimal;
+use crate::code;
 
 /// Larger numbers are not tool numbers.
 const HIGHEST_TOOL: i64 = 99_999;
@@ -66,12 +67,12 @@ pub(super) fn sort(words: &[Word]) -> Result<Block, Fault> {
     let mut block = Block::default();
     for word in words {
         let fault = |code| Fault { code, column: word.column };
-        let number = || word.number.ok_or(fault("drill.bad_number"));
+        let number = || word.number.ok_or(fault(code!("drill.bad_number")));
         match word.letter {
             b'X' | b'Y' => {
                 let pair = block.slot_to.as_mut().unwrap_or(&mut block.to);
                 if !pair.put(word.letter, number()?) {
-                    return Err(fault("drill.word_twice"));
+                    return Err(fault(code!("drill.word_twice")));
                 }
             }
             b'I' | b'J' => {
@@ -79,28 +80,28 @@ pub(super) fn sort(words: &[Word]) -> Result<Block, Fault> {
             }
             b'A' => block.radius = Some(number()?),
             b'R' => block.repeat = Some(number()?),
-            b'G' => match code(number()?).ok_or(fault("drill.unknown_word"))? {
+            b'G' => match code(number()?).ok_or(fault(code!("drill.unknown_word")))? {
                 85 => block.slot_to = Some(Pair::default()),
                 code => block.gs.push((code, word.column)),
             },
-            b'M' => block.ms.push((code(number()?).ok_or(fault("drill.unknown_word"))?, word.column)),
+            b'M' => block.ms.push((code(number()?).ok_or(fault(code!("drill.unknown_word")))?, word.column)),
             b'T' => {
                 let number = number()?;
                 let sound = !number.point && (0..=HIGHEST_TOOL).contains(&number.mantissa);
                 if !sound || block.tool.is_some() {
-                    return Err(fault("drill.tool_number"));
+                    return Err(fault(code!("drill.tool_number")));
                 }
                 let (code, digits) = (number.mantissa as u32, number.digits);
                 block.tool = Some(ToolWord { code, digits, size: None, column: word.column });
             }
             b'C' => match &mut block.tool {
                 Some(tool) => tool.size = Some(word.number),
-                None => return Err(fault("drill.unknown_word")),
+                None => return Err(fault(code!("drill.unknown_word"))),
             },
             letter @ (b'F' | b'S' | b'H' | b'B' | b'Z' | b'Q') => {
                 block.feeds.push((letter, word.number.unwrap_or_default(), word.column));
             }
-            _ => return Err(fault("drill.unknown_word")),
+            _ => return Err(fault(code!("drill.unknown_word"))),
         }
     }
     Ok(block)

@@ -4,6 +4,7 @@ use super::block::{Block, Pair};
 use super::reader::{MOST_REPEATED, Motion, Pattern, Reader};
 use crate::artwork::drill::{Hit, Route, SlotEntry};
 use crate::artwork::number::Decimal;
+use crate::code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
@@ -14,7 +15,7 @@ impl Reader<'_> {
         let reached = !start.any() || self.go(start);
         let from = self.at;
         if !end.any() {
-            self.report(Severity::Error, "drill.slot_without_end", 1, b"");
+            self.report(Severity::Error, code!("drill.slot_without_end"), 1, b"");
         } else if reached && self.go(end) {
             let tool = self.tool_in_use();
             let after_hits = self.out.hits.len() as u32;
@@ -28,7 +29,7 @@ impl Reader<'_> {
         if self.route.is_none() {
             let moved_by_code = block.gs.iter().any(|(code, _)| *code == 0);
             if !moved_by_code {
-                self.findings.once(Severity::Warning, "drill.move_without_cut", self.line, 1, line);
+                self.findings.once(Severity::Warning, code!("drill.move_without_cut"), self.line, 1, line);
             }
             return;
         }
@@ -37,12 +38,12 @@ impl Reader<'_> {
             Motion::Counterclockwise => self.arc(from, to, block, false),
             Motion::Straight => Some(PathSegment::Line { to }),
             Motion::Rapid => {
-                self.report(Severity::Warning, "drill.rapid_while_down", 1, line);
+                self.report(Severity::Warning, code!("drill.rapid_while_down"), 1, line);
                 Some(PathSegment::Line { to })
             }
         };
         let segment = segment.unwrap_or_else(|| {
-            self.report(Severity::Error, "drill.arc_without_centre", 1, line);
+            self.report(Severity::Error, code!("drill.arc_without_centre"), 1, line);
             PathSegment::Line { to }
         });
         self.moves += 1;
@@ -76,7 +77,7 @@ impl Reader<'_> {
     pub(super) fn tool_up(&mut self) {
         match self.route.take() {
             Some(route) if route.segments.is_empty() => {
-                self.findings.at(Severity::Error, "drill.plunge_without_path", route.line, 1, b"");
+                self.findings.at(Severity::Error, code!("drill.plunge_without_path"), route.line, 1, b"");
             }
             Some(route) => {
                 self.moves += 1;
@@ -90,13 +91,13 @@ impl Reader<'_> {
     pub(super) fn repeat(&mut self, count: Decimal, step: Pair) -> Result<(), Diagnostic> {
         let last = self.out.hits.last().filter(|hit| hit.at == self.at).copied();
         let (Some(hit), false, true) = (last, count.point || count.mantissa < 0, step.any()) else {
-            self.report(Severity::Error, "drill.repeat_of_nothing", 1, b"");
+            self.report(Severity::Error, code!("drill.repeat_of_nothing"), 1, b"");
             return Ok(());
         };
         let count = usize::try_from(count.mantissa).unwrap_or(usize::MAX);
         self.repeated = self.repeated.saturating_add(count);
         if self.repeated >= MOST_REPEATED {
-            return Err(self.refusal("drill.too_many_repeats").with("most", MOST_REPEATED));
+            return Err(self.refusal(code!("drill.too_many_repeats")).with("most", MOST_REPEATED));
         }
         let was = (self.incremental, self.zero);
         self.incremental = true;
@@ -132,13 +133,13 @@ impl Reader<'_> {
     pub(super) fn pattern_again(&mut self, step: Pair) -> Result<(), Diagnostic> {
         self.pattern_ends();
         let Some(Pattern { from, to: Some(to), shift }) = self.pattern else {
-            self.report(Severity::Error, "drill.repeat_of_nothing", 1, b"");
+            self.report(Severity::Error, code!("drill.repeat_of_nothing"), 1, b"");
             return Ok(());
         };
         let count = (0..3).map(|kind| to[kind] - from[kind]).sum::<usize>();
         self.repeated = self.repeated.saturating_add(count.max(1));
         if self.repeated >= MOST_REPEATED {
-            return Err(self.refusal("drill.too_many_repeats").with("most", MOST_REPEATED));
+            return Err(self.refusal(code!("drill.too_many_repeats")).with("most", MOST_REPEATED));
         }
         let was = (self.incremental, self.at, self.zero);
         (self.incremental, self.at, self.zero) = (false, Point::default(), Point::default());
@@ -146,7 +147,7 @@ impl Reader<'_> {
         let by = Point::new(shift.x + self.at.x, shift.y + self.at.y);
         (self.incremental, self.at, self.zero) = was;
         if good && !self.stays(from, to, by) {
-            self.report(Severity::Error, "drill.out_of_range", 1, b"");
+            self.report(Severity::Error, code!("drill.out_of_range"), 1, b"");
         } else if good {
             self.copy(from, to, by);
             self.pattern = Some(Pattern { from, to: Some(to), shift: by });

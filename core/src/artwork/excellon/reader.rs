@@ -13,6 +13,7 @@ use crate::artwork::text::line_end;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Point;
 use crate::units::Length;
+use crate::{code, error, note, warning};
 use std::collections::BTreeMap;
 
 /// Maximum number of hits per file.
@@ -201,10 +202,10 @@ impl<'a> Reader<'a> {
 
     fn check_limits(&mut self) -> Result<(), Diagnostic> {
         let counts = [
-            ("drill.too_many_hits", self.out.hits.len(), MOST_HITS),
-            ("drill.too_many_repeats", self.repeated, MOST_REPEATED),
-            ("drill.too_many_moves", self.moves + self.out.slots.len(), MOST_MOVES),
-            ("drill.too_many_tools", self.out.tools.len(), MOST_TOOLS),
+            (code!("drill.too_many_hits"), self.out.hits.len(), MOST_HITS),
+            (code!("drill.too_many_repeats"), self.repeated, MOST_REPEATED),
+            (code!("drill.too_many_moves"), self.moves + self.out.slots.len(), MOST_MOVES),
+            (code!("drill.too_many_tools"), self.out.tools.len(), MOST_TOOLS),
         ];
         match counts.into_iter().find(|(_, count, most)| count >= most) {
             Some((code, _, most)) => Err(self.refusal(code).with("most", most)),
@@ -232,16 +233,18 @@ impl<'a> Reader<'a> {
             }
         }
         if self.ended && !matches!(parsed.content, Content::Blank | Content::Percent) {
-            self.findings.once(Severity::Error, "drill.after_end", self.line, 1, b"");
+            self.findings.once(Severity::Error, code!("drill.after_end"), self.line, 1, b"");
             return Ok(());
         }
         match parsed.content {
             Content::Blank => {}
             Content::Percent => self.header = false,
-            Content::Optional => self.report(Severity::Error, "drill.optional_line", 1, line.trim_ascii()),
+            Content::Optional => {
+                self.report(Severity::Error, code!("drill.optional_line"), 1, line.trim_ascii());
+            }
             Content::Statement { keyword, args } => self.statement(keyword, args),
             Content::Garbled(words, column) => {
-                self.fault(&words, Fault { code: "drill.bad_number", column }, line);
+                self.fault(&words, Fault { code: code!("drill.bad_number"), column }, line);
             }
             Content::Words(words) => match sort(&words) {
                 Ok(block) => self.block(&block, line)?,
@@ -280,7 +283,7 @@ impl<'a> Reader<'a> {
     fn coordinates(&mut self, block: &Block, line: &[u8]) {
         if self.header {
             self.header = false;
-            self.report(Severity::Warning, "drill.header_open", 1, line);
+            self.report(Severity::Warning, code!("drill.header_open"), 1, line);
         }
         let from = self.at;
         if !self.go(block.to) {
@@ -312,7 +315,7 @@ impl<'a> Reader<'a> {
                 return true;
             }
         }
-        self.report(Severity::Error, "drill.out_of_range", 1, b"");
+        self.report(Severity::Error, code!("drill.out_of_range"), 1, b"");
         false
     }
 
@@ -333,7 +336,7 @@ impl<'a> Reader<'a> {
         if let Some(tool) = self.tool {
             return tool;
         }
-        self.findings.once(Severity::Error, "drill.no_tool", self.line, 1, b"");
+        self.findings.once(Severity::Error, code!("drill.no_tool"), self.line, 1, b"");
         let index = self.tool_index(0);
         self.tool = Some(index);
         index
@@ -342,13 +345,13 @@ impl<'a> Reader<'a> {
     fn finish(mut self) -> Result<(DrillFile, Vec<Diagnostic>), Diagnostic> {
         self.tool_up();
         if self.header && (self.out.hits.is_empty() || !self.ended) {
-            self.findings.at(Severity::Error, "drill.header_never_ends", self.line, 1, b"");
+            self.findings.at(Severity::Error, code!("drill.header_never_ends"), self.line, 1, b"");
         } else if !self.ended && !self.stopped {
             self.missing_end();
         }
         if self.by_stops.is_some() && !self.out.hits.is_empty() {
             let tools = self.task.survey.comment_tools.len();
-            let warning = Diagnostic::warning("drill.tools_by_stops").with("tools", tools);
+            let warning = warning!("drill.tools_by_stops", tools = tools);
             self.findings.push(warning.at(self.task.name, 0, 0));
         }
         let counts = self.out.counts();
@@ -356,8 +359,8 @@ impl<'a> Reader<'a> {
             let holes = count.hits + count.slots + count.routed_paths;
             let diagnostic = match tool.diameter {
                 Some(_) => continue,
-                None if holes > 0 => Diagnostic::error("drill.tool_without_diameter"),
-                None => Diagnostic::note("drill.unused_tool_without_diameter"),
+                None if holes > 0 => error!("drill.tool_without_diameter", ..),
+                None => note!("drill.unused_tool_without_diameter", ..),
             };
             let diagnostic = diagnostic.with("tool", format!("T{}", tool.code)).with("holes", holes);
             self.findings.push(diagnostic.at(self.task.name, tool.line, 1));
@@ -383,8 +386,11 @@ impl<'a> Reader<'a> {
             Some(None) => !tail.trim_ascii().is_empty(),
             None => false,
         };
-        let (severity, code) =
-            if short { (Severity::Error, "drill.cut_short") } else { (Severity::Warning, "drill.no_end") };
+        let (severity, code) = if short {
+            (Severity::Error, code!("drill.cut_short"))
+        } else {
+            (Severity::Warning, code!("drill.no_end"))
+        };
         self.report(severity, code, 1, tail);
     }
 }

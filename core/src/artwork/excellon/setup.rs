@@ -7,6 +7,7 @@ use super::survey::units_named;
 use crate::artwork::Units;
 use crate::artwork::drill::ToolEntry;
 use crate::artwork::number::{Decimal, Scale};
+use crate::code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::units::Length;
 
@@ -29,16 +30,18 @@ impl Reader<'_> {
         }
         match upper.as_slice() {
             b"ICI" => self.incremental = args.eq_ignore_ascii_case(b"ON"),
-            b"FMAT" if args.starts_with(b"1") => self.report(Severity::Note, "drill.format_1", 1, args),
+            b"FMAT" if args.starts_with(b"1") => {
+                self.report(Severity::Note, code!("drill.format_1"), 1, args);
+            }
             b"FMAT" if args.starts_with(b"2") => {}
-            b"M97" | b"M98" => self.report(Severity::Error, "drill.text_not_drilled", 1, args),
-            [b'M', b'4', _] => self.report(Severity::Note, "drill.operator_message", 1, args),
+            b"M97" | b"M98" => self.report(Severity::Error, code!("drill.text_not_drilled"), 1, args),
+            [b'M', b'4', _] => self.report(Severity::Note, code!("drill.operator_message"), 1, args),
             _ if MACHINE_WORDS.iter().any(|word| upper == word.as_bytes()) => {
-                self.findings.once(Severity::Note, "drill.machine_word", self.line, 1, keyword);
+                self.findings.once(Severity::Note, code!("drill.machine_word"), self.line, 1, keyword);
             }
             _ => {
                 let severity = if self.header { Severity::Warning } else { Severity::Error };
-                self.report(severity, "drill.unknown_statement", 1, keyword);
+                self.report(severity, code!("drill.unknown_statement"), 1, keyword);
             }
         }
     }
@@ -50,7 +53,13 @@ impl Reader<'_> {
         let before = self.stated.replace(units);
         if head && self.route.is_none() && before.is_some_and(|before| before != units) {
             let found = units.name();
-            self.findings.once(Severity::Warning, "drill.units_contradict", self.line, 1, found.as_bytes());
+            self.findings.once(
+                Severity::Warning,
+                code!("drill.units_contradict"),
+                self.line,
+                1,
+                found.as_bytes(),
+            );
         }
         let units = super::sense::in_trial(self.task.reading, self.task.survey, units);
         let digits = hints.iter().find_map(|hint| match hint {
@@ -59,7 +68,7 @@ impl Reader<'_> {
         });
         if units != self.reading.units {
             if !self.out.hits.is_empty() {
-                self.report(Severity::Note, "drill.units_change", 1, units.name().as_bytes());
+                self.report(Severity::Note, code!("drill.units_change"), 1, units.name().as_bytes());
             }
             self.reading = super::sense::after_switch(self.task.reading, units, digits);
             self.scale = Scale::new(self.reading);
@@ -106,7 +115,7 @@ impl Reader<'_> {
                 return;
             }
             self.header = false;
-            self.report(Severity::Warning, "drill.header_open", word.column, b"");
+            self.report(Severity::Warning, code!("drill.header_open"), word.column, b"");
         }
         self.tool_up();
         let index = self.tool_index(word.code);
@@ -137,7 +146,7 @@ impl Reader<'_> {
         if diameter.is_none() {
             self.report(
                 Severity::Error,
-                "drill.tool_diameter",
+                code!("drill.tool_diameter"),
                 word.column,
                 format!("T{}", word.code).as_bytes(),
             );
@@ -147,7 +156,7 @@ impl Reader<'_> {
         if differs {
             self.report(
                 Severity::Warning,
-                "drill.tool_defined_twice",
+                code!("drill.tool_defined_twice"),
                 word.column,
                 format!("T{}", word.code).as_bytes(),
             );
@@ -169,7 +178,7 @@ impl Reader<'_> {
     pub(super) fn feeds(&mut self, block: &Block) {
         for (letter, number, column) in &block.feeds {
             if number.mantissa != 0 {
-                self.findings.once(Severity::Note, "drill.feed_word", self.line, *column, &[*letter]);
+                self.findings.once(Severity::Note, code!("drill.feed_word"), self.line, *column, &[*letter]);
             }
         }
     }
@@ -200,12 +209,18 @@ impl Reader<'_> {
                 17..=19 | 40 | 43 | 44 | 49 | 50 | 53..=59 | 61 | 64 | 80 | 94..=99 => {}
                 4 => {
                     takes = true;
-                    self.findings.once(Severity::Note, "drill.machine_word", self.line, column, b"G04");
+                    self.findings.once(
+                        Severity::Note,
+                        code!("drill.machine_word"),
+                        self.line,
+                        column,
+                        b"G04",
+                    );
                 }
-                41 | 42 => self.report(Severity::Error, "drill.cutter_compensation", column, line),
+                41 | 42 => self.report(Severity::Error, code!("drill.cutter_compensation"), column, line),
                 _ => {
                     takes = true;
-                    self.report(Severity::Error, "drill.unsupported_cycle", column, line);
+                    self.report(Severity::Error, code!("drill.unsupported_cycle"), column, line);
                 }
             }
         }
@@ -232,7 +247,7 @@ impl Reader<'_> {
         }
         (self.at, self.incremental) = was;
         if self.zero != crate::geometry::Point::default() {
-            self.report(Severity::Note, "drill.zero_set", 1, line);
+            self.report(Severity::Note, code!("drill.zero_set"), 1, line);
         }
     }
 
@@ -252,18 +267,18 @@ impl Reader<'_> {
                 30 => self.ended = true,
                 48 => self.header = true,
                 95 => self.header = false,
-                70 | 80 | 90 => self.report(Severity::Error, "drill.mirrored_pattern", column, line),
-                97 | 98 => self.report(Severity::Error, "drill.text_not_drilled", column, line),
+                70 | 80 | 90 => self.report(Severity::Error, code!("drill.mirrored_pattern"), column, line),
+                97 | 98 => self.report(Severity::Error, code!("drill.text_not_drilled"), column, line),
                 6 | 9 | 12..=14 | 18 | 21 | 22 | 31 | 40..=47 | 50 | 60 => {
                     self.findings.once(
                         Severity::Note,
-                        "drill.machine_word",
+                        code!("drill.machine_word"),
                         self.line,
                         column,
                         format!("M{code:02}").as_bytes(),
                     );
                 }
-                _ => self.report(Severity::Error, "drill.unknown_code", column, line),
+                _ => self.report(Severity::Error, code!("drill.unknown_code"), column, line),
             }
         }
         Ok(())

@@ -6,6 +6,7 @@ use super::object::{Aperture, Form, Opening};
 use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::{Decimal, decimal};
+use crate::code;
 use crate::diagnostic::Severity;
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -37,7 +38,7 @@ impl Reader {
         let code = u32::try_from(number.mantissa).ok();
         self.graphics.aperture = code.and_then(|code| self.apertures.codes.get(&code)).copied();
         if self.graphics.aperture.is_none() {
-            self.tell_once(Severity::Error, "gerber.aperture_undefined", block.at, block.text);
+            self.tell_once(Severity::Error, code!("gerber.aperture_undefined"), block.at, block.text);
         }
     }
 
@@ -46,7 +47,7 @@ impl Reader {
         let code = rest.strip_prefix(b"D").and_then(decimal);
         let code = code.filter(|(number, _)| (0..=HIGHEST_CODE).contains(&number.mantissa) && !number.point);
         let Some((number, used)) = code.filter(|_| self.out.apertures.len() < MOST_APERTURES) else {
-            self.tell(Severity::Error, "gerber.bad_aperture", block.at, block.text);
+            self.tell(Severity::Error, code!("gerber.bad_aperture"), block.at, block.text);
             return;
         };
         let text = rest.get(1 + used..).unwrap_or_default();
@@ -67,12 +68,12 @@ impl Reader {
         };
         // Keep the code even without a shape: its objects are counted, but have no area.
         let Some((form, opening)) = made else {
-            self.tell(Severity::Error, "gerber.bad_aperture", block.at, block.text);
+            self.tell(Severity::Error, code!("gerber.bad_aperture"), block.at, block.text);
             return;
         };
         let (width, height) = sides(&form);
         if width.min(height) == Length::ZERO && !matches!(form, Form::Circle { .. }) {
-            self.tell(Severity::Warning, "gerber.aperture_empty", block.at, block.text);
+            self.tell(Severity::Warning, code!("gerber.aperture_empty"), block.at, block.text);
         }
         let bursts = match opening {
             Some(Opening::Round(diameter)) => diameter >= width.min(height),
@@ -80,7 +81,7 @@ impl Reader {
             None => false,
         };
         if bursts {
-            self.tell(Severity::Warning, "gerber.aperture_hole", block.at, block.text);
+            self.tell(Severity::Warning, code!("gerber.aperture_hole"), block.at, block.text);
         }
         let function = self.attributes.aperture_function();
         let aperture =
@@ -92,7 +93,7 @@ impl Reader {
     pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
         let index = self.out.apertures.len() as u32;
         if self.apertures.codes.insert(aperture.code, index).is_some() {
-            self.tell_once(Severity::Note, "gerber.aperture_again", block.at, block.text);
+            self.tell_once(Severity::Note, code!("gerber.aperture_again"), block.at, block.text);
         }
         self.out.apertures.push(aperture);
     }

@@ -4,6 +4,7 @@ use super::Reader;
 use super::object::Tag;
 use super::words::{At, Block};
 use crate::artwork::text::holds;
+use crate::code;
 use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
@@ -143,7 +144,7 @@ impl Reader {
             b".P" => (now.component, now.pin) = (None, None),
             [b'.', ..] if name.len() > 1 => {}
             [first, ..] if first.is_ascii_alphabetic() || *first == b'_' || *first == b'$' => {}
-            _ => self.tell_once(Severity::Warning, "gerber.unknown_command", place, name),
+            _ => self.tell_once(Severity::Warning, code!("gerber.unknown_command"), place, name),
         }
         self.attributes.index = [None; 2];
     }

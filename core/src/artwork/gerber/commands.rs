@@ -5,6 +5,7 @@ use super::Reader;
 use super::graphics::{Interpolation, Quadrants};
 use super::words::Block;
 use crate::artwork::Units;
+use crate::code;
 use crate::diagnostic::Severity;
 
 /// Longer names are truncated, in characters.
@@ -21,7 +22,7 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"AS", axes),
     (b"FS", Reader::format),
     (b"IC", |reader, rest, block| reader.only(matches!(rest, b"" | b"AS" | b"ASCII"), block)),
-    (b"IF", |reader, rest, block| reader.tell(Severity::Error, "gerber.include", block.at, rest)),
+    (b"IF", |reader, rest, block| reader.tell(Severity::Error, code!("gerber.include"), block.at, rest)),
     // Centers the image on the film: no effect on coordinates.
     (b"IJ", |reader, rest, block| {
         reader.only(rest.iter().all(|byte| b"ABLC.+-".contains(byte) || byte.is_ascii_digit()), block);
@@ -29,7 +30,7 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"IN", |reader, rest, _| reader.name_layer(rest, false)),
     (b"IP", Reader::image_polarity),
     (b"IR", Reader::image_turn),
-    (b"KO", |reader, _, block| reader.tell(Severity::Error, "gerber.knockout", block.at, block.text)),
+    (b"KO", |reader, _, block| reader.tell(Severity::Error, code!("gerber.knockout"), block.at, block.text)),
     (b"LM", Reader::mirror),
     (b"LN", |reader, rest, _| reader.name_layer(rest, true)),
     (b"LP", Reader::polarity),
@@ -85,14 +86,14 @@ impl Reader {
     pub(super) fn code(&mut self, number: i64, block: &Block<'_>) {
         match CODES.iter().find(|(known, _)| *known == number) {
             Some((_, does)) => does(self, block),
-            None => self.tell_once(Severity::Warning, "gerber.unknown_word", block.at, block.text),
+            None => self.tell_once(Severity::Warning, code!("gerber.unknown_word"), block.at, block.text),
         }
     }
 
     /// Warns if a command without effect has an unknown argument.
     fn only(&mut self, understood: bool, block: &Block<'_>) {
         if !understood {
-            self.tell_once(Severity::Warning, "gerber.unknown_command", block.at, block.text);
+            self.tell_once(Severity::Warning, code!("gerber.unknown_command"), block.at, block.text);
         }
     }
 
@@ -110,7 +111,7 @@ impl Reader {
 fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
     match rest {
         b"AXBY" => {}
-        b"AYBX" => reader.tell_once(Severity::Warning, "gerber.axes_swapped", block.at, block.text),
+        b"AYBX" => reader.tell_once(Severity::Warning, code!("gerber.axes_swapped"), block.at, block.text),
         _ => reader.only(false, block),
     }
 }
@@ -118,7 +119,7 @@ fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
 /// G11, G12: lines at a tenth and a hundredth of the scale. Not supported.
 fn scaled_lines(reader: &mut Reader, block: &Block<'_>) {
     reader.graphics.interpolation = Interpolation::Straight;
-    reader.tell_once(Severity::Error, "gerber.scaled_lines", block.at, block.text);
+    reader.tell_once(Severity::Error, code!("gerber.scaled_lines"), block.at, block.text);
 }
 
 #[cfg(test)]

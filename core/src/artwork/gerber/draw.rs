@@ -13,6 +13,7 @@ use super::graphics::{Action, Interpolation, Quadrants};
 use super::object::ObjectShape;
 use super::words::{At, Numbers};
 use crate::artwork::number::Decimal;
+use crate::code;
 use crate::diagnostic::Severity;
 use crate::geometry::{PathSegment, Point, REACH, chords};
 use crate::units::Length;
@@ -44,7 +45,7 @@ impl Reader {
             return;
         }
         let Some(scale) = self.format.scale_here() else {
-            self.tell_once(Severity::Error, "gerber.no_format", place, b"");
+            self.tell_once(Severity::Error, code!("gerber.no_format"), place, b"");
             return;
         };
         let length = |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |n| scale.length(n));
@@ -60,7 +61,7 @@ impl Reader {
         let to = to.filter(|(x, y)| x.abs() <= Length::LIMIT && y.abs() <= Length::LIMIT);
         let offset = length(numbers.i).zip(length(numbers.j));
         let (Some((x, y)), Some(offset)) = (to, offset) else {
-            self.tell_once(Severity::Error, "gerber.too_far", place, b"");
+            self.tell_once(Severity::Error, code!("gerber.too_far"), place, b"");
             return;
         };
         let to = Point::new(x, y);
@@ -71,7 +72,7 @@ impl Reader {
                 self.stroke(from, segment, place);
             }
             Action::Flash if self.graphics.region.is_none() => self.flash(to, place),
-            Action::Flash => self.tell_once(Severity::Error, "gerber.flash_in_region", place, b""),
+            Action::Flash => self.tell_once(Severity::Error, code!("gerber.flash_in_region"), place, b""),
             Action::Move => {
                 self.end_contour(place);
                 if let Some(path) = &mut self.graphics.region {
@@ -86,7 +87,7 @@ impl Reader {
         let at = self.graphics.image.point(at);
         match self.graphics.aperture {
             Some(aperture) => self.put(ObjectShape::Flash { at }, aperture, place),
-            None => self.tell_once(Severity::Error, "gerber.no_aperture", place, b""),
+            None => self.tell_once(Severity::Error, code!("gerber.no_aperture"), place, b""),
         }
     }
 
@@ -115,7 +116,7 @@ impl Reader {
         }
         match self.graphics.aperture {
             Some(aperture) => self.put(ObjectShape::Stroke { from, segment }, aperture, place),
-            None => self.tell_once(Severity::Error, "gerber.no_aperture", place, b""),
+            None => self.tell_once(Severity::Error, code!("gerber.no_aperture"), place, b""),
         }
     }
 
@@ -127,11 +128,11 @@ impl Reader {
         let mut path = std::mem::take(path);
         self.out.counts.regions += 1;
         if !path.is_closed() {
-            self.tell_once(Severity::Warning, "gerber.contour_open", place, b"");
+            self.tell_once(Severity::Warning, code!("gerber.contour_open"), place, b"");
             path.segments.push(PathSegment::Line { to: path.start });
         }
         if crosses_itself(&path, &mut self.pairs_left) {
-            self.tell_once(Severity::Warning, "gerber.contour_crosses", place, b"");
+            self.tell_once(Severity::Warning, code!("gerber.contour_crosses"), place, b"");
         }
         self.put(ObjectShape::Contour(path), 0, place);
     }
@@ -146,7 +147,7 @@ impl Reader {
         let many = match self.graphics.quadrants {
             Some(quadrants) => quadrants == Quadrants::Many,
             None => {
-                self.tell_once(Severity::Warning, "gerber.quadrant_missing", place, b"");
+                self.tell_once(Severity::Warning, code!("gerber.quadrant_missing"), place, b"");
                 offset.0 < Length::ZERO || offset.1 < Length::ZERO
             }
         };
@@ -156,17 +157,17 @@ impl Reader {
             return PathSegment::Line { to };
         }
         if first < 1e-6 || last < 1e-6 {
-            self.tell_once(Severity::Warning, "gerber.arc_without_radius", place, b"");
+            self.tell_once(Severity::Warning, code!("gerber.arc_without_radius"), place, b"");
             return PathSegment::Line { to };
         }
         if first > REACH.mm() && self.is_impossible(from, to, (centre, clockwise), place) {
             return PathSegment::Line { to };
         }
         if !many && chords::turn(from, to, centre, clockwise) >= QUARTER_RAD {
-            self.tell_once(Severity::Warning, "gerber.arc_over_quarter", place, b"");
+            self.tell_once(Severity::Warning, code!("gerber.arc_over_quarter"), place, b"");
         }
         if (first - last).abs() > UNEVEN_MM {
-            self.tell_once(Severity::Warning, "gerber.arc_uneven", place, b"");
+            self.tell_once(Severity::Warning, code!("gerber.arc_uneven"), place, b"");
         }
         PathSegment::Arc { to, centre: even_centre(from, to, centre), clockwise }
     }
@@ -191,9 +192,9 @@ impl Reader {
             return false;
         }
         let (severity, code) = if is_point {
-            (Severity::Note, "gerber.arc_as_line")
+            (Severity::Note, code!("gerber.arc_as_line"))
         } else {
-            (Severity::Error, "gerber.arc_impossible")
+            (Severity::Error, code!("gerber.arc_impossible"))
         };
         let at = format!("X {:.3} Y {:.3} mm", from.x.mm(), from.y.mm());
         self.tell(severity, code, place, at.as_bytes());

@@ -5,6 +5,7 @@ use super::words::{At, Block, fields};
 use crate::artwork::number::{Reading, Scale};
 use crate::artwork::text::holds;
 use crate::artwork::{Digits, Overrides, Units, Zeros};
+use crate::code;
 use crate::diagnostic::Severity;
 
 /// The number format, as far as it is stated.
@@ -72,7 +73,7 @@ impl Reader {
         match rest {
             b"IN" => self.set_units(Units::Inch, block.at),
             b"MM" => self.set_units(Units::Mm, block.at),
-            _ => self.tell(Severity::Error, "gerber.bad_units", block.at, block.text),
+            _ => self.tell(Severity::Error, code!("gerber.bad_units"), block.at, block.text),
         }
     }
 
@@ -80,7 +81,7 @@ impl Reader {
     pub(super) fn set_units(&mut self, units: Units, at: At) {
         let before = self.format.units.replace(units);
         if before.is_some_and(|before| before != units) {
-            self.tell_once(Severity::Warning, "gerber.units_change", at, units.name().as_bytes());
+            self.tell_once(Severity::Warning, code!("gerber.units_change"), at, units.name().as_bytes());
         }
         self.format.rescale();
     }
@@ -106,14 +107,14 @@ impl Reader {
         };
         let (x, y) = (digits(b'X'), digits(b'Y'));
         if x.is_none() || x != y || odd {
-            self.tell(Severity::Warning, "gerber.bad_format", block.at, block.text);
+            self.tell(Severity::Warning, code!("gerber.bad_format"), block.at, block.text);
         }
         self.format.incremental = rest.iter().take(2).any(|&byte| byte == b'I');
         let Some(digits) = x else { return };
         if self.format.stated {
             let same = (self.format.zeros, self.format.digits) == (Some(zeros), Some(digits));
             let severity = if same { Severity::Note } else { Severity::Warning };
-            self.tell(severity, "gerber.format_again", block.at, block.text);
+            self.tell(severity, code!("gerber.format_again"), block.at, block.text);
         }
         (self.format.stated, self.format.zeros, self.format.digits) = (true, Some(zeros), Some(digits));
         self.format.rescale();

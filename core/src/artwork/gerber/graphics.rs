@@ -5,6 +5,7 @@ use super::object::{Object, ObjectShape};
 use super::transform::{Held, Image, Transform};
 use super::words::{At, Block, fields, number, plain};
 use crate::artwork::number::Decimal;
+use crate::code;
 use crate::diagnostic::Severity;
 use crate::geometry::{Path, Point};
 use crate::units::Length;
@@ -117,7 +118,7 @@ impl Reader {
                 self.end_contour(block.at);
                 self.graphics.clear = rest == b"C";
             }
-            _ => self.tell_once(Severity::Error, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Error, code!("gerber.unknown_command"), block.at, block.text),
         }
     }
 
@@ -143,7 +144,7 @@ impl Reader {
     fn hold<T>(&mut self, said: Option<T>, block: &Block<'_>, set: impl FnOnce(&mut Held, T)) {
         match said {
             Some(said) => set(&mut self.graphics.held, said),
-            None => self.tell(Severity::Error, "gerber.bad_mount", block.at, block.text),
+            None => self.tell(Severity::Error, code!("gerber.bad_mount"), block.at, block.text),
         }
         self.graphics.transform = None;
     }
@@ -182,10 +183,10 @@ impl Reader {
         let before = self.graphics.image;
         match said {
             Some(said) => set(&mut self.graphics.image, said),
-            None => self.tell(Severity::Error, "gerber.image_place", block.at, block.text),
+            None => self.tell(Severity::Error, code!("gerber.image_place"), block.at, block.text),
         }
         if self.graphics.image != before {
-            self.tell_once(Severity::Note, "gerber.image_moved", block.at, block.text);
+            self.tell_once(Severity::Note, code!("gerber.image_moved"), block.at, block.text);
         }
         self.graphics.transform = None;
     }
@@ -194,14 +195,14 @@ impl Reader {
     pub(super) fn image_polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"POS" | b"NEG" => self.out.negative_image = rest == b"NEG",
-            _ => self.tell_once(Severity::Error, "gerber.unknown_command", block.at, block.text),
+            _ => self.tell_once(Severity::Error, code!("gerber.unknown_command"), block.at, block.text),
         }
     }
 
     /// G36: starts a region.
     pub(super) fn open_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_some() {
-            self.tell_once(Severity::Warning, "gerber.region_open", block.at, block.text);
+            self.tell_once(Severity::Warning, code!("gerber.region_open"), block.at, block.text);
             self.end_contour(block.at);
         }
         self.graphics.region = Some(Path::default());
@@ -210,7 +211,7 @@ impl Reader {
     /// G37: ends the region.
     pub(super) fn close_region(&mut self, block: &Block<'_>) {
         if self.graphics.region.is_none() {
-            self.tell_once(Severity::Warning, "gerber.unknown_word", block.at, block.text);
+            self.tell_once(Severity::Warning, code!("gerber.unknown_word"), block.at, block.text);
         }
         self.end_contour(block.at);
         self.graphics.region = None;

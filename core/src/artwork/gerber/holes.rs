@@ -10,6 +10,7 @@ use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, ObjectShape};
 use crate::artwork::drill::{DrillFile, Hit, Route, SlotEntry, ToolEntry};
 use crate::artwork::findings::Findings;
+use crate::code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
@@ -48,7 +49,7 @@ pub(in crate::artwork) fn holes(
     };
     let function = layer.file_function.as_deref().unwrap_or_default();
     if function.split(',').any(|field| ["Blind", "Buried"].contains(&field.trim())) {
-        reader.findings.at(Severity::Error, "gerber.holes_not_through", 0, 0, function.as_bytes());
+        reader.findings.at(Severity::Error, code!("gerber.holes_not_through"), 0, 0, function.as_bytes());
     }
     each(layer, &mut |seen| reader.object(&seen));
     reader.end_route();
@@ -76,7 +77,7 @@ impl Reader<'_> {
                 _ if seen.clear => "LPC".to_owned(),
                 _ => code.unwrap_or_default(),
             };
-            self.findings.once(Severity::Error, "gerber.no_hole", line, 1, what.as_bytes());
+            self.findings.once(Severity::Error, code!("gerber.no_hole"), line, 1, what.as_bytes());
             return self.end_route();
         };
         match seen.object.shape {
@@ -115,7 +116,7 @@ impl Reader<'_> {
     fn is_far(&mut self, at: Point, line: u32) -> bool {
         let far = at.x.abs().max(at.y.abs()) > Length::LIMIT;
         if far {
-            self.findings.once(Severity::Error, "gerber.out_of_reach", line, 1, b"");
+            self.findings.once(Severity::Error, code!("gerber.out_of_reach"), line, 1, b"");
         }
         far
     }

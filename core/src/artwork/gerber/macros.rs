@@ -15,6 +15,7 @@ use super::primitives::{Primitive, primitive};
 use super::words::{Block, plain};
 use crate::artwork::Units;
 use crate::artwork::number::Decimal;
+use crate::code;
 use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
@@ -69,12 +70,12 @@ impl Reader {
     pub(super) fn macro_definition(&mut self, name: &[u8], block: &Block<'_>) {
         let macros = &mut self.apertures.macros;
         if macros.by_name.len() >= MOST_MACROS {
-            self.tell_once(Severity::Error, "gerber.bad_macro", block.at, block.text);
+            self.tell_once(Severity::Error, code!("gerber.bad_macro"), block.at, block.text);
             return;
         }
         macros.open = Some(name.to_vec());
         if macros.by_name.insert(name.to_vec(), Macro::new()).is_some() {
-            self.tell_once(Severity::Note, "gerber.macro_again", block.at, block.text);
+            self.tell_once(Severity::Note, code!("gerber.macro_again"), block.at, block.text);
         }
     }
 
@@ -83,7 +84,7 @@ impl Reader {
         let macros = &mut self.apertures.macros;
         let lines = macros.open.as_ref().and_then(|name| macros.by_name.get_mut(name));
         let Some(lines) = lines.filter(|lines| lines.len() < MOST_LINES) else {
-            self.tell_once(Severity::Error, "gerber.bad_macro", block.at, block.text);
+            self.tell_once(Severity::Error, code!("gerber.bad_macro"), block.at, block.text);
             return;
         };
         let comment = matches!(block.written, [b'0'] | [b'0', b' ' | b',' | b'\n' | b'\r' | b'\t', ..]);
@@ -116,7 +117,7 @@ impl Reader {
             }
         }
         for line in lost {
-            self.tell_once(Severity::Error, "gerber.bad_macro", block.at, &line);
+            self.tell_once(Severity::Error, code!("gerber.bad_macro"), block.at, &line);
         }
         Some(Form::Macro { name: String::from_utf8_lossy(name).into_owned(), primitives })
     }

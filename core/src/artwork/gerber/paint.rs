@@ -14,6 +14,7 @@ use super::flatten::{Seen, each};
 use super::object::{Form, Gerber, Object, ObjectShape};
 use super::transform::{Place, Transform};
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::{
     Bounds, Enclosing, Fuel, Path, PathSegment, Point, Region, chords, enclosed, paint_within, ribbon, stroke,
 };
@@ -46,7 +47,7 @@ pub struct TooMuch {
 impl TooMuch {
     /// The diagnostic for a file.
     pub fn diagnostic(&self, file: &str) -> Diagnostic {
-        Diagnostic::error("gerber.too_much_work").at(file, self.line, self.column)
+        error!("gerber.too_much_work").at(file, self.line, self.column)
     }
 }
 

@@ -25,6 +25,7 @@ use crate::artwork::findings::Findings;
 use crate::artwork::number::decimal;
 use crate::artwork::text::front;
 use crate::artwork::{Overrides, Units};
+use crate::code;
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Maximum number of objects per layer, including blocks.
@@ -67,16 +68,16 @@ impl Reader {
             let joined = block.joined();
             let block = block.with(&joined);
             if self.ended {
-                self.tell(Severity::Note, "gerber.after_end", block.at, block.text);
+                self.tell(Severity::Note, code!("gerber.after_end"), block.at, block.text);
                 break;
             }
             if block.ended || block.is_whole() {
                 self.block(&block);
             } else {
-                self.tell(Severity::Error, "gerber.cut_off", block.at, block.text);
+                self.tell(Severity::Error, code!("gerber.cut_off"), block.at, block.text);
             }
             if self.step_repeat.kept >= MOST_OBJECTS {
-                self.tell(Severity::Error, "gerber.too_many_objects", block.at, b"");
+                self.tell(Severity::Error, code!("gerber.too_many_objects"), block.at, b"");
                 self.cut = true;
                 break;
             }
@@ -106,22 +107,28 @@ impl Reader {
             if !self.cut {
                 // Without M02 the file was truncated inside the region, so copper is missing.
                 let severity = if self.ended { Severity::Warning } else { Severity::Error };
-                self.findings.at(severity, "gerber.region_open", 0, 0, b"");
+                self.findings.at(severity, code!("gerber.region_open"), 0, 0, b"");
             }
             self.end_contour(At::default());
         }
         self.close_all();
         if self.out.centre_bounds().is_some_and(is_too_wide) {
-            self.findings.at(Severity::Error, "gerber.out_of_reach", 0, 0, b"");
+            self.findings.at(Severity::Error, code!("gerber.out_of_reach"), 0, 0, b"");
         }
         (self.out.digits, self.out.zeros) = (self.format.digits, self.format.zeros);
         self.out.units = self.format.layer_units();
         if self.format.unstated {
-            self.findings.at(Severity::Error, "gerber.units_missing", 0, 0, Units::Inch.name().as_bytes());
+            self.findings.at(
+                Severity::Error,
+                code!("gerber.units_missing"),
+                0,
+                0,
+                Units::Inch.name().as_bytes(),
+            );
         } else if self.out.units.is_none() || self.out.digits.is_none() {
-            self.findings.at(Severity::Warning, "gerber.format_missing", 0, 0, b"");
+            self.findings.at(Severity::Warning, code!("gerber.format_missing"), 0, 0, b"");
         } else if !self.ended && !self.cut {
-            self.findings.at(Severity::Warning, "gerber.no_end", 0, 0, b"");
+            self.findings.at(Severity::Warning, code!("gerber.no_end"), 0, 0, b"");
         }
         (self.out, self.findings.finish())
     }
@@ -157,7 +164,7 @@ impl Reader {
                 }
                 _ => {
                     let place = block.place(at - used - 1);
-                    self.tell_once(Severity::Warning, "gerber.unknown_word", place, block.text);
+                    self.tell_once(Severity::Warning, code!("gerber.unknown_word"), place, block.text);
                 }
             }
         }
@@ -168,17 +175,20 @@ impl Reader {
     /// A number with a point, which coordinates and codes must not have. Reads it as written.
     fn point(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
         let place = matches!(letter.to_ascii_uppercase(), b'X' | b'Y' | b'I' | b'J');
-        let (severity, code) =
-            if place { (Severity::Warning, "gerber.point") } else { (Severity::Error, "gerber.broken_word") };
+        let (severity, code) = if place {
+            (Severity::Warning, code!("gerber.point"))
+        } else {
+            (Severity::Error, code!("gerber.broken_word"))
+        };
         self.tell_once(severity, code, block.place(offset), block.text);
     }
 
     /// An unreadable word. An error if it would move or select something.
     fn bad_word(&mut self, letter: u8, block: &Block<'_>, offset: usize) {
         let (severity, code) = match letter.to_ascii_uppercase() {
-            b'X' | b'Y' | b'I' | b'J' | b'D' | b'G' | b'M' => (Severity::Error, "gerber.broken_word"),
-            b'0'..=b'9' | b'.' | b'+' | b'-' => (Severity::Error, "gerber.broken_word"),
-            _ => (Severity::Warning, "gerber.unknown_word"),
+            b'X' | b'Y' | b'I' | b'J' | b'D' | b'G' | b'M' => (Severity::Error, code!("gerber.broken_word")),
+            b'0'..=b'9' | b'.' | b'+' | b'-' => (Severity::Error, code!("gerber.broken_word")),
+            _ => (Severity::Warning, code!("gerber.unknown_word")),
         };
         self.tell_once(severity, code, block.place(offset), block.text);
     }

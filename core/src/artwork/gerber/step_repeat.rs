@@ -10,6 +10,7 @@ use super::Reader;
 use super::object::{Aperture, Form, Object, ObjectShape};
 use super::words::{At, Block, fields};
 use crate::artwork::number::Decimal;
+use crate::code;
 use crate::diagnostic::Severity;
 use crate::geometry::Point;
 use crate::units::Length;
@@ -71,7 +72,7 @@ impl Reader {
         if copies > 1 && total > MOST_COPIES || depth > DEEPEST {
             self.tell_once(
                 Severity::Error,
-                "gerber.too_many_copies",
+                code!("gerber.too_many_copies"),
                 At { line: object.line, column: object.column },
                 b"",
             );
@@ -96,7 +97,7 @@ impl Reader {
         if rest.is_empty() {
             self.close_repeat();
             if self.step_repeat.open.is_empty() {
-                self.tell(Severity::Warning, "gerber.unknown_command", block.at, block.text);
+                self.tell(Severity::Warning, code!("gerber.unknown_command"), block.at, block.text);
             }
             self.close(block);
             return;
@@ -104,7 +105,7 @@ impl Reader {
         let code = fields(rest, *b"D").and_then(|[code]| Some(code?.mantissa));
         let code = code.and_then(|code| u32::try_from(code).ok());
         if code.is_none() || self.step_repeat.open.len() >= DEEPEST as usize {
-            self.tell_once(Severity::Error, "gerber.bad_block", block.at, block.text);
+            self.tell_once(Severity::Error, code!("gerber.bad_block"), block.at, block.text);
         }
         // Always open, so that the matching end closes this and nothing else. Without a code, nothing can
         // flash it.
@@ -140,7 +141,7 @@ impl Reader {
                     at: block.at,
                 });
             }
-            _ => self.tell(Severity::Error, "gerber.bad_repeat", block.at, block.text),
+            _ => self.tell(Severity::Error, code!("gerber.bad_repeat"), block.at, block.text),
         }
     }
 
@@ -154,7 +155,7 @@ impl Reader {
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
         if let Some(at) = self.step_repeat.open.last().map(|open| open.at) {
-            self.tell(Severity::Error, "gerber.block_open", at, b"");
+            self.tell(Severity::Error, code!("gerber.block_open"), at, b"");
         }
         while !self.step_repeat.open.is_empty() {
             self.close(&Block::made(b"AB"));
@@ -175,7 +176,7 @@ impl Reader {
                 let too_many = self.step_repeat.made.saturating_add(all) > MOST_COPIES;
                 let (columns, rows) = if too_many { (1, 1) } else { (columns, rows) };
                 if too_many {
-                    self.tell(Severity::Error, "gerber.too_many_copies", at, b"");
+                    self.tell(Severity::Error, code!("gerber.too_many_copies"), at, b"");
                 }
                 let shape = ObjectShape::Repeat { objects, columns, rows, step };
                 // The objects of a repeat have their own polarity.

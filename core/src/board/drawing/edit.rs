@@ -15,6 +15,7 @@ use super::{
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Placement, Point};
 use crate::units::Length;
+use crate::{code, error};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,7 +53,7 @@ impl Drawing {
     /// Applies the edit and returns its inverse. An invalid edit is refused and changes nothing.
     pub fn apply(&mut self, edit: &Edit) -> Result<Edit, Diagnostic> {
         if edit.name.as_ref().is_some_and(|name| name.chars().count() > LONGEST_NAME) {
-            return Err(refuse("drawing.long_name", LONGEST_NAME));
+            return Err(refuse(code!("drawing.long_name"), LONGEST_NAME));
         }
         let mut inverse = Edit { name: None, changes: Vec::with_capacity(edit.changes.len()) };
         if let Some(name) = &edit.name {
@@ -118,12 +119,14 @@ impl Drawing {
     /// Checks the changed elements and those attached to them.
     fn check(&self, changed: impl Iterator<Item = Id>) -> Result<(), Diagnostic> {
         if self.things.len() > MOST_THINGS {
-            return Err(refuse("drawing.too_many", MOST_THINGS));
+            return Err(refuse(code!("drawing.too_many"), MOST_THINGS));
         }
         for id in changed {
             match self.things.get(&id) {
                 Some(entry) => self.fits(id, entry)?,
-                None if self.hanging.contains_key(&id) => return Err(refuse("drawing.still_needed", id.0)),
+                None if self.hanging.contains_key(&id) => {
+                    return Err(refuse(code!("drawing.still_needed"), id.0));
+                }
                 None => {}
             }
             for hanging in self.hanging(id) {
@@ -140,31 +143,31 @@ impl Drawing {
             Thing::Node { at } => in_reach(*at)?,
             Thing::Track { from, to, width, .. } => {
                 if from == to {
-                    return Err(refuse("drawing.no_length", id.0));
+                    return Err(refuse(code!("drawing.no_length"), id.0));
                 }
                 sized(*width)?;
             }
             Thing::Pad { shape, size, turn_mdeg, layer, .. } => {
                 sized(*size)?;
                 if *layer == Layer::Edge {
-                    return Err(refuse("drawing.pad_on_edge", id.0));
+                    return Err(refuse(code!("drawing.pad_on_edge"), id.0));
                 }
                 if *turn_mdeg != whole_turn(*shape, *turn_mdeg) {
-                    return Err(refuse("drawing.turn", turn_mdeg));
+                    return Err(refuse(code!("drawing.turn"), turn_mdeg));
                 }
             }
             Thing::Hole { diameter, .. } => sized(*diameter)?,
             Thing::Group { name } => {
                 if name.chars().count() > LONGEST_NAME {
-                    return Err(refuse("drawing.long_name", LONGEST_NAME));
+                    return Err(refuse(code!("drawing.long_name"), LONGEST_NAME));
                 }
             }
             Thing::Imported { file, at, by, turn_mdeg, .. } => {
                 if !(0..WHOLE_TURN_MDEG).contains(turn_mdeg) {
-                    return Err(refuse("drawing.turn", turn_mdeg));
+                    return Err(refuse(code!("drawing.turn"), turn_mdeg));
                 }
                 if file.len() > 4 * LONGEST_NAME {
-                    return Err(refuse("drawing.long_name", LONGEST_NAME));
+                    return Err(refuse(code!("drawing.long_name"), LONGEST_NAME));
                 }
                 in_reach(*at)?;
                 in_reach(by.unwrap_or_default())?;
@@ -177,7 +180,7 @@ impl Drawing {
     fn ties_hold(&self, id: Id, entry: &Entry) -> Result<(), Diagnostic> {
         for node in entry.thing.nodes() {
             if !matches!(self.thing(node), Some(Thing::Node { .. })) {
-                return Err(refuse("drawing.no_node", node.0));
+                return Err(refuse(code!("drawing.no_node"), node.0));
             }
         }
         let mut above = entry.group;
@@ -185,10 +188,10 @@ impl Drawing {
             let Some(group) = above else { return Ok(()) };
             match self.things.get(&group) {
                 Some(Entry { thing: Thing::Group { .. }, group }) => above = *group,
-                _ => return Err(refuse("drawing.no_group", group.0)),
+                _ => return Err(refuse(code!("drawing.no_group"), group.0)),
             }
         }
-        Err(refuse("drawing.group_in_itself", id.0))
+        Err(refuse(code!("drawing.group_in_itself"), id.0))
     }
 }
 
@@ -199,14 +202,14 @@ pub fn whole_turn(shape: PadShape, turn_mdeg: i32) -> i32 {
 
 fn in_reach(at: Point) -> Result<(), Diagnostic> {
     let far = at.x.nm().unsigned_abs().max(at.y.nm().unsigned_abs()) > FURTHEST.nm().unsigned_abs();
-    if far { Err(refuse("drawing.too_far", FURTHEST.mm())) } else { Ok(()) }
+    if far { Err(refuse(code!("drawing.too_far"), FURTHEST.mm())) } else { Ok(()) }
 }
 
 fn sized(size: Length) -> Result<(), Diagnostic> {
     if (NARROWEST..=WIDEST).contains(&size) {
         return Ok(());
     }
-    let wrong = Diagnostic::error("drawing.size").with("size", size.mm());
+    let wrong = error!("drawing.size", size = size.mm(), ..);
     Err(wrong.with("low", NARROWEST.mm()).with("high", WIDEST.mm()))
 }
 

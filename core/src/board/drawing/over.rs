@@ -22,6 +22,7 @@ use crate::artwork::{
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Placement, Point};
+use crate::warning;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Applies the drawings among `files` to the artwork of the other files.
@@ -158,7 +159,7 @@ fn changed(drawing: &Drawing, artwork: &mut Artwork) -> (BTreeSet<usize>, Vec<Di
             _ => changes.iter().map(|change| change.at).collect(),
         };
         if let Some(first) = missed.first() {
-            let warning = Diagnostic::warning("drawing.file_is_another").at(name, 0, 0);
+            let warning = warning!("drawing.file_is_another", ..).at(name, 0, 0);
             let warning = warning.with("count", missed.len());
             lost.push(warning.with("x", first.x.mm()).with("y", first.y.mm()));
         }

@@ -8,6 +8,7 @@
 
 use super::{Drawing, Edit, Entry, History, Id, MOST_THINGS};
 use crate::diagnostic::Diagnostic;
+use crate::{code, error};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -42,7 +43,7 @@ pub fn is_one(bytes: &[u8]) -> bool {
 pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).at(file, 0, 0);
     if text.len() > LONGEST {
-        return Err(refuse("drawing.too_many").with("what", MOST_THINGS));
+        return Err(refuse(code!("drawing.too_many")).with("what", MOST_THINGS));
     }
     let version = |text: &str| {
         let value: serde_json::Value = serde_json::from_str(text).ok()?;
@@ -52,15 +53,17 @@ pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
         Ok(kept) => kept,
         Err(why) => {
             if let Some(found) = version(text).filter(|found| *found != u64::from(SCHEMA)) {
-                return Err(refuse("drawing.schema").with("found", found).with("known", SCHEMA));
+                return Err(refuse(code!("drawing.schema")).with("found", found).with("known", SCHEMA));
             }
-            let damaged = Diagnostic::error("drawing.damaged");
+            let damaged = error!("drawing.damaged", ..);
             let damaged = damaged.at(file, why.line() as u32, why.column() as u32);
             return Err(damaged.with("what", why));
         }
     };
     if kept.annulus_drawing != SCHEMA {
-        return Err(refuse("drawing.schema").with("found", kept.annulus_drawing).with("known", SCHEMA));
+        return Err(refuse(code!("drawing.schema"))
+            .with("found", kept.annulus_drawing)
+            .with("known", SCHEMA));
     }
     let mut drawing = Drawing::default();
     let changes = kept.things.into_owned().into_iter().map(|(id, entry)| (id, Some(entry))).collect();

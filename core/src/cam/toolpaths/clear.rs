@@ -13,11 +13,12 @@ use super::{PlanContext, PlannedOperation};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Region, grow, rectangle, union};
 use crate::units::Length;
+use crate::{error, note, warning};
 
 pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
-        context.report(Diagnostic::note("cam.no_copper"));
+        context.report(note!("cam.no_copper", ..));
         return Ok(part);
     };
     let copper = &copper.region;
@@ -44,7 +45,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<Plann
         let closed = context.scene.closed_to(width);
         let (paths, touched) = context.scene.trimmed(turned(filled.paths, clear.direction), closed.as_ref());
         if touched {
-            context.report(Diagnostic::warning("cam.zone_in_the_way"));
+            context.report(warning!("cam.zone_in_the_way", ..));
         }
         let links = Links {
             reach: width,
@@ -81,9 +82,9 @@ fn board(context: &PlanContext<'_>, copper: &Region) -> Option<Region> {
 
 fn stopped(context: &PlanContext<'_>, why: Stopped) -> Diagnostic {
     match why {
-        Stopped::Cancelled => Diagnostic::error("plan.cancelled"),
+        Stopped::Cancelled => error!("plan.cancelled"),
         Stopped::TooMany => {
-            Diagnostic::error("cam.too_many_rings").with("operation", context.operation.title())
+            error!("cam.too_many_rings", operation = context.operation.title())
         }
     }
 }

@@ -26,6 +26,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, PathSegment, Point, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
 use crate::units::Length;
+use crate::{code, error, warning};
 use std::f64::consts::PI;
 
 /// Lengths along a path, in mm, of the ends of each tab.
@@ -36,7 +37,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
     let mut part = PlannedOperation::default();
     let outline = &context.scene.board.outline;
     if outline.is_empty() {
-        context.report(Diagnostic::warning("cam.no_outline"));
+        context.report(warning!("cam.no_outline", ..));
         return Ok(part);
     }
     let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
@@ -127,7 +128,7 @@ fn joint_tabs(cut_out: &CutOut, path: &Path, bit: &Bit) -> Vec<f64> {
 fn untabbed(context: &mut PlanContext<'_>, cut_out: &CutOut, joints: &[Path], bit: &Bit) {
     let mut short = joints.iter().filter(|path| joint_tabs(cut_out, path, bit).is_empty());
     let Some(first) = short.next().filter(|_| cut_out.tabs > 0) else { return };
-    let error = Diagnostic::error("cam.shared_edge_short").with("count", 1 + short.count());
+    let error = error!("cam.shared_edge_short", count = 1 + short.count(), ..);
     context.report(with_position(error, first.start));
 }
 
@@ -162,13 +163,16 @@ fn narrower(
 fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit), joints: &[Path]) {
     let merged = closed.merged + if joints.is_empty() { closed.touching } else { 0 };
     if !joints.is_empty() {
-        let shared = Diagnostic::warning("cam.edges_shared").with("count", joints.len());
+        let shared = warning!("cam.edges_shared", count = joints.len(), ..);
         let half_mm = format!("{:.2}", half(bit.diameter).mm());
         context.report(shared.with("half", half_mm).with("bit", bit.titled()));
     }
-    let inner =
-        closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", thin.titled()));
-    let merged = (merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", merged));
+    let inner = closed
+        .inner
+        .errors(code!("cam.cut_outs_missing"))
+        .into_iter()
+        .map(|error| error.with("bit", thin.titled()));
+    let merged = (merged > 0).then(|| error!("cam.contours_merged", missing = merged, ..));
     inner.chain(merged.map(|error| error.with("bit", bit.titled()))).for_each(|error| context.report(error));
 }
 
@@ -185,7 +189,7 @@ fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
     let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
-    let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", bit.titled());
+    let error = error!("cam.pins_hit", count = hit.len(), bit = bit.titled(), ..);
     context.report(with_position(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
@@ -250,13 +254,11 @@ fn kept_out(
         left.extend(parts.iter().map(|part| (part.clone(), spans_on(part, &path, &tabs))));
     }
     if touched {
-        context.report(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(warning!("cam.zone_in_the_way", ..));
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        context.report(
-            with_position(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", bit.titled()),
-        );
+        context.report(with_position(warning!("cam.zone_too_short", ..), middle).with("bit", bit.titled()));
     }
     let through = |place: Point| {
         let within =
@@ -265,7 +267,7 @@ fn kept_out(
     };
     for place in middles.iter().filter_map(|middle| place_at(whole, *middle)) {
         if zone.contains(place) && !through(place) {
-            context.report(with_position(Diagnostic::warning("cam.tab_in_zone"), place));
+            context.report(with_position(warning!("cam.tab_in_zone", ..), place));
         }
     }
     left
@@ -303,10 +305,10 @@ fn tab_middles(
         hand.to_vec()
     };
     if middles.is_empty() && !cut_out.tab_at.is_empty() {
-        context.report(with_position(Diagnostic::error("cam.cut_free"), path.start));
+        context.report(with_position(error!("cam.cut_free", ..), path.start));
     }
     if wide * middles.len() as f64 > 0.8 * whole {
-        context.report(Diagnostic::error("cam.no_room_for_tabs").with("tabs", middles.len()));
+        context.report(error!("cam.no_room_for_tabs", tabs = middles.len(), ..));
         return Vec::new();
     }
     middles
@@ -405,7 +407,7 @@ fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>
     let places: Vec<Point> = places.into_iter().filter(free).collect();
     let Some(diameter) = rack::nearest(&context.machine.drills(), cut_out.bite_hole, BITE_TOLERANCE) else {
         let size = rack::size_text(cut_out.bite_hole);
-        context.report(Diagnostic::error("cam.no_bit_for_bites").with("size", size));
+        context.report(error!("cam.no_bit_for_bites", size = size, ..));
         return None;
     };
     let process = &context.machine.process;

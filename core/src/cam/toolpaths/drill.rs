@@ -15,6 +15,7 @@ use super::{BitTask, DrillCycle, PlanContext, PlannedOperation, WHOLE};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
+use crate::{code, error, note};
 use std::collections::BTreeMap;
 
 pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<PlannedOperation, Diagnostic> {
@@ -36,7 +37,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Plann
     }
     if missing > 0 {
         let size = rack::size_text(context.work.setup.alignment.diameter);
-        context.report(Diagnostic::error("cam.no_bit_for_pins").with("size", size));
+        context.report(error!("cam.no_bit_for_pins", size = size, ..));
     }
     let mut kept_out = 0_usize;
     once(context, &mut part, &mut by_bit);
@@ -54,12 +55,12 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Plann
         beside.error().into_iter().for_each(|error| context.report(error));
     }
     if kept_out > 0 {
-        context.report(Diagnostic::error("cam.holes_in_zone").with("count", kept_out));
+        context.report(error!("cam.holes_in_zone", count = kept_out, ..));
     }
     by_bit.retain(|_, holes| !holes.is_empty());
     let total: usize = by_bit.values().map(Vec::len).sum();
     if total == 0 {
-        context.report(Diagnostic::note("cam.no_holes"));
+        context.report(note!("cam.no_holes", ..));
     }
     let kicks = match drill.order {
         HoleOrder::File => 0,
@@ -102,7 +103,7 @@ fn once(
             !again
         });
     }
-    twice.note("cam.holes_twice").into_iter().for_each(|note| context.report(note));
+    twice.note(code!("cam.holes_twice")).into_iter().for_each(|note| context.report(note));
 }
 
 /// The tools in order of use: ascending, or the loaded one first if wanted.
@@ -136,7 +137,7 @@ fn task(
         (context.means.rapid_time, context.scene.origin, &mut *context.tick, context.done);
     let mut tick = |done: u64| tick(before.max(share(WHOLE, made + done, all)));
     let order = order::arrange(holes, origin, drill.order, rapid_time, effort, &mut tick);
-    let order = order.ok_or_else(|| Diagnostic::error("plan.cancelled"))?;
+    let order = order.ok_or_else(|| error!("plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
     let stroke =
         |hole: u32| DrillCycle { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };

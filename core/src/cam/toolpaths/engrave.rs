@@ -5,6 +5,7 @@ use super::route::arranged;
 use super::{PlanContext, PlannedOperation};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Path;
+use crate::{note, warning};
 
 pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<PlannedOperation, Diagnostic> {
     context.go_on()?;
@@ -24,10 +25,10 @@ pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<P
     let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
     let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
     if stamped > 0 {
-        context.report(Diagnostic::note("cam.legend_flashes").with("count", stamped));
+        context.report(note!("cam.legend_flashes", count = stamped, ..));
     }
     if lines.is_empty() {
-        context.report(Diagnostic::note("cam.no_lines"));
+        context.report(note!("cam.no_lines", ..));
         return Ok(part);
     }
     let name = context.operation.bit.clone();
@@ -36,7 +37,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<P
     let closed = context.scene.closed_to(bit.width_at(depth));
     let (lines, touched) = context.scene.trimmed(lines, closed.as_ref());
     if touched {
-        context.report(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(warning!("cam.zone_in_the_way", ..));
     }
     let rules = context.free();
     let lines = chained(arranged(lines, &rules));

@@ -10,7 +10,7 @@ use super::super::work::{CutOut, Panel};
 use super::cut::nearest;
 use super::narrow::half;
 use super::{PlanContext, with_position};
-use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::{Bounds, Path, Point, path_bounds};
 use crate::job::Bit;
 use crate::units::Length;
@@ -46,7 +46,7 @@ pub(super) fn middles(
             }
         }
         if missed {
-            context.report(with_position(Diagnostic::error("cam.tab_out_of_reach"), tab));
+            context.report(with_position(error!("cam.tab_out_of_reach", ..), tab));
         }
     }
     middles

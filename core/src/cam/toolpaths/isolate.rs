@@ -25,6 +25,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, voronoi};
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
+use crate::{note, warning};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -45,7 +46,7 @@ const STRIP_SPACING: Length = Length::from_um(250);
 pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
-        context.report(Diagnostic::note("cam.no_copper"));
+        context.report(note!("cam.no_copper", ..));
         return Ok(part);
     };
     let copper = &copper.region;
@@ -81,7 +82,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<P
 fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length {
     let width = bit.width_at(depth);
     if matches!(bit.cutter, Cutter::Vee { .. }) && width >= bit.diameter {
-        let said = Diagnostic::warning("cam.bit_too_deep");
+        let said = warning!("cam.bit_too_deep", ..);
         context.report(said.with("bit", bit.titled()).with("depth", depth.mm()));
     }
     width
@@ -202,7 +203,7 @@ fn finished(
     let closed = context.scene.closed_to(width);
     let (paths, touched) = context.scene.trimmed(paths, closed.as_ref());
     if touched {
-        context.report(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(warning!("cam.zone_in_the_way", ..));
     }
     let islands = Area::of(isolated.copper);
     let (step, min_distance) = (pass_step(width, isolate), half(width) - LINK_SLACK);
@@ -294,7 +295,7 @@ fn cured(
         let necks = isolated.necks(wider, fits);
         let (x, y) = narrow::middle_text(cure);
         let Some(neck) = necks.at(cure) else {
-            context.report(Diagnostic::warning("cam.cure_without_gap").with("x", x).with("y", y));
+            context.report(warning!("cam.cure_without_gap", x = x, y = y, ..));
             continue;
         };
         if cure.with != Remedy::Centred {
@@ -309,7 +310,7 @@ fn cured(
         let gap = Length::from_mm(cure.from.distance_mm(cure.to));
         let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
         if toolpaths.is_empty() {
-            context.report(Diagnostic::warning("cam.cure_in_vain").with("x", x).with("y", y));
+            context.report(warning!("cam.cure_in_vain", x = x, y = y, ..));
         } else {
             taken.push((lost, x, y));
         }
@@ -332,7 +333,7 @@ fn cured(
 fn tell_taken(context: &mut PlanContext<'_>, taken: Vec<(Length, String, String)>) {
     let count = taken.len();
     if let Some((most, x, y)) = taken.into_iter().rev().max_by_key(|(lost, ..)| *lost) {
-        let note = Diagnostic::note("cam.cure_takes").with("count", count);
+        let note = note!("cam.cure_takes", count = count, ..);
         context.report(note.with("lost", format!("{:.3}", most.mm())).with("x", x).with("y", y));
     }
 }

@@ -21,6 +21,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
 use crate::job::Bit;
 use crate::units::Length;
+use crate::{code, warning};
 
 /// A tool may be wider than its hole by this.
 const SLACK: Length = Length::from_um(2);
@@ -80,11 +81,11 @@ pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Pl
         }
     }
     let errors = no_hole
-        .errors("cam.holes_missing")
+        .errors(code!("cam.holes_missing"))
         .into_iter()
-        .chain(no_slot.errors("cam.slots_missing"))
+        .chain(no_slot.errors(code!("cam.slots_missing")))
         .chain(beside.error());
-    errors.chain(twice.note("cam.holes_twice")).for_each(|diagnostic| context.report(diagnostic));
+    errors.chain(twice.note(code!("cam.holes_twice"))).for_each(|diagnostic| context.report(diagnostic));
     for (bit, paths) in bits.iter().zip(by_bit) {
         part.tasks.extend(task(context, bit, paths));
     }
@@ -155,7 +156,7 @@ fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(HoleOrSlot, Vec<P
         rings.extend((!ring.is_empty()).then_some((shape, ring)));
     }
     if touched {
-        context.report(Diagnostic::warning("cam.zone_in_the_way"));
+        context.report(warning!("cam.zone_in_the_way", ..));
     }
     let depth = context.depth();
     let depths = context.depths(depth);

@@ -36,6 +36,7 @@ mod slivers;
 #[cfg(test)]
 mod tests;
 
+use crate::{code, error};
 pub use kept::Kept;
 pub use lower::lower_work;
 pub use scene::PlacedBoard;
@@ -315,7 +316,7 @@ pub fn assemble(
     if parts.iter().all(|part| part.tasks.is_empty()) {
         let mut why: Vec<Diagnostic> =
             diagnostics.into_iter().filter(|diagnostic| diagnostic.is_unacknowledged(accept)).collect();
-        why.push(Diagnostic::error("cam.nothing_to_do"));
+        why.push(error!("cam.nothing_to_do"));
         return Err(why);
     }
     let seen = diagnostics
@@ -403,7 +404,7 @@ impl PlanContext<'_> {
 
     /// Fails if the user cancelled the plan.
     fn go_on(&mut self) -> Result<(), Diagnostic> {
-        if (self.tick)(self.done) { Ok(()) } else { Err(Diagnostic::error("plan.cancelled")) }
+        if (self.tick)(self.done) { Ok(()) } else { Err(error!("plan.cancelled")) }
     }
 
     /// The mills called `names`, widest first. Reports unknown tools and drills.
@@ -412,9 +413,9 @@ impl PlanContext<'_> {
         let mut bits: Vec<Bit> = Vec::new();
         for name in names {
             let code = match self.work.bit(name) {
-                None => "cam.no_such_bit",
-                Some(Bit { cutter: Cutter::Drill, .. }) => "cam.bit_only_drills",
-                Some(Bit { cutter: Cutter::Vee { .. }, .. }) if flat => "cam.bit_not_flat",
+                None => code!("cam.no_such_bit"),
+                Some(Bit { cutter: Cutter::Drill, .. }) => code!("cam.bit_only_drills"),
+                Some(Bit { cutter: Cutter::Vee { .. }, .. }) if flat => code!("cam.bit_not_flat"),
                 Some(bit) => {
                     if !bits.contains(bit) {
                         bits.push(bit.clone());

@@ -9,6 +9,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Path, Placement, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
 use crate::units::Length;
+use crate::warning;
 use std::cell::{RefCell, RefMut};
 use std::ops::Range;
 
@@ -84,7 +85,7 @@ impl PlacedBoard {
     /// Warning that the board has no outline, so the work zero is not its corner.
     pub(super) fn zero_without_outline(&self, work: &Work) -> Option<Diagnostic> {
         let untold = work.setup.zero == Zero::Board && Corner::of(&self.board, work) == Corner::Copper;
-        untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
+        untold.then(|| warning!("cam.zero_without_outline"))
     }
 
     /// The placement of a flip; `None` for an empty board.
@@ -129,7 +130,7 @@ impl PlacedBoard {
         };
         let mm = |length: Length| format!("{:.2}", length.mm());
         let told = |zone: &Bounds| {
-            let warning = Diagnostic::warning("cam.zone_beside").with("x", mm(zone.min.x));
+            let warning = warning!("cam.zone_beside", x = mm(zone.min.x), ..);
             let warning = warning.with("y", mm(zone.min.y));
             warning.with("to_x", mm(zone.max.x)).with("to_y", mm(zone.max.y))
         };

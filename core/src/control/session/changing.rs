@@ -8,6 +8,7 @@
 
 use super::super::{Action, Ending, Event, State};
 use super::{Session, refuse};
+use crate::code;
 
 impl Session {
     /// True during a manual tool change, including the user's moves in it.
@@ -21,8 +22,10 @@ impl Session {
             Event::Jog { axis, distance_um } => (State::Jogging, Action::Jog { axis, distance_um }),
             Event::Touch => (State::Jogging, Action::Queue),
             Event::Park => (State::Parking, Action::Park),
-            Event::Home | Event::SetZero { .. } | Event::UndoZero => return refuse("control.in_change"),
-            _ => return refuse("control.busy"),
+            Event::Home | Event::SetZero { .. } | Event::UndoZero => {
+                return refuse(code!("control.in_change"));
+            }
+            _ => return refuse(code!("control.busy")),
         };
         (self.state, self.in_change) = (state, true);
         vec![action]

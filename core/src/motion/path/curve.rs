@@ -13,6 +13,7 @@
 //! the share rφ/L of the length, its height h/L.
 
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use serde::{Deserialize, Serialize};
 
@@ -74,7 +75,7 @@ pub(super) fn arc(
     let (start, to) = ([from[0], from[1]], [end[0], end[1]]);
     let (r0, r1) = (distance(&start, &center), distance(&to, &center));
     if !(r0 >= LEAST_RADIUS_MM && r1 >= LEAST_RADIUS_MM && (r0 - r1).abs() <= ARC_MISMATCH_MM) {
-        return Err(Diagnostic::error("motion.bad_arc").with("start", r0).with("end", r1));
+        return Err(error!("motion.bad_arc", start = r0, end = r1, ..));
     }
     let angle = |at: [f64; 2]| libm::atan2(at[1] - center[1], at[0] - center[0]);
     let turn = angle(to) - angle(start);

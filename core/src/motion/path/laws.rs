@@ -12,6 +12,7 @@
 use super::bounds::PathRules;
 use super::bounds::{OF_CORNERS_SHARE, pulls, turn};
 use super::{Curve, PathPoint, PathRun, PlannedPath, PlannedPiece};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
@@ -30,20 +31,20 @@ pub fn laws(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> Result
     let (mut at, mut speed, mut now, mut counted) = (path.start, 0.0, 0.0, 0);
     for (index, run) in path.runs.iter().enumerate() {
         let pieces = path.pieces_of(run);
-        let Some(first) = pieces.first() else { return Err(diagnostic("motion.path_broken", 0)) };
+        let Some(first) = pieces.first() else { return Err(diagnostic(code!("motion.path_broken"), 0)) };
         let (from, to) = end_speeds(run);
         let smooth = (from - speed).abs() <= ROUNDING_SHARE * (from + speed) + SAME_SHARE;
         if !(smooth && run.start_s == now && run.first as usize == counted && whole(run, pieces, index)) {
-            return Err(diagnostic("motion.path_broken", first.source));
+            return Err(diagnostic(code!("motion.path_broken"), first.source));
         }
         for planned in pieces {
             if !near(planned.curve.at(0.0), at) {
-                return Err(diagnostic("motion.path_broken", planned.source));
+                return Err(diagnostic(code!("motion.path_broken"), planned.source));
             }
             let over = |axis: &usize| run.spans.iter().any(|span| too_much(planned, span, axes, *axis));
             if let Some(axis) = (0..3).find(over) {
                 return Err(
-                    diagnostic("motion.path_over_limit", planned.source).with("axis", axis_name(axis))
+                    diagnostic(code!("motion.path_over_limit"), planned.source).with("axis", axis_name(axis))
                 );
             }
             at = planned.curve.end();
@@ -53,15 +54,18 @@ pub fn laws(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> Result
     let first = path.runs.first().and_then(|run| run.spans.first()).map_or(0.0, |span| span.end_pulls().0);
     let last = path.runs.last().and_then(|run| run.spans.last()).map_or(0.0, |span| span.end_pulls().1);
     if speed > SAME_SHARE || first != 0.0 || last != 0.0 || counted != path.pieces.len() {
-        return Err(diagnostic("motion.path_broken", path.pieces.last().map_or(0, |last| last.source)));
+        return Err(diagnostic(
+            code!("motion.path_broken"),
+            path.pieces.last().map_or(0, |last| last.source),
+        ));
     }
     if let Some(source) = path.runs.windows(2).find_map(|pair| pulled(path, pair, axes)) {
-        return Err(diagnostic("motion.path_broken", source));
+        return Err(diagnostic(code!("motion.path_broken"), source));
     }
     let sharp =
         path.pieces.windows(2).find_map(|pair| Some((sharp(path, pair, axes, rules)?, pair[1].source)));
     sharp.map_or(Ok(()), |(axis, source)| {
-        Err(diagnostic("motion.path_over_limit", source).with("axis", axis_name(axis)))
+        Err(diagnostic(code!("motion.path_over_limit"), source).with("axis", axis_name(axis)))
     })
 }
 

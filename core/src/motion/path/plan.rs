@@ -16,6 +16,7 @@ use super::curve::{self, Curve, PathPoint};
 use super::{PathRun, PlannedPath, PlannedPiece};
 use crate::diagnostic::Diagnostic;
 use crate::motion::profile::{Limits, MotionLaw, Span};
+use crate::{code, error};
 
 /// Shorter pieces are skipped: a thousandth of a nanometre.
 const NOTHING_MM: f64 = 1e-9;
@@ -89,7 +90,7 @@ pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Diagnostic> {
     let mut found: Vec<Fed> = Vec::with_capacity(chain.pieces.len());
     let mut at = chain.start;
     for (index, piece) in chain.pieces.iter().enumerate() {
-        let source = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
+        let source = u32::try_from(index).map_err(|_| error!("motion.too_many_legs"))?;
         let curves = match piece.to {
             To::Line(to) => vec![curve::line(at, to)],
             To::Arc { to, center, ccw } => {
@@ -252,26 +253,24 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &PathRules) -> Res
     axes.iter().try_for_each(|axis| MotionLaw::SCurve.check(*axis))?;
     let wrong = |code: &str, value: f64| Err(Diagnostic::error(code).with("value", value));
     if !(rules.share > 1e-3 && rules.share <= 1.0) {
-        return wrong("motion.bad_share", rules.share);
+        return wrong(code!("motion.bad_share"), rules.share);
     }
     if !(0.0..=1e3).contains(&rules.deviation_mm) {
-        return wrong("motion.bad_deviation", rules.deviation_mm);
+        return wrong(code!("motion.bad_deviation"), rules.deviation_mm);
     }
     let usable = |places: &[f64]| places.iter().all(|place| place.abs() <= FARTHEST_MM);
     let mut sound = usable(&chain.start);
     for (index, piece) in chain.pieces.iter().enumerate() {
         let feed = piece.feed_mm_per_s;
         if !(LEAST_FEED_MM_PER_S..=f64::INFINITY).contains(&feed) {
-            return Err(Diagnostic::error("motion.bad_path_feed")
-                .with("value", feed)
-                .with("piece", index + 1));
+            return Err(error!("motion.bad_path_feed", value = feed, piece = index + 1));
         }
         sound &= match piece.to {
             To::Line(to) => usable(&to),
             To::Arc { to, center, .. } => usable(&to) && usable(&center),
         };
         if !sound {
-            return Err(Diagnostic::error("motion.bad_place").with("piece", index + 1));
+            return Err(error!("motion.bad_place", piece = index + 1));
         }
     }
     Ok(())

@@ -14,6 +14,7 @@
 //! feedforward design for electromechanical motion systems, 2005) and D.2 (vibration).
 
 use super::{GREATEST, LEAST_LIMIT, Limits, MotionLaw, Profile, wrong};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use core::f64::consts::PI;
 use serde::{Deserialize, Serialize};
@@ -23,10 +24,10 @@ const HALVINGS: u32 = 120;
 
 fn check(length_mm: f64, limits: Limits, snap_mm_per_s4: Option<f64>) -> Result<(), Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
-        return Err(wrong("motion.bad_length", length_mm));
+        return Err(wrong(code!("motion.bad_length"), length_mm));
     }
     let bad_snap = snap_mm_per_s4.filter(|snap| !(LEAST_LIMIT..=GREATEST).contains(snap));
-    bad_snap.map_or(Ok(()), |snap| Err(wrong("motion.bad_snap", snap)))?;
+    bad_snap.map_or(Ok(()), |snap| Err(wrong(code!("motion.bad_snap"), snap)))?;
     MotionLaw::SCurve.check(limits)
 }
 
@@ -100,7 +101,7 @@ const MOST_SWINGS: f64 = 1e4;
 /// so its transform is a product.
 pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Diagnostic> {
     if !(1e-9..=GREATEST).contains(&frequency_hz) {
-        return Err(wrong("motion.bad_frequency", frequency_hz));
+        return Err(wrong(code!("motion.bad_frequency"), frequency_hz));
     }
     let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
     let swings = frequency_hz * profile.jerk_time_s;
@@ -164,7 +165,7 @@ pub struct Choice {
 /// ```
 pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
-        return Err(wrong("motion.bad_length", length_mm));
+        return Err(wrong(code!("motion.bad_length"), length_mm));
     }
     MotionLaw::SCurve.check(limits)?;
     let Limits { speed_mm_per_s: v, acceleration_mm_per_s2: a, jerk_mm_per_s3: j } = limits;

@@ -23,6 +23,7 @@ mod span;
 mod stop;
 mod stroke;
 
+use crate::code;
 pub use bounds::{Choice, choose, residual_mm};
 pub use inverse::Inverse;
 pub use ramp::Ramp;
@@ -96,12 +97,12 @@ impl MotionLaw {
         if let Self::Power(order) = self
             && !(order > 0.0 && order <= GREATEST_ORDER)
         {
-            return Err(wrong("motion.bad_order", order).with("greatest", GREATEST_ORDER));
+            return Err(wrong(code!("motion.bad_order"), order).with("greatest", GREATEST_ORDER));
         }
         let rows = [
-            ("motion.bad_speed", limits.speed_mm_per_s),
-            ("motion.bad_acceleration", limits.acceleration_mm_per_s2),
-            ("motion.bad_jerk", limits.jerk_mm_per_s3),
+            (code!("motion.bad_speed"), limits.speed_mm_per_s),
+            (code!("motion.bad_acceleration"), limits.acceleration_mm_per_s2),
+            (code!("motion.bad_jerk"), limits.jerk_mm_per_s3),
         ];
         let looked_at = if self == Self::Linear { 2 } else { 3 };
         let bad =
@@ -178,7 +179,7 @@ pub struct Profile {
 /// J/(1 + α), which has edges of equal length (C.4).
 pub fn plan(shape: MotionLaw, length_mm: f64, limits: Limits) -> Result<Profile, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
-        return Err(wrong("motion.bad_length", length_mm));
+        return Err(wrong(code!("motion.bad_length"), length_mm));
     }
     shape.check(limits)?;
     if length_mm < NOTHING_MM {

@@ -13,6 +13,7 @@
 //! mirrors the first.
 
 use super::{GREATEST, Limits, MotionLaw, wrong};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
@@ -39,7 +40,7 @@ impl Ramp {
     pub fn rising(shape: MotionLaw, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Diagnostic> {
         shape.check(limits)?;
         if !(0.0..=GREATEST).contains(&rise_mm_per_s) {
-            return Err(wrong("motion.bad_rise", rise_mm_per_s));
+            return Err(wrong(code!("motion.bad_rise"), rise_mm_per_s));
         }
         Ok(Self::within(shape, rise_mm_per_s, limits))
     }

@@ -13,6 +13,7 @@
 
 use super::stroke::Stroke;
 use super::{GREATEST, Limits, MotionLaw, wrong};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 
 /// Bisections for the point of no return: more than the digits of an `f64`.
@@ -68,10 +69,10 @@ pub fn point_of_no_return_s(
     let shape = stroke.shape();
     shape.check(limits)?;
     if !(0.0..=GREATEST).contains(&surface_mm) {
-        return Err(wrong("motion.bad_length", surface_mm));
+        return Err(wrong(code!("motion.bad_length"), surface_mm));
     }
     if !(0.0..=surface_mm).contains(&gap_mm) {
-        return Err(wrong("motion.bad_gap", gap_mm).with("height", surface_mm));
+        return Err(wrong(code!("motion.bad_gap"), gap_mm).with("height", surface_mm));
     }
     let ends_mm = |t: f64| {
         let stop_mm = stopping_mm(shape, stroke.speed(t), stroke.acceleration(t), limits);

@@ -12,6 +12,7 @@
 //! Maths: `docs/motion-profiles.md` C2.5.
 
 use super::{GREATEST, LEAST_LIMIT, Limits, MotionLaw, Profile, Span, wrong};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
@@ -58,23 +59,23 @@ pub fn two_speeds(
     shape.check(limits)?;
     for length_mm in [height_mm, depth_mm] {
         if !(0.0..=GREATEST).contains(&length_mm) {
-            return Err(wrong("motion.bad_length", length_mm));
+            return Err(wrong(code!("motion.bad_length"), length_mm));
         }
     }
     if !(LEAST_LIMIT..=limits.speed_mm_per_s).contains(&feed_mm_per_s) {
-        return Err(wrong("motion.bad_feed", feed_mm_per_s).with("greatest", limits.speed_mm_per_s));
+        return Err(wrong(code!("motion.bad_feed"), feed_mm_per_s).with("greatest", limits.speed_mm_per_s));
     }
     let change = |from, to| Span::change(shape, from, to, limits);
     let approach_mm = |speed| change(0.0, speed).length_mm + change(speed, feed_mm_per_s).length_mm;
     let stop = change(feed_mm_per_s, 0.0);
     let needed_mm = approach_mm(feed_mm_per_s);
     if needed_mm > height_mm {
-        return Err(wrong("motion.low_start", height_mm)
+        return Err(wrong(code!("motion.low_start"), height_mm)
             .with("feed", feed_mm_per_s)
             .with("needed", needed_mm));
     }
     if stop.length_mm > depth_mm {
-        let diagnostic = wrong("motion.shallow_stroke", depth_mm).with("feed", feed_mm_per_s);
+        let diagnostic = wrong(code!("motion.shallow_stroke"), depth_mm).with("feed", feed_mm_per_s);
         return Err(diagnostic.with("needed", stop.length_mm));
     }
     let mut speed = limits.speed_mm_per_s;

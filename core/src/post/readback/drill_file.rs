@@ -3,6 +3,7 @@
 use super::hand::{Hand, Tip};
 use super::titles::titled;
 use super::words::{Word, bare, of};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::post::excellon::THROUGH;
 
@@ -21,11 +22,11 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
         }
         if head && !line.starts_with('T') {
             if line.contains("INCH") {
-                return Err(hand.refuse("readback.inch_drills", &line));
+                return Err(hand.refuse(code!("readback.inch_drills"), &line));
             }
             continue;
         }
-        let words = of(&line).map_err(|_| hand.refuse("readback.unknown_word", &line))?;
+        let words = of(&line).map_err(|_| hand.refuse(code!("readback.unknown_word"), &line))?;
         let letter = |name| {
             words.iter().find_map(|word| match word {
                 Word::Letter(letter, number) if *letter == name => Some(*number),
@@ -37,7 +38,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
                 Some(size) => hand.know(
                     tool as u32,
                     titled(&format!("drill {size}"))
-                        .ok_or_else(|| hand.refuse("readback.unknown_word", &line))?,
+                        .ok_or_else(|| hand.refuse(code!("readback.unknown_word"), &line))?,
                 ),
                 None => hand.take(tool as u32),
             }

@@ -8,6 +8,7 @@ use super::hand::{Hand, Tip};
 use super::words::{self, Word};
 use crate::diagnostic::Diagnostic;
 use crate::gcode::{Interpreter, Judge, Refused, grbl};
+use crate::{code, note};
 
 /// Assumed height of the machine's reference point, in mm.
 const TOP_MM: f64 = 100.0;
@@ -126,7 +127,7 @@ pub(super) fn read(hand: &mut Hand, text: &str, of: Interpreter) -> Result<(), D
         let block = Block::new(of, line);
         block.comments.iter().for_each(|comment| hand.comment(comment));
         if let Some(letter) = grbl::acts_at_once(line).filter(|_| of == Interpreter::Grbl) {
-            hand.warning("readback.acts_at_once", letter.escape_debug());
+            hand.warning(code!("readback.acts_at_once"), letter.escape_debug());
         }
         if state.is_past_end(hand, line)? {
             break;
@@ -137,7 +138,7 @@ pub(super) fn read(hand: &mut Hand, text: &str, of: Interpreter) -> Result<(), D
             continue;
         }
         let words = words::of(&block.text).map_err(|column| {
-            let mut why = hand.refuse("readback.unknown_word", &block.text);
+            let mut why = hand.refuse(code!("readback.unknown_word"), &block.text);
             why.place.iter_mut().for_each(|place| place.column = column as u32);
             why
         })?;
@@ -146,7 +147,7 @@ pub(super) fn read(hand: &mut Hand, text: &str, of: Interpreter) -> Result<(), D
         state.has_ended |= state.line(hand, &Line { words: &words })?;
     }
     if of == Interpreter::LinuxCnc && !state.has_ended {
-        return Err(hand.refuse("readback.no_end", ""));
+        return Err(hand.refuse(code!("readback.no_end"), ""));
     }
     Ok(())
 }
@@ -211,7 +212,7 @@ fn judged(of: Interpreter, judge: &mut Judge, block: &Block, words: &[Word]) -> 
         Word::Letter(..) => None,
     });
     if let Some(name) = named.filter(|_| of != Interpreter::Any) {
-        return Err(Refused { code: "gcode.unknown_word", word: name.clone(), number: 2 });
+        return Err(Refused { code: code!("gcode.unknown_word"), word: name.clone(), number: 2 });
     }
     let Some(letters) = lettered(block.number, words) else { return Ok(()) };
     judge.line(&letters, if of == Interpreter::LinuxCnc { block.whole } else { block.length })?;
@@ -248,10 +249,10 @@ impl State {
             return Ok(false);
         }
         if self.of == Interpreter::LinuxCnc {
-            hand.warning("readback.after_end", text);
+            hand.warning(code!("readback.after_end"), text);
             return Ok(true);
         }
-        Err(hand.refuse("readback.after_end", text))
+        Err(hand.refuse(code!("readback.after_end"), text))
     }
 
     /// Refuses characters that the controller doesn't know, and lines that it skips while a switch is on.
@@ -268,13 +269,13 @@ impl State {
         };
         if is_foreign && !self.has_ended {
             let word = words::foreign_to_linuxcnc(line).unwrap_or('%').escape_debug().to_string();
-            let why = Refused { code: "gcode.unknown_word", word, number: 1 };
+            let why = Refused { code: code!("gcode.unknown_word"), word, number: 1 };
             return Err(hand.placed(why.diagnostic(self.of)));
         }
         match self.of {
-            Interpreter::Any if text.starts_with('/') => hand.warning("readback.optional_line", text),
+            Interpreter::Any if text.starts_with('/') => hand.warning(code!("readback.optional_line"), text),
             Interpreter::LinuxCnc | Interpreter::GrblHal if text.starts_with('/') => {
-                return Err(hand.refuse("readback.optional_line", text));
+                return Err(hand.refuse(code!("readback.optional_line"), text));
             }
             _ => {}
         }
@@ -297,7 +298,7 @@ impl State {
         self.others.retain_mut(|(of, judge)| match judged(*of, judge, block, words) {
             Ok(()) => true,
             Err(why) => {
-                let note = Diagnostic::note("gcode.others_refuse").with("word", why.word);
+                let note = note!("gcode.others_refuse", word = why.word, ..);
                 hand.other_refuses(note.with("controller", of.name()).with("number", why.number));
                 false
             }
@@ -312,14 +313,14 @@ impl State {
             _ => None,
         });
         if let Some(name) = strange {
-            return Err(hand.refuse("readback.unknown_word", name));
+            return Err(hand.refuse(code!("readback.unknown_word"), name));
         }
         let mut reference = None;
         let mut starts_cycle = false;
         for code in line.codes('G') {
             let tenths = libm::round(code * 10.0) as u32;
             if libm::fabs(code * 10.0 - f64::from(tenths)) > 1e-6 {
-                return Err(hand.refuse("readback.changes_place", format!("G{code}")));
+                return Err(hand.refuse(code!("readback.changes_place"), format!("G{code}")));
             }
             match tenths {
                 0 => self.motion = Motion::Rapid,
@@ -339,7 +340,7 @@ impl State {
                 911 => self.centre_absolute = false,
                 980 | 990 => self.back = tenths == 980,
                 _ if PASSED.contains(&tenths) => {}
-                _ => return Err(hand.refuse("readback.changes_place", format!("G{code}"))),
+                _ => return Err(hand.refuse(code!("readback.changes_place"), format!("G{code}"))),
             }
         }
         self.tools(hand, line)?;
@@ -354,7 +355,7 @@ impl State {
         } else if !self.waits_by_axis(line) {
             self.go(hand, line, starts_cycle)?;
         } else if let Some(axis) = moves_too(line) {
-            return Err(hand.refuse("readback.changes_place", axis));
+            return Err(hand.refuse(code!("readback.changes_place"), axis));
         }
         Ok(line.codes('M').any(|code| matches!(code as u32, 2 | 30)))
     }
@@ -369,7 +370,7 @@ impl State {
         if *self.zero.get_or_insert(tenths) == tenths {
             return Ok(());
         }
-        Err(hand.refuse("readback.changes_place", format!("G{}", tenths / 10)))
+        Err(hand.refuse(code!("readback.changes_place"), format!("G{}", tenths / 10)))
     }
 
     fn tools(&mut self, hand: &mut Hand, line: &Line<'_>) -> Result<(), Diagnostic> {
@@ -388,12 +389,12 @@ impl State {
             match code as u32 {
                 3 | 4 => hand.turn(true),
                 5 => hand.turn(false),
-                97..=99 => return Err(hand.refuse("readback.changes_place", format!("M{code}"))),
+                97..=99 => return Err(hand.refuse(code!("readback.changes_place"), format!("M{code}"))),
                 _ => {}
             }
         }
         if let Some(axis) = ['A', 'B', 'C', 'U', 'V', 'W'].into_iter().find(|axis| line.names(*axis)) {
-            return Err(hand.refuse("readback.changes_place", axis));
+            return Err(hand.refuse(code!("readback.changes_place"), axis));
         }
         Ok(())
     }
@@ -402,7 +403,7 @@ impl State {
         match name {
             "CYCLE81" | "CYCLE82" | "CYCLE83" => {
                 let cycle = Cycle::called(numbers, self.scale)
-                    .ok_or_else(|| hand.refuse("readback.unknown_word", name))?;
+                    .ok_or_else(|| hand.refuse(code!("readback.unknown_word"), name))?;
                 let at = (hand.tip.x, hand.tip.y);
                 self.zero.get_or_insert(FIRST_ZERO);
                 self.known(hand, [true, true, false])?;
@@ -410,7 +411,7 @@ impl State {
                 cycle.drill(hand, at)
             }
             "MSG" => Ok(()),
-            _ => Err(hand.refuse("readback.unknown_word", name)),
+            _ => Err(hand.refuse(code!("readback.unknown_word"), name)),
         }
     }
 
@@ -437,7 +438,7 @@ impl State {
                 () if line.codes('G').any(|code| code == 30.0) => "G30",
                 () => "G28",
             };
-            return Err(hand.refuse("readback.changes_place", word));
+            return Err(hand.refuse(code!("readback.changes_place"), word));
         }
         if goes[2] {
             hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)?;
@@ -459,7 +460,7 @@ impl State {
     fn known(&self, hand: &Hand, needed: [bool; 3]) -> Result<(), Diagnostic> {
         let open =
             self.unknown.into_iter().zip(needed).zip(AXES).find(|((open, needed), _)| *open && *needed);
-        open.map_or(Ok(()), |(_, axis)| Err(hand.refuse("readback.place_unknown", axis)))
+        open.map_or(Ok(()), |(_, axis)| Err(hand.refuse(code!("readback.place_unknown"), axis)))
     }
 
     /// Target of an axis.
@@ -493,10 +494,10 @@ impl State {
         let (from, to) = (hand.tip, self.to(hand, line));
         self.zero.get_or_insert(FIRST_ZERO);
         if line.letter('L').is_some_and(|times| times != 1.0) {
-            return Err(hand.refuse("readback.changes_place", "L"));
+            return Err(hand.refuse(code!("readback.changes_place"), "L"));
         }
         if turns && line.letter('P').is_some_and(|turns| turns > 1.0) {
-            return Err(hand.refuse("readback.changes_place", "P"));
+            return Err(hand.refuse(code!("readback.changes_place"), "P"));
         }
         self.names_again(line);
         if from.z < 0.0 || to.z < 0.0 {
@@ -512,12 +513,12 @@ impl State {
                 let centre = match radius {
                     Some(radius) => self
                         .by_radius(from, to, radius, ccw)
-                        .ok_or_else(|| hand.refuse("readback.no_arc_of_radius", radius))?,
+                        .ok_or_else(|| hand.refuse(code!("readback.no_arc_of_radius"), radius))?,
                     None => self.centre(line, from),
                 };
                 let to_centre = |tip: Tip| libm::hypot(tip.x - centre.0, tip.y - centre.1);
                 if !self.of.takes_radii(to_centre(from), to_centre(to)) {
-                    return Err(hand.refuse("readback.no_arc", format!("X {} Y {}", to.x, to.y)));
+                    return Err(hand.refuse(code!("readback.no_arc"), format!("X {} Y {}", to.x, to.y)));
                 }
                 hand.arc_to(to, centre, ccw)
             }

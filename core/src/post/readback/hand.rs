@@ -13,6 +13,7 @@ use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
+use crate::{code, error};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Height of the tip before the first move, over the board.
@@ -95,7 +96,7 @@ impl Hand {
         if self.count <= MOST_COMMANDS {
             return Ok(());
         }
-        Err(Diagnostic::error("readback.too_many").with("most", MOST_COMMANDS).at(&self.file, self.line, 0))
+        Err(error!("readback.too_many", most = MOST_COMMANDS).at(&self.file, self.line, 0))
     }
 
     fn push(&mut self, command: Command) {
@@ -195,7 +196,7 @@ impl Hand {
         if [to.x, to.y, to.z].iter().all(|mm| mm.abs() <= FARTHEST_MM) {
             Ok(())
         } else {
-            Err(self.refuse("readback.out_of_reach", format!("X {} Y {} Z {}", to.x, to.y, to.z)))
+            Err(self.refuse(code!("readback.out_of_reach"), format!("X {} Y {} Z {}", to.x, to.y, to.z)))
         }
     }
 
@@ -208,7 +209,7 @@ impl Hand {
         if in_board {
             self.begin();
             if fast && (to.z < from.z || (to.x, to.y) != (from.x, from.y)) {
-                self.warning("readback.fast_in_board", format!("X {} Y {} Z {}", to.x, to.y, to.z));
+                self.warning(code!("readback.fast_in_board"), format!("X {} Y {} Z {}", to.x, to.y, to.z));
             }
         }
         if (to.x, to.y) == (from.x, from.y) {
@@ -240,7 +241,7 @@ impl Hand {
         let from = self.tip;
         let radius = |tip: Tip| libm::hypot(tip.x - x, tip.y - y);
         if libm::fabs(radius(from) - radius(to)) > 0.02 + 0.002 * radius(from) {
-            return Err(self.refuse("readback.no_arc", format!("X {} Y {}", to.x, to.y)));
+            return Err(self.refuse(code!("readback.no_arc"), format!("X {} Y {}", to.x, to.y)));
         }
         if from.z >= 0.0 && to.z >= 0.0 {
             return self.line_to(to, true);
@@ -305,7 +306,7 @@ impl Hand {
         let mut bits = Vec::new();
         for number in &self.used {
             let Some(bit) = self.known.get(number) else {
-                let why = Diagnostic::error("readback.no_tool").with("number", number);
+                let why = error!("readback.no_tool", number = number);
                 return Err(why.at(&self.file, 0, 0));
             };
             bits.push(bit.clone());
@@ -313,7 +314,7 @@ impl Hand {
         let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Toolpath(_)));
         number(&mut self.legs, &bits);
         if bits.is_empty() && cuts {
-            let why = Diagnostic::error("readback.no_tool").with("number", 1);
+            let why = error!("readback.no_tool", number = 1);
             return Err(why.at(&self.file, 0, 0));
         }
         let name = self.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();

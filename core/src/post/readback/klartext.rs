@@ -2,6 +2,7 @@
 
 use super::hand::{Hand, Tip};
 use super::words::number;
+use crate::code;
 use crate::diagnostic::Diagnostic;
 
 /// Assumed height of the machine's own positions, in mm.
@@ -30,11 +31,11 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             ["TOOL", "CALL", rest @ ..] => tool(hand, rest)?,
             ["CC", rest @ ..] => {
                 if let Some(word) = rest.iter().find(|word| word.starts_with('I')) {
-                    return Err(hand.refuse("readback.changes_place", format!("CC {word}")));
+                    return Err(hand.refuse(code!("readback.changes_place"), format!("CC {word}")));
                 }
                 only(hand, rest, &["X", "Y"], &[])?;
                 let (Some(x), Some(y)) = (axis(rest, "X"), axis(rest, "Y")) else {
-                    return Err(hand.refuse("readback.unknown_word", line));
+                    return Err(hand.refuse(code!("readback.unknown_word"), line));
                 };
                 centre = (x * scale, y * scale);
             }
@@ -73,7 +74,7 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             }
             [] | ["CYCL", "DEF", "9.0" | "9.1", ..] | ["BLK", ..] => {}
             [word] if PASSED.contains(word) => {}
-            [word, ..] => return Err(hand.refuse("readback.unknown_word", word)),
+            [word, ..] => return Err(hand.refuse(code!("readback.unknown_word"), word)),
         }
     }
     Ok(())
@@ -83,14 +84,14 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
 fn up(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
     only(hand, words, &["Z", "F"], &["FMAX", "FAUTO"])?;
     if axis(words, "Z").is_none_or(|height| height < 0.0) {
-        return Err(hand.refuse("readback.changes_place", "M91"));
+        return Err(hand.refuse(code!("readback.changes_place"), "M91"));
     }
     hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)
 }
 
 /// Refuses to cut if the height is `unknown`: the last move was in machine coordinates.
 fn known(hand: &Hand, unknown: bool) -> Result<(), Diagnostic> {
-    if unknown { Err(hand.refuse("readback.place_unknown", 'Z')) } else { Ok(()) }
+    if unknown { Err(hand.refuse(code!("readback.place_unknown"), 'Z')) } else { Ok(()) }
 }
 
 /// Loads a tool by number, and sets the speed. Refuses changes of length or radius, and tool names, because
@@ -101,7 +102,7 @@ fn tool(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
         [] => (None, words),
     };
     if let Some(word) = words.iter().find(|word| word.starts_with("DL") || word.starts_with("DR")) {
-        return Err(hand.refuse("readback.changes_place", word));
+        return Err(hand.refuse(code!("readback.changes_place"), word));
     }
     only(hand, words, &["S", "F"], &["Z"])?;
     if let Some(number) = number {
@@ -124,7 +125,10 @@ fn only(hand: &Hand, words: &[&str], names: &[&str], also: &[&str]) -> Result<()
     };
     let Some(word) = words.iter().find(|word| !followed(word)) else { return Ok(()) };
     let is_place = ["RL", "RR"].contains(word) || word.starts_with('M');
-    Err(hand.refuse(if is_place { "readback.changes_place" } else { "readback.unknown_word" }, word))
+    Err(hand.refuse(
+        if is_place { code!("readback.changes_place") } else { code!("readback.unknown_word") },
+        word,
+    ))
 }
 
 /// Applies the spindle words of a block: on before the move, off after it.
@@ -137,7 +141,7 @@ fn spindle(hand: &mut Hand, words: &[&str], before: bool) {
 /// Moves along an arc; the direction must be given.
 fn arc(hand: &mut Hand, words: &[&str], to: Tip, centre: (f64, f64)) -> Result<(), Diagnostic> {
     if words.contains(&"DR+") == words.contains(&"DR-") {
-        return Err(hand.refuse("readback.unknown_word", "C"));
+        return Err(hand.refuse(code!("readback.unknown_word"), "C"));
     }
     spindle(hand, words, true);
     hand.arc_to(to, centre, words.contains(&"DR+"))?;

@@ -17,6 +17,7 @@ mod robots;
 mod titles;
 mod words;
 
+use crate::error;
 pub use titles::titled;
 
 use crate::diagnostic::Diagnostic;
@@ -76,10 +77,10 @@ pub fn read_back_for(
     of: Interpreter,
 ) -> Result<ReadBack, Diagnostic> {
     if text.len() > ReadBack::LARGEST {
-        return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
+        return Err(error!("readback.too_large").at(file, 0, 0));
     }
     let Some(kind) = kind(text) else {
-        return Err(Diagnostic::error("readback.unknown").with("path", file).at(file, first_line(text), 0));
+        return Err(error!("readback.unknown", path = file).at(file, first_line(text), 0));
     };
     let mut hand = Hand::new(file, tools);
     match kind {

@@ -2,6 +2,7 @@
 
 use super::hand::{Hand, Tip};
 use super::words::number;
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
@@ -49,7 +50,7 @@ impl Stays {
         if *self.0.entry(name).or_insert_with(|| value.clone()) == value {
             return Ok(());
         }
-        Err(hand.refuse("readback.unknown_word", value))
+        Err(hand.refuse(code!("readback.unknown_word"), value))
     }
 }
 
@@ -82,7 +83,7 @@ pub(super) fn krl(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             && code != "PTP $AXIS_ACT"
             && !KRL_PASSED.iter().any(|begin| code.starts_with(begin))
         {
-            return Err(hand.refuse("readback.unknown_word", code));
+            return Err(hand.refuse(code!("readback.unknown_word"), code));
         }
     }
     Ok(())
@@ -137,17 +138,18 @@ pub(super) fn rapid(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             hand.comment(said.trim_matches('"'));
         } else if code.starts_with("Move") {
             // Every target is a stop, in one frame and with one tool.
-            let (_, frame) =
-                words.split_once(",fine,").ok_or_else(|| hand.refuse("readback.unknown_word", code))?;
+            let (_, frame) = words
+                .split_once(",fine,")
+                .ok_or_else(|| hand.refuse(code!("readback.unknown_word"), code))?;
             stays.same(hand, "frame", frame)?;
             match (code.get(4..6), targets(code).collect::<Vec<_>>().as_slice()) {
                 (Some("L "), [to]) => hand.line_to(*to, false)?,
                 (Some("J "), [to]) => hand.line_to(*to, true)?,
                 (Some("C "), [middle, to]) => hand.arc_through(*middle, *to)?,
-                _ => return Err(hand.refuse("readback.unknown_word", code)),
+                _ => return Err(hand.refuse(code!("readback.unknown_word"), code)),
             }
         } else if !code.is_empty() && !RAPID_PASSED.iter().any(|begin| code.starts_with(begin)) {
-            return Err(hand.refuse("readback.unknown_word", code));
+            return Err(hand.refuse(code!("readback.unknown_word"), code));
         }
     }
     Ok(())
@@ -181,12 +183,12 @@ pub(super) fn tp(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             let begins = code.starts_with("C ");
             let stops = begins || code.ends_with(" FINE");
             let to = name.and_then(|name| points.get(&name).copied()).filter(|_| stops);
-            let to = to.ok_or_else(|| hand.refuse("readback.unknown_word", code))?;
+            let to = to.ok_or_else(|| hand.refuse(code!("readback.unknown_word"), code))?;
             match (begins, middle.take()) {
                 (true, None) => middle = Some(to),
                 (false, Some(middle)) if follows => hand.arc_through(middle, to)?,
                 (false, None) if !follows => hand.line_to(to, code.starts_with("J "))?,
-                _ => return Err(hand.refuse("readback.unknown_word", code)),
+                _ => return Err(hand.refuse(code!("readback.unknown_word"), code)),
             }
         } else {
             beside(hand, &mut stays, code)?;
@@ -213,7 +215,7 @@ fn beside(hand: &mut Hand, stays: &mut Stays, code: &str) -> Result<(), Diagnost
         && !code.starts_with("DO[")
         && (!code.starts_with("WAIT ") || code.contains("LBL"))
     {
-        return Err(hand.refuse("readback.unknown_word", code));
+        return Err(hand.refuse(code!("readback.unknown_word"), code));
     }
     Ok(())
 }

@@ -13,11 +13,12 @@
 
 mod survey;
 
+use annulus_core::{code, error};
 pub(crate) use survey::SurveyWish;
 
 use self::survey::Surveying;
+use super::Owner;
 use super::moves::{Doing, rest, segments};
-use super::{Owner, diagnostic};
 use crate::executor::Ended;
 use crate::surface::KeptSurface;
 use annulus_core::control::{Ending, Event, State, Trust};
@@ -83,12 +84,12 @@ impl Owner {
     pub(super) fn may_touch(&self) -> Result<(), Diagnostic> {
         self.may_move_in_change()?;
         if self.session.queue || self.touching.is_some() {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         if self.session.trust != Trust::Trusted {
-            return Err(diagnostic("control.not_homed"));
+            return Err(error!("control.not_homed"));
         }
-        if self.machine.senses_contact() { Ok(()) } else { Err(diagnostic("level.no_contact")) }
+        if self.machine.senses_contact() { Ok(()) } else { Err(error!("level.no_contact")) }
     }
 
     pub(super) fn begin_touching(&mut self, what: TouchFor) -> Result<(), Diagnostic> {
@@ -103,7 +104,7 @@ impl Owner {
     pub(crate) fn touch_height(&mut self, depth_um: u32, plate_um: u32) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if !(1..=FURTHEST_UM).contains(&depth_um) || plate_um > THICKEST_UM {
-            return Err(diagnostic("touch.bad"));
+            return Err(error!("touch.bad"));
         }
         self.begin_touching(TouchFor::Height { depth: length(depth_um), plate: length(plate_um) })
     }
@@ -117,7 +118,7 @@ impl Owner {
     ) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if axis > 1 || !(1..=FURTHEST_UM).contains(&reach_um) || tool_um > THICKEST_UM {
-            return Err(diagnostic("touch.bad"));
+            return Err(error!("touch.bad"));
         }
         let (axis, reach, radius) = (usize::from(axis), length(reach_um), length(tool_um / 2));
         self.begin_touching(TouchFor::Edge { axis, up, reach, radius })
@@ -126,10 +127,10 @@ impl Owner {
     /// The user states that the tool touches the board here.
     pub(crate) fn height_here(&mut self) -> Result<(), Diagnostic> {
         if self.session.trust != Trust::Trusted {
-            return Err(diagnostic("control.not_homed"));
+            return Err(error!("control.not_homed"));
         }
         if self.session.moving {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         self.may_move_in_change()?;
         self.set_surface(self.position, Length::ZERO)
@@ -137,11 +138,11 @@ impl Owner {
 
     /// Machine steps of a point of the board, if it is within the travel.
     pub(super) fn steps_at(&self, place: Point) -> Result<[i64; 2], Diagnostic> {
-        let zero = self.session.zero().ok_or_else(|| diagnostic("preflight.no_zero"))?;
+        let zero = self.session.zero().ok_or_else(|| error!("preflight.no_zero"))?;
         let place = [place.x, place.y];
         let at = [0, 1].map(|axis: usize| zero[axis] + self.machine.axis(axis).scale.steps(place[axis]));
         match (0..2).find(|axis| !self.travel_steps(*axis).contains(&at[*axis])) {
-            Some(axis) => Err(diagnostic("level.no_room").with("axis", axis_name(axis))),
+            Some(axis) => Err(error!("level.no_room", axis = axis_name(axis))),
             None => Ok(at),
         }
     }
@@ -298,23 +299,23 @@ impl Owner {
             (TouchStep::Down, Ended::Unmet(_) | Ended::Completed)
                 if matches!(touching.what, TouchFor::Setter) =>
             {
-                self.touch_fails(diagnostic("control.setter_not_met"));
+                self.touch_fails(error!("control.setter_not_met"));
             }
             (TouchStep::Down, Ended::Unmet(_) | Ended::Completed) => {
                 let lowest = self.machine.lowest(&self.position);
                 let reached = self.machine.z.scale.length(lowest) - self.machine.process.surface;
-                let why = self.placed(diagnostic("level.no_board"));
+                let why = self.placed(error!("level.no_board", ..));
                 self.touch_fails(why.with("mm", mm(reached)));
             }
             (TouchStep::Side, Ended::Unmet(_) | Ended::Completed) => {
                 let axis = usize::from(from[0] == self.position[0]);
                 let way = self.machine.axis(axis).scale.length((self.position[axis] - from[axis]).abs());
-                let why = diagnostic("touch.no_edge").with("axis", axis_name(axis)).with("mm", mm(way));
+                let why = error!("touch.no_edge", axis = axis_name(axis), mm = mm(way));
                 self.touch_fails(why);
             }
             (TouchStep::Back, Ended::Completed) => self.pending.push_back(Event::QueueDone),
             _ => {
-                let why = self.placed(diagnostic("level.in_the_way"));
+                let why = self.placed(error!("level.in_the_way", ..));
                 self.touch_fails(why);
             }
         }
@@ -326,7 +327,7 @@ impl Owner {
     }
 
     fn closed_already(&mut self) {
-        self.touch_fails(diagnostic("level.contact_closed"));
+        self.touch_fails(error!("level.contact_closed"));
     }
 
     /// The probing failed. Raises an alarm; in a tool change, reports it and lifts the tool instead.
@@ -385,10 +386,10 @@ impl Owner {
     /// The session ended the probing, for any reason; the axes are stopped.
     pub(crate) fn touching_over(&mut self, ending: Ending) {
         let Some(Touching { what, found, .. }) = self.touching.take() else { return };
-        let stopped = |code| Err(diagnostic(code));
+        let stopped = |code| Err(Diagnostic::error(code));
         let set = match (what, found.filter(|_| ending == Ending::Done)) {
-            (TouchFor::Survey(_), _) if ending == Ending::Stopped => stopped("level.stopped"),
-            _ if ending == Ending::Stopped => stopped("touch.stopped"),
+            (TouchFor::Survey(_), _) if ending == Ending::Stopped => stopped(code!("level.stopped")),
+            _ if ending == Ending::Stopped => stopped(code!("touch.stopped")),
             (TouchFor::Height { plate, .. }, Some(at)) => self.set_surface(at, plate),
             (TouchFor::Setter, Some(at)) => self.met_setter(at),
             (TouchFor::Edge { axis, up, radius, .. }, Some(at)) => {
@@ -425,7 +426,7 @@ impl Owner {
         let map = self.map_there();
         let changes = [("stroke.surface".to_owned(), Value::Number(height.mm()))];
         let changed = machine::apply(&self.machine, &changes)
-            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| error!("control.busy")))?;
         let rebased = self.rebased(&changed)?;
         if rebased.is_none() {
             self.try_event(Event::Disarmed { position_lost: false })?;

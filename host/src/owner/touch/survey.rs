@@ -1,11 +1,12 @@
 //! The height map of the board: measured, saved, forgotten, reported. Heights are over the board surface in
 //! the settings.
 
-use super::super::{Owner, diagnostic};
+use super::super::Owner;
 use super::{TouchFor, length};
 use crate::surface::KeptSurface;
 use annulus_core::control::Event;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::error;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey};
 use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, Tell};
@@ -40,11 +41,11 @@ impl Owner {
     pub(crate) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if !wish.grid.is_sound() {
-            return Err(diagnostic("level.no_grid").with("most", ProbeGrid::MOST));
+            return Err(error!("level.no_grid", most = ProbeGrid::MOST));
         }
         let sound = |um: u32| (1..=MOST_UM).contains(&um);
         if !sound(wish.clear_um) || !sound(wish.depth_um) {
-            return Err(diagnostic("level.bad_survey"));
+            return Err(error!("level.bad_survey"));
         }
         for corner in [wish.grid.low, wish.grid.high] {
             self.steps_at(corner)?;
@@ -89,7 +90,7 @@ impl Owner {
 
     pub(crate) fn forget_surface(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() || self.touching.is_some() {
-            return Err(diagnostic("control.busy"));
+            return Err(error!("control.busy"));
         }
         self.keep_surface(None)
     }

@@ -8,6 +8,7 @@ use annulus_core::control::{Ending, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::Pause;
 use annulus_core::machine::{RackTool, ToolWear};
+use annulus_core::{code, error};
 use serde_json::json;
 
 impl Operator {
@@ -44,7 +45,7 @@ impl Operator {
         let mut text =
             format!("{} drilled, {} milled.\n", counted(holes, "hole"), counted(toolpaths, "toolpath"));
         if exit != Exit::Done {
-            let stopped = Diagnostic::error("grbl.stopped").with("holes", holes).with("toolpaths", toolpaths);
+            let stopped = error!("grbl.stopped", holes = holes, toolpaths = toolpaths);
             let why = self.worst.clone().unwrap_or(stopped);
             // The reason why the job did not start is already printed.
             let is_said = !self.begun && self.said.contains(&why);
@@ -68,9 +69,9 @@ impl Operator {
         let line = self.resume_line();
         let code = match (self.homes(), self.trusted()) {
             (true, true) if said.contains(&line) => return None,
-            (true, true) => "run.resume_with",
-            (true, false) => "run.resume_homes",
-            (false, _) => "grbl.resume_zero",
+            (true, true) => code!("run.resume_with"),
+            (true, false) => code!("run.resume_homes"),
+            (false, _) => code!("grbl.resume_zero"),
         };
         Some(Diagnostic::note(code).with("line", line))
     }
@@ -78,7 +79,8 @@ impl Operator {
 
 /// Reports that a tool is worn.
 pub(super) fn say_worn(tool: &RackTool, wear: &ToolWear) {
-    let code = if tool.wears_by_way() { "preflight.tool_worn_way" } else { "preflight.tool_worn" };
+    let code =
+        if tool.wears_by_way() { code!("preflight.tool_worn_way") } else { code!("preflight.tool_worn") };
     let why = Diagnostic::warning(code).with("number", tool.number).with("life", tool.life);
     let why = why.with("tool", tool.bit().titled()).with("done", wear.done());
     say(format_args!("{} {}", why.message("en"), why.advice("en")));

@@ -12,6 +12,7 @@ use crate::board::Board;
 use crate::cam::places::{Places, Twice};
 use crate::cam::toolpaths::{BitTask, HoleOrSlot, PlannedOperation};
 use crate::cam::work::{Operation, Work};
+use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
@@ -73,7 +74,7 @@ pub(in crate::cam::toolpaths) fn once(
                 || !task.toolpaths.is_empty()
         });
         let name = work.operations.get(part.operation as usize).map(Operation::title).unwrap_or_default();
-        notes.extend(twice.note("cam.holes_twice").map(|note| note.with("operation", name)));
+        notes.extend(twice.note(code!("cam.holes_twice")).map(|note| note.with("operation", name)));
     }
     notes
 }

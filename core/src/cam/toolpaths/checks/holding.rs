@@ -12,6 +12,7 @@ use crate::cam::work::{Holes, Operation, OperationKind, Work};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
+use crate::{error, warning};
 
 /// Reports depths that end in the board although they should go through, or far below it.
 pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &PlannedOperation) {
@@ -23,13 +24,13 @@ pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Pl
     let thickness = context.machine.process.board_thickness;
     let mm = |length: Length| format!("{:.2}", length.mm());
     if deepest < thickness {
-        let warning = Diagnostic::warning("cam.not_through").with("depth", mm(deepest));
+        let warning = warning!("cam.not_through", depth = mm(deepest), ..);
         context.report(warning.with("thickness", mm(thickness)));
     }
     let pins =
         matches!(&context.operation.action, OperationKind::Drill(drill) if drill.holes == Holes::Alignment);
     if deepest > thickness + board::bed(pins) {
-        let warning = Diagnostic::warning("cam.far_below").with("depth", mm(deepest));
+        let warning = warning!("cam.far_below", depth = mm(deepest), ..);
         context.report(warning.with("below", mm(deepest - thickness)));
     }
 }
@@ -65,7 +66,7 @@ pub(in crate::cam::toolpaths) fn too_early(
         });
         let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
         if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
-            let error = Diagnostic::error("cam.cut_out_too_early").with("next", next.title());
+            let error = error!("cam.cut_out_too_early", next = next.title(), ..);
             errors.push(error.with("side", next.face.name()).with("operation", operation.title()));
         }
     }

@@ -9,6 +9,7 @@
 
 use crate::cam::toolpaths::PlacedBoard;
 use crate::diagnostic::Diagnostic;
+use crate::error;
 use crate::geometry::Point;
 use crate::units::Length;
 
@@ -28,7 +29,7 @@ impl Beside {
     pub(in crate::cam::toolpaths) fn error(self) -> Option<Diagnostic> {
         let (count, at) = self.0?;
         let mm = |length: Length| format!("{:.3}", length.mm());
-        let error = Diagnostic::error("cam.holes_outside").with("count", count);
+        let error = error!("cam.holes_outside", count = count, ..);
         Some(error.with("x", mm(at.x)).with("y", mm(at.y)))
     }
 }
