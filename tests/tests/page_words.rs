@@ -19,7 +19,7 @@ fn sources(folder: &Path, out: &mut Vec<(PathBuf, String)>) {
             sources(&path, out);
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             let text = fs::read_to_string(&path).unwrap();
-            let end = text.find("\n#[cfg(test)]").unwrap_or(text.len());
+            let end = text.find("\n#[cfg(test)]\nmod tests {").unwrap_or(text.len());
             out.push((path, text[..end].to_owned()));
         }
     }
@@ -127,18 +127,21 @@ fn every_text_is_used() {
         sources(&root().join(folder), &mut files);
     }
     let all: String = files.into_iter().map(|(_, text)| text).collect();
-    let mut used: BTreeSet<String> = literals(&all).into_iter().map(|literal| literal.text).collect();
+    let mut used: BTreeSet<String> = all.split('"').map(str::to_owned).collect();
     used.extend(
         keys_of(parameters::SETUP).chain(keys_of(parameters::BIT)).chain(keys_of(parameters::OPERATION)),
     );
     // The locale tables use the language's name when they are built.
     used.insert("page.language".to_owned());
     used.extend(OperationKind::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
-    // `format!("grbl.error_{number}")` uses all codes that begin so.
+    // `format!("grbl.error_{number}")` uses all texts that begin so.
     let begun: Vec<_> =
-        used.iter().filter_map(|text| text.split_once('{').map(|(begins, _)| begins)).collect();
-    let begun: Vec<_> = begun.into_iter().filter(|begins| begins.contains('.')).collect();
-    let is_used = |key: &str| used.contains(key) || begun.iter().any(|begins| key.starts_with(begins));
+        all.split('"').filter_map(|text| text.split_once('{')).map(|(begins, _)| begins).collect();
+    let is_beginning =
+        |text: &str| text.contains('.') && text.chars().all(|c| c.is_ascii_lowercase() || "._".contains(c));
+    let begun: BTreeSet<_> = begun.into_iter().filter(|text| is_beginning(text)).collect();
+    let is_begun = |key: &str| begun.iter().any(|begins| format!("{key}.").starts_with(*begins));
+    let is_used = |key: &str| used.contains(key) || is_begun(key);
     let stem = |key: &'static str| key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice"));
     let left: BTreeSet<_> = locale::entries("en")
         .iter()
