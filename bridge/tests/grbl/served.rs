@@ -104,7 +104,7 @@ fn pulled_cable_is_opened_again_and_the_job_resumes() {
     let back = until_status(&mut page, |_| true);
     assert_eq!((back.alarm.as_ref().unwrap().code.as_str(), back.trust), ("grbl.unplugged", Trust::Lost));
     assert!(back.lift_first_mm.is_some(), "the tool may be in the board: {back:?}");
-    let next_leg = offer(&mut page).next_leg;
+    let next_leg = offer(&mut bridge.page()).next_leg;
     home(&mut page);
     start(&mut page, &job, next_leg);
     let JobEnd { ending, holes_done, .. } = ends(&mut page);
