@@ -26,11 +26,11 @@ pub(crate) struct Board {
 #[derive(Default)]
 struct Shared {
     ends: AtomicBool,
-    /// Its door stands open.
+    /// The safety door is open.
     door: AtomicBool,
-    /// Its program hangs: it reads and sends nothing more.
+    /// The controller hangs: it reads and sends nothing more.
     frozen: AtomicBool,
-    /// It is to tell how it is.
+    /// The test requests a status report.
     asked: AtomicBool,
     told: Mutex<Option<String>>,
     heard: Mutex<Vec<u8>>,
@@ -53,7 +53,7 @@ impl Board {
         Self::with(115_200, b"none", board)
     }
 
-    /// A controller whose motors are off `ms` milliseconds after each move (`$1`).
+    /// A controller that switches its motors off `ms` milliseconds after each move (`$1`).
     pub(crate) fn lets_go_after(ms: f64) -> Self {
         let mut board = Automaton::new([0.0; 3]);
         board.settings.push((1, ms));
@@ -125,12 +125,12 @@ impl Board {
         Self { port, shared, thread: Some(thread) }
     }
 
-    /// Somebody opens its door, and leaves it open.
+    /// Opens the safety door and leaves it open.
     pub(crate) fn opens_door(&self) {
         self.shared.door.store(true, Ordering::SeqCst);
     }
 
-    /// Its program hangs from now on.
+    /// Makes the controller hang.
     pub(crate) fn freezes(&self) {
         self.shared.frozen.store(true, Ordering::SeqCst);
     }

@@ -1,5 +1,5 @@
 //! Tests of a command that is suspended during a job, or moved to the background: after a while it must
-//! neither continue unasked nor freeze. And of what it prints if the controller hangs.
+//! neither continue unasked nor freeze. Also tests what it prints if the controller hangs.
 
 use super::progress::progress;
 use super::pty::Board;
@@ -54,12 +54,12 @@ impl Desk {
         self.folder.path()
     }
 
-    /// The command line that runs the job.
+    /// The command line that runs the job on a machine that homes.
     fn run(&self) -> String {
         self.run_with("--zero-at -100,-100,-20")
     }
 
-    /// The same with these flags.
+    /// The command line that runs the job with `flags`.
     fn run_with(&self, flags: &str) -> String {
         let annulus = env!("CARGO_BIN_EXE_annulus");
         format!("{annulus} grbl run job.nc --json --port {} --spin-up 0 {flags}", self.board.port)
@@ -120,7 +120,7 @@ impl Desk {
         assert_eq!(self.board.report().split('|').nth(1), report.split('|').nth(1));
     }
 
-    /// Waits for the end of a command that fails, and gives its answer.
+    /// Waits until a command ends with exit code 1, and returns its answer.
     fn fails(&self, mut child: Child) -> Value {
         let mut exit = None;
         self.until("its end", || {
@@ -199,13 +199,13 @@ fn with_open_door(desk: &Desk, flags: &str, so: impl Fn() -> bool) -> Value {
     desk.fails(child)
 }
 
-/// Flags of a job that nobody attends.
+/// Flags of a job without a user, and no input.
 const ALONE: &str = "--equal-tool-lengths --unattended-tool-change 0 --yes < /dev/null";
 
 #[test]
 fn frozen_controller_ends_the_job_with_the_resume_command() {
     for (homes, zero, first) in [
-        (true, "--zero-at -100,-100,-20", "so the machine homes first"),
+        (true, "--zero-at -100,-100,-20", "Resuming homes the machine first"),
         (false, "--zero-here", "Jog the tool to X, Y and Z zero of the board"),
     ] {
         let desk = Desk::at(Board::that_homes(homes));

@@ -299,7 +299,7 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
     rows
 }
 
-/// Warns that a tool that breaks while drilling goes unnoticed.
+/// Warns that the machine does not detect a broken tool.
 fn unseen_breakage(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let unseen = program.hole_count() > 0 && !machine.notices_broken_bits();
     unseen.then(|| row(RowVerdict::Warn, warning!("preflight.broken_bits_unseen")))

@@ -134,7 +134,7 @@ fn every_text_is_used() {
     // The locale tables use the language's name when they are built.
     used.insert("page.language".to_owned());
     used.extend(OperationKind::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
-    // `format!("grbl.error_{number}")` uses all texts that begin so.
+    // `format!("grbl.error_{number}")` uses all texts whose keys start with `grbl.error_`.
     let begun: Vec<_> =
         all.split('"').filter_map(|text| text.split_once('{')).map(|(begins, _)| begins).collect();
     let is_beginning =

@@ -1,5 +1,5 @@
-//! Selection by a press (the thing under the pointer and the things that go with it), and locked layers:
-//! nothing on them can be selected or edited.
+//! Selection by a press: the thing under the pointer, and its group. Things on locked layers can't be
+//! selected or edited.
 
 use super::Editor;
 use annulus_core::board::drawing::{Catch, Drawing, Edit, Finder, Layer, Thing};

@@ -7,8 +7,8 @@
 //! link opened ─▶ annulusStop = send.bind(socket, stop)      trapped ─▶ boot.js: STOP ─▶ annulusStop()
 //! ```
 //!
-//! One tab owns the drill, but every tab can stop it. For a crashed page, `www/boot.js` offers as a button a
-//! call made only of browser objects: WebAssembly that has trapped can no longer handle events.
+//! One tab owns the drill, but every tab can stop it. For a crashed page, `www/boot.js` shows a STOP button.
+//! Its call uses only browser objects, because WebAssembly that has trapped handles no more events.
 
 use crate::browser::window;
 use crate::model::LinkEvent;

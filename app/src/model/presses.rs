@@ -142,7 +142,7 @@ pub(super) fn update(model: &mut Model, event: PressEvent) -> Vec<Effect> {
     if presses.refused {
         return vec![toast(model, text, None)];
     }
-    // A press that acts ends the notification about an ignored one.
+    // A press that acts removes the notification about an ignored press.
     if is_guarded {
         withdraw(&mut model.frame, &text);
     }

@@ -23,7 +23,7 @@ struct Earlier {
     wear: Vec<ToolWear>,
 }
 
-/// The files below a data folder.
+/// Files in the folder `grbl` of a data folder; reads files of earlier versions until the first write.
 #[derive(Clone, Debug)]
 pub(crate) struct DiskFiles {
     data: PathBuf,
@@ -57,7 +57,7 @@ impl DiskFiles {
         })
     }
 
-    /// What an earlier version saved in another file.
+    /// Contents of `file` from the file where an earlier version saved them; empty if there are none.
     fn earlier(&self, file: File) -> Vec<u8> {
         let read = |name: &str| fs::read(self.data.join(name)).unwrap_or_default();
         match file {
@@ -137,7 +137,7 @@ mod tests {
         assert_eq!((open().interrupted(), open().wear()[0].hits), (Some(&entry), 0));
         open().save(&AttendedJob { ended: true, ..entry.clone() }, Vec::new()).unwrap();
         assert_eq!(open().interrupted(), None);
-        // The other half holds if one is damaged.
+        // If one half is damaged, the ledger uses the other.
         fs::write(folder.path().join("grbl/controller-1"), b"half a file").unwrap();
         assert_eq!(open().interrupted(), Some(&entry));
     }
@@ -150,7 +150,7 @@ mod tests {
         let write = |bytes: &[u8]| fs::write(folder.path().join("controller.json"), bytes).unwrap();
         write(b"{ half a file");
         assert_eq!(open().interrupted(), None);
-        // From before tool wear was counted.
+        // The first versions counted no tool wear.
         write(&serde_json::to_vec(&entry).unwrap());
         assert_eq!((open().interrupted(), open().wear()), (Some(&entry), &[][..]));
         let wear = ToolWear { hits: 17, ..ToolWear::new("mine", &RackTool::read("T3 drill 0.8").unwrap()) };

@@ -27,13 +27,13 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 
 /// How long [`GrblHost::open`] waits until the controller identifies itself.
-const MEETING: Duration = Duration::from_secs(12);
-/// Interval of the attempts to open a lost port again.
-const AGAIN: Duration = Duration::from_secs(1);
+const IDENTIFY_WAIT: Duration = Duration::from_secs(12);
+/// Interval between attempts to open a lost port again.
+const REOPEN_INTERVAL: Duration = Duration::from_secs(1);
 /// Longest wait for input while no port is open.
-const LOOK: Duration = Duration::from_millis(50);
-/// How long `shutdown` waits for the machine to stop.
-const LAST_REST: Duration = Duration::from_secs(5);
+const INPUT_WAIT: Duration = Duration::from_millis(50);
+/// How long `shutdown` waits until the machine has stopped.
+const STOP_WAIT: Duration = Duration::from_secs(5);
 
 /// A controller, and where its files are.
 pub(crate) struct Site {
@@ -48,7 +48,7 @@ pub(crate) struct Site {
     pub(crate) speed: f64,
 }
 
-/// A handle of the thread. Clones share it; `shutdown` ends it.
+/// Handle to the thread that owns the port. Clones share the thread; `shutdown` ends it.
 #[derive(Clone)]
 pub(crate) struct GrblHost {
     inputs: Sender<Input>,
@@ -60,14 +60,14 @@ pub(crate) struct GrblHost {
 /// Input of the thread.
 enum Input {
     Message(Message),
-    /// Requests the source of a job's G-code.
+    /// Requests the program and the machine from which a job's G-code is written.
     Draft {
         job: String,
         from_leg: u32,
         ticket: Option<Ticket>,
         reply: Sender<Result<Option<Draft>, Diagnostic>>,
     },
-    /// A job to check. Its G-code is written, or exists already.
+    /// Checks a job. `written`: its new G-code; `None` if an interrupted job resumes.
     Arm {
         job: String,
         from_leg: u32,
@@ -112,7 +112,7 @@ impl GrblHost {
         let thread = thread.map_err(|error| Refusal::surroundings(no_thread(error)))?;
         let host = Self { inputs, listeners, tickets, thread: Arc::new(Mutex::new(Some(thread))) };
         // A controller that must not be reset identifies itself after its job.
-        match met.recv_timeout(MEETING) {
+        match met.recv_timeout(IDENTIFY_WAIT) {
             Ok(Err(why)) => {
                 host.shutdown();
                 Err(Refusal::surroundings(why))
@@ -121,7 +121,8 @@ impl GrblHost {
         }
     }
 
-    /// Writes the job's G-code here and not in the thread, which would stop no jog meanwhile.
+    /// Writes the job's G-code in the caller's thread: the thread that owns the port must stay free to end a
+    /// jog.
     fn arm(&self, job: &str, from_leg: u32, ticket: Option<Ticket>) -> Result<Vec<Tell>, Diagnostic> {
         let draft = self.send(|reply| Input::Draft { job: job.to_owned(), from_leg, ticket, reply });
         let draft = draft.unwrap_or_else(|| Err(gone()))?;
@@ -188,7 +189,7 @@ impl Hosted for GrblHost {
     }
 }
 
-/// A station and its port; `None` after the port was lost.
+/// A station and its port; `port` is `None` after it was lost.
 struct Connection {
     station: Station<DiskFiles>,
     port: Option<Port>,
@@ -215,7 +216,7 @@ impl Connection {
         }
     }
 
-    /// Does what is due.
+    /// Advances the station, writes to the port, and reports when a report is due.
     fn turn(&mut self) {
         let interval = self.station.advance();
         if let Err(error) = self.write() {
@@ -245,21 +246,21 @@ impl Connection {
     }
 
     fn lose(&mut self, error: &io::Error) {
-        tracing::warn!(%error, "the port of the controller is gone");
+        tracing::warn!(%error, "the port of the controller was lost");
         self.port = None;
         self.station.unplugged();
     }
 }
 
-/// The state of the thread.
+/// State of the thread that owns the port.
 struct Work {
     site: Site,
     tickets: Arc<Tickets>,
     listeners: Listeners,
     machine: Connection,
-    /// After the port was lost: a controller that has not identified itself yet.
+    /// The controller at the port that was opened again, until it has identified itself.
     next: Option<Connection>,
-    /// The last attempt to open the port.
+    /// Time of the last attempt to open the port again.
     tried: Instant,
 }
 
@@ -269,7 +270,7 @@ impl Work {
         loop {
             let is_open =
                 [Some(&self.machine), self.next.as_ref()].into_iter().flatten().any(|one| one.port.is_some());
-            match inbox.recv_timeout(if is_open { Duration::ZERO } else { LOOK }) {
+            match inbox.recv_timeout(if is_open { Duration::ZERO } else { INPUT_WAIT }) {
                 Ok(Input::Message(Message::Shutdown)) | Err(RecvTimeoutError::Disconnected) => break,
                 Ok(input) => self.take(input),
                 Err(RecvTimeoutError::Timeout) => self.read(),
@@ -283,7 +284,7 @@ impl Work {
         self.rest();
     }
 
-    /// Whether the controller has identified itself; `None` while that is open.
+    /// `Ok` if the controller has identified itself, an error if it did not in time, `None` until then.
     fn met(&self) -> Option<Result<(), Diagnostic>> {
         let station = &self.machine.station;
         let silent = || station.alarm().cloned().unwrap_or_else(|| error!("grbl.no_answer"));
@@ -338,7 +339,7 @@ impl Work {
     /// Opens the lost port again. A controller that identifies itself takes over.
     fn reconnect(&mut self) {
         let Some(mut next) = self.next.take() else {
-            if self.tried.elapsed() >= AGAIN {
+            if self.tried.elapsed() >= REOPEN_INTERVAL {
                 self.tried = Instant::now();
                 self.next = self.open_again();
             }
@@ -362,7 +363,7 @@ impl Work {
         opened.inspect_err(|why| tracing::warn!(code = why.code, "the controller was not opened")).ok()
     }
 
-    /// Stops what moves, and waits for it.
+    /// Stops the machine if it moves, and waits until it has stopped.
     fn rest(&mut self) {
         if self.machine.station.moves() {
             self.machine.station.take(Message::Stop);
@@ -372,7 +373,7 @@ impl Work {
             self.machine.turn();
             self.pass_on();
             let is_still = self.machine.port.is_none() || !self.machine.station.moves();
-            if is_still || since.elapsed() >= LAST_REST {
+            if is_still || since.elapsed() >= STOP_WAIT {
                 return;
             }
             self.machine.read();

@@ -1,5 +1,5 @@
-//! A controller at a serial port: the shared code of `host/src/grbl`, with a thread that owns the port. Pages
-//! drive a station through the server, the command line drives the engine.
+//! A controller at a serial port. The logic is in `host/src/grbl`; a thread here owns the port. Pages drive a
+//! station through the server, the command line drives the engine.
 //!
 //! ```text
 //!  pages ─ asks ──▶ hosted (a thread) ─ bytes ──▶ port

@@ -10,16 +10,16 @@ pub(crate) use listeners::Listeners;
 use std::sync::mpsc::Receiver;
 use tokio::sync::mpsc;
 
-/// A machine that pages drive together. The caller checks who may ask.
+/// A machine that several pages share. The caller checks which page may send requests.
 pub(crate) trait Hosted: Send + Sync {
     /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic>;
 
-    /// The program saved under `key`.
+    /// Returns the program saved under `key`.
     fn job(&self, key: &str) -> Option<Vec<u8>>;
 
-    /// Passes a page's request with its `ticket` on, without blocking. Requests are handled in order; only
-    /// planning is left for [`Begun::finish`].
+    /// Passes on a page's request with its `ticket`, without blocking. Requests are handled in order;
+    /// planning, or writing a job's G-code, is left for [`Begun::finish`].
     fn begin(&self, ask: Ask, ticket: Option<Ticket>) -> Begun;
 
     /// Stops now. Never blocks.
@@ -44,7 +44,7 @@ pub(crate) trait Hosted: Send + Sync {
 
 type Answer = Result<Vec<Tell>, Diagnostic>;
 
-/// A request that was passed on, and the rest of its work.
+/// A request in progress: the rest of its work, or the wait for its answer.
 pub(crate) struct Begun(Box<dyn FnOnce() -> Answer + Send>);
 
 impl Begun {
@@ -52,18 +52,18 @@ impl Begun {
         Self(Box::new(rest))
     }
 
-    /// A request whose answer arrives there.
+    /// A request whose result arrives at `answer`.
     pub(crate) fn awaits(answer: Receiver<Answer>) -> Self {
         Self::new(move || answer.recv().unwrap_or_else(|_| Err(gone())))
     }
 
-    /// Waits for the answer; blocks while planning.
+    /// Does the rest and waits for the answer; blocks.
     pub(crate) fn finish(self) -> Answer {
         (self.0)()
     }
 }
 
-/// The machine's thread has ended.
+/// Error for a request after the machine's thread has ended.
 pub(crate) fn gone() -> Diagnostic {
     error!("control.shut_down")
 }

@@ -27,7 +27,7 @@ impl<F> Registers<F> {
     }
 }
 
-/// The card of `machine` behind `file`.
+/// The card of `machine`, through the register file `file`.
 pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     Ok(Box::new(Registers::card(file, u64::from(machine.card_address), &machine.card)))
 }

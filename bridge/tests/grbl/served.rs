@@ -1,5 +1,5 @@
-//! Tests of a page that drives the real firmware through the bridge: it leaves, the cable is pulled, the bridge
-//! is killed. Judged by the step pins.
+//! Tests of a page that drives the real firmware through the bridge: the page leaves, the cable is pulled,
+//! the bridge is killed. The step pins decide what was drilled.
 
 use super::bench::{START, ZERO};
 use super::firmware::{Board, Instrument, SPEED, STEPS, instrument, settings};
@@ -10,7 +10,7 @@ use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::wire::{Ask, JobEnd, Tell};
 use tempfile::TempDir;
 
-/// Steps between a hole and its plan: digits of the report, and a step of a reset.
+/// Permitted distance between a hole and its plan, in steps: rounding of position reports, and a reset.
 const TOLERANCE: i64 = 10;
 
 /// A controller with the spindle for which the job is planned.

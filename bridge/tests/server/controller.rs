@@ -131,7 +131,7 @@ fn tool_wear_of_the_command_line_is_shown() {
 }
 
 #[test]
-fn unsuitable_serial_ports_are_refused_before_the_page_is_served() {
+fn unsuitable_serial_ports_are_refused_before_serving() {
     let (board, home) = (Board::at(57_600), TempDir::new().unwrap());
     let port = board.port.as_str();
     let rows: [(&[&str], i32, &str); 4] = [

@@ -43,7 +43,7 @@ pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) ->
     }
 }
 
-/// Takes control, which the page may have already, and homes.
+/// Takes control, acknowledges an alarm, and homes.
 pub(crate) fn home(page: &mut Page) -> Status {
     page.ask(&Ask::ReleaseControl);
     assert!(page.take_control(true));
@@ -74,7 +74,7 @@ pub(crate) fn set_zero(page: &mut Page, zero: [f64; 3]) {
     let near = |mm: f64| mm.abs() < 0.01;
     page.ask(&Ask::SetZero);
     until_status(page, |status| status.work_mm[..2].iter().all(|mm| near(*mm)));
-    // The engine asks the controller once more.
+    // The engine reads the zero back from the controller.
     sleep(Duration::from_millis(500));
     page.ask(&Ask::SetHeight);
     until_status(page, |status| near(status.work_mm[2]));
@@ -100,7 +100,7 @@ pub(crate) fn start(page: &mut Page, job: &str, from_leg: u32) {
     page.ask(&Ask::Start { job: job.to_owned(), stream_digest, from_leg });
 }
 
-/// Confirms the tool; one whose length is unknown is touched off first.
+/// Confirms the tool. Touches it off first if its length is unknown.
 fn change_tool(page: &mut Page) {
     let is_over = |tell: &Tell| matches!(tell, Tell::Status(status) if status.state != State::ToolChange);
     page.ask(&Ask::ToolChanged);
@@ -139,7 +139,7 @@ pub(crate) fn ends(page: &mut Page) -> JobEnd {
     }
 }
 
-/// The interrupted job that is offered.
+/// Waits for the offer to resume a job.
 pub(crate) fn offer(page: &mut Page) -> InterruptedJob {
     match page.until(|tell| matches!(tell, Tell::Interrupted(_))) {
         Tell::Interrupted(offer) => offer,

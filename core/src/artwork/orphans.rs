@@ -16,7 +16,7 @@ use super::{Artwork, FileRead, Role, Side};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::{code, note};
 
-/// What is asked of a layer. A person who says its role answers it.
+/// Codes of questions about a layer. The user answers one by setting the layer's role.
 pub(super) const QUESTIONS: [&str; 11] = [
     code!("set.side_disputed"),
     code!("set.only_copper"),
@@ -304,7 +304,7 @@ pub(super) fn report_unused_copper(layers: &mut Layers, rows: &[Row]) {
 
 /// Reports copper whose side is disputed between two reasons.
 pub(super) fn report_disputed_sides(layers: &mut Layers, rows: &[Row]) {
-    // Beside a layer 0, numbers don't count from 1.
+    // If there is a layer 0, numbers don't count from 1.
     let from_zero = |row: &Row| rows.iter().any(|other| other.number == Some(0) && other.is_kin(row));
     let disputed = |row: &&Row| row.is_disputed || row.is_numbered_otherwise && !from_zero(row);
     for row in rows.iter().filter(disputed) {

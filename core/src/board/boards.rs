@@ -3,7 +3,7 @@
 //! ```text
 //!   ┌───────────────┐
 //!   │ ▪  ┌──┐    ▪  │     a loop that holds pads or holes is a board; a loop inside it is cut out
-//!   │    └──┘    ▪  │     (a loop around a whole board, without other copper, is a frame, even if it is near)
+//!   │    └──┘    ▪  │     (a loop around a whole board, without other copper, is a frame, however near)
 //!   └───────────────┘
 //!   ├─── ┌────┐ ────┤     a loop that holds nothing is no board: the box of a dimension, a title block
 //!        └────┘
@@ -18,11 +18,11 @@ use crate::geometry::{
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Two loops nearer to each other than this are one line drawn twice, in mm.
+/// Two loops at most this far apart, in mm, are one line drawn twice.
 const SAME_MM: f64 = 0.15;
-/// No board has a rim as narrow as this, in mm: of two loops so near, only one is the edge.
+/// Of two loops at most this far apart, in mm, only one is an edge: no board has so narrow a rim.
 const DOUBLE_MM: f64 = 0.5;
-/// An empty loop around a board, no farther from its edge than this, in mm, may be the edge too.
+/// An empty loop around a board, at most this far from its edge, in mm, may be the real edge.
 const NEAR_MM: f64 = 5.0;
 /// This number of pads in a loop inside a board makes the loop a board as well.
 const OWN_PADS: usize = 3;

@@ -404,8 +404,8 @@ fn mended(gaps: &[(Length, Point)], trimmed: &[(Length, Point)]) -> Vec<Diagnost
     gaps.into_iter().chain(trimmed).collect()
 }
 
-/// Reports closed loops that are no boards; those beside a board may be a part of it. Each loop around a board
-/// that may be its edge, and each frame with holes, is reported by itself.
+/// Reports closed loops that are no boards. A loop that shares an edge with a board may belong to it. Each
+/// loop around a board that may be its edge, and each frame with holes, has its own message.
 fn left_out(loops: &[LeftOut]) -> Vec<Diagnostic> {
     let mm = |length: Length| format!("{:.2}", length.mm());
     let sized = |diagnostic: Diagnostic, Bounds { min, max }: Bounds| {

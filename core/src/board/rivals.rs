@@ -20,9 +20,9 @@ use std::collections::BTreeMap;
 
 /// Two drill files with at least this many common positions may be two versions of one file.
 const MANY: usize = 3;
-/// So far apart two files in different units may put one hole: half of 0.001 inch, rounded.
+/// Greatest distance between positions of one hole in files of different units: half of 0.001 inch, rounded.
 const ROUNDED: Length = Length::from_um(15);
-/// So many holes of a file say where its board is; fewer may be those of a fixture or of the corners.
+/// Least number of holes from which a file's board is located; fewer may be of a fixture or the corners.
 const FEWEST: usize = 8;
 /// Holes may be this far beyond copper or outline.
 const OVERHANG: Length = Length::from_um(2_000);

@@ -137,7 +137,7 @@ pub(super) fn program(holes: &[(f64, f64)]) -> Vec<u8> {
     format!("M48\nMETRIC\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes()
 }
 
-/// The same in inches, with so many digits after the point.
+/// A drill program of holes in inches, with this many digits after the point.
 fn in_inches(holes: &[(f64, f64)], digits: usize) -> Vec<u8> {
     let hit = |(x, y): &(f64, f64)| format!("X{:.digits$}Y{:.digits$}\n", x / 25.4, y / 25.4);
     let hits: String = holes.iter().map(hit).collect();

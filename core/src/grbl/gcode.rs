@@ -111,7 +111,7 @@ pub fn read_written(
     Ok((routine, written))
 }
 
-/// Whether what a program says at a pause is about a tool.
+/// True if the comment of a program at a pause is about a tool.
 fn names_tool(said: &str) -> bool {
     let said = said.to_ascii_lowercase();
     let mut words = said.split(|c: char| !c.is_ascii_alphanumeric());
@@ -190,7 +190,7 @@ impl Reader<'_> {
         Diagnostic::error(code).at(self.file, self.line, 1)
     }
 
-    /// A line without its comments; what comments say is kept for the person.
+    /// A line without its comments. Saves the comments for the user.
     fn bare(&mut self, line: &str) -> String {
         let bare = grbl::bare(line);
         bare.brackets.iter().for_each(|comment| self.keep(comment));

@@ -37,7 +37,7 @@ pub struct Known {
     pub zero_mm: Option<[f64; 3]>,
     /// The last reported modal words.
     pub modes: Option<Modes>,
-    /// The controller stored another X or Y zero than it was told: no job starts until one is confirmed.
+    /// The controller stored another X or Y zero than was sent: no job starts until one is confirmed.
     pub(super) zero_refused: bool,
     pub(super) height: BoardHeight,
     pub(super) depth: TipDepth,

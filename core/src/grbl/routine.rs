@@ -70,18 +70,19 @@ pub enum RoutineAction {
     },
 }
 
-/// What a job waits for a person for.
+/// Why a job waits for the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause<'r> {
-    /// A tool: the number of its T word, or its place in the job from 1, and what the program says of it.
+    /// A tool change.
     Tool {
+        /// Number of the T word, or position in the job, from 1.
         number: u32,
-        /// What the program says.
+        /// Comment of the program about the tool.
         said: &'r str,
     },
     /// The program only stops.
     Stop {
-        /// What the program says.
+        /// Comment of the program.
         said: &'r str,
     },
 }

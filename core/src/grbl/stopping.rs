@@ -1,5 +1,4 @@
-//! Comes to rest to end what was in work: a hold, then a reset at standstill. A reset in motion would lose the
-//! position.
+//! Ends an activity: a feed hold, then a reset at standstill. A reset in motion would lose the position.
 
 use super::activity::{Activity, Work};
 use super::asks::realtime;

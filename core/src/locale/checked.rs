@@ -1,4 +1,4 @@
-//! Comparison of a key and its arguments with the English table, while compiling.
+//! Comparison of a key and its arguments with the English table, at compile time.
 
 use super::tables::ARGUMENTS;
 use std::cmp::Ordering;
@@ -34,7 +34,7 @@ const fn has_all(names: &[&str], wanted: &[&str]) -> bool {
     true
 }
 
-/// Order of two texts by bytes; that of the standard library isn't `const`.
+/// Order of two texts by bytes; `Ord` of the standard library isn't `const`.
 const fn order(a: &[u8], b: &[u8]) -> Ordering {
     let mut at = 0;
     while at < a.len() && at < b.len() {

@@ -71,8 +71,8 @@ pub fn drilled(sides: &[SideRun<'_>], asked: &Asked) -> DrillingProof {
     out
 }
 
-/// Compares the holes. Returns whether any is made, and for each side the numbers of the legs that belong to
-/// one.
+/// Compares the holes. Returns whether any is made, and for each side the numbers of the legs that make a
+/// hole.
 fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> (bool, Vec<BTreeSet<usize>>) {
     let Some(first) = layers.first() else { return (false, Vec::new()) };
     let drills = |leg: &Deep<'_>| leg.bit.cutter == Cutter::Drill && leg.round.is_some();

@@ -1,7 +1,7 @@
 //! Holes that programs make where the board has none.
 //!
 //! ```text
-//!    ◯● beside a hole: extra      ┌─●─●─●─┐ a row across the edge: mouse-bites      ● extra
+//!    ◯● next to a hole: extra     ┌─●─●─●─┐ a row across the edge: mouse-bites      ● extra
 //! ```
 
 use super::body::SLACK_MM;
@@ -13,12 +13,13 @@ use crate::geometry::{Bounds, Point};
 use crate::job::{Asked, Cutter};
 use std::collections::BTreeSet;
 
-/// A row of mouse-bites: each has this many others within this distance, in mm.
+/// Mouse-bites form a row: each has this many others within this distance, in mm.
 const ROW: (usize, f64) = (2, 3.0);
 /// Sizes and positions within this, in mm, are equal.
 const EQUAL_MM: f64 = 0.05;
 
-/// Holes through the board where it has none. `judged`: numbers of the legs that were compared with its holes.
+/// Holes at least half through the board where it has none. `judged`: numbers of the legs that make its
+/// holes.
 pub(super) fn extra_holes(layer: &Layer<'_>, judged: &BTreeSet<usize>, asked: &Asked) -> Vec<Point> {
     let board = layer.board;
     // A board without any hole was read without its drill file.
@@ -45,7 +46,7 @@ pub(super) fn extra_holes(layer: &Layer<'_>, judged: &BTreeSet<usize>, asked: &A
     if extra.is_empty() {
         return Vec::new();
     }
-    // A hole in what a mill removes, such as where it enters, is no further cut.
+    // A hole where a mill cuts as well, for example at its entry, removes nothing more.
     let mills = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
     let milled = Swept::of(mills.filter(|leg| !leg.round.is_some_and(|round| round.stroke)));
     let is_milled =
@@ -58,12 +59,12 @@ fn bite(layer: &Layer<'_>, round: &Round) -> Option<(f64, f64)> {
     layer.body.bite(Spot::of(round.at), round.wide_mm / 2.0)
 }
 
-/// True for a mouse-bite: a hole on the edge if the job has mouse-bites; without a job, one of a row across
-/// the edge.
+/// True for a mouse-bite. With a job: a hole on the edge, if the job has mouse-bites. Without a job: a hole
+/// in a row across the edge.
 fn is_mouse_bite(layer: &Layer<'_>, asked: &Asked, round: &Round) -> bool {
     let Some((_, off)) = bite(layer, round) else { return false };
     match asked.cut_out {
-        // The tool takes half of its width from each of two boards that share an edge.
+        // Holes are on the edge, or half a tool's width from it if two boards share the edge.
         Some(edge) => {
             edge.bites && [0.0, edge.bit.mm() / 2.0].iter().any(|mm| libm::fabs(off - mm) <= SLACK_MM)
         }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!    ┌───────┐             ╭─────╮
-//!    │ board │◀───────────▶│ cut │     the shortest distance is reported, with its place
+//!    │ board │◀───────────▶│ cut │     the shortest distance is reported, with its position
 //!    └───────┘             ╰─────╯
 //! ```
 
@@ -15,9 +15,9 @@ use crate::board::COPPER_THICKNESS;
 use crate::geometry::{Island, Point, Region, rectangle};
 use crate::units::Length;
 
-/// Nearer cuts, in mm, may be along the edge of the board.
+/// A cut nearer than this, in mm, may follow the edge of the board.
 const LEAST_MM: f64 = 0.1;
-/// Cuts farther away, in mm, are not measured.
+/// Cuts farther away than this, in mm, are not measured.
 const FARTHEST_MM: f64 = 10_000.0;
 
 /// The cut nearest to the board and its distance from it, if all cuts are outside.

@@ -311,7 +311,7 @@ fn kept_region((copper, design): (&Region, &Edges), (left, left_edges): (&Region
     Region { islands: whole }
 }
 
-/// `region` without what lies beside all islands of `places`: its holes there, and its islands.
+/// `region` without the islands and holes that are near no island of `places`.
 pub(super) fn about(region: &Region, places: &Region) -> Region {
     let mut boxes: Vec<Bounds> = places.islands.iter().map(|island| path_bounds(&island.outer)).collect();
     boxes.sort_by_key(|place| place.min.x);

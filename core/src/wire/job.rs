@@ -33,7 +33,7 @@ pub struct PreflightRow {
 #[serde(rename_all = "snake_case")]
 pub enum RowVerdict {
     Pass,
-    /// Something that Annulus can't check; there is nothing to tick.
+    /// For information, about a risk that Annulus can't check. The user need not tick it.
     Note,
     /// The user must tick it.
     Warn,

@@ -152,7 +152,7 @@ pub struct Status {
     pub work_mm: [f64; 3],
     /// Position of the work zero, machine mm; none if it isn't set.
     pub zero_mm: Option<[f64; 2]>,
-    /// No job starts before Z zero is set.
+    /// Z zero is missing: no job starts until the user sets it.
     #[serde(default)]
     pub needs_z_zero: bool,
     /// Target of the current move in XY, work mm.

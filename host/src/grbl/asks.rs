@@ -232,15 +232,15 @@ impl<F: Files> Station<F> {
         self.engine_asked(grbl::EngineAsk::Override { of, percent })
     }
 
-    /// The interrupted job, if it is `job` and resumes.
+    /// The interrupted job, if it is `job` and resumes at `from_leg`.
     fn offered(&self, job: &str, from_leg: u32) -> Option<&Order> {
         self.offer.as_ref().filter(|order| from_leg > 0 && order.key == job)
     }
 
-    /// The source of the G-code of an uploaded job; `None` if the job resumes and its G-code exists.
+    /// What an uploaded job's G-code is written from; `None` if the job resumes and its G-code exists.
     ///
-    /// Writing it takes seconds for a large job, in which this station could end no jog. So the caller
-    /// writes it, then calls [`Self::arm`].
+    /// For a large job, writing the G-code takes seconds, and this station could not end a jog meanwhile. So
+    /// the caller writes it, then calls [`Self::arm`].
     pub fn draft(&self, job: &str, from_leg: u32) -> Result<Option<Draft>, Diagnostic> {
         if self.work.is_some() {
             return refusal(code!("control.busy"));
@@ -256,7 +256,7 @@ impl<F: Files> Station<F> {
         Ok(Some(Draft { key, bytes, machine }))
     }
 
-    /// Checks a job against the controller's current state: as `written`, or the interrupted one.
+    /// Checks a job against the controller's current state: the `written` job, or the interrupted one.
     pub fn arm(&mut self, job: &str, from_leg: u32, written: Option<Written>) -> Result<Tell, Diagnostic> {
         if self.work.is_some() {
             return refusal(code!("control.busy"));
@@ -264,7 +264,7 @@ impl<F: Files> Station<F> {
         let order = match (self.offered(job, from_leg), written) {
             (Some(order), _) => order.clone(),
             (None, None) => return refusal(code!("control.leg_not_offered")),
-            // The settings changed meanwhile.
+            // The settings changed while the G-code was written.
             (None, Some(written)) if written.fingerprint != self.machine.fingerprint() => {
                 return refusal(code!("control.not_armed"));
             }
@@ -373,7 +373,8 @@ impl<F: Files> Station<F> {
     }
 }
 
-/// Why no controller drives `machine`, if it needs what only Annulus itself can do.
+/// Why a controller can't drive `machine`: it has a magazine, a presser foot or an index pulse. `None` if it
+/// can.
 pub fn unfit(machine: &Machine) -> Option<Diagnostic> {
     let indexes = [&machine.x, &machine.y, &machine.z].into_iter().any(|axis| axis.index);
     let rows = [

@@ -90,7 +90,7 @@ impl<F: Files> Station<F> {
         rows
     }
 
-    /// Warns what ends the job: the controller gets it line by line.
+    /// Warns about what interrupts the job, because the controller gets it line by line.
     fn feeder(&self) -> Diagnostic {
         if self.in_page { warning!("grbl.page_feeds") } else { warning!("grbl.bridge_feeds") }
     }
@@ -139,7 +139,7 @@ impl<F: Files> Station<F> {
         from > 0 && self.attended.controller().height_as_left(self.ledger.entry().zero_mm)
     }
 
-    /// Returns `true` if a job can be resumed and zero of Z is still where that job had it.
+    /// Returns `true` if a job can be resumed and Z zero is still where that job had it.
     pub(super) fn resumes_at_height(&self) -> bool {
         self.offer.is_some() && self.height_as_left(self.ledger.entry().done)
     }

@@ -15,7 +15,7 @@ impl<F: Files> Station<F> {
         if self.work.is_some() {
             return Err(error!("control.busy"));
         }
-        // Writing the job takes seconds, in which no jog could be ended.
+        // Writing the job takes seconds, and this station could not end a jog meanwhile.
         if self.attended.controller().phase == EnginePhase::Jogging {
             return Err(error!("grbl.not_now"));
         }

@@ -5,8 +5,8 @@
 //! MillProfile ─ `$$` ─▶ a warning for each difference, and its effect on a board
 //! ```
 //!
-//! Unknown values are not compared. The check of a job reports settings that are wrong on every mill. Lengths
-//! in mm, speeds in mm/min, accelerations in mm/s².
+//! Unknown values are not compared. The check before a job reports settings that are wrong on every mill.
+//! Lengths in mm, speeds in mm/min, accelerations in mm/s².
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::settings::{self, Values};
@@ -103,7 +103,7 @@ mod tests {
             (vec![(120, 500.0), (121, 10.0)], vec!["grbl.steeper_than_machine 120"]),
             (vec![(131, 200.0)], vec!["grbl.other_travel 131"]),
             (vec![(30, 1_000.0)], vec!["grbl.other_rpm "]),
-            // The check of each job reports this one.
+            // The check before each job reports `$1`.
             (vec![(1, 25.0)], vec![]),
         ] {
             assert_eq!(codes(&changes, "GRBL"), expected, "{changes:?}");

@@ -38,7 +38,7 @@ pub(super) fn reset_of(kept: &[(String, Value)]) -> ResetOnOpen {
     of.unwrap_or_default()
 }
 
-/// The saved choice whether opening the port may reset the controller.
+/// Whether opening the port may reset the controller, as the user chose.
 pub fn reset_on_open(files: &mut impl Files) -> ResetOnOpen {
     let kept: Vec<(String, Value)> =
         unsealed(&files.read(File::ControllerSettings).unwrap_or_default()).unwrap_or_default();

@@ -50,7 +50,7 @@ pub(super) struct Armed {
     pub(super) refused: Option<Diagnostic>,
 }
 
-/// The source of a job's G-code.
+/// A program and the machine for which its G-code is to be written.
 pub struct Draft {
     pub(super) key: String,
     pub(super) bytes: Vec<u8>,

@@ -78,9 +78,9 @@ pub struct Setup {
     pub time: Time,
     /// Decides which requests of pages are still valid.
     pub tickets: Arc<Tickets>,
-    /// The machine that the user named, if any.
+    /// The machine that the user named on the command line, if any.
     pub named: Option<Named>,
-    /// The page's worker feeds the controller: a job ends with its page.
+    /// The station is in the worker of a page: the job ends with the page.
     pub in_page: bool,
 }
 
@@ -227,7 +227,7 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// In a page no status follows after the end: reports a pending alarm now.
+    /// Reports a pending alarm now: in a page, no status follows.
     pub(super) fn say_farewell(&mut self) {
         if let Some(why) = self.alarm.take() {
             self.tell(Tell::Refused { why });
@@ -333,7 +333,7 @@ impl<F: Files> Station<F> {
             }
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
             Message::ControlChanged => self.end_jog(),
-            // Messages of executors and planners: a controller has neither.
+            // Other messages come from executors and planners, which a controller doesn't have.
             _ => {}
         }
     }
@@ -384,7 +384,7 @@ impl<F: Files> Station<F> {
             return None;
         }
         let wear = self.wear_now();
-        // Files and options are those of an earlier job of the command line.
+        // Drop the files and options of an earlier job of the command line.
         let entry = AttendedJob { files: Vec::new(), given: JobGiven::default(), ..entry.clone() };
         let failed = self.ledger.write(self.bringing.take(), &entry, wear).err();
         self.tell_tools();

@@ -135,7 +135,7 @@ impl Owner {
             machine_mm,
             work_mm,
             zero_mm,
-            // The height of the board is a setting, or the job asks for it at its first tool change.
+            // Never: the height of the board is a setting, or the job asks for it at its first tool change.
             needs_z_zero: false,
             target_mm,
             lower_dead_point_mm: leg.and_then(lowest_mm),

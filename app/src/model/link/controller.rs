@@ -164,7 +164,7 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         }
         ControllerEvent::LetGo if controller.chosen && !busy => turn_to(model, false),
         ControllerEvent::LetGo => Vec::new(),
-        // An adapter stops without a hold when its data ends; a bridge continues the job.
+        // No hold for an adapter, which stops when its data ends, or for a bridge, which continues the job.
         ControllerEvent::PageLeft if controller.chosen && controller.plans() && busy => {
             vec![Effect::HoldPort]
         }
@@ -172,8 +172,8 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
     }
 }
 
-/// The controller identified itself. On a port that the user did not choose, only the known controller is
-/// accepted. The port of the bridge was chosen on its command line.
+/// The controller identified itself. On a port of this page that the user did not choose, only the known
+/// controller is accepted. The bridge's port needs no check: its command line names it.
 pub(super) fn greeted(model: &mut Model, who: ControllerReport) -> Vec<Effect> {
     let controller = &mut model.link.controller;
     if !controller.chosen {

@@ -63,7 +63,7 @@ pub(super) fn mill() -> impl IntoView {
     ))
 }
 
-/// Permitted effects of opening the port: most boards reset, some must not. Applies from the next opening.
+/// Whether opening the port may reset the controller: most do, some must not. Applies from the next opening.
 pub(super) fn opening() -> impl IntoView {
     let never = || {
         read(|m| m.link.controller.who.as_ref().is_some_and(|who| who.reset_on_open == ResetOnOpen::Never))

@@ -15,12 +15,12 @@ pub(super) struct HeldAlone {
 }
 
 impl HeldAlone {
-    /// Returns `true` if the job was told to end.
+    /// Returns `true` if this command requested the end of the job.
     pub(super) const fn has_ended(&self) -> bool {
         self.has_ended
     }
 
-    /// Returns `true` if the job was told to end but did not.
+    /// Returns `true` if this command requested the end of the job, but the job did not end in time.
     pub(super) fn is_stuck(&self) -> bool {
         self.has_ended && self.since.is_some_and(|since| since.elapsed() > MOST)
     }

@@ -160,7 +160,7 @@ fn free_half(ledger: &Ledger) -> PathBuf {
     if is_taken(&first) { second } else { first }
 }
 
-/// The G-code files of the last job. A page's job has one in the `files` of the ledger.
+/// The G-code files of the last job. A job from a page has one file, written by the ledger.
 pub(super) fn files_of(ledger: &Ledger, files: &DiskFiles) -> Vec<PathBuf> {
     let own = ledger.interrupted().map(|entry| entry.files.clone()).unwrap_or_default();
     if own.is_empty() { ledger.sent().map(|file| files.path(file)).into_iter().collect() } else { own }

@@ -99,12 +99,12 @@ pub(super) async fn typed_line(lines: &mut Option<UnboundedReceiver<String>>) ->
     line
 }
 
-/// Flags of a new board, and faults to inject: a resumed job has none of them.
-const OF_START: [&str; 4] = ["--restart", "--from-start", "--assume-magazine-loaded", "--load-magazine"];
-/// The same with a value.
-const OF_START_WITH: [&str; 2] = ["--zero-at", "--fault"];
+/// Flags of a new board, without a value. The command that resumes a job leaves them out.
+const START_FLAGS: [&str; 4] = ["--restart", "--from-start", "--assume-magazine-loaded", "--load-magazine"];
+/// Flags of a new board, and faults to inject, with a value. The command that resumes a job leaves them out.
+const START_FLAGS_WITH_VALUE: [&str; 2] = ["--zero-at", "--fault"];
 
-/// The command line that resumes the job: this one, without the flags of a new board.
+/// The command line that resumes the job: this process's own, without those flags.
 pub(super) fn resume_line() -> String {
     resumed(std::env::args().skip(1))
 }
@@ -113,8 +113,8 @@ fn resumed(words: impl Iterator<Item = String>) -> String {
     let (mut line, mut is_value) = ("annulus".to_owned(), false);
     for word in words {
         let flag = word.split('=').next().unwrap_or_default();
-        let has_value = !is_value && OF_START_WITH.contains(&flag);
-        let is_dropped = is_value || has_value || OF_START.contains(&flag);
+        let has_value = !is_value && START_FLAGS_WITH_VALUE.contains(&flag);
+        let is_dropped = is_value || has_value || START_FLAGS.contains(&flag);
         is_value = has_value && flag == word;
         if !is_dropped {
             let is_plain = word.chars().all(|c| c.is_alphanumeric() || "-_./=,:+@%".contains(c));

@@ -30,7 +30,7 @@ const NEIGHBOURS: usize = 64;
 /// Larger limits for the search for holes deep inside others.
 const DEEP_WINDOW: usize = 100_000;
 const DEEP_NEIGHBOURS: usize = 500;
-/// Cells of one column in rows above each other are so many bits apart.
+/// Distance, in bits, between cells of one column in neighbouring rows.
 const ROW_STEP: i64 = 10_368_889;
 /// A row of holes bends by less, as a sine.
 const TURN_SINE: f64 = 0.5;
@@ -167,7 +167,7 @@ struct Cells {
 }
 
 impl Cells {
-    /// So many that few of `count` cells share a bit.
+    /// Enough words that few of `count` cells share a bit.
     fn for_about(count: usize) -> Self {
         Self { words: vec![0; (2 * count).next_power_of_two()] }
     }

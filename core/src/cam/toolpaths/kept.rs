@@ -20,9 +20,9 @@ use std::rc::Rc;
 const BETWEEN: Length = Length::from_um(20);
 /// Larger regions, by segments, are one family: splitting would take half the time that it may save.
 const MOST_PARTED: usize = 20_000;
-/// Larger regions, by their segments, are made without a copy of them: they would take most of what is kept.
+/// Regions with more segments are not saved: one of them would fill most of the cache.
 const MOST_KEPT: usize = 100_000;
-/// So many segments are kept.
+/// Limit of saved segments.
 const MOST_SEGMENTS: usize = 600_000;
 
 /// Tolerance of refitted toolpaths. With the errors of the offset and the 1 µm that toolpaths are nearer, the

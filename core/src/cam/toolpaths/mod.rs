@@ -172,7 +172,8 @@ impl Planned {
         tasks.flat_map(|task| &mut task.toolpaths).for_each(|way| way.path = Path::default());
     }
 
-    /// Length of all toolpaths in mm, every pass counted; what ramps and links take besides is in the program.
+    /// Length of all toolpaths in mm, every pass counted. Ramps and links are not included; they are in the
+    /// program.
     pub fn toolpaths_mm(&self) -> f64 {
         self.toolpaths().map(|way| way.path.length_mm() * way.depths.len() as f64).sum()
     }

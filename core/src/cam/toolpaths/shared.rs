@@ -54,7 +54,7 @@ struct Row {
 }
 
 impl Row {
-    /// Whether the two are nearer than [`NEAR`] where both are: rows of one carrier may lie far apart.
+    /// True if the two are at most [`NEAR`] apart where they overlap: rows of one carrier may be far apart.
     fn is_near(&self, other: &Self) -> bool {
         let along = self.from.max(other.from) as f64;
         let by = (self.at - other.at) as f64 + (self.slope - other.slope) * along;

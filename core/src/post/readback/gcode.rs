@@ -199,7 +199,7 @@ impl Block {
     }
 }
 
-/// Controllers whose refusals are reported beside: of a file whose controller nobody named.
+/// If the user named no controller: the known controllers, whose refusals are reported as well.
 fn others(of: Interpreter) -> Vec<(Interpreter, Judge)> {
     let known = Interpreter::KNOWN.into_iter().filter(|_| of == Interpreter::Any);
     known.map(|one| (one, Judge::new(one))).collect()

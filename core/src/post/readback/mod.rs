@@ -94,7 +94,7 @@ pub fn read_back_for(
     hand.finish(kind == Kind::Drill)
 }
 
-/// Number of the first line with more than comments.
+/// Number of the first line that is not only a comment.
 fn first_line(text: &str) -> u32 {
     (1..).zip(text.lines()).find(|(_, line)| !words::bare(line).is_empty()).map_or(1, |(number, _)| number)
 }
@@ -128,7 +128,7 @@ fn kind(text: &str) -> Option<Kind> {
         bare.starts_with(['G', 'X', 'Y', 'Z', 'M', 'T', 'S', 'N', 'F'])
             && words::of(&bare).is_ok_and(|found| !found.is_empty())
     };
-    // One line is enough: the reader names the first line that it does not know.
+    // One line that moves is enough: the reader then reports the first line that it can't read.
     head.iter().any(moves).then_some(Kind::Gcode)
 }
 

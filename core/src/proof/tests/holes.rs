@@ -113,7 +113,7 @@ fn complete_job_has_no_hole_slot_or_edge_problems() {
     assert_eq!(counts(&[isolating], &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
 }
 
-/// Holes that the board doesn't have, in a job, in a job with mouse-bites, without a job.
+/// Number of holes that the board doesn't have: with a job, with a job with mouse-bites, without a job.
 #[test]
 fn extra_holes_are_reported_even_at_holes_and_edges() {
     let nothing = Asked::nothing(Length::from_mm(1.6));
@@ -138,7 +138,7 @@ fn extra_holes_are_reported_even_at_holes_and_edges() {
         let found = [&planned(), &biting, &nothing].map(|asked| counts(&programs, asked)[7]);
         assert_eq!(found, wanted, "{what}");
     }
-    // A hole in what a mill removes is no further cut.
+    // A hole where a mill cuts as well removes nothing more.
     let path = program(mill(2.0), &[way(&[(16.0, 8.0), (18.0, 8.0)], 2.1)]);
     let both = [whole(), vec![path, drill(1.0, 2.2, &[(16.0, 8.0)])]].concat();
     assert_eq!(counts(&both, &nothing)[7], 1, "only the path");

@@ -1,4 +1,4 @@
-//! Tests of a station without a page, as the bridge hosts it: another thread writes the G-code.
+//! Tests of a station as the bridge hosts it, without a page: another thread writes the G-code.
 
 use super::{Memory, NOW, holes};
 use crate::grbl::{Setup, Station};

@@ -161,7 +161,7 @@ fn missing_z_zero_is_in_the_status() {
     assert!(needs_z_zero(&bench), "only X and Y zero are set");
     bench.zeroed(&Ask::SetHeight);
     assert!(!needs_z_zero(&bench));
-    // The rest of an interrupted job starts with the Z zero of that job, if that is where it was.
+    // A resumed job needs no new Z zero if the old one is still valid.
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(10));
     bench.stopped(&key);

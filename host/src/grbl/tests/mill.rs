@@ -84,7 +84,7 @@ fn planned_machine_is_compared_with_the_connected_one() {
     });
     let own = annulus_core::machine::apply(&virtual_drill(), &settings.unwrap()).unwrap();
     let key = bench.upload(&drilled::holes(&own, 3, 4, |_| 800));
-    // A broken tool goes unseen: no row may look as if all were well.
+    // The controller does not detect a broken tool: the row must not show OK.
     let unseen = ("grbl.broken_bits_unseen", RowVerdict::Note);
     assert_eq!(bench.planned_rows(&key), told(&[("preflight.same_machine", RowVerdict::Pass), unseen]));
     // The same feeds on another machine. The controller's values are no valid machine, so `own` is the

@@ -63,8 +63,8 @@ impl Operator {
         Answer { object, text, exit }
     }
 
-    /// What to do, and the command that resumes the job; `None` if `said` has both. Without homing, the
-    /// position is lost when the port is opened again.
+    /// What to do first, and the command that resumes the job. `None` if the position is trusted and `said`
+    /// has the command. Without homing, opening the port again loses the position.
     fn how_to_resume(&self, said: &str) -> Option<Diagnostic> {
         let line = self.resume_line();
         let code = match (self.homes(), self.trusted()) {
