@@ -3,6 +3,7 @@
 use serialport::{ClearBuffer, FlowControl, SerialPort, SerialPortType};
 pub(crate) use serialport::{Parity, StopBits};
 use std::collections::VecDeque;
+use std::fs;
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::Duration;
 
@@ -20,6 +21,14 @@ pub(crate) struct Listed {
     pub(crate) what: String,
     /// USB vendor and product ID.
     pub(crate) usb: Option<(u16, u16)>,
+}
+
+impl Listed {
+    /// Returns `true` if this is the port `name`, or the target of that link.
+    pub(crate) fn is_named(&self, name: &str) -> bool {
+        let real = fs::canonicalize(name).unwrap_or_else(|_| name.into());
+        self.name == name || real.as_os_str() == self.name.as_str()
+    }
 }
 
 /// The ports of this computer; described ones first.

@@ -71,6 +71,15 @@ impl Board {
         Self::with(115_200, b"none", board)
     }
 
+    /// A controller that runs a long move of another program.
+    pub(crate) fn busy() -> Self {
+        let mut board = Automaton::new([0.0; 3]);
+        board.power_up_unheard();
+        board.hear(b"G91G1X-100F10\n");
+        (0..50).for_each(|_| board.tick());
+        Self::with(115_200, b"none", board)
+    }
+
     /// A controller built without mist.
     pub(crate) fn without_mist() -> Self {
         let mut board = Automaton::new([0.0; 3]);

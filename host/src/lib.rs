@@ -32,6 +32,7 @@ pub use outside::Outside;
 pub use owner::board::line;
 pub use owner::{Message, Owner, Parts};
 pub use place::{Next, Orders, Place};
+pub use programs::Upload;
 pub use recording::{Keeper, Recording};
 pub use surface::{KeptSurface, KnownHeight};
 pub use ticket::{Ticket, Tickets};

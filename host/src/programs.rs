@@ -7,6 +7,23 @@ use annulus_core::wire::program;
 /// Most programs; the oldest is dropped first.
 const MOST: usize = 8;
 
+/// A program with its key.
+pub struct Upload {
+    key: String,
+    bytes: Vec<u8>,
+}
+
+impl Upload {
+    /// `bytes` under `key`, their SHA-256, if they are a program. Reading a large one takes a while.
+    pub fn checked(key: &str, bytes: Vec<u8>) -> Result<Self, Diagnostic> {
+        if program::key(&bytes) != key {
+            return Err(error!("control.wrong_key"));
+        }
+        program::decode(&bytes)?;
+        Ok(Self { key: key.to_owned(), bytes })
+    }
+}
+
 /// Keys and bytes, the oldest first.
 #[derive(Default)]
 pub(crate) struct Programs(Vec<(String, Vec<u8>)>);
@@ -17,25 +34,14 @@ impl Programs {
         Self(known.into_iter().collect())
     }
 
-    /// Saves `bytes` under `key`, their SHA-256, if they are a program. The program named by `stays` is
-    /// never dropped.
-    pub(crate) fn keep(
-        &mut self,
-        key: &str,
-        bytes: Vec<u8>,
-        stays: Option<&String>,
-    ) -> Result<(), Diagnostic> {
-        if program::key(&bytes) != key {
-            return Err(error!("control.wrong_key"));
-        }
-        program::decode(&bytes)?;
-        self.0.retain(|(other, _)| other != key);
-        self.0.push((key.to_owned(), bytes));
+    /// Saves a program. The program named by `stays` is never dropped.
+    pub(crate) fn keep(&mut self, Upload { key, bytes }: Upload, stays: Option<&String>) {
+        self.0.retain(|(other, _)| *other != key);
+        self.0.push((key, bytes));
         if self.0.len() > MOST {
             let goes = self.0.iter().position(|(other, _)| stays != Some(other));
             self.0.remove(goes.unwrap_or(0));
         }
-        Ok(())
     }
 
     /// Takes over the programs of `before`, as older ones.

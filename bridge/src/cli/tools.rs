@@ -64,6 +64,8 @@ fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
         tool.ok_or_else(why)
     };
     let tools = args.numbers.iter().map(tool).collect::<Result<Vec<_>, _>>()?;
+    // Before anything is changed.
+    let mut ledger = grbl::own_ledger()?;
     let path = machine_file::data_folder().join(JOURNAL);
     let mut known = Vec::new();
     if let Some((mut journal, mut contents)) = journal::look_into(&path).map_err(Refusal::surroundings)? {
@@ -74,7 +76,6 @@ fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
         }
         known = contents.wear;
     }
-    let mut ledger = grbl::ledger()?;
     if !ledger.wear().is_empty() {
         for tool in tools {
             ledger.keep_wear(ToolWear::new(&machine.name, tool)).map_err(Refusal::surroundings)?;

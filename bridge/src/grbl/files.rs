@@ -10,9 +10,13 @@ use annulus_host::grbl::{AttendedJob, first_entry};
 use annulus_host::journal::{sealed, unsealed};
 use annulus_host::{File, Files};
 use serde::Deserialize;
-use std::fs::{self, OpenOptions};
-use std::io::{ErrorKind, Write};
+use std::fs::{self, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// The lock of this process on its files, until it ends.
+static CLAIM: Mutex<Option<fs::File>> = Mutex::new(None);
 
 /// Progress and tool wear as earlier versions saved them.
 #[derive(Deserialize)]
@@ -37,6 +41,30 @@ impl DiskFiles {
 
     pub(crate) fn path(&self, file: File) -> PathBuf {
         self.data.join("grbl").join(file.name())
+    }
+
+    /// Claims the files for this process, until it ends: of two processes that write them, each would undo
+    /// what the other saved.
+    pub(crate) fn claim(&self) -> Result<(), Diagnostic> {
+        let mut claim = CLAIM.lock().unwrap_or_else(PoisonError::into_inner);
+        if claim.is_some() {
+            return Ok(());
+        }
+        let folder = self.data.join("grbl");
+        let path = folder.join("lock");
+        let cannot = |error: io::Error| {
+            let why = error!("journal.cannot_open", file = path.display(), ..);
+            why.with("reason", error)
+        };
+        own::root(&self.data).and_then(|()| own::folder(&folder)).map_err(cannot)?;
+        let options = &mut OpenOptions::new();
+        let file = own::open(&path, options.write(true).create(true).truncate(false)).map_err(cannot)?;
+        match file.try_lock() {
+            Ok(()) => *claim = Some(file),
+            Err(TryLockError::WouldBlock) => return Err(error!("journal.in_use", file = folder.display())),
+            Err(TryLockError::Error(error)) => return Err(cannot(error)),
+        }
+        Ok(())
     }
 
     /// The height map of the board. Fails if there is none or it is damaged.

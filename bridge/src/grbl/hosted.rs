@@ -9,16 +9,19 @@
 //!
 //! A job continues without any page.
 
+#[cfg(all(test, target_os = "linux"))]
+mod tests;
+
 use super::clock;
 use super::files::DiskFiles;
 use crate::hosted::{Begun, Hosted, Listeners, gone};
 use crate::refusal::Refusal;
-use crate::serial::Port;
+use crate::serial::{self, Listed, Port};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
 use annulus_core::wire::{Ask, Tell};
 use annulus_host::grbl::{Draft, Named, Setup, Station, Written, reset_on_open};
-use annulus_host::{Message, Ticket, Tickets};
+use annulus_host::{Message, Ticket, Tickets, Upload};
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -26,12 +29,16 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 
+/// How long the port may take no bytes before the controller counts as gone.
+const FULL: Duration = Duration::from_secs(4);
 /// How long [`GrblHost::open`] waits until the controller identifies itself.
 const IDENTIFY_WAIT: Duration = Duration::from_secs(12);
 /// Interval between attempts to open a lost port again.
 const REOPEN_INTERVAL: Duration = Duration::from_secs(1);
 /// Longest wait for input while no port is open.
 const INPUT_WAIT: Duration = Duration::from_millis(50);
+/// Age at which a page's permission to jog no longer counts.
+const STALE: Duration = Duration::from_secs(1);
 /// How long `shutdown` waits until the machine has stopped.
 const STOP_WAIT: Duration = Duration::from_secs(5);
 
@@ -60,6 +67,8 @@ pub(crate) struct GrblHost {
 /// Input of the thread.
 enum Input {
     Message(Message),
+    /// A jog, or its renewal, with the time at which the page asked for it.
+    Jog(Duration, Message),
     /// Requests the program and the machine from which a job's G-code is written.
     Draft {
         job: String,
@@ -76,9 +85,8 @@ enum Input {
         reply: Sender<Result<Vec<Tell>, Diagnostic>>,
     },
     Upload {
-        key: String,
-        bytes: Vec<u8>,
-        reply: Sender<Result<(), Diagnostic>>,
+        upload: Upload,
+        reply: Sender<()>,
     },
     Job {
         key: String,
@@ -99,11 +107,13 @@ impl GrblHost {
         let (inputs, inbox) = channel();
         let (meets, met) = channel();
         let work = Work {
+            usb: usb_at(&site.port, &serial::list()),
             site,
             tickets: Arc::clone(&tickets),
             listeners: listeners.clone(),
             machine,
             next: None,
+            stops: false,
             tried: Instant::now(),
         };
         let thread =
@@ -139,9 +149,10 @@ impl GrblHost {
 }
 
 impl Hosted for GrblHost {
+    /// Reads the program here and not in the thread, where STOP would wait.
     fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic> {
-        let stored = self.send(|reply| Input::Upload { key: key.to_owned(), bytes: bytes.to_vec(), reply });
-        stored.unwrap_or_else(|| Err(gone()))
+        let upload = Upload::checked(key, bytes.to_vec())?;
+        self.send(|reply| Input::Upload { upload, reply }).ok_or_else(gone)
     }
 
     fn job(&self, key: &str) -> Option<Vec<u8>> {
@@ -154,7 +165,10 @@ impl Hosted for GrblHost {
             return Begun::new(move || host.arm(&job, from_leg, ticket));
         }
         let (reply, answer) = channel();
-        let _ = self.inputs.send(Input::Message(Message::Ask { ask, ticket, reply }));
+        let is_jog = matches!(ask, Ask::Jog { .. } | Ask::JogOn);
+        let message = Message::Ask { ask, ticket, reply };
+        let input = if is_jog { Input::Jog(clock::now(), message) } else { Input::Message(message) };
+        let _ = self.inputs.send(input);
         Begun::awaits(answer)
     }
 
@@ -195,6 +209,8 @@ struct Connection {
     port: Option<Port>,
     /// Writes that the port has not taken completely.
     waiting: u32,
+    /// Since when the port takes no bytes.
+    full: Option<Instant>,
     reported: Instant,
 }
 
@@ -203,7 +219,7 @@ impl Connection {
         let (tickets, named) = (Arc::clone(tickets), site.named.clone());
         let setup = Setup { speed: site.speed, time: clock::now, tickets, named, in_page: false };
         let station = Station::open(site.files.clone(), setup)?;
-        Ok(Self { station, port: Some(port), waiting: 0, reported: Instant::now() })
+        Ok(Self { station, port: Some(port), waiting: 0, full: None, reported: Instant::now() })
     }
 
     /// Waits a short time for bytes from the controller.
@@ -239,27 +255,44 @@ impl Connection {
             return Ok(());
         }
         port.write(&bytes)?;
-        if !port.is_full() {
-            (0..std::mem::take(&mut self.waiting)).for_each(|_| self.station.carried());
+        if port.is_full() {
+            // A hung controller on native USB. To the station this looks like a stalled host, for which it
+            // stops its clock.
+            let since = *self.full.get_or_insert_with(Instant::now);
+            return if since.elapsed() < FULL { Ok(()) } else { Err(io::ErrorKind::TimedOut.into()) };
         }
+        self.full = None;
+        (0..std::mem::take(&mut self.waiting)).for_each(|_| self.station.carried());
         Ok(())
     }
 
     fn lose(&mut self, error: &io::Error) {
         tracing::warn!(%error, "the port of the controller was lost");
-        self.port = None;
+        if let Some(port) = self.port.take() {
+            // Closing may wait half a minute for bytes that a hung controller does not take.
+            thread::spawn(move || drop(port));
+        }
         self.station.unplugged();
     }
+}
+
+/// USB vendor and product ID of the port `name`, or of the target of that link.
+fn usb_at(name: &str, ports: &[Listed]) -> Option<(u16, u16)> {
+    ports.iter().find(|port| port.is_named(name)).and_then(|port| port.usb)
 }
 
 /// State of the thread that owns the port.
 struct Work {
     site: Site,
+    /// USB vendor and product ID of its port, if it has any.
+    usb: Option<(u16, u16)>,
     tickets: Arc<Tickets>,
     listeners: Listeners,
     machine: Connection,
     /// The controller at the port that was opened again, until it has identified itself.
     next: Option<Connection>,
+    /// STOP was pressed, and the machine has not come to rest since.
+    stops: bool,
     /// Time of the last attempt to open the port again.
     tried: Instant,
 }
@@ -296,14 +329,21 @@ impl Work {
     }
 
     fn take(&mut self, input: Input) {
-        // STOP also reaches a controller that has not identified itself yet.
-        if let (Input::Message(Message::Stop), Some(next)) = (&input, &mut self.next) {
-            next.station.take(Message::Stop);
+        // STOP also reaches a controller that has not identified itself yet, or whose port is not open yet.
+        if matches!(input, Input::Message(Message::Stop)) {
+            self.stops = true;
+            if let Some(next) = &mut self.next {
+                next.station.take(Message::Stop);
+            }
         }
         let station = &mut self.machine.station;
         let may = |ticket: Option<Ticket>| ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
         match input {
-            Input::Message(message) => station.take(message),
+            // The user has released the key long ago.
+            Input::Jog(asked, Message::Ask { reply, .. }) if clock::now().saturating_sub(asked) > STALE => {
+                let _ = reply.send(Err(error!("grbl.not_now")));
+            }
+            Input::Message(message) | Input::Jog(_, message) => station.take(message),
             Input::Draft { job, from_leg, ticket, reply } => {
                 let _ = reply.send(may(ticket).and_then(|()| station.draft(&job, from_leg)));
             }
@@ -312,7 +352,7 @@ impl Work {
                 let armed = may(ticket).and_then(|()| station.arm(&job, from_leg, written));
                 let _ = reply.send(armed.map(|tell| vec![tell]));
             }
-            Input::Upload { key, bytes, reply } => drop(reply.send(station.upload(&key, bytes))),
+            Input::Upload { upload, reply } => drop(reply.send(station.upload(upload))),
             Input::Job { key, reply } => drop(reply.send(station.job(&key).map(<[u8]>::to_vec))),
         }
     }
@@ -328,8 +368,9 @@ impl Work {
         self.machine.turn();
         self.pass_on();
         if self.machine.port.is_none() {
-            self.reconnect();
+            return self.reconnect();
         }
+        self.stops &= self.machine.station.moves();
     }
 
     fn pass_on(&mut self) {
@@ -342,6 +383,10 @@ impl Work {
             if self.tried.elapsed() >= REOPEN_INTERVAL {
                 self.tried = Instant::now();
                 self.next = self.open_again();
+                // The controller may still run the lines that it has.
+                if let Some(next) = self.next.as_mut().filter(|_| self.stops) {
+                    next.station.take(Message::Stop);
+                }
             }
             return;
         };
@@ -357,23 +402,29 @@ impl Work {
     }
 
     fn open_again(&mut self) -> Option<Connection> {
+        // Another device may have got the name of the port: it is not ours to reset.
+        if usb_at(&self.site.port, &serial::list()) != self.usb {
+            return None;
+        }
         let reset = reset_on_open(&mut self.site.files);
         let (port, _) = super::open(&self.site.port, self.site.baud, reset, |_| {}).ok()?;
         let opened = Connection::open(&self.site, port, &self.tickets);
         opened.inspect_err(|why| tracing::warn!(code = why.code, "the controller was not opened")).ok()
     }
 
-    /// Stops the machine if it moves, and waits until it has stopped.
+    /// Stops what moves, and waits for it. A controller that was never identified runs what others started.
     fn rest(&mut self) {
-        if self.machine.station.moves() {
+        let moves = |machine: &Connection| {
+            machine.port.is_some() && machine.station.greeted() && machine.station.moves()
+        };
+        if moves(&self.machine) {
             self.machine.station.take(Message::Stop);
         }
         let since = Instant::now();
         loop {
             self.machine.turn();
             self.pass_on();
-            let is_still = self.machine.port.is_none() || !self.machine.station.moves();
-            if is_still || since.elapsed() >= STOP_WAIT {
+            if !moves(&self.machine) || since.elapsed() >= STOP_WAIT {
                 return;
             }
             self.machine.read();

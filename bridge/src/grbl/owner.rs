@@ -197,14 +197,18 @@ impl Work {
     fn event(&mut self, event: EngineEvent) -> bool {
         let passed = self.now.saturating_sub(self.host.stood());
         let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
-        let mut goes = true;
+        let (mut goes, mut is_saved) = (true, true);
         for due in self.attended.event(now_ms, event) {
-            goes &= self.see_to(due);
+            goes &= self.see_to(due, &mut is_saved);
+        }
+        // Without a saved progress nothing new may start. A job that has ended needs no hold.
+        if !is_saved && self.attended.controller().phase == EnginePhase::Running {
+            goes &= self.event(EngineEvent::Ask(EngineAsk::Hold));
         }
         goes
     }
 
-    fn see_to(&mut self, due: Due) -> bool {
+    fn see_to(&mut self, due: Due, is_saved: &mut bool) -> bool {
         match due {
             Due::Write(bytes) => {
                 if let Err(error) = self.port.write(&bytes) {
@@ -213,12 +217,11 @@ impl Work {
             }
             Due::Close => return false,
             Due::Tell(told) => self.tell(told),
-            // Without a saved progress nothing new may start: hold the machine.
             Due::Keep(entry) => {
                 let wear = self.attended.tools().map_or(self.wear.as_slice(), JobTools::wear);
                 if let Err(why) = self.ledger.save(&entry, wear.to_vec()) {
                     self.tell(Told::Found(why));
-                    let _ = self.port.write(b"!");
+                    *is_saved = false;
                 }
             }
         }

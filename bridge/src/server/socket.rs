@@ -142,7 +142,13 @@ async fn read(
     if let Some(why) = listen(bridge, viewer, scope, &mut frames, &queue).await {
         bridge.dismiss(viewer, why);
         // Keep reading: closing a connection with unread frames would discard the last frames sent.
-        while let Some(Ok(_)) = frames.next().await {}
+        // STOP counts all the same, once.
+        let mut stopped = false;
+        while let Some(Ok(frame)) = frames.next().await {
+            if is_stop(&frame) && !std::mem::replace(&mut stopped, true) {
+                bridge.stop(viewer);
+            }
+        }
     }
 }
 
@@ -161,7 +167,12 @@ async fn listen(
         allowance = (allowance + (now - last).as_secs_f64() * RATE_PER_S).min(BURST_FRAMES) - 1.0;
         last = now;
         let text = match frame {
-            _ if allowance < 0.0 => return Some(error!("socket.too_fast")),
+            _ if allowance < 0.0 => {
+                if is_stop(&frame) {
+                    bridge.stop(viewer);
+                }
+                return Some(error!("socket.too_fast"));
+            }
             Message::Text(text) if text.len() > FRAME_LIMIT => {
                 return Some(error!("socket.too_large", limit = FRAME_LIMIT));
             }
@@ -178,6 +189,10 @@ async fn listen(
         }
     }
     None
+}
+
+fn is_stop(frame: &Message) -> bool {
+    matches!(frame, Message::Text(text) if text.len() <= FRAME_LIMIT && matches!(understand(text), Ok(Ask::Stop)))
 }
 
 /// Never blocks: the drill has every request before the next frame is read. Answers and plans are finished

@@ -2,10 +2,11 @@
 //! wrong tokens and a full house. Everything runs on 127.0.0.1, in an amount that a small computer can
 //! bear.
 
+use super::pause::drilling;
 use crate::server::client::{PATIENCE, Page, Reply, Running};
 use crate::server::work::until_status;
-use annulus_core::control::State;
-use annulus_core::wire::{Ask, Control, Tell, auth};
+use annulus_core::control::{Ending, State};
+use annulus_core::wire::{Ask, Control, JobEnd, Tell, auth};
 use serde_json::json;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -13,6 +14,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use tungstenite::Message;
 
 /// A page's time from the challenge to its hello.
 const HELLO_AFTER: Duration = Duration::from_millis(20);
@@ -99,6 +102,22 @@ fn reloaded_page_gets_in_when_all_64_seats_are_taken() {
     let mut again = reloaded(&bridge, &session, &key);
     assert!(again.take_control(false));
     drop((first, many));
+}
+
+#[test]
+fn stop_above_the_frame_limit_stops_the_drill() {
+    // A page may send 200 frames at once: STOP breaks the limit, or comes after the frame that does.
+    for frames in [200, 400] {
+        let bridge = Running::start_at(TempDir::new().unwrap(), "5");
+        let mut worker = drilling(&bridge, 1_000);
+        let mut viewer = bridge.page_that_may("view");
+        for _ in 0..frames {
+            viewer.socket.write(Message::Ping(Default::default())).unwrap();
+        }
+        viewer.ask(&Ask::Stop);
+        let ended = worker.until_ended();
+        assert!(matches!(ended, Tell::Ended(JobEnd { ending: Ending::Stopped, .. })), "{frames}: {ended:?}");
+    }
 }
 
 /// A repeated attack, and the number of its repetitions.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A page whose job with this many holes is running.
-fn drilling(bridge: &Running, holes: u32) -> Page {
+pub(super) fn drilling(bridge: &Running, holes: u32) -> Page {
     let mut page = bridge.page();
     home(&mut page);
     page.ask(&Ask::SetZero);

@@ -161,7 +161,9 @@ impl Controller {
             }
             // Identification must not disturb a running machine, but STOP always stops it.
             EngineEvent::Ask(EngineAsk::Stop) if self.must_not_disturb() => {
-                self.context.write(realtime::HOLD);
+                if let Activity::Identify(identify) = &mut self.activity {
+                    identify.on_stop(&mut self.context);
+                }
             }
             EngineEvent::Ask(ask) => self.advance(|activity, cx| activity.on_ask(cx, ask)),
         }

@@ -4,7 +4,7 @@
 //! ```text
 //!  usual   sends its banner, as most do ─────────────────────────────▶ identify ($I $$ $# $G)
 //!          silent: ? ─ moves ─▶ hold ─ stopped ─▶ reset ─ banner ───────┘
-//!  never   silent: ? ─ moves, is held … ─▶ wait ─ stopped ──────────────┘   nothing sent resets or holds it
+//!  never   silent: ? ─ moves, is held … ─▶ wait ─ stopped ──────────────┘   only STOP resets or holds it
 //! ```
 //!
 //! Either way the position is unknown until the machine is homed or its zero is set.
@@ -29,7 +29,7 @@ pub enum ResetOnOpen {
     /// is reset when it is stopped.
     #[default]
     Usual,
-    /// Nothing that is sent resets the controller.
+    /// Only STOP resets the controller.
     Never,
 }
 
@@ -76,6 +76,16 @@ impl Identify {
     /// True if the controller must not be disturbed: neither its type nor its activity is known.
     pub(super) fn must_not_disturb(&self) -> bool {
         matches!(self, Self::Silent { reset: ResetOnOpen::Never, .. })
+    }
+
+    /// STOP: holds the controller. A held one answers no query, even if it was idle before, so it is reset
+    /// at standstill and identified after its banner.
+    pub(super) fn on_stop(&mut self, cx: &mut Context) {
+        cx.write(realtime::HOLD);
+        cx.line.drop_lines();
+        if let Self::Silent { reset, .. } = self {
+            *reset = ResetOnOpen::Usual;
+        }
     }
 
     pub(super) fn on_report(mut self, cx: &mut Context, report: Report) -> Activity {

@@ -79,14 +79,30 @@ fn moving_controller_at_opening_is_awaited_and_can_be_held() {
         if stops {
             bench.event(EngineEvent::Ask(EngineAsk::Stop));
             assert_eq!(bench.signs(), [b'!']);
-            bench.until(20_000, |_| false);
+            assert!(bench.rests(), "{:?}", bench.words());
             assert!(bench.board.place()[0] > -59.0, "{:?}", bench.board.place());
-            assert_eq!(bench.signs(), [b'!'], "it is held, not reset");
+            assert_eq!(bench.signs().last(), Some(&0x18), "reset at standstill");
             continue;
         }
         assert!(bench.rests(), "{:?}", bench.words());
         assert_eq!((bench.signs(), found(&bench).len()), (vec![], 1));
         assert!((bench.board.place()[0] + 60.0).abs() < 0.01, "{:?}", bench.board.place());
+    }
+}
+
+#[test]
+fn stopped_controller_opened_without_reset_is_identified() {
+    let asks = |bench: &Bench| bench.told.contains(&EngineAction::Write(b"$I\n".to_vec()));
+    // STOP before the first query, and with queries unanswered. Nothing moves.
+    for (is_locked, is_asked) in [(false, false), (false, true), (true, false), (true, true)] {
+        let mut bench = if is_locked { Bench::new(1, Faults::default()) } else { Bench::unlocked() };
+        bench.opens(EngineEvent::OpenedSparing);
+        assert!(!is_asked || bench.until(4_000, asks), "{:?}", bench.words());
+        bench.event(EngineEvent::Ask(EngineAsk::Stop));
+        assert!(bench.rests(), "{:?}", bench.words());
+        assert_eq!(bench.signs(), [b'!', 0x18], "locked {is_locked}, asked {is_asked}");
+        let phase = if is_locked { EnginePhase::Locked } else { EnginePhase::Ready };
+        assert!(bench.until(1_000, |bench| bench.engine().phase == phase), "{:?}", bench.words());
     }
 }
 

@@ -23,7 +23,7 @@ use crate::journal::{sealed, unsealed};
 use crate::line::{self, Line};
 use crate::owner::{Message, Owner, Parts, board};
 use crate::prepare::{at_feed, prepare};
-use crate::programs::Programs;
+use crate::programs::{Programs, Upload};
 use crate::recording::Recording;
 use crate::surface::KeptSurface;
 use crate::ticket::{Ticket, Tickets};
@@ -169,7 +169,8 @@ impl<F: Files> Alone<F> {
     /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
         // The program of a running or interrupted job must not be dropped.
-        self.programs.keep(key, bytes, self.slots.job())
+        self.programs.keep(Upload::checked(key, bytes)?, self.slots.job());
+        Ok(())
     }
 
     /// The program saved under `key`.

@@ -15,8 +15,8 @@ impl<F: Files> Station<F> {
         if self.work.is_some() {
             return Err(error!("control.busy"));
         }
-        // Writing the job takes seconds, and this station could not end a jog meanwhile.
-        if self.attended.controller().phase == EnginePhase::Jogging {
+        // Writing the job takes seconds, in which STOP would wait.
+        if self.attended.controller().phase != EnginePhase::Ready {
             return Err(error!("grbl.not_now"));
         }
         let armed = self.armed.as_ref().map(|armed| &armed.order).filter(|order| order.key == job);

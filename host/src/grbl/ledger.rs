@@ -66,6 +66,11 @@ impl<F: Files> Ledger<F> {
         &self.last.entry
     }
 
+    /// Returns `true` if it was written later than `other`, which read the same files.
+    pub(super) fn is_newer_than(&self, other: &Self) -> bool {
+        self.last.number > other.last.number
+    }
+
     /// Tool wear at controllers.
     pub fn wear(&self) -> &[ToolWear] {
         &self.last.wear

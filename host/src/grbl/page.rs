@@ -4,6 +4,7 @@ use super::station::{Setup, Station};
 use crate::executor::Time;
 use crate::files::Files;
 use crate::line::{Asked, Line};
+use crate::programs::Upload;
 use crate::ticket::Tickets;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Tell;
@@ -79,7 +80,8 @@ impl<F: Files> PageStation<F> {
 
     /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
-        self.station.upload(key, bytes)
+        self.station.upload(Upload::checked(key, bytes)?);
+        Ok(())
     }
 
     /// The program saved under `key`.

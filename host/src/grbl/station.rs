@@ -14,7 +14,7 @@ use crate::executor::Time;
 use crate::files::Files;
 use crate::owner::Message;
 use crate::prepare::made;
-use crate::programs::Programs;
+use crate::programs::{Programs, Upload};
 use crate::ticket::Tickets;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -22,7 +22,7 @@ use annulus_core::grbl::{
     BoardHeight, EngineAsk, EngineEvent, EnginePhase, ResetOnOpen, ToolLengths, ToolMacro, settings,
 };
 use annulus_core::machine::{self, Machine, MillProfile};
-use annulus_core::wire::{CheckModeReport, JobEnd, Status, Tell, ToolsReport};
+use annulus_core::wire::{Ask, CheckModeReport, JobEnd, Status, Tell, ToolsReport};
 use annulus_core::{code, error, warning};
 use std::sync::Arc;
 use std::time::Duration;
@@ -128,6 +128,8 @@ pub struct Station<F> {
     over: bool,
     opened: Duration,
     host: Host,
+    /// The host stalled too long, and the user has not continued since.
+    is_late: bool,
     speed: f64,
     pub(super) time: Time,
     pub(super) told: (Option<Status>, Duration),
@@ -174,6 +176,7 @@ impl<F: Files> Station<F> {
             over: false,
             opened,
             host: Host::new(opened, speed),
+            is_late: false,
             speed,
             time,
             told: (None, Duration::ZERO),
@@ -192,7 +195,11 @@ impl<F: Files> Station<F> {
         self.attended.succeed(&before.attended);
         self.alarm = self.alarm.take().or(before.alarm);
         self.programs.follow(before.programs);
-        (self.ledger, self.offer, self.surface.map) = (before.ledger, before.offer, before.surface.map);
+        self.surface.map = before.surface.map;
+        // While the port was lost, another process may have resumed the job.
+        if !self.ledger.is_newer_than(&before.ledger) {
+            (self.ledger, self.offer) = (before.ledger, before.offer);
+        }
         self.describe();
         let greeting = self.greeting();
         self.tells.extend(greeting);
@@ -249,13 +256,22 @@ impl<F: Files> Station<F> {
     }
 
     /// After a long stall of the host, the controller has run empty and stopped. The job is held until the
-    /// user resumes it. The position is still valid.
+    /// user resumes it. The position is still valid. What can't be held now, such as a tool measurement, is
+    /// held as soon as the job moves.
     fn look_at_host(&mut self) {
-        let Some(news) = self.host.look((self.time)()) else { return };
+        match self.host.look((self.time)()) {
+            Some(HostNews::Late) => self.by_itself(EngineEvent::Late),
+            Some(HostNews::TooLate) => {
+                (self.is_late, self.hand.parks) = (true, false);
+                if self.attended.controller().parks() {
+                    self.by_itself(EngineEvent::Ask(EngineAsk::JogCancel));
+                }
+            }
+            None => {}
+        }
         let phase = self.attended.controller().phase;
-        if news == HostNews::Late {
-            self.by_itself(EngineEvent::Late);
-        } else if matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
+        if self.is_late && matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
+            self.is_late = false;
             self.by_itself(EngineEvent::Ask(EngineAsk::Hold));
             let why = warning!("grbl.computer_stood", seconds = HELD_AFTER.as_secs());
             self.tell(Tell::Refused { why });
@@ -272,12 +288,12 @@ impl<F: Files> Station<F> {
         self.greeted
     }
 
-    /// Saves `bytes` under `key`, their SHA-256, if they are a program.
-    pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
+    /// Saves a program.
+    pub fn upload(&mut self, upload: Upload) {
         // The program of a running or interrupted job must not be dropped.
         let stays = self.work.as_ref().map(|work| &work.order).or(self.offer.as_ref());
         let stays = stays.map(|order| &order.key);
-        self.programs.keep(key, bytes, stays)
+        self.programs.keep(upload, stays);
     }
 
     /// The program saved under `key`.
@@ -321,7 +337,11 @@ impl<F: Files> Station<F> {
         match message {
             Message::Ask { ask, ticket, reply } => {
                 let may = ticket.map_or(Ok(()), |ticket| self.tickets.check(ticket));
+                let continues =
+                    matches!(ask, Ask::Start { .. } | Ask::Resume | Ask::ToolChanged | Ask::Survey { .. });
                 let answer = may.and_then(|()| self.asked(ask));
+                // A refused request starts nothing that the user could expect.
+                self.is_late &= !(continues && answer.is_ok());
                 let _ = reply.send(answer.map(|()| Vec::new()));
             }
             Message::Stop => {
@@ -361,12 +381,16 @@ impl<F: Files> Station<F> {
     pub(super) fn engine(&mut self, event: EngineEvent) -> Vec<Diagnostic> {
         let passed = (self.time)().saturating_sub(self.opened + self.host.stood());
         let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
-        let mut found = Vec::new();
+        let (mut found, mut is_saved) = (Vec::new(), true);
         for due in self.attended.event(now_ms, event) {
             match due {
                 Due::Write(bytes) => self.written.extend(bytes),
                 Due::Close => self.over = true,
-                Due::Keep(entry) => found.extend(self.keep(&entry)),
+                Due::Keep(entry) => {
+                    let failed = self.keep(&entry);
+                    is_saved &= failed.is_none();
+                    found.extend(failed);
+                }
                 Due::Tell(Told::Found(why)) => found.push(why),
                 Due::Tell(told) => self.happened(&told),
             }
@@ -374,10 +398,14 @@ impl<F: Files> Station<F> {
         if self.attended.controller().height() == BoardHeight::Unknown {
             self.hand.height = None;
         }
+        // Without a saved progress nothing new may start. A job that has ended needs no hold.
+        if !is_saved && self.attended.controller().phase == EnginePhase::Running {
+            found.extend(self.engine(EngineEvent::Ask(EngineAsk::Hold)));
+        }
         found
     }
 
-    /// Saves the progress. If that fails, holds the controller with `!`.
+    /// Saves the progress.
     fn keep(&mut self, entry: &AttendedJob) -> Option<Diagnostic> {
         if self.bringing.is_none() && self.work.is_none() {
             // No job of ours is running, so this is not its end.
@@ -388,9 +416,6 @@ impl<F: Files> Station<F> {
         let entry = AttendedJob { files: Vec::new(), given: JobGiven::default(), ..entry.clone() };
         let failed = self.ledger.write(self.bringing.take(), &entry, wear).err();
         self.tell_tools();
-        if failed.is_some() {
-            self.written.push(b'!');
-        }
         failed
     }
 

@@ -11,6 +11,7 @@ mod checked;
 mod draft;
 mod height;
 mod host;
+mod ledger;
 mod level;
 mod mill;
 mod opening;

@@ -3,7 +3,7 @@
 
 use super::operator::Operator;
 use super::program::{self, Programs};
-use super::{BoardArgs, TouchArgs, WhichMap, files, ledger};
+use super::{BoardArgs, TouchArgs, WhichMap, files, own_ledger};
 use crate::cli::{Answer, Exit, Refusal, height_map, say};
 use annulus_core::geometry::Point;
 use annulus_core::grbl::{
@@ -19,8 +19,8 @@ use std::time::SystemTime;
 /// Probes a board and saves its height map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     super::no_controller(&args.job.on, args.how.port.port.as_deref())?;
-    let programs = super::aligned(program::read(&args.job, &args.more, &ledger()?)?, &args.how)?;
-    let mut operator = Operator::new(&args.how(), ledger()?, (AttendedJob::default(), None), json)?;
+    let programs = super::aligned(program::read(&args.job, &args.more, &own_ledger()?)?, &args.how)?;
+    let mut operator = Operator::new(&args.how(), own_ledger()?, (AttendedJob::default(), None), json)?;
     let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
     let map = operator.leaves(map, code!("level.stopped"))?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })

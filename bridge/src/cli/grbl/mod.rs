@@ -125,6 +125,7 @@ pub(super) fn serve(
             return Err(Refusal::usage(why));
         }
     }
+    files().claim().map_err(Refusal::surroundings)?;
     let mill = |name| machine::mill(machine::preset_name(name));
     let named = named.map(|(name, machine)| Named { machine, mill: mill(name) });
     GrblHost::open(Site { port: port.to_owned(), baud, files: files(), named, speed }, silent)
@@ -132,8 +133,7 @@ pub(super) fn serve(
 
 /// Returns `true` if the port `name`, or the target of that link, is a USB step adapter.
 fn is_adapter_at(name: &str, ports: &[Listed]) -> bool {
-    let real = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
-    ports.iter().any(|port| is_adapter(port) && (port.name == name || real.as_os_str() == port.name.as_str()))
+    ports.iter().any(|port| is_adapter(port) && port.is_named(name))
 }
 
 /// Refuses a machine that no GRBL controller drives.
@@ -308,6 +308,12 @@ pub(super) fn ledger() -> Result<Ledger, Refusal> {
     Ledger::open(files()).map_err(Refusal::surroundings)
 }
 
+/// The same, to be written: no other process may do so meanwhile.
+pub(super) fn own_ledger() -> Result<Ledger, Refusal> {
+    files().claim().map_err(Refusal::surroundings)?;
+    ledger()
+}
+
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let (port, bits_per_s) = args.open()?;
     let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), 1.0);
@@ -360,7 +366,7 @@ fn text_of(info: &Info) -> String {
 pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let board = &args.board;
     no_controller(&board.job.on, board.how.port.port.as_deref())?;
-    let ledger = ledger()?;
+    let ledger = own_ledger()?;
     let programs = aligned(program::read(&board.job, &board.more, &ledger)?, &board.how)?;
     let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
     if let Some(entry) = begun.filter(|_| !args.from_start) {
@@ -391,7 +397,7 @@ impl BoardArgs {
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
-    let ledger = ledger()?;
+    let ledger = own_ledger()?;
     let none = || Refusal::content(error!("grbl.nothing_interrupted"));
     let before = ledger.interrupted().cloned().ok_or_else(none)?;
     let how = args.how.on(args.machine.map(|sold| sold.0));

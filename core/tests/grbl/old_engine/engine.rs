@@ -267,7 +267,11 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
             }
         }
         // Identification must not disturb a running machine, but STOP always stops it.
-        EngineEvent::Ask(EngineAsk::Stop) if controller.spares() => controller.write(signs::HOLD),
+        EngineEvent::Ask(EngineAsk::Stop) if controller.spares() => {
+            controller.write(signs::HOLD);
+            controller.drop_lines();
+            controller.is_spared = false;
+        }
         EngineEvent::Ask(ask) => controller.ask(ask),
     }
     controller.time();

@@ -4,7 +4,7 @@
 //! ```text
 //!  usual   sends its banner, as most do ─────────────────────────────▶ identify ($I $$ $# $G)
 //!          silent: ? ─ moves ─▶ hold ─ stopped ─▶ reset ─ banner ───────┘
-//!  never   silent: ? ─ moves, is held … ─▶ wait ─ stopped ──────────────┘   nothing sent resets or holds it
+//!  never   silent: ? ─ moves, is held … ─▶ wait ─ stopped ──────────────┘   only STOP resets or holds it
 //! ```
 //!
 //! Either way the position is unknown until the machine is homed or its zero is set.

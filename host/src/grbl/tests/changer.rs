@@ -8,7 +8,7 @@ use annulus_core::grbl::CHANGER_KEY;
 use annulus_core::machine::Value;
 use annulus_core::wire::{ArmedJob, Ask, ControllerReport, JobEnd, RowVerdict, Tell};
 
-fn lines(text: &str) -> Ask {
+pub(super) fn lines(text: &str) -> Ask {
     let lines = text.lines().map(str::to_owned).collect();
     Ask::Configure { changes: vec![(CHANGER_KEY.to_owned(), Value::Texts(lines))] }
 }

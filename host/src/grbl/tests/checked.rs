@@ -48,6 +48,18 @@ fn missing_check_mode_and_unknown_job_are_reported() {
 }
 
 #[test]
+fn check_is_refused_unless_the_controller_is_idle() {
+    let probe = Ask::Probe { depth_um: 2_000, plate_um: 0 };
+    for busy in [Ask::Home, probe, level::wish(&level::one_bit(6))] {
+        let mut bench = Bench::ready(&Memory::default());
+        assert_eq!(bench.refused(&busy), None);
+        // The program is not even looked up: STOP would wait while its G-code is written.
+        let check = Ask::Check { job: "0".to_owned() };
+        assert_eq!(bench.refused(&check).as_deref(), Some("grbl.not_now"), "{busy:?}");
+    }
+}
+
+#[test]
 fn stop_ends_the_check() {
     let mut bench = Bench::ready(&Memory::default());
     let key = bench.upload(&holes(10));

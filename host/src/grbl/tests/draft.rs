@@ -3,12 +3,13 @@
 use super::{Memory, NOW, holes};
 use crate::grbl::{Setup, Station};
 use crate::owner::Message;
+use crate::programs::Upload;
 use annulus_core::machine::Value;
 use annulus_core::wire::{Ask, RowVerdict, Tell, program};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 
-fn station(files: &Memory) -> Station<Memory> {
+pub(super) fn station(files: &Memory) -> Station<Memory> {
     let tickets = Arc::default();
     let setup = Setup { speed: 1.0, time: || NOW.get(), tickets, named: None, in_page: false };
     Station::open(files.clone(), setup).unwrap()
@@ -20,7 +21,7 @@ fn job_written_for_other_settings_is_not_armed() {
     let bytes = program::encode(&holes(4));
     let key = program::key(&bytes);
     assert_eq!(station.draft(&key, 0).err().unwrap().code, "control.no_such_job");
-    station.upload(&key, bytes).unwrap();
+    station.upload(Upload::checked(&key, bytes).unwrap());
     assert_eq!(station.draft(&key, 3).err().unwrap().code, "control.leg_not_offered");
     let before = station.draft(&key, 0).unwrap().unwrap().write().unwrap();
     let changes = vec![("stroke.feed".to_owned(), Value::Number(1.0))];

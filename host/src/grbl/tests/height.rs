@@ -29,7 +29,7 @@ impl Bench {
     }
 
     /// Stops a job after some holes. Returns the offer to resume.
-    fn stopped(&mut self, key: &str) -> (String, u32) {
+    pub(super) fn stopped(&mut self, key: &str) -> (String, u32) {
         self.first_change(key, 0);
         assert_eq!(self.refused(&Ask::ToolChanged), None);
         self.until(|status| status.holes_done == 3);

@@ -1,7 +1,8 @@
 //! Tests of a stalled host: a page that carries no bytes, a worker without time. Also the page's permission
 //! for a jog.
 
-use super::{Bench, Memory, NOW, holes};
+use super::level::one_bit;
+use super::{Bench, Memory, NOW, ZERO, changer, holes, setter};
 use crate::grbl::tests::Automaton;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::wire::{Ask, Tell};
@@ -44,7 +45,12 @@ impl Bench {
         self.ask(&Ask::TakeControl { force: false });
     }
 
-    fn said(&self, code: &str) -> usize {
+    /// Page and worker, or only the page, stall longer than a job may continue unasked.
+    fn stall(&mut self, stuck: bool) {
+        if stuck { self.stuck(6_000) } else { self.asleep(6_000) }
+    }
+
+    pub(super) fn said(&self, code: &str) -> usize {
         let is = |tell: &&Tell| matches!(tell, Tell::Refused { why } if why.code == code);
         self.heard.iter().filter(is).count()
     }
@@ -80,6 +86,85 @@ fn long_computer_stall_pauses_the_job_without_losing_holes() {
         assert_eq!(bench.refused(&Ask::Resume), None);
         assert_eq!(bench.finish(), (Ending::Done, 10));
         assert_eq!(bench.made(&program), (vec![1; 10], 0));
+    }
+}
+
+#[test]
+fn stalled_measurement_or_macro_holds_the_job() {
+    let program = one_bit(4);
+    for (measures, stuck) in [(true, true), (true, false), (false, true), (false, false)] {
+        let mut board = Automaton::new([-20.0, -30.0, -10.0]);
+        board.rack = Some(|_| 0.0);
+        let mut bench = Bench::ready_with(&Memory::default(), board);
+        let asks = if measures {
+            bench.board.surface = Some(setter::surface);
+            vec![setter::at(&setter::SETTER.numbers()), setter::on("setter")]
+        } else {
+            vec![changer::lines("G53 G0 Z-1\nM6 T{tool}\nG53 G0 X-200")]
+        };
+        asks.iter().for_each(|ask| assert_eq!(bench.refused(ask), None));
+        let key = bench.upload(&program);
+        bench.start(&key, 0);
+        if measures {
+            bench.until(|status| status.state == State::ToolChange && status.measuring.is_none());
+            assert_eq!(bench.refused(&Ask::ToolChanged), None);
+        }
+        bench.until(|status| status.measuring.is_some() || status.changing.is_some());
+        bench.stall(stuck);
+        // A refused request does not let the job continue.
+        assert_eq!(bench.refused(&Ask::Resume).as_deref(), Some("grbl.not_now"));
+        let status = bench.state(State::Paused);
+        assert_eq!((status.trust, status.alarm), (Trust::Trusted, None), "{measures} {stuck}");
+        assert_eq!(bench.said("grbl.computer_stood"), 1, "{measures} {stuck}");
+        let place = bench.board.place();
+        (0..3_000).for_each(|_| bench.millisecond());
+        assert_eq!(bench.board.place(), place, "{measures} {stuck}");
+        assert_eq!(bench.refused(&Ask::Resume), None);
+        assert_eq!(bench.finish(), (Ending::Done, 4), "{measures} {stuck}");
+        assert_eq!(bench.made(&program), (vec![1; 4], 0), "{measures} {stuck}");
+    }
+}
+
+#[test]
+fn stalled_parking_ends_before_it_moves_sideways() {
+    for stuck in [true, false] {
+        let mut board = Automaton::new([-20.0, -30.0, -10.0]);
+        // The pull-off distance after homing.
+        board.settings.push((27, 1.0));
+        let mut bench = Bench::ready_with(&Memory::default(), board);
+        assert_eq!(bench.refused(&Ask::Park), None);
+        bench.state(State::Parking);
+        bench.stall(stuck);
+        bench.state(State::Ready);
+        (0..3_000).for_each(|_| bench.millisecond());
+        let place = bench.board.place();
+        assert!((0..2).all(|axis| (place[axis] - ZERO[axis]).abs() < 0.05), "stuck {stuck}: {place:?}");
+    }
+}
+
+#[test]
+fn request_to_continue_clears_the_stall() {
+    let program = one_bit(4);
+    for stalls_in in [State::Ready, State::ToolChange, State::Paused] {
+        let mut bench = Bench::ready(&Memory::default());
+        let stall = |bench: &mut Bench, state: State| {
+            if state == stalls_in {
+                bench.stall(true);
+            }
+        };
+        let key = bench.upload(&program);
+        stall(&mut bench, State::Ready);
+        bench.start(&key, 0);
+        bench.state(State::ToolChange);
+        stall(&mut bench, State::ToolChange);
+        assert_eq!(bench.refused(&Ask::ToolChanged), None);
+        bench.until(|status| status.holes_done == 2);
+        bench.ask(&Ask::Pause);
+        bench.state(State::Paused);
+        stall(&mut bench, State::Paused);
+        assert_eq!(bench.refused(&Ask::Resume), None);
+        assert_eq!(bench.finish(), (Ending::Done, 4), "{stalls_in:?}");
+        assert_eq!(bench.said("grbl.computer_stood"), 0, "{stalls_in:?}");
     }
 }
 

@@ -17,7 +17,7 @@ pub(super) fn one_bit(count: usize) -> Program {
     drilled::holes(&hobby_3018(), count, 4, |_| 800)
 }
 
-fn wish(program: &Program) -> Ask {
+pub(super) fn wish(program: &Program) -> Ask {
     let bounds: Bounds = touched(program).unwrap();
     let grid = ProbeGrid::over(bounds, Length::from_mm(6.0), Length::from_mm(1.0)).unwrap();
     Ask::Survey { grid, job: key_of(program), clear_um: 1_000, depth_um: 2_000, now_s: 1_764_000_000 }

@@ -7,7 +7,7 @@ use annulus_core::wire::{ArmedJob, ControllerReport, JobEnd};
 use std::collections::BTreeSet;
 
 /// A pin on the left, 20 mm above the board.
-const SETTER: ToolSetter = ToolSetter {
+pub(super) const SETTER: ToolSetter = ToolSetter {
     place_mm: [-250.0, -20.0],
     from_mm: -5.0,
     depth_mm: 40.0,
@@ -15,16 +15,16 @@ const SETTER: ToolSetter = ToolSetter {
     slow_mm_per_min: 30.0,
 };
 
-fn surface(x: f64, y: f64) -> f64 {
+pub(super) fn surface(x: f64, y: f64) -> f64 {
     let (x, y) = (x + 250.0, y + 20.0);
     if x * x + y * y < 9.0 { ZERO[2] + 20.0 } else { ZERO[2] }
 }
 
-fn on(word: &str) -> Ask {
+pub(super) fn on(word: &str) -> Ask {
     Ask::Configure { changes: vec![(LENGTH_KEY.to_owned(), Value::Text(word.to_owned()))] }
 }
 
-fn at(numbers: &[f64]) -> Ask {
+pub(super) fn at(numbers: &[f64]) -> Ask {
     Ask::Configure { changes: vec![(SETTER_KEY.to_owned(), Value::Numbers(numbers.to_vec()))] }
 }
 
