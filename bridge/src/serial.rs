@@ -65,8 +65,6 @@ pub(crate) struct Port {
     waiting: VecDeque<u8>,
     /// Bytes that were read and put back.
     unread: Vec<u8>,
-    /// Opening the port must not reset its device.
-    pub(crate) spares: bool,
 }
 
 /// Opens the port `name`. That resets most controllers.
@@ -84,14 +82,14 @@ pub(crate) fn open_as(
     let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
     let builder = builder.parity(parity).stop_bits(stop_bits);
     let (name, serial) = (name.to_owned(), builder.open()?);
-    Ok(Port { name, serial, waiting: VecDeque::new(), unread: Vec::new(), spares: false })
+    Ok(Port { name, serial, waiting: VecDeque::new(), unread: Vec::new() })
 }
 
 /// Opens it without resetting the controller: its control lines keep their levels, also when it is closed.
 /// If they fell when it was last closed, the system raises them, which cannot be prevented.
 pub(crate) fn open_sparing(name: &str, baud: u32) -> serialport::Result<Port> {
     let kept = lines::stay(name);
-    let port = Port { spares: true, ..open(name, baud)? };
+    let port = open(name, baud)?;
     drop(kept);
     Ok(port)
 }

@@ -2,21 +2,6 @@
 
 use std::time::Duration;
 
-/// Measures the time since its start.
-pub(super) struct Stopwatch {
-    began: Duration,
-}
-
-impl Stopwatch {
-    pub(super) fn start() -> Self {
-        Self { began: now() }
-    }
-
-    pub(super) fn elapsed(&self) -> Duration {
-        now().saturating_sub(self.began)
-    }
-}
-
 /// Time since an arbitrary start. `Instant` stops during sleep on Linux and macOS; this clock does not.
 #[cfg(unix)]
 pub(super) fn now() -> Duration {
@@ -43,10 +28,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stopwatch_measures_a_sleep() {
-        let watch = Stopwatch::start();
+    fn clock_measures_a_sleep() {
+        let began = now();
         std::thread::sleep(Duration::from_millis(30));
-        let passed = watch.elapsed();
+        let passed = now().saturating_sub(began);
         assert!(passed >= Duration::from_millis(30) && passed < Duration::from_secs(20), "{passed:?}");
     }
 }

@@ -1,4 +1,5 @@
-//! A GRBL controller behind the server: its station in a thread that owns the serial port.
+//! The station of a GRBL controller in a thread that owns the serial port, for the pages of the server or for
+//! the command line.
 //!
 //! ```text
 //! pages ── Input ──▶ station ── bytes ──▶ port
@@ -7,7 +8,7 @@
 //! port lost ─▶ the station still answers ─▶ port back: a new station ─▶ identified: takes over
 //! ```
 //!
-//! A job continues without any page.
+//! A job continues without any page. For the command line, the thread ends with the port.
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests;
@@ -19,8 +20,9 @@ use crate::refusal::Refusal;
 use crate::serial::{self, Listed, Port};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
+use annulus_core::grbl::{EngineAsk, ResetOnOpen};
 use annulus_core::wire::{Ask, Tell};
-use annulus_host::grbl::{Draft, Named, Setup, Station, Written, reset_on_open};
+use annulus_host::grbl::{Attended, Draft, Named, Setup, Station, Told, Written, reset_on_open};
 use annulus_host::{Message, Ticket, Tickets, Upload};
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -55,6 +57,21 @@ pub(crate) struct Site {
     pub(crate) speed: f64,
 }
 
+impl Site {
+    /// Opens the port. Returns it with its baud rate.
+    pub(super) fn open(&mut self, reset: ResetOnOpen, silent: impl Fn(u32)) -> Result<(Port, u32), Refusal> {
+        let opened = super::open(&self.port, self.baud, reset, silent);
+        let (port, baud) = opened.map_err(Refusal::surroundings)?;
+        self.baud = Some(baud);
+        Ok((port, baud))
+    }
+}
+
+/// The job of the command line, and whether opening the port may reset the controller.
+type CommandJob = (Attended, ResetOnOpen);
+/// `Ok` after the controller identified itself, or why it did not.
+type Met = Result<(), Diagnostic>;
+
 /// Handle to the thread that owns the port. Clones share the thread; `shutdown` ends it.
 #[derive(Clone)]
 pub(crate) struct GrblHost {
@@ -67,6 +84,10 @@ pub(crate) struct GrblHost {
 /// Input of the thread.
 enum Input {
     Message(Message),
+    /// A request of the command line.
+    Command(EngineAsk),
+    /// The user of the command line is present.
+    Attend,
     /// A jog, or its renewal, with the time at which the page asked for it.
     Jog(Duration, Message),
     /// Requests the program and the machine from which a job's G-code is written.
@@ -99,11 +120,27 @@ impl GrblHost {
     /// baud rate without a response.
     pub(crate) fn open(mut site: Site, silent: impl Fn(u32)) -> Result<Self, Refusal> {
         let reset = reset_on_open(&mut site.files);
-        let opened = super::open(&site.port, site.baud, reset, silent);
-        let (port, baud) = opened.map_err(Refusal::surroundings)?;
-        site.baud = Some(baud);
+        let (port, _) = site.open(reset, silent)?;
+        let (host, met) = Self::start(site, port, None)?;
+        // A controller that must not be reset identifies itself after its job.
+        match met.recv_timeout(IDENTIFY_WAIT) {
+            Ok(Err(why)) => {
+                host.shutdown();
+                Err(Refusal::surroundings(why))
+            }
+            Ok(Ok(())) | Err(_) => Ok(host),
+        }
+    }
+
+    /// Starts the thread of an open port. `command`: the job of the command line, and where its notices go.
+    pub(super) fn start(
+        site: Site,
+        port: Port,
+        command: Option<(CommandJob, Sender<Told>)>,
+    ) -> Result<(Self, Receiver<Met>), Refusal> {
         let (tickets, listeners) = (Arc::<Tickets>::default(), Listeners::default());
-        let machine = Connection::open(&site, port, &tickets).map_err(Refusal::surroundings)?;
+        let (job, command) = command.unzip();
+        let machine = Connection::open(&site, port, &tickets, job).map_err(Refusal::surroundings)?;
         let (inputs, inbox) = channel();
         let (meets, met) = channel();
         let work = Work {
@@ -111,6 +148,7 @@ impl GrblHost {
             site,
             tickets: Arc::clone(&tickets),
             listeners: listeners.clone(),
+            command,
             machine,
             next: None,
             stops: false,
@@ -120,15 +158,17 @@ impl GrblHost {
             thread::Builder::new().name("controller".to_owned()).spawn(move || work.run(&inbox, meets));
         let no_thread = |error| error!("control.no_thread", reason = error);
         let thread = thread.map_err(|error| Refusal::surroundings(no_thread(error)))?;
-        let host = Self { inputs, listeners, tickets, thread: Arc::new(Mutex::new(Some(thread))) };
-        // A controller that must not be reset identifies itself after its job.
-        match met.recv_timeout(IDENTIFY_WAIT) {
-            Ok(Err(why)) => {
-                host.shutdown();
-                Err(Refusal::surroundings(why))
-            }
-            Ok(Ok(())) | Err(_) => Ok(host),
-        }
+        Ok((Self { inputs, listeners, tickets, thread: Arc::new(Mutex::new(Some(thread))) }, met))
+    }
+
+    /// Passes a request of the command line to the engine.
+    pub(super) fn command(&self, ask: EngineAsk) {
+        let _ = self.inputs.send(Input::Command(ask));
+    }
+
+    /// The user of the command line is present.
+    pub(super) fn attend(&self) {
+        let _ = self.inputs.send(Input::Attend);
     }
 
     /// Writes the job's G-code in the caller's thread: the thread that owns the port must stay free to end a
@@ -215,9 +255,14 @@ struct Connection {
 }
 
 impl Connection {
-    fn open(site: &Site, port: Port, tickets: &Arc<Tickets>) -> Result<Self, Diagnostic> {
-        let (tickets, named) = (Arc::clone(tickets), site.named.clone());
-        let setup = Setup { speed: site.speed, time: clock::now, tickets, named, in_page: false };
+    fn open(
+        site: &Site,
+        port: Port,
+        tickets: &Arc<Tickets>,
+        command: Option<CommandJob>,
+    ) -> Result<Self, Diagnostic> {
+        let (speed, tickets, named) = (site.speed, Arc::clone(tickets), site.named.clone());
+        let setup = Setup { speed, time: clock::now, tickets, named, in_page: false, command };
         let station = Station::open(site.files.clone(), setup)?;
         Ok(Self { station, port: Some(port), waiting: 0, full: None, reported: Instant::now() })
     }
@@ -269,6 +314,8 @@ impl Connection {
     fn lose(&mut self, error: &io::Error) {
         tracing::warn!(%error, "the port of the controller was lost");
         if let Some(port) = self.port.take() {
+            let why = error!("grbl.port_lost", port = &port.name, reason = error);
+            self.station.notice(Told::Found(why));
             // Closing may wait half a minute for bytes that a hung controller does not take.
             thread::spawn(move || drop(port));
         }
@@ -288,6 +335,8 @@ struct Work {
     usb: Option<(u16, u16)>,
     tickets: Arc<Tickets>,
     listeners: Listeners,
+    /// Where the notices for the command line go, if it is the client.
+    command: Option<Sender<Told>>,
     machine: Connection,
     /// The controller at the port that was opened again, until it has identified itself.
     next: Option<Connection>,
@@ -298,9 +347,9 @@ struct Work {
 }
 
 impl Work {
-    fn run(mut self, inbox: &Receiver<Input>, meets: Sender<Result<(), Diagnostic>>) {
+    fn run(mut self, inbox: &Receiver<Input>, meets: Sender<Met>) {
         let mut meets = Some(meets);
-        loop {
+        while self.command.is_none() || self.machine.port.is_some() {
             let is_open =
                 [Some(&self.machine), self.next.as_ref()].into_iter().flatten().any(|one| one.port.is_some());
             match inbox.recv_timeout(if is_open { Duration::ZERO } else { INPUT_WAIT }) {
@@ -314,11 +363,14 @@ impl Work {
                 let _ = meets.send(met.unwrap_or(Ok(())));
             }
         }
-        self.rest();
+        // What a command leaves held stays held.
+        if self.command.is_none() {
+            self.rest();
+        }
     }
 
     /// `Ok` if the controller has identified itself, an error if it did not in time, `None` until then.
-    fn met(&self) -> Option<Result<(), Diagnostic>> {
+    fn met(&self) -> Option<Met> {
         let station = &self.machine.station;
         let silent = || station.alarm().cloned().unwrap_or_else(|| error!("grbl.no_answer"));
         match (station.greeted(), station.is_over()) {
@@ -344,6 +396,8 @@ impl Work {
                 let _ = reply.send(Err(error!("grbl.not_now")));
             }
             Input::Message(message) | Input::Jog(_, message) => station.take(message),
+            Input::Command(ask) => station.command(ask),
+            Input::Attend => station.attend(),
             Input::Draft { job, from_leg, ticket, reply } => {
                 let _ = reply.send(may(ticket).and_then(|()| station.draft(&job, from_leg)));
             }
@@ -367,14 +421,19 @@ impl Work {
     fn turn(&mut self) {
         self.machine.turn();
         self.pass_on();
-        if self.machine.port.is_none() {
-            return self.reconnect();
+        if self.machine.port.is_some() {
+            self.stops &= self.machine.station.moves();
+        } else if self.command.is_none() {
+            self.reconnect();
         }
-        self.stops &= self.machine.station.moves();
     }
 
     fn pass_on(&mut self) {
-        self.machine.station.tells().iter().for_each(|tell| self.listeners.tell(tell));
+        let station = &mut self.machine.station;
+        station.tells().iter().for_each(|tell| self.listeners.tell(tell));
+        for told in station.notices() {
+            let _ = self.command.as_ref().map(|command| command.send(told));
+        }
     }
 
     /// Opens the lost port again. A controller that identifies itself takes over.
@@ -407,8 +466,8 @@ impl Work {
             return None;
         }
         let reset = reset_on_open(&mut self.site.files);
-        let (port, _) = super::open(&self.site.port, self.site.baud, reset, |_| {}).ok()?;
-        let opened = Connection::open(&self.site, port, &self.tickets);
+        let (port, _) = self.site.open(reset, |_| {}).ok()?;
+        let opened = Connection::open(&self.site, port, &self.tickets, None);
         opened.inspect_err(|why| tracing::warn!(code = why.code, "the controller was not opened")).ok()
     }
 

@@ -1,24 +1,22 @@
-//! A controller at a serial port. The logic is in `host/src/grbl`; a thread here owns the port. Pages drive a
-//! station through the server, the command line drives the engine.
+//! A controller at a serial port. The logic is in `host/src/grbl`; a thread here owns the port.
 //!
 //! ```text
-//!  pages ─ asks ──▶ hosted (a thread) ─ bytes ──▶ port
-//!  cli ── asks ──▶ owner (a thread) ── bytes ──▶ port
-//!      ◀─ news ──          │
-//!                        ledger: completed sections, durable before they are reported
+//!  pages ─────────▶ hosted (a station in a thread) ─ bytes ──▶ port
+//!  cli ─▶ client ─▶           │
+//!                           ledger: completed sections, durable before they are reported
 //! ```
 
+mod client;
 mod clock;
 mod files;
 mod hosted;
-mod owner;
 mod speed;
 
 pub(crate) use crate::serial::list;
 use annulus_core::error;
+pub(crate) use client::Client;
 pub(crate) use files::DiskFiles;
 pub(crate) use hosted::{GrblHost, Site};
-pub(crate) use owner::Owner;
 
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
@@ -30,7 +28,7 @@ pub(crate) type Ledger = annulus_host::grbl::Ledger<DiskFiles>;
 /// Opens the port `name` at `bits_per_s`, or finds the speed at which the controller responds, and returns
 /// it. `silent` is called for every speed without a response. `reset` decides whether opening may reset the
 /// controller.
-pub(crate) fn open(
+fn open(
     name: &str,
     bits_per_s: Option<u32>,
     reset: ResetOnOpen,

@@ -329,7 +329,7 @@ impl<F: Files> Station<F> {
         }
         let entry = super::AttendedJob { ended: true, ..self.ledger.entry().clone() };
         let wear = self.ledger.wear().to_vec();
-        self.ledger.write(None, &entry, wear)?;
+        self.ledger.save(&entry, wear)?;
         self.offer = None;
         Ok(())
     }

@@ -1,5 +1,5 @@
 //! One GRBL controller and the progress of its job: turns engine actions into writes, saves and notices, in
-//! the order in which they must happen. Used by the bridge and by the page.
+//! the order in which they must happen.
 
 use super::given::JobGiven;
 use super::job_tools::JobTools;
@@ -73,6 +73,8 @@ pub enum Told {
     Found(Diagnostic),
     /// The controller's state; sent after every change.
     Now(Box<ControllerGlimpse>),
+    /// The oldest request of the command line was handled, and its results are reported.
+    Handled,
     /// The port is closed; no more news follow.
     Gone,
 }

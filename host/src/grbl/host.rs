@@ -11,11 +11,11 @@ use std::time::Duration;
 /// Longest normal time between two turns, or between writing and carrying. Anything longer is a stall.
 const STANDS: Duration = Duration::from_secs(1);
 /// After a stall this long, a user at the machine believes that it stopped: it must not continue unasked.
-pub const HELD_AFTER: Duration = Duration::from_secs(4);
+pub(super) const HELD_AFTER: Duration = Duration::from_secs(4);
 
 /// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HostNews {
+pub(super) enum HostNews {
     /// The host stalls or stalled: timeouts mean nothing.
     Late,
     /// The stall lasted longer than [`HELD_AFTER`].
@@ -24,7 +24,7 @@ pub enum HostNews {
 
 /// The stall detector.
 #[derive(Debug)]
-pub struct Host {
+pub(super) struct Host {
     /// Time above which a turn is late.
     late: Duration,
     looked: Duration,
@@ -40,30 +40,30 @@ pub struct Host {
 
 impl Host {
     /// A host at whose port the controller runs at the time scale `speed`.
-    pub fn new(now: Duration, speed: f64) -> Self {
+    pub(super) fn new(now: Duration, speed: f64) -> Self {
         let late = STANDS.div_f64(speed.max(1.0));
         Self { late, looked: now, waits: None, written: 0, carried: 0, stood: Duration::ZERO, told: None }
     }
 
     /// Total time in which the controller could not be heard.
-    pub fn stood(&self) -> Duration {
+    pub(super) fn stood(&self) -> Duration {
         self.stood
     }
 
     /// Bytes are on their way to the port.
-    pub fn is_written(&mut self, now: Duration) {
+    pub(super) fn is_written(&mut self, now: Duration) {
         self.written += 1;
         self.waits.get_or_insert(now);
     }
 
     /// The oldest written bytes reached the port.
-    pub fn is_carried(&mut self, now: Duration) {
+    pub(super) fn is_carried(&mut self, now: Duration) {
         self.carried = self.written.min(self.carried + 1);
         self.waits = (self.carried < self.written).then_some(now);
     }
 
     /// Checks the time. Returns each kind of news once per stall.
-    pub fn look(&mut self, now: Duration) -> Option<HostNews> {
+    pub(super) fn look(&mut self, now: Duration) -> Option<HostNews> {
         let passed = now.saturating_sub(self.looked);
         self.looked = now;
         let waits = self.waits.map_or(Duration::ZERO, |since| now.saturating_sub(since));

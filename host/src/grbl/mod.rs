@@ -3,14 +3,16 @@
 //!
 //! ```text
 //! pages ── Message ──▶ station ── Event ──▶ attended (the engine of core) ── bytes ──▶ port
-//!   ◀──── Tell ──────────┘  │  order: the program as G-code, section by section and leg by leg
-//!                           └─ ledger: progress in two halves, durable before it is reported
+//!   ◀──── Tell ────────┘│   │  order: the program as G-code, section by section and leg by leg
+//! command ─ EngineAsk ─▶┤   └─ ledger: progress in two halves, durable before it is reported
+//!   ◀──── Told ─────────┘
 //! ```
 
 mod asks;
 mod attended;
 mod before;
 mod checked;
+mod command;
 mod expected;
 mod given;
 mod host;
@@ -31,7 +33,6 @@ pub use asks::unfit;
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use expected::unlike_mill;
 pub use given::JobGiven;
-pub use host::{HELD_AFTER, Host, HostNews};
 pub use job_tools::{JobTools, SectionWear};
 pub use ledger::{Ledger, first_entry};
 pub use lengths::reset_on_open;

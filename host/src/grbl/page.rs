@@ -23,7 +23,8 @@ impl<F: Files> PageStation<F> {
     /// for real time.
     pub fn open(files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
         let tickets = Arc::<Tickets>::default();
-        let setup = Setup { speed, time, tickets: Arc::clone(&tickets), named: None, in_page: true };
+        let (named, command, in_page) = (None, None, true);
+        let setup = Setup { speed, time, tickets: Arc::clone(&tickets), named, in_page, command };
         Ok(Self { station: Station::open(files, setup)?, line: Line::new(tickets), time })
     }
 

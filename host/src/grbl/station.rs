@@ -1,5 +1,6 @@
 //! A controller and its job, without threads: the caller owns port and time, and calls in turn. Callers are
-//! a page's worker ([`super::PageStation`]) and a thread of the bridge.
+//! a page's worker ([`super::PageStation`]) and a thread of the bridge. Clients are pages or the command
+//! line.
 //!
 //! Job progress is durable before it is reported.
 
@@ -23,7 +24,7 @@ use annulus_core::grbl::{
 };
 use annulus_core::machine::{self, Machine, MillProfile};
 use annulus_core::wire::{Ask, CheckModeReport, JobEnd, Status, Tell, ToolsReport};
-use annulus_core::{code, error, warning};
+use annulus_core::{code, error};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -82,6 +83,8 @@ pub struct Setup {
     pub named: Option<Named>,
     /// The station is in the worker of a page: the job ends with the page.
     pub in_page: bool,
+    /// If the command line is the client: its job, and whether opening the port may reset the controller.
+    pub command: Option<(Attended, ResetOnOpen)>,
 }
 
 /// A machine that the user named.
@@ -98,6 +101,8 @@ pub struct Station<F> {
     tickets: Arc<Tickets>,
     /// Reports for the pages, in order.
     tells: Vec<Tell>,
+    /// Notices for the command line, if it is the client.
+    pub(super) notices: Option<Vec<Told>>,
     pub(super) ledger: Ledger<F>,
     pub(super) bringing: Option<Bringing>,
     pub(super) machine: Machine,
@@ -129,7 +134,7 @@ pub struct Station<F> {
     opened: Duration,
     host: Host,
     /// The host stalled too long, and the user has not continued since.
-    is_late: bool,
+    pub(super) is_late: bool,
     speed: f64,
     pub(super) time: Time,
     pub(super) told: (Option<Status>, Duration),
@@ -139,20 +144,23 @@ pub struct Station<F> {
 impl<F: Files> Station<F> {
     /// Opens the station whose ledger is in `files`; its port is open.
     pub fn open(mut files: F, setup: Setup) -> Result<Self, Diagnostic> {
-        let Setup { speed, time, tickets, named, in_page } = setup;
+        let Setup { speed, time, tickets, named, in_page, command } = setup;
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             return Err(error!("control.speed_range", speed = speed));
         }
         let surface = BoardSurface::kept(&mut files);
         let mut ledger = Ledger::open(files)?;
-        let entry = ledger.entry().clone();
-        let offer = ledger.broken_off();
-        let reset = lengths::reset_of(&ledger.settings());
+        let notices = command.as_ref().map(|_| Vec::new());
+        let offer = if command.is_some() { None } else { ledger.broken_off() };
+        let (attended, reset) = command.unwrap_or_else(|| {
+            (Attended::new(ledger.entry().clone()), lengths::reset_of(&ledger.settings()))
+        });
         let opened = time();
         let mut station = Self {
-            attended: Attended::new(entry),
+            attended,
             tickets,
             tells: Vec::new(),
+            notices,
             ledger,
             bringing: None,
             machine: machine::hobby_3018(),
@@ -258,22 +266,25 @@ impl<F: Files> Station<F> {
     /// After a long stall of the host, the controller has run empty and stopped. The job is held until the
     /// user resumes it. The position is still valid. What can't be held now, such as a tool measurement, is
     /// held as soon as the job moves.
-    fn look_at_host(&mut self) {
-        match self.host.look((self.time)()) {
-            Some(HostNews::Late) => self.by_itself(EngineEvent::Late),
-            Some(HostNews::TooLate) => {
-                (self.is_late, self.hand.parks) = (true, false);
-                if self.attended.controller().parks() {
-                    self.by_itself(EngineEvent::Ask(EngineAsk::JogCancel));
-                }
+    pub(super) fn look_at_host(&mut self) {
+        let news = self.host.look((self.time)());
+        if news.is_some() {
+            self.by_itself(EngineEvent::Late);
+        }
+        if news == Some(HostNews::TooLate) {
+            (self.is_late, self.hand.parks) = (true, false);
+            if self.attended.controller().parks() {
+                self.by_itself(EngineEvent::Ask(EngineAsk::JogCancel));
             }
-            None => {}
         }
         let phase = self.attended.controller().phase;
         if self.is_late && matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
             self.is_late = false;
             self.by_itself(EngineEvent::Ask(EngineAsk::Hold));
-            let why = warning!("grbl.computer_stood", seconds = HELD_AFTER.as_secs());
+            let command = self.is_for_command();
+            let code = if command { code!("grbl.command_stood") } else { code!("grbl.computer_stood") };
+            let why = Diagnostic::warning(code).with("seconds", HELD_AFTER.as_secs());
+            self.notice(Told::Found(why.clone()));
             self.tell(Tell::Refused { why });
         }
     }
@@ -313,9 +324,9 @@ impl<F: Files> Station<F> {
             self.parks_after_job();
         }
         // An understood status proves that the line speed is right. A controller that must not be reset may
-        // take longer to identify itself.
+        // take longer to identify itself. The command line has its own limit.
         let is_waited_for = self.reset == ResetOnOpen::Never && self.attended.controller().status.is_some();
-        let is_silent = !self.greeted && !is_waited_for;
+        let is_silent = !self.greeted && !is_waited_for && !self.is_for_command();
         self.over |= is_silent && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
         TURN
     }
@@ -387,12 +398,19 @@ impl<F: Files> Station<F> {
                 Due::Write(bytes) => self.written.extend(bytes),
                 Due::Close => self.over = true,
                 Due::Keep(entry) => {
-                    let failed = self.keep(&entry);
-                    is_saved &= failed.is_none();
-                    found.extend(failed);
+                    if let Some(why) = self.keep(&entry) {
+                        is_saved = false;
+                        found.push(why.clone());
+                        self.notice(Told::Found(why));
+                    }
                 }
-                Due::Tell(Told::Found(why)) => found.push(why),
-                Due::Tell(told) => self.happened(&told),
+                Due::Tell(told) => {
+                    match &told {
+                        Told::Found(why) => found.push(why.clone()),
+                        told => self.happened(told),
+                    }
+                    self.notice(told);
+                }
             }
         }
         if self.attended.controller().height() == BoardHeight::Unknown {
@@ -407,14 +425,17 @@ impl<F: Files> Station<F> {
 
     /// Saves the progress.
     fn keep(&mut self, entry: &AttendedJob) -> Option<Diagnostic> {
-        if self.bringing.is_none() && self.work.is_none() {
+        let wear = self.wear_now();
+        let failed = if self.is_for_command() {
+            self.ledger.save(entry, wear).err()
+        } else if self.bringing.is_none() && self.work.is_none() {
             // No job of ours is running, so this is not its end.
             return None;
-        }
-        let wear = self.wear_now();
-        // Drop the files and options of an earlier job of the command line.
-        let entry = AttendedJob { files: Vec::new(), given: JobGiven::default(), ..entry.clone() };
-        let failed = self.ledger.write(self.bringing.take(), &entry, wear).err();
+        } else {
+            // Drop the files and options of an earlier job of the command line.
+            let entry = AttendedJob { files: Vec::new(), given: JobGiven::default(), ..entry.clone() };
+            self.ledger.write(self.bringing.take(), &entry, wear).err()
+        };
         self.tell_tools();
         failed
     }
@@ -454,6 +475,7 @@ impl<F: Files> Station<F> {
             | Told::ToolFetched { .. }
             | Told::Found(_)
             | Told::Progress
+            | Told::Handled
             | Told::Gone => {}
         }
     }

@@ -12,7 +12,8 @@ use annulus_core::wire::{Tell, ToolsReport};
 impl<F: Files> Station<F> {
     /// Wear of all tools, including the running job.
     pub(super) fn wear_now(&self) -> Vec<ToolWear> {
-        let tools = self.attended.tools().filter(|_| self.work.is_some());
+        let counts = self.work.is_some() || self.is_for_command();
+        let tools = self.attended.tools().filter(|_| counts);
         tools.map_or_else(|| self.ledger.wear(), |tools| tools.wear()).to_vec()
     }
 

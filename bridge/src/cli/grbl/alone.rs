@@ -18,7 +18,7 @@ impl Operator {
         let stands = self.stands() && !is_heard && (self.begun || phase.is_some_and(moves));
         let is_held = phase == Some(Held) || stands;
         if self.keys.is_none() && self.held.is_over(is_held) {
-            self.owner.ask(EngineAsk::Stop);
+            self.station.ask(EngineAsk::Stop);
         }
     }
 

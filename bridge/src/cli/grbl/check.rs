@@ -3,7 +3,7 @@
 use super::keys::{Typing, Word, listen};
 use super::{CheckArgs, GREETING, controller_object, ledger, program};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
-use crate::grbl::Owner;
+use crate::grbl::Client;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{CheckNews, EngineAsk, EnginePhase, Info, settings};
@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// Operates the controller while it reads the job.
 struct Reader {
-    owner: Owner,
+    station: Client,
     words: Receiver<Word>,
     info: Option<Info>,
     now: Option<ControllerGlimpse>,
@@ -45,8 +45,7 @@ struct Over {
 pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     super::no_controller(&args.job.on, args.port.port.as_deref())?;
     let programs = program::read(&args.job, &args.more, &ledger()?)?;
-    let (port, bits_per_s) = args.port.open()?;
-    let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), args.speed);
+    let station = args.port.open((AttendedJob::default(), None), args.speed)?;
     let (sends, words) = channel();
     listen(sends, Typing::Nothing);
     let (info, now, worst, over) = (None, None, None, None);
@@ -55,7 +54,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     let said = said_of(&programs);
     said.iter().for_each(|why| say(told(why)));
     let mut reader =
-        Reader { owner, words, info, now, worst, refused, over, begun, several, gone, interrupted, said };
+        Reader { station, words, info, now, worst, refused, over, begun, several, gone, interrupted, said };
     let ready = reader.meets().and_then(|()| reader.gets_ready(args.home));
     if reader.interrupted {
         reader.comes_to_rest();
@@ -64,12 +63,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     }
     ready?;
     let (routine, written) = (Arc::clone(&programs.routine), Arc::clone(&programs.written));
-    reader.owner.ask(EngineAsk::Check { routine, written });
+    reader.station.ask(EngineAsk::Check { routine, written });
     reader.until(|reader| reader.over.is_some() || (reader.worst.is_some() && !reader.begun));
     if reader.interrupted {
         reader.comes_to_rest();
     }
-    Ok(reader.answer(bits_per_s))
+    Ok(reader.answer())
 }
 
 /// Messages about the programs, including lines that Annulus rewrites when it runs them.
@@ -103,7 +102,7 @@ impl Reader {
 
     /// Handles the next notice of the engine, if any, and input from outside.
     fn next(&mut self) -> bool {
-        let told = self.owner.next();
+        let told = self.station.next();
         let is_told = told.is_some();
         match told {
             Some(Told::Greeted(info)) => self.info = Some(*info),
@@ -124,7 +123,7 @@ impl Reader {
         while let Ok(Word::Signal) = self.words.try_recv() {
             self.interrupted = true;
             say("Stopping.");
-            self.owner.ask(EngineAsk::Stop);
+            self.station.ask(EngineAsk::Stop);
         }
         is_told
     }
@@ -152,7 +151,7 @@ impl Reader {
     fn comes_to_rest(&mut self) {
         let since = Instant::now();
         while !self.gone && since.elapsed() < GREETING {
-            let has_heard = self.owner.has_heard_all();
+            let has_heard = self.station.has_heard_all();
             if !self.next() && has_heard && self.rests() {
                 return;
             }
@@ -182,20 +181,20 @@ impl Reader {
             return Err(Refusal::content(error!("grbl.cannot_home")));
         }
         if homes && !self.interrupted {
-            self.owner.ask(EngineAsk::Home);
+            self.station.ask(EngineAsk::Home);
             self.until(|reader| reader.phase() == Some(EnginePhase::Homing) || reader.worst.is_some());
             self.until(|reader| reader.phase() != Some(EnginePhase::Homing) && reader.rests());
             let trusted = self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted);
             return if trusted { Ok(()) } else { Err(self.why(code!("grbl.not_homed"))) };
         }
         if self.phase() == Some(EnginePhase::Locked) {
-            self.owner.ask(EngineAsk::Unlock);
+            self.station.ask(EngineAsk::Unlock);
             self.until(|reader| reader.phase() == Some(EnginePhase::Ready) || reader.worst.is_some());
         }
         if self.worst.is_some() || self.gone { Err(self.why(code!("grbl.no_answer"))) } else { Ok(()) }
     }
 
-    fn answer(&self, bits_per_s: u32) -> Answer {
+    fn answer(&self) -> Answer {
         let none = Over { done: 0, of: 0, refused: 0, why: None };
         let over = self.over.as_ref().unwrap_or(&none);
         let first = self.refused.first().and_then(|why| why.place.clone());
@@ -214,7 +213,7 @@ impl Reader {
         };
         let mut object = json!({
             "controller": self.info.as_ref().map(controller_object),
-            "bits_per_s": bits_per_s,
+            "bits_per_s": self.station.bits_per_s,
             "lines": over.of,
             "lines_read": over.done,
             "lines_refused": over.refused,

@@ -19,8 +19,9 @@ use std::time::SystemTime;
 /// Probes a board and saves its height map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     super::no_controller(&args.job.on, args.how.port.port.as_deref())?;
-    let programs = super::aligned(program::read(&args.job, &args.more, &own_ledger()?)?, &args.how)?;
-    let mut operator = Operator::new(&args.how(), own_ledger()?, (AttendedJob::default(), None), json)?;
+    let ledger = own_ledger()?;
+    let programs = super::aligned(program::read(&args.job, &args.more, &ledger)?, &args.how)?;
+    let mut operator = Operator::new(&args.how(), &ledger, (AttendedJob::default(), None), json)?;
     let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
     let map = operator.leaves(map, code!("level.stopped"))?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
@@ -114,7 +115,7 @@ impl Operator {
         self.is_wanted()?;
         self.worst = None;
         let start = SurveyStart::usual(grid, touches.clear, touches.depth);
-        self.owner.ask(EngineAsk::Survey(start));
+        self.station.ask(EngineAsk::Survey(start));
         let survey = self.until_surveyed();
         self.rests();
         self.is_wanted()?;

@@ -12,16 +12,16 @@ pub(super) mod program;
 
 use super::{Answer, Exit, Refusal};
 use crate::adapter::is_adapter;
-use crate::grbl::{self, DiskFiles, GrblHost, Ledger, Owner, Site};
+use crate::grbl::{self, Client, DiskFiles, GrblHost, Ledger, Site};
 use crate::machine_file;
-use crate::serial::{Listed, Port};
+use crate::serial::Listed;
 use annulus_core::align::BoardFit;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::grbl::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Output};
 use annulus_core::{code, error, note};
-use annulus_host::grbl::{AttendedJob, Named, Told, unfit};
+use annulus_host::grbl::{AttendedJob, JobTools, Named, Told, unfit};
 use how::{How, Sold, sold_mill};
 use operator::Operator;
 use program::Programs;
@@ -91,12 +91,13 @@ impl From<MayReset> for ResetOnOpen {
 }
 
 impl PortArgs {
-    /// Opens the port. Returns it with its baud rate.
-    fn open(&self) -> Result<(Port, u32), Refusal> {
+    /// Opens the port for this job. `speed` is the time scale of the controller.
+    fn open(&self, job: (AttendedJob, Option<JobTools>), speed: f64) -> Result<Client, Refusal> {
         let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
-        let port = self.port.as_ref().ok_or_else(|| no_port(None))?;
-        no_adapter_at(port)?;
-        grbl::open(port, self.baud, reset, silent).map_err(Refusal::surroundings)
+        let port = self.port.clone().ok_or_else(|| no_port(None))?;
+        no_adapter_at(&port)?;
+        let site = Site { port, baud: self.baud, files: files(), named: None, speed };
+        Client::open(site, reset, job, silent)
     }
 }
 
@@ -315,22 +316,21 @@ pub(super) fn own_ledger() -> Result<Ledger, Refusal> {
 }
 
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
-    let (port, bits_per_s) = args.open()?;
-    let owner = Owner::new(port, ledger()?, (AttendedJob::default(), None), 1.0);
+    let station = args.open((AttendedJob::default(), None), 1.0)?;
     let mut said = error!("grbl.no_answer");
     let since = Instant::now();
     let info = loop {
         if since.elapsed() > GREETING {
             return Err(Refusal::surroundings(said));
         }
-        match owner.next() {
+        match station.next() {
             Some(Told::Greeted(info)) => break info,
             Some(Told::Found(found)) => said = found,
             Some(Told::Gone) => return Err(Refusal::surroundings(said)),
             _ => {}
         }
     };
-    let mut object = described(&info);
+    let (mut object, bits_per_s) = (described(&info), station.bits_per_s);
     object["bits_per_s"] = bits_per_s.into();
     let text = format!("{}{bits_per_s} bits a second\n", text_of(&info));
     Ok(Answer { object, text, exit: Exit::Done })
@@ -382,7 +382,7 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let (files, given) = (programs.files.clone(), how.given());
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
     let tools = programs.tools(ledger.wear());
-    let mut operator = Operator::new(&how, ledger, (entry, tools), json)?;
+    let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
     operator.tells(how.unattended().into_iter().collect());
     let level = args.height_map().map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
@@ -409,7 +409,7 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
         return Err(Refusal::content(why));
     }
     let tools = programs.tools(ledger.wear());
-    let mut operator = Operator::new(&how, ledger, (entry.clone(), tools), json)?;
+    let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
     operator.tells(told);
     operator.tells(how.unattended().into_iter().collect());
     operator.run(&programs, Some(&entry), &args.accept, None)

@@ -9,7 +9,7 @@ use super::keys::{Keys, Typing, Word, listen};
 use super::program::Programs;
 use super::{GREETING, TouchArgs, WhichMap, time_s};
 use crate::cli::{Answer, Exit, Refusal, say};
-use crate::grbl::{Ledger, Owner};
+use crate::grbl::{Client, Ledger};
 use annulus_core::control::{Ending, Trust};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::grbl::{EngineAsk, EnginePhase, EngineStart, Info, Pause};
@@ -43,8 +43,7 @@ pub(super) const MOST_LINES: usize = 64;
 
 /// Acts for the user at the controller.
 pub(super) struct Operator {
-    pub(super) owner: Owner,
-    bits_per_s: u32,
+    pub(super) station: Client,
     pub(super) how: How,
     words: Receiver<Word>,
     /// Typed lines that wait.
@@ -93,19 +92,16 @@ struct Ended {
 impl Operator {
     pub(super) fn new(
         how: &How,
-        ledger: Ledger,
+        ledger: &Ledger,
         job: (AttendedJob, Option<JobTools>),
         quiet: bool,
     ) -> Result<Self, Refusal> {
         how.zero_at.map(Place::whole).transpose()?;
-        let (port, bits_per_s) = how.port.open()?;
-        let wear = ledger.wear().to_vec();
-        let owner = Owner::new(port, ledger, job, how.speed);
+        let station = how.port.open(job, how.speed)?;
         let (sends, words) = channel();
         let keys = listen(sends, if how.confirm_tools.is_none() { Typing::Lines } else { Typing::Keys });
         Ok(Self {
-            owner,
-            bits_per_s,
+            station,
             how: how.clone(),
             words,
             lines: VecDeque::new(),
@@ -123,7 +119,7 @@ impl Operator {
             quiet,
             map: None,
             corrected: None,
-            wear,
+            wear: ledger.wear().to_vec(),
             ended: None,
             wanted: VecDeque::new(),
             begun: false,
@@ -183,7 +179,7 @@ impl Operator {
         let setter = self.how.setter;
         let changer = self.how.changer_for(&routine, programs.tools(&self.wear).as_ref());
         let start = EngineStart { routine, from, zero_mm, same_length, setter, changer, spin_up_s, accepted };
-        self.owner.ask(EngineAsk::Start(start));
+        self.station.ask(EngineAsk::Start(start));
         self.tells_keys();
         let ended = self.until_ended(programs);
         Ok(self.answer(programs, &ended, seconds))
@@ -231,7 +227,7 @@ impl Operator {
     /// Handles the next notice of the engine.
     pub(super) fn next(&mut self) -> Option<Told> {
         self.ends_held();
-        let told = self.owner.next()?;
+        let told = self.station.next()?;
         match &told {
             Told::Greeted(info) => self.info = Some(info.as_ref().clone()),
             Told::Now(now) => {
@@ -283,7 +279,7 @@ impl Operator {
                 Word::Signal => {
                     self.interrupted = true;
                     say("Stopping.");
-                    self.owner.ask(EngineAsk::Stop);
+                    self.station.ask(EngineAsk::Stop);
                 }
             }
         }
@@ -309,7 +305,7 @@ impl Operator {
             self.is_wanted()?;
             let before = self.worst.take();
             let said = self.said.len();
-            self.owner.ask(EngineAsk::Home);
+            self.station.ask(EngineAsk::Home);
             self.until(|operator| {
                 operator.phase() == Some(EnginePhase::Homing) || operator.said.len() > said
             });
@@ -343,7 +339,7 @@ impl Operator {
             // Any message ends the wait, also one about a controller that was reset: a zero that is not set
             // by then never will be.
             let said = self.said.len();
-            self.owner.ask(match there {
+            self.station.ask(match there {
                 Some(zero) => EngineAsk::ZeroAt { place_mm: zero.map(Some) },
                 None => EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 },
             });
@@ -392,7 +388,7 @@ impl Operator {
         let since = Instant::now();
         let most = if self.info.is_some() { REST } else { UNMET };
         loop {
-            let has_heard = self.owner.has_heard_all();
+            let has_heard = self.station.has_heard_all();
             let told = self.next();
             self.hear();
             let rests = matches!(self.phase(), Some(EnginePhase::Ready | EnginePhase::Locked));
@@ -481,7 +477,7 @@ impl Operator {
                 continue;
             };
             self.worst = None;
-            self.owner.attend();
+            self.station.attend();
             self.do_typed(&line);
             // Lines typed after a refused one relied on it.
             if self.worst.is_some() {
@@ -500,7 +496,7 @@ impl Operator {
             }
         };
         self.worst = Some(why.with("line", self.resume_line()));
-        self.owner.ask(EngineAsk::Stop);
+        self.station.ask(EngineAsk::Stop);
     }
 
     /// Probes the tool if requested, and continues. Ends the job after [`TRIES`] failed attempts.
@@ -522,7 +518,7 @@ impl Operator {
             why = measured.err().or_else(|| self.worst.take());
         }
         self.worst = why;
-        self.owner.ask(EngineAsk::Stop);
+        self.station.ask(EngineAsk::Stop);
     }
 
     fn do_typed(&mut self, line: &str) {
@@ -532,7 +528,7 @@ impl Operator {
                 let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
                 let um = (mm * 1e3).round() as i32;
                 let anyway = words.next() == Some("anyway");
-                self.owner.ask(EngineAsk::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN, anyway });
+                self.station.ask(EngineAsk::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN, anyway });
                 self.settle();
             }
             ("resume", _) if self.stands() => self.resumes(),
@@ -553,7 +549,7 @@ impl Operator {
         (self.worst, self.zero_set) = (None, false);
         let Some(height_mm) = self.surface_mm() else { return };
         let said = self.said.len();
-        self.owner.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm });
+        self.station.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm });
         self.until(|operator| operator.zero_set || operator.said.len() > said);
         self.rests();
     }
@@ -562,7 +558,7 @@ impl Operator {
     fn tool_ready(&mut self) -> bool {
         self.rests();
         self.worst = None;
-        self.owner.ask(EngineAsk::ToolReady);
+        self.station.ask(EngineAsk::ToolReady);
         self.until(|operator| operator.phase() != Some(EnginePhase::ToolChange) || operator.worst.is_some());
         // The controller may first measure the tool and retract.
         self.until(|operator| {
@@ -598,7 +594,7 @@ impl Operator {
         let (mm_per_min, up_mm) = PROBE;
         let Some(surface_mm) = self.surface_mm() else { return };
         let plate_mm = self.how.plate_mm() + surface_mm;
-        self.owner.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm });
+        self.station.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm });
         self.settle();
     }
 

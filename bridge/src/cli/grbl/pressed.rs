@@ -60,7 +60,7 @@ impl Operator {
                 .for_each(|of| self.override_to(of, 100)),
             b' ' if phase == Some(EnginePhase::Running) => {
                 say("Pause.");
-                self.owner.ask(EngineAsk::Hold);
+                self.station.ask(EngineAsk::Hold);
             }
             b' ' if phase == Some(EnginePhase::Held) => self.resumes(),
             b'?' => say(KEYS),
@@ -75,7 +75,7 @@ impl Operator {
 
     pub(super) fn resumes(&self) {
         say("Resume.");
-        self.owner.ask(EngineAsk::Resume);
+        self.station.ask(EngineAsk::Resume);
     }
 
     /// The last requested percentage, or the reported one.
@@ -102,7 +102,7 @@ impl Operator {
         if let Some(keys) = &mut self.keys {
             keys.wanted[of as usize] = Some(percent);
         }
-        self.owner.ask(EngineAsk::Override { of, percent: percent as u8 });
+        self.station.ask(EngineAsk::Override { of, percent: percent as u8 });
     }
 
     /// After a refused override, the next key starts from the reported values.

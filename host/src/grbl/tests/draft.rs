@@ -11,7 +11,8 @@ use std::sync::mpsc::channel;
 
 pub(super) fn station(files: &Memory) -> Station<Memory> {
     let tickets = Arc::default();
-    let setup = Setup { speed: 1.0, time: || NOW.get(), tickets, named: None, in_page: false };
+    let (named, command, in_page) = (None, None, false);
+    let setup = Setup { speed: 1.0, time: || NOW.get(), tickets, named, in_page, command };
     Station::open(files.clone(), setup).unwrap()
 }
 

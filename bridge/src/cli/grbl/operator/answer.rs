@@ -27,7 +27,7 @@ impl Operator {
         let line = resume_from.and_then(|at| programs.routine.sections.get(at)).map(|section| section.line);
         let mut object = json!({
             "controller": self.info.as_ref().map(controller_object),
-            "bits_per_s": self.bits_per_s,
+            "bits_per_s": self.station.bits_per_s,
             "lines_sent": now.map_or(0, |now| now.sent),
             "lines_done": now.map_or(0, |now| now.answered),
             "holes_done": holes,
