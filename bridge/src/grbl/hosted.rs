@@ -140,11 +140,13 @@ impl GrblHost {
     ) -> Result<(Self, Receiver<Met>), Refusal> {
         let (tickets, listeners) = (Arc::<Tickets>::default(), Listeners::default());
         let (job, command) = command.unzip();
+        // Listing the ports may take a while, which the station would take for a stall.
+        let usb = usb_at(&site.port, &serial::list());
         let machine = Connection::open(&site, port, &tickets, job).map_err(Refusal::surroundings)?;
         let (inputs, inbox) = channel();
         let (meets, met) = channel();
         let work = Work {
-            usb: usb_at(&site.port, &serial::list()),
+            usb,
             site,
             tickets: Arc::clone(&tickets),
             listeners: listeners.clone(),

@@ -1,5 +1,6 @@
 //! Options that decide how a controller runs a job, and how a resumed job reuses them.
 
+use super::keys::Typing;
 use super::{MayReset, PortArgs};
 use crate::cli::Refusal;
 use annulus_core::align::FoundHole;
@@ -17,7 +18,7 @@ use std::time::Duration;
 const SPIN_UP_S: f64 = 3.0;
 
 /// Options of a job at a controller.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub(in crate::cli) struct How {
     #[command(flatten)]
     pub(in crate::cli) port: PortArgs,
@@ -92,6 +93,16 @@ pub(in crate::cli) struct How {
 }
 
 impl How {
+    /// No options but the port and the time scale.
+    pub(super) fn at(port: &PortArgs, speed: f64) -> Self {
+        Self { port: port.clone(), speed, ..Self::default() }
+    }
+
+    /// What to read while a job runs.
+    pub(super) fn typing(&self) -> Typing {
+        if self.confirm_tools.is_none() { Typing::Lines } else { Typing::Keys }
+    }
+
     /// These options with the machine model `mill`, and the whole tool setter in `setter`.
     pub(super) fn on(&self, mill: Option<&'static MillProfile>) -> Self {
         let setter = self.setter.map(|setter| {

@@ -21,7 +21,8 @@ pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     super::no_controller(&args.job.on, args.how.port.port.as_deref())?;
     let ledger = own_ledger()?;
     let programs = super::aligned(program::read(&args.job, &args.more, &ledger)?, &args.how)?;
-    let mut operator = Operator::new(&args.how(), &ledger, (AttendedJob::default(), None), json)?;
+    let (how, job) = (args.how(), (AttendedJob::default(), None));
+    let mut operator = Operator::new(&how, &ledger, job, how.typing(), json)?;
     let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
     let map = operator.leaves(map, code!("level.stopped"))?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })

@@ -57,7 +57,7 @@ enum GrblCommand {
 }
 
 /// Options of the serial port.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub(super) struct PortArgs {
     /// Use this serial port, as listed by `annulus ports`.
     #[arg(long, value_name = "PORT")]
@@ -382,7 +382,7 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let (files, given) = (programs.files.clone(), how.given());
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
     let tools = programs.tools(ledger.wear());
-    let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
+    let mut operator = Operator::new(&how, &ledger, (entry, tools), how.typing(), json)?;
     operator.tells(how.unattended().into_iter().collect());
     let level = args.height_map().map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
@@ -409,7 +409,7 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
         return Err(Refusal::content(why));
     }
     let tools = programs.tools(ledger.wear());
-    let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
+    let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), how.typing(), json)?;
     operator.tells(told);
     operator.tells(how.unattended().into_iter().collect());
     operator.run(&programs, Some(&entry), &args.accept, None)

@@ -94,12 +94,13 @@ impl Operator {
         how: &How,
         ledger: &Ledger,
         job: (AttendedJob, Option<JobTools>),
+        typing: Typing,
         quiet: bool,
     ) -> Result<Self, Refusal> {
         how.zero_at.map(Place::whole).transpose()?;
         let station = how.port.open(job, how.speed)?;
         let (sends, words) = channel();
-        let keys = listen(sends, if how.confirm_tools.is_none() { Typing::Lines } else { Typing::Keys });
+        let keys = listen(sends, typing);
         Ok(Self {
             station,
             how: how.clone(),
@@ -384,7 +385,7 @@ impl Operator {
 
     /// After Ctrl-C: waits until the engine has stopped the machine and the controller sent its banner, or
     /// the controller is gone. A held controller stays held when its port closes.
-    fn comes_to_rest(&mut self) {
+    pub(super) fn comes_to_rest(&mut self) {
         let since = Instant::now();
         let most = if self.info.is_some() { REST } else { UNMET };
         loop {
@@ -398,20 +399,21 @@ impl Operator {
         }
     }
 
-    fn trusted(&self) -> bool {
+    pub(super) fn trusted(&self) -> bool {
         self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted)
     }
 
-    /// Waits until the machine is stopped and has reported its position. Gives up after [`REST`].
+    /// Returns `true` if the machine is stopped and has reported its position.
+    pub(super) fn has_stopped(&self) -> bool {
+        use EnginePhase::{Locked, Ready, ToolChange};
+        let is_in = |phase| matches!(phase, Ready | Locked | ToolChange);
+        self.now.as_ref().is_some_and(|now| is_in(now.phase) && now.place_mm.is_some())
+    }
+
+    /// Waits until [`Self::has_stopped`]. Gives up after [`REST`].
     pub(super) fn rests(&mut self) {
         let since = Instant::now();
-        self.until(|operator| {
-            since.elapsed() > REST
-                || operator.now.as_ref().is_some_and(|now| {
-                    matches!(now.phase, EnginePhase::Ready | EnginePhase::Locked | EnginePhase::ToolChange)
-                        && now.place_mm.is_some()
-                })
-        });
+        self.until(|operator| since.elapsed() > REST || operator.has_stopped());
     }
 
     fn until_ended(&mut self, programs: &Programs) -> Ended {
