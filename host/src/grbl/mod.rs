@@ -36,6 +36,6 @@ pub use given::JobGiven;
 pub use job_tools::{JobTools, SectionWear};
 pub use ledger::{Ledger, first_entry};
 pub use lengths::reset_on_open;
-pub use order::{Draft, Written};
+pub use order::{Draft, Written, gcode_of};
 pub use page::PageStation;
 pub use station::{Named, Setup, Station};

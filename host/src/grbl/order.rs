@@ -71,21 +71,26 @@ impl Draft {
     }
 }
 
+/// The G-code of `program` for the controller of `machine`, and the warnings of its comparison with the
+/// program. A difference is an error.
+pub fn gcode_of(program: &Program, machine: &Machine) -> Result<(String, Vec<Diagnostic>), Diagnostic> {
+    let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(machine) };
+    let briefing = Briefing::of(program);
+    let written =
+        post::write_for("grbl", program, &manner, &briefing, 0).unwrap_or_else(|| Ok(Vec::new()))?;
+    let dialect = post::dialect("grbl").and_then(Result::ok).map(|dialect| dialect.in_manner(&manner));
+    let proved = post::proved((dialect.as_ref(), false), program, &written, &proof::differences);
+    if let Some(error) = proved.iter().find(|diagnostic| diagnostic.severity == Severity::Error) {
+        return Err(error.clone());
+    }
+    Ok((written.into_iter().map(|file| file.text).collect(), proved))
+}
+
 impl Order {
     /// Writes the program `bytes` as G-code for the controller of `machine`, and checks the result against
     /// the program.
     pub(super) fn written(key: &str, bytes: &[u8], machine: &Machine) -> Result<Self, Diagnostic> {
-        let program = program::decode(bytes)?;
-        let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(machine) };
-        let briefing = Briefing::of(&program);
-        let written =
-            post::write_for("grbl", &program, &manner, &briefing, 0).unwrap_or_else(|| Ok(Vec::new()))?;
-        let dialect = post::dialect("grbl").and_then(Result::ok).map(|dialect| dialect.in_manner(&manner));
-        let proved = post::proved((dialect.as_ref(), false), &program, &written, &proof::differences);
-        if let Some(error) = proved.into_iter().find(|diagnostic| diagnostic.severity == Severity::Error) {
-            return Err(error);
-        }
-        let text = written.into_iter().map(|file| file.text).collect();
+        let (text, _) = gcode_of(&program::decode(bytes)?, machine)?;
         Self::read(key, bytes, text)
     }
 

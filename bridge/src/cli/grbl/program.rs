@@ -9,14 +9,13 @@ use crate::cli::{JobArgs, job};
 use crate::grbl::{DiskFiles, Ledger};
 use crate::machine_file;
 use crate::refusal::Refusal;
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
 use annulus_core::grbl::{self, Routine, WrittenLine, level_key};
-use annulus_core::job::{Briefing, Program};
+use annulus_core::job::Program;
 use annulus_core::level::key_of;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
-use annulus_core::post::{self, FileSplit, Manner};
-use annulus_host::grbl::{JobTools, SectionWear};
+use annulus_host::grbl::{JobTools, SectionWear, gcode_of};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -120,17 +119,7 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<
         return read_again(&all);
     }
     let opened = job::open(args)?;
-    let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&opened.machine) };
-    let briefing = Briefing::of(&opened.program);
-    let written =
-        post::write_for("grbl", &opened.program, &manner, &briefing, 0).unwrap_or_else(|| Ok(Vec::new()));
-    let written = written.map_err(Refusal::content)?;
-    let dialect = post::dialect("grbl").and_then(Result::ok).map(|dialect| dialect.in_manner(&manner));
-    let proved =
-        post::proved((dialect.as_ref(), false), &opened.program, &written, &annulus_core::proof::differences);
-    if let Some(error) = proved.iter().find(|diagnostic| diagnostic.severity == Severity::Error) {
-        return Err(Refusal::content(error.clone()));
-    }
+    let (text, proved) = gcode_of(&opened.program, &opened.machine).map_err(Refusal::content)?;
     let write = |path: PathBuf, bytes: &[u8]| match machine_file::write_own(&path, bytes) {
         Ok(()) => Ok(path),
         Err(error) => {
@@ -138,15 +127,10 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<
             Err(Refusal::surroundings(why.with("reason", error)))
         }
     };
-    let mut files = Vec::new();
-    for file in written {
-        files.push(write(free_half(ledger), file.text.as_bytes())?);
-    }
-    let mut programs = read_again(&files)?;
+    let words = write(free_half(ledger), text.as_bytes())?;
+    let mut programs = read_again(std::slice::from_ref(&words))?;
     let counted = Counted::of(&programs.routine, &opened.program, &opened.machine);
-    for words in &files {
-        write(Counted::path(words), &serde_json::to_vec(&counted).unwrap_or_default())?;
-    }
+    write(Counted::path(&words), &serde_json::to_vec(&counted).unwrap_or_default())?;
     programs.keeps(counted);
     programs.diagnostics.splice(0..0, [opened.diagnostics, proved].concat());
     Ok(programs)
