@@ -17,6 +17,7 @@ impl<F: Files> Station<F> {
 
     /// The user is present and knows the machine's state: a hold because of absence is no longer needed.
     pub fn attend(&mut self) {
+        self.look_at_host();
         self.is_late = false;
     }
 

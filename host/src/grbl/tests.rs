@@ -8,6 +8,7 @@ mod automaton;
 
 mod changer;
 mod checked;
+mod command;
 mod draft;
 mod height;
 mod host;
