@@ -12,49 +12,10 @@ mod table;
 pub use address::{AddressPart, named};
 pub use latin::latin;
 pub use own::{OwnKeys, is_of_ones_own};
-pub use table::{COMMANDS, HAND_KEYS, HandKey, HandKeyRow, SHORTCUTS, Shortcut, by_hand};
+pub use table::{COMMANDS, HAND_KEYS, HandKey, HandKeyRow, SHORTCUTS, Shortcut, Tab, by_hand};
 
 use crate::drawing::DrawKey;
 use crate::drawing::keys as draw;
-
-/// The screens. Their shortcut digits follow this order, from 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tab {
-    Draw,
-    #[default]
-    Board,
-    /// The operations of the job.
-    Cam,
-    Simulate,
-    Machine,
-    /// Experiments with tables, profiles and commands.
-    Lab,
-    Settings,
-}
-
-impl Tab {
-    pub const ALL: [Self; 7] =
-        [Self::Draw, Self::Board, Self::Cam, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
-
-    /// The word in the URL: `#/board`.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Draw => "draw",
-            Self::Board => "board",
-            Self::Cam => "cam",
-            Self::Simulate => "simulate",
-            Self::Machine => "machine",
-            Self::Lab => "lab",
-            Self::Settings => "settings",
-        }
-    }
-
-    /// The screen in a URL.
-    pub fn of_address(hash: &str) -> Option<Self> {
-        let word = hash.strip_prefix("#/")?.split(['/', '?']).next()?;
-        Self::ALL.into_iter().find(|tab| tab.word() == word)
-    }
-}
 
 #[derive(Clone, Debug, Default)]
 pub struct Press {
@@ -345,8 +306,7 @@ fn asked(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     if own.is_some() {
         return own;
     }
-    let has_board = matches!(tab, Tab::Board | Tab::Cam | Tab::Simulate);
-    if has_board && press.alt && !press.ctrl && press.code == "Digit3" {
+    if tab.shows_board() && press.alt && !press.ctrl && press.code == "Digit3" {
         return Some(KeyAction::Space);
     }
     if in_text || press.alt {

@@ -1,11 +1,65 @@
-//! The table of shortcuts and of commands without a key, as shown in help and palette; and the table of the
-//! jog keys, which move the machine while they are armed.
+//! The tables of the screens; of shortcuts and commands without a key, as shown in help and palette; and of
+//! the jog keys, which move the machine while they are armed.
 
-use super::{CamKey, KeyAction, Keyless, QueueKey, Stride, Tab};
+use super::{CamKey, KeyAction, Keyless, QueueKey, Stride};
 use crate::drawing::keys::{QUARTER_MDEG, StepSize};
 use crate::drawing::{Act, DrawKey, Tool};
 use crate::said::key;
 use annulus_core::board::drawing::{Align, Sides};
+
+/// The screens. Their shortcut digits follow this order, from 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tab {
+    Draw,
+    #[default]
+    Board,
+    /// The operations of the job.
+    Cam,
+    Simulate,
+    Machine,
+    /// Experiments with tables, profiles and commands.
+    Lab,
+    Settings,
+}
+
+impl Tab {
+    pub const ALL: [Self; 7] =
+        [Self::Draw, Self::Board, Self::Cam, Self::Simulate, Self::Machine, Self::Lab, Self::Settings];
+
+    /// The word in the URL (`#/board`), the key of its name, and whether it shows the open board.
+    const fn row(self) -> (&'static str, &'static str, bool) {
+        match self {
+            Self::Draw => ("draw", key!("page.tab.draw"), false),
+            Self::Board => ("board", key!("page.tab.board"), true),
+            Self::Cam => ("cam", key!("page.tab.cam"), true),
+            Self::Simulate => ("simulate", key!("page.tab.simulate"), true),
+            Self::Machine => ("machine", key!("page.tab.machine"), false),
+            Self::Lab => ("lab", key!("page.tab.lab"), false),
+            Self::Settings => ("settings", key!("page.tab.settings"), false),
+        }
+    }
+
+    /// The word in the URL: `#/board`.
+    pub fn word(self) -> &'static str {
+        self.row().0
+    }
+
+    /// Key of its name in the locale tables.
+    pub fn name(self) -> &'static str {
+        self.row().1
+    }
+
+    /// True for a screen of the open board: without a board it shows how to open one.
+    pub fn shows_board(self) -> bool {
+        self.row().2
+    }
+
+    /// The screen in a URL.
+    pub fn of_address(hash: &str) -> Option<Self> {
+        let word = hash.strip_prefix("#/")?.split(['/', '?']).next()?;
+        Self::ALL.into_iter().find(|tab| tab.word() == word)
+    }
+}
 
 /// A shortcut for help and palette, or a command without a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

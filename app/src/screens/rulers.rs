@@ -37,10 +37,10 @@ fn zero(shown: Memo<Option<Arc<Shown>>>) -> Option<[f64; 2]> {
     match read(|m| m.frame.tab) {
         Tab::Draw => Some([0.0; 2]),
         Tab::Simulate if read(|m| m.play.in_space()) => None,
-        Tab::Board | Tab::Cam | Tab::Simulate => {
+        tab if tab.shows_board() => {
             shown.with(|shown| shown.as_ref().map(|shown| shown.work_of_picture([0.0; 2])))
         }
-        Tab::Machine | Tab::Lab | Tab::Settings => None,
+        _ => None,
     }
 }
 

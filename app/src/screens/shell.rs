@@ -1,27 +1,12 @@
 //! The frame: top bar, work area, status bar; keys, drops and the URL.
 
-use super::{
-    board, cam, drawing, help, lab, machine, palette, review, settings, simulate, splitters, stage,
-    status_bar, top_bar, welcome,
-};
-use crate::keys::Tab;
+use super::{help, machine, palette, splitters, stage, status_bar, top_bar};
 use crate::page::{read, watch};
 use leptos::html::{div, h1, main};
 use leptos::prelude::*;
 
 pub(crate) fn shell() -> impl IntoView {
     let tab = || read(|m| m.frame.tab);
-    let screen = move || match tab() {
-        Tab::Draw => drawing::drawing().into_any(),
-        Tab::Machine => machine::machine().into_any(),
-        Tab::Lab => lab::lab().into_any(),
-        Tab::Settings => settings::settings().into_any(),
-        _ if read(|m| m.board.document.is_none()) => welcome::welcome().into_any(),
-        _ if read(|m| m.board.reviewing) => review::review().into_any(),
-        Tab::Board => board::board().into_any(),
-        Tab::Cam => cam::cam().into_any(),
-        Tab::Simulate => simulate::simulate().into_any(),
-    };
     let panel = move |right: bool| watch(|m| &m.frame.panels).with(|panels| panels.px(tab(), right));
     let width = move |right: bool| panel(right).map_or_else(|| "initial".to_owned(), |px| format!("{px}px"));
     let view = move || read(|m| m.frame.operator).then_some("operator");
@@ -46,7 +31,7 @@ pub(crate) fn shell() -> impl IntoView {
             .child((
                 h1().class("unseen").child(move || top_bar::name_of(tab())),
                 stage::stage(),
-                screen,
+                move || super::screen(tab()),
                 splitters::splitters(),
             )),
         status_bar::status_bar(),

@@ -22,8 +22,7 @@ pub(crate) fn status_bar() -> impl IntoView {
     };
     let pictured = |m: &Model| match m.frame.tab {
         Tab::Draw | Tab::Machine => true,
-        Tab::Board | Tab::Cam | Tab::Simulate => m.board.document.is_some(),
-        Tab::Lab | Tab::Settings => false,
+        tab => tab.shows_board() && m.board.document.is_some(),
     };
     // In the 3D view there is no single scale.
     let flat = move || read(pictured) && !read(|m| m.frame.tab == Tab::Simulate && m.play.in_space());

@@ -14,15 +14,7 @@ use leptos::html::{button, div, header, nav, select, span, strong};
 use leptos::prelude::*;
 
 pub(crate) fn name_of(tab: Tab) -> String {
-    match tab {
-        Tab::Draw => say!("page.tab.draw"),
-        Tab::Board => say!("page.tab.board"),
-        Tab::Cam => say!("page.tab.cam"),
-        Tab::Simulate => say!("page.tab.simulate"),
-        Tab::Machine => say!("page.tab.machine"),
-        Tab::Lab => say!("page.tab.lab"),
-        Tab::Settings => say!("page.tab.settings"),
-    }
+    i18n::text(tab.name(), &[])
 }
 
 pub(crate) fn top_bar() -> impl IntoView {

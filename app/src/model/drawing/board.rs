@@ -145,7 +145,7 @@ pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
         model.draw.with_board.using = None;
     }
     let (before, tab) = (std::mem::replace(&mut model.draw.with_board.tab, model.frame.tab), model.frame.tab);
-    if before == Tab::Draw && matches!(tab, Tab::Board | Tab::Cam | Tab::Simulate) {
+    if before == Tab::Draw && tab.shows_board() {
         effects.extend(left(model, tab));
     }
     if tab == Tab::Draw {
