@@ -4,7 +4,7 @@
 use annulus_core::cam::parameters::{self, Parameter};
 use annulus_core::cam::work::OperationKind;
 use annulus_core::locale;
-use annulus_core::machine::ValueKind;
+use annulus_core::machine::{SECTIONS, ValueKind};
 use annulus_tests::root;
 use std::collections::BTreeSet;
 use std::fs;
@@ -149,6 +149,13 @@ fn every_text_is_used() {
         .filter(|key| !is_used(key))
         .collect();
     assert!(left.is_empty(), "texts that nothing shows:\n{left:#?}");
+}
+
+#[test]
+fn every_section_of_the_settings_has_a_name() {
+    for (section, _) in SECTIONS {
+        assert!(locale::lookup("en", &format!("page.section.{section}")).is_some(), "{section}");
+    }
 }
 
 #[test]

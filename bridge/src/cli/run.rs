@@ -86,11 +86,9 @@ impl Driver {
     const fn names(self) -> [&'static str; 2] {
         match self {
             Self::Controller => ["controller", "Controller"],
-            Self::Own(Output::Card) => ["card", "Card"],
-            Self::Own(Output::Parallel) => ["parallel", "Parallel port"],
-            Self::Own(Output::Adapter) => ["adapter", "USB step adapter"],
+            Self::Own(output) => output.names(),
             Self::Virtual { rehearsal: true } => ["virtual_drill", "Rehearsal on the virtual drill"],
-            Self::Virtual { .. } | Self::Own(Output::Virtual) => ["virtual_drill", "Virtual drill"],
+            Self::Virtual { .. } => Output::Virtual.names(),
         }
     }
 }

@@ -151,11 +151,10 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     }
     let magazine = &machine.magazine;
     let mut diagnostics = Vec::new();
-    match machine.output {
-        Output::Adapter => diagnostics.push(refuse(code!("machine.magazine_beside_adapter"), "rack.change")),
-        Output::Virtual | Output::Card | Output::Parallel => {
-            diagnostics.extend(not_named(machine, "magazine.clamp", &magazine.clamp));
-        }
+    if machine.output == Output::Adapter {
+        diagnostics.push(refuse(code!("machine.magazine_beside_adapter"), "rack.change"));
+    } else {
+        diagnostics.extend(not_named(machine, "magazine.clamp", &magazine.clamp));
     }
     if machine.foot.on && machine.foot.output == magazine.clamp {
         let why = refuse(code!("machine.one_output_twice"), "magazine.clamp").with("name", &magazine.clamp);

@@ -49,6 +49,7 @@ pub use validate::validate;
 pub use value::{Setting, Value, ValueKind};
 pub use wiring::Wiring;
 
+use crate::diagnostic::Diagnostic;
 use crate::job::{Cutter, Input};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 use sha2::{Digest, Sha256};
@@ -138,6 +139,35 @@ pub enum Output {
     Parallel,
     /// A USB step adapter.
     Adapter,
+}
+
+/// Sections that describe wiring, with their checks. Only the machine file changes them.
+const WIRED: [(&str, fn(&Machine) -> Vec<Diagnostic>); 4] = [
+    ("card", card::validate),
+    ("parallel", parallel::validate),
+    ("adapter", adapter::validate),
+    ("converter", converter::validate),
+];
+
+impl Output {
+    /// Its name in JSON and its name for people, on the command line.
+    pub const fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Virtual => ["virtual_drill", "Virtual drill"],
+            Self::Card => ["card", "Card"],
+            Self::Parallel => ["parallel", "Parallel port"],
+            Self::Adapter => ["adapter", "USB step adapter"],
+        }
+    }
+
+    /// The setting that names its outputs for work commands, and how many it may name.
+    const fn naming(self) -> (&'static str, usize) {
+        match self {
+            Self::Virtual | Self::Card => ("card.output_names", 16),
+            Self::Parallel => ("parallel.output_names", 16),
+            Self::Adapter => ("adapter.output_name", 1),
+        }
+    }
 }
 
 /// How a plunge ends.
@@ -356,18 +386,13 @@ impl Machine {
     /// True if a sensor reports that a tip touches the board. Then XY waits until no tip touches; without a
     /// sensor, XY waits only as long as planned.
     pub fn senses_contact(&self) -> bool {
-        match self.output {
-            Output::Virtual => true,
-            Output::Adapter => self.adapter.sensor(Input::Contact).is_some(),
-            Output::Card | Output::Parallel => self.wiring().sensor(Input::Contact) != UNWIRED,
-        }
+        self.tells(Input::Contact)
     }
 
     /// True if a card or a parallel port has a wire for the contact sensor, so that a broken bit is noticed
     /// at its hole. The virtual drill compares its board with the program instead.
     pub fn has_contact_wire(&self) -> bool {
-        let real = matches!(self.output, Output::Card | Output::Parallel);
-        real && self.wiring().sensor(Input::Contact) != UNWIRED
+        matches!(self.output, Output::Card | Output::Parallel) && self.tells(Input::Contact)
     }
 
     /// True if broken bits are noticed while drilling.

@@ -4,20 +4,18 @@
 use super::table::SECTIONS;
 use super::tools::rack_of;
 use super::value::{Setting, Value, ValueKind};
-use super::{CONTACT_TOLERANCE, Machine, validate};
+use super::{CONTACT_TOLERANCE, Machine, WIRED, validate};
 use crate::diagnostic::Diagnostic;
 use crate::error;
 use crate::locale;
 use crate::units::Length;
 
-/// Sections that describe wiring.
-const WIRED: [&str; 4] = ["card.", "parallel.", "adapter.", "converter."];
-
 /// True if the setting selects which hardware is driven. For safety, only the machine file changes it, never
 /// a page.
 pub fn is_in_file_only(key: &str) -> bool {
+    let section = key.split_once('.').map_or("", |(section, _)| section);
     ["machine.output", "machine.card_address"].contains(&key)
-        || WIRED.iter().any(|section| key.starts_with(section))
+        || WIRED.iter().any(|(wired, _)| *wired == section)
 }
 
 /// True if the setting describes the wiring of an adapter. A page that drives the adapter directly, without a
@@ -195,16 +193,16 @@ mod tests {
         let Some(ValueKind::Choice(outputs)) = setting("machine.output").map(|row| row.kind) else {
             unreachable!()
         };
-        let wired: Vec<_> = WIRED.iter().map(|section| section.trim_end_matches('.')).collect();
+        let wired = WIRED.map(|(section, _)| section);
         let outputs: Vec<_> = outputs.iter().filter(|output| **output != "virtual").copied().collect();
         // So has the serial port of the spindle's converter.
         assert_eq!([&outputs[..], &["converter"]].concat(), wired);
-        for section in WIRED {
-            assert!(settings().filter(|row| row.key.starts_with(section)).count() > 3, "{section}");
+        let is_of = |key: &str, section: &str| key.split_once('.').is_some_and(|(own, _)| own == section);
+        for section in wired {
+            assert!(settings().filter(|row| is_of(row.key, section)).count() > 3, "{section}");
         }
         let fixed = settings().map(|row| row.key).filter(|key| is_in_file_only(key));
-        let others: Vec<_> =
-            fixed.filter(|key| !WIRED.iter().any(|section| key.starts_with(section))).collect();
+        let others: Vec<_> = fixed.filter(|key| !wired.iter().any(|section| is_of(key, section))).collect();
         assert_eq!(others, ["machine.output", "machine.card_address"]);
     }
 

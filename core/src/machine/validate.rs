@@ -3,8 +3,8 @@
 //! The tables themselves are checked in `dynamics`, `table_speeds` and `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, change, converter, dynamics, foot,
-    magazine, parallel, park, phases, spindles, table_speeds,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, WIRED, change, dynamics, foot, magazine, park, phases,
+    spindles, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -13,9 +13,6 @@ use crate::{code, error};
 
 /// Greatest stopping distance after the contact, in mm.
 const BEHIND_CONTACT_MM: f64 = 0.1;
-
-/// Most named outputs.
-const MOST_OUTPUTS: usize = 16;
 
 /// All problems across several settings.
 pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
@@ -66,10 +63,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(strokes(machine));
     diagnostics.extend(spindles::validate(machine));
     diagnostics.extend(table_speeds::refusals(machine));
-    diagnostics.extend(card::validate(machine));
-    diagnostics.extend(parallel::validate(machine));
-    diagnostics.extend(adapter::validate(machine));
-    diagnostics.extend(converter::validate(machine));
+    diagnostics.extend(WIRED.iter().flat_map(|(_, validate)| validate(machine)));
     diagnostics.extend(foot::validate(machine));
     diagnostics.extend(magazine::validate(machine));
     diagnostics.extend(park::validate(machine));
@@ -152,11 +146,7 @@ fn touching(machine: &Machine) -> Option<Diagnostic> {
 /// Names of outputs: a letter, then letters, digits or `_`; unique; `spindle` is reserved.
 fn outputs(machine: &Machine) -> Option<Diagnostic> {
     let names = machine.output_names();
-    let (key, most) = match machine.output {
-        Output::Adapter => ("adapter.output_name", 1),
-        Output::Parallel => ("parallel.output_names", MOST_OUTPUTS),
-        Output::Virtual | Output::Card => ("card.output_names", MOST_OUTPUTS),
-    };
+    let (key, most) = machine.output.naming();
     let good = |name: &str| {
         name.starts_with(|c: char| c.is_ascii_alphabetic())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

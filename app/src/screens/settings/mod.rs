@@ -8,7 +8,7 @@ mod lengths;
 mod own;
 mod tools;
 
-use crate::i18n::{self, key, message, say, t};
+use crate::i18n::{self, message, say, t};
 use crate::model::address::OWN_SECTIONS;
 use crate::model::{FrameEvent, SettingsEvent};
 use crate::page::{link, read, send, shared, watch};
@@ -20,30 +20,9 @@ use leptos::ev;
 use leptos::html::{button, dd, div, dl, dt, h2, h3, nav, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-fn section_name(section: &str) -> &'static str {
-    if let Some(name) = own::name(section) {
-        return name;
-    }
-    match section {
-        "machine" => key!("page.settings.machine"),
-        "card" => key!("page.settings.card"),
-        "parallel" => key!("page.settings.parallel"),
-        "adapter" => key!("page.settings.adapter"),
-        "converter" => key!("page.settings.converter"),
-        "magazine" => key!("page.settings.magazine"),
-        "foot" => key!("page.settings.foot"),
-        "park" => key!("page.settings.park"),
-        "change" => key!("page.settings.hand_change"),
-        "x" => key!("page.settings.x"),
-        "y" => key!("page.settings.y"),
-        "z" => key!("page.settings.z"),
-        "drive" => key!("page.settings.drive"),
-        "motion" => key!("page.settings.motion"),
-        "overlap" => key!("page.settings.overlap"),
-        "stroke" => key!("page.settings.stroke"),
-        "spindle" => key!("page.settings.spindle"),
-        _ => key!("page.settings.rack"),
-    }
+fn section_name(section: &str) -> String {
+    own::name(section)
+        .map_or_else(|| i18n::text(&format!("page.section.{section}"), &[]), |key| i18n::text(key, &[]))
 }
 
 /// Pending changes, in the order of the table.
@@ -66,7 +45,7 @@ pub(crate) fn settings() -> impl IntoView {
             .class("button quiet")
             .attr("aria-current", move || (shown.get() == this).then_some("true"))
             .on(ev::click, move |_| send(FrameEvent::Section { section: this }))
-            .child(move || i18n::text(section_name(this), &[]))
+            .child(move || section_name(this))
     });
     let plans = move || read(|m| m.link.controller.plans());
     let fields = move || {
@@ -79,7 +58,7 @@ pub(crate) fn settings() -> impl IntoView {
     div().class("whole").child(div().class("settings").child((
         nav().attr("aria-label", t!("page.settings.sections")).child(tabs.collect::<Vec<_>>()),
         section().class("page").attr("aria-label", t!("page.settings.title")).child((
-            h2().child(move || i18n::text(section_name(shown.get()), &[])),
+            h2().child(move || section_name(shown.get())),
             move || own.get().map(own::body),
             move || own.get().is_none().then(|| p().class("quiet").child(t!("page.settings.about"))),
             refused_by_bridge(),

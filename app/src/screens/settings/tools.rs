@@ -72,7 +72,7 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     };
     div().class("rack").child((
         div().class("rack-scroll").child(table().class("rack-table").child((
-            caption().class("unseen").child(t!("page.settings.rack")),
+            caption().class("unseen").child(t!("page.section.rack")),
             thead().child(tr().child((
                 first.into_iter().collect::<Vec<_>>(),
                 th().attr("scope", "col").child(t!("page.tools.done")),

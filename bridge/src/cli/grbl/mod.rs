@@ -148,10 +148,10 @@ fn has_controller(
     port: Option<&str>,
 ) -> Result<(), Refusal> {
     let code = match machine.output {
-        Output::Adapter => code!("run.port_of_adapter"),
-        Output::Card | Output::Parallel => code!("run.port_of_output"),
         Output::Virtual if is_virtual => code!("run.port_of_virtual"),
         Output::Virtual => return Ok(()),
+        Output::Adapter => code!("run.port_of_adapter"),
+        _ => code!("run.port_of_output"),
     };
     let why = Diagnostic::error(code).with("machine", name);
     Err(Refusal::usage(why.with("port", port.unwrap_or("PORT"))))
