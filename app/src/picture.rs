@@ -12,7 +12,7 @@ use crate::view::{
 };
 use annulus_core::board::changes::{BoardChanges, Fate};
 use annulus_core::board::{Board, Hole, Slot};
-use annulus_core::cam::work::{OperationKind, Work};
+use annulus_core::cam::work::{POINT_DEG, Work};
 use annulus_core::geometry::{Bounds, Path, Point, Region};
 use annulus_core::job::{Bit, Cutter, Program};
 use annulus_core::machine::Machine;
@@ -36,8 +36,6 @@ const FINDING_PX: f32 = 8.0;
 /// Radius of the ring around the selected problem, and its number of segments.
 const RING_MM: f32 = 0.9;
 const RING_STEPS: u16 = 40;
-/// The usual point angle of PCB drills, degrees.
-const USUAL_POINT_DEG: f64 = 130.0;
 /// Share of the tool's colour in a swath; the rest is the board's colour.
 const SWATH_SHARE: f32 = 0.45;
 
@@ -293,8 +291,7 @@ pub fn cutting(bit: &Bit, work: Option<&Work>, tip_mm: [f32; 3]) -> Cutting {
     let slope = |degrees: f64| 1.0 / libm::tan((0.5 * degrees).to_radians()).max(1e-6);
     let (end_mm, slope) = match bit.cutter {
         Cutter::Mill => (radius_mm, 0.0),
-        Cutter::Drill => match work.and_then(|work| point_deg(work, bit.diameter)).unwrap_or(USUAL_POINT_DEG)
-        {
+        Cutter::Drill => match work.and_then(|work| point_deg(work, bit.diameter)).unwrap_or(POINT_DEG) {
             degrees if degrees >= 180.0 => (radius_mm, 0.0),
             degrees => (0.0, slope(degrees)),
         },
@@ -305,12 +302,7 @@ pub fn cutting(bit: &Bit, work: Option<&Work>, tip_mm: [f32; 3]) -> Cutting {
 
 /// The full point angle of a drill: its own, else the one common to its drilling operation.
 fn point_deg(work: &Work, diameter: Length) -> Option<f64> {
-    let drills = || {
-        work.operations.iter().filter(|one| one.on).filter_map(|one| match &one.action {
-            OperationKind::Drill(drill) => Some(drill),
-            _ => None,
-        })
-    };
+    let drills = || work.operations.iter().filter(|one| one.on).filter_map(|one| one.action.drill());
     let own = drills().flat_map(|drill| &drill.points).find(|(size, _)| *size == diameter);
     own.map(|(_, degrees)| *degrees).or_else(|| drills().next().map(|drill| drill.point_deg))
 }
@@ -318,7 +310,7 @@ fn point_deg(work: &Work, diameter: Length) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::cam::work::Operation;
+    use annulus_core::cam::work::{Operation, OperationKind};
     use annulus_core::geometry::{Island, Region};
     use annulus_core::job::Handling;
 

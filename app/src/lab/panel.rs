@@ -1,5 +1,7 @@
 //! The panels of the Lab and their URLs: `#/lab/phases`.
 
+use annulus_core::code;
+
 /// A tab of the motion panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PanelPart {
@@ -35,17 +37,27 @@ impl LabPanel {
     pub const ALL: [Self; 7] =
         [Self::Io, Self::Queue, Self::Phases, Self::Motion, Self::Servo, Self::Faults, Self::Log];
 
+    /// The word in the URL, and the key of its name.
+    const fn row(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Io => ("io", code!("page.lab.sheet.io")),
+            Self::Queue => ("queue", code!("page.lab.sheet.queue")),
+            Self::Phases => ("phases", code!("page.lab.sheet.phases")),
+            Self::Motion => ("motion", code!("page.lab.sheet.motion")),
+            Self::Servo => ("servo", code!("page.lab.sheet.servo")),
+            Self::Faults => ("faults", code!("page.lab.sheet.faults")),
+            Self::Log => ("log", code!("page.lab.sheet.log")),
+        }
+    }
+
     /// The word in the URL.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Io => "io",
-            Self::Queue => "queue",
-            Self::Phases => "phases",
-            Self::Motion => "motion",
-            Self::Servo => "servo",
-            Self::Faults => "faults",
-            Self::Log => "log",
-        }
+        self.row().0
+    }
+
+    /// Key of its name in the locale tables.
+    pub fn name(self) -> &'static str {
+        self.row().1
     }
 
     /// The panel of a URL, if it names one.

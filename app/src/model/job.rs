@@ -5,7 +5,7 @@ use crate::lab::undo::LabHistory;
 use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::cam::HoleOrder;
-use annulus_core::cam::work::{Operation, OperationKind, Work};
+use annulus_core::cam::work::{Operation, Work};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -89,10 +89,7 @@ impl JobEdit {
 
     /// Order of the first drill operation.
     pub fn drill_order(&self) -> Option<HoleOrder> {
-        self.work.as_ref()?.operations.iter().find_map(|operation| match &operation.action {
-            OperationKind::Drill(drill) => Some(drill.order),
-            _ => None,
-        })
+        self.work.as_ref()?.operations.iter().find_map(|operation| Some(operation.action.drill()?.order))
     }
 
     fn change(&mut self, field: Option<&str>, next: Work) {
@@ -135,16 +132,6 @@ fn shifted(job: &JobEdit, up: bool) -> Option<usize> {
     places.get(there).copied()
 }
 
-fn drilled_in(work: &Work, order: HoleOrder) -> Work {
-    let mut work = work.clone();
-    for operation in &mut work.operations {
-        if let OperationKind::Drill(drill) = &mut operation.action {
-            drill.order = order;
-        }
-    }
-    work
-}
-
 pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
     let job = &mut model.job;
     let work = job.work.clone();
@@ -176,7 +163,9 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
             }
         }
         (JobEvent::Remove, Some(work)) => job.change(None, edit::removed(&work, job.chosen)),
-        (JobEvent::DrillOrder { order }, Some(work)) => job.change(None, drilled_in(&work, order)),
+        (JobEvent::DrillOrder { order }, Some(work)) => {
+            job.change(None, Work::clone(&work).drilled_in(order))
+        }
         (JobEvent::Read { names, on: true }, _) => job.read.extend(names),
         (JobEvent::Read { names, on: false }, _) => names.iter().for_each(|name| {
             job.read.remove(name);

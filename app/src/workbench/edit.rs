@@ -3,7 +3,7 @@
 use crate::format::{Unit, typed};
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::{OF_MACHINE, Parameter};
-use annulus_core::cam::work::{Holes, Operation, OperationKind, Remedy, Work};
+use annulus_core::cam::work::{Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
 use annulus_core::machine::{Machine, Value, ValueKind};
@@ -97,8 +97,7 @@ pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
 /// Width that the V-bit of `operation` cuts at the surface; `None` for other tools.
 pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
     let bit = work.bit(&operation.bit)?;
-    let uses = !matches!(operation.action, OperationKind::Drill(_));
-    (uses && matches!(bit.cutter, Cutter::Vee { .. })).then(|| bit.width_at(operation.depth))
+    (operation.uses_bit() && matches!(bit.cutter, Cutter::Vee { .. })).then(|| bit.width_at(operation.depth))
 }
 
 /// Smallest and largest width of the V-bit of `operation`: just through the copper, and its full diameter.
@@ -130,12 +129,12 @@ pub enum ThroughTo {
 /// depth.
 pub fn through(work: &Work, operation: &Operation, machine: &Machine) -> Option<(ThroughTo, Length, Length)> {
     let process = &machine.process;
-    let (to, below) = match &operation.action {
-        OperationKind::Drill(drill) if drill.holes == Holes::Alignment => {
-            (ThroughTo::Bed, work.setup.alignment.depth)
-        }
-        OperationKind::Drill(_) => (ThroughTo::WholeDrill, process.breakthrough),
-        _ => (ThroughTo::Below, process.breakthrough),
+    let (to, below) = if operation.action.rules().makes_pins {
+        (ThroughTo::Bed, work.setup.alignment.depth)
+    } else if operation.uses_bit() {
+        (ThroughTo::Below, process.breakthrough)
+    } else {
+        (ThroughTo::WholeDrill, process.breakthrough)
     };
     (operation.depth == Length::ZERO).then_some((to, process.board_thickness, below))
 }
@@ -170,12 +169,10 @@ pub fn bit_changed(work: &Work, at: usize, bit: Bit) -> Work {
 /// Applies `cure` to the isolation at `at`, or else to the first one of this side. A deeper cut changes the
 /// operation's depth; other fixes apply only to the problem's gap.
 pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> Work {
-    let isolates = |operation: &Operation| matches!(operation.action, OperationKind::Isolate(_));
-    let chosen = Some(at).filter(|at| work.operations.get(*at).is_some_and(isolates));
-    let first = || {
-        of_face(work, work.setup.face).into_iter().find(|at| work.operations.get(*at).is_some_and(isolates))
-    };
-    let Some(at) = chosen.or_else(first) else { return work.clone() };
+    let action = |at: &usize| work.operations.get(*at).map(|operation| &operation.action);
+    let isolates = |at: &usize| matches!(action(at), Some(OperationKind::Isolate(_)));
+    let first = || of_face(work, work.setup.face).into_iter().find(isolates);
+    let Some(at) = Some(at).filter(isolates).or_else(first) else { return work.clone() };
     changed(work, at, |operation| {
         let with = match cure {
             proof::Cure::Deeper { depth, .. } => {
@@ -197,10 +194,7 @@ pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> W
 pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     let mut work = work.clone();
     let face = work.setup.face;
-    let isolates = |operation: &&mut Operation| {
-        matches!(operation.action, OperationKind::Isolate(_)) && operation.on && operation.face == face
-    };
-    for operation in work.operations.iter_mut().filter(isolates).filter(|own| own.bit == offer.bit) {
+    for operation in work.operations.iter_mut().filter(|own| own.isolates(face) && own.bit == offer.bit) {
         operation.depth = operation.depth.min(offer.depth);
     }
     work
@@ -214,10 +208,8 @@ pub const FINER_TIP_DEPTH: Length = Length::from_nm(COPPER_THICKNESS.nm() + DEPT
 pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let mut work = work.clone();
     let (face, least) = (work.setup.face, FINER_TIP_DEPTH);
-    let isolates = |operation: &&Operation| {
-        matches!(operation.action, OperationKind::Isolate(_)) && operation.on && operation.face == face
-    };
-    let used = work.operations.iter().filter(isolates).filter_map(|operation| work.bit(&operation.bit));
+    let used = work.operations.iter().filter(|own| own.isolates(face));
+    let used = used.filter_map(|operation| work.bit(&operation.bit));
     let vees = used.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. }));
     let Some(before) = vees.min_by_key(|bit| (bit.width_at(least), bit.name.clone())).cloned() else {
         return work;
@@ -231,8 +223,7 @@ pub fn finer_tip(work: &Work, tip: Length) -> Work {
         work.bits.push(bit.clone());
         bit.name
     });
-    let changed = work.operations.iter_mut().filter(|operation| isolates(&&**operation));
-    for operation in changed.filter(|operation| operation.bit == before.name) {
+    for operation in work.operations.iter_mut().filter(|own| own.isolates(face) && own.bit == before.name) {
         operation.bit.clone_from(&name);
         operation.depth = operation.depth.min(least);
     }
@@ -244,7 +235,7 @@ mod tests {
     use super::*;
     use annulus_core::cam::parameters;
     use annulus_core::cam::usual::usual_bits;
-    use annulus_core::cam::work::LocalIsolation;
+    use annulus_core::cam::work::{Holes, LocalIsolation};
     use annulus_core::geometry::Point;
     use annulus_core::machine::virtual_drill;
 

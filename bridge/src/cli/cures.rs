@@ -146,9 +146,7 @@ fn remedy(cure: &proof::Cure) -> Remedy {
 }
 
 fn isolations(work: &mut Work, face: Face) -> impl Iterator<Item = &mut Operation> {
-    let isolates = |operation: &Operation| matches!(operation.action, OperationKind::Isolate(_));
-    let here = work.operations.iter_mut().filter(move |operation| operation.on && operation.face == face);
-    here.filter(move |operation| isolates(operation))
+    work.operations.iter_mut().filter(move |operation| operation.isolates(face))
 }
 
 /// The first isolation of `face`.

@@ -13,7 +13,7 @@ use crate::refusal::Refusal;
 use annulus_core::board::{Board, BoardWanted, Face, Hole, from_artwork_with};
 use annulus_core::cam::figures::{Figures, figures};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
-use annulus_core::cam::work::{Operation, OperationKind, Work};
+use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, PlanningProgress};
 use annulus_core::diagnostic::{Diagnostic, Severity, nearest};
 use annulus_core::geometry::Point;
@@ -154,18 +154,18 @@ pub(crate) fn opened(board: &Board, saved: Option<&str>, machine: &Machine) -> R
 /// error if the job does more.
 fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Option<Diagnostic>), Refusal> {
     let mut work = opened(board, Some(saved), machine)?;
-    let drills = |one: &&Operation| one.on && matches!(one.action, OperationKind::Drill(_));
-    let mills = |one: &&Operation| one.on && matches!(one.action, OperationKind::MillHoles(_));
+    let drills = |one: &&Operation| one.on && !one.uses_bit();
+    let makes_holes = |one: &&Operation| one.on && one.action.rules().makes_holes;
     // Pin holes are drilled first, from the other side, so search from the end.
     let last_first = || work.operations.iter().rev();
-    if let Some(last) = last_first().find(drills).or_else(|| last_first().find(mills)) {
+    if let Some(last) = last_first().find(drills).or_else(|| last_first().find(makes_holes)) {
         work.setup.face = last.face;
     }
     let face = work.setup.face;
-    let (kept, others): (Vec<Operation>, Vec<Operation>) =
-        std::mem::take(&mut work.operations).into_iter().filter(|one| one.on).partition(|one| {
-            one.face == face && matches!(one.action, OperationKind::Drill(_) | OperationKind::MillHoles(_))
-        });
+    let (kept, others): (Vec<Operation>, Vec<Operation>) = std::mem::take(&mut work.operations)
+        .into_iter()
+        .filter(|one| one.on)
+        .partition(|one| one.face == face && one.action.rules().makes_holes);
     work.operations = kept;
     let why = error!("job.operations_left_out", count = others.len());
     Ok((work, (!others.is_empty()).then_some(why)))
@@ -247,7 +247,7 @@ fn planned(
     diagnostics.extend(left_out);
     unseen(&diagnostics, &args.accept)?;
     if args.no_mill {
-        work.operations.retain(|operation| matches!(operation.action, OperationKind::Drill(_)));
+        work.operations.retain(|operation| !operation.uses_bit());
     }
     diagnostics.extend(machine::warnings(&machine));
     let bar = indicatif::ProgressBar::new(0);

@@ -2,7 +2,7 @@
 
 use super::Corner;
 use super::toolpaths::{BitTask, Planned};
-use super::work::{Drill, Flip, Holes, OperationKind, Work, Zero};
+use super::work::{Flip, Work, Zero};
 use crate::board::Face;
 use crate::geometry::{Bounds, Point};
 use crate::job::{AlignmentPins, Briefing, Program, SideBriefing, ToolBriefing, touched};
@@ -58,11 +58,8 @@ pub fn add_side(
             {
                 last.operations.push(word.to_owned());
             }
-            if let OperationKind::CutOut(cut_out) = &operation.action {
-                let by_hand = u32::try_from(cut_out.tab_at.len()).unwrap_or(u32::MAX);
-                briefing.tabs = Some(if by_hand > 0 { by_hand } else { cut_out.tabs });
-            }
-            if matches!(operation.action, OperationKind::Drill(Drill { holes: Holes::Alignment, .. })) {
+            briefing.tabs = operation.action.rules().tabs.or(briefing.tabs);
+            if operation.action.rules().makes_pins {
                 pins(briefing, work, planned, task);
             }
         }
@@ -82,11 +79,8 @@ fn needed(work: &Work, planned: &Planned, program: &Program) -> Option<Bounds> {
         planned.board.outline.bounds().map(|bounds| Bounds::of(moved(bounds.min)).with(moved(bounds.max)));
     let all = both(touched(program), outline)?;
     let wants_rim = planned.parts.iter().filter(|part| !part.tasks.is_empty()).any(|part| {
-        let action = work.operations.get(part.operation as usize).map(|operation| &operation.action);
-        matches!(
-            action,
-            Some(OperationKind::CutOut(_) | OperationKind::Drill(Drill { holes: Holes::Alignment, .. }))
-        )
+        let rules = work.operations.get(part.operation as usize).map(|operation| operation.action.rules());
+        rules.is_some_and(|rules| rules.tabs.is_some() || rules.makes_pins)
     });
     Some(if wants_rim { all.grown(RIM) } else { all })
 }

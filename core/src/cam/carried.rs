@@ -4,7 +4,7 @@
 //!   old job ─ old placement ▶ in the old files ─ shift ▶ in the new files ─ new placement ▶ new job
 //! ```
 
-use super::work::{Flip, OperationKind, Work};
+use super::work::{Flip, Work};
 use crate::board::{Board, Face};
 use crate::geometry::{Bounds, Placement, Point};
 
@@ -25,17 +25,7 @@ pub fn carried(work: &Work, before: &Board, now: &Board, shift: Point) -> Work {
     for operation in &mut carried.operations {
         let face = operation.face;
         let place = |at: Point| if face == Face::Bottom { bottom(at) } else { shifted.point(at) };
-        match &mut operation.action {
-            OperationKind::Isolate(isolate) => {
-                for cure in &mut isolate.cures {
-                    (cure.from, cure.to) = (place(cure.from), place(cure.to));
-                }
-            }
-            OperationKind::CutOut(cut_out) => {
-                cut_out.tab_at.iter_mut().for_each(|at| *at = place(*at));
-            }
-            _ => {}
-        }
+        operation.action.places().into_iter().for_each(|at| *at = place(*at));
     }
     carried
 }
@@ -51,7 +41,7 @@ fn turning(work: &Work, board: &Board) -> Option<Placement> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cam::work::{LocalIsolation, Operation, Remedy};
+    use crate::cam::work::{LocalIsolation, Operation, OperationKind, Remedy};
     use crate::geometry::{rectangle, union};
 
     fn board(min: (f64, f64), max: (f64, f64)) -> Board {

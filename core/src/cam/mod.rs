@@ -15,7 +15,6 @@ pub mod figures;
 mod order;
 pub mod parameters;
 mod places;
-mod promised;
 pub mod rack;
 pub mod suits;
 pub mod toolpaths;
@@ -30,7 +29,7 @@ use crate::machine::Machine;
 use crate::units::Length;
 use crate::{error, note, warning};
 use serde::{Deserialize, Serialize};
-use work::{OperationKind, Work};
+use work::Work;
 
 /// Order of the holes of one tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -169,9 +168,7 @@ impl Corner {
 
 /// True if a job makes more than holes and slots, on any side: then its zero may depend on copper.
 fn makes_more(work: &Work) -> bool {
-    let makes_holes =
-        |action: &OperationKind| matches!(action, OperationKind::Drill(_) | OperationKind::MillHoles(_));
-    work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action))
+    work.operations.iter().any(|operation| operation.on && !operation.action.rules().makes_holes)
 }
 
 /// The lower left corner of the board that was `laid` out with pins, see [`Corner`]; of `copies` without

@@ -12,7 +12,7 @@
 //! ```
 
 use super::usual::Speeds;
-use super::work::{Operation, OperationKind};
+use super::work::Operation;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Command, Cutter, Mark, Program};
 use crate::machine::Machine;
@@ -126,8 +126,8 @@ pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Diagnosti
         let wanted = wanted.filter(|wanted| *wanted > most)?;
         Some(note(code, format!("{wanted:.1}"), format!("{most:.1}")))
     };
-    let mills = !matches!(operation.action, OperationKind::Drill(_));
-    let along = feed(code!("cam.feed_bounded"), operation.feed_mm_per_s, plane(machine)).filter(|_| mills);
+    let along = feed(code!("cam.feed_bounded"), operation.feed_mm_per_s, plane(machine))
+        .filter(|_| operation.uses_bit());
     let down = feed(code!("cam.plunge_bounded"), operation.plunge_mm_per_s, down(machine));
     let turning = spindle(machine).zip(operation.spindle_rpm).filter(|(most, wanted)| wanted > most);
     let turning =

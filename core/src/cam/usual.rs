@@ -1,44 +1,11 @@
 //! Default values of jobs, operations and tools.
 
 use super::HoleOrder;
-use super::work::{
-    Clear, CutDirection, CutOut, Drill, Engrave, Holes, Isolate, Lines, MillHoles, Operation, OperationKind,
-    Setup, Work,
-};
+use super::work::{Cut, Holes, Operation, OperationKind, SMALL_MILL, Setup, Work};
 use crate::board::{Board, Face};
 use crate::job::{Bit, Cutter};
 use crate::machine::Machine;
 use crate::units::Length;
-
-impl OperationKind {
-    /// The kind called `word` with default values.
-    pub fn usual(word: &str) -> Option<Self> {
-        Some(match word {
-            "isolate" => Self::Isolate(Isolate::default()),
-            "clear" => Self::Clear(Clear::default()),
-            "engrave" => Self::Engrave(Engrave { of: Lines::Legend }),
-            "drill" => Self::Drill(Drill {
-                holes: Holes::Board,
-                order: HoleOrder::Shortest,
-                tolerance: None,
-                peck: Length::ZERO,
-                point_deg: POINT_DEG,
-                points: Vec::new(),
-            }),
-            "mill_holes" => Self::MillHoles(MillHoles {
-                slots: true,
-                holes: true,
-                direction: CutDirection::Climb,
-                further: vec![SMALL_MILL.to_owned()],
-            }),
-            "cut_out" => Self::CutOut(CutOut::default()),
-            _ => return None,
-        })
-    }
-}
-
-/// Default point angle of a drill, in degrees.
-pub const POINT_DEG: f64 = 130.0;
 
 /// Default plunge feed of mills and V-bits, mm/s, unless the machine's drilling feed is lower.
 const MILL_DOWN_MM_PER_S: f64 = 1.5;
@@ -47,7 +14,6 @@ const MILL_DOWN_MM_PER_S: f64 = 1.5;
 const VEE: &str = "V-bit 30°, tip 0.1";
 /// The mill of a new job for bores and cut-outs.
 const MILL: &str = "end mill 1.5";
-const SMALL_MILL: &str = "end mill 0.8";
 
 /// The tools of a new job.
 pub fn usual_bits() -> Vec<Bit> {
@@ -69,10 +35,10 @@ impl Operation {
     /// speeds are those of the machine that it is planned for.
     pub fn usual(word: &str, face: Face) -> Option<Self> {
         let action = OperationKind::usual(word)?;
-        let (bit, depth, depth_per_pass) = match &action {
-            OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => (VEE, 80, 0),
-            OperationKind::Drill(_) => ("", 0, 0),
-            OperationKind::MillHoles(_) | OperationKind::CutOut(_) => (MILL, 0, 600),
+        let (bit, depth, depth_per_pass) = match action.rules().cut {
+            Cut::Surface => (VEE, 80, 0),
+            Cut::Through => (MILL, 0, 600),
+            Cut::Drilled => ("", 0, 0),
         };
         Some(Self {
             name: String::new(),
@@ -92,12 +58,10 @@ impl Operation {
     pub fn speeds(&self, machine: &Machine) -> Speeds {
         let process = &machine.process;
         let mill_down = MILL_DOWN_MM_PER_S.min(process.feed_mm_per_s);
-        let (feed, plunge) = match &self.action {
-            OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => {
-                (6.0, mill_down)
-            }
-            OperationKind::Drill(_) => (process.feed_mm_per_s, process.feed_mm_per_s),
-            OperationKind::MillHoles(_) | OperationKind::CutOut(_) => (5.0, mill_down),
+        let (feed, plunge) = match self.action.rules().cut {
+            Cut::Surface => (6.0, mill_down),
+            Cut::Through => (5.0, mill_down),
+            Cut::Drilled => (process.feed_mm_per_s, process.feed_mm_per_s),
         };
         Speeds {
             feed_mm_per_s: self.feed_mm_per_s.unwrap_or(feed),
@@ -150,13 +114,18 @@ impl Work {
     /// Round holes are drilled in this order; slots and holes without a suitable drill are milled.
     pub fn drilling(board: &Board, machine: &Machine, order: HoleOrder) -> Self {
         let usual = |word| Operation::usual(word, Face::Top);
-        let mut operations: Vec<Operation> = makes_holes(board, machine).filter_map(usual).collect();
-        for operation in &mut operations {
+        let operations = makes_holes(board, machine).filter_map(usual).collect();
+        Self { setup: Setup::default(), bits: usual_bits(), operations }.drilled_in(order)
+    }
+
+    /// The same job with its holes in this order.
+    pub fn drilled_in(mut self, order: HoleOrder) -> Self {
+        for operation in &mut self.operations {
             if let OperationKind::Drill(drill) = &mut operation.action {
                 drill.order = order;
             }
         }
-        Self { setup: Setup::default(), bits: usual_bits(), operations }
+        self
     }
 }
 

@@ -283,9 +283,7 @@ pub fn write(work: &Work) -> String {
         let _ = write!(out, "\n[[operation]]\nkind = {}\n", text::literal(&Value::Text(word.to_owned())));
         write_rows(&mut out, parameters::OPERATION, operation, !described.contains(&word));
         described.push(word);
-        if let OperationKind::Isolate(isolate) = &operation.action {
-            isolate.cures.iter().for_each(|cure| write_cure(&mut out, cure));
-        }
+        operation.action.rules().cures.iter().for_each(|cure| write_cure(&mut out, cure));
     }
     out
 }

@@ -9,7 +9,7 @@ use crate::page::{board, peek, read, shared};
 use crate::widgets::push;
 use crate::workbench::edit::{self, ThroughTo};
 use annulus_core::cam::parameters::{BIT, OF_MACHINE, OPERATION, Parameter};
-use annulus_core::cam::work::{Operation, OperationKind, Work};
+use annulus_core::cam::work::{Operation, Work};
 use annulus_core::job::Bit;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
@@ -57,7 +57,7 @@ pub(super) fn values() -> impl IntoView {
 fn fields(at: usize, operation: &Operation) -> impl IntoView + use<> {
     let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.belongs_to(operation));
     let rows: Vec<AnyView> = rows.map(|row| field(at, row)).collect();
-    let mills = !matches!(operation.action, OperationKind::Drill(_));
+    let mills = operation.uses_bit();
     div().class("setting-list").child((mills.then(|| (bit(at), width(at))), rows, mills.then(bits)))
 }
 

@@ -18,7 +18,7 @@ mod servo;
 
 pub(crate) use queue::key as queue_key;
 
-use crate::i18n::{say, sentence, t};
+use crate::i18n::{self, sentence, t};
 use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::page::{lab, read, send, watch};
@@ -28,18 +28,6 @@ use leptos::html::{button, div, h2, header, p, span};
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
-
-fn name_of(sheet: LabPanel) -> String {
-    match sheet {
-        LabPanel::Io => say!("page.lab.sheet.io"),
-        LabPanel::Queue => say!("page.lab.sheet.queue"),
-        LabPanel::Phases => say!("page.lab.sheet.phases"),
-        LabPanel::Motion => say!("page.lab.sheet.motion"),
-        LabPanel::Servo => say!("page.lab.sheet.servo"),
-        LabPanel::Faults => say!("page.lab.sheet.faults"),
-        LabPanel::Log => say!("page.lab.sheet.log"),
-    }
-}
 
 pub(crate) fn lab() -> impl IntoView {
     let sheet = move || match read(|m| m.lab.sheet) {
@@ -60,7 +48,10 @@ pub(crate) fn lab() -> impl IntoView {
                 .attr("role", "tabpanel")
                 .attr("id", "lab-sheet")
                 .attr("aria-labelledby", move || tab_id(read(|m| m.lab.sheet)))
-                .child((h2().class("unseen").child(move || name_of(read(|m| m.lab.sheet))), sheet)),
+                .child((
+                    h2().class("unseen").child(move || i18n::text(read(|m| m.lab.sheet).name(), &[])),
+                    sheet,
+                )),
             div()
                 .class("unseen")
                 .attr("role", "status")
@@ -87,7 +78,7 @@ fn sheets() -> impl IntoView {
             .class("tab")
             .on(ev::click, move |_| send(LabEvent::Show { sheet: this }))
             .on(ev::keydown, move |event| go_along(&event, this))
-            .child(move || name_of(this))
+            .child(move || i18n::text(this.name(), &[]))
     });
     div()
         .class("tabs")

@@ -11,7 +11,7 @@ use crate::model::PlayEvent;
 use crate::model::play::mark_at;
 use crate::page::{read, send, shared};
 use crate::view::Palette;
-use annulus_core::cam::work::{Operation, OperationKind};
+use annulus_core::cam::work::Operation;
 use annulus_core::job::Mark;
 use annulus_core::sim::{Fault, Warning};
 use leptos::ev;
@@ -39,9 +39,7 @@ fn operation_of(mark: Mark) -> Option<usize> {
         Mark::Toolpath(toolpath) => known(toolpath),
         Mark::Hole(_) => shared(|m| &m.job.work).with(|work| {
             let work = work.as_ref()?;
-            let drills = |one: &Operation| {
-                one.on && one.face == work.setup.face && matches!(one.action, OperationKind::Drill(_))
-            };
+            let drills = |one: &Operation| one.on && one.face == work.setup.face && !one.uses_bit();
             work.operations.iter().position(drills)
         }),
         Mark::Prepare | Mark::ToolChange(_) | Mark::Finish => None,

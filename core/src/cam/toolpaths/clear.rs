@@ -23,16 +23,13 @@ pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<Plann
     };
     let copper = &copper.region;
     let Some(board) = board(context, copper) else { return Ok(part) };
-    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
-        .chain(clear.further.iter().map(String::as_str))
-        .collect();
     let depth = context.depth();
     let kept = grow(copper, clear.margin);
     let islands = Area::of(copper);
     let outlined = !context.scene.board.outline.is_empty();
     let margin = if outlined { context.work.setup.margin } else { Length::ZERO };
     let field = Field { kept: &kept, board: &board, margin };
-    let bits = context.mills(&names, false);
+    let bits = context.own_mills();
     let mut left: Option<Region> = None;
     for (number, bit) in bits.iter().enumerate() {
         let width = bit.width_at(depth);

@@ -11,8 +11,7 @@
 //! Smaller tools go first, for parts too narrow for the main tool: the board is still held then.
 
 use super::super::rack;
-use super::super::usual::POINT_DEG;
-use super::super::work::{CutOut, CutSide};
+use super::super::work::{CutOut, CutSide, POINT_DEG};
 use super::checks::no_clearance::{Closed, closed, made};
 use super::checks::tab_strength::{self, BITE_TOLERANCE};
 use super::cut::{self, Area};
@@ -40,10 +39,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
         context.report(warning!("cam.no_outline", ..));
         return Ok(part);
     }
-    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
-        .chain(cut_out.further.iter().map(String::as_str))
-        .collect();
-    let bits = context.mills(&names, true);
+    let bits = context.own_mills();
     let Some((bit, smaller)) = bits.split_first() else { return Ok(part) };
     let offset = half(bit.diameter) - NEARER;
     let region = match cut_out.side {

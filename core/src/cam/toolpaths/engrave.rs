@@ -31,8 +31,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<P
         context.report(note!("cam.no_lines", ..));
         return Ok(part);
     }
-    let name = context.operation.bit.clone();
-    let Some(bit) = context.mills(&[&name], false).pop() else { return Ok(part) };
+    let Some(bit) = context.own_mills().pop() else { return Ok(part) };
     let depth = context.depth();
     let closed = context.scene.closed_to(bit.width_at(depth));
     let (lines, touched) = context.scene.trimmed(lines, closed.as_ref());

@@ -50,10 +50,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<P
         return Ok(part);
     };
     let copper = &copper.region;
-    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
-        .chain(isolate.further.iter().map(String::as_str))
-        .collect();
-    let bits = context.mills(&names, false);
+    let bits = context.own_mills();
     let depth = context.depth();
     let mut isolated = Isolated::of(copper, context.scene);
     let mut wider: Option<Length> = None;

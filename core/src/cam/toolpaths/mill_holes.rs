@@ -39,10 +39,7 @@ struct Wanted {
 
 pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<PlannedOperation, Diagnostic> {
     let mut part = PlannedOperation::default();
-    let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
-        .chain(bore.further.iter().map(String::as_str))
-        .collect();
-    let bits = context.mills(&names, true);
+    let bits = context.own_mills();
     let tolerance = context.scene.tolerance(context.work, context.machine);
     let mut by_bit: Vec<Vec<(HoleOrSlot, Vec<Path>)>> = bits.iter().map(|_| Vec::new()).collect();
     let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());

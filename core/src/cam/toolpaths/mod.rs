@@ -41,7 +41,7 @@ pub use kept::Kept;
 pub use lower::lower_work;
 pub use scene::PlacedBoard;
 
-use super::work::{Operation, OperationKind, Work};
+use super::work::{Cut, Holes, Operation, OperationKind, Work};
 use super::{PlanOptions, PlanningProgress, suits};
 use crate::board::Board;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -215,12 +215,8 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
 
 /// Tolerance of a drilling operation for the holes of the board.
 fn board_tolerance(operation: &Operation, machine: &Machine) -> Option<Length> {
-    match &operation.action {
-        OperationKind::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => {
-            Some(drill.tolerance_on(machine))
-        }
-        _ => None,
-    }
+    let drill = operation.action.drill().filter(|drill| operation.on && drill.holes == Holes::Board)?;
+    Some(drill.tolerance_on(machine))
 }
 
 /// The operations of `work` to plan: active ones of the side that is up.
@@ -335,7 +331,7 @@ pub fn assemble(
 fn once_in(work: &Work, parts: &mut [PlannedOperation]) {
     let mills_holes = |part: &PlannedOperation| {
         let operation = work.operations.get(part.operation as usize);
-        operation.is_some_and(|operation| matches!(operation.action, OperationKind::MillHoles(_)))
+        operation.is_some_and(|operation| operation.action.rules().makes_holes && operation.uses_bit())
     };
     for index in 0..parts.len() {
         let (before, rest) = parts.split_at_mut(index);
@@ -406,6 +402,14 @@ impl PlanContext<'_> {
     /// Fails if the user cancelled the plan.
     fn go_on(&mut self) -> Result<(), Diagnostic> {
         if (self.tick)(self.done) { Ok(()) } else { Err(error!("plan.cancelled")) }
+    }
+
+    /// The mills of the operation, widest first. For cuts through the board, they must be flat.
+    fn own_mills(&mut self) -> Vec<Bit> {
+        let operation = self.operation;
+        let rules = operation.action.rules();
+        let names = std::iter::once(&operation.bit).chain(rules.further).map(String::as_str);
+        self.mills(&names.collect::<Vec<_>>(), rules.cut == Cut::Through)
     }
 
     /// The mills called `names`, widest first. Reports unknown tools and drills.

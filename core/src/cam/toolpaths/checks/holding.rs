@@ -8,7 +8,7 @@
 
 use crate::board;
 use crate::cam::toolpaths::{BitTask, PlanContext, PlannedOperation, planned_operations};
-use crate::cam::work::{Holes, Operation, OperationKind, Work};
+use crate::cam::work::{Cut, Operation, Work};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
@@ -16,10 +16,8 @@ use crate::{error, warning};
 
 /// Reports depths that end in the board although they should go through, or far below it.
 pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &PlannedOperation) {
-    let through = matches!(
-        context.operation.action,
-        OperationKind::Drill(_) | OperationKind::MillHoles(_) | OperationKind::CutOut(_)
-    );
+    let rules = context.operation.action.rules();
+    let (through, pins) = (rules.cut != Cut::Surface, rules.makes_pins);
     let Some(deepest) = part.tasks.iter().filter_map(deepest).max().filter(|_| through) else { return };
     let thickness = context.machine.process.board_thickness;
     let mm = |length: Length| format!("{:.2}", length.mm());
@@ -27,8 +25,6 @@ pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Pl
         let warning = warning!("cam.not_through", depth = mm(deepest), ..);
         context.report(warning.with("thickness", mm(thickness)));
     }
-    let pins =
-        matches!(&context.operation.action, OperationKind::Drill(drill) if drill.holes == Holes::Alignment);
     if deepest > thickness + board::bed(pins) {
         let warning = warning!("cam.far_below", depth = mm(deepest), ..);
         context.report(warning.with("below", mm(deepest - thickness)));
@@ -55,15 +51,14 @@ pub(in crate::cam::toolpaths) fn too_early(
     };
     let cuts_out = |operation: &Operation| {
         let through = operation.depth == Length::ZERO || operation.depth >= machine.process.board_thickness;
-        through && matches!(operation.action, OperationKind::CutOut(_))
+        through && operation.action.rules().tabs.is_some()
     };
     let later: Vec<_> =
         work.faces().into_iter().skip_while(|face| *face != work.setup.face).skip(1).collect();
     let mut errors = Vec::new();
     for (index, operation) in planned_operations(work).filter(|(index, own)| cuts_out(own) && busy(*index)) {
-        let here = planned_operations(work).filter(|(next, own)| {
-            *next > index && busy(*next) && !matches!(own.action, OperationKind::CutOut(_))
-        });
+        let here = planned_operations(work)
+            .filter(|(next, own)| *next > index && busy(*next) && own.action.rules().tabs.is_none());
         let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
         if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
             let error = error!("cam.cut_out_too_early", next = next.title(), ..);
