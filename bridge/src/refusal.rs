@@ -69,14 +69,13 @@ impl Refusal {
 
     /// The JSON object for scripts.
     pub(crate) fn object(&self) -> Value {
-        let place = self.why.place.as_ref();
         json!({
             "ok": false,
             "error": {
                 "code": self.why.code,
                 "message": self.why.message("en"),
                 "advice": self.why.advice("en"),
-                "place": place.map(|p| json!({ "file": p.file, "line": p.line, "column": p.column })),
+                "place": self.why.place,
                 "diagnostics": self.diagnostics.iter().map(diagnostic).collect::<Vec<_>>(),
             }
         })

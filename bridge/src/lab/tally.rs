@@ -2,6 +2,7 @@
 
 use super::document::Node;
 use annulus_core::diagnostic::Diagnostic;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 /// A case being compared.
@@ -15,7 +16,7 @@ pub(crate) struct Tally {
 }
 
 /// A value that deviates.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub(crate) struct Worst {
     /// Path of the expected value in the file.
     pub(crate) what: String,
@@ -26,6 +27,7 @@ pub(crate) struct Worst {
     /// Largest allowed deviation; `None` for words, counts and others that must be equal.
     pub(crate) tolerance: Option<f64>,
     /// Deviation over tolerance; infinite if none is allowed.
+    #[serde(skip)]
     pub(crate) ratio: f64,
 }
 

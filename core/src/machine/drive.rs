@@ -10,6 +10,8 @@
 //!            byte   25 05 05 49 …               bits 5 and 6 the forcing voltage (24 V) of windings 1 and 2
 //! ```
 
+use serde::Serialize;
+
 /// Source of a machine's step times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriveKind {
@@ -20,7 +22,7 @@ pub enum DriveKind {
 }
 
 /// The table of dynamics (Arendt, table 2), for one direction; the other is its mirror image.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Dynamics {
     /// States 0 … S: interrupts per step.
     pub period: Vec<u32>,

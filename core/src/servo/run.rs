@@ -12,6 +12,7 @@ use super::pid::{CycleStage, Memory, ServoController, control};
 use super::plant::{Plant, PlantState};
 use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
+use serde::Serialize;
 
 /// A load on the axis, as an equivalent control voltage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,7 +49,7 @@ pub struct ServoSample {
 }
 
 /// Metrics of a step response.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StepMetrics {
     /// Overshoot, % of the step.
     pub overshoot_pct: f64,
@@ -63,7 +64,7 @@ pub struct StepMetrics {
 }
 
 /// Metrics of a load.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LoadMetrics {
     /// Greatest deviation from the setpoint, mm.
     pub max_deviation_mm: f64,

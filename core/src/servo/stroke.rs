@@ -15,6 +15,7 @@ use super::pid::{CycleStage, Memory, ServoController, control};
 use super::plant::{Plant, PlantState};
 use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
+use serde::Serialize;
 
 /// Reference at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,7 +70,7 @@ pub struct StrokeSample {
 }
 
 /// Metrics of a drill cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StrokeMetrics {
     /// Time at which the contact signal latched, s; none if the board was not touched.
     pub contact_s: Option<f64>,

@@ -45,7 +45,7 @@ const GREATEST: f64 = 1e15;
 pub const GREATEST_ORDER: f64 = 2.0;
 
 /// Highest speed, acceleration and jerk of an axis or along a path (mm and s).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limits {
     pub speed_mm_per_s: f64,
     pub acceleration_mm_per_s2: f64,
