@@ -3,7 +3,7 @@
 use super::{ReadingArgs, Units, Zeros, roles};
 use crate::refusal::Refusal;
 use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
-use annulus_core::board::drawing;
+use annulus_core::board::{Board, BoardWanted, drawing, from_artwork_with};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
 use annulus_core::{code, error};
@@ -41,6 +41,16 @@ pub(crate) struct ReadFiles {
     pub(crate) said: SaidOfFiles,
     /// Job file of a saved project.
     pub(crate) job: Option<String>,
+}
+
+impl ReadFiles {
+    /// The board, with its copper if wanted, and messages about it and the drawings.
+    pub(crate) fn board(&self, copper: bool) -> (Board, Vec<Diagnostic>) {
+        let wanted = BoardWanted { copper, aligned: self.said.aligned };
+        let (board, mut diagnostics) = from_artwork_with(&self.artwork, &self.used, wanted);
+        diagnostics.extend(self.drawn.iter().cloned());
+        (board, diagnostics)
+    }
 }
 
 pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles, Refusal> {
@@ -266,7 +276,7 @@ fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn trouble(path: &Path, error: &io::Error) -> Refusal {
+pub(super) fn trouble(path: &Path, error: &io::Error) -> Refusal {
     let code = match error.kind() {
         io::ErrorKind::NotFound => code!("files.missing"),
         io::ErrorKind::PermissionDenied => code!("files.no_permission"),

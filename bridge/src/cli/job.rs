@@ -5,12 +5,12 @@
 //!       └─ drill files, saved project ─ files ─▶ Board ─ cam ─▶ Planned ─▶ Job (program and figures)
 //! ```
 
-use super::files;
+use super::files::{self, ReadFiles};
 use super::saving::Given;
 use super::{Group, JobArgs, ReadingArgs};
 use crate::machine_file;
 use crate::refusal::Refusal;
-use annulus_core::board::{Board, BoardWanted, Face, Hole, from_artwork_with};
+use annulus_core::board::{Board, Face, Hole};
 use annulus_core::cam::figures::{Figures, figures};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::{Operation, Work};
@@ -29,7 +29,7 @@ use annulus_core::wire::program;
 use annulus_core::{code, error};
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Maximum diameter of a loaded tool, in mm.
@@ -104,12 +104,14 @@ pub(crate) fn low_corner(program: &Program) -> Point {
     sim::reach(program).map_or(Point::default(), |reach| reach.min)
 }
 
+/// The refusal of a job, program or postprocessor at `path`.
+pub(super) fn unreadable(path: &Path, error: &io::Error) -> Refusal {
+    Refusal::surroundings(error!("job.unreadable", file = path.display(), reason = error))
+}
+
 /// The program in the file `path`; `None` if the file is something else.
 pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
-    let trouble = |error: std::io::Error| {
-        let why = error!("job.unreadable", file = path.display(), reason = error);
-        Refusal::surroundings(why)
-    };
+    let trouble = |error: io::Error| unreadable(path, &error);
     if !fs::metadata(path).map_err(trouble)?.is_file() {
         return Ok(None);
     }
@@ -125,16 +127,29 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
     program::decode(&head).map(Some).map_err(|diagnostic| Refusal::content(diagnostic.at(&name, 0, 0)))
 }
 
+/// The files at `paths`, their board, messages about it, and all messages about both. Refuses an error that is
+/// not accepted.
+fn accepted_board(
+    paths: &[PathBuf],
+    reading: &ReadingArgs,
+    accept: &[String],
+    copper: bool,
+) -> Result<(ReadFiles, Board, Vec<Diagnostic>, Vec<Diagnostic>), Refusal> {
+    can_be_accepted(accept)?;
+    let read = files::read_board(paths, reading)?;
+    // A saved job may isolate copper, so the copper is needed to report the operations that are left out.
+    let (board, mut diagnostics) = read.board(copper || read.job.is_some());
+    diagnostics.extend(read.artwork.missing(&read.listed).cloned());
+    let files = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
+    let said: Vec<_> = files.flat_map(|file| &file.diagnostics).chain(&diagnostics).cloned().collect();
+    unseen(&diagnostics, accept).map_err(|refusal| refusal.among(said.clone()))?;
+    Ok((read, board, diagnostics, said))
+}
+
 /// The board of JOB, its messages, and the job of a saved project.
 fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>), Refusal> {
-    can_be_accepted(&args.accept)?;
-    let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
-    // A saved job may isolate copper, so the copper is needed to report the operations that are left out.
-    let wanted = BoardWanted { copper: read.job.is_some(), aligned: read.said.aligned };
-    let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
-    diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
-    let said = said_of(&read, &diagnostics);
-    unseen(&diagnostics, &args.accept).map_err(|refusal| refusal.among(said.clone()))?;
+    let paths = std::slice::from_ref(&args.job);
+    let (read, board, diagnostics, said) = accepted_board(paths, &args.reading, &args.accept, false)?;
     if read.used.is_empty() {
         let why = error!("job.no_drill_file", path = args.job.display());
         said.iter().for_each(|one| super::say(Refusal::content(one.clone())));
@@ -188,13 +203,7 @@ pub(crate) fn read_whole(
     reading: &ReadingArgs,
     accept: &[String],
 ) -> Result<Whole, Refusal> {
-    can_be_accepted(accept)?;
-    let read = files::read_board(jobs, reading)?;
-    let wanted = BoardWanted { copper: true, aligned: read.said.aligned };
-    let (mut board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
-    diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
-    let said = said_of(&read, &diagnostics);
-    unseen(&diagnostics, accept).map_err(|refusal| refusal.among(said.clone()))?;
+    let (read, mut board, diagnostics, said) = accepted_board(jobs, reading, accept, true)?;
     if board.extent().is_none() {
         let path = jobs.first().map(|path| path.display().to_string()).unwrap_or_default();
         return Err(Refusal::content(error!("job.no_board", path = path)).among(said));
@@ -202,7 +211,7 @@ pub(crate) fn read_whole(
     if board.name.is_empty() {
         board.name = jobs.first().map(|path| stem(path).display().to_string()).unwrap_or_default();
     }
-    let files::ReadFiles { artwork, used, given, asked_for, said, job, .. } = read;
+    let ReadFiles { artwork, used, given, asked_for, said, job, .. } = read;
     let used = used.iter().filter_map(|&index| Some(artwork.files.get(index)?.name.clone())).collect();
     Ok(Whole { board, diagnostics, given: Given { files: given, asked_for, said, used }, job })
 }
@@ -218,12 +227,6 @@ pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     };
     let why = error!("cli.unknown_accept", found = word, ..);
     Err(Refusal::usage(why.with("nearest", nearest(word, known))))
-}
-
-/// All messages about the requested files and their board.
-fn said_of(read: &files::ReadFiles, board: &[Diagnostic]) -> Vec<Diagnostic> {
-    let files = read.listed.iter().filter_map(|&index| read.artwork.files.get(index));
-    files.flat_map(|file| &file.diagnostics).chain(board).cloned().collect()
 }
 
 fn unseen(diagnostics: &[Diagnostic], accept: &[String]) -> Result<(), Refusal> {
