@@ -7,20 +7,22 @@
 //!  --set ─────────┘                                                         └─ files of all sides, then written
 //! ```
 
-use super::cam_files::{self, Written};
+use super::cam_files::{self, FileReport, Written};
 use super::cures::Curing;
 use super::export::{self, Target};
 use super::findings::{
-    finding_lines, finding_object, groups_object, kinds_accepted, outcome_line, outcome_object, unread,
-    whole_lines, whole_object,
+    FindingReport, GroupReport, as_outcome, as_whole, finding_lines, kinds_accepted, outcome_line, unread,
+    whole_lines,
 };
 use super::memory;
 use super::saving;
-use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_objects, rounded, tool_object};
+use super::{Answer, ReadingArgs, Refusal, ToolReport, as_objects, diagnostic_lines, rounded, sentence};
 use crate::cli::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::toolpaths::{self, Means, PlacedBoard, Planned, PlannedOperation, lower_work};
+use annulus_core::cam::toolpaths::{
+    self, BitTask, Means, PlacedBoard, Planned, PlannedOperation, lower_work,
+};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::Diagnostic;
@@ -29,9 +31,10 @@ use annulus_core::geometry::{Point, Region};
 use annulus_core::job::{Command, Mark, Program, milled_mm, travel_mm};
 use annulus_core::machine::{self, Machine};
 use annulus_core::post::{FileSplit, Manner};
-use annulus_core::proof::{self, Verdict};
+use annulus_core::proof::{self, ProofResult, Verdict};
 use annulus_core::wire::program;
-use annulus_core::{locale, motion, project, sim};
+use annulus_core::{motion, project, sim};
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -135,30 +138,42 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     };
     let why = why.or_else(|| written.why.clone());
     read.extend(written.diagnostics.iter().cloned());
-    let mut reports = Vec::new();
-    let mut text = String::new();
-    for (at, side) in sides.iter().enumerate() {
-        let files = written.files.get(at).map(Vec::as_slice).unwrap_or_default();
-        text += &sentences(side, files, &args.accept);
-        reports.push(report(side, files, &args.accept));
+    let files = |at: usize| written.files.get(at).map(Vec::as_slice).unwrap_or_default();
+    let programs = (0..).zip(&sides).map(|(at, side)| SideReport::of(side, files(at), &args.accept));
+    let report = CamReport {
+        to: &args.to,
+        machine: args.on.name(),
+        files: written.files.iter().flatten().collect(),
+        run_sheet: written.run_sheet.as_deref(),
+        programs: programs.collect(),
+        findings_unread: unread,
+        errors_unacknowledged: unseen(args, &sides).count(),
+        diagnostics: &read,
+    };
+    Ok(Answer::new(&report, report.text()).with_error(why))
+}
+
+#[derive(Serialize)]
+struct CamReport<'a> {
+    to: &'a str,
+    machine: &'a str,
+    files: Vec<&'a FileReport>,
+    run_sheet: Option<&'a str>,
+    programs: Vec<SideReport<'a>>,
+    findings_unread: usize,
+    errors_unacknowledged: usize,
+    #[serde(serialize_with = "as_objects")]
+    diagnostics: &'a [Diagnostic],
+}
+
+impl CamReport<'_> {
+    fn text(&self) -> String {
+        let mut text: String = self.programs.iter().map(SideReport::text).collect();
+        if let Some(sheet) = self.run_sheet {
+            text += &(sentence("cam.report.run_sheet", &[("file", &sheet)]) + "\n");
+        }
+        text + &diagnostic_lines(self.diagnostics)
     }
-    if let Some(sheet) = &written.run_sheet {
-        text += &locale::text("en", "cam.report.run_sheet", &[("file".to_owned(), sheet.clone())]);
-        text.push('\n');
-    }
-    text += &diagnostic_lines(&read);
-    let object = json!({
-        "to": args.to,
-        "machine": args.on.name(),
-        "files": written.files.concat(),
-        "run_sheet": written.run_sheet,
-        "programs": reports,
-        "findings_unread": unread,
-        "errors_unacknowledged": unseen(args, &sides).count(),
-        "diagnostics": diagnostic_objects(&read),
-    });
-    let Some(why) = why else { return Ok(Answer { object, text, exit: Exit::Done }) };
-    Ok(Answer::refused(object, &text, why))
 }
 
 /// Errors of all sides that are not accepted.
@@ -314,88 +329,97 @@ fn written(
     cam_files::write(target, &manner, (&args.output, &stem), programs, (&briefed, &args.accept))
 }
 
-#[derive(Default)]
-struct Counts {
+#[derive(Serialize)]
+struct SideReport<'a> {
+    face: &'static str,
+    files: &'a [FileReport],
+    program_sha256: String,
+    total_time_s: Option<f64>,
+    milled_mm: f64,
+    travel_mm: f64,
     plunges: usize,
     retracts: usize,
+    holes: usize,
+    toolpaths: usize,
+    tool_changes: usize,
+    /// For each tool of each operation.
+    tools: Vec<Value>,
+    #[serde(serialize_with = "as_outcome")]
+    outcome: ProofResult,
+    groups: Vec<GroupReport>,
+    #[serde(serialize_with = "as_whole")]
+    whole: &'a Option<proof::Whole>,
+    cured: Value,
+    findings: Vec<FindingReport>,
+    more: u32,
+    #[serde(serialize_with = "as_objects")]
+    diagnostics: &'a [Diagnostic],
 }
 
-fn counts(program: &Program) -> Counts {
-    let mut counts = Counts::default();
-    for command in program.legs.iter().flat_map(|leg| &leg.commands) {
-        match command {
-            Command::Plunge { .. } => counts.plunges += 1,
-            Command::Retract { .. } => counts.retracts += 1,
-            _ => {}
+impl<'a> SideReport<'a> {
+    fn of(side: &'a Side, files: &'a [FileReport], accept: &[String]) -> Self {
+        let Side { program, verdict, .. } = side;
+        let by_leg = milled_mm(program);
+        let commands = || program.legs.iter().flat_map(|leg| &leg.commands);
+        Self {
+            face: side.face.name(),
+            files,
+            program_sha256: program::key(&program::encode(program)),
+            total_time_s: side.times_s.as_ref().map(|(total_s, _)| rounded(*total_s)),
+            milled_mm: rounded(by_leg.iter().sum()),
+            travel_mm: rounded(travel_mm(program)),
+            plunges: commands().filter(|command| matches!(command, Command::Plunge { .. })).count(),
+            retracts: commands().filter(|command| matches!(command, Command::Retract { .. })).count(),
+            holes: program.hole_count(),
+            toolpaths: program.toolpath_count(),
+            tool_changes: program.bits.len(),
+            tools: tools(side, &by_leg),
+            outcome: verdict.outcome,
+            groups: verdict.groups.iter().map(|group| GroupReport::of(group, accept)).collect(),
+            whole: &verdict.whole,
+            cured: side.curing.object(),
+            findings: verdict.findings.iter().map(|one| FindingReport::of(one, accept, None)).collect(),
+            more: verdict.more,
+            diagnostics: &side.diagnostics,
         }
     }
-    counts
+
+    fn text(&self) -> String {
+        let head = sentence(
+            "cam.report.side",
+            &[
+                ("side", &self.face),
+                ("toolpaths", &self.toolpaths),
+                ("milled", &format!("{:.1}", self.milled_mm)),
+                ("holes", &self.holes),
+                ("bits", &self.tool_changes),
+                ("retracts", &self.retracts),
+            ],
+        );
+        let file = |file: &FileReport| sentence("cam.report.file", &[("file", &file.file)]) + "\n";
+        let unread = self.groups.iter().map(|group| group.unread).sum();
+        head + "\n"
+            + &self.files.iter().map(file).collect::<String>()
+            + &outcome_line(&self.outcome, unread)
+            + &finding_lines(&self.groups, &self.findings)
+            + &whole_lines(self.whole.as_ref())
+            + &diagnostic_lines(self.diagnostics)
+    }
 }
 
-fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
-    let counts = counts(&side.program);
-    let by_leg = milled_mm(&side.program);
+/// What each tool of each operation makes. `by_leg` is the milled length of each leg, in mm.
+fn tools(side: &Side, by_leg: &[f64]) -> Vec<Value> {
     // Each toolpath is a leg, in the order of the tasks.
-    let legs = side.program.legs.iter().zip(&by_leg);
+    let legs = side.program.legs.iter().zip(by_leg);
     let mut by_way = legs.filter(|(leg, _)| matches!(leg.mark, Mark::Toolpath(_))).map(|(_, mm)| *mm);
     let tasks = side.planned.parts.iter().flat_map(|part| part.tasks.iter().map(move |task| (part, task)));
-    let tools: Vec<Value> = tasks
-        .map(|(part, task)| {
-            let milled: f64 = by_way.by_ref().take(task.toolpaths.len()).sum();
-            let tool = tool_object(&task.bit);
-            json!({ "operation": part.operation, "bit": task.bit.name, "form": tool["form"],
-                "diameter_mm": tool["diameter_mm"], "tip_mm": tool["tip_mm"], "angle_deg": tool["angle_deg"],
-                "tool": tool, "holes": task.drill_cycles.len(), "toolpaths": task.toolpaths.len(), "milled_mm": rounded(milled) })
-        })
-        .collect();
-    let verdict = &side.verdict;
-    let findings: Vec<Value> =
-        verdict.findings.iter().map(|finding| finding_object(finding, accept)).collect();
-    json!({
-        "face": side.face.name(),
-        "files": files,
-        "program_sha256": program::key(&program::encode(&side.program)),
-        "total_time_s": side.times_s.as_ref().map(|(total_s, _)| rounded(*total_s)),
-        "milled_mm": rounded(by_leg.iter().sum()),
-        "travel_mm": rounded(travel_mm(&side.program)),
-        "plunges": counts.plunges,
-        "retracts": counts.retracts,
-        "holes": side.program.hole_count(),
-        "toolpaths": side.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count(),
-        "tool_changes": side.program.bits.len(),
-        "tools": tools,
-        "outcome": outcome_object(&verdict.outcome),
-        "groups": groups_object(&verdict.groups, accept),
-        "whole": verdict.whole.as_ref().map(whole_object),
-        "cured": side.curing.object(),
-        "findings": findings,
-        "more": verdict.more,
-        "diagnostics": diagnostic_objects(&side.diagnostics),
-    })
-}
-
-fn sentences(side: &Side, files: &[Value], accept: &[String]) -> String {
-    let counts = counts(&side.program);
-    let say = |key: &str, args: &[(&str, String)]| {
-        let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-        locale::text("en", key, &args) + "\n"
+    let row = |(part, task): (&PlannedOperation, &BitTask)| {
+        let milled: f64 = by_way.by_ref().take(task.toolpaths.len()).sum();
+        let tool = ToolReport::of(&task.bit);
+        json!({ "operation": part.operation, "bit": task.bit.name, "form": tool.form,
+            "diameter_mm": tool.diameter_mm, "tip_mm": tool.tip_mm, "angle_deg": tool.angle_deg,
+            "tool": tool, "holes": task.drill_cycles.len(), "toolpaths": task.toolpaths.len(),
+            "milled_mm": rounded(milled) })
     };
-    let mut out = say(
-        "cam.report.side",
-        &[
-            ("side", side.face.name().to_owned()),
-            ("toolpaths", side.planned.toolpaths().count().to_string()),
-            ("milled", format!("{:.1}", milled_mm(&side.program).iter().sum::<f64>())),
-            ("holes", side.program.hole_count().to_string()),
-            ("bits", side.program.bits.len().to_string()),
-            ("retracts", counts.retracts.to_string()),
-        ],
-    );
-    for file in files {
-        out += &say("cam.report.file", &[("file", file["file"].as_str().unwrap_or_default().to_owned())]);
-    }
-    let verdict = &side.verdict;
-    out += &outcome_line(&verdict.outcome, unread(&verdict.groups, accept));
-    out += &finding_lines(&verdict.groups, &verdict.findings, accept);
-    out + &whole_lines(verdict.whole.as_ref()) + &diagnostic_lines(&side.diagnostics)
+    tasks.map(row).collect()
 }

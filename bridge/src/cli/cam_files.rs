@@ -1,15 +1,15 @@
 //! Writes the files of a planned job: its programs, numbered in running order, and the run sheet.
 
 use super::export::Target;
-use super::{Refusal, rounded, tool_object};
+use super::{Refusal, ToolReport, rounded};
 use crate::cli::job;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
-use annulus_core::job::{Briefing, Program, ToolBriefing};
+use annulus_core::job::{Briefing, Program, SideBriefing, ToolBriefing};
 use annulus_core::locale;
 use annulus_core::post::{self, Manner, OutputFile};
 use annulus_core::wire::program;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -22,10 +22,24 @@ struct Output<'a> {
     bits: Cow<'a, [u32]>,
 }
 
+/// A written file.
+#[derive(Serialize)]
+pub(super) struct FileReport {
+    pub(super) file: String,
+    side: Option<String>,
+    operation: String,
+    /// The tool, if it is the only one.
+    tool: Option<ToolReport>,
+    time_s: Option<f64>,
+    tools: Vec<ToolReport>,
+    bytes: usize,
+    sha256: String,
+}
+
 #[derive(Default)]
 pub(super) struct Written {
-    /// A JSON object per file, grouped by side.
-    pub(super) files: Vec<Vec<Value>>,
+    /// Grouped by side.
+    pub(super) files: Vec<Vec<FileReport>>,
     /// Path of the run sheet, if written.
     pub(super) run_sheet: Option<String>,
     /// Messages from the proof of the files.
@@ -72,14 +86,12 @@ pub(super) fn write(
         Refusal::surroundings(why.with("reason", error))
     })?;
     for (index, files) in made.into_iter().enumerate() {
-        let tools = briefing.sides.get(index).map_or(&[][..], |side| &side.tools);
-        let objects = files.into_iter().map(|file| {
+        let reports = files.into_iter().map(|file| {
             let path = folder.join(&*file.name);
             job::write_output(&path, &file.bytes)?;
-            let side = briefing.sides.get(index).map(|side| side.side.as_str());
-            Ok(object(&path, &file, side, tools))
+            Ok(report(&path, &file, briefing.sides.get(index)))
         });
-        written.files.push(objects.collect::<Result<Vec<_>, Refusal>>()?);
+        written.files.push(reports.collect::<Result<Vec<_>, Refusal>>()?);
     }
     if target.is_some() {
         let path = folder.join(RUN_SHEET);
@@ -103,8 +115,8 @@ fn own_form(name: String, program: &Program) -> Output<'static> {
     Output { name: Cow::Owned(name + ".program"), bytes: Cow::Owned(program::encode(program)), bits }
 }
 
-/// A file as JSON. Several tools are listed in `tools`, and `tool` is absent.
-fn object(path: &Path, file: &Output<'_>, side: Option<&str>, tools: &[ToolBriefing]) -> Value {
+fn report(path: &Path, file: &Output<'_>, side: Option<&SideBriefing>) -> FileReport {
+    let tools: &[ToolBriefing] = side.map_or(&[][..], |side| &side.tools);
     let own: Vec<&ToolBriefing> = file.bits.iter().filter_map(|bit| tools.get(*bit as usize)).collect();
     let mut operations: Vec<&str> = Vec::new();
     for word in own.iter().flat_map(|tool| &tool.operations) {
@@ -112,16 +124,16 @@ fn object(path: &Path, file: &Output<'_>, side: Option<&str>, tools: &[ToolBrief
             operations.push(word);
         }
     }
-    let objects: Vec<Value> = own.iter().map(|tool| tool_object(&tool.tool)).collect();
-    let time: Option<f64> = own.iter().map(|tool| tool.time_s).sum();
-    json!({
-        "file": path.display().to_string(),
-        "side": side,
-        "operation": operations.join("+"),
-        "tool": match objects.as_slice() { [only] => only.clone(), _ => Value::Null },
-        "time_s": time.map(rounded),
-        "tools": objects,
-        "bytes": file.bytes.len(),
-        "sha256": program::key(&file.bytes),
-    })
+    let tools: Vec<ToolReport> = own.iter().map(|tool| ToolReport::of(&tool.tool)).collect();
+    let time_s: Option<f64> = own.iter().map(|tool| tool.time_s).sum();
+    FileReport {
+        file: path.display().to_string(),
+        side: side.map(|side| side.side.clone()),
+        operation: operations.join("+"),
+        tool: if let [only] = tools.as_slice() { Some(only.clone()) } else { None },
+        time_s: time_s.map(rounded),
+        tools,
+        bytes: file.bytes.len(),
+        sha256: program::key(&file.bytes),
+    }
 }

@@ -7,6 +7,8 @@
 //!     └─────────────────────────────────────────────────────────────────────────────────────────────────────┘
 //! ```
 
+use super::findings::cure_key;
+use super::mm;
 use annulus_core::board::Face;
 use annulus_core::cam::work::{Isolate, Operation, OperationKind, Remedy, Work};
 use annulus_core::diagnostic::Diagnostic;
@@ -69,11 +71,7 @@ impl Curing {
 
     /// JSON: the depth of the whole isolation, the number of gaps fixed one by one, and the rounds.
     pub(super) fn object(&self) -> Value {
-        json!({
-            "depth_mm": self.whole.map(|depth| super::rounded(depth.mm())),
-            "places": self.tried.len(),
-            "rounds": self.rounds,
-        })
+        json!({ "depth_mm": self.whole.map(mm), "places": self.tried.len(), "rounds": self.rounds })
     }
 
     /// Reduces the isolation depth of `face` if that opens at least half of the gaps, and more than one.
@@ -106,15 +104,15 @@ impl Curing {
             proof::Cure::Deeper { .. } => false,
             _ => true,
         };
-        let next = finding.cures.iter().filter(usable).find(|cure| !words.contains(&word(cure)));
+        let next = finding.cures.iter().filter(usable).find(|cure| !words.contains(&cure_key(cure)));
         let Some((cure, isolate)) = next.zip(isolation(work, face)) else { return false };
         if let Some(tried) = known.and_then(|at| self.tried.get_mut(at)) {
             isolate.cures.retain(|other| (other.from, other.to) != tried.sides);
             tried.sides = sides;
-            tried.words.push(word(cure));
+            tried.words.push(cure_key(cure));
         } else {
             let nets = finding.nets.clone();
-            self.tried.push(Tried { nets, at: finding.at, sides, words: vec![word(cure)] });
+            self.tried.push(Tried { nets, at: finding.at, sides, words: vec![cure_key(cure)] });
         }
         isolate.cure(sides.0, sides.1, remedy(cure));
         true
@@ -124,15 +122,6 @@ impl Curing {
 /// Returns `true` if nets are still joined.
 fn is_joined(finding: &Finding) -> bool {
     matches!(finding.kind, FindingKind::Short | FindingKind::Gap)
-}
-
-fn word(cure: &proof::Cure) -> &'static str {
-    match cure {
-        proof::Cure::Shallower { .. } => "shallower",
-        proof::Cure::OtherBit { .. } => "other_bit",
-        proof::Cure::Centred { .. } => "centred",
-        proof::Cure::Deeper { .. } => "deeper",
-    }
 }
 
 fn remedy(cure: &proof::Cure) -> Remedy {

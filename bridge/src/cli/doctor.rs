@@ -1,6 +1,6 @@
 //! Checks this computer: folders, port, journal, timing, USB adapter, browser. Changes nothing.
 
-use super::{Answer, Exit, Refusal, serve};
+use super::{Answer, Refusal, serve};
 use super::{browser, judged};
 use crate::executor::clock;
 use crate::own;
@@ -64,11 +64,8 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
         text += &judged::histogram(&lateness);
     }
     let rows: Vec<Value> = checks.iter().map(Check::object).collect();
-    let object = json!({ "checks": rows });
-    Ok(match bad {
-        Some(check) => Answer::refused(object, &text, check.finding.clone()),
-        None => Answer { object, text, exit: Exit::Done },
-    })
+    let answer = Answer::new(&json!({ "checks": rows }), text);
+    Ok(answer.with_error(bad.map(|check| check.finding.clone())))
 }
 
 impl Check {
@@ -95,14 +92,9 @@ impl Check {
     }
 
     fn object(&self) -> Value {
-        json!({
-            "name": self.name,
-            "verdict": self.mark(),
-            "code": self.finding.code,
-            "message": self.finding.message("en"),
-            "advice": self.finding.advice("en"),
-            "numbers": self.numbers,
-        })
+        let (message, advice) = (self.finding.message("en"), self.finding.advice("en"));
+        json!({ "name": self.name, "verdict": self.mark(), "code": self.finding.code, "message": message,
+            "advice": advice, "numbers": self.numbers })
     }
 }
 

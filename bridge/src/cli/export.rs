@@ -1,16 +1,16 @@
 //! Writes a program for a controller.
 
-use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects};
+use super::{Answer, Refusal, as_objects, diagnostic_lines, sentence};
 use crate::cli::job;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::error;
-use annulus_core::job::{Briefing, Mark, Program};
-use annulus_core::locale;
+use annulus_core::job::{Briefing, Program};
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, FileSplit, Manner, OutputFile};
 use annulus_core::proof;
 use annulus_core::wire::program;
-use serde_json::json;
+use serde::Serialize;
+use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ fn known_targets() -> String {
 
 pub(super) fn chord_error(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|error: &f64| (1e-4..=1.0).contains(error));
-    found.ok_or_else(|| locale::text("en", "post.chord_error", &[]))
+    found.ok_or_else(|| sentence("post.chord_error", &[]))
 }
 
 /// Written files.
@@ -67,31 +67,43 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     let written = write(&args.target, &target, program.clone(), &job.machine)?;
     let assumed = args.job.on.assumed(&job.machine).into_iter().collect();
     let diagnostics = [job.diagnostics, target.warnings(), written.diagnostics, assumed].concat();
-    let name = written.names.join(", ");
-    let (holes, toolpaths) = (program.hole_count(), toolpaths(&program));
-    let words = [
-        ("holes".to_owned(), holes.to_string()),
-        ("toolpaths".to_owned(), toolpaths.to_string()),
-        ("file".to_owned(), name),
-    ];
-    let said = locale::text("en", "post.report", &words) + "\n" + &diagnostic_lines(&diagnostics);
-    let object = json!({
-        "to": args.target.to,
-        "machine": args.job.on.name(),
-        "file": written.names.first(),
-        "files": written.names,
-        "bytes": written.bytes.len(),
-        "sha256": program::key(&written.bytes),
-        "holes": holes,
-        "toolpaths": toolpaths,
-        "tools": program.bits.len(),
-        "diagnostics": diagnostic_objects(&diagnostics),
-    });
-    Ok(Answer { object, text: said, exit: Exit::Done })
+    let report = ExportReport {
+        to: &args.target.to,
+        machine: args.job.on.name(),
+        file: written.names.first(),
+        files: &written.names,
+        bytes: written.bytes.len(),
+        sha256: program::key(&written.bytes),
+        holes: program.hole_count(),
+        toolpaths: program.toolpath_count(),
+        tools: program.bits.len(),
+        diagnostics,
+    };
+    Ok(Answer::new(&report, report.text()))
 }
 
-fn toolpaths(program: &Program) -> usize {
-    program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
+#[derive(Serialize)]
+struct ExportReport<'a> {
+    to: &'a str,
+    machine: &'a str,
+    file: Option<&'a String>,
+    files: &'a [String],
+    bytes: usize,
+    sha256: String,
+    holes: usize,
+    toolpaths: usize,
+    tools: usize,
+    #[serde(serialize_with = "as_objects")]
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl ExportReport<'_> {
+    fn text(&self) -> String {
+        let files = self.files.join(", ");
+        let words: [(&str, &dyn Display); 3] =
+            [("holes", &self.holes), ("toolpaths", &self.toolpaths), ("file", &files)];
+        sentence("post.report", &words) + "\n" + &diagnostic_lines(&self.diagnostics)
+    }
 }
 
 /// A target controller.
@@ -108,21 +120,14 @@ impl Target {
         if post::targets().contains(&to) {
             return Ok(Self::Shipped(to.to_owned()));
         }
-        if !Path::new(to).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            let diagnostic = error!("post.unknown_target", name = to, ..);
-            let diagnostic = diagnostic.with("nearest", post::nearest_target(to));
-            return Err(Refusal::usage(diagnostic.with("known", post::targets().join(", "))));
-        }
-        let text = read(Path::new(to))?;
+        let text = own(to, &post::targets())?;
         let faults = post::check(to, &text);
         if faults.len() > 1 {
             return Err(Refusal::content(faulty(to, &faults)));
         }
         post::Dialect::parse(to, &text).map(|dialect| Self::Own(Box::new(dialect))).map_err(Refusal::content)
     }
-}
 
-impl Target {
     /// Warnings about uncertain output of a user's postprocessor. Built-in ones have none.
     pub(crate) fn warnings(&self) -> Vec<Diagnostic> {
         match self {
@@ -176,12 +181,19 @@ pub(super) fn faulty(name: &str, faults: &[Diagnostic]) -> Diagnostic {
     }
 }
 
+/// Reads the user's postprocessor file `name`. Refuses any other name, because it is not in `known`.
+pub(super) fn own(name: &str, known: &[&str]) -> Result<String, Refusal> {
+    let path = Path::new(name);
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return read(path);
+    }
+    let why = error!("post.unknown_target", name = name, ..).with("nearest", post::nearest_target(name));
+    Err(Refusal::usage(why.with("known", known.join(", "))))
+}
+
 /// Reads a postprocessor or job file.
 pub(super) fn read(path: &Path) -> Result<String, Refusal> {
-    fs::read_to_string(path).map_err(|error| {
-        let diagnostic = error!("job.unreadable", file = path.display(), ..);
-        Refusal::surroundings(diagnostic.with("reason", error))
-    })
+    fs::read_to_string(path).map_err(|error| job::unreadable(path, &error))
 }
 
 /// Writes `program` for `target`, into a folder or as one named file. The file's name then becomes the

@@ -92,9 +92,7 @@ fn info(port: &str) -> Result<Answer, Refusal> {
         answer.text += &format!("{}\n", note.message("en"));
         rows.push(json!({ "input": input, "pin": pin, "count": count, "longest_us": longest_us }));
     }
-    if let Some(object) = answer.object.as_object_mut() {
-        object.insert("short_touches".to_owned(), rows.into());
-    }
+    answer.object["short_touches"] = rows.into();
     Ok(answer)
 }
 
@@ -107,11 +105,9 @@ fn found(port: &str, firmware: u32) -> Answer {
     } else {
         OtherFirmware { found: firmware, wanted: own }.warning()
     };
-    Answer {
-        object: json!({ "port": port, "firmware": number(firmware), "own": number(own), "is_own": is_own }),
-        text: format!("{} {}", note.message("en"), note.advice("en")).trim_end().to_owned() + "\n",
-        exit: Exit::Done,
-    }
+    let object = json!({ "port": port, "firmware": number(firmware), "own": number(own), "is_own": is_own });
+    let text = format!("{} {}", note.message("en"), note.advice("en"));
+    Answer::new(&object, text.trim_end().to_owned() + "\n")
 }
 
 fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
@@ -127,11 +123,9 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
     copy(&bytes, &disk).map_err(Refusal::surroundings)?;
     if args.no_wait {
         let done = note!("firmware.copied", disk = disk.display());
-        return Ok(Answer {
-            object: json!({ "file": path.display().to_string(), "firmware": number(firmware), "port": null }),
-            text: format!("{}\n", done.message("en")),
-            exit: Exit::Done,
-        });
+        let object =
+            json!({ "file": path.display().to_string(), "firmware": number(firmware), "port": null });
+        return Ok(Answer::new(&object, done.message("en") + "\n"));
     }
     let came = came_back(named, &others, clock::time);
     let came = came.map(|(port, welcome)| (port, welcome.firmware));

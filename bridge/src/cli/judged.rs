@@ -2,7 +2,7 @@
 //!
 //! Loads all processors meanwhile, as on a busy day. Moves nothing.
 
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Refusal};
 use crate::executor::{clock, realtime};
 use crate::machine_file;
 use annulus_core::control::Lateness;
@@ -30,7 +30,7 @@ pub(super) fn run(name: &str, how_long: Duration) -> Result<Answer, Refusal> {
         let finding = note!("doctor.own_clock", machine = title);
         let object =
             json!({ "machine": title, "late_us": null, "needs_hz": needed_rate(&machine), "good": true });
-        return Ok(Answer { object, text: finding.message("en") + "\n", exit: Exit::Done });
+        return Ok(Answer::new(&object, finding.message("en") + "\n"));
     }
     super::say(note!("doctor.measures", seconds = how_long.as_secs()).message("en"));
     let (late, no_realtime) = under_load(how_long);
@@ -50,12 +50,11 @@ fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_lo
         .with("safe", safe_hz.floor())
         .with("max", late.worst_us.round())
         .with("beats", late.beats);
-    let late_us =
-        json!({ "p50": late.p50_us, "p99": late.p99_us, "p9999": late.p9999_us, "max": late.worst_us });
     let object = json!({
-        "machine": machine.name, "seconds": how_long.as_secs(), "late_us": late_us, "needs_hz": needs_hz,
-        "safe_hz": safe_hz, "good": good, "beats": late.beats, "edges_us": EDGES_US, "bars": late.bars,
-        "no_realtime": no_realtime,
+        "machine": machine.name, "seconds": how_long.as_secs(),
+        "late_us": { "p50": late.p50_us, "p99": late.p99_us, "p9999": late.p9999_us, "max": late.worst_us },
+        "needs_hz": needs_hz, "safe_hz": safe_hz, "good": good, "beats": late.beats, "edges_us": EDGES_US,
+        "bars": late.bars, "no_realtime": no_realtime,
     });
     let mut text = histogram(late);
     if good {
@@ -65,7 +64,7 @@ fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_lo
         let refused = warning!("output.no_realtime", reason = why);
         text += &format!("{} {}\n", refused.message("en"), refused.advice("en"));
     }
-    if good { Answer { object, text, exit: Exit::Done } } else { Answer::refused(object, &text, finding) }
+    Answer::new(&object, text).with_error((!good).then_some(finding))
 }
 
 /// Measures the lateness of pulses as the executor does. The second value is why the real-time class was not
@@ -118,6 +117,7 @@ pub(super) fn histogram(late: &Lateness) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Exit;
     use super::*;
     use annulus_core::machine::preset;
 

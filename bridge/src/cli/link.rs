@@ -1,6 +1,6 @@
 //! Prints a new one-time address for a running bridge.
 
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Refusal};
 use crate::server::runtime::{self, Note};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{LinkBody, PROOF_HEADER, Scope, auth};
@@ -50,11 +50,7 @@ pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
     })?;
     let answer: Value = serde_json::from_str(&body).unwrap_or_default();
     let url = answer.get("url").and_then(Value::as_str).ok_or_else(|| refuse(code!("link.refused")))?;
-    Ok(Answer {
-        object: json!({ "url": url, "port": note.port }),
-        text: format!("{url}\n"),
-        exit: Exit::Done,
-    })
+    Ok(Answer::new(&json!({ "url": url, "port": note.port }), format!("{url}\n")))
 }
 
 /// Sends `POST /api/link`. Returns the body of the answer.

@@ -44,7 +44,9 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
+use annulus_core::units::Length;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -259,11 +261,18 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// An answer with an error: the JSON object contains the error, as a refusal does.
-    fn refused(mut object: Value, text: &str, why: Diagnostic) -> Self {
+    /// The answer with a report, and the same as text.
+    fn new(report: &impl Serialize, text: String) -> Self {
+        Self { object: serde_json::to_value(report).unwrap_or_default(), text, exit: Exit::Done }
+    }
+
+    /// Adds an error, if any: to the JSON object as in a refusal, and as the last line of the text.
+    fn with_error(mut self, why: impl Into<Option<Diagnostic>>) -> Self {
+        let Some(why) = why.into() else { return self };
         let refusal = Refusal::content(why);
-        object["error"] = refusal.object()["error"].take();
-        Self { object, text: format!("{text}{refusal}\n"), exit: Exit::Content }
+        self.object["error"] = refusal.object()["error"].take();
+        self.text += &format!("{refusal}\n");
+        Self { exit: Exit::Content, ..self }
     }
 }
 
@@ -272,20 +281,37 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-/// A tool as JSON: shape and sizes. Only V-bits have tip and angle.
-fn tool_object(bit: &Bit) -> Value {
-    let (form, tip, angle_mdeg) = match bit.cutter {
-        Cutter::Drill => ("drill", None, None),
-        Cutter::Mill => ("mill", None, None),
-        Cutter::Vee { tip, angle_mdeg } => ("vee", Some(tip), Some(angle_mdeg)),
-    };
-    json!({
-        "form": form,
-        "diameter_mm": rounded(bit.diameter.mm()),
-        "angle_deg": angle_mdeg.map(|angle| rounded(f64::from(angle) / 1e3)),
-        "tip_mm": tip.map(|tip| rounded(tip.mm())),
-        "name": bit.title(locale::FALLBACK),
-    })
+fn mm(length: Length) -> f64 {
+    rounded(length.mm())
+}
+
+/// The text of `key`.
+fn sentence(key: &str, args: &[(&str, &dyn Display)]) -> String {
+    let args: Vec<_> = args.iter().map(|(name, value)| ((*name).to_owned(), value.to_string())).collect();
+    locale::text("en", key, &args)
+}
+
+/// Shape and sizes of a tool. Only V-bits have tip and angle.
+#[derive(Clone, Serialize)]
+struct ToolReport {
+    form: &'static str,
+    diameter_mm: f64,
+    angle_deg: Option<f64>,
+    tip_mm: Option<f64>,
+    name: String,
+}
+
+impl ToolReport {
+    fn of(bit: &Bit) -> Self {
+        let (form, tip, angle_mdeg) = match bit.cutter {
+            Cutter::Drill => ("drill", None, None),
+            Cutter::Mill => ("mill", None, None),
+            Cutter::Vee { tip, angle_mdeg } => ("vee", Some(tip), Some(angle_mdeg)),
+        };
+        let angle_deg = angle_mdeg.map(|angle| rounded(f64::from(angle) / 1e3));
+        let (diameter_mm, tip_mm) = (mm(bit.diameter), tip.map(mm));
+        Self { form, diameter_mm, angle_deg, tip_mm, name: bit.title(locale::FALLBACK) }
+    }
 }
 
 /// Diagnostics as JSON.
@@ -298,6 +324,11 @@ fn diagnostic_objects(diagnostics: &[Diagnostic]) -> Vec<Value> {
             "advice": diagnostic.advice("en") })
     };
     diagnostics.iter().map(object).collect()
+}
+
+/// The same as a field of a report.
+fn as_objects<S: Serializer>(diagnostics: &[Diagnostic], to: S) -> Result<S::Ok, S::Error> {
+    diagnostic_objects(diagnostics).serialize(to)
 }
 
 /// Diagnostics as text, one per line.

@@ -2,26 +2,25 @@
 
 use super::files;
 use super::findings::{
-    finding_lines, finding_object, groups_object, outcome_line, outcome_object, unread, whole_lines,
-    whole_object,
+    FindingReport, GroupReport, as_outcome, as_whole, finding_lines, outcome_line, whole_lines,
 };
 use super::memory;
 use super::prove_files::{self, Given, Laid, Tools};
 use super::prove_holes::{Done, OfCopper};
-use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects, rounded};
+use super::{Answer, Refusal, as_objects, cam, diagnostic_lines, rounded, sentence};
 use crate::cli::job;
-use annulus_core::board::{Board, BoardWanted, Face, from_artwork_with};
+use annulus_core::board::{Board, Face};
 use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::gcode::Interpreter;
 use annulus_core::job::{Asked, Program, Promised};
-use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
-use annulus_core::proof::{FindingKind, ProofOptions, ProofResult, Verdict};
+use annulus_core::proof::{FindingKind, ProofOptions, ProofResult, Verdict, Whole};
 use annulus_core::units::Length;
 use annulus_core::{code, error, note};
 use clap::ValueEnum;
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -49,11 +48,11 @@ pub(crate) struct ProveArgs {
     #[arg(long = "flip", alias = "turn", value_enum, default_value_t = Turn::LeftRight)]
     pub(crate) turn: Turn,
     /// Set the thickness of the copper, in µm.
-    #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
+    #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = |text: &str| within(text, 1.0, 1_000.0, "µm"))]
     pub(crate) copper_um: f64,
     /// Set the thickness of the board, in mm, which holes, slots and the cut-out must go through [default:
     /// from the files, or 1.6].
-    #[arg(long, value_name = "MM", value_parser = board_mm)]
+    #[arg(long, value_name = "MM", value_parser = |text: &str| within(text, 0.1, 20.0, "mm"))]
     pub(crate) board_mm: Option<f64>,
     /// Name a tool that the files don't describe, by its number: 2=end mill 0.8; for one file FILE:2=end mill
     /// 0.8. Separate several with ";".
@@ -96,22 +95,17 @@ fn interpreter(text: &str) -> Result<Interpreter, String> {
     Interpreter::of(text).ok_or_else(|| "grbl, grblhal, linuxcnc or any".to_owned())
 }
 
-fn copper_um(text: &str) -> Result<f64, String> {
+/// Parses a length in `unit`.
+fn within(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if (1.0..=1_000.0).contains(&value) { Ok(value) } else { Err("from 1 to 1000 µm".to_owned()) }
-}
-
-fn board_mm(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if (0.1..=20.0).contains(&value) { Ok(value) } else { Err("from 0.1 to 20 mm".to_owned()) }
+    let fits = (low..=high).contains(&value);
+    if fits { Ok(value) } else { Err(format!("from {low} to {high} {unit}")) }
 }
 
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     job::can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
-    let wanted = BoardWanted { copper: true, aligned: read.said.aligned };
-    let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
-    diagnostics.extend(read.drawn);
+    let (board, mut diagnostics) = read.board(true);
     let missing: Vec<Diagnostic> = read.artwork.missing(&read.listed).cloned().collect();
     refuse_unsure(&diagnostics, &missing, &args.accept)?;
     diagnostics.extend(missing);
@@ -173,7 +167,7 @@ fn own_programs(
     board: Board,
     work: Option<Work>,
     programs: Vec<Program>,
-    mut diagnostics: Vec<Diagnostic>,
+    diagnostics: Vec<Diagnostic>,
 ) -> Result<Answer, Refusal> {
     let named = programs.iter().find_map(prove_files::own_side);
     let face = match (args.side, named, &work) {
@@ -184,35 +178,10 @@ fn own_programs(
     };
     let side = laid(board, work.as_ref(), (face, args.turn), programs);
     copper_or_none(args, &side)?;
-    let (asked, is_planned) = (asked(args, work.as_ref(), &[face], None), work.is_some());
+    let asked = (asked(args, work.as_ref(), &[face], None), work.is_some());
     let promised = work.map(|work| work.promised(face)).unwrap_or_default();
-    let options = ProofOptions { measured: true, ..measured(args, ProofOptions::of(face, promised)) };
-    cam::refuse_too_large(&side.board, &side.programs)?;
-    let verdict = memory::prove(&side.board, &side.programs, &options);
-    let copper = side.board.copper.iter().find(|copper| copper.face == face);
-    if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-        let why = error!("proof.no_island", path = args.job.display());
-        return Err(Refusal::content(why));
-    }
-    let copper = OfCopper { isolates: verdict.outcome.isolates, stays: stays(&verdict), planned: is_planned };
-    let done = Done::of(std::slice::from_ref(&side), &asked, copper);
-    diagnostics.extend((!side.has_copper()).then(|| note!("prove.no_copper", side = face.name())));
-    diagnostics.extend(done.diagnostics());
-    let mut object = verdict_object(&verdict, &args.accept);
-    if let Value::Object(rows) = &mut object {
-        rows.insert("copper_lost_mm2".to_owned(), rounded(verdict.lost_mm2).into());
-        rows.extend(done.rows());
-        rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
-    }
-    let unread = unread(&verdict.groups, &args.accept) + done.unread(&args.accept);
-    let text = verdict_text(&verdict, &args.accept)
-        + &outcome_line(&verdict.outcome, unread)
-        + &diagnostic_lines(&diagnostics);
-    if unread == 0 {
-        return Ok(Answer { object, text, exit: Exit::Done });
-    }
-    let why = error!("proof.unread_findings", count = unread);
-    Ok(Answer::refused(object, &text, why))
+    let options = |face| measured(args, ProofOptions::of(face, promised.clone()));
+    prove_sides(args, std::slice::from_ref(&side), &options, asked, diagnostics, true)
 }
 
 /// Refuses a side without copper if another side has some: the side is wrong. On a board without copper, the
@@ -254,108 +223,150 @@ fn files(
         let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
         measured(args, ProofOptions::of(face, if planned { promised } else { bits() }))
     };
-    prove_sides(&sides, &options, (&asked, planned), &args.accept, diagnostics)
+    prove_sides(args, &sides, &options, (asked, planned), diagnostics, false)
 }
 
-/// Proves all sides. `options` are those of a side of the job.
+/// Proves all sides. `options` are those of a side of the job. Annulus' own programs are on one side, which
+/// is proved even without copper.
 fn prove_sides(
+    args: &ProveArgs,
     sides: &[Laid],
     options: &dyn Fn(Face) -> ProofOptions,
-    (asked, is_planned): (&Asked, bool),
-    accept: &[String],
+    (asked, is_planned): (Asked, bool),
     mut diagnostics: Vec<Diagnostic>,
+    is_own: bool,
 ) -> Result<Answer, Refusal> {
-    let (mut text, mut findings, mut reports, mut lost, mut open) =
-        (String::new(), Vec::new(), Vec::new(), 0.0, 0);
     let mut of_copper = OfCopper { isolates: false, stays: false, planned: is_planned };
-    let mut outcomes = Vec::new();
+    let mut reports = Vec::new();
     for side in sides {
         diagnostics.extend(side.diagnostics.iter().cloned());
         if !side.has_copper() {
             diagnostics.push(note!("prove.no_copper", side = side.face.name()));
-            continue;
+            if !is_own {
+                continue;
+            }
         }
         let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
         cam::refuse_too_large(&side.board, &side.programs)?;
         let verdict = memory::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-            return Err(Refusal::content(error!("proof.no_island", path = "JOB")));
+            let path = if is_own { args.job.display().to_string() } else { "JOB".to_owned() };
+            return Err(Refusal::content(error!("proof.no_island", path = path)));
         }
-        lost += verdict.lost_mm2;
-        open += unread(&verdict.groups, accept);
         of_copper.isolates |= verdict.outcome.isolates;
         of_copper.stays |= stays(&verdict);
-        outcomes.push(verdict.outcome);
-        findings.extend(
-            verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
-        );
-        text += &side_text(side.face, &verdict, accept);
-        reports.push(side_object(side.face, &verdict, accept));
+        let face = (!is_own).then_some(side.face.name());
+        reports.push(SideReport::of(face, verdict, &args.accept));
     }
-    let done = Done::of(sides, asked, of_copper);
-    let unseen = done.unread(accept);
-    if outcomes.is_empty() {
-        outcomes.push(ProofResult::default());
-    }
-    text.extend(outcomes.iter().map(|outcome| outcome_line(outcome, open + unseen)));
+    let done = Done::of(sides, &asked, of_copper);
     diagnostics.extend(done.diagnostics());
+    let open: usize = reports.iter().map(SideReport::open).sum();
+    let unread = open + done.unread(&args.accept);
+    let mut text: String = reports.iter().map(SideReport::text).collect();
+    if reports.is_empty() {
+        text += &outcome_line(&ProofResult::default(), unread);
+    }
+    text.extend(reports.iter().map(|side| outcome_line(&side.outcome, unread)));
     text += &diagnostic_lines(&diagnostics);
-    let mut object = json!({
-        "sides": reports,
-        "findings": findings,
-        "unread": open,
-        "copper_lost_mm2": rounded(lost),
-    });
-    if let Value::Object(rows) = &mut object {
-        rows.extend(done.rows());
-        rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
+    let report = ProofReport {
+        copper_lost_mm2: rounded(reports.iter().map(|side| side.lost_mm2).sum()),
+        copper: if is_own { json!(reports.first()) } else { of_sides(reports, open) },
+        done: done.object(),
+        diagnostics: &diagnostics,
+    };
+    let why = error!("proof.unread_findings", count = unread);
+    Ok(Answer::new(&report, text).with_error((unread > 0).then_some(why)))
+}
+
+/// All sides, then their problems together.
+fn of_sides(mut sides: Vec<SideReport>, open: usize) -> Value {
+    let findings: Vec<_> = sides.iter_mut().filter_map(|side| side.findings.take()).flatten().collect();
+    json!({ "sides": sides, "findings": findings, "unread": open })
+}
+
+#[derive(Serialize)]
+struct ProofReport<'a> {
+    /// The only side, or all of them.
+    #[serde(flatten)]
+    copper: Value,
+    copper_lost_mm2: f64,
+    #[serde(flatten)]
+    done: Value,
+    #[serde(serialize_with = "as_objects")]
+    diagnostics: &'a [Diagnostic],
+}
+
+/// The copper of one side. If it is the only one, it has no name.
+#[derive(Serialize)]
+struct SideReport {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    face: Option<&'static str>,
+    islands: u32,
+    nets: u32,
+    #[serde(serialize_with = "as_outcome")]
+    outcome: ProofResult,
+    pieces_left: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unread: Option<usize>,
+    groups: Vec<GroupReport>,
+    #[serde(serialize_with = "as_whole")]
+    whole: Option<Whole>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    findings: Option<Vec<FindingReport>>,
+    more: u32,
+    #[serde(skip)]
+    lost_mm2: f64,
+}
+
+impl SideReport {
+    fn of(face: Option<&'static str>, verdict: Verdict, accept: &[String]) -> Self {
+        let finding = |finding| FindingReport::of(finding, accept, face);
+        let groups = verdict.groups.iter().map(|group| GroupReport::of(group, accept)).collect();
+        let report = Self {
+            face,
+            islands: verdict.islands,
+            nets: verdict.nets,
+            outcome: verdict.outcome,
+            pieces_left: verdict.left.islands.len(),
+            unread: None,
+            groups,
+            whole: verdict.whole,
+            findings: Some(verdict.findings.iter().map(finding).collect()),
+            more: verdict.more,
+            lost_mm2: verdict.lost_mm2,
+        };
+        Self { unread: face.is_none().then_some(report.open()), ..report }
     }
-    if open + unseen == 0 {
-        return Ok(Answer { object, text, exit: Exit::Done });
+
+    /// Number of problems that are not accepted.
+    fn open(&self) -> usize {
+        self.groups.iter().map(|group| group.unread).sum()
     }
-    let why = error!("proof.unread_findings", count = open + unseen);
-    Ok(Answer::refused(object, &text, why))
+
+    /// A summary line, then the problems.
+    fn text(&self) -> String {
+        let findings = self.findings.as_deref().unwrap_or_default();
+        let key = if self.face.is_some() { "prove.report.side" } else { "proof.report.head" };
+        let head = sentence(
+            key,
+            &[
+                ("side", &self.face.unwrap_or_default()),
+                ("islands", &self.islands),
+                ("nets", &self.nets),
+                ("pieces", &self.pieces_left),
+                ("findings", &(findings.len() + self.more as usize)),
+                ("unread", &self.open()),
+                ("lost", &format!("{:.3}", self.lost_mm2)),
+            ],
+        );
+        head + "\n" + &finding_lines(&self.groups, findings) + &whole_lines(self.whole.as_ref())
+    }
 }
 
 /// Returns `true` if nets stay joined because nothing is milled between them.
 fn stays(verdict: &Verdict) -> bool {
     verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated)
-}
-
-fn with_face(mut finding: Value, face: Face) -> Value {
-    if let Value::Object(rows) = &mut finding {
-        rows.insert("face".to_owned(), face.name().into());
-    }
-    finding
-}
-
-fn side_object(face: Face, verdict: &Verdict, accept: &[String]) -> Value {
-    json!({
-        "face": face.name(),
-        "islands": verdict.islands,
-        "nets": verdict.nets,
-        "outcome": outcome_object(&verdict.outcome),
-        "pieces_left": verdict.left.islands.len(),
-        "groups": groups_object(&verdict.groups, accept),
-        "whole": verdict.whole.as_ref().map(whole_object),
-        "more": verdict.more,
-    })
-}
-
-fn side_text(face: Face, verdict: &Verdict, accept: &[String]) -> String {
-    let unread = unread(&verdict.groups, accept);
-    let words = [
-        ("side", face.name().to_owned()),
-        ("islands", verdict.islands.to_string()),
-        ("nets", verdict.nets.to_string()),
-        ("findings", (verdict.findings.len() + verdict.more as usize).to_string()),
-        ("unread", unread.to_string()),
-        ("lost", format!("{:.3}", verdict.lost_mm2)),
-    ];
-    let words = words.map(|(name, value)| (name.to_owned(), value));
-    let head = locale::text("en", "prove.report.side", &words) + "\n";
-    head + &finding_lines(&verdict.groups, &verdict.findings, accept) + &whole_lines(verdict.whole.as_ref())
 }
 
 /// Adds the user's copper thickness and clearance.
@@ -388,39 +399,4 @@ fn laid(board: Board, work: Option<&Work>, (face, turn): (Face, Turn), programs:
         (None, Face::Bottom, turn) => (board.turned(turn == Turn::LeftRight), 0..0),
     };
     Laid { face, board, pins, programs, diagnostics: Vec::new() }
-}
-
-/// A verdict as JSON.
-fn verdict_object(verdict: &Verdict, accept: &[String]) -> Value {
-    json!({
-        "islands": verdict.islands,
-        "nets": verdict.nets,
-        "outcome": outcome_object(&verdict.outcome),
-        "pieces_left": verdict.left.islands.len(),
-        "unread": unread(&verdict.groups, accept),
-        "groups": groups_object(&verdict.groups, accept),
-        "whole": verdict.whole.as_ref().map(whole_object),
-        "findings": verdict.findings.iter().map(|f| finding_object(f, accept)).collect::<Vec<_>>(),
-        "more": verdict.more,
-    })
-}
-
-/// A verdict as text: a summary line, then the problems.
-fn verdict_text(verdict: &Verdict, accept: &[String]) -> String {
-    let say = |key: &str, words: &[(&str, String)]| {
-        let words: Vec<_> = words.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-        locale::text("en", key, &words) + "\n"
-    };
-    let findings = &verdict.findings;
-    let out = say(
-        "proof.report.head",
-        &[
-            ("islands", verdict.islands.to_string()),
-            ("nets", verdict.nets.to_string()),
-            ("pieces", verdict.left.islands.len().to_string()),
-            ("findings", (findings.len() + verdict.more as usize).to_string()),
-            ("unread", unread(&verdict.groups, accept).to_string()),
-        ],
-    );
-    out + &finding_lines(&verdict.groups, findings, accept) + &whole_lines(verdict.whole.as_ref())
 }

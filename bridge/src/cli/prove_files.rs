@@ -19,7 +19,7 @@ use annulus_core::post::{self, ReadBack};
 use annulus_core::units::Length;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
+use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -55,10 +55,7 @@ pub(super) fn given(path: &Path, tools: &Tools, of: Interpreter) -> Result<Given
     if let Some(program) = job::program_file(path)? {
         return Ok(Given::Own(program));
     }
-    let trouble = |error: std::io::Error| {
-        let why = error!("job.unreadable", file = path.display(), ..);
-        Refusal::surroundings(why.with("reason", error))
-    };
+    let trouble = |error: io::Error| job::unreadable(path, &error);
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let file = fs::File::open(path).map_err(trouble)?;

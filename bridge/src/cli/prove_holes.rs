@@ -64,43 +64,33 @@ impl Done {
         self.diagnostics.iter().filter(open).count()
     }
 
-    pub(super) fn rows(&self) -> [(String, Value); 4] {
-        let DrillingProof { missing, doubled, shifted, wrong_size, shallow, slots_missing, .. } =
-            &self.drilled;
-        let DrillingProof { holes_left, slots_left, edges_left, .. } = &self.drilled;
-        let left = json!({ "holes": holes_left.len(), "slots": slots_left.len(), "edges": edges_left.len() });
-        let holes = json!({
-            "missing": missing.len(),
-            "doubled": doubled.len(),
-            "shifted": shifted.len(),
-            "wrong_size": wrong_size.len(),
-            "shallow": shallow.len(),
-            "slots_missing": slots_missing.len(),
-        });
-        let DrillingProof {
-            edges_missing,
-            edges_cut,
-            bitten,
-            repeated,
-            inner_missing,
-            tabs_missing,
-            loose,
-            ..
-        } = &self.drilled;
-        let edge = json!({
-            "missing": edges_missing.len(),
-            "cut": edges_cut,
-            "into_board": bitten.len(),
-            "inner_missing": inner_missing.len(),
-            "tabs_missing": tabs_missing.len(),
-            "loose": loose.len(),
-        });
-        [
-            ("drilled".to_owned(), holes),
-            ("cut_out".to_owned(), edge),
-            ("left".to_owned(), left),
-            ("toolpaths_repeated".to_owned(), json!(repeated)),
-        ]
+    /// Fields of the report.
+    pub(super) fn object(&self) -> Value {
+        let done = &self.drilled;
+        json!({
+            "drilled": {
+                "missing": done.missing.len(),
+                "doubled": done.doubled.len(),
+                "shifted": done.shifted.len(),
+                "wrong_size": done.wrong_size.len(),
+                "shallow": done.shallow.len(),
+                "slots_missing": done.slots_missing.len(),
+            },
+            "cut_out": {
+                "missing": done.edges_missing.len(),
+                "cut": done.edges_cut,
+                "into_board": done.bitten.len(),
+                "inner_missing": done.inner_missing.len(),
+                "tabs_missing": done.tabs_missing.len(),
+                "loose": done.loose.len(),
+            },
+            "left": {
+                "holes": done.holes_left.len(),
+                "slots": done.slots_left.len(),
+                "edges": done.edges_left.len(),
+            },
+            "toolpaths_repeated": done.repeated,
+        })
     }
 }
 

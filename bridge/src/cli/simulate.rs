@@ -1,12 +1,13 @@
 //! Computes and checks the step stream, and reports its duration.
 
-use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
+use super::{Answer, Refusal, diagnostic_lines, diagnostic_objects, rounded, sentence};
 use crate::cli::job;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::milled_mm;
 use annulus_core::sim::{Summary, summary};
-use annulus_core::{check, locale, motion, steps};
+use annulus_core::{check, motion, steps};
 use serde_json::json;
+use std::fmt::Display;
 
 /// Number of runs that `--digest-trace` prints.
 const TRACED_RUNS: usize = 2_000;
@@ -26,11 +27,8 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
     let timeline = motion::timeline(&job.program, &job.machine).map_err(Refusal::content)?;
     lawful(motion::laws::laws(&timeline, &job.machine))?;
     let stream = steps::stream(&timeline, &job.machine).map_err(Refusal::content)?;
-    lawful(check::verify(
-        &stream,
-        &job.machine,
-        check::roomy_zero(&job.machine, job::low_corner(&job.program)),
-    ))?;
+    let zero = check::roomy_zero(&job.machine, job::low_corner(&job.program));
+    lawful(check::verify(&stream, &job.machine, zero))?;
     let numbers = summary(&timeline, &stream, &job.machine);
     let milled_mm: f64 = milled_mm(&job.program).iter().sum();
     let digest = steps::digest(&stream);
@@ -64,16 +62,13 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         },
         "diagnostics": diagnostic_objects(&job.diagnostics),
     });
-    let mut text = sentences(&numbers, &digest)
-        + &together(&numbers, spindles)
-        + &milled(&numbers, milled_mm)
-        + &diagnostic_lines(&job.diagnostics);
+    let mut text = text(&numbers, (spindles, milled_mm), &digest) + &diagnostic_lines(&job.diagnostics);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();
         text.push_str(&trace);
     }
-    Ok(Answer { object, text, exit: Exit::Done })
+    Ok(Answer::new(&object, text))
 }
 
 /// Refuses with the first error, if any. The others are printed to standard error first.
@@ -84,46 +79,37 @@ fn lawful<T>(verdict: Result<T, Vec<Diagnostic>>) -> Result<(), Refusal> {
     Err(first)
 }
 
-/// Text: the drilling rate of all spindles, if there are several.
-fn together(numbers: &Summary, spindles: u32) -> String {
-    if spindles < 2 {
-        return String::new();
-    }
-    let rows = [
-        ("spindles", spindles.to_string()),
-        ("per_min", format!("{:.1}", numbers.holes_per_min * f64::from(spindles))),
-    ];
-    locale::text("en", "simulate.together", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
-}
-
-/// Text: the milling, if there is any.
-fn milled(numbers: &Summary, milled_mm: f64) -> String {
-    if numbers.toolpaths == 0 {
-        return String::new();
-    }
-    let rows = [
-        ("toolpaths", numbers.toolpaths.to_string()),
-        ("mm", format!("{milled_mm:.1}")),
-        ("cut", format!("{:.1}", numbers.spent.mill_s - numbers.spent.plunge_s)),
-        ("plunge", format!("{:.1}", numbers.spent.plunge_s)),
-        ("travel", format!("{:.1}", numbers.spent.between_s)),
-    ];
-    locale::text("en", "simulate.milled", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
-}
-
-fn sentences(numbers: &Summary, digest: &str) -> String {
+fn text(numbers: &Summary, (spindles, milled_mm): (u32, f64), digest: &str) -> String {
     let minutes = (numbers.total_s / 60.0).floor();
-    let rows = [
-        ("holes", numbers.holes.to_string()),
-        ("minutes", format!("{minutes:.0}")),
-        ("seconds", format!("{:.1}", numbers.total_s - 60.0 * minutes)),
-        ("per_min", format!("{:.1}", numbers.holes_per_min)),
-        ("median", format!("{:.3}", numbers.median_hole_s)),
-        ("longest", format!("{:.3}", numbers.longest_hole_s)),
-        ("x", numbers.steps[0].to_string()),
-        ("y", numbers.steps[1].to_string()),
-        ("z", numbers.steps[2].to_string()),
-        ("digest", digest.to_owned()),
-    ];
-    locale::text("en", "simulate.answer", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
+    let [x, y, z, ..] = &numbers.steps;
+    let mut out = sentence(
+        "simulate.answer",
+        &[
+            ("holes", &numbers.holes),
+            ("minutes", &format!("{minutes:.0}")),
+            ("seconds", &format!("{:.1}", numbers.total_s - 60.0 * minutes)),
+            ("per_min", &format!("{:.1}", numbers.holes_per_min)),
+            ("median", &format!("{:.3}", numbers.median_hole_s)),
+            ("longest", &format!("{:.3}", numbers.longest_hole_s)),
+            ("x", x),
+            ("y", y),
+            ("z", z),
+            ("digest", &digest),
+        ],
+    ) + "\n";
+    if spindles > 1 {
+        let per_min = format!("{:.1}", numbers.holes_per_min * f64::from(spindles));
+        out += &(sentence("simulate.together", &[("spindles", &spindles), ("per_min", &per_min)]) + "\n");
+    }
+    if numbers.toolpaths > 0 {
+        let rows: [(&str, &dyn Display); 5] = [
+            ("toolpaths", &numbers.toolpaths),
+            ("mm", &format!("{milled_mm:.1}")),
+            ("cut", &format!("{:.1}", numbers.spent.mill_s - numbers.spent.plunge_s)),
+            ("plunge", &format!("{:.1}", numbers.spent.plunge_s)),
+            ("travel", &format!("{:.1}", numbers.spent.between_s)),
+        ];
+        out += &(sentence("simulate.milled", &rows) + "\n");
+    }
+    out
 }

@@ -2,16 +2,15 @@
 //!
 //! While a bridge runs, use its page instead: the journal has one owner.
 
-use super::{Answer, Exit, MachineArgs, Refusal, counted, grbl, rounded};
+use super::{Answer, MachineArgs, Refusal, ToolReport, counted, grbl, mm, rounded};
 use crate::drill::JOURNAL;
 use crate::journal;
 use crate::machine_file;
 use annulus_core::error;
 use annulus_core::job::worn::Wear;
-use annulus_core::locale;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
 use annulus_host::Keeper;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::fmt::Write;
 
 /// Arguments of `annulus tools`.
@@ -91,11 +90,17 @@ fn answer(machine: &Machine, wear: &[ToolWear], at_controllers: &[ToolWear]) -> 
         let more = ToolWear::of(at_controllers, &machine.name, tool);
         let more = Wear { hits: more.hits, milled_um: more.milled_um };
         let wear = ToolWear::of(wear, &machine.name, tool).plus(more);
-        let title = tool.bit().title(locale::FALLBACK);
-        let _ = writeln!(text, "T{:<4} {title:<24} {}", tool.number, done(tool, &wear));
-        rows.push(row(tool, &wear));
+        let ToolReport { form, diameter_mm, angle_deg, tip_mm, name } = ToolReport::of(&tool.bit());
+        let _ = writeln!(text, "T{:<4} {name:<24} {}", tool.number, done(tool, &wear));
+        rows.push(json!({
+            "form": form, "diameter_mm": diameter_mm, "angle_deg": angle_deg, "tip_mm": tip_mm, "name": name,
+            "number": tool.number, "down_mm_per_s": tool.down_mm_per_s, "up_mm_per_s": tool.up_mm_per_s,
+            "spindle_rpm": tool.spindle_rpm, "run_out_mm": mm(tool.run_out), "life": tool.life,
+            "place": tool.place, "hits": wear.hits, "milled_mm": rounded(wear.milled_um as f64 / 1e3),
+            "worn": wear.is_over(tool.life),
+        }));
     }
-    Answer { object: json!({ "machine": machine.name, "tools": rows }), text, exit: Exit::Done }
+    Answer::new(&json!({ "machine": machine.name, "tools": rows }), text)
 }
 
 /// Text: the wear of a tool.
@@ -107,24 +112,4 @@ fn done(tool: &RackTool, wear: &ToolWear) -> String {
         (true, 0) => format!("{} m", wear.done()),
         (true, life) => format!("{} of {life} m{worn}", wear.done()),
     }
-}
-
-fn row(tool: &RackTool, wear: &ToolWear) -> Value {
-    let mut object = super::tool_object(&tool.bit());
-    let more = json!({
-        "number": tool.number,
-        "down_mm_per_s": tool.down_mm_per_s,
-        "up_mm_per_s": tool.up_mm_per_s,
-        "spindle_rpm": tool.spindle_rpm,
-        "run_out_mm": rounded(tool.run_out.mm()),
-        "life": tool.life,
-        "place": tool.place,
-        "hits": wear.hits,
-        "milled_mm": rounded(wear.milled_um as f64 / 1e3),
-        "worn": wear.is_over(tool.life),
-    });
-    if let (Value::Object(object), Value::Object(more)) = (&mut object, more) {
-        object.extend(more);
-    }
-    object
 }

@@ -1,14 +1,13 @@
 //! `annulus lab check`: compares Annulus with numbers computed elsewhere.
 
-use super::super::{Answer, Exit, Refusal};
+use super::super::files::trouble;
+use super::super::{Answer, Refusal, sentence};
 use crate::lab::{self, Report, Tally};
-use annulus_core::diagnostic::Diagnostic;
-use annulus_core::locale;
-use annulus_core::{code, error};
+use annulus_core::error;
 use serde_json::{Value, json};
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::fs;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `annulus lab check`.
@@ -34,23 +33,13 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
         "files": reports.iter().map(|(name, report)| file_object(name, report)).collect::<Vec<_>>(),
     });
     let text: String = reports.iter().map(|(name, report)| file_text(name, report)).collect();
-    if within == cases {
-        return Ok(Answer { object, text, exit: Exit::Done });
-    }
     let why = error!("lab.outside", outside = cases - within, cases = cases);
-    Ok(Answer::refused(object, &text, why))
+    Ok(Answer::new(&object, text).with_error((within < cases).then_some(why)))
 }
 
 /// Reads a file of limited size.
 pub(super) fn read(path: &Path, name: &str) -> Result<String, Refusal> {
-    let trouble = |error: std::io::Error| {
-        let code = match error.kind() {
-            std::io::ErrorKind::NotFound => code!("files.missing"),
-            std::io::ErrorKind::PermissionDenied => code!("files.no_permission"),
-            _ => code!("files.unreadable"),
-        };
-        Refusal::surroundings(Diagnostic::error(code).with("path", name).with("why", error))
-    };
+    let trouble = |error: io::Error| trouble(path, &error);
     let mut bytes = Vec::new();
     let file = fs::File::open(path).map_err(trouble)?;
     file.take(lab::MOST_BYTES + 1).read_to_end(&mut bytes).map_err(trouble)?;
@@ -76,12 +65,8 @@ fn ratio(case: &Tally) -> Option<f64> {
 
 fn file_object(name: &str, report: &Report) -> Value {
     let case = |case: &Tally| {
-        let worst = case.worst.as_ref().map(|worst| {
-            json!({ "what": worst.what, "expected": worst.expected, "found": worst.found,
-                "tolerance": worst.tolerance })
-        });
         json!({ "id": case.id, "within": case.is_within(), "values": case.values,
-            "worst_ratio": ratio(case), "worst": worst })
+            "worst_ratio": ratio(case), "worst": case.worst })
     };
     let cases: Vec<Value> = report.cases.iter().map(case).collect();
     json!({ "file": name, "schema": report.schema, "cases": report.cases.len(), "within": report.within(),
@@ -106,7 +91,6 @@ fn file_text(name: &str, report: &Report) -> String {
             }
         }
     }
-    let numbers = [("within", report.within()), ("cases", report.cases.len())];
-    out + &locale::text("en", "lab.check", &numbers.map(|(name, count)| (name.to_owned(), count.to_string())))
-        + "\n"
+    let numbers: [(&str, &dyn Display); 2] = [("within", &report.within()), ("cases", &report.cases.len())];
+    out + &sentence("lab.check", &numbers) + "\n"
 }
