@@ -2,12 +2,12 @@
 //!
 //! Unreadable content never fails the comparison: its own inspection reports it.
 
-use super::{ReadingArgs, Refusal, files, rounded};
+use super::{ReadingArgs, Refusal, files, mm, rounded, sentence};
 use annulus_core::board::changes::{BoardChanges, Changed, ChangedCopper, Fate, changes};
-use annulus_core::board::{Board, BoardWanted, Hole, Slot, from_artwork_with};
+use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::geometry::{Bounds, Point};
-use annulus_core::locale;
 use serde_json::{Value, json};
+use std::fmt::Display;
 use std::path::PathBuf;
 
 /// Changes from the board at `old` to the board at `new`, as JSON and as text.
@@ -19,14 +19,14 @@ pub(crate) fn compare(
     let found = changes(&board(old, reading)?, &board(new, reading)?);
     let mut text = String::new();
     if found.may_be_another() {
-        text += &(locale::text("en", "changes.another", &[]) + "\n");
+        text += &(sentence("changes.another", &[]) + "\n");
     }
     if found.is_none() {
-        text += &(locale::text("en", "changes.none", &[]) + "\n");
+        text += &(sentence("changes.none", &[]) + "\n");
     }
     for (key, args) in found.lines() {
-        let args: Vec<_> = args.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        text += &(locale::text("en", key, &args) + "\n");
+        let args: Vec<_> = args.iter().map(|(name, value)| (*name, value as &dyn Display)).collect();
+        text += &(sentence(key, &args) + "\n");
     }
     for hole in &found.holes {
         text += &format!("  {}\n", hole_line(hole));
@@ -36,9 +36,7 @@ pub(crate) fn compare(
 
 /// The whole board at `paths`, as far as it can be read.
 fn board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Board, Refusal> {
-    let read = files::read_board(paths, reading)?;
-    let wanted = BoardWanted { copper: true, aligned: read.said.aligned };
-    Ok(from_artwork_with(&read.artwork, &read.used, wanted).0)
+    files::read_board(paths, reading).map(|read| read.board(true).0)
 }
 
 fn object(found: &BoardChanges) -> Value {
@@ -51,21 +49,17 @@ fn object(found: &BoardChanges) -> Value {
         "slots": found.slots.iter().map(|one| changed(one, slot)).collect::<Vec<_>>(),
         "copper": found.copper.iter().map(copper).collect::<Vec<_>>(),
         "outline": found.outline.map(|boxes| json!({ "before_mm": boxes[0].map(corners), "now_mm": boxes[1].map(corners) })),
-        "nets": {
-            "added": found.nets.added,
-            "gone": found.nets.gone,
-            "renamed": found.nets.renamed,
-        },
+        "nets": found.nets,
     })
 }
 
 fn place(at: Point) -> [f64; 2] {
-    [rounded(at.x.mm()), rounded(at.y.mm())]
+    [mm(at.x), mm(at.y)]
 }
 
-fn corners(bounds: Bounds) -> [f64; 4] {
-    let ([left, low], [right, high]) = (place(bounds.min), place(bounds.max));
-    [left, low, right, high]
+/// Left, low, right and high.
+pub(super) fn corners(bounds: Bounds) -> [f64; 4] {
+    [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(mm)
 }
 
 fn word(fate: Fate) -> &'static str {
@@ -81,17 +75,16 @@ fn word(fate: Fate) -> &'static str {
 /// A changed hole or slot, each version written by `one`.
 fn changed<T>(changed: &Changed<T>, one: impl Fn(&T) -> Value) -> Value {
     let (before, now) = (changed.before.as_ref().map(&one), changed.now.as_ref().map(&one));
-    json!({ "change": word(changed.fate), "before": before, "now": now })
+    json!({ "change": changed.fate, "before": before, "now": now })
 }
 
 fn hole(hole: &Hole) -> Value {
-    let size = hole.diameter.map(|length| rounded(length.mm()));
-    json!({ "at_mm": place(hole.at), "diameter_mm": size, "plated": hole.plated })
+    json!({ "at_mm": place(hole.at), "diameter_mm": hole.diameter.map(mm), "plated": hole.plated })
 }
 
 fn slot(slot: &Slot) -> Value {
     let path: Vec<_> = slot.path.iter().map(|at| place(*at)).collect();
-    json!({ "path_mm": path, "width_mm": slot.width.map(|length| rounded(length.mm())), "plated": slot.plated })
+    json!({ "path_mm": path, "width_mm": slot.width.map(mm), "plated": slot.plated })
 }
 
 fn copper(side: &ChangedCopper) -> Value {

@@ -1,15 +1,15 @@
 //! Lists the contents of files. Fails only if a file can't be opened, never because of its content.
 
-use super::{Answer, Exit, Refusal, against, counted, rounded};
+use super::against::{self, corners};
+use super::{Answer, Exit, Refusal, counted, mm, rounded};
 use crate::cli::files;
 use crate::refusal;
 use annulus_core::artwork::{
-    Counts, DrillFile, FileKind, FileRead, Gerber, Role, TooMuch, nets, painted, painted_for_picture,
-    painted_measures,
+    Counts, DrillFile, Evidence, FileKind, FileRead, Gerber, Role, TooMuch, nets, painted,
+    painted_for_picture, painted_measures,
 };
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::geometry::Bounds;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -42,11 +42,8 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
         json!({ "name": name, "files": files })
     };
     // Areas need painting, which is slow, so only the JSON output has them.
-    let rows = listed.iter().filter(|_| json).map(|file| file_object(file));
-    let mut object = json!({
-        "files": rows.collect::<Vec<_>>(),
-        "boards": boards.iter().map(of_board).collect::<Vec<_>>(),
-    });
+    let rows: Vec<Value> = listed.iter().filter(|_| json).map(|file| file_object(file)).collect();
+    let mut object = json!({ "files": rows, "boards": boards.iter().map(of_board).collect::<Vec<_>>() });
     let mut text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
     if !args.against.is_empty() {
         let (changes, lines) = against::compare(&args.paths, &args.against, &args.reading)?;
@@ -60,51 +57,43 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     let asked = |file: &&&FileRead| args.paths.iter().any(|path| path.display().to_string() == file.name);
     let refused = listed.iter().filter(|file| file.kind == FileKind::Refused).find(asked);
     let Some(refused) = refused else { return Ok(Answer { object, text, exit: Exit::Done }) };
+    // The text has the reason already.
     object["error"] = Refusal::content(refused.reason.clone()).object()["error"].take();
     Ok(Answer { object, text, exit: Exit::Content })
 }
 
 fn file_object(file: &FileRead) -> Value {
-    let evidence = file.evidence.as_ref().map(|evidence| {
-        json!({
-            "source": evidence.source.name(),
-            "score": evidence.score.map(rounded),
-            "runner_up": evidence.runner_up.map(rounded),
-            "runner_up_reading": evidence.runner_up_reading,
-            "shift_mm": evidence.shift_mm.map(|(x, y)| [rounded(x), rounded(y)]),
-        })
-    });
+    let evidence = |Evidence { source, score, runner_up, runner_up_reading, shift_mm, .. }: &Evidence| {
+        json!({ "source": source, "score": score.map(rounded), "runner_up": runner_up.map(rounded),
+            "runner_up_reading": runner_up_reading, "shift_mm": shift_mm.map(|(x, y)| [x, y].map(rounded)) })
+    };
     let mut object = json!({
         "file": file.name,
-        "kind": file.kind.name(),
-        "role": file.role.name(),
-        "side": file.side.map(|side| side.name()),
+        "kind": file.kind,
+        "role": file.role,
+        "side": file.side,
         "plated": file.plated,
         "generator": file.generator,
         "reason": file.reason.message("en"),
-        "units": file.units.map(|units| units.name()),
-        "number_format": file.number_format.map(|digits| json!({ "integer": digits.integer, "decimal": digits.decimal })),
-        "zeros_suppressed": file.zeros.map(|zeros| zeros.name()),
-        "format_evidence": evidence,
+        "units": file.units,
+        "number_format": file.number_format,
+        "zeros_suppressed": file.zeros,
+        "format_evidence": file.evidence.as_ref().map(evidence),
     });
-    if let Value::Object(rows) = &mut object {
-        if let Some(drill) = &file.drill {
-            drill_rows(rows, drill);
+    let (gerber, much) = file.gerber.as_ref().map(|gerber| gerber_object(gerber, file.role)).unzip();
+    for rows in file.drill.as_ref().map(drill_object).into_iter().chain(gerber) {
+        if let (Value::Object(object), Value::Object(rows)) = (&mut object, rows) {
+            object.extend(rows);
         }
-        let much = file.gerber.as_ref().and_then(|gerber| gerber_rows(rows, gerber, file.role));
-        let much = much.map(|much| much.diagnostic(&file.name));
-        rows.insert(
-            "diagnostics".into(),
-            file.diagnostics.iter().chain(&much).map(diagnostic_object).collect(),
-        );
     }
+    let much = much.flatten().map(|much| much.diagnostic(&file.name));
+    object["diagnostics"] = file.diagnostics.iter().chain(&much).map(diagnostic_object).collect();
     object
 }
 
-/// Adds the rows of a layer. Returns the reason if the layer is too large to be painted.
-fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber, role: Role) -> Option<TooMuch> {
+/// The rows of a layer, and the reason if the layer is too large to be painted.
+fn gerber_object(gerber: &Gerber, role: Role) -> (Value, Option<TooMuch>) {
     let objects = gerber.counts;
-    let polarity = if gerber.negative_image { "negative" } else { "positive" };
     // A layer that is too large to be painted still has its other rows.
     let is_picture = role == Role::Silk && objects.total() > EXACT_OBJECTS;
     let painted = if is_picture { painted_for_picture(gerber) } else { painted(gerber) };
@@ -112,57 +101,37 @@ fn gerber_rows(rows: &mut Map<String, Value>, gerber: &Gerber, role: Role) -> Op
     let nets = painted.as_ref().ok().map(|region| nets(gerber, region).names);
     let nets = nets.map(|names| names.into_iter().flatten().collect::<BTreeSet<_>>().len());
     let hairlines = gerber.centre_bounds().filter(|_| gerber.has_only_hairlines());
-    let rest = [
-        ("image_polarity", json!(polarity)),
-        ("file_function", json!(gerber.file_function)),
-        ("file_polarity_attribute", json!(gerber.file_polarity)),
-        (
-            "objects",
-            json!({ "flashes": objects.flashes, "lines": objects.lines, "arcs": objects.arcs,
-                "regions": objects.regions, "total": objects.total() }),
-        ),
-        ("painted_bbox_mm", json!(measures.and_then(|measures| measures.bounds).map(corners))),
-        ("centre_line_bbox_mm", json!(hairlines.map(corners))),
-        ("dark_area_mm2", json!(measures.map(|measures| rounded(measures.area_mm2)))),
-        ("islands", json!(measures.map(|measures| measures.islands))),
-        ("holes_in_islands", json!(measures.map(|measures| measures.holes))),
-        ("nets", json!(nets)),
-    ];
-    rows.extend(rest.map(|(key, value)| (key.to_owned(), value)));
-    painted.err()
+    let rows = json!({
+        "image_polarity": if gerber.negative_image { "negative" } else { "positive" },
+        "file_function": gerber.file_function,
+        "file_polarity_attribute": gerber.file_polarity,
+        "objects": { "flashes": objects.flashes, "lines": objects.lines, "arcs": objects.arcs,
+            "regions": objects.regions, "total": objects.total() },
+        "painted_bbox_mm": measures.and_then(|measures| measures.bounds).map(corners),
+        "centre_line_bbox_mm": hairlines.map(corners),
+        "dark_area_mm2": measures.map(|measures| rounded(measures.area_mm2)),
+        "islands": measures.map(|measures| measures.islands),
+        "holes_in_islands": measures.map(|measures| measures.holes),
+        "nets": nets,
+    });
+    (rows, painted.err())
 }
 
-fn drill_rows(rows: &mut Map<String, Value>, drill: &DrillFile) {
-    let tools: Vec<Value> = drill
-        .tools
-        .iter()
-        .zip(drill.counts())
-        .map(|(tool, counts)| {
-            json!({
-                "n": tool.code,
-                "diameter_mm": tool.diameter.map(|length| rounded(length.mm())),
-                "plated": tool.plated,
-                "hits": counts.hits,
-                "slots_g85": counts.slots,
-                "routed_paths": counts.routed_paths,
-                "routed_segments": counts.routed_segments,
-            })
-        })
-        .collect();
+fn drill_object(drill: &DrillFile) -> Value {
+    let tools = drill.tools.iter().zip(drill.counts()).map(|(tool, counts)| {
+        json!({ "n": tool.code, "diameter_mm": tool.diameter.map(mm), "plated": tool.plated,
+            "hits": counts.hits, "slots_g85": counts.slots, "routed_paths": counts.routed_paths,
+            "routed_segments": counts.routed_segments })
+    });
     let totals = drill.totals();
-    rows.insert("tools".into(), tools.into());
-    rows.insert(
-        "totals".into(),
-        json!({ "hits": totals.hits, "slots_g85": totals.slots, "routed_paths": totals.routed_paths,
-            "routed_segments": totals.routed_segments }),
-    );
-    rows.insert("bbox_centres_mm".into(), json!(drill.centre_bounds().map(corners)));
-    rows.insert("bbox_outer_mm".into(), json!(drill.outer_bounds().map(corners)));
-    rows.insert("rapid_length_file_order_mm".into(), json!(rounded(drill.rapid_length_mm())));
-}
-
-fn corners(bounds: Bounds) -> [f64; 4] {
-    [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(|length| rounded(length.mm()))
+    json!({
+        "tools": tools.collect::<Vec<_>>(),
+        "totals": { "hits": totals.hits, "slots_g85": totals.slots, "routed_paths": totals.routed_paths,
+            "routed_segments": totals.routed_segments },
+        "bbox_centres_mm": drill.centre_bounds().map(corners),
+        "bbox_outer_mm": drill.outer_bounds().map(corners),
+        "rapid_length_file_order_mm": rounded(drill.rapid_length_mm()),
+    })
 }
 
 /// A diagnostic whose file is named elsewhere.
@@ -188,25 +157,15 @@ fn file_text(file: &FileRead) -> String {
     }
     if let Some(gerber) = &file.gerber {
         let counts = gerber.counts;
-        let _ = writeln!(
-            text,
-            "  {}, {}, {}, {}",
-            if counts.flashes == 1 { "1 flash".to_owned() } else { format!("{} flashes", counts.flashes) },
-            counted(counts.lines, "line"),
-            counted(counts.arcs, "arc"),
-            counted(counts.regions, "contour")
-        );
+        let flashes = format!("{} flash{}", counts.flashes, if counts.flashes == 1 { "" } else { "es" });
+        let (lines, arcs) = (counted(counts.lines, "line"), counted(counts.arcs, "arc"));
+        let _ = writeln!(text, "  {flashes}, {lines}, {arcs}, {}", counted(counts.regions, "contour"));
     }
     for diagnostic in file.diagnostics.iter().skip(said).take(SHOWN_REMARKS) {
         let line = diagnostic.place.as_ref().map_or(0, |place| place.line);
         let place = if line > 0 { format!("line {line}: ") } else { String::new() };
-        let _ = writeln!(
-            text,
-            "  {}: {place}{} {}",
-            diagnostic.severity.word(),
-            diagnostic.message("en"),
-            diagnostic.advice("en")
-        );
+        let (message, advice) = (diagnostic.message("en"), diagnostic.advice("en"));
+        let _ = writeln!(text, "  {}: {place}{message} {advice}", diagnostic.severity.word());
     }
     if let Some(more) = file.diagnostics.len().checked_sub(said + SHOWN_REMARKS + 1) {
         let _ = writeln!(text, "  … {} more", more + 1);
@@ -226,11 +185,7 @@ fn drill_text(text: &mut String, file: &FileRead, drill: &DrillFile) {
         format!(" ({}{score})", evidence.source.name())
     });
     let _ = writeln!(text, "  {units}{format}, suppressed zeros: {zeros}{ground}");
-    let _ = writeln!(
-        text,
-        "  {:>6}  {:>9}  {:>7}  {:>5}  {:>6}  plated",
-        "tool", "diameter", "holes", "slots", "routes"
-    );
+    text.push_str("    tool   diameter    holes  slots  routes  plated\n");
     for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
         let diameter = tool.diameter.map_or("?".to_owned(), |length| format!("{:.3} mm", length.mm()));
         let plated = tool.plated.map_or("", |plated| if plated { "yes" } else { "no" });
@@ -241,8 +196,7 @@ fn drill_text(text: &mut String, file: &FileRead, drill: &DrillFile) {
     }
     if let Some(bounds) = drill.centre_bounds() {
         let (width, height) = ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
-        let holes = drill.hits.len();
-        let word = if holes == 1 { "hole" } else { "holes" };
-        let _ = writeln!(text, "  {holes} {word} within {width:.3} × {height:.3} mm");
+        let holes = counted(drill.hits.len() as u64, "hole");
+        let _ = writeln!(text, "  {holes} within {width:.3} × {height:.3} mm");
     }
 }
