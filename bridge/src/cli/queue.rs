@@ -2,7 +2,7 @@
 //!
 //! Both assume that the machine is homed and the work zero is set at the position after homing.
 
-use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, rounded};
+use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, mm, rounded};
 use crate::drill::Drill;
 use crate::hosted::Hosted;
 use crate::machine_file;
@@ -10,11 +10,12 @@ use crate::signals::Signals;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
-use annulus_core::machine::{Machine, Output};
+use annulus_core::machine::Machine;
 use annulus_core::queue::{self, CheckedQueue, Mode, Queue, RowState, Standing, check, print, read};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 use std::fs;
 use std::io::{self, BufRead, IsTerminal};
 use std::path::PathBuf;
@@ -86,11 +87,7 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
             })
         }
         What::Run(run) => {
-            super::run::own_controller(&run.file.machine)?;
-            let known = machine_file::named(&run.file.machine)?;
-            if known.machine.output != Output::Virtual {
-                return Err(Refusal::usage(error!("run.needs_page")));
-            }
+            let known = super::run::without_hardware(&run.file.machine)?;
             let text = text_of(&run.file)?;
             match checked(&run.file, &text, &known.machine) {
                 Ok((queue, _)) => perform(run, known, &queue, text),
@@ -133,15 +130,15 @@ fn refused(findings: &[Diagnostic]) -> Answer {
     let place = |why: &Diagnostic| why.place.as_ref().map_or(0, |place| place.line);
     let lines =
         findings.iter().map(|why| format!("{}: {}", place(why), diagnostic_lines(std::slice::from_ref(why))));
-    Answer { object, text: lines.collect(), exit: Exit::Content }
+    Answer { exit: Exit::Content, ..Answer::new(&object, lines.collect()) }
 }
 
 fn promised(args: &FileArgs, queue: &Queue, done: &CheckedQueue, machine: &Machine) -> Answer {
     let home = Standing::just_homed(machine).position;
-    let mm = |place: [i64; 2]| {
-        [0, 1].map(|axis: usize| rounded(machine.axis(axis).scale.length(place[axis] - home[axis]).mm()))
+    let from_home = |place: [i64; 2]| {
+        [0, 1].map(|axis: usize| mm(machine.axis(axis).scale.length(place[axis] - home[axis])))
     };
-    let (lowest, highest) = (done.lowest.map(mm), done.highest.map(mm));
+    let (lowest, highest) = (done.lowest.map(from_home), done.highest.map(from_home));
     let object = json!({
         "file": args.file.display().to_string(), "machine": machine.name, "rows": queue.rows().len(),
         "rows_done": done.rows, "strokes": done.strokes,
@@ -152,7 +149,7 @@ fn promised(args: &FileArgs, queue: &Queue, done: &CheckedQueue, machine: &Machi
     if let (Some([left, front]), Some([right, back])) = (lowest, highest) {
         text += &format!("From the work zero: X {left} … {right} mm, Y {front} … {back} mm.\n");
     }
-    Answer { object, text, exit: Exit::Done }
+    Answer::new(&object, text)
 }
 
 fn perform(
@@ -161,9 +158,7 @@ fn perform(
     queue: &Queue,
     text: String,
 ) -> Result<Answer, Refusal> {
-    let no_runtime = |error: io::Error| Refusal::surroundings(error!("run.no_runtime", reason = error));
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
-    let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
+    let (runtime, signals) = super::run::runtime()?;
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
     let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
@@ -215,8 +210,10 @@ impl Operator<'_> {
             self.ask(Ask::QueueRun { mode })?;
             self.settle(|_, queue| queue.phase != QueuePhase::Running).await;
             let (_, stands) = self.stands();
-            if let Some(row) = row.filter(|_| step) {
-                say_row(queue, &stands, row);
+            if let Some(row) = row.filter(|_| step)
+                && let Some(result) = result_of(&stands, row)
+            {
+                super::say(RowReport::of(queue, row, result).line());
             }
             if stands.phase != QueuePhase::Held {
                 break;
@@ -263,31 +260,24 @@ impl Operator<'_> {
             _ if self.interrupted => Exit::Interrupted,
             _ => Exit::Content,
         };
-        let rows: Vec<Value> = (0_u32..)
+        let rows: Vec<RowReport> = (0_u32..)
             .zip(queue.rows())
             .filter(|(_, row)| row.command.is_some())
-            .map(|(at, _)| row_object(queue, &stands, at))
+            .map(|(at, _)| RowReport::of(queue, at, result_of(&stands, at).unwrap_or_default()))
             .collect();
-        let position = status.as_ref().map(|status| status.work_mm.map(rounded));
-        let mut object = json!({
+        let of = status.as_ref();
+        let object = json!({
             "ended": stands.phase, "rows_done": stands.passed, "rows_total": stands.total, "rows": rows,
-            "position_mm": position, "position_trust": status.as_ref().map(|status| status.trust),
-            "slips": status.as_ref().map(|status| &status.slips),
+            "position_mm": of.map(|status| status.work_mm.map(rounded)),
+            "position_trust": of.map(|status| status.trust), "slips": of.map(|status| &status.slips),
         });
         let mut text = format!("{} of {} done.\n", stands.passed, counted(stands.total, "row"));
-        status.iter().flat_map(|status| &status.slips).for_each(|slip| text += &super::run::lost(slip));
-        if exit != Exit::Done {
-            let alarm = status.and_then(|status| status.alarm);
-            let held = stands.row.filter(|_| stands.phase == QueuePhase::Held && !self.interrupted);
-            let why = match held {
-                Some(row) => error!("queue.at_breakpoint", row = row + 1),
-                None => error!("queue.stopped"),
-            };
-            let refusal = Refusal::content(alarm.unwrap_or(why));
-            object["error"] = refusal.object()["error"].take();
-            text += &format!("{refusal}\n");
-        }
-        Answer { object, text, exit }
+        of.iter().flat_map(|status| &status.slips).for_each(|slip| text += &super::run::lost(slip));
+        let held = stands.row.filter(|_| stands.phase == QueuePhase::Held && !self.interrupted);
+        let why = held.map_or(error!("queue.stopped"), |row| error!("queue.at_breakpoint", row = row + 1));
+        let why = status.and_then(|status| status.alarm).unwrap_or(why);
+        let answer = Answer::new(&object, text).with_error((exit != Exit::Done).then_some(why));
+        Answer { exit, ..answer }
     }
 }
 
@@ -295,30 +285,35 @@ fn at_rest(status: &Status) -> bool {
     matches!(status.state, State::Ready | State::NotHomed | State::Alarm) && status.spindle_rpm == 0
 }
 
-fn row_text(queue: &Queue, row: u32) -> String {
-    print(queue).lines().nth(row as usize).unwrap_or_default().trim().to_owned()
+/// A row of the queue and its result.
+#[derive(Serialize)]
+struct RowReport {
+    row: u32,
+    text: String,
+    state: RowState,
+    turns: u32,
+    ms: f64,
+    code: Option<String>,
 }
 
-fn row_object(queue: &Queue, stands: &QueueStatus, row: u32) -> Value {
-    let found = stands.results.iter().find(|(at, _)| *at == row).map(|(_, result)| result.clone());
-    let result: queue::RowResult = found.unwrap_or_default();
-    json!({ "row": row + 1, "text": row_text(queue, row), "state": result.state, "turns": result.turns,
-        "ms": rounded(result.ms), "code": result.why.map(|why| why.code) })
+impl RowReport {
+    fn of(queue: &Queue, row: u32, result: queue::RowResult) -> Self {
+        let text = print(queue).lines().nth(row as usize).unwrap_or_default().trim().to_owned();
+        let queue::RowResult { state, turns, ms, why } = result;
+        Self { row: row + 1, text, state, turns, ms: rounded(ms), code: why.map(|why| why.code) }
+    }
+
+    fn line(&self) -> String {
+        let state = match self.state {
+            RowState::Done => "done",
+            RowState::Refused => "refused",
+            RowState::StoppedHere => "stopped here",
+            RowState::Waiting | RowState::Working => "–",
+        };
+        format!("{:>4}  {:<40} {state}, {} ms", self.row, self.text, self.ms.round())
+    }
 }
 
-fn say_row(queue: &Queue, stands: &QueueStatus, row: u32) {
-    let found = stands.results.iter().find(|(at, _)| *at == row);
-    let Some((_, result)) = found else { return };
-    let state = match result.state {
-        RowState::Done => "done",
-        RowState::Refused => "refused",
-        RowState::StoppedHere => "stopped here",
-        RowState::Waiting | RowState::Working => "–",
-    };
-    super::say(format_args!(
-        "{:>4}  {:<40} {state}, {} ms",
-        row + 1,
-        row_text(queue, row),
-        result.ms.round()
-    ));
+fn result_of(stands: &QueueStatus, row: u32) -> Option<queue::RowResult> {
+    stands.results.iter().find(|(at, _)| *at == row).map(|(_, result)| result.clone())
 }

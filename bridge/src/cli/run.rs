@@ -103,10 +103,26 @@ enum ToolChanges {
 }
 
 /// Refuses a machine with its own controller if only the virtual drill can be driven.
-pub(super) fn own_controller(name: &str) -> Result<(), Refusal> {
+fn own_controller(name: &str) -> Result<(), Refusal> {
     let preset = machine::preset_name(name);
     let has_own = machine::mill(preset).is_some() || preset == "3018";
     if has_own { Err(grbl::no_port(Some(preset))) } else { Ok(()) }
+}
+
+/// The named machine, which must have the virtual drill as its output.
+pub(super) fn without_hardware(name: &str) -> Result<machine_file::Known, Refusal> {
+    own_controller(name)?;
+    let known = machine_file::named(name)?;
+    let needs_page = || Refusal::usage(error!("run.needs_page"));
+    if known.machine.output == Output::Virtual { Ok(known) } else { Err(needs_page()) }
+}
+
+/// A runtime for one command, and the signals that interrupt it.
+pub(super) fn runtime() -> Result<(Runtime, Signals), Refusal> {
+    let refused = |error: std::io::Error| Refusal::surroundings(error!("run.no_runtime", reason = error));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(refused)?;
+    let signals = runtime.block_on(async { Signals::new() }).map_err(refused)?;
+    Ok((runtime, signals))
 }
 
 /// The driver of the named machine; an error if it can't be driven from the command line.
@@ -239,9 +255,7 @@ fn opened(
     json: bool,
 ) -> Result<(Drill, Operator, Runtime), Refusal> {
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
-    let no_runtime = |error: std::io::Error| Refusal::surroundings(error!("run.no_runtime", reason = error));
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
-    let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
+    let (runtime, signals) = runtime()?;
     let open = if level { Drill::open_with } else { Drill::open_flat };
     let mut machine = known.machine.clone();
     if args.same_length {
@@ -260,11 +274,7 @@ fn opened(
 
 /// Probes the board as in `ask`, with the work zero at the machine's corner. Saves the map.
 pub(super) fn touch(args: &PlayArgs, low: Point, ask: Ask, json: bool) -> Result<Answer, Refusal> {
-    own_controller(args.job.on.name())?;
-    let known = machine_file::named(args.job.on.name())?;
-    if known.machine.output != Output::Virtual {
-        return Err(Refusal::usage(error!("run.needs_page")));
-    }
+    let known = without_hardware(args.job.on.name())?;
     let (drill, operator, runtime) =
         opened(args, (&known, Driver::Virtual { rehearsal: false }), true, json)?;
     let touched = runtime.block_on(operator.touch(low, ask, &args.job.accept));
