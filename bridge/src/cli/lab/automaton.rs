@@ -1,11 +1,11 @@
 //! `annulus lab automaton`: computes the step automaton, interrupt by interrupt.
 
 use super::super::{Answer, Refusal};
-use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, panel, short, word};
 use crate::{lab, machine_file};
 use annulus_core::error;
 use annulus_core::machine::{Dynamics, dynamics};
-use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
+use annulus_core::plot::{Plot, PlotMark, Series, SeriesLook};
 use annulus_core::steps::automaton::Automaton;
 use serde_json::json;
 use std::path::Path;
@@ -124,8 +124,7 @@ fn sheet(
     served: u64,
 ) -> ComputedCase {
     let last = rows.last().map_or(0, |row| row.0);
-    let object = json!({ "table": { "period": table.period, "enter": table.enter, "leave": table.leave },
-        "interrupt_hz": hz, "target": args.target,
+    let object = json!({ "table": table, "interrupt_hz": hz, "target": args.target,
         "retarget": changes, "takts": rows.len(), "total_interrupts": last, "served_interrupts": served,
         "duration_s": last as f64 / hz, "final_position": rows.last().map_or(0, |row| row.1) });
     let fastest = rows.windows(2).map(|pair| hz / (pair[1].0 - pair[0].0) as f64).fold(0.0, f64::max);
@@ -165,12 +164,6 @@ fn plot(hz: f64, changes: &[(u64, i64)], rows: &[Row]) -> Plot {
     }
     let marks: Vec<PlotMark> =
         changes.iter().map(|(at, to)| PlotMark::At(ms(*at), format!("{} {to}", word("target")))).collect();
-    let panel = |quantity: &str, unit: &str, series, marks| PlotPanel {
-        x: PlotAxis::new(&word("time"), "ms"),
-        y: PlotAxis::new(&word(quantity), unit),
-        series,
-        marks,
-    };
     Plot {
         title: format!("{}, {} Hz", word("automaton_title"), short(hz)),
         panels: vec![

@@ -1,9 +1,8 @@
 //! Prints a computed case as a short table, JSON, CSV or an SVG plot, or writes it to a file.
 
-use super::super::{Answer, Exit, Refusal};
+use super::super::{Answer, Refusal, sentence};
 use annulus_core::error;
-use annulus_core::locale;
-use annulus_core::plot::{self, Plot};
+use annulus_core::plot::{self, Plot, PlotAxis, PlotMark, PlotPanel, Series};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::fs;
@@ -44,7 +43,13 @@ pub(super) struct ComputedCase {
 
 /// Looks up a word or sentence of the Lab.
 pub(super) fn word(key: &str) -> String {
-    locale::text("en", &format!("lab.word.{key}"), &[])
+    sentence(&format!("lab.word.{key}"), &[])
+}
+
+/// A panel over time in ms.
+pub(super) fn panel(quantity: &str, unit: &str, series: Vec<Series>, marks: Vec<PlotMark>) -> PlotPanel {
+    let (x, y) = (PlotAxis::new(&word("time"), "ms"), PlotAxis::new(&word(quantity), unit));
+    PlotPanel { x, y, series, marks }
 }
 
 /// Prints or writes the case as requested.
@@ -57,7 +62,7 @@ pub(super) fn deliver(args: &OutputArgs, mut sheet: ComputedCase) -> Result<Answ
             (_, true) => plot::svg(&sheet.plot, args.width, args.height),
             _ => table(&sheet.rows),
         };
-        return Ok(Answer { object: sheet.object, text, exit: Exit::Done });
+        return Ok(Answer::new(&sheet.object, text));
     };
     let name = path.display().to_string();
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
@@ -65,10 +70,7 @@ pub(super) fn deliver(args: &OutputArgs, mut sheet: ComputedCase) -> Result<Answ
         Some("svg") => plot::svg(&sheet.plot, args.width, args.height),
         Some("csv") => csv(&sheet),
         Some("json") => format!("{:#}\n", sheet.object),
-        _ => {
-            let why = error!("lab.ending", file = name);
-            return Err(Refusal::usage(why));
-        }
+        _ => return Err(Refusal::usage(error!("lab.ending", file = name))),
     };
     fs::write(path, bytes).map_err(|error| {
         let why = error!("lab.not_written", file = &name, reason = error);
@@ -76,7 +78,7 @@ pub(super) fn deliver(args: &OutputArgs, mut sheet: ComputedCase) -> Result<Answ
     })?;
     sheet.object["file"] = json!(name);
     sheet.rows.push((word("written"), name));
-    Ok(Answer { object: sheet.object, text: table(&sheet.rows), exit: Exit::Done })
+    Ok(Answer::new(&sheet.object, table(&sheet.rows)))
 }
 
 fn table(rows: &[(String, String)]) -> String {

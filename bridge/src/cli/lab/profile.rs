@@ -2,11 +2,11 @@
 //! and jerk over time.
 
 use super::super::{Answer, Refusal};
-use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, panel, short, word};
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Choice, Limits, MotionLaw, Profile, bounds};
-use annulus_core::plot::{Plot, PlotAxis, PlotPanel, Series};
+use annulus_core::plot::{Plot, Series};
 use serde_json::{Value, json};
 
 /// Arguments of `annulus lab profile`.
@@ -124,7 +124,7 @@ fn object(profile: &Profile) -> Value {
     json!({ "shape": key(profile.shape), "order": profile.shape.order(), "case": profile.case.name(),
         "duration_s": profile.duration_s(), "peak_speed_mm_per_s": profile.speed_mm_per_s,
         "peak_acceleration_mm_per_s2": profile.acceleration_mm_per_s2,
-        "peak_jerk_mm_per_s3": if profile.shape == MotionLaw::Linear { Value::Null } else { json!(profile.jerk_mm_per_s3) },
+        "peak_jerk_mm_per_s3": (profile.shape != MotionLaw::Linear).then_some(profile.jerk_mm_per_s3),
         "phases_s": profile.phases() })
 }
 
@@ -160,9 +160,8 @@ fn sheet(
         std::iter::once(Some(t)).chain(all).collect::<Vec<_>>()
     };
     Ok(ComputedCase {
-        object: json!({ "length_mm": args.length_mm, "limits": { "speed_mm_per_s": limits.speed_mm_per_s,
-            "acceleration_mm_per_s2": limits.acceleration_mm_per_s2, "jerk_mm_per_s3": limits.jerk_mm_per_s3 },
-            "choice": key(choice.choice), "choice_case": choice.case, "linear_from_mm": choice.linear_from_mm,
+        object: json!({ "length_mm": args.length_mm, "limits": limits, "choice": key(choice.choice),
+            "choice_case": choice.case, "linear_from_mm": choice.linear_from_mm,
             "s_curve_from_mm": choice.s_curve_from_mm, "least_duration_s": least_s,
             "profiles": profiles.iter().map(object).collect::<Vec<_>>() }),
         rows,
@@ -199,12 +198,7 @@ fn plot(args: &ProfileArgs, profiles: &[Profile]) -> Plot {
             let at = |t: f64| [1e3 * t, moments(profile, t)[index].unwrap_or(f64::NAN)];
             Series::line(&name(profile.shape), drawn_at(profile).into_iter().map(at).collect())
         });
-        PlotPanel {
-            x: PlotAxis::new(&word("time"), "ms"),
-            y: PlotAxis::new(&word(quantity), unit),
-            series: series.collect(),
-            marks: Vec::new(),
-        }
+        panel(quantity, unit, series.collect(), Vec::new())
     };
     Plot {
         title: format!("{}: {} mm", word("profile_title"), short(args.length_mm)),

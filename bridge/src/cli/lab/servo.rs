@@ -2,10 +2,10 @@
 //! PID.
 
 use super::super::{Answer, Refusal};
-use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, panel, short, word};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Limits, MotionLaw, Profile};
-use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
+use annulus_core::plot::{Plot, PlotMark, Series};
 use annulus_core::servo::{
     self, CycleStage, FuzzyRules, Gains, Load, Plant, Reference, ReferenceMoment, ServoController, StepRun,
     StrokeRun,
@@ -161,9 +161,7 @@ fn step(args: &ServoArgs) -> Result<ComputedCase, Diagnostic> {
                 let [o, s, r, e] = words;
                 let line = format!("{o} {over} %  {s} {settle}  {r} {rise}  {e} {error} µm");
                 rows.push((rival.name.clone(), line));
-                json!({ "overshoot_pct": found.overshoot_pct, "settling_s": found.settling_s,
-                    "rise90_s": found.rise90_s, "steady_error_mm": found.steady_error_mm,
-                    "iae_mm_s": found.iae_mm_s })
+                json!(found)
             }
             None => match servo::load_metrics(&samples, 0.0, load.to_s, controller.sample_s) {
                 Some(found) => {
@@ -171,8 +169,7 @@ fn step(args: &ServoArgs) -> Result<ComputedCase, Diagnostic> {
                         (short(1e3 * found.max_deviation_mm), short(1e3 * found.at_window_end_mm));
                     let (m, l) = (word("deviation"), word("left"));
                     rows.push((rival.name.clone(), format!("{m} {most} µm  {l} {left} µm")));
-                    json!({ "max_deviation_mm": found.max_deviation_mm, "final_mm": found.final_mm,
-                        "at_window_end_mm": found.at_window_end_mm })
+                    json!(found)
                 }
                 None => Value::Null,
             },
@@ -219,10 +216,7 @@ fn stroke(args: &ServoArgs) -> Result<ComputedCase, Diagnostic> {
         let (follow, depth) = (short(found.max_error_approach_mm), short(found.depth_error_mm));
         let (f, d) = (word("following"), word("depth_error"));
         rows.push((rival.name.clone(), format!("{f} {follow} mm  {d} {depth} mm")));
-        objects.push(json!({ "controller": rival.key, "metrics": { "contact_s": found.contact_s,
-            "max_error_approach_mm": found.max_error_approach_mm, "max_error_cut_mm": found.max_error_cut_mm,
-            "depth_error_mm": found.depth_error_mm, "over_travel_mm": found.over_travel_mm,
-            "final_error_mm": found.final_error_mm } }));
+        objects.push(json!({ "controller": rival.key, "metrics": found }));
         if marks.is_empty() {
             marks.extend(found.contact_s.map(|contact_s| PlotMark::At(1e3 * contact_s, word("contact"))));
             let back_s = down.duration_s() + run.dwell_s;
@@ -263,23 +257,18 @@ fn sheet(
         row.extend(curves.iter().flat_map(|(_, curve)| [Some(curve[index][2]), Some(curve[index][3])]));
         row
     };
-    let panel = |quantity: &str, unit: &str, marks: Vec<PlotMark>, value: fn(&Row) -> f64| PlotPanel {
-        x: PlotAxis::new(&word("time"), "ms"),
-        y: PlotAxis::new(&word(quantity), unit),
-        series: curves
-            .iter()
-            .map(|(rival, curve)| {
-                Series::line(&rival.name, curve.iter().map(|row| [1e3 * row[0], value(row)]).collect())
-            })
-            .collect(),
-        marks,
+    let series = |value: fn(&Row) -> f64| {
+        let line = |(rival, curve): &(Rival, Vec<Row>)| {
+            Series::line(&rival.name, curve.iter().map(|row| [1e3 * row[0], value(row)]).collect())
+        };
+        curves.iter().map(line).collect()
     };
     let plot = Plot {
         title,
         panels: vec![
-            panel("place", "mm", place, |row| row[2]),
-            panel("error", "mm", Vec::new(), |row| row[1] - row[2]),
-            panel("control", "V", Vec::new(), |row| row[3]),
+            panel("place", "mm", series(|row| row[2]), place),
+            panel("error", "mm", series(|row| row[1] - row[2]), Vec::new()),
+            panel("control", "V", series(|row| row[3]), Vec::new()),
         ],
     };
     ComputedCase { object, rows, columns, samples: (0..count).map(sample).collect(), plot }
