@@ -141,8 +141,11 @@ pub enum Output {
     Adapter,
 }
 
+/// Finds the errors of a section of a machine.
+type Check = fn(&Machine) -> Vec<Diagnostic>;
+
 /// Sections that describe wiring, with their checks. Only the machine file changes them.
-const WIRED: [(&str, fn(&Machine) -> Vec<Diagnostic>); 4] = [
+const WIRED: [(&str, Check); 4] = [
     ("card", card::validate),
     ("parallel", parallel::validate),
     ("adapter", adapter::validate),

@@ -36,9 +36,19 @@ impl Bench {
         let site = Site { port: end.name().unwrap(), baud: Some(115_200), files, named: None, speed: 1.0 };
         let tickets = Arc::<Tickets>::default();
         let port = serial::open(&site.port, 115_200).unwrap();
-        let machine = Connection::open(&site, port, &tickets).unwrap();
+        let machine = Connection::open(&site, port, &tickets, None).unwrap();
         let (listeners, tried) = (Listeners::default(), Instant::now());
-        let work = Work { usb: None, site, tickets, listeners, machine, next: None, stops: false, tried };
+        let work = Work {
+            usb: None,
+            site,
+            tickets,
+            listeners,
+            machine,
+            next: None,
+            stops: false,
+            tried,
+            command: None,
+        };
         Self { work, board, end, _folder: folder }
     }
 
