@@ -115,6 +115,17 @@ pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
     found
 }
 
+/// A typed number from `low` to `high`.
+pub fn typed_in(text: &str, (low, high): (f64, f64)) -> Option<f64> {
+    typed(text).filter(|number| (low..=high).contains(number))
+}
+
+/// A typed whole number from `low` to `high`.
+pub fn typed_whole(text: &str, (low, high): (u32, u32)) -> Option<u32> {
+    let number = typed_in(text, (f64::from(low), f64::from(high)))?;
+    (number.fract() == 0.0).then_some(number as u32)
+}
+
 /// A number with up to three decimals, without trailing zeros.
 pub fn plain(value: f64) -> String {
     let text = format!("{value:.3}");

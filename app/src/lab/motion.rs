@@ -5,6 +5,7 @@
 //! limits ─ core ─▶ Profile ─▶ s, v, a, j over time, jumps vertical
 //! ```
 
+use crate::format::typed_whole;
 use annulus_core::machine::Dynamics;
 use annulus_core::motion::profile::Profile;
 use annulus_core::steps::automaton::{Automaton, TableStep};
@@ -48,13 +49,18 @@ pub fn rows(dynamics: &Dynamics) -> Vec<StateRow> {
     (0..dynamics.period.len()).map(row).collect()
 }
 
+/// The number of a cell.
+pub fn count(text: &str) -> Option<u32> {
+    typed_whole(text, (0, u32::MAX))
+}
+
 /// Parses the rows; fails with the cells that aren't whole numbers.
 pub fn dynamics(rows: &[StateRow]) -> Result<Dynamics, Vec<(usize, Column)>> {
     let mut table = Dynamics { period: Vec::new(), enter: Vec::new(), leave: Vec::new() };
     let mut wrong = Vec::new();
     for (state, row) in rows.iter().enumerate() {
         let mut read = |text: &str, column: Column| {
-            let number = text.trim().parse::<u32>().ok();
+            let number = count(text);
             if number.is_none() {
                 wrong.push((state, column));
             }
@@ -86,7 +92,7 @@ pub fn with_cell(rows: &[StateRow], state: usize, column: Column, text: String) 
 pub fn with_state(rows: &[StateRow]) -> Vec<StateRow> {
     let mut next = rows.to_vec();
     let further =
-        |text: &str, by: u32| text.trim().parse::<u32>().map_or(by, |number| number + by).to_string();
+        |text: &str, by: u32| count(text).map_or(by, |number| number.saturating_add(by)).to_string();
     let last = rows.last().cloned().unwrap_or_default();
     let period = if last.period.is_empty() { "1".to_owned() } else { last.period };
     next.push(StateRow { period, enter: further(&last.enter, 1), leave: further(&last.leave, 2) });

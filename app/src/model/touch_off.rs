@@ -9,6 +9,7 @@
 //! Lengths in µm.
 
 use super::{Effect, Model, link};
+use crate::format::typed_in;
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 
@@ -18,8 +19,8 @@ const REACH_UM: u32 = 10_000;
 const DEPTH_UM: u32 = 45_000;
 /// Search depth for a controller, which starts just above the board because its end of travel is unknown, µm.
 const NEAR_UM: u32 = 10_000;
-/// Largest tool diameter and plate thickness that can be typed, mm.
-const MOST_MM: f64 = 50.0;
+/// Tool diameters and plate thicknesses that can be typed, mm.
+pub const TYPED_MM: (f64, f64) = (0.0, 50.0);
 
 /// Target on the board: -1 left or front, 0 middle, 1 right or back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,8 +76,7 @@ pub enum TouchOffEvent {
 
 /// A typed length, µm; `None` if it is not a number or out of range.
 fn um(text: &str) -> Option<u32> {
-    let mm = text.trim().replace(',', ".").parse::<f64>().ok()?;
-    (0.0..=MOST_MM).contains(&mm).then_some((mm * 1e3) as u32)
+    typed_in(text, TYPED_MM).map(|mm| (mm * 1e3) as u32)
 }
 
 impl TouchTarget {

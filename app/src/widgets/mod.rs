@@ -3,7 +3,9 @@
 //! Built with leptos' functions (`div().child(…)`), not with its macro: the macro writes static parts as
 //! markup, which the page's security policy blocks.
 
+mod changes;
 mod dialog;
+mod field;
 mod icon;
 mod plot;
 mod save;
@@ -11,7 +13,9 @@ mod stop;
 mod toast;
 mod virtual_list;
 
+pub use changes::change_bar;
 pub use dialog::{Dialog, dialog, dialog_is_open};
+pub use field::{keyboard, last_refusal, number_field, number_refusal, refusal, refusal_text, typed_input};
 pub use icon::{Icon, icon};
 pub use plot::plotted;
 pub use save::{save_bytes, save_file};

@@ -1,16 +1,16 @@
 //! A field for one job parameter: name, unit, description, and why a typed value was rejected.
 
 use crate::format::Unit;
-use crate::i18n::{self, advice, message};
+use crate::i18n;
 use crate::page::read;
-use crate::widgets::{menu_word, tick};
+use crate::widgets::{keyboard, last_refusal, menu_word, refusal, tick, typed_input};
 use crate::workbench::edit;
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
 use annulus_core::machine::{Value, ValueKind};
 use leptos::ev;
-use leptos::html::{div, input, label, p, select, small, span};
+use leptos::html::{div, input, label, select, small, span};
 use leptos::prelude::*;
 
 /// Writes a new value; fails with the reason.
@@ -58,7 +58,8 @@ pub(super) fn entry<T: 'static>(
     slider: Option<(f64, f64, f64)>,
     write: Write,
 ) -> AnyView {
-    let refused = RwSignal::new(None::<Diagnostic>);
+    let text = move || now.with(|now| shown(row, now.as_ref()));
+    let refused = last_refusal::<Diagnostic>(text);
     let set = {
         let write = write.clone();
         move |text: String| {
@@ -82,25 +83,11 @@ pub(super) fn entry<T: 'static>(
                 .child(options.collect::<Vec<_>>())
                 .into_any()
         }
-        _ => input()
-            .attr("type", "text")
+        kind => typed_input(keyboard(kind), text, move || refused.with(Option::is_some))
             .attr("id", id.clone())
-            .attr("inputmode", if matches!(row.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", format!("{id}-help"))
-            .attr("aria-invalid", move || refused.with(Option::is_some).then_some("true"))
-            .prop("value", move || now.with(|now| shown(row, now.as_ref())))
             .on(ev::change, move |event| set(event_target_value(&event)))
             .into_any(),
-    };
-    let refusal = move || {
-        refused.get().map(|why| {
-            let cure = why.clone();
-            p().class("refusal").attr("role", "alert").child((
-                move || message(&why),
-                " ",
-                move || advice(&cure),
-            ))
-        })
     };
     let track = slider.map(|range| self::slider(row, now, range, write));
     div()
@@ -113,7 +100,7 @@ pub(super) fn entry<T: 'static>(
                 .attr("id", format!("{id}-help"))
                 .class("unseen")
                 .child(move || i18n::text(&sentence, &[])),
-            refusal,
+            move || refused.get().map(refusal),
         ))
         .into_any()
 }

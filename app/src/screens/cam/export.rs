@@ -2,13 +2,13 @@
 //! every problem is accepted.
 
 use crate::format::counted_from;
-use crate::i18n::{advice, message, say, t};
+use crate::i18n::{say, t};
 use crate::model::export::{CHORD_ERROR_MM, ExportOutcome, Purpose};
 use crate::model::template::OWN;
 use crate::model::{ExportEvent, TemplateEvent};
 use crate::page::{board, computed, read, send, shared, watch};
 use crate::screens::shown::zero;
-use crate::widgets::{push, push_if, tick};
+use crate::widgets::{push, push_if, refusal, tick};
 use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::post;
@@ -45,14 +45,8 @@ pub(super) fn export() -> impl IntoView {
     send(ExportEvent::Shown);
     let why = move || {
         let zero = zero();
-        let refused = watch(|m| &m.export.refused).get().into_iter().map(|diagnostic| {
-            let (diagnostic, cure) = (counted_from(&diagnostic, zero), diagnostic);
-            p().class("refusal")
-                .attr("role", "alert")
-                .child((move || message(&diagnostic), " ", move || advice(&cure)))
-                .into_any()
-        });
-        refused.collect::<Vec<_>>()
+        let refused = watch(|m| &m.export.refused).get().into_iter();
+        refused.map(|why| refusal(counted_from(&why, zero))).collect::<Vec<_>>()
     };
     section().class("block").attr("aria-label", t!("page.cam.export")).child((
         header().child(h2().child(t!("page.cam.export"))),
@@ -99,11 +93,7 @@ fn told(outcome: ExportOutcome) -> AnyView {
             let lines = sides.into_iter().map(|(face, count)| unread_side(face, count));
             div().class("written").attr("role", "alert").child(lines.collect::<Vec<_>>()).into_any()
         }
-        ExportOutcome::Refused { why } => {
-            let cure = why.clone();
-            let text = (move || message(&why), " ", move || advice(&cure));
-            p().class("refusal").attr("role", "alert").child(text).into_any()
-        }
+        ExportOutcome::Refused { why } => refusal(why),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::format::{Unit, plain, typed};
 use crate::i18n::{number, say, t};
 use crate::model::Model;
 use crate::page::{board, peek, read, shared};
-use crate::widgets::push;
+use crate::widgets::{last_refusal, push, refusal_text, typed_input};
 use crate::workbench::edit::{self, ThroughTo};
 use annulus_core::cam::parameters::{BIT, OF_MACHINE, OPERATION, Parameter};
 use annulus_core::cam::work::{Operation, Work};
@@ -14,7 +14,7 @@ use annulus_core::job::Bit;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{details, div, h2, header, input, label, option, p, section, select, span, summary};
+use leptos::html::{details, div, h2, header, label, option, p, section, select, span, summary};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -170,33 +170,28 @@ fn width(at: usize) -> impl IntoView {
         })
     });
     let any = Memo::new(move |_| now.with(Option::is_some));
-    let refused = RwSignal::new(false);
     let unit = || read(|m| m.frame.unit);
+    let value = move || now.get().map(|(width, _)| number(unit().coordinate(width.mm()))).unwrap_or_default();
+    let refused = last_refusal::<()>(value);
     let type_in = move |event| {
         let scale = if peek(|m| m.frame.unit == Unit::Inch) { 25.4 } else { 1.0 };
         let wanted = typed(&event_target_value(&event)).map(|number| Length::from_mm(number * scale));
         let after = shared(|m| &m.job.work).with_untracked(|work| edit::widened(work.as_ref()?, at, wanted?));
-        refused.set(after.is_none());
+        refused.set(after.is_none().then_some(()));
         if let Some(after) = after {
             board::change_job(None, move |_| after);
         }
     };
     let why = move || {
-        let (_, (low, high)) = now.get().filter(|_| refused.get())?;
+        let (_, (low, high)) = now.get().filter(|_| refused.with(Option::is_some))?;
         let (low, high) = (unit().coordinate(low.mm()), unit().coordinate(high.mm()));
         let text = say!("page.cam.width_between", low = low, high = high, unit = crate::i18n::unit_word());
-        Some(p().class("refusal").attr("role", "alert").child(text))
+        Some(refusal_text(text))
     };
     move || {
         any.get().then(|| {
-            let value =
-                move || now.get().map(|(width, _)| number(unit().coordinate(width.mm()))).unwrap_or_default();
-            let field = input()
-                .attr("type", "text")
+            let field = typed_input("decimal", value, move || refused.with(Option::is_some))
                 .attr("id", "cam-width")
-                .attr("inputmode", "decimal")
-                .attr("aria-invalid", move || refused.get().then_some("true"))
-                .prop("value", value)
                 .on(ev::change, type_in);
             div().class("setting").child((
                 label().attr("for", "cam-width").child(t!("page.cam.width_wanted")),

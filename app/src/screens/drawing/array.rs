@@ -1,14 +1,15 @@
 //! The dialog that repeats the selection in columns and rows.
 
 use crate::drawing::{Act, typed};
+use crate::format::typed_whole;
 use crate::i18n::{key, say, t, text, unit_word};
 use crate::model::{DrawEvent, FrameEvent, Overlay};
 use crate::page::{read, send};
-use crate::widgets::{Dialog, dialog, push, push_if};
+use crate::widgets::{Dialog, dialog, number_field, push, push_if, typed_input};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{div, input, label, p, span};
+use leptos::html::{div, p};
 use leptos::prelude::*;
 
 /// Maximum number of copies in one direction.
@@ -23,7 +24,7 @@ fn close() {
 }
 
 fn count(text: &str) -> Option<u32> {
-    text.trim().parse().ok().filter(|count| (1..=MOST).contains(count))
+    typed_whole(text, (1, MOST))
 }
 
 fn field(
@@ -33,19 +34,10 @@ fn field(
     unit: fn() -> String,
     fits: fn(&str) -> bool,
 ) -> impl IntoView {
-    label().class("field").attr("for", id).child((
-        span().child(move || text(name, &[])),
-        span().class("with-unit").child((
-            input()
-                .attr("type", "text")
-                .attr("id", id)
-                .attr("inputmode", "decimal")
-                .attr("aria-invalid", move || (!typed.with(|text| fits(text))).then_some("true"))
-                .prop("value", move || typed.get())
-                .on(ev::input, move |event| typed.set(event_target_value(&event))),
-            span().child(unit),
-        )),
-    ))
+    let input = typed_input("decimal", move || typed.get(), move || !typed.with(|text| fits(text)))
+        .on(ev::input, move |event| typed.set(event_target_value(&event)));
+    // The dialog says once what is wrong.
+    number_field("field", id.to_owned(), move || text(name, &[]), unit, input, Signal::derive(|| None))
 }
 
 fn length(text: &str) -> Option<Length> {

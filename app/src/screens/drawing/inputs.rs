@@ -7,11 +7,11 @@ use crate::format::Unit;
 use crate::i18n::{self, key, number, t};
 use crate::keys::is_escape;
 use crate::page::read;
-use crate::widgets::{choice, menu_word, segmented};
+use crate::widgets::{choice, last_refusal, menu_word, number_field, segmented, typed_input};
 use annulus_core::board::drawing::{Layer, PadShape};
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{self, input, label, select, span};
+use leptos::html::{self, label, select, span};
 use leptos::prelude::*;
 use web_sys::{HtmlInputElement, KeyboardEvent};
 
@@ -142,36 +142,24 @@ pub(super) fn typed_field(
     fits: impl Fn(&str) -> bool + 'static,
     act: impl Fn(String) + 'static,
 ) -> impl IntoView {
-    let wrong = RwSignal::new(false);
-    Effect::new(move |_| {
-        let _ = text.get();
-        wrong.set(false);
-    });
+    let wrong = last_refusal::<()>(move || text.get());
     let take = move |event: web_sys::Event| {
         let text = event_target_value(&event);
-        wrong.set(!fits(&text));
+        wrong.set((!fits(&text)).then_some(()));
         // Pass even unfit text on: the edit answers with a message.
         act(text);
     };
-    label().class("field").attr("for", id.clone()).child((
-        span().child(move || i18n::text(word(field), &[])),
-        span().class("with-unit").child((
-            input()
-                .attr("type", "text")
-                .attr("id", id)
-                .attr("autocomplete", "off")
-                .attr("aria-invalid", move || wrong.get().then_some("true"))
-                .prop("value", move || text.get())
-                .on(ev::keydown, move |event: KeyboardEvent| {
-                    if is_escape(&event.key()) && !event.is_composing() {
-                        event_target::<HtmlInputElement>(&event).set_value(&text.get_untracked());
-                        wrong.set(false);
-                        // Wait a frame, until the field has handled the key.
-                        request_animation_frame(focus_picture);
-                    }
-                })
-                .on(ev::change, take),
-            span().child(unit),
-        )),
-    ))
+    // Lengths may be typed with their unit.
+    let input = typed_input("text", move || text.get(), move || wrong.with(Option::is_some))
+        .on(ev::keydown, move |event: KeyboardEvent| {
+            if is_escape(&event.key()) && !event.is_composing() {
+                event_target::<HtmlInputElement>(&event).set_value(&text.get_untracked());
+                wrong.set(None);
+                // Wait a frame, until the field has handled the key.
+                request_animation_frame(focus_picture);
+            }
+        })
+        .on(ev::change, take);
+    let name = move || i18n::text(word(field), &[]);
+    number_field("field", id, name, unit, input, Signal::derive(|| None))
 }

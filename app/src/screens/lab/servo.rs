@@ -7,18 +7,18 @@
 //! ```
 
 use super::fields::{self, Field};
-use crate::i18n::{advice, message, say, t};
+use crate::i18n::{say, t};
 use crate::lab::servo::{self, ServoRun, ServoStep, ServoStroke, Typed};
 use crate::model::LabEvent;
 use crate::page::{send, shared, watch};
 use crate::readout::short;
-use crate::widgets::{choice, plotted, segmented};
+use crate::widgets::{choice, plotted, refusal, segmented};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::motion::profile::Limits;
 use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
 use annulus_core::servo::{Gains, Plant, StepMetrics, StrokeMetrics, default_plant, staged_fuzzy};
-use leptos::html::{caption, div, h3, p, section, table, tbody, td, th, thead, tr};
+use leptos::html::{caption, div, h3, section, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -128,10 +128,7 @@ pub(super) fn servo() -> impl IntoView {
     let answer = move || match found.get() {
         Ok(Found::Steps(_, runs)) => step_numbers(runs).into_any(),
         Ok(Found::Strokes(_, _, runs)) => stroke_numbers(runs).into_any(),
-        Err(Some(why)) => {
-            let cure = why.clone();
-            p().class("refusal").child((move || message(&why), " ", move || advice(&cure))).into_any()
-        }
+        Err(Some(why)) => refusal(why),
         Err(None) => fields::mend().into_any(),
     };
     let name = move || {

@@ -6,12 +6,13 @@
 //!  [↗][ ↑ ][↖]
 //! ```
 
-use crate::i18n::{say, t};
-use crate::model::{TouchOffEvent, TouchTarget, TouchedPart};
+use crate::i18n::{Words, say, t, unit_of};
+use crate::model::touch_off::TYPED_MM;
+use crate::model::{TouchOff, TouchOffEvent, TouchTarget, TouchedPart};
 use crate::page::{link, send, watch};
-use crate::widgets::push_guarded;
+use crate::widgets::{number_field, number_refusal, push_guarded, typed_input};
 use leptos::ev;
-use leptos::html::{button, details, div, input, label, p, span, summary};
+use leptos::html::{button, details, div, p, summary};
 use leptos::prelude::*;
 use leptos::svg::{circle, path, rect, svg};
 
@@ -103,29 +104,22 @@ fn picture(target: TouchTarget, next: Option<TouchedPart>) -> impl IntoView + us
 }
 
 fn length(
-    name: impl Fn() -> String + Send + Sync + 'static,
-    shown: impl Fn() -> String + Send + Sync + 'static,
-    typed: fn(String) -> TouchOffEvent,
+    id: &'static str,
+    name: Words,
+    text: fn(&TouchOff) -> &String,
+    event: fn(String) -> TouchOffEvent,
 ) -> impl IntoView {
-    label().class("setting").child((
-        span().child(name),
-        span().class("with-unit").child((
-            input()
-                .attr("type", "text")
-                .attr("inputmode", "decimal")
-                .prop("value", shown)
-                .on(ev::input, move |event| send(typed(event_target_value(&event)))),
-            span().child(crate::i18n::unit_of("mm")),
-        )),
-    ))
+    let text = Memo::new(move |_| watch(|m| &m.touch_off).with(|touch| text(touch).clone()));
+    let why = Memo::new(move |_| text.with(|text| number_refusal(text, TYPED_MM)));
+    let input = typed_input("decimal", move || text.get(), move || why.with(Option::is_some))
+        .on(ev::input, move |typed| send(event(event_target_value(&typed))));
+    number_field("setting", id.to_owned(), name, || unit_of("mm"), input, why.into())
 }
 
 fn tool() -> impl IntoView {
-    let shown = move || watch(|m| &m.touch_off).with(|touch| touch.tool.clone());
-    length(t!("page.touch.tool"), shown, |text| TouchOffEvent::Tool { text })
+    length("touch-tool", t!("page.touch.tool"), |touch| &touch.tool, |text| TouchOffEvent::Tool { text })
 }
 
 fn plate() -> impl IntoView {
-    let shown = move || watch(|m| &m.touch_off).with(|touch| touch.plate.clone());
-    length(t!("page.touch.plate"), shown, |text| TouchOffEvent::Plate { text })
+    length("touch-plate", t!("page.touch.plate"), |touch| &touch.plate, |text| TouchOffEvent::Plate { text })
 }

@@ -1,13 +1,13 @@
 //! A field for one machine setting: name, unit, help with the setting's key, and why a typed value was rejected.
 
-use crate::i18n::{self, advice, message, t};
+use crate::i18n::{self, t};
 use crate::model::SettingsEvent;
 use crate::page::{peek, send, shared, watch};
-use crate::widgets::menu_word;
+use crate::widgets::{keyboard, menu_word, refusal, typed_input};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Setting, Value, ValueKind, is_adapter_wiring, is_in_file_only};
 use leptos::ev;
-use leptos::html::{code, input, label, p, select, small, span};
+use leptos::html::{code, label, select, small, span};
 use leptos::prelude::*;
 
 fn id(setting: &Setting) -> String {
@@ -52,27 +52,13 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
                 .child(options.collect::<Vec<_>>())
                 .into_any()
         }
-        _ => input()
-            .attr("type", "text")
+        kind => typed_input(keyboard(kind), move || shown(setting), move || why.with(Option::is_some))
             .attr("id", id(setting))
             .prop("readOnly", fixed)
-            .attr("inputmode", if matches!(setting.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-labelledby", named)
             .attr("aria-describedby", described)
-            .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
-            .prop("value", move || shown(setting))
             .on(ev::input, move |event| write(event_target_value(&event)))
             .into_any(),
-    };
-    let refusal = move || {
-        why.get().map(|why| {
-            let cure = why.clone();
-            p().class("refusal").attr("role", "alert").child((
-                move || message(&why),
-                " ",
-                move || advice(&cure),
-            ))
-        })
     };
     let (name, help) = (setting.name_key(), setting.help_key());
     label()
@@ -87,6 +73,6 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
                 code().child(setting.key),
                 fixed.then(|| span().child((". ", t!("page.settings.in_file")))),
             )),
-            refusal,
+            move || why.get().map(refusal),
         ))
 }

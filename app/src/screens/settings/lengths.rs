@@ -1,15 +1,16 @@
 //! How a controller's tool lengths are measured, stored per machine: against the board, or on a tool setter.
 //! Moves nothing.
 
+use crate::format::{plain, typed};
 use crate::i18n::{self, t};
 use crate::page::{link, peek, read};
-use crate::widgets::{menu_word, push_if};
+use crate::widgets::{last_refusal, menu_word, number_field, push_if, typed_input};
 use annulus_core::control::Trust;
 use annulus_core::grbl::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
 use leptos::ev;
-use leptos::html::{div, input, label, p, select, span};
+use leptos::html::{div, label, p, select, span};
 use leptos::prelude::*;
 use leptos::svg::{path, rect, svg};
 
@@ -124,11 +125,13 @@ fn number(
 ) -> impl IntoView {
     let shown = move || {
         let number = now.get().setter.map(|setter| setter.numbers()[index]);
-        number.map(|number| i18n::number(crate::format::plain(number))).unwrap_or_default()
+        number.map(|number| i18n::number(plain(number))).unwrap_or_default()
     };
+    let wrong = last_refusal::<()>(shown);
     let write = move |event: web_sys::Event| {
-        let text = event_target_value(&event).trim().replace(',', ".");
-        let typed = text.parse::<f64>().ok().filter(|typed| typed.is_finite());
+        let typed = typed(&event_target_value(&event));
+        wrong.set(typed.is_none().then_some(()));
+        // Pass even unfit text on: the answer is a message.
         let numbers = now.get_untracked().setter.zip(typed).map(|(setter, typed)| {
             let mut numbers = setter.numbers();
             numbers[index] = typed;
@@ -136,16 +139,9 @@ fn number(
         });
         keep(SETTER_KEY, Value::Numbers(numbers.unwrap_or_default()));
     };
-    label().class("setting").child((
-        span().child(name),
-        span().class("with-unit").child((
-            input()
-                .attr("type", "text")
-                .attr("inputmode", "decimal")
-                .prop("disabled", || !link::may_change())
-                .prop("value", shown)
-                .on(ev::change, write),
-            span().child(unit),
-        )),
-    ))
+    let input = typed_input("decimal", shown, move || wrong.with(Option::is_some))
+        .prop("disabled", || !link::may_change())
+        .on(ev::change, write);
+    let id = format!("setter-{index}");
+    number_field("setting", id, name, move || unit.to_owned(), input, Signal::derive(|| None))
 }

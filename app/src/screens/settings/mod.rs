@@ -11,13 +11,13 @@ mod tools;
 use crate::i18n::{self, message, say, t};
 use crate::model::address::OWN_SECTIONS;
 use crate::model::{FrameEvent, SettingsEvent};
-use crate::page::{link, read, send, shared, watch};
-use crate::widgets::{push, push_if, tick};
+use crate::page::{read, send, shared, watch};
+use crate::widgets::{change_bar, refusal_text, tick};
 use annulus_core::control::lateness::EDGES_US;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, SECTIONS, Value, ValueKind};
+use annulus_core::machine::{SECTIONS, Value, ValueKind};
 use leptos::ev;
-use leptos::html::{button, dd, div, dl, dt, h2, h3, nav, p, section, span, table, tbody, td, th, thead, tr};
+use leptos::html::{button, div, h2, h3, nav, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
 fn section_name(section: &str) -> String {
@@ -90,66 +90,20 @@ fn signs() -> impl IntoView {
 /// Why the bridge rejected the last request.
 fn refused_by_bridge() -> impl IntoView {
     let refused = watch(|m| &m.link.refused);
-    move || refused.get().map(|why| p().class("refusal").attr("role", "alert").child(message(&why)))
+    move || refused.get().map(|why| refusal_text(message(&why)))
 }
 
-/// Pending changes, row by row: old and new value.
-pub(crate) fn change_rows(
-    staged: Memo<Vec<(String, Value)>>,
-    written: fn(&str, &Value) -> String,
-) -> impl Fn() -> Vec<AnyView> + Copy + Send + 'static {
-    move || {
-        let machine = shared(|m| &m.machine).get();
-        let rows = staged.get().into_iter().map(|(key, value)| {
-            let before = machine::setting(&key).map(|setting| setting.value(&machine));
-            let (old, new) = match (before, value) {
-                (Some(Value::Texts(old)), Value::Texts(new)) => (others(&old, &new), others(&new, &old)),
-                (before, value) => {
-                    (before.map(|old| written(&key, &old)).unwrap_or_default(), written(&key, &value))
-                }
-            };
-            let change = dd().child(move || say!("page.settings.change", old = old, new = new));
-            (dt().child(key), change).into_any()
-        });
-        rows.collect()
-    }
-}
-
-/// The lines of a list that another list doesn't have.
-fn others(lines: &[String], than: &[String]) -> String {
-    let others = lines.iter().filter(|line| !than.contains(line)).map(String::as_str);
-    let others = others.collect::<Vec<_>>().join(", ");
-    if others.is_empty() { "–".to_owned() } else { others }
-}
-
-/// The pending changes and two buttons. Disabled while the machine moves, with a text that explains it.
+/// The bar of pending changes; what refuses them is shown next to the fields.
 fn diff(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let staged = Memo::new(move |_| changes());
-    let list = change_rows(staged, |_, value| value.to_string());
-    let may = move || refused.with(Vec::is_empty) && link::may_change();
-    let why = move || {
-        if !link::may_act() {
-            Some(say!("page.settings.needs_control"))
-        } else if link::busy() {
-            Some(say!("page.settings.moving"))
-        } else {
-            None
-        }
-    };
-    move || {
-        (!staged.with(Vec::is_empty)).then(|| {
-            div()
-                .class("diff-bar")
-                .attr("role", "group")
-                .attr("aria-label", t!("page.settings.changes"))
-                .child((
-                    dl().class("facts grow").child(list),
-                    p().class("quiet").child(why),
-                    push("button", t!("page.settings.discard"), |_| send(SettingsEvent::Discard)),
-                    push_if("button primary", may, t!("page.settings.apply"), |_| send(SettingsEvent::Apply)),
-                ))
-        })
-    }
+    change_bar(
+        staged,
+        |_, value| value.to_string(),
+        move || refused.with(Vec::is_empty),
+        || None,
+        || send(SettingsEvent::Discard),
+        || send(SettingsEvent::Apply),
+    )
 }
 
 /// Timing quality of the bridge's clock on a real machine: text, and the histogram as a table. Nothing for a

@@ -1,16 +1,16 @@
 //! The tool list: the tools, their wear, and the button for a new tool. `core` defines the fields of a line.
 
-use crate::i18n::{self, advice, key, message, say, t};
+use crate::i18n::{self, key, say, t};
 use crate::model::SettingsEvent;
 use crate::model::rack::{self, DIAMETER, FORM, NUMBER, RACK_KEY};
 use crate::page::{link, send, shared, watch};
 use crate::screens::machine::words::wear_words;
-use crate::widgets::{menu_word, push, push_if};
+use crate::widgets::{menu_word, push, push_if, refusal, typed_input};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{RackTool, TOOL_FIELDS, TOOL_FORMS, ToolWear};
 use annulus_core::wire::Ask;
 use leptos::ev;
-use leptos::html::{self, caption, div, input, p, select, span, table, tbody, td, th, thead, tr};
+use leptos::html::{self, caption, div, p, select, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
 fn column_name(column: &str) -> &'static str {
@@ -56,20 +56,10 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let count = Memo::new(move |_| lines.with(Vec::len));
     let head = |column: &'static str| th().attr("scope", "col").child(named(column_name(column)));
     let (first, others) = (FIRST.map(head), others().map(head).collect::<Vec<_>>());
-    let rows = move || (0..count.get()).map(|row| line(lines, row).into_any()).collect::<Vec<_>>();
     let about =
         |found: &&Diagnostic| found.args.iter().any(|(name, value)| name == "key" && value == RACK_KEY);
-    let why = move || refused.with(|found| found.iter().find(about).cloned());
-    let refusal = move || {
-        why().map(|why| {
-            let cure = why.clone();
-            p().class("refusal").attr("role", "alert").child((
-                move || message(&why),
-                " ",
-                move || advice(&cure),
-            ))
-        })
-    };
+    let why = Memo::new(move |_| refused.with(|found| found.iter().find(about).cloned()));
+    let rows = move || (0..count.get()).map(|row| line(lines, row, why).into_any()).collect::<Vec<_>>();
     div().class("rack").child((
         div().class("rack-scroll").child(table().class("rack-table").child((
             caption().class("unseen").child(t!("page.section.rack")),
@@ -81,16 +71,16 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
             ))),
             tbody().child(rows),
         ))),
-        refusal,
+        move || why.get().map(refusal),
         p().class("quiet").child(t!("page.tools.about")),
         push("button", t!("page.tools.add"), |_| send(SettingsEvent::AddTool)),
     ))
 }
 
-fn line(lines: Memo<Vec<String>>, row: usize) -> impl IntoView {
+fn line(lines: Memo<Vec<String>>, row: usize, why: Memo<Option<Diagnostic>>) -> impl IntoView {
     let now = Memo::new(move |_| lines.with(|lines| lines.get(row).cloned().unwrap_or_default()));
     let number = move || now.with(|line| rack::cell(line, NUMBER));
-    let cell = |column: &'static str| td().child(entry(now, row, column)).into_any();
+    let cell = |column: &'static str| td().child(entry(now, row, column, why)).into_any();
     let (first, others) = (FIRST.map(cell), others().map(cell).collect::<Vec<_>>());
     tr().child((
         first.into_iter().collect::<Vec<_>>(),
@@ -104,8 +94,14 @@ fn line(lines: Memo<Vec<String>>, row: usize) -> impl IntoView {
     ))
 }
 
+/// True if `why` is about this column of this line.
+fn is_about(why: &Diagnostic, line: &str, column: &str) -> bool {
+    let is = |wanted: &str, own: &str| why.args.iter().any(|(name, value)| name == wanted && value == own);
+    is("line", line) && is("word", column)
+}
+
 /// An editable cell.
-fn entry(now: Memo<String>, row: usize, column: &'static str) -> AnyView {
+fn entry(now: Memo<String>, row: usize, column: &'static str, why: Memo<Option<Diagnostic>>) -> AnyView {
     let value = move || now.with(|line| rack::cell(line, column));
     let write = move |text: String| send(SettingsEvent::TypeTool { row, column, text });
     let name = move || {
@@ -120,12 +116,11 @@ fn entry(now: Memo<String>, row: usize, column: &'static str) -> AnyView {
     }
     let shape = ["tip", "angle"].contains(&column);
     let has = move || !shape || now.with(|line| rack::cell(line, FORM)) == TOOL_FORMS[2];
-    input()
-        .attr("type", "text")
-        .attr("inputmode", "decimal")
+    let is_wrong =
+        move || why.with(|why| why.as_ref().is_some_and(|why| now.with(|line| is_about(why, line, column))));
+    typed_input("decimal", move || i18n::number(value()), is_wrong)
         .attr("aria-label", name)
         .prop("disabled", move || !has())
-        .prop("value", move || i18n::number(value()))
         .on(ev::change, move |event| write(event_target_value(&event)))
         .into_any()
 }

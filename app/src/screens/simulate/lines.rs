@@ -1,14 +1,13 @@
 //! The program for a controller, line by line: the current line is marked, pressing one jumps to its time.
 
-use crate::i18n::{advice, message, say, t};
+use crate::i18n::{say, t};
 use crate::model::ListingEvent;
 use crate::model::lines::row_now;
 use crate::page::{peek, read, send, shared, watch};
 use crate::screens::cam::controller;
-use crate::widgets::{row_top, virtual_list};
-use annulus_core::diagnostic::Diagnostic;
+use crate::widgets::{refusal, row_top, virtual_list};
 use leptos::ev;
-use leptos::html::{code, div, header, p, section, span};
+use leptos::html::{code, div, header, section, span};
 use leptos::prelude::*;
 
 /// The controller and the lines.
@@ -36,12 +35,6 @@ pub(super) fn lines() -> impl IntoView {
             send(ListingEvent::Walk { by });
         }),
     )
-}
-
-fn refusal(diagnostic: Diagnostic) -> AnyView {
-    let cure = diagnostic.clone();
-    let text = (move || message(&diagnostic), " ", move || advice(&cure));
-    p().class("refusal").attr("role", "alert").child(text).into_any()
 }
 
 fn line(row: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {

@@ -1,11 +1,11 @@
 //! Table and spindles over time: what overlaps, what waits, and the time per hole. Changes nothing.
 
-use crate::i18n::{advice, message, say, t};
+use crate::i18n::{say, t};
 use crate::lab::cycle::{self, CycleShown};
 use crate::page::shared;
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
-use crate::widgets::plotted;
+use crate::widgets::{plotted, refusal};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
 use leptos::html::{dd, div, dl, dt, h3, p, section};
@@ -22,10 +22,7 @@ pub(super) fn cycle() -> impl IntoView {
         Memo::new(move |_| Arc::new(found.with(|found| found.as_ref().map(drawn).unwrap_or_default())));
     let answer = move || match found.get() {
         Ok(shown) => numbers(shown).into_any(),
-        Err(Some(why)) => {
-            let cure = why.clone();
-            p().class("refusal").child((move || message(&why), " ", move || advice(&cure))).into_any()
-        }
+        Err(Some(why)) => refusal(why),
         Err(None) => fields::mend().into_any(),
     };
     let name = || t!("page.lab.cycle.title");

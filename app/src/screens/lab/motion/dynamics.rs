@@ -13,10 +13,10 @@ use crate::model::LabEvent;
 use crate::page::{lab, send};
 use crate::readout::short;
 use crate::screens::lab::apply;
-use crate::widgets::{Icon, icon, push, push_if};
+use crate::widgets::{Icon, icon, push, push_if, typed_input};
 use annulus_core::machine::Dynamics;
 use leptos::ev;
-use leptos::html::{div, h3, input, li, p, section, span, strong, table, tbody, td, th, thead, tr, ul};
+use leptos::html::{div, h3, li, p, section, span, strong, table, tbody, td, th, thead, tr, ul};
 use leptos::prelude::*;
 
 pub(super) fn dynamics() -> impl IntoView {
@@ -58,8 +58,8 @@ fn editor(shown: Shown) -> impl IntoView {
 
 fn row(shown: Shown, at: usize) -> impl IntoView {
     let rate = move || {
-        let period = shown.rows.with(|rows| rows.get(at)?.period.trim().parse::<f64>().ok())?;
-        let rate = shown.interrupts.number()? / period;
+        let period = shown.rows.with(|rows| motion::count(&rows.get(at)?.period))?;
+        let rate = shown.interrupts.number()? / f64::from(period);
         rate.is_finite().then(|| short(rate))
     };
     let first = at == 0;
@@ -89,14 +89,10 @@ fn cell(shown: Shown, at: usize, column: Column) -> impl IntoView {
         Column::Leave => say!("page.lab.motion.leave_of", state = at),
     };
     let field = format!("dynamics.{column:?}.{at}");
-    input()
-        .attr("type", "text")
-        .attr("inputmode", "numeric")
+    typed_input("numeric", text, move || motion::count(&text()).is_none())
         .class("short number")
         .attr("aria-label", name)
-        .attr("aria-invalid", move || text().trim().parse::<u32>().is_err().then_some("true"))
         .prop("readOnly", lab::locked)
-        .prop("value", text)
         .on(ev::input, move |event| {
             let rows = motion::with_cell(&shown.rows.get_untracked(), at, column, event_target_value(&event));
             lab::change(Some(&field), |bench| bench.with_dynamics(rows));

@@ -6,13 +6,13 @@
 //! the law that the machine uses │ times, peaks, cases
 //! ```
 
-use crate::i18n::{advice, message, say, t};
+use crate::i18n::{say, t};
 use crate::lab::motion::curve;
 use crate::model::LabEvent;
 use crate::page::{read, send, shared, watch};
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
-use crate::widgets::{choice, plotted, segmented};
+use crate::widgets::{choice, plotted, refusal, segmented};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::axis_name;
 use annulus_core::motion::profile::bounds::least_duration_s;
@@ -100,13 +100,7 @@ pub(super) fn profiles() -> impl IntoView {
     });
     let answer = move || match compared.get() {
         Ok(compared) => (chosen(compared.clone()), numbers(compared)).into_any(),
-        Err(Some(why)) => {
-            let cure = why.clone();
-            p().class("refusal")
-                .attr("role", "alert")
-                .child((move || message(&why), " ", move || advice(&cure)))
-                .into_any()
-        }
+        Err(Some(why)) => refusal(why),
         Err(None) => fields::mend().into_any(),
     };
     div().class("lab-part").child(

@@ -11,11 +11,11 @@ use crate::lab::queue::{QueueEdit, QueueLine, levels};
 use crate::model::LabEvent;
 use crate::page::{lab, peek, read, send};
 use crate::readout::short;
-use crate::widgets::menu_word;
+use crate::widgets::{menu_word, typed_input};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue::{ArgumentKind, RowState, WORDS, Word};
 use leptos::ev::{self, KeyboardEvent};
-use leptos::html::{button, div, input, select, small, span};
+use leptos::html::{button, div, select, small, span};
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
@@ -155,13 +155,10 @@ fn hint(word: &str) -> String {
 fn arguments(at: usize, wrong: Memo<Option<Diagnostic>>) -> impl IntoView {
     let takes = move || hint(&line(at).word);
     (
-        input()
-            .attr("type", "text")
+        typed_input("text", move || line(at).arguments, move || wrong.with(Option::is_some))
             .attr("tabindex", move || in_row(at))
             .attr("aria-label", move || say!("page.lab.queue.arguments_at", row = at + 1, takes = takes()))
-            .attr("aria-invalid", move || wrong.with(Option::is_some).then_some("true"))
             .prop("readOnly", lab::locked)
-            .prop("value", move || line(at).arguments)
             .on(ev::input, move |event| {
                 let field = format!("queue.arguments.{at}");
                 super::edit(Some(&field), &QueueEdit::Arguments { at, text: event_target_value(&event) });
@@ -172,12 +169,10 @@ fn arguments(at: usize, wrong: Memo<Option<Diagnostic>>) -> impl IntoView {
 }
 
 fn note(at: usize) -> impl IntoView {
-    input()
-        .attr("type", "text")
+    typed_input("text", move || line(at).note, || false)
         .attr("tabindex", move || in_row(at))
         .attr("aria-label", move || say!("page.lab.queue.note_at", row = at + 1))
         .prop("readOnly", lab::locked)
-        .prop("value", move || line(at).note)
         .on(ev::input, move |event| {
             let field = format!("queue.note.{at}");
             super::edit(Some(&field), &QueueEdit::Note { at, text: event_target_value(&event) });
