@@ -69,7 +69,7 @@ fn settings_marked_as_neutral_do_not_change_the_stream() {
         let program = random_program(&mut Chance::new(7), &machine, 3);
         let (print, stream) = (machine.fingerprint(), digest(&machine, &program));
         assert!(stream.is_some(), "{}", machine.name);
-        for setting in machine::settings().filter(|setting| !setting.shapes_stream) {
+        for setting in machine::settings().filter(|setting| !setting.shapes_stream()) {
             for change in changes(setting, &machine) {
                 let Ok(changed) = machine::apply(&machine, &change) else { continue };
                 let row = format!("{}: {change:?}", machine.name);
@@ -80,7 +80,7 @@ fn settings_marked_as_neutral_do_not_change_the_stream() {
         }
     }
     let all: Vec<_> =
-        machine::settings().filter(|setting| !setting.shapes_stream).map(|row| row.key).collect();
+        machine::settings().filter(|setting| !setting.shapes_stream()).map(|row| row.key).collect();
     let never: Vec<_> = all.iter().filter(|key| !tried.contains(*key)).collect();
     // Every machine refuses a Z that homes at the board. Phases on the adapter need additional sensors and
     // rates; `machine::adapter` tests them.

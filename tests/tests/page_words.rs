@@ -1,10 +1,10 @@
 //! Every text on the page is in the locale tables, and every text of the tables is used. Parses Rust only as
 //! far as string literals. Whether a key exists and gets its arguments is checked by the compiler.
 
-use annulus_core::cam::parameters::{self, Parameter};
+use annulus_core::cam::parameters;
 use annulus_core::cam::work::OperationKind;
 use annulus_core::locale;
-use annulus_core::machine::{SECTIONS, ValueKind};
+use annulus_core::machine::{Field, SECTIONS, ValueKind};
 use annulus_tests::root;
 use std::collections::BTreeSet;
 use std::fs;
@@ -112,7 +112,7 @@ fn screens_contain_no_literal_text() {
 }
 
 /// The keys that the page composes from job parameters and the words of their choices.
-fn keys_of<T>(rows: &[Parameter<T>]) -> impl Iterator<Item = String> {
+fn keys_of<T>(rows: &[Field<T>]) -> impl Iterator<Item = String> {
     rows.iter().flat_map(|row| {
         let words: &[&str] = if let ValueKind::Choice(words) = row.kind { words } else { &[] };
         let name = format!("page.cam.row.{}", row.key.replace('.', "_"));

@@ -46,10 +46,10 @@ pub fn edited(line: &str, column: &str, text: &str) -> String {
     let form = said(of(FORM));
     let mut out = format!("T{} {form} {}", said(of(NUMBER)), said(of(DIAMETER)));
     let is_vee = form == TOOL_FORMS[2];
-    for field in &TOOL_FIELDS {
-        let value = of(field.word);
-        if !value.is_empty() && (is_vee || !["tip", "angle"].contains(&field.word)) {
-            out += &format!(" {} {value}", field.word);
+    for field in TOOL_FIELDS {
+        let value = of(field.key);
+        if !value.is_empty() && (is_vee || !["tip", "angle"].contains(&field.key)) {
+            out += &format!(" {} {value}", field.key);
         }
     }
     if is_vee && cell(line, FORM) != form { out + VEE } else { out }

@@ -10,10 +10,9 @@
 use super::link::Notice;
 use super::rack;
 use super::{Effect, LinkEvent, Model, linked};
-use crate::format;
 use crate::keys::Tab;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Machine, Setting, Value, ValueKind};
+use annulus_core::machine::{self, Machine, Value};
 use annulus_core::wire::Ask;
 use std::collections::BTreeMap;
 
@@ -45,27 +44,11 @@ pub enum SettingsEvent {
     Apply,
 }
 
-/// The typed text as a value of the setting; text that is not a number stays text, which `machine::apply`
-/// refuses.
-fn value(setting: &Setting, typed: &str) -> Value {
-    match setting.kind {
-        ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(typed.to_owned()),
-        ValueKind::Number(..) | ValueKind::Whole(..) => {
-            format::typed(typed).map_or_else(|| Value::Text(typed.to_owned()), Value::Number)
-        }
-        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
-            let words: Option<Vec<_>> = typed.split_whitespace().map(format::typed).collect();
-            words.map_or_else(|| Value::Text(typed.to_owned()), Value::Numbers)
-        }
-        ValueKind::Tools => Value::Texts(typed.lines().map(str::to_owned).collect()),
-    }
-}
-
 impl SettingsDraft {
     /// The changes to `machine`, in the order of the table.
     pub fn changes(&self, machine: &Machine) -> Vec<(String, Value)> {
         let staged = machine::settings().filter_map(|setting| {
-            let value = value(setting, self.typed.get(setting.key)?);
+            let value = setting.kind.typed(self.typed.get(setting.key)?);
             (value != setting.value(machine)).then(|| (setting.key.to_owned(), value))
         });
         staged.collect()

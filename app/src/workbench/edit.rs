@@ -1,12 +1,12 @@
 //! Edits of a job. Each returns a new job, so that it can be undone.
 
-use crate::format::{Unit, typed};
+use crate::format::Unit;
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
-use annulus_core::cam::parameters::{OF_MACHINE, Parameter};
+use annulus_core::cam::parameters::OF_MACHINE;
 use annulus_core::cam::work::{Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
-use annulus_core::machine::{Machine, Value, ValueKind};
+use annulus_core::machine::{Field, Machine, Value};
 use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
 
@@ -68,24 +68,15 @@ pub fn of_face(work: &Work, face: Face) -> Vec<usize> {
 
 /// The typed text as a value of a parameter; text that is not a number stays text, which the job refuses. An
 /// empty field returns to the machine's value, if the parameter has one.
-pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
+pub fn value<T>(row: &Field<T>, text: &str) -> Value {
     if row.follows_machine() && text.trim().is_empty() {
         return Value::Text(OF_MACHINE.to_owned());
     }
-    match row.kind {
-        ValueKind::Text(_) | ValueKind::Choice(_) | ValueKind::Tools => Value::Text(text.to_owned()),
-        ValueKind::Number(..) | ValueKind::Whole(..) => {
-            typed(text).map_or_else(|| Value::Text(text.to_owned()), Value::Number)
-        }
-        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
-            let words: Option<Vec<_>> = text.split_whitespace().map(typed).collect();
-            words.map_or_else(|| Value::Text(text.to_owned()), Value::Numbers)
-        }
-    }
+    row.kind.typed(text)
 }
 
 /// Like [`value`], with lengths typed in `unit`; the value is in millimetres.
-pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
+pub fn value_in<T>(row: &Field<T>, text: &str, unit: Unit) -> Value {
     match value(row, text) {
         Value::Number(number) if row.unit == "mm" && unit == Unit::Inch => {
             Value::Number(number / Unit::Inch.of_mm(1.0))
@@ -329,7 +320,7 @@ mod tests {
         let row = parameters::find(parameters::OPERATION, "isolate.passes").unwrap();
         let mut operation = work(&["isolate"]).operations.remove(0);
         assert!(row.set(&mut operation, &value(row, " 3 ")).is_ok());
-        assert_eq!(row.value(&operation), Some(Value::Number(3.0)));
+        assert_eq!(row.get(&operation), Some(Value::Number(3.0)));
         assert!(row.set(&mut operation, &value(row, "three")).is_err());
         assert!(row.set(&mut operation, &value(row, "1,5")).is_err(), "no half passes");
     }

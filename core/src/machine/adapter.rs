@@ -7,8 +7,8 @@
 //! output 0, output 1    both                output 0          spindle; output for work commands, if named
 //! ```
 
-use super::value::{Setting, Value, ValueKind};
-use super::wiring::{bits, numbers};
+use super::field::{ADAPTER, FILE, Setting, fields, words};
+use super::value::ValueKind::{Text, Wholes};
 use super::{Machine, Output, UNWIRED};
 use crate::code;
 use crate::diagnostic::Diagnostic;
@@ -123,60 +123,19 @@ impl AdapterWiring {
     }
 }
 
-macro_rules! row {
-    ($key:literal, $kind:expr, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: "", kind: $kind, shapes_stream: false, get: $get, set: $set }
-    };
-}
-macro_rules! text {
-    ($key:literal, $longest:literal, $field:ident) => {
-        row!($key, ValueKind::Text($longest), |m| Value::Text(m.adapter.$field.clone()), |m, v| {
-            if let Value::Text(text) = v {
-                m.adapter.$field.clone_from(text);
-            }
-        })
-    };
-}
-macro_rules! list {
-    ($key:literal, $low:literal, $high:literal, $field:ident) => {
-        row!($key, ValueKind::Wholes($low, $high), |m| numbers(&m.adapter.$field), |m, v| m.adapter.$field =
-            bits(v))
-    };
-}
+words!(AdapterOutputs: "steps" => AdapterOutputs::Steps, "phases" => AdapterOutputs::Phases);
 
 /// The section "adapter" of the settings table.
-pub(super) const ROWS: &[Setting] = &[
-    text!("adapter.port", 200, port),
-    row!(
-        "adapter.outputs",
-        ValueKind::Choice(&["steps", "phases"]),
-        |m| {
-            let is_phases = m.adapter.outputs == AdapterOutputs::Phases;
-            Value::Text(if is_phases { "phases" } else { "steps" }.to_owned())
-        },
-        |m, v| {
-            let is_phases = matches!(v, Value::Text(word) if word == "phases");
-            m.adapter.outputs = if is_phases { AdapterOutputs::Phases } else { AdapterOutputs::Steps };
-        }
-    ),
-    list!("adapter.sensors", -1.0, 7.0, sensors),
-    list!("adapter.sensors_low", 0.0, 1.0, sensors_low),
-    Setting {
-        key: "adapter.filters",
-        unit: "µs",
-        kind: ValueKind::Wholes(0.0, LONGEST_FILTER_US),
-        shapes_stream: false,
-        get: |m| Value::Numbers(m.adapter.filters_us.iter().map(|us| f64::from(*us)).collect()),
-        set: |m, v| {
-            if let Value::Numbers(numbers) = v {
-                m.adapter.filters_us = numbers.iter().map(|us| *us as u16).collect();
-            }
-        },
-    },
-    list!("adapter.steps_low", 0.0, 1.0, steps_low),
-    list!("adapter.directions_low", 0.0, 1.0, directions_low),
-    text!("adapter.output_name", 32, output_name),
-];
+pub(super) const ROWS: &[Setting] = fields! { Machine;
+    ("adapter.port", "", Text(200), FILE, adapter.port)
+    ("adapter.outputs", "", AdapterOutputs::KIND, ADAPTER, adapter.outputs)
+    ("adapter.sensors", "", Wholes(-1.0, 7.0), ADAPTER, adapter.sensors)
+    ("adapter.sensors_low", "", Wholes(0.0, 1.0), ADAPTER, adapter.sensors_low)
+    ("adapter.filters", "µs", Wholes(0.0, LONGEST_FILTER_US), ADAPTER, adapter.filters_us)
+    ("adapter.steps_low", "", Wholes(0.0, 1.0), ADAPTER, adapter.steps_low)
+    ("adapter.directions_low", "", Wholes(0.0, 1.0), ADAPTER, adapter.directions_low)
+    ("adapter.output_name", "", Text(32), ADAPTER, adapter.output_name)
+};
 
 fn refuse(code: &str, key: &str) -> Diagnostic {
     Diagnostic::error(code).with("key", key)
@@ -269,7 +228,7 @@ fn beyond(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, lab, virtual_drill};
+    use super::super::{Value, apply, lab, virtual_drill};
     use super::*;
 
     fn text(text: &str) -> Value {

@@ -8,9 +8,9 @@
 //! default                           ··DU YyXx             limits of X, Y, Z; contact unwired
 //! ```
 
-use super::step_dir::{read_times, times};
-use super::value::{Setting, Value, ValueKind, number};
-use super::wiring::{Pinout, bits, numbers, of_inputs, wiring_rows};
+use super::field::{FILE, FieldValue, Setting, fields};
+use super::value::ValueKind::{Text, Whole, Wholes};
+use super::wiring::{Pinout, of_inputs, set_inputs, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -43,22 +43,11 @@ impl Default for Card {
     }
 }
 
-macro_rules! count {
-    ($key:literal, $field:ident) => {
-        Setting {
-            key: $key,
-            unit: "",
-            kind: ValueKind::Whole(0.0, 255.0),
-            shapes_stream: false,
-            get: |m| Value::Number(f64::from(m.card.$field)),
-            set: |m, v| m.card.$field = number(v) as u32,
-        }
-    };
-}
-
 /// The section "card" of the settings table.
-pub(super) const ROWS: &[Setting] =
-    wiring_rows!(card, count!("card.outputs_at", outputs_at), count!("card.inputs_at", inputs_at));
+pub(super) const ROWS: &[Setting] = wiring_rows! { card;
+    ("card.outputs_at", "", Whole(0.0, 255.0), FILE, card.outputs_at)
+    ("card.inputs_at", "", Whole(0.0, 255.0), FILE, card.inputs_at)
+};
 
 /// Pins of a card.
 const PINOUT: Pinout = Pinout { section: "card", outputs: 32, inputs: 32 };
@@ -70,7 +59,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, lab};
+    use super::super::{Value, apply, lab};
     use super::*;
 
     fn list(numbers: &[i32]) -> Value {

@@ -1,7 +1,9 @@
 //! Manual tool changes on machines that Annulus drives itself: position, height, and how tool lengths are
 //! known.
 
-use super::value::{Setting, Value, ValueKind, number};
+use super::field::{NONE, Setting, YES_NO, fields, words};
+use super::value::Value;
+use super::value::ValueKind::Number;
 use super::{Axis, Machine, Output, Steps, ToolChange};
 use crate::diagnostic::Diagnostic;
 use crate::error;
@@ -105,28 +107,6 @@ pub(super) fn settle(machine: &mut Machine, before: &Machine, changes: &[(String
     }
 }
 
-fn is_word(value: &Value, word: &str) -> bool {
-    matches!(value, Value::Text(text) if text == word)
-}
-
-macro_rules! row {
-    ($key:expr, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
-    };
-}
-
-macro_rules! along {
-    ($key:literal, $axis:literal) => {
-        row!(
-            $key,
-            "mm",
-            ValueKind::Number(-2_000.0, 2_000.0),
-            |m| Value::Number(m.change.setter.place[$axis].mm()),
-            |m, v| m.change.setter.place[$axis] = Length::from_mm(number(v))
-        )
-    };
-}
-
 /// Problems with the tool setter of `machine`; an unused one may be anywhere.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let setter = machine.change.setter;
@@ -141,46 +121,19 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
         .collect()
 }
 
+words!(ChangeAt: "park" => ChangeAt::Park, "zero" => ChangeAt::Zero);
+words!(Lengths: "touch" => Lengths::Touch, "equal" => Lengths::Equal);
+
 /// The section "change" of the settings table.
-pub(super) const ROWS: &[Setting] = &[
-    row!(
-        "change.at",
-        "",
-        ValueKind::Choice(&["park", "zero"]),
-        |m| Value::Text(if m.change.at == ChangeAt::Park { "park" } else { "zero" }.to_owned()),
-        |m, v| m.change.at = if is_word(v, "zero") { ChangeAt::Zero } else { ChangeAt::Park }
-    ),
-    row!(
-        "change.height",
-        "mm",
-        ValueKind::Number(0.0, 500.0),
-        |m| Value::Number(m.change.height.mm()),
-        |m, v| m.change.height = Length::from_mm(number(v))
-    ),
-    row!(
-        "change.setter",
-        "",
-        ValueKind::Choice(&["no", "yes"]),
-        |m| Value::Text(if m.change.setter.on { "yes" } else { "no" }.to_owned()),
-        |m, v| m.change.setter.on = is_word(v, "yes")
-    ),
-    along!("change.setter_x", 0),
-    along!("change.setter_y", 1),
-    row!(
-        "change.setter_depth",
-        "mm",
-        ValueKind::Number(1.0, 500.0),
-        |m| Value::Number(m.change.setter.depth.mm()),
-        |m, v| m.change.setter.depth = Length::from_mm(number(v))
-    ),
-    row!(
-        LENGTHS_KEY,
-        "",
-        ValueKind::Choice(&["touch", "equal"]),
-        |m| Value::Text(if m.change.lengths == Lengths::Equal { "equal" } else { "touch" }.to_owned()),
-        |m, v| m.change.lengths = if is_word(v, "equal") { Lengths::Equal } else { Lengths::Touch }
-    ),
-];
+pub(super) const ROWS: &[Setting] = fields! { Machine;
+    ("change.at", "", ChangeAt::KIND, NONE, change.at)
+    ("change.height", "mm", Number(0.0, 500.0), NONE, change.height)
+    ("change.setter", "", YES_NO, NONE, change.setter.on)
+    ("change.setter_x", "mm", Number(-2_000.0, 2_000.0), NONE, change.setter.place[0])
+    ("change.setter_y", "mm", Number(-2_000.0, 2_000.0), NONE, change.setter.place[1])
+    ("change.setter_depth", "mm", Number(1.0, 500.0), NONE, change.setter.depth)
+    (LENGTHS_KEY, "", Lengths::KIND, NONE, change.lengths)
+};
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,8 @@
 //! rpm ──▶ Hz = rpm · pole pairs / 60 ──▶ number in the converter's unit, from its profile
 //! ```
 
-use super::value::{Setting, Value, ValueKind, number};
+use super::field::{FILE, Setting, fields};
+use super::value::ValueKind::{Number, Text, Whole};
 use super::{Machine, Output};
 use crate::code;
 use crate::diagnostic::Diagnostic;
@@ -64,50 +65,16 @@ impl Converter {
     }
 }
 
-macro_rules! row {
-    ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
-    };
-}
-macro_rules! text {
-    ($key:literal, $longest:literal, $field:ident) => {
-        row!($key, "", ValueKind::Text($longest), |m| Value::Text(m.converter.$field.clone()), |m, v| {
-            if let Value::Text(text) = v {
-                m.converter.$field.clone_from(text);
-            }
-        })
-    };
-}
-macro_rules! count {
-    ($key:literal, $unit:literal, $low:literal, $high:literal, $field:ident, $kind:ty) => {
-        row!(
-            $key,
-            $unit,
-            ValueKind::Whole($low, $high),
-            |m| Value::Number(f64::from(m.converter.$field)),
-            |m, v| {
-                m.converter.$field = number(v) as $kind;
-            }
-        )
-    };
-}
-
 /// The section "converter" of the settings table.
-pub(super) const ROWS: &[Setting] = &[
-    text!("converter.profile", 60, profile),
-    text!("converter.port", 200, port),
-    count!("converter.baud", "", 0.0, 115_200.0, baud, u32),
-    count!("converter.address", "", 1.0, 247.0, address, u8),
-    count!("converter.pole_pairs", "", 1.0, 8.0, pole_pairs, u32),
-    count!("converter.max_frequency", "Hz", 1.0, 3_000.0, max_hz, u32),
-    row!(
-        "converter.tolerance",
-        "%",
-        ValueKind::Number(0.5, 50.0),
-        |m| Value::Number(m.converter.tolerance_percent),
-        |m, v| m.converter.tolerance_percent = number(v)
-    ),
-];
+pub(super) const ROWS: &[Setting] = fields! { Machine;
+    ("converter.profile", "", Text(60), FILE, converter.profile)
+    ("converter.port", "", Text(200), FILE, converter.port)
+    ("converter.baud", "", Whole(0.0, 115_200.0), FILE, converter.baud)
+    ("converter.address", "", Whole(1.0, 247.0), FILE, converter.address)
+    ("converter.pole_pairs", "", Whole(1.0, 8.0), FILE, converter.pole_pairs)
+    ("converter.max_frequency", "Hz", Whole(1.0, 3_000.0), FILE, converter.max_hz)
+    ("converter.tolerance", "%", Number(0.5, 50.0), FILE, converter.tolerance_percent)
+};
 
 /// Problems of the converter of `machine`.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
@@ -137,7 +104,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, virtual_drill};
+    use super::super::{Value, apply, virtual_drill};
     use super::*;
 
     #[test]

@@ -7,7 +7,8 @@
 //!
 //! Only for holes: paths are milled with the foot up. Its sensor, if any, is an interlock.
 
-use super::value::{Setting, Value, ValueKind, number};
+use super::field::{BUILT, STREAM, Setting, YES_NO, fields};
+use super::value::ValueKind::{Number, Text};
 use super::{Machine, Output};
 use crate::diagnostic::Diagnostic;
 use crate::units::TICK_HZ;
@@ -38,36 +39,11 @@ impl Foot {
 }
 
 /// The section "foot" of the settings table.
-pub(super) const ROWS: &[Setting] = &[
-    Setting {
-        key: "foot.on",
-        unit: "",
-        kind: ValueKind::Choice(&["no", "yes"]),
-        shapes_stream: true,
-        get: |m| Value::Text(if m.foot.on { "yes" } else { "no" }.to_owned()),
-        set: |m, v| m.foot.on = matches!(v, Value::Text(word) if word == "yes"),
-    },
-    Setting {
-        key: "foot.output",
-        unit: "",
-        kind: ValueKind::Text(32),
-        shapes_stream: false,
-        get: |m| Value::Text(m.foot.output.clone()),
-        set: |m, v| {
-            if let Value::Text(text) = v {
-                m.foot.output.clone_from(text);
-            }
-        },
-    },
-    Setting {
-        key: "foot.time",
-        unit: "ms",
-        kind: ValueKind::Number(0.0, 5_000.0),
-        shapes_stream: true,
-        get: |m| Value::Number(m.foot.time_ms),
-        set: |m, v| m.foot.time_ms = number(v),
-    },
-];
+pub(super) const ROWS: &[Setting] = fields! { Machine;
+    ("foot.on", "", YES_NO, STREAM.and(BUILT), foot.on)
+    ("foot.output", "", Text(32), BUILT, foot.output)
+    ("foot.time", "ms", Number(0.0, 5_000.0), STREAM.and(BUILT), foot.time_ms)
+};
 
 /// Error if `machine` has no output `name`, which the row `key` needs.
 pub(super) fn not_named(machine: &Machine, key: &str, name: &str) -> Option<Diagnostic> {
@@ -96,7 +72,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, lab, virtual_drill};
+    use super::super::{Value, apply, lab, virtual_drill};
     use super::*;
 
     #[test]

@@ -6,8 +6,9 @@
 //!            └ height                   Z at which the clamp opens and closes over a slot
 //! ```
 
+use super::field::{BUILT, Setting, fields};
 use super::foot::not_named;
-use super::value::{Setting, Value, ValueKind, number};
+use super::value::ValueKind::{Number, Numbers, Text};
 use super::{Machine, Output, Steps, ToolChange};
 use crate::code;
 use crate::diagnostic::Diagnostic;
@@ -89,56 +90,17 @@ impl Machine {
     }
 }
 
-macro_rules! row {
-    ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
-    };
-}
-macro_rules! lengths {
-    ($key:literal, $field:ident) => {
-        row!(
-            $key,
-            "mm",
-            ValueKind::Numbers(-2_000.0, 2_000.0),
-            |m| Value::Numbers(m.magazine.$field.iter().map(|at| at.mm()).collect()),
-            |m, v| {
-                if let Value::Numbers(numbers) = v {
-                    m.magazine.$field = numbers.iter().map(|mm| Length::from_mm(*mm)).collect();
-                }
-            }
-        )
-    };
-}
-macro_rules! length {
-    ($key:literal, $($field:tt)+) => {
-        row!($key, "mm", ValueKind::Number(-2_000.0, 2_000.0), |m| Value::Number(m.magazine.$($field)+.mm()),
-            |m, v| m.magazine.$($field)+ = Length::from_mm(number(v)))
-    };
-}
-macro_rules! time {
-    ($key:literal, $field:ident) => {
-        row!($key, "ms", ValueKind::Number(0.0, 60_000.0), |m| Value::Number(m.magazine.$field), |m, v| m
-            .magazine
-            .$field =
-            number(v))
-    };
-}
-
 /// The section "magazine" of the settings table.
-pub(super) const ROWS: &[Setting] = &[
-    lengths!("magazine.x", x),
-    lengths!("magazine.y", y),
-    length!("magazine.height", height),
-    length!("magazine.pause_x", pause[0]),
-    length!("magazine.pause_y", pause[1]),
-    row!("magazine.clamp", "", ValueKind::Text(32), |m| Value::Text(m.magazine.clamp.clone()), |m, v| {
-        if let Value::Text(text) = v {
-            m.magazine.clamp.clone_from(text);
-        }
-    }),
-    time!("magazine.clamp_time", clamp_ms),
-    time!("magazine.spin_down", spin_down_ms),
-];
+pub(super) const ROWS: &[Setting] = fields! { Machine;
+    ("magazine.x", "mm", Numbers(-2_000.0, 2_000.0), BUILT, magazine.x)
+    ("magazine.y", "mm", Numbers(-2_000.0, 2_000.0), BUILT, magazine.y)
+    ("magazine.height", "mm", Number(-2_000.0, 2_000.0), BUILT, magazine.height)
+    ("magazine.pause_x", "mm", Number(-2_000.0, 2_000.0), BUILT, magazine.pause[0])
+    ("magazine.pause_y", "mm", Number(-2_000.0, 2_000.0), BUILT, magazine.pause[1])
+    ("magazine.clamp", "", Text(32), BUILT, magazine.clamp)
+    ("magazine.clamp_time", "ms", Number(0.0, 60_000.0), BUILT, magazine.clamp_ms)
+    ("magazine.spin_down", "ms", Number(0.0, 60_000.0), BUILT, magazine.spin_down_ms)
+};
 
 fn refuse(code: &str, key: &str) -> Diagnostic {
     Diagnostic::error(code).with("key", key)
@@ -221,7 +183,7 @@ fn too_close(magazine: &Magazine) -> Option<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, virtual_drill};
+    use super::super::{Value, apply, virtual_drill};
     use super::*;
 
     #[test]

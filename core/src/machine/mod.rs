@@ -10,6 +10,7 @@ mod change;
 mod converter;
 mod drive;
 pub mod dynamics;
+pub(crate) mod field;
 mod foot;
 mod magazine;
 mod parallel;
@@ -31,6 +32,7 @@ pub use card::Card;
 pub use change::{ChangeAt, ChangeSetter, HandChange, Lengths};
 pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
+pub use field::{Field, OF_MACHINE, Setting};
 pub use foot::Foot;
 pub use magazine::{MOST_PLACES, Magazine};
 pub use parallel::Parallel;
@@ -44,9 +46,10 @@ pub use spindles::OwnStroke;
 pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::SECTIONS;
 pub use table_speeds::warnings;
-pub use tools::{MOST_RPM, RackTool, TOOL_FIELDS, TOOL_FORMS, ToolField, ToolWear, rack_of, tool_of};
+pub use tools::{MOST_RPM, RackTool, TOOL_FIELDS, TOOL_FORMS, ToolWear, rack_of, tool_of};
+pub(crate) use tools::{set_angle, set_tip, tip_and_angle};
 pub use validate::validate;
-pub use value::{Setting, Value, ValueKind};
+pub use value::{Value, ValueKind};
 pub use wiring::Wiring;
 
 use crate::diagnostic::Diagnostic;
@@ -414,7 +417,7 @@ impl Machine {
     /// that a program for a real machine also runs on the virtual drill. Empty lists don't either.
     pub fn fingerprint(&self) -> String {
         let mut hash = Sha256::new();
-        for setting in settings().filter(|setting| setting.shapes_stream) {
+        for setting in settings().filter(|setting| setting.shapes_stream()) {
             let value = setting.value(self);
             if value == Value::Numbers(Vec::new()) {
                 continue;

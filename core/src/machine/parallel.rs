@@ -4,9 +4,9 @@
 //! output bits 11 … 8 │ 7 … 0      input bits 4 … 0        default: Z │ Y X     contact, Z, Y, X
 //! ```
 
-use super::step_dir::{read_times, times};
-use super::value::{Setting, Value, ValueKind, number};
-use super::wiring::{Pinout, bits, numbers, of_inputs, wiring_rows};
+use super::field::{FILE, FieldValue, Setting, fields};
+use super::value::ValueKind::{Text, Whole, Wholes};
+use super::wiring::{Pinout, of_inputs, set_inputs, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -37,17 +37,10 @@ impl Default for Parallel {
     }
 }
 
-const ADDRESS: Setting = Setting {
-    key: "parallel.address",
-    unit: "",
-    kind: ValueKind::Whole(0.0, 65_535.0),
-    shapes_stream: false,
-    get: |m| Value::Number(f64::from(m.parallel.address)),
-    set: |m, v| m.parallel.address = number(v) as u32,
-};
-
 /// The section "parallel" of the settings table.
-pub(super) const ROWS: &[Setting] = wiring_rows!(parallel, ADDRESS);
+pub(super) const ROWS: &[Setting] = wiring_rows! { parallel;
+    ("parallel.address", "", Whole(0.0, 65_535.0), FILE, parallel.address)
+};
 
 /// Pins of a port.
 const PINOUT: Pinout = Pinout { section: "parallel", outputs: 12, inputs: 5 };
@@ -59,7 +52,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, lab};
+    use super::super::{Value, apply, lab};
     use super::*;
 
     #[test]

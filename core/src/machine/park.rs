@@ -4,7 +4,8 @@
 //! Z all the way up ─▶ spindle off ─▶ X and Y to the position       end of homing, or a custom position
 //! ```
 
-use super::value::{Setting, Value, ValueKind, number};
+use super::field::{NONE, Setting, YES_NO, fields, words};
+use super::value::ValueKind::Number;
 use super::{Axis, Machine};
 use crate::diagnostic::Diagnostic;
 use crate::error;
@@ -31,46 +32,15 @@ pub enum ParkAt {
     Place,
 }
 
-macro_rules! row {
-    ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
-    };
-}
-macro_rules! along {
-    ($key:literal, $axis:literal) => {
-        row!(
-            $key,
-            "mm",
-            ValueKind::Number(-2_000.0, 2_000.0),
-            |m| Value::Number(m.park.place[$axis].mm()),
-            |m, v| m.park.place[$axis] = Length::from_mm(number(v))
-        )
-    };
-}
+words!(ParkAt: "home" => ParkAt::Home, "place" => ParkAt::Place);
 
 /// The section "park" of the settings table.
-pub(super) const ROWS: &[Setting] = &[
-    row!(
-        "park.at",
-        "",
-        ValueKind::Choice(&["home", "place"]),
-        |m| Value::Text(if m.park.at == ParkAt::Home { "home" } else { "place" }.to_owned()),
-        |m, v| m.park.at = if is_word(v, "place") { ParkAt::Place } else { ParkAt::Home }
-    ),
-    along!("park.x", 0),
-    along!("park.y", 1),
-    row!(
-        "park.after_job",
-        "",
-        ValueKind::Choice(&["no", "yes"]),
-        |m| Value::Text(if m.park.after_job { "yes" } else { "no" }.to_owned()),
-        |m, v| m.park.after_job = is_word(v, "yes")
-    ),
-];
-
-fn is_word(value: &Value, word: &str) -> bool {
-    matches!(value, Value::Text(text) if text == word)
-}
+pub(super) const ROWS: &[Setting] = fields! { Machine;
+    ("park.at", "", ParkAt::KIND, NONE, park.at)
+    ("park.x", "mm", Number(-2_000.0, 2_000.0), NONE, park.place[0])
+    ("park.y", "mm", Number(-2_000.0, 2_000.0), NONE, park.place[1])
+    ("park.after_job", "", YES_NO, NONE, park.after_job)
+};
 
 /// Problems of the park position of `machine`; an unused custom position may be invalid.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
@@ -88,7 +58,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, virtual_drill};
+    use super::super::{Value, apply, virtual_drill};
     use super::*;
 
     #[test]

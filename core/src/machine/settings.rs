@@ -1,10 +1,11 @@
 //! The table of machine settings: key, unit, range, getter and setter. File, page, manual and tests use it.
 //! The locale tables hold a description of each key under `setting.<key with dots as underscores>`.
 
+use super::field::Setting;
 use super::table::SECTIONS;
 use super::tools::rack_of;
-use super::value::{Setting, Value, ValueKind};
-use super::{CONTACT_TOLERANCE, Machine, WIRED, validate};
+use super::value::{Value, ValueKind};
+use super::{CONTACT_TOLERANCE, Machine, validate};
 use crate::diagnostic::Diagnostic;
 use crate::error;
 use crate::locale;
@@ -13,15 +14,13 @@ use crate::units::Length;
 /// True if the setting selects which hardware is driven. For safety, only the machine file changes it, never
 /// a page.
 pub fn is_in_file_only(key: &str) -> bool {
-    let section = key.split_once('.').map_or("", |(section, _)| section);
-    ["machine.output", "machine.card_address"].contains(&key)
-        || WIRED.iter().any(|(wired, _)| *wired == section)
+    setting(key).is_some_and(Setting::is_in_file_only)
 }
 
 /// True if the setting describes the wiring of an adapter. A page that drives the adapter directly, without a
 /// machine file, may change it.
 pub fn is_adapter_wiring(key: &str) -> bool {
-    key.starts_with("adapter.") && key != "adapter.port"
+    setting(key).is_some_and(Setting::is_adapter_wiring)
 }
 
 impl ValueKind {
@@ -107,13 +106,9 @@ pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, 
     let mut changed = machine.clone();
     let mut refusals = Vec::new();
     for (key, value) in changes {
-        let Some(setting) = setting(key) else {
-            refusals.push(error!("machine.setting_unknown", key = key));
-            continue;
-        };
-        match setting.kind.refusal(setting.key, setting.unit, value) {
-            Some(refusal) => refusals.push(refusal),
-            None => (setting.set)(&mut changed, value),
+        match setting(key) {
+            Some(setting) => refusals.extend(setting.set(&mut changed, value).err()),
+            None => refusals.push(error!("machine.setting_unknown", key = key)),
         }
     }
     if !changes.iter().any(|(key, _)| key == "stroke.contact_tolerance") {
@@ -193,17 +188,19 @@ mod tests {
         let Some(ValueKind::Choice(outputs)) = setting("machine.output").map(|row| row.kind) else {
             unreachable!()
         };
-        let wired = WIRED.map(|(section, _)| section);
-        let outputs: Vec<_> = outputs.iter().filter(|output| **output != "virtual").copied().collect();
         // So has the serial port of the spindle's converter.
-        assert_eq!([&outputs[..], &["converter"]].concat(), wired);
-        let is_of = |key: &str, section: &str| key.split_once('.').is_some_and(|(own, _)| own == section);
-        for section in wired {
-            assert!(settings().filter(|row| is_of(row.key, section)).count() > 3, "{section}");
+        let outputs = outputs.iter().filter(|output| **output != "virtual").copied();
+        let wired: Vec<_> = outputs.chain(["converter"]).collect();
+        for section in &wired {
+            let rows = SECTIONS.iter().find(|(name, _)| name == section).map_or(&[][..], |(_, rows)| rows);
+            assert!(rows.len() > 3 && rows.iter().all(Setting::is_in_file_only), "{section}");
         }
-        let fixed = settings().map(|row| row.key).filter(|key| is_in_file_only(key));
-        let others: Vec<_> = fixed.filter(|key| !wired.iter().any(|section| is_of(key, section))).collect();
-        assert_eq!(others, ["machine.output", "machine.card_address"]);
+        let others = SECTIONS.iter().filter(|(name, _)| !wired.contains(name)).flat_map(|(_, rows)| *rows);
+        let fixed: Vec<_> = others.filter(|row| row.is_in_file_only()).map(|row| row.key).collect();
+        assert_eq!(fixed, ["machine.output", "machine.card_address"]);
+        assert!(settings().filter(|row| row.is_in_file_only()).all(Setting::is_built_from));
+        let wiring = settings().filter(|row| row.is_adapter_wiring()).map(|row| row.key);
+        assert!(wiring.count() > 3 && !is_adapter_wiring("adapter.port"));
     }
 
     #[test]

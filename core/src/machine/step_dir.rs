@@ -11,7 +11,6 @@
 //! other direction follows at least length, hold and set-up later. This module checks that. Times are in ns,
 //! one each for X, Y and Z.
 
-use super::value::Value;
 use super::{Machine, UNWIRED};
 use crate::code;
 use crate::diagnostic::Diagnostic;
@@ -132,15 +131,6 @@ impl StepDir {
         }
         diagnostics
     }
-}
-
-pub(super) fn times(times_ns: &[u32]) -> Value {
-    Value::Numbers(times_ns.iter().map(|ns| f64::from(*ns)).collect())
-}
-
-pub(super) fn read_times(value: &Value) -> Vec<u32> {
-    let Value::Numbers(numbers) = value else { return Vec::new() };
-    numbers.iter().map(|number| *number as u32).collect()
 }
 
 #[cfg(test)]

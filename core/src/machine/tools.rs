@@ -7,7 +7,9 @@
 //!
 //! Wear is counted in holes (drills) or in milled metres (all others).
 
-use super::value::Value;
+use super::field::{Field, NONE, fields, number};
+use super::value::ValueKind::{Number, Whole};
+use super::value::{Value, ValueKind};
 use crate::diagnostic::Diagnostic;
 use crate::job::worn::Wear;
 use crate::job::{Bit, Cutter, Handling};
@@ -27,8 +29,8 @@ const KEY: &str = "rack.tools";
 const MOST_TOOLS: usize = 64;
 /// Longest line, in bytes.
 const LONGEST_LINE: usize = 200;
-/// Least and greatest diameter, mm.
-const DIAMETERS_MM: (f64, f64) = (0.05, 20.0);
+/// Diameters, mm.
+const DIAMETERS: ValueKind = Number(0.05, 20.0);
 /// µm in a metre.
 const UM_PER_M: u64 = 1_000_000;
 
@@ -53,115 +55,48 @@ pub struct RackTool {
     pub place: u32,
 }
 
-/// An optional field of a line, after number, type and diameter.
-pub struct ToolField {
-    /// Keyword.
-    pub word: &'static str,
-    pub unit: &'static str,
-    low: f64,
-    high: f64,
-    whole: bool,
-    get: fn(&RackTool) -> f64,
-    set: fn(&mut RackTool, f64),
-}
-
-/// All optional fields, in the order of a line. A value of 0 is omitted.
-pub const TOOL_FIELDS: [ToolField; 8] = [
-    ToolField { word: "tip", unit: "mm", low: 0.0, high: 10.0, whole: false, get: tip_mm, set: set_tip_mm },
-    ToolField {
-        word: "angle",
-        unit: "°",
-        low: 0.0,
-        high: 179.0,
-        whole: false,
-        get: angle_deg,
-        set: set_angle_deg,
-    },
-    ToolField {
-        word: "down",
-        unit: "mm/s",
-        low: 0.0,
-        high: 500.0,
-        whole: false,
-        get: |tool| tool.down_mm_per_s,
-        set: |tool, value| tool.down_mm_per_s = value,
-    },
-    ToolField {
-        word: "up",
-        unit: "mm/s",
-        low: 0.0,
-        high: 500.0,
-        whole: false,
-        get: |tool| tool.up_mm_per_s,
-        set: |tool, value| tool.up_mm_per_s = value,
-    },
-    ToolField {
-        word: "rpm",
-        unit: "rpm",
-        low: 0.0,
-        high: MOST_RPM as f64,
-        whole: true,
-        get: |tool| f64::from(tool.spindle_rpm),
-        set: |tool, value| tool.spindle_rpm = value as u32,
-    },
-    ToolField {
-        word: "run-out",
-        unit: "mm",
-        low: 0.0,
-        high: 0.5,
-        whole: false,
-        get: |tool| tool.run_out.mm(),
-        set: |tool, value| tool.run_out = Length::from_mm(value),
-    },
-    ToolField {
-        word: "life",
-        unit: "",
-        low: 0.0,
-        high: 1e6,
-        whole: true,
-        get: |tool| f64::from(tool.life),
-        set: |tool, value| tool.life = value as u32,
-    },
-    ToolField {
-        word: "place",
-        unit: "",
-        low: 0.0,
-        high: 999.0,
-        whole: true,
-        get: |tool| f64::from(tool.place),
-        set: |tool, value| tool.place = value as u32,
-    },
-];
+/// All optional fields of a line, in its order; the key is the keyword. A value of 0 is omitted.
+pub const TOOL_FIELDS: &[Field<RackTool>] = fields! { RackTool;
+    ("tip", "mm", Number(0.0, 10.0), NONE;
+        |tool| tip_and_angle(&tool.cutter).map(|(tip, _)| Value::Number(tip.mm())),
+        |tool, v| set_tip(&mut tool.cutter, v))
+    ("angle", "°", Number(0.0, 179.0), NONE;
+        |tool| tip_and_angle(&tool.cutter).map(|(_, mdeg)| Value::Number(f64::from(mdeg) / 1e3)),
+        |tool, v| set_angle(&mut tool.cutter, v))
+    ("down", "mm/s", Number(0.0, 500.0), NONE, down_mm_per_s)
+    ("up", "mm/s", Number(0.0, 500.0), NONE, up_mm_per_s)
+    ("rpm", "rpm", Whole(0.0, MOST_RPM as f64), NONE, spindle_rpm)
+    ("run-out", "mm", Number(0.0, 0.5), NONE, run_out)
+    ("life", "", Whole(0.0, 1e6), NONE, life)
+    ("place", "", Whole(0.0, 999.0), NONE, place)
+};
 
 /// Keywords of the tool types.
 pub const TOOL_FORMS: [&str; 3] = ["drill", "mill", "vee"];
 
-fn tip_mm(tool: &RackTool) -> f64 {
-    if let Cutter::Vee { tip, .. } = tool.cutter { tip.mm() } else { 0.0 }
+/// Tip and angle of a V-bit, in thousandths of a degree.
+pub(crate) fn tip_and_angle(cutter: &Cutter) -> Option<(Length, u32)> {
+    if let Cutter::Vee { tip, angle_mdeg } = *cutter { Some((tip, angle_mdeg)) } else { None }
 }
 
-fn set_tip_mm(tool: &mut RackTool, value: f64) {
-    if let Cutter::Vee { tip, .. } = &mut tool.cutter {
-        *tip = Length::from_mm(value);
+pub(crate) fn set_tip(cutter: &mut Cutter, mm: &Value) {
+    if let Cutter::Vee { tip, .. } = cutter {
+        *tip = Length::from_mm(number(mm));
     }
 }
 
-fn angle_deg(tool: &RackTool) -> f64 {
-    if let Cutter::Vee { angle_mdeg, .. } = tool.cutter { f64::from(angle_mdeg) / 1e3 } else { 0.0 }
-}
-
-fn set_angle_deg(tool: &mut RackTool, value: f64) {
-    if let Cutter::Vee { angle_mdeg, .. } = &mut tool.cutter {
-        *angle_mdeg = libm::round(value * 1e3) as u32;
+pub(crate) fn set_angle(cutter: &mut Cutter, degrees: &Value) {
+    if let Cutter::Vee { angle_mdeg, .. } = cutter {
+        *angle_mdeg = libm::round(number(degrees) * 1e3) as u32;
     }
 }
 
 impl fmt::Display for RackTool {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "T{} {} {}", self.number, self.form(), self.diameter.mm())?;
-        let said =
-            TOOL_FIELDS.iter().map(|field| (field.word, (field.get)(self))).filter(|said| said.1 != 0.0);
-        said.into_iter().try_for_each(|(word, value)| write!(out, " {word} {value}"))
+        let said = TOOL_FIELDS.iter().filter_map(|field| Some((field.key, field.get(self)?)));
+        let mut said = said.filter(|(_, value)| *value != Value::Number(0.0));
+        said.try_for_each(|(word, value)| write!(out, " {word} {value}"))
     }
 }
 
@@ -199,21 +134,20 @@ impl RackTool {
         let (Some(number), Some(form), Some(size)) = (number, form, words.next()) else {
             return Err(wrong(code!("machine.tool_line"), line));
         };
-        let mm = measure(line, ("diameter", size), DIAMETERS_MM, "mm", false)?;
+        let mm = measure(line, ("diameter", size), DIAMETERS, "mm")?;
         let vee = Cutter::Vee { tip: Length::ZERO, angle_mdeg: 0 };
         let cutter = [Cutter::Drill, Cutter::Mill, vee][form];
         let mut tool = Self { cutter, ..Self::drill(number, Length::from_mm(mm)) };
         while let Some(word) = words.next() {
-            let known = TOOL_FIELDS.iter().find(|field| field.word == word);
-            let shape = ["tip", "angle"].contains(&word);
-            let Some(field) = known.filter(|_| !shape || tool.form() == "vee") else {
+            let known = TOOL_FIELDS.iter().find(|field| field.key == word);
+            let Some(field) = known.filter(|field| field.belongs_to(&tool)) else {
                 return Err(wrong(code!("machine.tool_word"), line).with("word", word));
             };
             let value = words.next().unwrap_or_default();
-            let value = measure(line, (word, value), (field.low, field.high), field.unit, field.whole)?;
-            (field.set)(&mut tool, value);
+            let value = measure(line, (word, value), field.kind, field.unit)?;
+            (field.write)(&mut tool, &Value::Number(value));
         }
-        if tool.form() == "vee" && (angle_deg(&tool) <= 0.0 || tip_mm(&tool) >= tool.diameter.mm()) {
+        if tip_and_angle(&tool.cutter).is_some_and(|(tip, mdeg)| mdeg == 0 || tip >= tool.diameter) {
             return Err(wrong(code!("machine.tool_vee"), line));
         }
         Ok(tool)
@@ -244,15 +178,10 @@ impl RackTool {
 }
 
 /// Parses a number in the range of `word`.
-fn measure(
-    line: &str,
-    (word, text): (&str, &str),
-    (low, high): (f64, f64),
-    unit: &str,
-    whole: bool,
-) -> Result<f64, Diagnostic> {
-    let value = text.parse::<f64>().ok().filter(|value| (low..=high).contains(value));
-    value.filter(|value| !whole || libm::trunc(*value) == *value).ok_or_else(|| {
+fn measure(line: &str, (word, text): (&str, &str), kind: ValueKind, unit: &str) -> Result<f64, Diagnostic> {
+    let fits = |number: &f64| kind.refusal(word, unit, &Value::Number(*number)).is_none();
+    text.parse::<f64>().ok().filter(fits).ok_or_else(|| {
+        let (low, high) = kind.range().unwrap_or_default();
         let measure = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let why = wrong(code!("machine.tool_range"), line).with("word", word).with("value", text);
         why.with("low", low).with("high", high).with("measure", measure)

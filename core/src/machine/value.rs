@@ -1,18 +1,18 @@
-//! Values of settings, and the rows of their table.
+//! Values of fields, and their types.
 
-use super::Machine;
+use crate::locale::typed;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The value of a setting in files and messages.
+/// The value of a field in files and messages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// In the setting's unit.
+    /// In the field's unit.
     Number(f64),
     /// A word or a line of text.
     Text(String),
-    /// In the setting's unit.
+    /// In the field's unit.
     Numbers(Vec<f64>),
     /// Several lines of text.
     Texts(Vec<String>),
@@ -51,41 +51,37 @@ pub enum ValueKind {
     Tools,
 }
 
-/// One row of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Setting {
-    /// Section and name, for example `x.max_speed`.
-    pub key: &'static str,
-    /// Unit of the numbers; empty for words.
-    pub unit: &'static str,
-    pub kind: ValueKind,
-    /// True if the step stream depends on it, so that it is part of the fingerprint.
-    pub shapes_stream: bool,
-    pub(super) get: fn(&Machine) -> Value,
-    pub(super) set: fn(&mut Machine, &Value),
-}
-
-impl Setting {
-    /// The value in `machine`.
-    pub fn value(&self, machine: &Machine) -> Value {
-        (self.get)(machine)
+impl ValueKind {
+    /// Least and greatest number.
+    pub const fn range(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Number(low, high)
+            | Self::Whole(low, high)
+            | Self::Numbers(low, high)
+            | Self::Wholes(low, high) => Some((low, high)),
+            Self::Text(_) | Self::Choice(_) | Self::Tools => None,
+        }
     }
 
-    /// Message key of the name.
-    pub fn name_key(&self) -> String {
-        format!("setting.{}", self.key.replace('.', "_"))
-    }
-
-    /// Message key of what the name doesn't say.
-    pub fn help_key(&self) -> String {
-        format!("setting_help.{}", self.key.replace('.', "_"))
+    /// The value of a typed text; text that isn't a number stays text, which [`Self::refusal`] refuses.
+    pub fn typed(self, text: &str) -> Value {
+        let plain = || Value::Text(text.to_owned());
+        match self {
+            Self::Text(_) | Self::Choice(_) => plain(),
+            Self::Number(..) | Self::Whole(..) => typed(text).map_or_else(plain, Value::Number),
+            Self::Numbers(..) | Self::Wholes(..) => {
+                let numbers: Option<Vec<_>> = text.split_whitespace().map(typed).collect();
+                numbers.map_or_else(plain, Value::Numbers)
+            }
+            Self::Tools => Value::Texts(text.lines().map(str::to_owned).collect()),
+        }
     }
 }
 
-pub(super) fn number(value: &Value) -> f64 {
+pub(crate) fn number(value: &Value) -> f64 {
     if let Value::Number(number) = value { *number } else { 0.0 }
 }
 
-pub(super) fn text(value: &Value) -> &str {
+pub(crate) fn text(value: &Value) -> &str {
     if let Value::Text(text) = value { text } else { "" }
 }

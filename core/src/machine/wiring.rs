@@ -5,6 +5,7 @@
 //! bits          31 … 24  23 … 16  15 …  8   7 …  0
 //! ```
 
+use super::field::FieldValue;
 use super::step_dir::MOTORS;
 use super::value::Value;
 use super::{Machine, StepDir, UNWIRED};
@@ -73,15 +74,6 @@ impl Wiring {
     }
 }
 
-pub(super) fn numbers(bits: &[i8]) -> Value {
-    Value::Numbers(bits.iter().map(|bit| f64::from(*bit)).collect())
-}
-
-pub(super) fn bits(value: &Value) -> Vec<i8> {
-    let Value::Numbers(numbers) = value else { return Vec::new() };
-    numbers.iter().map(|number| *number as i8).collect()
-}
-
 /// Older versions had fewer inputs: before presser foot and magazine, and before index pulses. Lists of these
 /// lengths are from them.
 const FEWER_INPUTS: [usize; 2] = [7, 13];
@@ -94,63 +86,56 @@ pub(super) fn of_inputs<T: Clone>(mut numbers: Vec<T>, rest: T) -> Vec<T> {
     numbers
 }
 
+/// Sets a list, perhaps from an older version.
+pub(super) fn set_inputs(list: &mut Vec<i8>, value: &Value, rest: i8) {
+    list.set(value);
+    *list = of_inputs(std::mem::take(list), rest);
+}
+
 /// Rows of one wiring: device, then the rows of that hardware.
 macro_rules! wiring_rows {
-    (@row $key:expr, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
-        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
-    };
-    (@text $section:ident, $name:literal, $field:ident) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Text(200),
-            |m| Value::Text(m.$section.wiring.$field.clone()),
-            |m, v| if let Value::Text(text) = v { m.$section.wiring.$field.clone_from(text); })
-    };
-    (@list $section:ident, $name:literal, $low:literal, $high:literal, $($field:tt)+) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Wholes($low, $high),
-            |m| numbers(&m.$section.wiring.$($field)+), |m, v| m.$section.wiring.$($field)+ = bits(v))
-    };
-    (@inputs $section:ident, $name:literal, $low:literal, $high:literal, $rest:expr, $field:ident) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Wholes($low, $high),
-            |m| numbers(&m.$section.wiring.$field), |m, v| m.$section.wiring.$field = of_inputs(bits(v), $rest))
-    };
-    (@whole $section:ident, $name:literal, $unit:literal, $low:literal, $high:literal, $($field:tt)+) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), $unit, ValueKind::Whole($low, $high),
-            |m| Value::Number(f64::from(m.$section.wiring.$($field)+)),
-            |m, v| m.$section.wiring.$($field)+ = number(v) as u32)
-    };
-    (@times $section:ident, $name:literal, $field:ident) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), "ns", ValueKind::Wholes(0.0, 1_000_000.0),
-            |m| times(&m.$section.wiring.drivers.$field),
-            |m, v| m.$section.wiring.drivers.$field = read_times(v))
-    };
-    ($section:ident, $($own:expr),+) => {
-        &[
-            wiring_rows!(@text $section, ".device", device),
-            $($own,)+
-            wiring_rows!(@list $section, ".x", -1.0, 31.0, phases[0]),
-            wiring_rows!(@list $section, ".y", -1.0, 31.0, phases[1]),
-            wiring_rows!(@list $section, ".z", -1.0, 31.0, phases[2]),
-            wiring_rows!(@row concat!(stringify!($section), ".spindle"), "", ValueKind::Whole(-1.0, 31.0),
-                |m| Value::Number(f64::from(m.$section.wiring.spindle)),
-                |m, v| m.$section.wiring.spindle = number(v) as i8),
-            wiring_rows!(@list $section, ".outputs", 0.0, 31.0, outputs),
-            wiring_rows!(@text $section, ".output_names", output_names),
-            wiring_rows!(@inputs $section, ".sensors", -1.0, 31.0, UNWIRED, sensors),
-            wiring_rows!(@inputs $section, ".sensors_low", 0.0, 1.0, 0, sensors_low),
-            wiring_rows!(@whole $section, ".start_stop_rate", "Hz", 0.0, 20_000.0, start_stop_hz),
-            wiring_rows!(@list $section, ".step", -1.0, 31.0, drivers.steps),
-            wiring_rows!(@list $section, ".direction", -1.0, 31.0, drivers.directions),
-            wiring_rows!(@list $section, ".enable", -1.0, 31.0, drivers.enables),
-            wiring_rows!(@whole $section, ".enable_delay", "ms", 0.0, 2_000.0, drivers.enable_delay_ms),
-            wiring_rows!(@list $section, ".outputs_low", 0.0, 31.0, drivers.outputs_low),
-            wiring_rows!(@times $section, ".step_length", length_ns),
-            wiring_rows!(@times $section, ".step_space", space_ns),
-            wiring_rows!(@times $section, ".direction_setup", setup_ns),
-            wiring_rows!(@times $section, ".direction_hold", hold_ns),
-            wiring_rows!(@row concat!(stringify!($section), ".charge_pump"), "", ValueKind::Whole(-1.0, 31.0),
-                |m| Value::Number(f64::from(m.$section.wiring.drivers.charge_pump)),
-                |m, v| m.$section.wiring.drivers.charge_pump = number(v) as i8),
-            wiring_rows!(@whole $section, ".charge_pump_rate", "Hz", 100.0, 20_000.0, drivers.charge_pump_hz),
-        ]
+    ($section:ident; $($own:tt)+) => {
+        fields! { Machine;
+            (concat!(stringify!($section), ".device"), "", Text(200), FILE, $section.wiring.device)
+            $($own)+
+            (concat!(stringify!($section), ".x"), "", Wholes(-1.0, 31.0), FILE, $section.wiring.phases[0])
+            (concat!(stringify!($section), ".y"), "", Wholes(-1.0, 31.0), FILE, $section.wiring.phases[1])
+            (concat!(stringify!($section), ".z"), "", Wholes(-1.0, 31.0), FILE, $section.wiring.phases[2])
+            (concat!(stringify!($section), ".spindle"), "", Whole(-1.0, 31.0), FILE, $section.wiring.spindle)
+            (concat!(stringify!($section), ".outputs"), "", Wholes(0.0, 31.0), FILE, $section.wiring.outputs)
+            (concat!(stringify!($section), ".output_names"), "", Text(200), FILE,
+                $section.wiring.output_names)
+            (concat!(stringify!($section), ".sensors"), "", Wholes(-1.0, 31.0), FILE;
+                |m| Some(m.$section.wiring.sensors.value()),
+                |m, v| set_inputs(&mut m.$section.wiring.sensors, v, UNWIRED))
+            (concat!(stringify!($section), ".sensors_low"), "", Wholes(0.0, 1.0), FILE;
+                |m| Some(m.$section.wiring.sensors_low.value()),
+                |m, v| set_inputs(&mut m.$section.wiring.sensors_low, v, 0))
+            (concat!(stringify!($section), ".start_stop_rate"), "Hz", Whole(0.0, 20_000.0), FILE,
+                $section.wiring.start_stop_hz)
+            (concat!(stringify!($section), ".step"), "", Wholes(-1.0, 31.0), FILE,
+                $section.wiring.drivers.steps)
+            (concat!(stringify!($section), ".direction"), "", Wholes(-1.0, 31.0), FILE,
+                $section.wiring.drivers.directions)
+            (concat!(stringify!($section), ".enable"), "", Wholes(-1.0, 31.0), FILE,
+                $section.wiring.drivers.enables)
+            (concat!(stringify!($section), ".enable_delay"), "ms", Whole(0.0, 2_000.0), FILE,
+                $section.wiring.drivers.enable_delay_ms)
+            (concat!(stringify!($section), ".outputs_low"), "", Wholes(0.0, 31.0), FILE,
+                $section.wiring.drivers.outputs_low)
+            (concat!(stringify!($section), ".step_length"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+                $section.wiring.drivers.length_ns)
+            (concat!(stringify!($section), ".step_space"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+                $section.wiring.drivers.space_ns)
+            (concat!(stringify!($section), ".direction_setup"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+                $section.wiring.drivers.setup_ns)
+            (concat!(stringify!($section), ".direction_hold"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+                $section.wiring.drivers.hold_ns)
+            (concat!(stringify!($section), ".charge_pump"), "", Whole(-1.0, 31.0), FILE,
+                $section.wiring.drivers.charge_pump)
+            (concat!(stringify!($section), ".charge_pump_rate"), "Hz", Whole(100.0, 20_000.0), FILE,
+                $section.wiring.drivers.charge_pump_hz)
+        }
     };
 }
 pub(super) use wiring_rows;

@@ -14,13 +14,13 @@ pub mod saved;
 pub mod text;
 
 use crate::board::Face;
-use crate::cam::parameters::{self, Parameter};
+use crate::cam::parameters;
 use crate::cam::work::{LocalIsolation, Operation, OperationKind, Remedy, Work};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::locale;
-use crate::machine::{Value, ValueKind};
+use crate::machine::{Field, Value, ValueKind};
 use crate::units::Length;
 use crate::{code, error};
 use std::fmt::Write as _;
@@ -135,7 +135,7 @@ impl Reader<'_> {
     fn rows<T>(
         &self,
         rows: &Table<'_>,
-        table: &'static [Parameter<T>],
+        table: &'static [Field<T>],
         others: &[&'static str],
         of: &mut T,
     ) -> Result<(), Diagnostic> {
@@ -146,7 +146,7 @@ impl Reader<'_> {
             }
             let known = table.iter().find(|row| row.name() == name_text && row.belongs_to(of));
             let Some(row) = known else {
-                let here = table.iter().filter(|row| row.belongs_to(of)).map(Parameter::name);
+                let here = table.iter().filter(|row| row.belongs_to(of)).map(Field::name);
                 let known: Vec<&str> = here.chain(others.iter().copied()).collect();
                 return self.unknown(name_text, &known, name.span().start);
             };
@@ -288,7 +288,7 @@ pub fn write(work: &Work) -> String {
     out
 }
 
-fn write_rows<T>(out: &mut String, table: &[Parameter<T>], of: &T, explained: bool) {
+fn write_rows<T>(out: &mut String, table: &[Field<T>], of: &T, explained: bool) {
     for row in table {
         if !row.belongs_to(of) {
             continue;
@@ -296,25 +296,20 @@ fn write_rows<T>(out: &mut String, table: &[Parameter<T>], of: &T, explained: bo
         if explained {
             let _ = writeln!(out, "# {}", explain(row));
         }
-        let _ = match row.value(of) {
+        let _ = match row.get(of) {
             Some(value) => writeln!(out, "{} = {}", row.name(), text::literal(&value)),
             None => writeln!(out, "# {} = \"{}\"", row.name(), parameters::OF_MACHINE),
         };
     }
 }
 
-fn explain<T>(row: &Parameter<T>) -> String {
+fn explain<T>(row: &Field<T>) -> String {
     let sentence = locale::text("en", &row.sentence_key(), &[]);
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
-    match row.kind {
-        ValueKind::Text(_) | ValueKind::Tools => sentence,
-        ValueKind::Number(low, high)
-        | ValueKind::Whole(low, high)
-        | ValueKind::Numbers(low, high)
-        | ValueKind::Wholes(low, high) => {
-            format!("{sentence} {low} … {high}{unit}.")
-        }
-        ValueKind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
+    match (row.kind, row.kind.range()) {
+        (ValueKind::Choice(words), _) => format!("{sentence} One of: {}.", words.join(", ")),
+        (_, Some((low, high))) => format!("{sentence} {low} … {high}{unit}."),
+        _ => sentence,
     }
 }
 

@@ -11,29 +11,6 @@ use annulus_core::machine::{self, Output, Steps, Value, is_in_file_only};
 use annulus_core::virtual_drill::{VirtualDrill, faults};
 use std::sync::Arc;
 
-/// Settings that define positions on the machine: a change requires homing. Wiring changes require it too;
-/// other settings of the virtual drill are compared separately.
-const BUILT_FROM: [&str; 13] = [
-    "machine.spindles",
-    "x.",
-    "y.",
-    "z.",
-    "drive.",
-    "foot.",
-    "magazine.",
-    "spindle.longer",
-    "stroke.contact_tolerance",
-    "stroke.end",
-    "stroke.surface",
-    "stroke.board_thickness",
-    "stroke.breakthrough",
-];
-
-/// Returns `true` if a drill is built from the setting `key`.
-fn is_built_from(key: &str) -> bool {
-    is_in_file_only(key) || BUILT_FROM.iter().any(|start| key.starts_with(start))
-}
-
 impl Owner {
     pub(super) fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
         // Only the machine file may choose the hardware; no request may change it.
@@ -44,8 +21,7 @@ impl Owner {
         let changed = machine::apply(&self.machine, changes)
             .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| error!("control.busy")))?;
         let wired = machine::settings().any(|setting| {
-            let differs = setting.value(&self.machine) != setting.value(&changed);
-            differs && is_built_from(setting.key)
+            setting.is_built_from() && setting.value(&self.machine) != setting.value(&changed)
         });
         let moved =
             changed.output == Output::Virtual && !VirtualDrill::is_the_same_for(&self.machine, &changed);
@@ -106,45 +82,5 @@ impl Owner {
         (self.position, self.down, self.in_spindle) = (Steps::default(), 0, None);
         self.stock_for_pins();
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// All other settings: how the machine moves and in which order, not what it is built from.
-    const KEPT: [&str; 19] = [
-        "machine.name",
-        "machine.description",
-        "motion.",
-        "overlap.",
-        "park.",
-        "change.",
-        "stroke.longest_drilling",
-        "stroke.settle",
-        "stroke.touch_speed",
-        "stroke.lift_at_pause",
-        "stroke.safe_height",
-        "stroke.feed",
-        "stroke.dwell_bottom",
-        "spindle.deeper",
-        "spindle.enabled",
-        "spindle.margin",
-        "spindle.max_speed",
-        "spindle.sp",
-        "rack.",
-    ];
-
-    #[test]
-    fn every_setting_is_classified_as_rebuilding_or_not() {
-        let keys: Vec<&str> = machine::settings().map(|setting| setting.key).collect();
-        for key in &keys {
-            let kept = KEPT.iter().any(|start| key.starts_with(start));
-            assert!(is_built_from(key) != kept, "{key}: built from it {}, kept {kept}", is_built_from(key));
-        }
-        for start in BUILT_FROM.iter().chain(&KEPT) {
-            assert!(keys.iter().any(|key| key.starts_with(start)), "no setting begins with {start}");
-        }
     }
 }

@@ -5,10 +5,9 @@ use crate::i18n;
 use crate::page::read;
 use crate::widgets::{keyboard, last_refusal, menu_word, refusal, tick, typed_input};
 use crate::workbench::edit;
-use annulus_core::cam::parameters::Parameter;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::machine::{Value, ValueKind};
+use annulus_core::machine::{Field, Value, ValueKind};
 use leptos::ev;
 use leptos::html::{div, input, label, select, small, span};
 use leptos::prelude::*;
@@ -30,16 +29,16 @@ fn word_of(word: &str) -> String {
 }
 
 /// The chosen unit if the parameter is a length; none for all others, which keep the unit of the table.
-fn length_unit<T>(row: &Parameter<T>) -> Option<Unit> {
+fn length_unit<T>(row: &Field<T>) -> Option<Unit> {
     let single = matches!(row.kind, ValueKind::Number(..));
     (row.unit == "mm" && single).then(|| read(|m| m.frame.unit))
 }
 
-fn unit_of<T>(row: &Parameter<T>) -> String {
+fn unit_of<T>(row: &Field<T>) -> String {
     if length_unit(row).is_some() { i18n::unit_word() } else { i18n::unit_of(row.unit) }
 }
 
-fn shown<T>(row: &Parameter<T>, value: Option<&Value>) -> String {
+fn shown<T>(row: &Field<T>, value: Option<&Value>) -> String {
     match value {
         Some(Value::Number(mm)) if length_unit(row) == Some(Unit::Inch) => {
             i18n::number(Unit::Inch.short(*mm))
@@ -53,7 +52,7 @@ fn shown<T>(row: &Parameter<T>, value: Option<&Value>) -> String {
 
 /// The field. A number with a `slider` (minimum, maximum, step) has one under it.
 pub(super) fn entry<T: 'static>(
-    row: &'static Parameter<T>,
+    row: &'static Field<T>,
     now: Memo<Option<Value>>,
     slider: Option<(f64, f64, f64)>,
     write: Write,
@@ -106,7 +105,7 @@ pub(super) fn entry<T: 'static>(
 }
 
 fn slider<T: 'static>(
-    row: &'static Parameter<T>,
+    row: &'static Field<T>,
     now: Memo<Option<Value>>,
     (low, high, step): (f64, f64, f64),
     write: Write,
@@ -129,7 +128,7 @@ fn slider<T: 'static>(
         })
 }
 
-fn flag<T: 'static>(row: &'static Parameter<T>, now: Memo<Option<Value>>, write: Write) -> AnyView {
+fn flag<T: 'static>(row: &'static Field<T>, now: Memo<Option<Value>>, write: Write) -> AnyView {
     let yes = move || now.with(|now| matches!(now, Some(Value::Text(word)) if word == "yes"));
     let set = move |on| {
         let word = if on { "yes" } else { "no" };

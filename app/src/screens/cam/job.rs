@@ -14,9 +14,10 @@ use crate::page::{board, peek, read, send, shared};
 use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if, segmented, tick};
 use crate::workbench::edit;
 use annulus_core::board::Face;
-use annulus_core::cam::parameters::{Parameter, SETUP};
+use annulus_core::cam::parameters::SETUP;
 use annulus_core::cam::work::{Operation, OperationKind, Setup};
 use annulus_core::job::milled_mm;
+use annulus_core::machine::Field;
 use leptos::ev;
 use leptos::html::{button, details, div, dl, h2, header, input, li, ol, section, select, span, summary};
 use leptos::prelude::*;
@@ -248,9 +249,9 @@ fn board_setup() -> impl IntoView {
     )))
 }
 
-fn setup_row(row: &'static Parameter<Setup>) -> AnyView {
+fn setup_row(row: &'static Field<Setup>) -> AnyView {
     let now = Memo::new(move |_| {
-        shared(|m| &m.job.work).with(|work| work.as_ref().and_then(|work| row.value(&work.setup)))
+        shared(|m| &m.job.work).with(|work| work.as_ref().and_then(|work| row.get(&work.setup)))
     });
     let write = move |value| {
         let Some(work) = peek(|m| m.job.work.clone()) else { return Ok(()) };

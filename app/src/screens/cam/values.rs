@@ -8,10 +8,10 @@ use crate::model::Model;
 use crate::page::{board, peek, read, shared};
 use crate::widgets::{last_refusal, push, refusal_text, typed_input};
 use crate::workbench::edit::{self, ThroughTo};
-use annulus_core::cam::parameters::{BIT, OF_MACHINE, OPERATION, Parameter};
+use annulus_core::cam::parameters::{BIT, OF_MACHINE, OPERATION};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::job::Bit;
-use annulus_core::machine::Value;
+use annulus_core::machine::{Field, Value};
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{details, div, h2, header, label, option, p, section, select, span, summary};
@@ -61,7 +61,7 @@ fn fields(at: usize, operation: &Operation) -> impl IntoView + use<> {
     div().class("setting-list").child((mills.then(|| (bit(at), width(at))), rows, mills.then(bits)))
 }
 
-fn field(at: usize, row: &'static Parameter<Operation>) -> AnyView {
+fn field(at: usize, row: &'static Field<Operation>) -> AnyView {
     let now = Memo::new(move |_| {
         let machine = shared(|m| &m.machine).get();
         shared(|m| &m.job.work).with(|work| row.value_on(work.as_ref()?.operations.get(at)?, &machine))
@@ -88,7 +88,7 @@ fn field(at: usize, row: &'static Parameter<Operation>) -> AnyView {
 }
 
 /// Below a value that can follow the machine: a note that it does, or a button that makes it follow again.
-fn of_machine(at: usize, row: &'static Parameter<Operation>, follows: Memo<bool>) -> impl IntoView {
+fn of_machine(at: usize, row: &'static Field<Operation>, follows: Memo<bool>) -> impl IntoView {
     let release = move |_| {
         board::change_job(None, |work| {
             edit::changed(work, at, |operation| {
@@ -231,7 +231,7 @@ fn bits() -> impl IntoView {
     let rows = move || {
         let (at, _) = which.get();
         let bit = shared(|m| &m.job.work).with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
-        let rows = BIT.iter().filter(|row| bit.as_ref().is_some_and(|bit| row.value(bit).is_some()));
+        let rows = BIT.iter().filter(|row| bit.as_ref().is_some_and(|bit| row.get(bit).is_some()));
         rows.map(|row| bit_field(at, row)).collect::<Vec<_>>()
     };
     details().child((
@@ -256,9 +256,8 @@ fn bits() -> impl IntoView {
     ))
 }
 
-fn bit_field(at: usize, row: &'static Parameter<Bit>) -> AnyView {
-    let now =
-        Memo::new(move |_| shared(|m| &m.job.work).with(|work| row.value(work.as_ref()?.bits.get(at)?)));
+fn bit_field(at: usize, row: &'static Field<Bit>) -> AnyView {
+    let now = Memo::new(move |_| shared(|m| &m.job.work).with(|work| row.get(work.as_ref()?.bits.get(at)?)));
     let write = move |value| {
         let found = shared(|m| &m.job.work).with_untracked(|work| work.as_ref()?.bits.get(at).cloned());
         let Some(mut bit) = found else { return Ok(()) };

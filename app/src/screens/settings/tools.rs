@@ -45,7 +45,7 @@ fn named(name: &'static str) -> impl Fn() -> String + Copy {
 const FIRST: [&str; 4] = [NUMBER, FORM, DIAMETER, "life"];
 
 fn others() -> impl Iterator<Item = &'static str> {
-    TOOL_FIELDS.iter().map(|field| field.word).filter(|word| !FIRST.contains(word))
+    TOOL_FIELDS.iter().map(|field| field.key).filter(|word| !FIRST.contains(word))
 }
 
 pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
