@@ -17,7 +17,7 @@ pub fn change_bar(
     may: impl Fn() -> bool + Copy + Send + Sync + 'static,
     refused: impl Fn() -> Option<String> + Copy + Send + Sync + 'static,
     discard: fn(),
-    apply: impl Fn() + Copy + 'static,
+    apply: impl Fn() + Copy + Send + 'static,
 ) -> impl IntoView {
     let why = move || {
         refused().or_else(|| {
