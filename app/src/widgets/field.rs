@@ -9,6 +9,7 @@ use annulus_core::machine::ValueKind;
 use leptos::html::{self, HtmlElement, input, label, p, span};
 use leptos::prelude::*;
 use leptos::tachys::html::attribute::Attribute;
+use leptos::tachys::view::RenderHtml;
 
 /// An input for a typed value, marked while its text is refused. `mode` is as in [`keyboard`].
 pub fn typed_input(
@@ -81,7 +82,7 @@ pub fn last_refusal<T: Send + Sync + 'static>(value: impl Fn() -> String + 'stat
 }
 
 /// A sentence about what is refused.
-pub fn refusal_text(why: String) -> HtmlElement<html::P, impl Attribute, (String,)> {
+pub fn refusal_text(why: String) -> HtmlElement<html::P, impl Attribute, impl RenderHtml> {
     p().class("refusal").attr("role", "alert").child(why)
 }
 

@@ -184,7 +184,6 @@ fn too_close(magazine: &Magazine) -> Option<Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::super::{Value, apply, virtual_drill};
-    use super::*;
 
     #[test]
     fn impossible_magazine_names_its_field() {

@@ -59,7 +59,6 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::super::{Value, apply, virtual_drill};
-    use super::*;
 
     #[test]
     fn unreachable_park_position_names_its_field() {
