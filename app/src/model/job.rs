@@ -164,7 +164,7 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
         }
         (JobEvent::Remove, Some(work)) => job.change(None, edit::removed(&work, job.chosen)),
         (JobEvent::DrillOrder { order }, Some(work)) => {
-            job.change(None, Work::clone(&work).drilled_in(order))
+            job.change(None, Work::clone(&work).drilled_in(order));
         }
         (JobEvent::Read { names, on: true }, _) => job.read.extend(names),
         (JobEvent::Read { names, on: false }, _) => names.iter().for_each(|name| {

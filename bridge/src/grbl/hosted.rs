@@ -408,7 +408,10 @@ impl Work {
                 let armed = may(ticket).and_then(|()| station.arm(&job, from_leg, written));
                 let _ = reply.send(armed.map(|tell| vec![tell]));
             }
-            Input::Upload { upload, reply } => drop(reply.send(station.upload(upload))),
+            Input::Upload { upload, reply } => {
+                station.upload(upload);
+                let _ = reply.send(());
+            }
             Input::Job { key, reply } => drop(reply.send(station.job(&key).map(<[u8]>::to_vec))),
         }
     }
