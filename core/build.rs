@@ -5,7 +5,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::{env, fmt::Write, fs, path::Path};
 
-/// The language whose table is always compiled in.
 const ALWAYS: &str = "en";
 
 fn flatten(prefix: &str, table: &toml::Table, rows: &mut Vec<(String, String)>) {

@@ -22,7 +22,6 @@ const LEFT_OVER_MM: f64 = 0.1;
 /// Greatest rotation, degrees. A larger one means that the board was placed the wrong way round.
 const MOST_DEG: f64 = 15.0;
 
-/// An alignment hole with its planned and measured positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FoundHole {
     /// Planned position, work coordinates.
@@ -42,7 +41,6 @@ pub struct BoardFit {
 }
 
 impl BoardFit {
-    /// Least-squares fit of two or more holes.
     pub fn of(holes: &[FoundHole]) -> Result<Self, Diagnostic> {
         if holes.len() < 2 {
             return Err(error!("align.too_few"));

@@ -4,12 +4,10 @@
 /// Increment of the state: 2⁶⁴ divided by the golden ratio.
 const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// A pseudorandom stream.
 #[derive(Clone, Debug)]
 pub struct Chance(u64);
 
 impl Chance {
-    /// Starts the stream of `seed`.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }

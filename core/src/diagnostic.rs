@@ -4,7 +4,6 @@
 use crate::locale;
 use serde::{Deserialize, Serialize};
 
-/// A code of the tables, checked by the compiler.
 #[macro_export]
 macro_rules! code {
     ($code:literal) => {{
@@ -25,13 +24,11 @@ macro_rules! error {
     ($($of:tt)*) => { $crate::diagnostic_of!(error $($of)*) };
 }
 
-/// A warning, like [`error!`].
 #[macro_export]
 macro_rules! warning {
     ($($of:tt)*) => { $crate::diagnostic_of!(warning $($of)*) };
 }
 
-/// A note, like [`error!`].
 #[macro_export]
 macro_rules! note {
     ($($of:tt)*) => { $crate::diagnostic_of!(note $($of)*) };
@@ -67,7 +64,6 @@ pub enum Severity {
 }
 
 impl Severity {
-    /// Stable word for JSON output.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Note => "note",
@@ -96,7 +92,6 @@ pub struct Diagnostic {
     pub code: String,
     /// Position in a file, if any.
     pub place: Option<Location>,
-    /// Arguments of the text, by name.
     pub args: Vec<(String, String)>,
 }
 
@@ -126,14 +121,12 @@ impl Diagnostic {
         Self::new(Severity::Note, code)
     }
 
-    /// Sets the position.
     #[must_use]
     pub fn at(mut self, file: &str, line: u32, column: u32) -> Self {
         self.place = Some(Location { file: file.to_owned(), line, column });
         self
     }
 
-    /// Adds an argument.
     #[must_use]
     pub fn with(mut self, name: &str, value: impl ToString) -> Self {
         self.args.push((name.to_owned(), value.to_string()));
@@ -154,13 +147,11 @@ impl Diagnostic {
         }
     }
 
-    /// The advice in `language`.
     pub fn advice(&self, language: &str) -> String {
         locale::text(language, &format!("{}.advice", self.code), &self.args)
     }
 }
 
-/// The name in `known` with the smallest edit distance to `name`.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> &'a str {
     let wanted: Vec<char> = name.chars().take(64).collect();
     known.into_iter().min_by_key(|candidate| distance(&wanted, candidate)).unwrap_or_default()

@@ -4,7 +4,6 @@
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Nanometres in a millimetre.
 pub const NM_PER_MM: i64 = 1_000_000;
 /// Nanometres in an inch, exactly.
 pub const NM_PER_INCH: i64 = 25_400_000;

@@ -95,7 +95,6 @@ fn totals_and_table_conditions_match_the_reference() {
     }
 }
 
-/// Sufficient conditions from part A.6 of the reference.
 struct Conditions {
     exact: bool,
     unimodal: bool,

@@ -51,7 +51,6 @@ fn flipped_stock_has_mirrored_depths() {
     }
 }
 
-/// A program of one leg with one tool.
 fn program(bit: Bit, commands: Vec<Command>) -> Program {
     Program {
         name: String::new(),

@@ -10,7 +10,6 @@ use annulus_core::pins::{
 };
 use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 
-/// A clock that is exact, or late by a random amount.
 struct TestClock {
     late_by: u64,
     chance: Chance,
@@ -28,7 +27,6 @@ impl Clock for TestClock {
     }
 }
 
-/// Orders by tick, in order of time. The latest one applies.
 struct Script(Vec<(u64, Order)>, u64);
 
 impl Operator for Script {
@@ -72,7 +70,6 @@ fn run(
     Played { outcome, line, pins }
 }
 
-/// Ticks of the steps of one axis.
 fn ticks(pins: &Recorder, axis: usize) -> Vec<u64> {
     let steps = pins.written.iter().filter_map(|call| match call {
         Written::Step { tick, axes, .. } if axes >> axis & 1 == 1 => Some(*tick),

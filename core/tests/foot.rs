@@ -16,7 +16,6 @@ use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 use std::sync::{Arc, Mutex};
 
-/// Time that the foot takes in these tests.
 const FOOT_TICKS: u64 = TICK_HZ * 80 / 1_000;
 
 fn on(machine: &Machine) -> Machine {
@@ -48,7 +47,6 @@ fn stream(machine: &Machine) -> StepStream {
     steps::stream(&motion::timeline(&program(machine), machine).unwrap(), machine).unwrap()
 }
 
-/// Plays the segments from work zero on.
 fn played(machine: &Machine, segments: &[Segment], pins: &mut dyn Pins, start: Steps) -> (Outcome, Playhead) {
     played_with(&Motors::of(machine), segments, pins, start)
 }

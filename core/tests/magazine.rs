@@ -22,7 +22,6 @@ fn tool(number: u32) -> StockedTool {
     }
 }
 
-/// The virtual drill with a magazine and a presser foot.
 fn machine() -> Machine {
     let base = virtual_drill();
     let overlap = Overlap { on: false, ..base.overlap };
@@ -47,7 +46,6 @@ fn carded(has_sensors: bool) -> Machine {
     apply(&machine(), &changes).unwrap()
 }
 
-/// A drill, the assumed stock, and the positions.
 struct Bench {
     machine: Machine,
     told: u32,
@@ -116,7 +114,6 @@ impl Bench {
         }
     }
 
-    /// Where a user finds the uncertain tool.
     fn look(&self) -> Seen {
         let (tool, place) = self.stock.change.as_ref().unwrap().uncertain();
         let drill = self.drill.inner();

@@ -21,7 +21,6 @@ use std::path::Path;
 /// One aspect of a machine, as text for comparison.
 pub(crate) type Look = fn(&Machine) -> String;
 
-/// Digest of a stream that drills, and mills around a corner.
 fn stream(machine: &Machine) -> String {
     let mut program = random_program(&mut Chance::new(3), machine, 4);
     let deep = Length::from_mm(-0.2);
@@ -49,7 +48,6 @@ fn tips(machine: &Machine) -> String {
     format!("{:?}", annulus_core::check::corner_zero(machine))
 }
 
-/// Homing of all axes.
 fn homing(machine: &Machine) -> String {
     format!("{:?}", cycles::home(machine).unwrap())
 }
@@ -73,7 +71,6 @@ fn touch(machine: &Machine) -> String {
     format!("{touches:?} {nears:?}")
 }
 
-/// The program planned for a board with three holes.
 fn plan(machine: &Machine) -> String {
     let hole = |x: f64, size_um: i64| Hole {
         at: Point::from_mm(x, 4.0),
@@ -92,7 +89,6 @@ fn plan(machine: &Machine) -> String {
     format!("{:b} {:?}", program.spindles, program.legs)
 }
 
-/// A tool change, step by step.
 fn change(machine: &Machine) -> String {
     let bit = |number: i64| annulus_core::job::Bit {
         diameter: Length::from_um(100 * number),
@@ -122,7 +118,6 @@ fn mode(machine: &Machine) -> String {
     format!("{:?} {:?}", machine.has_magazine(), machine.tool_change)
 }
 
-/// The move to the parking position.
 fn parking(machine: &Machine) -> String {
     format!("{:?}", queue::park(machine, Steps::default()).unwrap())
 }
@@ -134,12 +129,10 @@ fn changing(machine: &Machine) -> String {
     format!("{moves:?} {}", machine.has_equal_lengths())
 }
 
-/// Data that the machine's executor uses.
 fn executor(machine: &Machine) -> String {
     format!("{:?} {:?}", Motors::of(machine), machine.output_names())
 }
 
-/// The active-low bits of the port.
 fn levels(machine: &Machine) -> String {
     format!("{:?}", [0, 1].map(|byte| machine.wiring().low_bits(byte)))
 }
@@ -159,7 +152,6 @@ fn with_index() -> Machine {
     machine::apply(&virtual_drill(), &[("x.index".to_owned(), Value::Text("yes".to_owned()))]).unwrap()
 }
 
-/// A virtual drill with a separate parking position.
 fn parked_apart() -> Machine {
     machine::apply(&virtual_drill(), &[("park.at".to_owned(), Value::Text("place".to_owned()))]).unwrap()
 }
@@ -172,7 +164,6 @@ fn verdict(machine: &Machine) -> String {
     format!("{:?}", check::verify(&stream, machine, check::corner_zero(machine)))
 }
 
-/// All aspects.
 pub(crate) const LOOKS: &[Look] =
     &[plan, stream, verdict, tips, homing, stroke, touch, mode, parking, executor, levels, change, changing];
 

@@ -14,7 +14,6 @@ use annulus_core::machine::{Machine, StrokeEnd, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::program::encode;
 
-/// Number of boards in the property test.
 const BOARDS: u64 = 100_000;
 
 fn hole(x_um: i64, y_um: i64, size_um: i64) -> Hole {
@@ -104,7 +103,6 @@ fn round(zero: Point, places: &[Point], cost: impl Fn(Point, Point) -> f64) -> f
     way(zero, places.iter().copied().chain([zero]), cost)
 }
 
-/// Checks the laws of every plan.
 fn holds(board: &Board, made: &Made, order: HoleOrder) {
     let (drills, figures, zero) = (made.drills(), &made.figures, made.planned.origin);
     let mut seen = vec![0; board.holes.len()];
@@ -163,7 +161,6 @@ fn holds(board: &Board, made: &Made, order: HoleOrder) {
     }
 }
 
-/// Length of all rapids of a program.
 fn rapids_mm(program: &Program) -> f64 {
     let rapids = program.legs.iter().flat_map(|leg| &leg.commands).filter_map(|command| match command {
         Command::Rapid { to } => Some(*to),
@@ -196,7 +193,6 @@ fn every_plan_of_random_small_boards_is_valid() {
     }
 }
 
-/// The least cost over all orders, by exhaustive search.
 fn least(places: &mut Vec<Point>, fixed: usize, cost: &dyn Fn(&[Point]) -> f64) -> f64 {
     if fixed + 1 >= places.len() {
         return cost(places);

@@ -6,7 +6,6 @@ use annulus_core::chance::Chance;
 use annulus_core::machine::{self, Machine, Setting, Value, ValueKind};
 use annulus_core::{motion, steps};
 
-/// Values of a setting other than the present one, nearest first.
 fn others(setting: &Setting, now: &Value) -> Vec<Value> {
     let number = |value: f64| Value::Number(value);
     match (setting.kind, now) {

@@ -28,7 +28,6 @@ const UNSEEN: &[(&str, &str)] = &[
 /// Sections that assign wires, tested by `outputs` of the bridge and by `link`.
 const WIRES: [&str; 4] = ["card.", "parallel.", "adapter.", "converter."];
 
-/// Other values to try for `setting`, given its value on `machine`.
 fn others(setting: &Setting, now: &Value) -> Vec<Value> {
     let scaled = |number: f64| {
         let factors = [0.05, 0.3, 0.5, 0.9, 1.1, 1.5, 2.0].map(|factor| number * factor);

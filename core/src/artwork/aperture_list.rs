@@ -11,7 +11,6 @@ use super::text::{holds, lines};
 use super::{Overrides, Units, Zeros};
 use std::fmt::Write;
 
-/// Maximum number of rows per list.
 const MOST_ROWS: usize = 10_000;
 
 /// A Gerber head made from aperture lists. Needs units and digits from the user.

@@ -13,9 +13,7 @@ use std::collections::BTreeMap;
 
 /// Maximum number of members of an archive, including those of nested archives.
 const MOST_MEMBERS: usize = 1_000;
-/// Maximum size of a member, bytes.
 const MOST_BYTES: usize = 64 << 20;
-/// Maximum size of all members, bytes.
 const MOST_BYTES_TOGETHER: usize = 128 << 20;
 /// Maximum compression ratio of a member; drill files reach 30.
 const HIGHEST_RATIO: usize = 200;
@@ -25,7 +23,6 @@ const SMALL: usize = 1 << 20;
 /// Compression level, 0 to 10.
 const LEVEL: u8 = 6;
 
-/// The content of a member.
 #[derive(Clone, Debug)]
 pub(super) enum Taken {
     Bytes(Vec<u8>),
@@ -40,7 +37,6 @@ pub(super) struct Member {
     pub(super) taken: Taken,
 }
 
-/// The remaining allowance for unpacking.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
     members: usize,
@@ -53,7 +49,6 @@ impl Budget {
     }
 }
 
-/// An entry of the central directory.
 struct Row<'a> {
     name: &'a [u8],
     method: u16,

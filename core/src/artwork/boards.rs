@@ -19,7 +19,6 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Words that the names of many boards start with.
 const COMMON: [&str; 8] = ["project", "job", "test", "main", "my", "new", "gyw", "panel"];
 
-/// A file to be grouped.
 #[derive(Clone, Debug)]
 pub(super) struct Item<'a> {
     pub(super) name: &'a str,
@@ -181,7 +180,6 @@ pub(super) fn project(bytes: &[u8]) -> Option<String> {
     })
 }
 
-/// Joins groups until no two satisfy `one`.
 fn join(groups: &mut Vec<Group>, one: impl Fn(&Group, &Group) -> bool) {
     let mut at = 0;
     while at < groups.len() {
@@ -268,7 +266,6 @@ fn halves(groups: &mut Vec<Group>) {
     }
 }
 
-/// A unique name for each group with layers or drill files.
 fn named(count: usize, groups: &[Group]) -> Vec<String> {
     let mut out = vec![String::new(); count];
     let mut taken = BTreeSet::new();
@@ -289,7 +286,6 @@ fn named(count: usize, groups: &[Group]) -> Vec<String> {
     out
 }
 
-/// The folders that all names start with.
 fn common_root<'a>(mut folders: impl Iterator<Item = &'a str>) -> String {
     let Some(first) = folders.next() else { return String::new() };
     let mut root = first.to_owned();

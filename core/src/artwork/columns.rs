@@ -11,10 +11,8 @@ use super::number::{Decimal, decimal};
 use super::text::{holds, lines, starts};
 
 const LOOKED_AT: usize = 400;
-/// Maximum number of cells per line.
 const MOST_CELLS: usize = 24;
 
-/// The kind of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Row {
     Blank,
@@ -27,10 +25,8 @@ pub(super) enum Row {
     Other,
 }
 
-/// Columns of X, Y and the diameter.
 type Order = (usize, usize, Option<usize>);
 
-/// How the lines of a list are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Columns {
     /// Numbers have decimal commas.
@@ -43,14 +39,12 @@ pub(super) struct Columns {
     pub(super) unsure: bool,
 }
 
-/// The text of a cell, and its number if it is one.
 struct Cell {
     text: Vec<u8>,
     number: Option<Decimal>,
 }
 
 impl Columns {
-    /// Detects the columns of a text.
     pub(super) fn of(text: &[u8]) -> Self {
         let comma = decimal_comma(text);
         let headed = lines(text).take(LOOKED_AT).find_map(|line| heading_order(&cells(line.text, comma)));
@@ -60,7 +54,6 @@ impl Columns {
         Self { comma, order, headed: headed.is_some(), unsure: unsure && headed.is_none() }
     }
 
-    /// Classifies a line.
     pub(super) fn row(&self, line: &[u8]) -> Row {
         let line = line.trim_ascii();
         if line.is_empty() {
@@ -93,12 +86,10 @@ impl Columns {
     }
 }
 
-/// True if a line names the columns.
 pub(super) fn names_columns(line: &[u8]) -> bool {
     heading_order(&cells(line, false)).is_some()
 }
 
-/// Headings of a component placement list.
 const PLACEMENT: [&str; 19] = [
     "net",
     "testpoint",
@@ -160,7 +151,6 @@ const WEAK: [&str; 12] = [
     "symbol",
 ];
 
-/// True for a component placement list or a parts list, by its headings.
 pub(super) fn is_placement(text: &[u8]) -> bool {
     lines(text).take(40).any(|line| {
         let cells = cells(line.text, false);
@@ -174,7 +164,6 @@ pub(super) fn is_placement(text: &[u8]) -> bool {
     })
 }
 
-/// The letters of a text, in lower case.
 fn letters(text: &[u8]) -> String {
     text.iter()
         .filter(|byte| byte.is_ascii_alphabetic())
@@ -210,7 +199,6 @@ fn is_numeral(cell: &[u8]) -> bool {
     ends && marks <= 1 && digits.iter().all(|byte| byte.is_ascii_digit() || b",.".contains(byte))
 }
 
-/// Splits a line into cells and removes quotes.
 fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
     let mut texts: Vec<(Vec<u8>, bool)> = Vec::new();
     let (mut quoted, mut open) = (false, false);
@@ -260,7 +248,6 @@ fn cells(line: &[u8], comma: bool) -> Vec<Cell> {
     texts.into_iter().take(MOST_CELLS).map(cell).collect()
 }
 
-/// The columns from a heading.
 fn heading_order(cells: &[Cell]) -> Option<Order> {
     if cells.iter().any(|cell| cell.number.is_some()) {
         return None;

@@ -14,10 +14,8 @@ use super::{Digits, Units, Zeros};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Maximum number of rows per report.
 const MOST_ROWS: usize = 1_000;
 
-/// Texts that identify a report.
 const MARKS: [&str; 12] = [
     "EXCELLON DRILL FILE GENERATION",
     "NCDrill File Report",
@@ -33,7 +31,6 @@ const MARKS: [&str; 12] = [
     "DRILL LIST  *****",
 ];
 
-/// A tool of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Row {
     pub(super) diameter: Option<Length>,
@@ -41,7 +38,6 @@ pub(super) struct Row {
     pub(super) holes: Option<u32>,
 }
 
-/// The content of a report.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Companion {
     pub(super) stated: Stated,
@@ -56,7 +52,6 @@ pub(super) struct Companion {
     of_folder: bool,
 }
 
-/// True for a report.
 pub(super) fn is_report(text: &[u8]) -> bool {
     let said = |line: &[u8]| !line.starts_with(b";") && MARKS.iter().any(|mark| holds(line, mark));
     if lines(text).any(|line| said(line.text.trim_ascii())) {
@@ -146,7 +141,6 @@ impl Companion {
         self.tools.is_empty()
     }
 
-    /// Numbers of the tools in the report.
     pub(super) fn tool_codes(&self) -> impl Iterator<Item = u32> {
         self.tools.keys().copied()
     }
@@ -220,7 +214,6 @@ pub(super) fn folder(name: &str) -> &str {
     name.rfind(['/', '\\']).map_or("", |at| &name[..at])
 }
 
-/// The file name of a path.
 pub(super) fn base(name: &str) -> &str {
     name.rfind(['/', '\\']).map_or(name, |at| &name[at + 1..])
 }
@@ -250,7 +243,6 @@ impl Size {
     }
 }
 
-/// Parses a tool row in any of the three layouts.
 fn row(line: &[u8]) -> Option<(u32, Size, Row)> {
     let mut depth = false;
     let mut counted = None;

@@ -10,7 +10,6 @@ use crate::code;
 const LOOKED_AT: usize = 64 * 1024;
 const LINES_LOOKED_AT: usize = 400;
 
-/// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum What {
     Drill,
@@ -20,7 +19,6 @@ pub(super) enum What {
     Archive,
     /// An archive other than zip, with the name of its format. Not opened.
     Packed(&'static str),
-    /// A component placement list or a parts list.
     Placement,
     /// A machine program, such as G-code.
     Machine,
@@ -143,7 +141,6 @@ fn is_binary(head: &[u8]) -> bool {
     head.iter().filter(odd).count() * 5 > head.len()
 }
 
-/// Counts of lines by their look.
 #[derive(Default)]
 struct Counts {
     all: usize,

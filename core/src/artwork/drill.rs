@@ -19,7 +19,6 @@ pub struct DrillFile {
 /// A tool of the file's table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ToolEntry {
-    /// Tool number in the file.
     pub code: u32,
     /// None if the file doesn't give it.
     pub diameter: Option<Length>,
@@ -40,7 +39,6 @@ pub struct Hit {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotEntry {
-    /// Center of one end.
     pub from: Point,
     /// Center of the other end.
     pub to: Point,
@@ -52,7 +50,6 @@ pub struct SlotEntry {
     pub after_hits: u32,
 }
 
-/// A path routed with the tool down.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Route {
     /// Where the tool plunges.
@@ -64,7 +61,6 @@ pub struct Route {
     pub tool: u16,
 }
 
-/// Amount of work for one tool, or for all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     pub hits: u32,
@@ -92,7 +88,6 @@ impl DrillFile {
         counts
     }
 
-    /// The work of all tools.
     pub fn totals(&self) -> Counts {
         Counts {
             hits: self.hits.len() as u32,
@@ -113,7 +108,6 @@ impl DrillFile {
         hits.chain(slots).chain(routes)
     }
 
-    /// Bounding box of all centers.
     pub fn centre_bounds(&self) -> Option<Bounds> {
         Bounds::around(self.centres().map(|(point, _)| point))
     }

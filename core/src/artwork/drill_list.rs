@@ -21,7 +21,6 @@ use std::collections::BTreeMap;
 
 pub(super) use super::columns::is_placement;
 
-/// Maximum number of different diameters per list.
 const MOST_TOOLS: usize = 1_000;
 
 /// True if a text has only headings, groups and rows of holes.
@@ -87,7 +86,6 @@ pub(super) fn read(name: &str, text: &[u8], person: &Overrides) -> Result<List, 
     Ok(List { drill: reader.out, units, units_by, diagnostics: findings.finish() })
 }
 
-/// The units that a list names.
 enum Named {
     Nothing,
     /// The units, whether the numbers are thousandths of them, and the evidence.

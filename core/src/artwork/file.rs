@@ -24,25 +24,20 @@ pub struct FileRead {
     pub side: Option<Side>,
     /// Whether its holes are plated, if content or name gives one answer for all.
     pub plated: Option<bool>,
-    /// The program that wrote it.
     pub generator: Option<String>,
-    /// Why it has this kind and role.
     pub reason: Diagnostic,
     /// Units of the first coordinate.
     pub units: Option<Units>,
     /// Digits before and after the implied point.
     pub number_format: Option<Digits>,
     pub zeros: Option<Zeros>,
-    /// Why the numbers are read as they are.
     pub evidence: Option<Evidence>,
     /// The holes of a drill file or of a Gerber drill layer.
     #[serde(skip)]
     pub drill: Option<DrillFile>,
-    /// The layer of a Gerber file.
     #[serde(skip)]
     pub gerber: Option<Gerber>,
     pub diagnostics: Vec<Diagnostic>,
-    /// A hash of the content.
     pub fingerprint: u64,
     /// Name of its board; empty if it belongs to none.
     pub board: String,
@@ -84,7 +79,6 @@ impl FileRead {
             && self.drill.as_ref().is_some_and(|drill| drill.totals() != Counts::default())
     }
 
-    /// True if the user set its role.
     pub(crate) fn is_said(&self) -> bool {
         self.reason.code == code!("kind.person")
     }
@@ -171,7 +165,6 @@ impl Artwork {
         boards
     }
 
-    /// Leaves out the files at `others`, which belong to another board than the chosen one.
     pub fn leave_out(&mut self, others: &[usize]) {
         for &index in others {
             if let Some(file) = self.files.get_mut(index) {
@@ -200,7 +193,6 @@ pub(super) fn drill_program(name: &str) -> FileRead {
     FileRead::new(name, FileKind::Drill, Role::Drill, note!("kind.drill_program"))
 }
 
-/// Plating by the file name, if it gives any.
 pub(super) fn plated_by_name(name: &str) -> Option<bool> {
     let base = companion::base(name).to_ascii_lowercase();
     let not =

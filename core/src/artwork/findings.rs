@@ -5,11 +5,9 @@ use crate::code;
 use crate::diagnostic::{Diagnostic, MORE, Severity};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Maximum number of diagnostics per file.
 pub const MOST_KEPT: usize = 200;
 /// Diagnostics of one code are listed separately up to this number; more probably have a common cause.
 const MOST_OF_A_CODE: usize = 3;
-/// Maximum length of an excerpt, bytes.
 const LONGEST_EXCERPT: usize = 40;
 
 type Kind = (Severity, String);
@@ -21,7 +19,6 @@ struct Row {
     more: usize,
 }
 
-/// Collects the diagnostics of one file.
 #[derive(Clone, Debug)]
 pub(super) struct Findings {
     file: String,
@@ -60,7 +57,6 @@ impl Findings {
         }
     }
 
-    /// Adds a diagnostic with position and excerpt.
     pub(super) fn at(&mut self, severity: Severity, code: &str, line: u32, column: u32, found: &[u8]) {
         let file = self.file.clone();
         self.push(Diagnostic::new(severity, code).at(&file, line, column).with("found", excerpt(found)));
@@ -74,13 +70,11 @@ impl Findings {
         }
     }
 
-    /// Adds a diagnostic about the whole file.
     pub(super) fn whole(&mut self, diagnostic: Diagnostic) {
         let file = self.file.clone();
         self.push(diagnostic.at(&file, 0, 0));
     }
 
-    /// All diagnostics, merged.
     pub(super) fn finish(mut self) -> Vec<Diagnostic> {
         let mut merged = BTreeSet::new();
         for of_kind in self.rows.values().filter(|of_kind| of_kind.len() > MOST_OF_A_CODE) {

@@ -22,7 +22,6 @@ use std::collections::BTreeMap;
 /// The archive member that marks a saved project.
 pub const PROJECT_HEAD: &str = "annulus.json";
 
-/// A file before parsing.
 pub(super) struct Pending<'a> {
     pub(super) name: String,
     pub(super) bytes: std::borrow::Cow<'a, [u8]>,
@@ -73,7 +72,6 @@ pub(super) fn all(files: &[(String, Vec<u8>)]) -> Vec<Pending<'_>> {
     all
 }
 
-/// True for a drill file or a Gerber drill layer.
 fn has_holes(file: &Pending<'_>) -> bool {
     let is_layer = || {
         let text = decode(&file.bytes);
@@ -157,7 +155,6 @@ fn collect<'a>(
     }
 }
 
-/// FNV-1a over eight bytes at a time.
 pub(super) fn fingerprint(bytes: &[u8]) -> u64 {
     let step = |hash: u64, value: u64| (hash ^ value).wrapping_mul(0x0100_0000_01b3);
     let (words, rest) = bytes.as_chunks::<8>();

@@ -6,10 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FileKind {
-    /// A drill or rout program, or a plain list of holes.
     Drill,
     Gerber,
-    /// A report or table for other files.
     Report,
     /// A zip; its members follow it.
     Archive,
@@ -66,26 +64,19 @@ pub enum Zeros {
     Decimal,
 }
 
-/// The evidence for a reading, strongest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// Stated by the user.
     Person,
-    /// Stated in the file.
     Header,
-    /// In a comment of the file.
     Comment,
-    /// In a report or table next to the file.
     Companion,
-    /// The holes are on the pads of a copper layer.
     Copper,
     /// Inferred from the look of the numbers.
     Shape,
     Default,
 }
 
-/// Why the numbers are read as they are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// The weakest source that was needed.
@@ -116,7 +107,6 @@ impl Evidence {
     }
 }
 
-/// The number format as stated by the user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overrides {
     pub units: Option<Units>,

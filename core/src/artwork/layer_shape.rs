@@ -11,7 +11,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Stroke = (Point, PathSegment);
 
-/// Maximum number of flashes and strokes used per layer.
 const MOST_LOOKED_AT: usize = 20_000;
 const MOST_HOLES: usize = 600;
 /// Maximum number of strokes of an outline layer.
@@ -27,7 +26,6 @@ const PLANE_SHARE: f64 = 0.2;
 /// Pads of two layers are the same if this share of them coincides.
 pub(super) const SAME_SHARE: f64 = 0.5;
 
-/// The measures of a layer.
 pub(super) struct Shape {
     /// Width of the pad at each position, mm.
     pads: BTreeMap<(i64, i64), f64>,
@@ -42,16 +40,13 @@ pub(super) struct Shape {
     pub(super) is_loops: bool,
     /// A contour is nearly as large as the layer.
     has_plane: bool,
-    /// There are holes to compare with.
     pub(super) has_holes: bool,
-    /// Share of the holes on the layer.
     pub(super) under_holes_share: f64,
     /// Share of the holes in the middle of a pad.
     pub(super) pads_under_holes_share: f64,
 }
 
 impl Shape {
-    /// Measures a layer against `holes`.
     pub(super) fn of(name: &str, layer: &Gerber, holes: &[Point]) -> Self {
         let flashes = layer.flashes();
         let count = flashes.len();
@@ -140,7 +135,6 @@ impl Shape {
         !self.joined && is_pads && self.has_pads() && share >= SAME_SHARE && opens
     }
 
-    /// True if pads and number of strokes are the same.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         self.pads == other.pads && self.drawn == other.drawn
     }
@@ -161,7 +155,6 @@ impl Shape {
     }
 }
 
-/// True if tracks run from pad to pad in a layer.
 pub(super) fn has_links(layer: &Gerber) -> bool {
     let strokes = layer.strokes();
     if strokes.is_empty() || layer.counts.flashes == 0 {
@@ -180,7 +173,6 @@ fn pad(pads: &BTreeMap<(i64, i64), f64>, at: Point) -> bool {
     around(pads, cell(at)).is_some()
 }
 
-/// True if connected strokes lead from one pad to another.
 fn is_linked(strokes: &[Stroke], pads: &BTreeMap<(i64, i64), f64>) -> bool {
     let mut parts = Parts::default();
     for (from, segment) in strokes.iter().take(MOST_LOOKED_AT) {
@@ -254,7 +246,6 @@ fn beside((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
     [0, -1, 1].into_iter().flat_map(move |dx| [0, -1, 1].into_iter().map(move |dy| (x + dx, y + dy)))
 }
 
-/// Width of the pad in a cell or its neighbours.
 fn around(pads: &BTreeMap<(i64, i64), f64>, at: (i64, i64)) -> Option<f64> {
     beside(at).find_map(|cell| pads.get(&cell).copied())
 }

@@ -9,12 +9,10 @@ use super::text::composed;
 use super::word_list::{BOTH, LETTERS, Means, WORDS};
 use super::{Role, Side};
 
-/// The meaning of a text for a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Said {
     pub(super) role: Option<Role>,
     pub(super) side: Option<Side>,
-    /// Number among the copper layers.
     pub(super) number: Option<u32>,
     /// A word names the role itself. If not, a side or a number implies copper.
     pub(super) explicit: bool,
@@ -22,7 +20,6 @@ pub(super) struct Said {
     pub(super) unsure: bool,
 }
 
-/// Parses `text`.
 pub(super) fn said(text: &str) -> Said {
     let (mut whole, mut ends): (Vec<Means>, Vec<Means>) = (Vec::new(), Vec::new());
     let mut number = None;
@@ -44,7 +41,6 @@ pub(super) fn said(text: &str) -> Said {
     judged(&phrases(&whole), &ends, number)
 }
 
-/// Words before a layer number.
 const NUMBERED: [&str; 13] =
     ["l", "layer", "lyr", "lay", "art", "cu", "copper", "sig", "signal", "kupfer", "cuivre", "cobre", "etch"];
 /// Higher numbers are not layer numbers.
@@ -189,7 +185,6 @@ mod tests {
     use Role::{Copper, Drill, Mask, Other, Outline, Paste, Silk};
     use Side::{Bottom, Inner, Top};
 
-    /// Layer names with role and side.
     const NAMES: [(&str, Option<Role>, Option<Side>); 93] = [
         ("kupfer_oben", Some(Copper), Some(Top)),
         ("board-Kupfer_unten", Some(Copper), Some(Bottom)),

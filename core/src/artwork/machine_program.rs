@@ -11,7 +11,6 @@ use super::text::{holds, lines, starts};
 
 /// Lines in which a program identifies itself.
 const HEAD_LINES: usize = 40;
-/// Lines searched for moves.
 const LOOKED_AT: usize = 400;
 /// First words of programs for controllers and robots.
 const BEGINNINGS: [&str; 8] = ["/PROG", "MODULE ", "&ACCESS", "&REL", "&PARAM", "%%%", "DEF ", "BEGIN PGM"];
@@ -24,7 +23,6 @@ pub(super) fn is_our_drill(text: &[u8]) -> bool {
     lines(text).take(HEAD_LINES).any(|line| line.text.trim_ascii().eq_ignore_ascii_case(OURS.as_bytes()))
 }
 
-/// True for a machine program.
 pub(super) fn is_one(text: &[u8]) -> bool {
     if holds(text, "%FS")
         || lines(text).take(LOOKED_AT).any(|line| line.text.trim_ascii().eq_ignore_ascii_case(b"M48"))

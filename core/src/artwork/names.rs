@@ -11,7 +11,6 @@ pub fn is_end_of_path(path: &str, end: &str) -> bool {
     front.is_some_and(|front| front.is_empty() || front.ends_with(['/', '\\']))
 }
 
-/// One CAD's name for a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Meaning {
     pub(super) cad: &'static str,
@@ -356,7 +355,6 @@ const TABLES: [Table; 20] = [
     ("Gerber drill", &[("*.xln", Drill, None), ("*.drl", Drill, None), ("*.dri", Drill, None)]),
 ];
 
-/// All possible meanings of a name.
 pub(super) fn meanings(base: &str) -> Vec<Meaning> {
     let base = base.to_ascii_lowercase();
     let mut found = Vec::new();
@@ -401,10 +399,8 @@ const FOREIGN: [&str; 31] = [
     "kicad_pcb",
     "url",
 ];
-/// Names of documentation files.
 const NOTES: [&str; 10] =
     ["readme", "read-me", "read_me", "license", "licence", "notes", "changelog", "bom", "todo", "info"];
-/// Extensions of drill files.
 const DRILL_ENDINGS: [&str; 11] =
     ["drl", "xln", "exc", "txt", "tap", "nc", "cnc", "drd", "ncd", "rou", "drill"];
 
@@ -435,7 +431,6 @@ pub(super) fn is_called_like_layer(base: &str) -> bool {
     LAYER_ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending))
 }
 
-/// True if the extension is one that only drill files have.
 pub(super) fn is_called_like_drill(base: &str) -> bool {
     let ending = base.rsplit_once('.').map_or("", |(_, ending)| ending);
     ["drl", "xln", "exc"].iter().any(|known| known.eq_ignore_ascii_case(ending))

@@ -12,16 +12,12 @@ use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 /// More digits don't fit 64 bits and are rejected.
 pub(super) const MOST_DIGITS: u8 = 18;
 
-/// A decimal number exactly as written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Decimal {
     /// All digits as an integer, with sign.
     pub(crate) mantissa: i64,
-    /// Number of digits.
     pub(crate) digits: u8,
-    /// Number of digits after the point.
     pub(crate) decimals: u8,
-    /// True if there is a point.
     pub(crate) point: bool,
 }
 
@@ -88,10 +84,8 @@ const fn nm_per(units: Units) -> i64 {
     }
 }
 
-/// One interpretation of a file's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reading {
-    /// Units of the first coordinate.
     pub(crate) units: Units,
     /// Digits before and after the implied point.
     pub(crate) digits: Digits,

@@ -327,7 +327,6 @@ pub(super) fn shorten_names(layers: &mut Layers) {
     }
 }
 
-/// The shortest unique end of a path.
 fn unique_end<'n>(name: &'n str, names: &[String]) -> &'n str {
     let starts = name.rmatch_indices(['/', '\\']).map(|(at, _)| at + 1);
     let mut ends = starts.filter_map(|at| name.get(at..));

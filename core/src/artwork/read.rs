@@ -21,7 +21,6 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The code for Gerber without its head.
 const HEADLESS: &str = code!("refused.gerber_without_format");
 
-/// Reads a set of files together.
 pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
     read_set_telling(files, overrides, &mut |_, _| {})
 }
@@ -146,7 +145,6 @@ pub fn read_drill(name: &str, bytes: &[u8]) -> FileRead {
     drill_file(name, bytes, What::Drill, &Neighbours::default(), &Overrides::default())
 }
 
-/// The board name of each file.
 fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> {
     let items: Vec<Item<'_>> = files
         .iter()

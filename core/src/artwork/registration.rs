@@ -16,10 +16,8 @@ use std::collections::BTreeSet;
 /// A hole this close to a pad's center, or to a track's edge, is on it.
 const TOLERANCE_MM: f64 = 0.05;
 pub(super) const SAMPLE: usize = 600;
-/// Maximum number of holes and pads that vote for a shift.
 const VOTING_HOLES: usize = 24;
 const VOTING_PADS: usize = 3_000;
-/// Size of the cells in which votes are counted.
 const VOTE_CELL_MM: f64 = 0.1;
 /// A reading that fits this well needs no shift.
 pub(super) const FITS_SHARE: f64 = 0.5;
@@ -36,17 +34,13 @@ const BEYOND_SHARE: f64 = 0.15;
 /// Holes that span less than this share of a board don't prove its scale.
 const SPANS_SHARE: f64 = 0.25;
 
-/// The copper of a folder, indexed for queries.
 pub(super) struct Copper {
     layers: Vec<Layer>,
 }
 
-/// The pads and tracks of one layer.
 pub(super) struct Layer {
-    /// File name.
     pub(super) name: String,
     pads: RTree<[f64; 2]>,
-    /// Bounding boxes of the pads.
     boxes: RTree<Rectangle<[f64; 2]>>,
     tracks: RTree<GeomWithData<Line<[f64; 2]>, f64>>,
     widest_mm: f64,
@@ -58,7 +52,6 @@ pub(super) struct Layer {
 pub(super) struct Fit {
     /// Share of holes on copper, 0 to 1.
     pub(super) share: f64,
-    /// Shift of the holes, mm.
     pub(super) shift_mm: (f64, f64),
 }
 
@@ -124,17 +117,14 @@ impl Copper {
         (!layers.is_empty()).then_some(Self { layers })
     }
 
-    /// The fit without a shift.
     pub(super) fn fit(&self, holes: &[Point]) -> Fit {
         Fit { share: share(&self.layers, holes, (0.0, 0.0)), shift_mm: (0.0, 0.0) }
     }
 
-    /// The fit with the best shift.
     pub(super) fn fit_shifted(&self, holes: &[Point]) -> Fit {
         fit_shifted(&self.layers, holes)
     }
 
-    /// True if a hole shifted by `shift` in mm is on copper.
     pub(super) fn has(&self, hole: Point, shift: (f64, f64)) -> bool {
         on_copper(&self.layers, hole, shift)
     }
@@ -159,7 +149,6 @@ impl Copper {
         under.len() >= VOTERS && more.max(on_pads as f64 / all) >= SPEAKS_SHARE
     }
 
-    /// Bounding box of pads and tracks.
     pub(super) fn bounds(&self) -> Option<Bounds> {
         let boxes = self.layers.iter().map(|layer| layer.bounds);
         boxes.reduce(|a, b| a.with(b.min).with(b.max))
@@ -187,7 +176,6 @@ pub(super) fn same_size(holes: Bounds, board: Bounds) -> bool {
     fits(w, width) && fits(h, height) && w.max(h) >= SPANS_SHARE * width.max(height)
 }
 
-/// Like [`same_size`], in the same position.
 pub(super) fn same_place(holes: Bounds, board: Bounds) -> bool {
     let size = (board.max.x - board.min.x).mm().max((board.max.y - board.min.y).mm());
     let around = board.grown(Length::from_mm(size * BEYOND_SHARE + BEYOND_MM));
@@ -199,7 +187,6 @@ fn on_copper(layers: &[Layer], hole: Point, shift: (f64, f64)) -> bool {
     layers.iter().any(|layer| layer.on_copper(at))
 }
 
-/// The share of holes on one of `layers`, when shifted by `shift` in mm.
 pub(super) fn share(layers: &[Layer], holes: &[Point], shift: (f64, f64)) -> f64 {
     let on = |hole: &&Point| on_copper(layers, **hole, shift);
     holes.iter().filter(on).count() as f64 / holes.len().max(1) as f64
@@ -212,7 +199,6 @@ pub(super) fn pad_share(layers: &[Layer], holes: &[Point], shift: (f64, f64)) ->
     holes.iter().filter(on).count() as f64 / holes.len().max(1) as f64
 }
 
-/// The fit with the best shift.
 pub(super) fn fit_shifted(layers: &[Layer], holes: &[Point]) -> Fit {
     let Some(shift_mm) = vote(layers, holes) else { return Fit::default() };
     Fit { share: share(layers, holes, shift_mm), shift_mm }
@@ -251,7 +237,6 @@ fn vote(layers: &[Layer], holes: &[Point]) -> Option<(f64, f64)> {
     Some((*xs.get(xs.len() / 2)?, *ys.get(ys.len() / 2)?))
 }
 
-/// About `most` of `all`, evenly spaced.
 pub(super) fn every<T>(all: impl Iterator<Item = T>, count: usize, most: usize) -> impl Iterator<Item = T> {
     all.step_by(count.div_ceil(most).max(1))
 }

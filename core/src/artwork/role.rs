@@ -15,7 +15,6 @@ use crate::units::Length;
 use crate::{code, note};
 use std::collections::BTreeMap;
 
-/// The source of a role, weakest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Ground {
     Nothing,
@@ -31,14 +30,11 @@ pub(super) enum Ground {
     Attribute,
 }
 
-/// The result for a layer.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) role: Role,
     pub(super) side: Option<Side>,
-    /// Number among the copper layers.
     pub(super) number: Option<u32>,
-    /// The side is only a guess.
     pub(super) unsure: bool,
     /// Two certain sources give different sides.
     pub(super) is_disputed: bool,
@@ -48,7 +44,6 @@ pub(super) struct Found {
     pub(super) reason: Diagnostic,
 }
 
-/// One source and its result.
 struct Reason {
     ground: Ground,
     said: Said,
@@ -256,11 +251,9 @@ pub(super) enum Contradiction {
     Nothing,
 }
 
-/// A layer and what is known about it.
 pub(super) struct Row {
     pub(super) index: usize,
     pub(super) ground: Ground,
-    /// The side is only a guess.
     pub(super) unsure: bool,
     /// Two certain sources give different sides.
     pub(super) is_disputed: bool,

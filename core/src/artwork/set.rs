@@ -76,7 +76,6 @@ pub(super) fn recognise(layers: &mut [Option<FileRead>], drills: &[&str], holes_
     orphans::shorten_names(layers);
 }
 
-/// True if `folder` is `of` or inside it.
 fn is_within(folder: &str, of: &str) -> bool {
     let rest = folder.strip_prefix(of);
     rest.is_some_and(|rest| of.is_empty() || rest.is_empty() || rest.starts_with(['/', '\\', '!']))
@@ -210,7 +209,6 @@ fn measured(layers: &[Option<FileRead>], rows: &mut [Row], of: &str, holes_of: &
     }
 }
 
-/// Reads the holes of a Gerber drill layer.
 fn holes(file: &mut FileRead) {
     let Some(layer) =
         file.gerber.as_ref().filter(|layer| file.role == Role::Drill && gerber::says_holes(layer))

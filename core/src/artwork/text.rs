@@ -104,7 +104,6 @@ fn with_mark(before: char, mark: char) -> Option<char> {
     char::from_u32(code)
 }
 
-/// A line without its end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
     /// From 1.
@@ -139,17 +138,14 @@ pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = Line<'_>> {
     })
 }
 
-/// True if `text` contains `word`, ignoring case.
 pub(super) fn holds(text: &[u8], word: &str) -> bool {
     word.is_empty() || text.windows(word.len()).any(|window| window.eq_ignore_ascii_case(word.as_bytes()))
 }
 
-/// True if `text` starts with `word`, ignoring case.
 pub(super) fn starts(text: &[u8], word: &str) -> bool {
     text.get(..word.len()).is_some_and(|front| front.eq_ignore_ascii_case(word.as_bytes()))
 }
 
-/// The first `most` bytes of a text.
 pub(super) fn front(bytes: &[u8], most: usize) -> &[u8] {
     bytes.get(..most).unwrap_or(bytes)
 }

@@ -13,7 +13,6 @@ use std::collections::BTreeSet;
 const LOOKED_AT: usize = 16 * 1024;
 /// Most files of a report that are looked at.
 const MOST_PAIRS: usize = 100;
-/// The error for holes that end inside the board.
 const CODE: &str = code!("drill.holes_not_through");
 
 /// The error for a drill file whose holes end inside the board; none if nothing indicates that.
@@ -32,7 +31,6 @@ pub(super) struct Span {
     line: u32,
 }
 
-/// The range that the text of a drill program declares.
 pub(super) fn span(text: &[u8]) -> Option<Span> {
     lines(front(text, LOOKED_AT)).find_map(|line| {
         let at = line.text.windows(12).position(|part| part == b"FileFunction")?;
@@ -150,7 +148,6 @@ fn by_comment(text: &[u8]) -> Option<(String, u32)> {
     })
 }
 
-/// True if the line contains `word` as a whole word.
 fn word(line: &[u8], word: &str) -> bool {
     line.split(|byte| !byte.is_ascii_alphabetic()).any(|part| part.eq_ignore_ascii_case(word.as_bytes()))
 }

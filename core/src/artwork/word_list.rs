@@ -19,7 +19,6 @@ pub(super) enum Means {
     Neutral,
 }
 
-/// Words with role and side.
 pub(super) const BOTH: [(&str, Role, Side); 14] = [
     ("tcu", Role::Copper, Side::Top),
     ("bcu", Role::Copper, Side::Bottom),

@@ -142,7 +142,6 @@ const SIDED: [&str; 7] = ["cu", "mask", "silk", "paste", "fab", "courty", "adhes
 /// Words for a board; a number after them distinguishes boards.
 const BOARDS: [&str; 3] = ["board", "pcb", "circuit"];
 
-/// The words of a name that can be the board's name.
 pub(super) fn stem_words(base: &str) -> Vec<String> {
     let stem = base.rfind('.').filter(|&at| at > 0).and_then(|at| base.get(..at)).unwrap_or(base);
     let stem = composed(stem);
@@ -157,10 +156,8 @@ fn is_span(words: &[String]) -> bool {
     words.len() == 2 && words.iter().all(is_layer)
 }
 
-/// A word of a name.
 struct Word<'n> {
     text: &'n str,
-    /// End position in the name.
     end: usize,
     /// The one-letter side before its layer: the `F` of `F_Cu`.
     is_side: bool,
@@ -168,7 +165,6 @@ struct Word<'n> {
     is_layer: bool,
 }
 
-/// The words of a name without its extension.
 fn words(stem: &str) -> Vec<Word<'_>> {
     let texts: Vec<&str> =
         stem.split(|letter: char| !letter.is_alphanumeric()).filter(|text| !text.is_empty()).collect();
@@ -240,12 +236,10 @@ fn folder_name(path: &str) -> String {
     stem(part.strip_suffix('!').unwrap_or(part)).to_owned()
 }
 
-/// The parts of a path as given by the user, the file name first.
 fn parts(path: &str) -> impl Iterator<Item = &str> {
     brought(path).rsplit(['/', '\\']).filter(|part| !part.is_empty())
 }
 
-/// A file name without its extension.
 fn stem(base: &str) -> &str {
     base.rsplit_once('.').map_or(base, |(stem, _)| stem)
 }
@@ -267,7 +261,6 @@ fn brought(path: &str) -> &str {
     path.get(..file).and_then(|way| way.rfind(['/', '\\'])).and_then(|at| path.get(at + 1..)).unwrap_or(path)
 }
 
-/// True if a word consists of layer words and trailing numbers.
 fn is_layer(word: &str) -> bool {
     let without = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
     if BOARDS.contains(&without) {

@@ -32,11 +32,8 @@ const MOST_PIECES: usize = 2_000;
 
 #[derive(Debug, Default)]
 pub(super) struct Content {
-    /// Centres of pads, corners of filled areas.
     pub(super) pads: Vec<Point>,
-    /// Centre lines of tracks.
     pub(super) tracks: Vec<Stroke>,
-    /// Holes with their diameters, points of slots.
     pub(super) holes: Vec<(Point, Length)>,
 }
 
@@ -65,10 +62,8 @@ pub(super) struct LeftOut {
     pub(super) near: Option<(Bounds, f64)>,
 }
 
-/// Boards and the loops that are left out.
 #[derive(Debug, Default)]
 pub(super) struct Boards {
-    /// The boards, the largest first.
     pub(super) region: Region,
     /// Loops that hold nothing.
     pub(super) left_out: Vec<LeftOut>,
@@ -80,13 +75,9 @@ struct Cell {
     outer: Path,
     piece: usize,
     area_mm2: f64,
-    /// Pieces directly inside it.
     kids: Vec<usize>,
-    /// Number of pads and holes directly inside it.
     anchors: usize,
-    /// Number of pads directly inside it.
     pads: usize,
-    /// Number of track ends directly inside it.
     ends: usize,
 }
 
@@ -115,7 +106,6 @@ struct Sorter<'a> {
     pieces: &'a [Piece],
     content: &'a Content,
     cells: Vec<Cell>,
-    /// The cells of each piece, the largest first.
     rows: Vec<Vec<usize>>,
     /// True for a piece that is, or holds, a board.
     has_board: Vec<bool>,
@@ -164,7 +154,6 @@ impl<'a> Sorter<'a> {
         Self { pieces, content, cells, rows, has_board, any: (false, false), out: Boards::default() }
     }
 
-    /// Counts the content directly in each cell.
     fn count(&mut self) {
         let rim = |kid: &usize| self.pieces.get(*kid).map(|piece| piece.rim.clone());
         let island = |cell: &Cell| Island {
@@ -207,7 +196,6 @@ impl<'a> Sorter<'a> {
         }
     }
 
-    /// True if the content of a cell makes it a board.
     fn is_board(&self, cell: usize) -> bool {
         self.cells.get(cell).is_some_and(|cell| match self.any {
             (true, _) => cell.anchors > 0,
@@ -346,7 +334,6 @@ fn across_mm(bounds: Bounds) -> f64 {
     f64::min((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm())
 }
 
-/// A single loop as a piece.
 pub(super) fn alone(path: Path) -> Option<Piece> {
     let area = path_area_mm2(&path);
     let back = path.reversed();

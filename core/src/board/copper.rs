@@ -119,7 +119,6 @@ pub(super) fn layers<'a>(
     layers.into_iter().map(|(_, file, gerber)| (file, gerber)).collect()
 }
 
-/// The outline minus the drawn areas.
 fn inverted(board: &Board, file: &FileRead, drawn: &Region, diagnostics: &mut Vec<Diagnostic>) -> Region {
     if board.outline.is_empty() {
         diagnostics.push(error!("board.negative_without_outline").at(&file.name, 0, 0));

@@ -59,7 +59,6 @@ fn missing(layer: &FileRead, targets: &DrillTargets) -> Option<Diagnostic> {
 /// Holes and slots of the board, as in the files and with each shift that puts holes onto the copper.
 struct DrillTargets {
     cells: BTreeMap<(i64, i64), Vec<Point>>,
-    /// The legs of slots by the squares along them.
     slots: BTreeMap<(i64, i64), Vec<(Point, Point)>>,
 }
 
@@ -96,12 +95,10 @@ impl DrillTargets {
     }
 }
 
-/// The square of this side in which a place is.
 fn cell(at: Point, side: Length) -> (i64, i64) {
     (at.x.nm().div_euclid(side.nm()), at.y.nm().div_euclid(side.nm()))
 }
 
-/// A square and its eight neighbours.
 fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
     (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)))
 }

@@ -9,7 +9,6 @@
 use super::split::{Net, heading, reach_mm};
 use crate::geometry::{Path, PathSegment, Point, path_area_mm2};
 
-/// Smaller faces are rounding, in mm².
 const LEAST_AREA_MM2: f64 = 1e-6;
 
 /// Cells connected by their edges.
@@ -176,7 +175,6 @@ fn turns(net: &Net, used: &[bool]) -> Vec<Half> {
     turns
 }
 
-/// Start of a half edge, and its segment.
 pub(super) fn way(net: &Net, half: Half) -> Option<(Point, PathSegment)> {
     let edge = net.edges.get(half / 2)?;
     if half.is_multiple_of(2) {
@@ -231,7 +229,6 @@ fn path(net: &Net, cycle: &[Half]) -> Path {
     path
 }
 
-/// A segment extended to `to`.
 fn longer(segment: PathSegment, to: Point) -> PathSegment {
     match segment {
         PathSegment::Line { .. } => PathSegment::Line { to },

@@ -10,7 +10,6 @@ use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, Region, area_
 use crate::units::Length;
 use crate::{code, note, warning};
 
-/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.005;
 /// Copper may reach this far beyond the outline before the two count as apart.
 const OVERHANG: Length = Length::from_um(2_000);
@@ -27,7 +26,6 @@ const OVERSIZE_SHARE: f64 = 0.25;
 /// Most frames around boards that are reported, each by itself.
 const MOST_FRAMES: usize = 10;
 
-/// Parts of a board in addition to holes and outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BoardWanted {
     /// Painted copper and the silkscreen of both sides. Painting is slow.
@@ -321,7 +319,6 @@ fn centred(board: &Board, artwork: &Artwork) -> Option<(Point, Point)> {
 const TWO: [(Severity, &str); 2] =
     [(Severity::Note, code!("board.same_outline")), (Severity::Warning, code!("board.two_outlines"))];
 
-/// Reports closed outlines other than `taken`.
 fn other_outlines(taken: &FileRead, artwork: &Artwork) -> Vec<Diagnostic> {
     let shape = |file: &FileRead| {
         let gerber = file.gerber.as_ref()?;
@@ -389,7 +386,6 @@ fn content(board: &Board, artwork: &Artwork) -> Content {
     content
 }
 
-/// Reports gaps that were closed and ends that were trimmed.
 fn mended(gaps: &[(Length, Point)], trimmed: &[(Length, Point)]) -> Vec<Diagnostic> {
     let mm = |length: Length| format!("{:.3}", length.mm());
     let largest = |diagnostic: Diagnostic, rows: &[(Length, Point)]| {
@@ -480,7 +476,6 @@ fn centres(artwork: &Artwork) -> Vec<Point> {
     all
 }
 
-/// Positions of holes and slots.
 fn middles(board: &Board) -> impl Iterator<Item = Point> {
     board
         .holes

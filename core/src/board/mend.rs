@@ -26,7 +26,6 @@ pub(super) fn whole(rest: &[Path], holds: &dyn Fn(&Region) -> bool) -> Option<us
     whole.next().map(|(index, _)| index)
 }
 
-/// `path` with a straight line from its end to its start.
 pub(super) fn straight(path: &Path) -> Path {
     let mut closed = path.clone();
     if closed.end() != closed.start {
@@ -49,7 +48,6 @@ pub(super) fn body(region: &Region) -> Index {
     Index::of(&filled(region))
 }
 
-/// Distance of two ends.
 pub(super) fn gap(from: Point, to: Point) -> Length {
     Length::from_mm(from.distance_mm(to))
 }

@@ -35,7 +35,6 @@ pub struct Hole {
     pub plated: Option<bool>,
     /// Index into the board's sources.
     pub source: u32,
-    /// Tool number in that source.
     pub tool_code: u32,
     /// Line in that source, from 1.
     pub line: u32,
@@ -92,7 +91,6 @@ impl Face {
     }
 }
 
-/// The intended copper of one side.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Copper {
     pub face: Face,
@@ -111,7 +109,6 @@ pub struct Copper {
     pub source: u32,
 }
 
-/// Silkscreen of one side as lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Legend {
     pub face: Face,
@@ -126,9 +123,7 @@ pub struct Legend {
 /// A board to be made. Coordinates are the files' own.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Board {
-    /// Name shown to the user, taken from the file names.
     pub name: String,
-    /// Names of the files it was made from.
     pub sources: Vec<String>,
     /// Round holes in file order.
     pub holes: Vec<Hole>,
@@ -167,7 +162,6 @@ impl Board {
         }
     }
 
-    /// Bounds of all hole centres and slot points.
     pub fn bounds(&self) -> Option<Bounds> {
         let holes = self.holes.iter().map(|hole| hole.at);
         Bounds::around(holes.chain(self.slots.iter().flat_map(|slot| slot.path.iter().copied())))

@@ -13,17 +13,12 @@ use std::collections::BTreeMap;
 
 /// Ends this close are one corner.
 pub(super) const JOIN: Length = Length::from_um(10);
-/// Outlines with more strokes are not traced.
 pub(super) const MOST_STROKES: usize = 20_000;
-/// More contours than this are not nested.
 const MOST_CONTOURS: usize = 2_000;
-/// Tolerance of chords when contours are compared, in mm.
 pub(super) const CHORD_ERROR_MM: f64 = 0.005;
 
-/// Start point and segment.
 pub(super) type Stroke = (Point, PathSegment);
 
-/// The closed contours that strokes make, and the remaining lines.
 pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, Vec<Path>) {
     let rows = once(strokes);
     if rows.len() > MOST_STROKES {
@@ -188,7 +183,6 @@ fn twice_area(ring: &[Point]) -> f64 {
     ring.iter().zip(next).map(|(a, b)| a.x.mm() * b.y.mm() - b.x.mm() * a.y.mm()).sum()
 }
 
-/// True if a point is inside a ring.
 pub(super) fn holds(ring: &[Point], point: Point) -> bool {
     let next = ring.iter().cycle().skip(1);
     let crossings = ring.iter().zip(next).filter(|(a, b)| {

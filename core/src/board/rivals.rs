@@ -126,7 +126,6 @@ fn is_version_word(word: &str) -> bool {
     WORDS.contains(&word) || is_number && (digits.len() < word.len() || digits.len() >= 6)
 }
 
-/// The holes of a drill file with their sizes.
 fn sized(file: &FileRead) -> impl Iterator<Item = (Point, Option<Length>)> {
     file.drill.iter().flat_map(|drill| {
         let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter);
@@ -144,7 +143,6 @@ impl Holes {
         Self(cells)
     }
 
-    /// Whether a hole of this size is at a place.
     fn has(&self, at: Point, size: Option<Length>) -> bool {
         let (x, y) = cell(at);
         let is_size = |found: &Option<Length>| match (*found, size) {
@@ -248,13 +246,11 @@ fn places(file: &FileRead) -> Option<Vec<Point>> {
     Some(places)
 }
 
-/// True if two boxes are equal within `slack` on every side.
 pub(super) fn same_box(a: Bounds, b: Bounds, slack: crate::units::Length) -> bool {
     let near = |a: Point, b: Point| (a.x - b.x).abs() <= slack && (a.y - b.y).abs() <= slack;
     near(a.min, b.min) && near(a.max, b.max)
 }
 
-/// The last part of a path.
 fn base(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }

@@ -17,28 +17,22 @@ use std::f64::consts::{PI, TAU};
 
 /// Most pairs of strokes to compare; a drawing of more lines stays unsplit.
 const MOST_PAIRS: usize = 20_000_000;
-/// Most cuts, for the same reason.
 const MOST_CUTS: usize = 200_000;
 /// Arcs between the same nodes are equal if their centres are this near, in mm.
 const SAME_CENTRE_MM: f64 = 0.05;
 
-/// A piece of a stroke between two nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
-    /// The node at its start.
     pub(super) a: usize,
-    /// The node at its end.
     pub(super) b: usize,
     /// Start: within [`JOIN`] of its node.
     pub(super) from: Point,
     pub(super) segment: PathSegment,
-    /// The stroke that it is part of.
     pub(super) stroke: usize,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct Net {
-    /// Position of each node.
     pub(super) nodes: Vec<Point>,
     /// The edges in the order of their strokes.
     pub(super) edges: Vec<Edge>,
@@ -47,7 +41,6 @@ pub(super) struct Net {
 }
 
 impl Net {
-    /// Number of edges at each node.
     pub(super) fn degrees(&self) -> Vec<usize> {
         let mut degrees = vec![0; self.nodes.len()];
         for end in self.edges.iter().flat_map(|edge| [edge.a, edge.b]) {
@@ -125,7 +118,6 @@ fn is_arc(segment: PathSegment) -> bool {
     matches!(segment, PathSegment::Arc { .. })
 }
 
-/// `segment` up to `to`.
 fn with_end(segment: PathSegment, to: Point) -> PathSegment {
     match segment {
         PathSegment::Line { .. } => PathSegment::Line { to },
@@ -133,7 +125,6 @@ fn with_end(segment: PathSegment, to: Point) -> PathSegment {
     }
 }
 
-/// True if two edges between the same nodes have one course, in either direction.
 fn is_same(one: &Edge, two: &Edge) -> bool {
     let most = match (is_arc(one.segment), is_arc(two.segment)) {
         (false, false) => return true,
@@ -154,7 +145,6 @@ fn half_way(edge: &Edge) -> Point {
     }
 }
 
-/// The point halfway along an arc.
 fn middle(from: Point, to: Point, centre: Point, clockwise: bool) -> Point {
     let half = chords::turn(from, to, centre, clockwise) / 2.0;
     turned(from, centre, if clockwise { -half } else { half })
@@ -225,7 +215,6 @@ fn cuts(strokes: &[Stroke]) -> Option<Vec<Vec<(f64, Point)>>> {
     Some(cuts)
 }
 
-/// Common points of two strokes, within the join distance.
 pub(super) fn meetings(one: Stroke, two: Stroke) -> Vec<Point> {
     let ends = |a: Stroke, b: Stroke| {
         [a.0, a.1.to()].into_iter().filter(move |&end| distance_mm(b, end) <= JOIN.mm()).collect::<Vec<_>>()
@@ -266,12 +255,10 @@ fn share((from, segment): Stroke, point: Point) -> Option<f64> {
     Some(share).filter(|share| *share > 0.0 && *share < 1.0)
 }
 
-/// Distance of a point from a stroke, in mm.
 pub(super) fn distance_mm(stroke: Stroke, point: Point) -> f64 {
     nearest(stroke, point).distance_mm(point)
 }
 
-/// The point of a stroke that is nearest to `point`.
 pub(super) fn nearest((from, segment): Stroke, point: Point) -> Point {
     let to = segment.to();
     match segment {
@@ -312,7 +299,6 @@ fn line_line((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
     inside.then(|| Point::from_mm(a.x.mm() + t * ux, a.y.mm() + t * uy))
 }
 
-/// True if a point of its circle is on the arc.
 fn is_on((from, segment): Stroke, point: Point) -> bool {
     let PathSegment::Arc { to, centre, clockwise } = segment else { return false };
     from == to || chords::turn(from, point, centre, clockwise) <= chords::turn(from, to, centre, clockwise)

@@ -14,7 +14,6 @@ fn mm(value: f64) -> i64 {
     (value * 1e6) as i64
 }
 
-/// A line through points.
 pub(super) fn line(points: &[(f64, f64)]) -> String {
     let word = |at: usize| if at == 0 { "D02" } else { "D01" };
     let rows = points.iter().enumerate();
@@ -131,7 +130,6 @@ fn silkscreen_has_centre_lines_of_its_strokes() {
     assert_eq!((twice.legend[0].strokes.len(), twice.legend[0].flashes), (4, 4));
 }
 
-/// A drill program of holes in mm.
 pub(super) fn program(holes: &[(f64, f64)]) -> Vec<u8> {
     let hits: String = holes.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();
     format!("M48\nMETRIC\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes()
@@ -310,7 +308,6 @@ fn board_without_drill_file_is_named_after_copper_or_outline() {
     }
 }
 
-/// A drill file without a distinctive name, in mm.
 fn drill(places: &[(f64, f64)]) -> (String, Vec<u8>) {
     let hits: String = places.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();
     ("drill.drl".to_owned(), format!("M48\nMETRIC\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes())
@@ -362,7 +359,6 @@ fn unnamed_files_that_do_not_fit_together_are_an_error() {
     }
 }
 
-/// Pads all over a board of 40 × 30 mm.
 const PADS: [(f64, f64); 8] = [
     (5.0, 5.0),
     (5.0, 25.0),
@@ -399,7 +395,6 @@ fn boxes(board: &Board) -> Vec<([f64; 4], usize)> {
     boxes
 }
 
-/// Bounds of boards and their cut-outs, as [`boxes`] returns them.
 type Boxes = &'static [([f64; 4], usize)];
 
 const WHOLE: Boxes = &[([0.0, 0.0, 40.0, 30.0], 0)];

@@ -24,17 +24,13 @@ const OVERSHOOT_MM: f64 = 0.5;
 const LEAST_CLOSED_MM: f64 = 1.0;
 /// With more free ends than this nothing is joined: the layer is a drawing.
 const MOST_ENDS: usize = 400;
-/// More shared edges than this are not compared with tracks.
 const MOST_SHARED: usize = 500;
 
 #[derive(Debug, Default)]
 pub(super) struct Trace {
     pub(super) pieces: Vec<Piece>,
-    /// Lines that enclose nothing.
     pub(super) open: Vec<Path>,
-    /// Width and position of each closed gap.
     pub(super) gaps: Vec<(Length, Point)>,
-    /// Length and start of each trimmed end.
     pub(super) trimmed: Vec<(Length, Point)>,
 }
 
@@ -113,7 +109,6 @@ fn widths(rows: &[Stroke], strokes: &[(Stroke, Length)]) -> Vec<Length> {
     rows.iter().map(|row| known.get(&outline::same(row)).copied().unwrap_or_default()).collect()
 }
 
-/// A node with a single edge.
 #[derive(Clone, Copy)]
 struct FreeEnd {
     node: usize,
@@ -232,7 +227,6 @@ fn finish(net: &Net, made: Faces, dropped: &[usize], drawn: usize) -> Trace {
     Trace { pieces: made.pieces, open: joined(contours(&strokes).1), gaps, trimmed }
 }
 
-/// Chains lines at both ends.
 fn joined(mut open: Vec<Path>) -> Vec<Path> {
     let mut rest = Vec::new();
     if open.len() > MOST_ENDS {

@@ -103,7 +103,6 @@ fn one_piece(briefing: &mut Briefing, own: Option<Bounds>, work: &Work, planned:
     all
 }
 
-/// The bounds of both.
 fn both(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.with(b.min).with(b.max)),

@@ -30,7 +30,6 @@ pub struct Figures {
     pub hop_time_before_s: f64,
     /// Time as planned, s.
     pub hop_time_after_s: f64,
-    /// Iterations of the search.
     pub iterations: u64,
 }
 
@@ -42,7 +41,6 @@ pub struct SizeRow {
     /// Size in the files.
     pub size: Length,
     pub bit: Bit,
-    /// Number of holes of this size.
     pub holes: usize,
     pub slots: usize,
     /// Number of toolpaths; 0 if it drills.
@@ -75,7 +73,6 @@ pub fn figures(planned: &Planned, rapid_time: &dyn Fn(Point, Point) -> f64) -> F
     figures
 }
 
-/// Cost from `zero` over all `holes` and back.
 fn round(zero: Point, holes: &[(u32, Point)], cost: &dyn Fn(Point, Point) -> f64) -> f64 {
     let stops = holes.iter().map(|(_, at)| *at).chain([zero]);
     stops.fold((zero, 0.0), |(here, sum), to| (to, sum + cost(here, to))).1

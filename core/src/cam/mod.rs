@@ -31,20 +31,16 @@ use crate::{error, note, warning};
 use serde::{Deserialize, Serialize};
 use work::Work;
 
-/// Order of the holes of one tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HoleOrder {
     /// Shortest closed tour in straight distance, opened at the best place for the approach.
     #[default]
     Shortest,
-    /// Least machine time from the current position.
     Fastest,
-    /// As in the file.
     File,
 }
 
-/// Order of the tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BitOrder {
     #[default]
@@ -64,7 +60,6 @@ pub struct PlanOptions {
     pub loaded: Option<Length>,
     /// Spindles that drill, as bits (bit 0 is Z1); `None`: all.
     pub spindles: Option<u8>,
-    /// Seed of the search.
     pub seed: u64,
     /// Limit of the search, shared by the tools of an operation; `None`: [`default_iterations`].
     pub iterations: Option<u64>,
@@ -88,7 +83,6 @@ impl Default for PlanOptions {
     }
 }
 
-/// Progress of planning, in arbitrary parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlanningProgress {
     /// Parts done; never decreases.

@@ -15,10 +15,8 @@ use crate::geometry::Point;
 use std::cell::Cell;
 use tour::Effort;
 
-/// Size of the cache of rapids.
 const REMEMBERED: usize = 1 << 16;
 
-/// Cost from one position through others.
 fn way(from: Point, stops: impl IntoIterator<Item = Point>, cost: impl Fn(Point, Point) -> f64) -> f64 {
     let walk = |(here, sum): (Point, f64), to: Point| (to, sum + cost(here, to));
     stops.into_iter().fold((from, 0.0), walk).1
@@ -72,7 +70,6 @@ fn shortest(
     Some(opened(places, ring, from))
 }
 
-/// The fastest path found from `from`, ending anywhere.
 fn fastest(
     places: &[Point],
     from: Point,

@@ -14,7 +14,6 @@ use std::collections::BTreeMap;
 /// Positions within this along X and along Y are equal.
 const SAME: Length = Length::from_um(1);
 
-/// Depth by tool and position.
 #[derive(Default)]
 pub(super) struct Places(BTreeMap<(Length, i64, i64), (Point, Length)>);
 
@@ -39,7 +38,6 @@ impl Places {
 pub(super) struct Twice(Option<(usize, Point)>);
 
 impl Twice {
-    /// Counts one more, at `at`.
     pub(super) fn add(&mut self, at: Point) {
         self.0.get_or_insert((0, at)).0 += 1;
     }

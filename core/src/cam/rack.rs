@@ -55,7 +55,6 @@ pub fn nearest(rack: &[Length], size: Length, tolerance: Length) -> Option<Lengt
 /// Sizes that are listed individually.
 const MOST_SIZES: usize = 40;
 
-/// Errors for hole sizes `without` a drill within the tolerance, for holes without a size, and for slots.
 pub(super) fn errors(
     without: &[(Length, usize)],
     unsized_holes: usize,

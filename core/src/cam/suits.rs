@@ -107,7 +107,6 @@ pub(super) fn with_bit(operation: &Operation, bit: &Bit, machine: &Machine) -> S
     within(own, machine)
 }
 
-/// Limits speeds to the machine.
 fn within(speeds: Speeds, machine: &Machine) -> Speeds {
     Speeds {
         feed_mm_per_s: speeds.feed_mm_per_s.min(plane(machine)),

@@ -12,10 +12,8 @@ const MILL_DOWN_MM_PER_S: f64 = 1.5;
 
 /// The V-bit of a new job. Names of tools are their titles.
 const VEE: &str = "V-bit 30°, tip 0.1";
-/// The mill of a new job for bores and cut-outs.
 const MILL: &str = "end mill 1.5";
 
-/// The tools of a new job.
 pub fn usual_bits() -> Vec<Bit> {
     let bit = |name: &str, um, cutter| Bit {
         diameter: Length::from_um(um),
@@ -74,11 +72,8 @@ impl Operation {
 /// Speeds of an operation on a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Speeds {
-    /// Feed in XY, mm/s.
     pub feed_mm_per_s: f64,
-    /// Plunge feed, mm/s.
     pub plunge_mm_per_s: f64,
-    /// Spindle speed, rpm.
     pub spindle_rpm: u32,
 }
 
@@ -129,7 +124,6 @@ impl Work {
     }
 }
 
-/// The kinds of operations that make the holes and slots of `board`.
 fn makes_holes(board: &Board, machine: &Machine) -> impl Iterator<Item = &'static str> + use<> {
     let drills = machine.drills();
     let drilled = |size: Option<Length>| {

@@ -13,15 +13,12 @@ use crate::units::{Length, TICK_HZ};
 /// spindles move together, the machine's setting applies.
 const CLEARANCE: Length = Length::from_um(200);
 
-/// Spindle heights in a segment, in steps over the surface.
 pub(super) struct Heights<'a> {
     /// Before the segment, one per spindle.
     pub(super) starts: &'a [i64],
-    /// Lowest height of any spindle in the segment.
     pub(super) low_z: i64,
 }
 
-/// State between segments.
 #[derive(Debug)]
 pub(super) struct Interlocks {
     /// Steps from the surface to the clearance.
@@ -35,7 +32,6 @@ pub(super) struct Interlocks {
     /// Travel time of the presser foot; none without a foot.
     foot_ticks: Option<u64>,
     foot_down: bool,
-    /// Tick at which the foot arrives.
     foot_there: u64,
 }
 
@@ -58,7 +54,6 @@ impl Interlocks {
         }
     }
 
-    /// True if the spindle was left on.
     pub(super) fn spindle_runs(&self) -> bool {
         self.spindle_rpm > 0
     }
@@ -155,7 +150,6 @@ fn plane_ticks(segment: &Segment) -> Option<(i128, i128)> {
     ends.reduce(|all, set| (all.0.min(set.0), all.1.max(set.1)))
 }
 
-/// Times at which `axis`, starting at `start`, is below the clearance.
 fn lows(segment: &Segment, axis: usize, start: i64, clearance: i64) -> Vec<Low> {
     let mut lows = Vec::new();
     let (mut height, mut tick) = (start, 0);

@@ -9,10 +9,8 @@ use crate::steps::stream::Run;
 /// Cached sweeps per axis, least recently used out first.
 const MOST: usize = 8;
 
-/// Longest cached sweep, in runs.
 const LONGEST: usize = 10_000;
 
-/// Everything that the verdict on a sweep depends on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep<'a> {
     pub(super) runs: &'a [Run],
@@ -22,7 +20,6 @@ pub(super) struct Sweep<'a> {
     pub(super) tail: Option<i128>,
 }
 
-/// Extent of a sweep, in steps from its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Reach {
     pub(super) low: i64,
@@ -54,7 +51,6 @@ impl Default for Known {
 }
 
 impl Known {
-    /// Extent of the sweep, if an equal one was verified.
     pub(super) fn find(&mut self, sweep: &Sweep<'_>) -> Option<Reach> {
         let place = self.kept.iter().position(|kept| kept.is(sweep))?;
         self.kept[..=place].rotate_right(1);

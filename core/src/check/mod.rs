@@ -40,21 +40,15 @@ use std::borrow::Borrow;
 /// Longest stream: ten days, in ticks.
 const MOST_TICKS: u64 = 10 * 24 * 3600 * crate::units::TICK_HZ;
 
-/// Most steps of all axes together.
 const MOST_STEPS: u64 = 20_000_000_000;
 
-/// The check stops after this many problems.
 const MOST_DIAGNOSTICS: usize = 20;
 
-/// Summary of a stream that passed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CheckReport {
     pub total_ticks: u64,
-    /// Steps of each axis, in both directions.
     pub steps: [u64; AXES],
-    /// Lowest position of each axis, steps from the work zero.
     pub lowest: Steps,
-    /// Highest position of each axis, steps from the work zero.
     pub highest: Steps,
     pub holes: u32,
     pub segments: usize,

@@ -38,20 +38,16 @@ const RING: usize = 16;
 /// speed grows.
 const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
 
-/// Tolerance for rounding in this check, as a share of a limit.
 const ROUNDING_SHARE: f64 = 1e-3;
 
 /// An acceleration above any machine's, mm/s².
 const MOST_MM_PER_S2: f64 = 1e9;
 
-/// State of one axis along the stream.
 #[derive(Debug)]
 pub(super) struct Walker {
     pub(super) at: i64,
-    /// Lowest position in the whole stream.
     pub(super) lowest: i64,
     pub(super) highest: i64,
-    /// Lowest position in the last segment.
     pub(super) low_in_segment: i64,
     min: i64,
     max: i64,
@@ -62,7 +58,6 @@ pub(super) struct Walker {
     /// Ticks per step at the highest speed, and the fewest ticks for [`SPEED_STEPS`] steps.
     least_period: f64,
     least_span: u64,
-    /// Greatest acceleration in steps per tick².
     acceleration: f64,
     /// Allowed jump of speed in corners of milled paths, and in the current segment; steps per tick. The
     /// planner allows √(8·A·d), with the deviation d of the machine's settings.
@@ -74,12 +69,10 @@ pub(super) struct Walker {
     /// After this many ticks without a step the axis counts as at rest: it could stop and accelerate again
     /// within that time.
     rest: u64,
-    /// Cache of verified sweeps.
     known: Known,
 }
 
 impl Walker {
-    /// Axis `axis` of `machine`, at `start`.
     pub(super) fn new(machine: &Machine, axis: usize, zero: i64, start: i64) -> Self {
         let settings = machine.axis(axis);
         let steps_per_mm = settings.scale.steps_per_mm();
@@ -162,7 +155,6 @@ impl Walker {
         Ok(())
     }
 
-    /// True if the axis rests before the first step of `run`.
     fn rests(&self, run: &Run) -> bool {
         !self.milled && rounded(run.parts_before(0)) >= i128::from(self.rest)
     }
@@ -212,7 +204,6 @@ impl Walker {
         Ok(end)
     }
 
-    /// Checks the runs of a sweep after tick `begin`, step by step.
     fn walk(&mut self, runs: &[Run], begin: i128, pace: &mut Pace) -> Result<(), Diagnostic> {
         runs.iter().try_fold(begin, |tick, run| self.run(run, tick, pace)).map(drop)
     }
@@ -267,7 +258,6 @@ impl Walker {
         Ok(tick)
     }
 
-    /// Checks that the axis may be at `place`.
     pub(super) fn within_range(&self, place: i64) -> Result<(), Diagnostic> {
         if (self.min..=self.max).contains(&place) {
             return Ok(());
@@ -343,7 +333,6 @@ struct Pace {
     stepped: bool,
 }
 
-/// Consecutive stretches for mean speeds.
 #[derive(Clone, Copy)]
 struct Stretch {
     /// The previous stretch: length in ticks, mean speed in steps per tick, and whether it exists.
@@ -410,7 +399,6 @@ impl Pace {
         Ok(())
     }
 
-    /// Checks the end of the segment, at rest.
     fn rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
         if self.milled {
             return self.long.rest(tick, 2 * self.place, axis, SLACK_TICKS + STILL_TICKS);
@@ -419,7 +407,6 @@ impl Pace {
         self.short.rest(tick, 2 * self.place, axis, SLACK_TICKS)
     }
 
-    /// Checks a rest after the last step, at `tick`.
     fn long_rest(&mut self, tick: u64, axis: &Walker) -> Result<(), Diagnostic> {
         for stretch in [&mut self.long, &mut self.short] {
             if tick > stretch.since {

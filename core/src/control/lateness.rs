@@ -19,7 +19,6 @@ use std::borrow::Borrow;
 pub const EDGES_US: [u32; 16] =
     [1, 2, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 20_000, 50_000, 100_000];
 
-/// Lateness of a clock over many beats.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lateness {
     pub beats: u32,
@@ -147,7 +146,6 @@ pub fn fastest_rate(segments: impl IntoIterator<Item: Borrow<Segment>>) -> Optio
     shortest.map(|(ticks, axis)| (TICK_HZ as f64 / ticks as f64, axis))
 }
 
-/// Refuses `segments` that are too fast for a computer with the highest safe rate `safe_hz`.
 pub fn too_fast(segments: impl IntoIterator<Item: Borrow<Segment>>, safe_hz: f64) -> Option<Diagnostic> {
     beyond(fastest_rate(segments), safe_hz)
 }

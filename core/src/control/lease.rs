@@ -18,38 +18,31 @@ pub const LAPSE_MS: u64 = 3_000;
 /// Number of a page; never reused.
 pub type Viewer = u32;
 
-/// The page in control, and the time of its last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lease {
     holder: Option<(Viewer, u64)>,
 }
 
-/// An event that affects a lease.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeaseEvent {
-    /// Any frame from this page.
     Heard(Viewer),
     /// This page requests control; with `force`, even if another page has it.
     Take {
         viewer: Viewer,
-        /// Take control even if another page has it.
         force: bool,
     },
     /// This page releases control. No-op for a page without control.
     Release(Viewer),
-    /// This page disconnected.
     Left(Viewer),
     Tick,
 }
 
-/// Result of an event.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeaseOutcome {
     /// Notify all pages that control changed.
     pub changed: bool,
     /// Page that lost control involuntarily: silent, gone, or overruled. Its jog must stop.
     pub lost: Option<Viewer>,
-    /// Why control was refused.
     pub refused: Option<Diagnostic>,
 }
 

@@ -13,31 +13,25 @@ pub use session::{Session, is_same_press, step};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
-/// State of the machine, as the banner shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
     /// Position unknown: home first.
     NotHomed,
-    /// Moving to the limit switches.
     Homing,
     /// At rest, position known.
     Ready,
-    /// A short jog.
     Jogging,
     Running,
     /// Braking, or finishing a hole, before a pause.
     Pausing,
     /// Paused; spindle off between holes.
     Paused,
-    /// Waiting for the user to change the bit.
     ToolChange,
     /// A GRBL-family controller runs a job in its check mode; nothing moves.
     Checking,
     Stopping,
-    /// An error that waits for acknowledgement.
     Alarm,
-    /// Moving to the park position.
     Parking,
 }
 
@@ -53,7 +47,6 @@ pub enum Trust {
     Lost,
 }
 
-/// Reason for the end of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
@@ -64,7 +57,6 @@ pub enum Ending {
     Alarm,
 }
 
-/// An alarm, as a diagnostic with a code of the locale tables.
 pub type Alarm = Diagnostic;
 
 /// The bit to which the zero of Z applies: no other may cut. The rule holds for machines that Annulus drives
@@ -80,9 +72,7 @@ pub enum BoardHeight {
     /// Not set since the link opened, or rejected.
     #[default]
     Unknown,
-    /// A previous bit.
     OfAnotherBit,
-    /// The bit in the spindle.
     OfThisBit,
 }
 
@@ -93,7 +83,6 @@ impl BoardHeight {
         if self == Self::OfThisBit && !alike { Self::OfAnotherBit } else { self }
     }
 
-    /// True if the tool in the spindle may cut.
     pub fn may_cut(self) -> bool {
         self == Self::OfThisBit
     }

@@ -36,22 +36,16 @@ pub fn is_same_press(before_ms: Option<u64>, now_ms: u64) -> bool {
     before_ms.is_some_and(|before_ms| now_ms.saturating_sub(before_ms) < SAME_PRESS_MS)
 }
 
-/// Number of work zeros that can be restored.
 const ZEROS_KEPT: usize = 5;
 
-/// The state of the session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Session {
     pub state: State,
-    /// Reliability of the position.
     pub trust: Trust,
-    /// Work zeros in machine steps, the current one last.
     pub zeros: Vec<[i64; 2]>,
     /// Current alarm, until acknowledged.
     pub alarm: Option<Alarm>,
-    /// The armed job, and the digest of its stream.
     pub armed: Option<(String, String)>,
-    /// An interrupted job, and the leg from which it can resume.
     pub offer: Option<(String, u32)>,
     /// True if the executor is busy.
     pub moving: bool,
@@ -61,13 +55,11 @@ pub struct Session {
     pub in_change: bool,
     /// Action at the next rest.
     wish: Wish,
-    /// Ending of the current job, once at rest.
     ending: Option<Ending>,
     /// The tip is rising, and the spindle turns off after that.
     lifting: bool,
     /// STOP arrived during the lift: the tip stays where it stops.
     held: bool,
-    /// Time of the press of STOP that stopped the motion.
     stopped_ms: Option<u64>,
     /// Paused on a toolpath, in the middle of a task.
     pub on_path: bool,
@@ -106,7 +98,6 @@ fn refuse(code: &str) -> Vec<Action> {
     vec![Action::Refuse(Diagnostic::error(code))]
 }
 
-/// Applies `event` to the session, and returns the actions.
 #[must_use]
 pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
     let mut next = session.clone();
@@ -164,19 +155,16 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
 }
 
 impl Session {
-    /// The current work zero.
     pub fn zero(&self) -> Option<[i64; 2]> {
         self.zeros.last().copied()
     }
 
-    /// True while a job is active.
     pub fn has_job(&self) -> bool {
         matches!(self.state, State::Running | State::Pausing | State::Paused | State::ToolChange)
             || self.ending.is_some()
             || self.in_change
     }
 
-    /// True while braking, or finishing a task, before a pause.
     pub fn pauses(&self) -> bool {
         self.state == State::Pausing && self.wish == Wish::Pause
     }
@@ -283,7 +271,6 @@ impl Session {
         vec![Action::Approach { leg }]
     }
 
-    /// Requests during a job.
     fn while_running(&mut self, ask: &Event) -> Vec<Action> {
         match (ask, self.state) {
             (Event::Pause, State::Running | State::Pausing) => {
@@ -325,7 +312,6 @@ impl Session {
         }
     }
 
-    /// Ends the job with a brake.
     fn brakes(&mut self) -> Vec<Action> {
         (self.state, self.ending) = (State::Stopping, Some(Ending::Stopped));
         vec![Action::Brake]

@@ -23,7 +23,6 @@ pub fn lines(text: &str) -> impl Iterator<Item = &str> {
 /// A line as GRBL takes it.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Bare {
-    /// The characters that GRBL keeps, in capitals.
     pub text: String,
     /// Comments in brackets; the last may be open, since it ends with its line.
     pub brackets: Vec<String>,

@@ -35,7 +35,6 @@ fn refused<T>(code: &'static str, word: impl Into<String>, number: u16) -> Resul
     Err(Refused { code, word: word.into(), number })
 }
 
-/// Modal state of the controller.
 #[derive(Clone, Debug)]
 pub struct Judge {
     of: Interpreter,
@@ -80,7 +79,6 @@ impl Words<'_> {
 }
 
 impl Judge {
-    /// State at the start of a program.
     pub fn new(of: Interpreter) -> Self {
         let motion = if of == Interpreter::LinuxCnc { NO_MOTION } else { RAPID };
         Self {
@@ -222,7 +220,6 @@ impl Judge {
         Ok(())
     }
 
-    /// The motion that uses the axis words, if any.
     fn axes(&self, words: &Words<'_>) -> Result<Option<u32>, Refused> {
         let waits = self.of == Interpreter::Any && words.says(DWELL);
         let has_axes = words.any("XYZABCUVW") && !waits;
@@ -376,7 +373,6 @@ impl Judge {
         }
     }
 
-    /// Updates the modal state.
     fn holds(&mut self, words: &Words<'_>) {
         if let Some(row) = words.motion() {
             self.motion = row.code;

@@ -21,7 +21,6 @@ use crate::diagnostic::Diagnostic;
 pub enum Interpreter {
     /// GRBL 1.1h with default build options.
     Grbl,
-    /// grblHAL with three axes.
     GrblHal,
     /// LinuxCNC 2.9 (`rs274`).
     LinuxCnc,
@@ -79,7 +78,6 @@ impl Interpreter {
     }
 }
 
-/// Why a controller refuses a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refused {
     /// Message code.

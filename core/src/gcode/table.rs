@@ -3,7 +3,6 @@
 
 use super::Interpreter;
 
-/// Bits for the controllers that accept a row.
 const GRBL: u8 = 1;
 const HAL: u8 = 2;
 const LCNC: u8 = 4;
@@ -16,7 +15,6 @@ const BOTH: u8 = HAL | LCNC;
 pub(super) enum Axes {
     Free,
     Own,
-    /// Uses them, and requires one.
     Needed,
     /// Moves by them, and is modal.
     Motion,

@@ -2,7 +2,6 @@
 
 use super::*;
 
-/// Words of a line with spaces between them.
 fn words(line: &str) -> Vec<(char, f64)> {
     let word = |word: &str| (word.chars().next().unwrap(), word[1..].parse().unwrap());
     line.split_whitespace().map(word).collect()

@@ -15,11 +15,9 @@ use super::clusters::{NOTHING, with};
 use super::grid::Grid;
 use super::overlay::{Edge, Overlay, Pile};
 
-/// Mean number of edges in a cell, about.
 const EDGES_PER_CELL: f64 = 2.0;
 /// Mean number of rows or columns that an edge crosses, about.
 const CELLS_PER_EDGE: f64 = 3.0;
-/// Smallest cell, in nm.
 const SMALLEST_CELL_NM: f64 = 2_000.0;
 /// An edge this near to a cell, in nm, counts as in it.
 const NEAR_NM: i64 = 1;
@@ -92,7 +90,6 @@ pub(super) fn is_simple(path: &Path, fuel: &mut Fuel) -> Option<bool> {
     Some(places.windows(2).all(|pair| pair.first() != pair.last()))
 }
 
-/// Edges by the cells that they cross.
 struct Cells {
     grid: Grid,
     /// Start of each cell's edges in `edges`.
@@ -145,7 +142,6 @@ impl Cells {
         Self { grid, starts, edges: listed }
     }
 
-    /// The cell of a position.
     fn at(&self, (x, y): (f64, f64)) -> usize {
         let place = self.grid.row(y as i64) * self.grid.columns + self.grid.column(x as i64);
         usize::try_from(place).unwrap_or(usize::MAX)

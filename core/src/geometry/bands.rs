@@ -19,7 +19,6 @@ use std::collections::BTreeMap;
 
 /// Edges overlaid in one band; up to twice as many need no bands.
 const BAND_EDGES: usize = 150_000;
-/// Edges that replace an arc, about.
 const EDGES_PER_ARC: usize = 16;
 /// Columns in which edges are counted to place the borders.
 const COLUMNS: usize = 4_096;
@@ -28,7 +27,6 @@ const COLUMNS: usize = 4_096;
 pub struct Outlines<'a> {
     /// Bounds of each, and its number of segments, about.
     pub sizes: &'a [(Bounds, usize)],
-    /// Generates the outlines with this number.
     pub make: &'a dyn Fn(usize) -> Vec<Path>,
 }
 
@@ -39,7 +37,6 @@ struct Band {
     high: i32,
 }
 
-/// An edge of an incomplete contour.
 #[derive(Clone, Copy)]
 struct Open {
     a: Place,
@@ -56,16 +53,12 @@ struct Rim {
     piece: usize,
 }
 
-/// Contours under construction.
 #[derive(Default)]
 struct Seam {
-    /// Union-find parents of the pieces.
     parents: Vec<usize>,
     open: Vec<Open>,
-    /// Edges on the border ahead.
     rims: Vec<Rim>,
     whole: Vec<Island>,
-    /// Complete contours of pieces that met a border.
     contours: Vec<(usize, Path)>,
 }
 
@@ -74,7 +67,6 @@ pub fn left_of(ground: &[Path], outlines: &Outlines<'_>) -> Region {
     left_of_in(ground, outlines, BAND_EDGES)
 }
 
-/// As [`left_of`], with this number of edges in a band.
 fn left_of_in(ground: &[Path], outlines: &Outlines<'_>, most: usize) -> Region {
     let borders = borders(outlines.sizes, most);
     if borders.is_empty() {
@@ -177,7 +169,6 @@ impl Band {
 }
 
 impl Seam {
-    /// Computes one band.
     fn add(&mut self, ground: &[Path], outlines: &Outlines<'_>, band: Band) {
         let mut overlay = Overlay::default();
         let lay = |overlay: &mut Overlay, paths: &[Path], into: &mut Pile| {
@@ -304,7 +295,6 @@ impl Seam {
         }
     }
 
-    /// All pieces with their contours.
     fn region(mut self) -> Region {
         let mut pieces: BTreeMap<usize, Vec<Path>> = BTreeMap::new();
         for (piece, path) in std::mem::take(&mut self.contours) {

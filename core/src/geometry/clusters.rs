@@ -12,18 +12,14 @@
 /// Left, low, right, high.
 pub(super) type Extent = [i32; 4];
 
-/// Mean number of comparisons for each box before the search is given up.
 const MOST_COMPARISONS: usize = 600;
 
-/// The extent of nothing.
 pub(super) const NOTHING: Extent = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
 
-/// The extent enlarged to include a point.
 pub(super) fn with([left, low, right, high]: Extent, x: i32, y: i32) -> Extent {
     [left.min(x), low.min(y), right.max(x), high.max(y)]
 }
 
-/// The representative of `of`'s set.
 pub(super) fn root(parents: &mut [usize], of: usize) -> usize {
     let mut at = of;
     while let Some(&parent) = parents.get(at)
@@ -38,7 +34,6 @@ pub(super) fn root(parents: &mut [usize], of: usize) -> usize {
     at
 }
 
-/// Unites the sets of two members.
 pub(super) fn unite(parents: &mut [usize], one: usize, two: usize) {
     let (a, b) = (root(parents, one), root(parents, two));
     if let Some(slot) = parents.get_mut(a.max(b)) {
@@ -46,7 +41,6 @@ pub(super) fn unite(parents: &mut [usize], one: usize, two: usize) {
     }
 }
 
-/// The members of every set, in order.
 pub(super) fn groups(parents: &mut [usize]) -> Vec<Vec<usize>> {
     let mut members: Vec<(usize, usize)> =
         (0..parents.len()).map(|index| (root(parents, index), index)).collect();
@@ -55,7 +49,6 @@ pub(super) fn groups(parents: &mut [usize]) -> Vec<Vec<usize>> {
     by_root.map(|group| group.iter().map(|&(_, index)| index).collect()).collect()
 }
 
-/// The groups of overlapping boxes.
 pub(super) fn clusters(extents: &[Extent]) -> Vec<Vec<usize>> {
     let mut parents: Vec<usize> = (0..extents.len()).collect();
     let mut order: Vec<(Extent, usize)> =

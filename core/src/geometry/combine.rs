@@ -44,7 +44,6 @@ pub enum CombineRule {
 pub enum Enclosing {
     /// Winding number not zero.
     Once,
-    /// Odd winding number.
     Odd,
 }
 
@@ -113,7 +112,6 @@ pub fn enclosed(path: &Path, rule: Enclosing, fuel: &mut Fuel) -> Option<Vec<Pat
     })
 }
 
-/// Everything inside any of the paths, in either direction.
 pub fn union(paths: &[Path]) -> Region {
     let mut overlay = Overlay::default();
     for path in paths.iter().flat_map(settled) {
@@ -163,7 +161,6 @@ struct Layer {
     dark: Vec<Shape>,
 }
 
-/// Combines two layers, the second over the first.
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     let clear = match keep_clear {
         false => Vec::new(),

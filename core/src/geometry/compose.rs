@@ -24,22 +24,17 @@ const ROWS_PER_EDGE: f64 = 4.0;
 /// Edges this near to each other, in nm, count as meeting.
 const NEAR_NM: i64 = 1_000;
 
-/// Role of a shape in the combination.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
-    /// At the bottom.
     Ground,
     /// Subtracted from the ground.
     Away,
     Over,
 }
 
-/// Treatment of a cover.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fate {
-    /// Must be overlaid with the others.
     Meets,
-    /// In the result unchanged.
     Stays,
     /// Entirely on ground: changes nothing.
     Goes,
@@ -59,7 +54,6 @@ fn index(number: i64) -> usize {
 }
 
 impl Cells {
-    /// A grid over `edges`.
     fn of(edges: &[Edge]) -> Self {
         let extent = edges.iter().fold(NOTHING, |extent, edge| with(extent, edge.a.x, edge.a.y));
         let [left, low, right, high] = extent.map(i64::from);
@@ -132,7 +126,6 @@ impl Cells {
         !spans.iter().zip(first..).any(|(&(from, to), row)| self.any(row, from, to))
     }
 
-    /// True if a position is on ground that is not subtracted.
     fn is_ground(&self, (x, y): (i64, i64)) -> bool {
         let crossing = |edge: &Edge| {
             let [ax, ay, bx, by] = [edge.a.x, edge.a.y, edge.b.x, edge.b.y].map(i64::from);

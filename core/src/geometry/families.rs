@@ -14,7 +14,6 @@ use super::overlay::apart;
 use super::{Bounds, Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 
-/// An edge of an island.
 struct Side {
     around: Bounds,
     island: usize,

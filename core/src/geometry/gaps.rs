@@ -23,7 +23,6 @@ use crate::units::Length;
 
 /// Pairs tried for each gap, the narrowest first, until one has nothing in between.
 const MOST_TRIES: usize = 8;
-/// Smaller slopes count as level.
 const LEVEL_SLOPE: f64 = 1e-3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +38,6 @@ pub struct Gap {
     pub width: Length,
 }
 
-/// Two near edges.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     edges: [usize; 2],
@@ -47,7 +45,6 @@ struct Pair {
     width: f64,
 }
 
-/// Edges with their neighbours along the outline.
 struct Outlines<'a> {
     entries: &'a [Entry],
     around: Vec<[usize; 2]>,
@@ -173,7 +170,6 @@ fn is_blocked(index: &Index, pair: &Pair) -> bool {
     })
 }
 
-/// True if a straight line crosses a piece.
 fn crosses(way: &Piece, piece: &Piece) -> bool {
     let heading = |from: Spot, to: Spot| (to.0 - from.0, to.1 - from.1);
     let along = heading(way.from, way.to);

@@ -26,9 +26,7 @@ use super::{Path, PathSegment, Point, REACH, Region, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Clefts of twice this width, in nm, are closed before shrinking.
 const CLOSING_NM: f64 = 20.0;
-/// Pieces of a grown outline shorter than this, in nm, are merged.
 const GROWN_CRUMB_NM: f64 = 1_000.0;
 /// Strips with far corners this near, in nm, are joined straight.
 const TOUCH_NM: f64 = 60.0;
@@ -39,16 +37,11 @@ const POINTED_NM: f64 = 100.0;
 /// A larger turn, in rad, is a reversal.
 const TURNING_BACK_RAD: f64 = PI - 1e-3;
 
-/// One piece of an outline and the far side of its strip.
 #[derive(Clone, Copy)]
 struct Strip {
-    /// The ends of the piece.
     ends: [Spot; 2],
-    /// The ends of the far side.
     far: [Spot; 2],
-    /// Unit vectors to the right at both ends.
     right: [Spot; 2],
-    /// Smallest length of the strip.
     length: f64,
     /// The circle of the far side and its direction (clockwise); `None` for a line.
     arc: Option<(Circle, bool)>,

@@ -18,14 +18,11 @@ use crate::units::Length;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Position of an edge in the region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Edge {
-    /// Index of the island.
     pub island: u32,
     /// Index of the path: 0 the outer one, then the holes.
     pub path: u32,
-    /// Index of the segment.
     pub segment: u32,
 }
 
@@ -47,7 +44,6 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// Its number in the order of the region.
     pub(super) fn number(&self) -> usize {
         self.number as usize
     }
@@ -56,7 +52,6 @@ impl Entry {
         at(self.piece.from)
     }
 
-    /// The segment of the path.
     pub(super) fn segment(&self) -> PathSegment {
         let to = at(self.piece.to);
         match self.piece.bow {
@@ -65,13 +60,11 @@ impl Entry {
         }
     }
 
-    /// The box around it.
     pub(super) fn bounds(&self) -> Bounds {
         segment_bounds(self.start(), self.segment())
     }
 }
 
-/// The box of an edge, and its number.
 type Boxed = GeomWithData<Rectangle<[f64; 2]>, u32>;
 
 /// Edges in each tree.
@@ -98,7 +91,6 @@ fn at((x, y): Spot) -> Point {
     Point::new(Length::from_nm(x as i64), Length::from_nm(y as i64))
 }
 
-/// All edges of a region, in order.
 fn entries(region: &Region) -> Vec<Entry> {
     let mut entries = Vec::with_capacity(region.paths().map(|path| path.segments.len()).sum());
     for (island, shape) in (0..).zip(&region.islands) {
@@ -113,7 +105,6 @@ fn entries(region: &Region) -> Vec<Entry> {
 }
 
 impl Index {
-    /// Prepares a region for queries.
     pub fn of(region: &Region) -> Self {
         let entries = entries(region);
         let boxed = |entry: &Entry| Boxed::new(Rectangle::from_aabb(envelope(entry.bounds())), entry.number);
@@ -144,7 +135,6 @@ impl Index {
         counts.into_iter().find(|(_, count)| *count != 0).map(|(island, _)| island as usize)
     }
 
-    /// All edges, in order.
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }
@@ -192,7 +182,6 @@ impl Index {
         found
     }
 
-    /// The entries whose boxes meet `bounds`.
     pub(super) fn entries_in(&self, bounds: Bounds) -> impl Iterator<Item = &Entry> {
         let around = envelope(bounds);
         let found = self.trees.iter().flat_map(move |tree| tree.locate_in_envelope_intersecting(&around));

@@ -69,7 +69,6 @@ impl Point {
         Self::new(Length::from_mm(x), Length::from_mm(y))
     }
 
-    /// Straight distance to `other` in mm.
     pub fn distance_mm(self, other: Self) -> f64 {
         let dx = (self.x - other.x).mm();
         let dy = (self.y - other.y).mm();
@@ -96,7 +95,6 @@ impl Bounds {
             .fold(None, |bounds, point| Some(bounds.map_or(Self::of(point), |b: Self| b.with(point))))
     }
 
-    /// Enlarged to include `point`.
     #[must_use]
     pub fn with(self, point: Point) -> Self {
         Self {
@@ -105,7 +103,6 @@ impl Bounds {
         }
     }
 
-    /// Enlarged by `margin` on every side.
     #[must_use]
     pub fn grown(self, margin: Length) -> Self {
         Self {

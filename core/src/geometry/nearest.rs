@@ -12,7 +12,6 @@ use super::overlay::{Spot, apart, spot};
 use super::{PathSegment, Point, chords};
 use std::f64::consts::TAU;
 
-/// An arc as its circle and the angles it covers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bow {
     pub(super) centre: Spot,
@@ -45,7 +44,6 @@ impl Piece {
         Self { from: spot(from), to: spot(segment.to()), bow }
     }
 
-    /// Unit vector along it at its start, or at its end.
     pub(super) fn heading(&self, at_end: bool) -> Spot {
         let at = if at_end { self.to } else { self.from };
         self.heading_at(at)
@@ -64,7 +62,6 @@ impl Piece {
         (way.0 / length, way.1 / length)
     }
 
-    /// The point at a share of its length.
     pub(super) fn at(&self, share: f64) -> Spot {
         let Some(bow) = self.bow else {
             let mix = |a: f64, b: f64| a + (b - a) * share;
@@ -75,7 +72,6 @@ impl Piece {
         (bow.centre.0 + bow.radius_nm * libm::cos(angle), bow.centre.1 + bow.radius_nm * libm::sin(angle))
     }
 
-    /// The point on it nearest to `place`.
     pub(super) fn nearest(&self, place: Spot) -> Spot {
         let nearer_end =
             || if apart(place, self.from) <= apart(place, self.to) { self.from } else { self.to };
@@ -110,7 +106,6 @@ impl Bow {
     }
 }
 
-/// `place` mirrored at a centre.
 fn opposite(centre: Spot, place: Spot) -> Spot {
     (2.0 * centre.0 - place.0, 2.0 * centre.1 - place.1)
 }
@@ -146,7 +141,6 @@ fn beside_each_other(found: &mut Vec<(Spot, Spot)>) {
     }
 }
 
-/// The nearest points of two pieces that do not cross, the first on the first piece.
 pub(super) fn nearest_pair(one: &Piece, two: &Piece) -> (Spot, Spot) {
     let mut found = Vec::with_capacity(8);
     found.push((one.from, two.nearest(one.from)));

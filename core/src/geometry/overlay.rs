@@ -28,7 +28,6 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 pub(super) const CHORD_ERROR_NM: f64 = 800.0;
 /// Tolerance of chords in a picture, in nm: a tenth of the thinnest line.
 const COARSE_ERROR_NM: f64 = 5_000.0;
-/// Limit of chords of a circle, in eighths of the circle.
 const MOST_EIGHTHS: usize = 512;
 /// Edges in a batch of outlines. The overlay crate compares nearly all pairs in a small pile, but builds
 /// expensive structures for a large one. This number is above the setup cost and far below the threshold for
@@ -54,12 +53,10 @@ pub(super) struct Tag(u32);
 impl Tag {
     pub(super) const STRAIGHT: Self = Self(0);
 
-    /// The tag for an index into [`Overlay::circles`].
     pub(super) fn of(place: usize) -> Self {
         Self(u32::try_from(place + 1).unwrap_or(0))
     }
 
-    /// Index into [`Overlay::circles`].
     pub(super) const fn circle(self) -> Option<usize> {
         if self.0 == 0 { None } else { Some(self.0 as usize - 1) }
     }
@@ -74,9 +71,7 @@ impl OverlayEdgeData for Tag {
     }
 }
 
-/// An input edge.
 pub(super) type Edge = InputEdge<i32, Tag>;
-/// An output edge.
 pub(super) type Found = DataVectorEdge<i32, Tag>;
 /// X and Y in whole nanometres.
 pub(super) type Place = (i32, i32);
@@ -89,16 +84,13 @@ pub(super) fn found(a: Place, b: Place, data: Tag) -> Found {
     DataVectorEdge { a: IntPoint::new(a.0, a.1), b: IntPoint::new(b.0, b.1), fill: 0, data }
 }
 
-/// An outer contour and its holes.
 pub(super) type Shape = Vec<Vec<Found>>;
 
 /// Winding numbers that count as inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fill {
-    /// Anything but 0.
     NonZero,
     EvenOdd,
-    /// Above 0.
     Positive,
 }
 
@@ -115,7 +107,6 @@ impl From<Fill> for FillRule {
 #[derive(Clone, Default)]
 pub(super) struct Pile {
     pub(super) edges: Vec<Edge>,
-    /// Number of edges up to the end of each outline.
     pub(super) ends: Vec<usize>,
 }
 
@@ -125,9 +116,7 @@ pub(super) struct Overlay {
     pub(super) circles: Vec<Circle>,
     pile: Pile,
     wheels: BTreeMap<usize, Vec<Spot>>,
-    /// Limit of edges.
     room: Option<usize>,
-    /// There were more edges than the limit.
     full: bool,
     /// Use few chords for arcs: the result is only a picture.
     is_picture: bool,
@@ -140,7 +129,6 @@ impl Pile {
     }
 }
 
-/// A point as the overlay takes it, clamped to the reach.
 pub(super) fn pin((x, y): Spot) -> IntPoint<i32> {
     let reach = REACH.nm() as f64;
     let hold = |value: f64| libm::round(value).clamp(-reach, reach) as i32;
@@ -159,7 +147,6 @@ pub(super) fn apart(a: Spot, b: Spot) -> f64 {
 }
 
 impl Circle {
-    /// The circle of an arc between two ends, which are on it or nearly so.
     pub(super) fn through(centre: Spot, from: Spot, to: Spot) -> Self {
         Self { centre, radius_nm: (apart(centre, from) + apart(centre, to)) / 2.0 }
     }
@@ -202,7 +189,6 @@ fn wheel(eighths: usize) -> Vec<Spot> {
 }
 
 impl Overlay {
-    /// An overlay with a limit of edges.
     pub(super) fn with_room(room: usize) -> Self {
         Self { room: Some(room), ..Self::default() }
     }
@@ -212,12 +198,10 @@ impl Overlay {
         Self { is_picture: true, ..Self::with_room(room) }
     }
 
-    /// True if the limit was exceeded.
     pub(super) const fn is_full(&self) -> bool {
         self.full
     }
 
-    /// The edges of the outline being collected.
     fn open(&self) -> &[Edge] {
         self.pile.edges.get(self.pile.ends.last().copied().unwrap_or(0)..).unwrap_or_default()
     }
@@ -233,7 +217,6 @@ impl Overlay {
         }
     }
 
-    /// Adds a straight edge.
     pub(super) fn line(&mut self, from: Spot, to: Spot) {
         self.put(from, to, Tag::STRAIGHT);
     }
@@ -276,7 +259,6 @@ impl Overlay {
         }
     }
 
-    /// Adds one segment of a path.
     pub(super) fn segment(&mut self, from: Point, segment: PathSegment) {
         let start = spot(from);
         match segment {
@@ -343,7 +325,6 @@ pub(super) fn extent_of(shape: &Shape) -> Extent {
     extent(shape.iter().take(1).flatten().map(|edge| &edge.a))
 }
 
-/// Runs the overlay on `edges`.
 fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
     let edges = edges.into_iter();
     let mut overlay = EdgeOverlay::<i32, Tag>::new(edges.size_hint().0);
@@ -416,7 +397,6 @@ pub(super) fn trace_two(subject: &Pile, clip: &Pile, rule: OverlayRule) -> Vec<S
     shapes
 }
 
-/// The edges of a shape as input edges.
 pub(super) fn edges_of(shape: &Shape) -> impl Iterator<Item = Edge> {
     shape.iter().flatten().map(|edge| InputEdge { a: edge.a, b: edge.b, data: edge.data })
 }

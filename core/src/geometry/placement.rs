@@ -51,7 +51,6 @@ impl Placement {
         Point::new(x + self.shift.x, y + self.shift.y)
     }
 
-    /// A placed path, in its original direction.
     pub fn path(&self, path: &Path) -> Path {
         let segments = path.segments.iter().map(|&segment| match segment {
             PathSegment::Line { to } => PathSegment::Line { to: self.point(to) },

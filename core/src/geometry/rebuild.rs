@@ -27,17 +27,14 @@ const DUST_AREA_NM2: f64 = 1e6;
 const SNAP_NM: f64 = 8.0 * CHORD_ERROR_NM;
 /// An arc with a shorter chord, in nm, between other pieces is no full circle: its neck would be longer.
 const TINY_NM: f64 = 1_000.0;
-/// Limit of corners absorbed by one line at once.
 const LONGEST_LOOK: usize = 256;
 
-/// The piece from one corner to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Line,
     Arc { circle: Circle, clockwise: bool },
 }
 
-/// A corner, and the piece after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     at: Spot,
@@ -124,7 +121,6 @@ fn join_arcs(nodes: &[Node]) -> Vec<Node> {
     joined
 }
 
-/// Neighbours in the ring: index before and index after.
 fn around(index: usize, count: usize) -> (usize, usize) {
     ((index + count - 1) % count, (index + 1) % count)
 }
@@ -275,7 +271,6 @@ fn line_meets(a: Spot, b: Spot, circle: Circle, near: Spot) -> Option<Spot> {
         .min_by(|p, q| apart(*p, near).total_cmp(&apart(*q, near)))
 }
 
-/// The common point of two circles nearest to `near`.
 fn circles_meet(one: Circle, two: Circle, near: Spot) -> Option<Spot> {
     let way = sub(two.centre, one.centre);
     let gap = libm::sqrt(dot(way, way));
@@ -295,7 +290,6 @@ fn off(circle: Circle, place: Spot) -> f64 {
     (apart(circle.centre, place) - circle.radius_nm).abs()
 }
 
-/// The point of a circle nearest to a position.
 fn onto(circle: Circle, place: Spot) -> Spot {
     let arm = sub(place, circle.centre);
     let length = libm::sqrt(dot(arm, arm)).max(1e-9);

@@ -58,7 +58,6 @@ fn side(corners: &[Point], half: f64, segments: &mut Vec<PathSegment>) {
     }
 }
 
-/// The offset from a line to its right side.
 fn right_of(from: Point, to: Point, half: f64) -> Spot {
     let (a, b) = (spot(from), spot(to));
     let length = apart(a, b).max(1.0);

@@ -14,16 +14,13 @@ use super::clusters::{Extent, NOTHING};
 use super::{Bounds, Path, PathSegment, Point, segment_bounds};
 use crate::units::Length;
 
-/// Boxes in a box.
 const EACH: usize = 16;
 
 /// The number of a path, and the number of a segment in it.
 type Number = (u32, u32);
 
-/// The segments of paths by their boxes.
 pub struct Segments<'a> {
     paths: &'a [Path],
-    /// The segments, those that are near to each other next to each other.
     numbers: Vec<Number>,
     /// The boxes of the segments, then the boxes of [`EACH`] of these, up to at most [`EACH`] boxes.
     levels: Vec<Vec<Extent>>,
@@ -44,7 +41,6 @@ fn around(boxes: &[Extent]) -> Extent {
     })
 }
 
-/// Twice the middle of a box to the right, and upwards.
 fn middle([left, low, right, high]: Extent) -> [i64; 2] {
     [(left, right), (low, high)].map(|(from, to)| i64::from(from) + i64::from(to))
 }

@@ -15,11 +15,11 @@
 use super::{Point, chords};
 use serde::{Deserialize, Serialize};
 
-/// One piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum PathSegment {
-    /// Straight to a point.
-    Line { to: Point },
+    Line {
+        to: Point,
+    },
     /// Along a circle to a point; a full circle if start and end are equal.
     Arc {
         to: Point,
@@ -37,7 +37,6 @@ impl PathSegment {
     }
 }
 
-/// A chain of segments.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Path {
     pub start: Point,
@@ -65,7 +64,6 @@ impl Path {
         std::iter::once(self.start).chain(self.segments.iter().map(|segment| segment.to()))
     }
 
-    /// Each segment with its start.
     pub fn pieces(&self) -> impl Iterator<Item = (Point, PathSegment)> {
         self.corners().zip(self.segments.iter().copied())
     }
@@ -135,7 +133,6 @@ impl Island {
     }
 }
 
-/// An area of the plane.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Region {
     /// They do not overlap.
@@ -143,7 +140,6 @@ pub struct Region {
 }
 
 impl Region {
-    /// All paths of all islands.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.islands.iter().flat_map(Island::paths)
     }

@@ -17,9 +17,7 @@ use std::ops::RangeInclusive;
 
 /// Cells for each edge, about; up to four times as many.
 const CELLS_PER_EDGE: f64 = 2.0;
-/// Smallest cell, in nm.
 const SMALLEST_CELL_NM: f64 = 10_000.0;
-/// Limit of cells in the bounds of merged chords.
 const MOST_CELLS: i64 = 2_048;
 /// An edge this near to a cell, in nm, counts as in it.
 const NEAR_NM: i64 = 1;
@@ -32,7 +30,6 @@ struct Cells {
     holds: Vec<u32>,
 }
 
-/// Consecutive chords of one arc, or one straight edge.
 fn runs(outline: &[Edge]) -> impl Iterator<Item = &[Edge]> {
     outline.chunk_by(|a, b| a.data == b.data && a.data != Tag::STRAIGHT)
 }
@@ -65,7 +62,6 @@ impl Cells {
         Some(Self { grid, holds })
     }
 
-    /// Records `owner` in the cells that an edge crosses.
     fn mark(&mut self, edge: &Edge, owner: u32) {
         let Self { grid, holds } = self;
         grid.pass(edge, |row, from, to| {
@@ -83,7 +79,6 @@ impl Cells {
             && (first..=last).all(|row| self.holds.get(strip(&self.grid, row, from, to)).is_some_and(only))
     }
 
-    /// Merges the chords `run` of the arc `owner` where it is alone.
     fn join(&self, run: &[Edge], owner: u32, joined: &mut Vec<Edge>) {
         let (Some(first), Some(last)) = (run.first(), run.last()) else { return };
         if run.len() == 1 {
@@ -113,7 +108,6 @@ fn is_flat(run: &[Edge]) -> bool {
     }
 }
 
-/// The outlines with fewer edges.
 pub(super) fn simplify<const COUNT: usize>(piles: [&Pile; COUNT]) -> [Pile; COUNT] {
     let Some(mut cells) = Cells::over(&piles) else { return piles.map(Pile::clone) };
     for (owner, run) in (1..MANY).zip(piles.iter().flat_map(|pile| pile.outlines()).flat_map(runs)) {

@@ -17,7 +17,6 @@ use super::{Point, Region};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Largest cosine between an edge and a line across the channel.
 const ACROSS_COSINE: f64 = 0.6;
 /// Consecutive edges with a cosine above this do not face each other.
 const ONWARD_COSINE: f64 = -0.3;
@@ -25,7 +24,6 @@ const ONWARD_COSINE: f64 = -0.3;
 const AGAINST_COSINE: f64 = -0.5;
 /// Points of the strip itself count as found only this many points before its front.
 const TRAIL: usize = 3;
-/// Limit of points on one edge.
 const MOST_PLACES: f64 = 100_000.0;
 
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -38,12 +36,9 @@ pub struct Strip {
     pub beside: Option<Near>,
 }
 
-/// An edge with its outline.
 struct Side<'a> {
     entry: &'a Entry,
-    /// Previous and next edge in its outline.
     around: [usize; 2],
-    /// Number of the outline in the region.
     outline: usize,
 }
 
@@ -55,7 +50,6 @@ fn right_of(heading: Spot) -> Spot {
     (heading.1, -heading.0)
 }
 
-/// The edges of a region, with their neighbours.
 fn sides<'a>(region: &Region, entries: &'a [Entry]) -> Vec<Side<'a>> {
     let mut sides = Vec::with_capacity(entries.len());
     let mut rest = entries.iter();
@@ -97,7 +91,6 @@ fn length(piece: &Piece) -> f64 {
     piece.bow.map_or_else(|| apart(piece.from, piece.to), |bow| bow.radius_nm * bow.turn_rad)
 }
 
-/// The nearest point facing `place`, its distance and its edge.
 fn facing<'a>(place: Spot, out: Spot, others: &[&'a Entry]) -> Option<(Spot, f64, &'a Entry)> {
     let mut best: Option<(Spot, f64, &Entry)> = None;
     for &other in others {
@@ -140,7 +133,6 @@ impl Told {
     }
 }
 
-/// Strips under construction.
 struct Search<'a> {
     index: &'a Index,
     wider: f64,

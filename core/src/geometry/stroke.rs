@@ -32,7 +32,6 @@ fn at((x, y): Spot) -> Point {
     Point::new(Length::from_nm(libm::round(x) as i64), Length::from_nm(libm::round(y) as i64))
 }
 
-/// The outline about one straight piece.
 fn about_line(from: Point, to: Point, half: f64) -> Path {
     let (a, b) = (spot(from), spot(to));
     let length = apart(a, b);
@@ -120,7 +119,6 @@ pub fn stroke(path: &Path, width: Length) -> Vec<Path> {
     outlines
 }
 
-/// The area that a round tool of `width` sweeps along all `paths`.
 pub fn sweep(paths: &[Path], width: Length) -> Region {
     let outlines: Vec<Path> = paths.iter().flat_map(|path| stroke(path, width)).collect();
     together(&outlines)

@@ -21,14 +21,11 @@ const IN_VAIN: u64 = 4;
 const LEAST: u64 = 20_000;
 /// Edges that are united at once when sorted by position.
 const LEAF_EDGES: usize = 400;
-/// Unions that are united at once, on every level.
 const FAN: usize = 16;
 /// Bits of a position along each axis when sorting.
 const BITS: u32 = 16;
 
-/// An outer outline with the outlines and holes in it.
 struct Part<'p> {
-    /// The number of its first outline.
     first: usize,
     outlines: &'p [&'p [Edge]],
     extent: Extent,

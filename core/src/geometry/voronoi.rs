@@ -18,9 +18,7 @@ use crate::units::Length;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 use std::collections::BTreeMap;
 
-/// Largest distance of samples, in nm.
 const WIDEST_NM: f64 = 100_000.0;
-/// Smallest distance of samples.
 const DENSEST_NM: f64 = 10_000.0;
 /// Limit of samples, about; with more, the distance increases.
 const MOST_SAMPLES: f64 = 300_000.0;
@@ -28,15 +26,12 @@ const MOST_SAMPLES: f64 = 300_000.0;
 const SIMPLE_NM: f64 = 1_500.0;
 /// Length of pieces, in nm, in which a line is checked for leaving the area.
 const LOOK_NM: f64 = 100_000.0;
-/// The island of the frame around everything.
 const FRAME: u32 = u32::MAX;
 
-/// A point on an edge.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     at: Spot,
     island: u32,
-    /// Number of the edge.
     edge: usize,
 }
 
@@ -82,13 +77,11 @@ fn frame(bounds: Bounds) -> Vec<Sample> {
     vec![corner(-1.0, -1.0), corner(1.0, -1.02), corner(1.03, 1.0), corner(-1.01, 1.04)]
 }
 
-/// A point midway, and its connections.
 struct Node {
     at: Spot,
     edges: Vec<usize>,
 }
 
-/// Moves a point to equal distance from two edges.
 fn midway(mut at: Spot, one: &[&Piece], two: &[&Piece]) -> Spot {
     let nearest = |at: Spot, pieces: &[&Piece]| {
         pieces.iter().map(|piece| piece.nearest(at)).min_by(|a, b| apart(*a, at).total_cmp(&apart(*b, at)))

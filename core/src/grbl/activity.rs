@@ -31,7 +31,6 @@ use crate::control::{BoardHeight, Ending, Trust};
 use crate::diagnostic::Diagnostic;
 use crate::{error, warning};
 
-/// GRBL error of a line that is refused because the controller is locked.
 const LOCKED: u16 = 9;
 /// Hold reports that count as proof: our own stop may show one.
 pub(super) const HOLD_REPORTS: u32 = 2;
@@ -89,7 +88,6 @@ impl Work {
 }
 
 impl Activity {
-    /// The word for it.
     pub(super) fn phase(&self) -> EnginePhase {
         match self {
             Self::Closed => EnginePhase::Closed,
@@ -149,12 +147,10 @@ impl Activity {
         }
     }
 
-    /// Takes the job with it.
     pub(super) fn into_job(self) -> Option<Box<Job>> {
         if let Work::Job(job) = self.into_work() { Some(job) } else { None }
     }
 
-    /// True if a jog may start.
     pub(super) fn is_at_rest(&self, cx: &Context) -> bool {
         matches!(self, Self::Ready | Self::ToolChange(_)) && cx.line.is_idle()
     }
@@ -173,7 +169,6 @@ impl Activity {
         cx.hold_reports >= HOLD_REPORTS && self.may_be_held()
     }
 
-    /// True if overrides may be sent.
     pub(super) fn takes_overrides(&self, cx: &Context) -> bool {
         !matches!(self, Self::Closed | Self::Identify(_)) && cx.line.reset_at.is_none()
     }
@@ -407,7 +402,6 @@ impl Activity {
         matches!(self, Self::Jogging(jogging) if jogging.is_paced())
     }
 
-    /// True while the machine moves to its park position.
     pub(super) fn parks(&self) -> bool {
         matches!(self, Self::Jogging(Jogging { way: Way::Park(_), .. }))
     }

@@ -6,7 +6,6 @@ use crate::geometry::Point;
 use crate::units::Length;
 use sha2::{Digest, Sha256};
 
-/// Moves a routine to where the board is.
 #[must_use]
 pub fn aligned_routine(routine: &Routine, fit: &BoardFit) -> Routine {
     let plane = |[x, y]: [Length; 2]| {

@@ -31,30 +31,23 @@ pub const BITS_PER_S: [u32; 10] =
 pub enum EnginePhase {
     #[default]
     Closed,
-    /// Identifying the controller.
     Greeting,
     Ready,
     /// Locked after an alarm, or never homed.
     Locked,
-    /// Looking for the limit switches.
     Homing,
     Jogging,
-    /// Looking for the board with the probe.
     Probing,
-    /// Probing the board point by point.
     Surveying,
     /// The controller reads a job in check mode; nothing moves.
     Checking,
     Running,
     /// Stopping within a job; still moving.
     Holding,
-    /// Stopped within a job.
     Held,
-    /// The user changes the tool.
     ToolChange,
     /// Measuring the tool on the tool setter, in the middle of a tool change.
     Measuring,
-    /// The machine changes the tool itself.
     Changing,
     /// Stopping to end a job; still moving.
     Stopping,
@@ -65,7 +58,6 @@ pub enum EngineEvent {
     Opened,
     /// The port is open. Until the controller is identified, write nothing that may reset it.
     OpenedSparing,
-    /// The port is gone.
     Closed,
     Bytes(Vec<u8>),
     /// Time passed; needed at least every 20 ms.
@@ -75,7 +67,6 @@ pub enum EngineEvent {
     Ask(EngineAsk),
 }
 
-/// Commands of the user.
 #[derive(Clone, Debug)]
 pub enum EngineAsk {
     Home,
@@ -95,7 +86,6 @@ pub enum EngineAsk {
         /// Distance from the low ends of X and Y, mm; `None`: where homing leaves them.
         from_low_mm: Option<[f64; 2]>,
     },
-    /// End the jog.
     JogCancel,
     /// Make the current position of these axes the work zero; for Z, at height `height_mm`.
     SetZero {
@@ -110,9 +100,7 @@ pub enum EngineAsk {
     },
     /// Probe downwards until the probe meets the board or its plate.
     Probe {
-        /// Largest travel down, mm.
         depth_mm: f64,
-        /// Probing feed, mm/min.
         mm_per_min: f64,
         /// Thickness of the plate, mm.
         plate_mm: f64,
@@ -126,7 +114,6 @@ pub enum EngineAsk {
         axis: u8,
         /// Largest travel, mm, signed.
         reach_mm: f64,
-        /// Probing feed, mm/min.
         mm_per_min: f64,
         /// Half the tool diameter, mm.
         radius_mm: f64,
@@ -135,7 +122,6 @@ pub enum EngineAsk {
     },
     /// Probe the board at every point of a grid; results come as [`SurveyNews`].
     Survey(SurveyStart),
-    /// Run a job from a section on.
     Start(EngineStart),
     /// Feed hold; the job can be resumed.
     Hold,
@@ -166,7 +152,6 @@ pub enum EngineAsk {
     },
     Set {
         number: u16,
-        /// In the unit of that setting.
         value: f64,
     },
 }
@@ -190,14 +175,11 @@ pub struct SurveyStart {
     pub clear_mm: f64,
     /// Most that the next point may be below the last one, mm.
     pub depth_mm: f64,
-    /// Probing feed, mm/min.
     pub mm_per_min: f64,
-    /// Feed between points, mm/min.
     pub over_mm_per_min: f64,
 }
 
 impl SurveyStart {
-    /// With the default feeds.
     pub fn usual(grid: ProbeGrid, clear_mm: f64, depth_mm: f64) -> Self {
         Self { grid, clear_mm, depth_mm, mm_per_min: 60.0, over_mm_per_min: 800.0 }
     }
@@ -217,9 +199,7 @@ pub struct EngineStart {
     pub setter: Option<ToolSetter>,
     /// Changes tools automatically; `None`: the user changes them.
     pub changer: Option<Changer>,
-    /// Spindle run-up time, s.
     pub spin_up_s: f64,
-    /// Codes of problems that the user accepted.
     pub accepted: Vec<String>,
 }
 
@@ -228,20 +208,16 @@ pub enum EngineAction {
     Write(Vec<u8>),
     /// Close the port: nothing responds.
     Close,
-    /// The controller is fully identified.
     Greeted,
     /// The work zero was written and read back correctly.
     ZeroSet,
-    /// This many sections of the job are certainly done.
     Progress {
         sections: usize,
     },
-    /// The user must insert this tool.
     ToolWanted {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// The machine has inserted this tool itself.
     ToolFetched {
         /// Index into the routine's tools.
         tool: u32,
@@ -253,21 +229,15 @@ pub enum EngineAction {
     Found(Diagnostic),
 }
 
-/// Progress of probing a board.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SurveyNews {
-    /// A point was probed.
     Touched {
-        /// Its number in the grid.
         index: usize,
-        /// Height over the work zero.
         height: Length,
-        /// Probings done.
         done: usize,
         /// Probings expected, as known now.
         of: usize,
     },
-    /// Probing ended.
     Over {
         /// `None` if probing was stopped or failed.
         survey: Option<Box<Survey>>,
@@ -278,20 +248,15 @@ pub enum SurveyNews {
 #[derive(Clone, Debug, PartialEq)]
 pub enum CheckNews {
     Read {
-        /// Lines answered.
         done: u32,
-        /// All lines.
         of: u32,
     },
     Refused {
-        /// The error, with the program line.
         why: Diagnostic,
     },
     /// The controller has left check mode or is gone.
     Over {
-        /// Lines answered.
         done: u32,
-        /// All lines.
         of: u32,
         /// Lines refused; not all of them were reported.
         refused: u32,

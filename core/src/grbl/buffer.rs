@@ -10,7 +10,6 @@ pub const USUAL_RX_BYTES: usize = 128;
 /// A line that was sent and not yet answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sent<T> {
-    /// Including the line ending.
     pub bytes: usize,
     /// Nothing else may be in flight: the line writes the EEPROM, or changes which lines the controller
     /// accepts.
@@ -50,12 +49,10 @@ impl<T> Buffer<T> {
         self.sent.iter().map(|sent| sent.bytes).sum()
     }
 
-    /// Number of unanswered lines.
     pub fn len(&self) -> usize {
         self.sent.len()
     }
 
-    /// True if every line was answered.
     pub fn is_empty(&self) -> bool {
         self.sent.is_empty()
     }

@@ -7,16 +7,13 @@ use std::collections::VecDeque;
 
 /// Key in the controller's settings for the tool change macro; absent if the user changes tools.
 pub const CHANGER_KEY: &str = "controller.changer";
-/// Placeholder for the tool number.
 pub const TOOL_MARK: &str = "{tool}";
 const MOST_LINES: usize = 32;
-/// Longest line, with the tool number filled in.
 const LONGEST: usize = 70;
 /// Largest tool number.
 const MOST_TOOLS: &str = "999";
 /// Characters that a controller acts on at once, anywhere in a line.
 const AT_ONCE: &[char] = &['!', '?', '~'];
-/// The lines that change the tool.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolMacro(Vec<String>);
 
@@ -55,7 +52,6 @@ impl ToolMacro {
         self.0.is_empty()
     }
 
-    /// True if the lines need the tool number.
     pub(super) fn asks_number(&self) -> bool {
         self.0.iter().any(|line| line.contains(TOOL_MARK))
     }
@@ -68,7 +64,6 @@ impl ToolMacro {
             .any(|line| line.to_ascii_uppercase().replace(' ', "").contains(&word.to_ascii_uppercase()))
     }
 
-    /// The lines for a tool number.
     pub(super) fn of_tool(&self, number: Option<u32>) -> VecDeque<String> {
         let number = number.map(|number| number.to_string()).unwrap_or_default();
         self.0.iter().map(|line| line.replace(TOOL_MARK, &number)).collect()

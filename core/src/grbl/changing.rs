@@ -31,7 +31,6 @@ const SAME_MM: f64 = 0.02;
 /// Modal words in force before and after the macro: M5 G17 G21 G94 G54.
 const WORDS: [(char, u16); 5] = [('M', 50), ('G', 170), ('G', 210), ('G', 940), ('G', 540)];
 
-/// A tool change in progress.
 #[derive(Debug)]
 pub(super) struct Changing {
     pub(super) job: Box<Job>,
@@ -54,7 +53,6 @@ pub(super) struct Changing {
 }
 
 impl Changing {
-    /// Starts changing to a tool.
     pub(super) fn start(cx: &mut Context, job: Box<Job>, tool: u32) -> Activity {
         let (Some(zero_mm), Some(place)) = (cx.known.zero_mm, cx.known.place()) else {
             return Running::go(job).trouble(cx, error!("grbl.no_report"));
@@ -82,7 +80,6 @@ impl Changing {
         })
     }
 
-    /// The current macro line, from 1, and the number of lines.
     pub(super) fn progress(&self) -> [u32; 2] {
         [self.at.max(1), self.of]
     }
@@ -91,7 +88,6 @@ impl Changing {
         Activity::Changing(self).trouble(cx, why)
     }
 
-    /// A line was accepted or refused.
     pub(super) fn on_answer(mut self, cx: &mut Context, line: ChangerLine, error: Option<u16>) -> Activity {
         if let Some(number) = error {
             let why = if line == ChangerLine::Own {
@@ -153,7 +149,6 @@ impl Changing {
         }
     }
 
-    /// The controller reports another tool than the one requested.
     fn other_tool(&self, known: &Known) -> Option<Diagnostic> {
         let (changer, _) = self.job.changes()?;
         let wanted = changer.number(self.tool).filter(|_| changer.lines.says_tool())?;

@@ -28,7 +28,6 @@ use std::sync::Arc;
 
 /// Refused lines that are reported in full; the others are only counted.
 const MOST_TOLD: u32 = 20;
-/// Lines between two progress reports.
 const TOLD_EVERY: u32 = 50;
 /// Idle reports after which we conclude that there is no check mode.
 const RESTS: u32 = 2;
@@ -39,14 +38,12 @@ const NOT_NOW: [u16; 2] = [8, 9];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
-    /// `$C` was sent.
     Asked,
     /// `$C` was answered at `ms`. Send nothing before a report shows Check.
     Answered {
         ms: u64,
         rests: u32,
     },
-    /// The controller is in check mode.
     Reading,
     /// End requested at `ms`: reset as soon as a report shows that nothing moves. `reads`: lines were sent.
     Ending {
@@ -56,7 +53,6 @@ enum Stage {
     Left,
 }
 
-/// A job that is read in check mode.
 #[derive(Debug)]
 pub(super) struct Checking {
     routine: Arc<Routine>,
@@ -66,7 +62,6 @@ pub(super) struct Checking {
     at: usize,
     lines: VecDeque<WireLine>,
     stage: Stage,
-    /// The current program line.
     line: u32,
     done: u32,
     of: u32,
@@ -89,7 +84,6 @@ impl Checking {
         Self { routine, pen, at: 0, lines, stage, line: 0, done: 0, of, refused: 0, why, written }
     }
 
-    /// The next line, with its section and program line.
     fn next(&mut self) -> Option<(String, usize, u32)> {
         if !self.written.is_empty() {
             let next = self.written.get(self.at)?;
@@ -147,7 +141,6 @@ impl Checking {
         Ok(Box::new(Self::new(routine, written, place)))
     }
 
-    /// `$C` was answered.
     pub(super) fn on_mode_answer(mut self: Box<Self>, cx: &mut Context, error: Option<u16>) -> Activity {
         if self.stage != Stage::Asked {
             return Activity::Checking(self);
@@ -171,7 +164,6 @@ impl Checking {
         Activity::Ready
     }
 
-    /// Queues the next line, if one may be sent.
     pub(super) fn feed(&mut self, cx: &mut Context) -> bool {
         if self.stage != Stage::Reading || cx.line.reset_at.is_some() {
             return false;
@@ -186,7 +178,6 @@ impl Checking {
         false
     }
 
-    /// A line was answered.
     pub(super) fn on_answer(
         &mut self,
         cx: &mut Context,

@@ -11,23 +11,18 @@ use crate::diagnostic::Diagnostic;
 /// Times in ms.
 #[derive(Debug, Default)]
 pub(super) struct Context {
-    /// Time of the current event.
     pub(super) now_ms: u64,
-    /// Start of the current phase.
     pub(super) since_ms: u64,
-    /// Reports of a hold in this phase that answer our queries.
     pub(super) hold_reports: u32,
     /// When STOP last had an effect.
     pub(super) stopped_ms: Option<u64>,
     pub(super) line: Line,
     pub(super) known: Known,
     pub(super) overrides: OverrideWishes,
-    /// Actions of the current event.
     pub(super) out: Vec<EngineAction>,
 }
 
 impl Context {
-    /// Sends a real-time character.
     pub(super) fn write(&mut self, sign: u8) {
         self.out.push(EngineAction::Write(vec![sign]));
     }
@@ -44,7 +39,6 @@ impl Context {
         self.line.reset_at = Some((self.now_ms, tries + 1));
     }
 
-    /// Sends a status query.
     pub(super) fn query(&mut self) {
         self.write(realtime::ASK);
         (self.line.last_ask_ms, self.line.asked_ms) = (self.now_ms, Some(self.now_ms));
@@ -72,7 +66,6 @@ impl Context {
         self.out.push(EngineAction::Found(diagnostic));
     }
 
-    /// Reports an error without arguments.
     pub(super) fn error(&mut self, code: &str) {
         self.found(Diagnostic::error(code));
     }
@@ -89,7 +82,6 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// True if it answers our query and nothing is in work.
     pub(super) fn is_idle(&self) -> bool {
         self.fresh && self.doing == ReportedState::Idle
     }

@@ -17,11 +17,8 @@ const CLEAR_MM: f64 = 1.0;
 pub(super) struct TipDepth {
     /// Above this Z the tip is out of the board; `None` if no board is known.
     out_mm: Option<f64>,
-    /// Z of the last report.
     last_mm: Option<f64>,
-    /// A job was cutting at the last report.
     in_job: bool,
-    /// The position was lost since then.
     is_unsure: bool,
     /// The controller restarted: the tip is out after it has risen this far from the next reported Z.
     rise_mm: Option<f64>,

@@ -26,17 +26,14 @@ const NEAR_MM: f64 = 0.05;
 /// Tolerance if the pull-off is unknown.
 const USUALLY_NEAR_MM: f64 = 10.0;
 
-/// Ends of a homed axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AxisEnds {
-    /// Lowest and highest position.
     pub(super) ends_mm: [f64; 2],
     /// Range in which no limit switch triggers.
     pub(super) room_mm: [f64; 2],
 }
 
 impl Info {
-    /// True if the axis homes to its low end.
     pub(super) fn homes_low(&self, axis: usize) -> bool {
         self.values.get(&HOMES_LOW).is_some_and(|mask| *mask as u32 >> axis & 1 == 1)
     }

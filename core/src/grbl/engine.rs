@@ -24,16 +24,12 @@ use std::sync::Arc;
 /// Interval of status queries: while a position check waits, and normally.
 const ASK_SOON_MS: u64 = 100;
 const ASK_USUALLY_MS: u64 = 200;
-/// Interval shortly before a position check.
 const ASK_LATE_MS: u64 = 400;
 /// This many late reports in a row mean that the line or the controller is busy, as with CH340 chips and
 /// hubs. A late report arrives after the next query was due.
 const LATE_REPORTS: u32 = 5;
-/// An unanswered query is repeated after this time.
 const ASK_AGAIN_MS: u64 = 600;
-/// Silence after which the connection counts as dead.
 const SILENT_MS: u64 = 4_000;
-/// Time for the banner after opening the port.
 const GREET_MS: u64 = 2_500;
 /// Time for the banner after a reset.
 const RESET_MS: u64 = 1_000;
@@ -43,7 +39,6 @@ const RESETS: u32 = 5;
 /// State of a controller. What is known of the machine is read from it directly.
 #[derive(Debug, Default)]
 pub struct Controller {
-    /// The word for what it does.
     pub phase: EnginePhase,
     context: Context,
     activity: Activity,
@@ -57,7 +52,6 @@ impl Deref for Controller {
     }
 }
 
-/// Advances the controller by one event.
 #[must_use]
 pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Controller, Vec<EngineAction>) {
     controller.context.now_ms = controller.context.now_ms.max(now_ms);
@@ -83,7 +77,6 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
 }
 
 impl Controller {
-    /// The job that is running or held.
     pub fn routine(&self) -> Option<&Arc<Routine>> {
         self.activity.job().map(|job| job.routine())
     }
@@ -106,7 +99,6 @@ impl Controller {
         self.activity.is_held_at_machine(&self.context)
     }
 
-    /// True while the machine moves to its park position.
     pub fn parks(&self) -> bool {
         self.activity.parks()
     }
@@ -120,7 +112,6 @@ impl Controller {
         }
     }
 
-    /// The current step of a measurement.
     pub fn measuring(&self) -> Option<SetterStep> {
         if let Activity::Measuring(measuring) = &self.activity { Some(measuring.step()) } else { None }
     }
@@ -205,7 +196,6 @@ impl Controller {
         });
     }
 
-    /// The controller no longer answers.
     fn on_silence(&mut self) {
         let must_not_disturb = self.must_not_disturb();
         let cx = &mut self.context;
@@ -273,7 +263,6 @@ impl Controller {
         });
     }
 
-    /// The oldest line was accepted or refused.
     fn on_answer(&mut self, error: Option<u16>) {
         let line = &mut self.context.line;
         (line.moved_ms, line.rests_overdue) = (self.context.now_ms, 0);
@@ -360,7 +349,6 @@ impl Controller {
         }
     }
 
-    /// Everything that depends on time alone.
     fn on_time(&mut self) {
         let cx = &mut self.context;
         let now_ms = cx.now_ms;
@@ -395,7 +383,6 @@ impl Controller {
         self.watch_answers();
     }
 
-    /// Time from the last status query to the next one.
     fn query_interval_ms(&self) -> u64 {
         use EnginePhase::{Changing, Measuring, Stopping, Surveying};
         let line = &self.context.line;

@@ -5,7 +5,6 @@ use super::routine::{Routine, SectionKind};
 use super::settings::Values;
 use super::timing::{Clockwork, PlannerLimits};
 
-/// Duration of lines that start and end at standstill, s.
 pub(super) fn time_s(limits: PlannerLimits, lines: &[WireLine]) -> f64 {
     let mut clock = Clockwork::new(limits);
     for line in lines {
@@ -18,7 +17,6 @@ pub(super) fn time_s(limits: PlannerLimits, lines: &[WireLine]) -> f64 {
     clock.spent_s()
 }
 
-/// Dwell time of a line, s.
 pub(super) fn wait_of(text: &str) -> f64 {
     text.strip_prefix("G4P").and_then(|wait| wait.parse().ok()).unwrap_or(0.0)
 }

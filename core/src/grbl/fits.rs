@@ -211,7 +211,6 @@ mod tests {
     use super::super::gcode::read;
     use super::*;
 
-    /// Arguments of the diagnostics of a comparison.
     fn said(
         compares: fn(&Routine, &MachineRange<'_>) -> Vec<Diagnostic>,
         text: &str,

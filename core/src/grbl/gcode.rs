@@ -15,11 +15,8 @@ use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
 const MOST_LINES: usize = 2_000_000;
-/// Largest coordinate, mm.
 const FURTHEST_MM: f64 = 5_000.0;
-/// Most rapids in the board that are reported.
 const MOST_WARNINGS: usize = 20;
-/// Words by which a program asks for a tool.
 const TOOL_WORDS: &[&str] =
     &["tool", "bit", "drill", "mill", "endmill", "cutter", "insert", "change", "load", "mm", "inch"];
 /// G words, in hundredths, that change no place.
@@ -30,10 +27,8 @@ struct Reader<'t> {
     file: &'t str,
     line: u32,
     routine: Routine,
-    /// Tip position, each axis once it was given.
     at: [Option<Length>; 3],
     course: Option<Going>,
-    /// Nanometres in one unit.
     unit_nm: f64,
     relative: bool,
     feed: f64,
@@ -48,11 +43,9 @@ struct Reader<'t> {
     counts: (u32, u32),
     ended: bool,
     judge: Judge,
-    /// The lines as in the file.
     written: Vec<WrittenLine>,
 }
 
-/// The section that is being read.
 #[derive(Default)]
 struct Open {
     line: u32,
@@ -111,7 +104,6 @@ pub fn read_written(
     Ok((routine, written))
 }
 
-/// True if the comment of a program at a pause is about a tool.
 fn names_tool(said: &str) -> bool {
     let said = said.to_ascii_lowercase();
     let mut words = said.split(|c: char| !c.is_ascii_alphanumeric());
@@ -279,7 +271,6 @@ impl Reader<'_> {
         }
     }
 
-    /// Handles pauses and the program end.
     fn pauses(&mut self, words: &Words) -> Result<(), Diagnostic> {
         if words.m.iter().any(|code| [0, 1, 6].contains(code)) {
             if self.open.cuts {
@@ -442,7 +433,6 @@ impl Reader<'_> {
         open.actions.push(RoutineAction::Go(step));
     }
 
-    /// Ends the open section, which cuts.
     fn close(&mut self) {
         let kind = if self.open.wanders {
             self.counts.1 += 1;

@@ -2,13 +2,11 @@
 
 use crate::gcode::{Interpreter, grbl};
 
-/// The words of one line.
 #[derive(Debug, Default)]
 pub(super) struct Words {
     /// Codes in hundredths: G91.1 is 9110.
     pub(super) g: Vec<u32>,
     pub(super) m: Vec<u32>,
-    /// All words in order.
     pub(super) all: Vec<(char, f64)>,
     letters: [Option<f64>; 26],
 }
@@ -43,7 +41,6 @@ impl Words {
         self.letters[usize::from(name - b'A')]
     }
 
-    /// True if one of these letters is present.
     pub(super) fn any(&self, names: &[u8]) -> bool {
         names.iter().any(|name| self.letter(*name).is_some())
     }

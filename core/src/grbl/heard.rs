@@ -22,11 +22,9 @@ pub enum HeardLine {
     Alarm {
         number: u16,
     },
-    /// Status report.
     Status(Box<ControllerStatus>),
     Setting {
         number: u16,
-        /// In the unit of that setting.
         value: f64,
     },
     /// Version and user-given name: `[VER:1.1h.20190830:]`.
@@ -44,10 +42,8 @@ pub enum HeardLine {
     /// A stored offset: `G54` to `G59`, `G28`, `G30`, `G92`, `TLO`.
     Offset {
         name: String,
-        /// One value for each axis.
         places: Vec<f64>,
     },
-    /// Result of a probing.
     Probe {
         /// In machine coordinates.
         place_mm: [f64; AXES],
@@ -56,9 +52,7 @@ pub enum HeardLine {
     },
     /// Modal words: `G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0`.
     Modes(Modes),
-    /// A message for people.
     Message(String),
-    /// A startup line and its result.
     Startup(String),
     Other(String),
 }
@@ -67,9 +61,7 @@ pub enum HeardLine {
 pub struct CompiledOptions {
     /// One letter for each option.
     pub letters: String,
-    /// Planner blocks.
     pub blocks: u16,
-    /// Bytes of the receive buffer.
     pub rx_bytes: u16,
 }
 
@@ -113,7 +105,6 @@ pub enum ReportedState {
     },
     /// Check mode: nothing moves.
     Check,
-    /// Homing.
     Home,
     Sleep,
     /// Waiting for a tool (grblHAL).
@@ -135,9 +126,7 @@ impl ReportedState {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerStatus {
     pub doing: ReportedState,
-    /// Machine position, if reported.
     pub machine_mm: Option<[f64; AXES]>,
-    /// Work position, if reported.
     pub work_mm: Option<[f64; AXES]>,
     /// Work zero in machine coordinates, if reported.
     pub offset_mm: Option<[f64; AXES]>,
@@ -145,7 +134,6 @@ pub struct ControllerStatus {
     pub room: Option<(u16, u16)>,
     /// Line number in work, if reported.
     pub line: Option<u32>,
-    /// Current feed.
     pub feed_mm_per_min: Option<f64>,
     pub speed_rpm: Option<f64>,
     /// Active inputs, by letter.

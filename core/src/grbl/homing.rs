@@ -31,17 +31,14 @@ const REPORTS: u32 = 2;
 /// Observations since `$H` was sent.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Homing {
-    /// There was output that does not belong to homing.
     other: bool,
     rests: u32,
-    /// When `$H` was answered.
     answered_ms: Option<u64>,
     /// Reports from a position where no limit switch leaves the axis.
     elsewhere: u32,
 }
 
 impl Homing {
-    /// Sends `$H`.
     pub(super) fn start(cx: &mut Context) -> Activity {
         cx.send("$H", Meaning::Home);
         cx.line.asked_ms = None;
@@ -89,7 +86,6 @@ impl Homing {
         Activity::Homing(self)
     }
 
-    /// `$H` was answered.
     pub(super) fn on_answer(mut self, cx: &mut Context) -> Activity {
         if self.other || cx.now_ms < cx.since_ms + QUICKEST_MS {
             reset_unheard(cx);
@@ -131,7 +127,6 @@ fn reset_unheard(cx: &mut Context) {
 }
 
 impl Activity {
-    /// Starts homing, if there are limit switches.
     pub(super) fn home(self, cx: &mut Context) -> Self {
         if !cx.known.homes() {
             cx.error(code!("grbl.cannot_home"));

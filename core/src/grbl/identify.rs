@@ -54,7 +54,6 @@ pub(super) enum Identify {
         /// The user was informed that the controller is busy.
         is_busy_reported: bool,
     },
-    /// It sent its banner.
     Greeted,
 }
 
@@ -63,7 +62,6 @@ impl Identify {
         Self::Silent { reset, is_busy_reported: false }
     }
 
-    /// Identifies a controller that sent its banner.
     pub(super) fn greeted(cx: &mut Context) -> Self {
         query_identity(cx);
         Self::Greeted
@@ -152,7 +150,6 @@ impl Identify {
     }
 }
 
-/// Queries everything that identifies the controller.
 fn query_identity(cx: &mut Context) {
     for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
         cx.send(text, Meaning::Identify(index == 3));

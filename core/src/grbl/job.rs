@@ -20,7 +20,6 @@ use crate::control::BoardHeight;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Tolerance for a position on a path, mm.
 const NEAR_PATH_MM: f64 = 0.05;
 /// A position check due within this time delays other queries.
 const NEAR_END_MS: f64 = 120.0;
@@ -35,25 +34,21 @@ pub(super) enum After {
     Risen,
     /// The section's entry is reached.
     Entered,
-    /// The previous section is done, and the entry reached.
     Done,
     /// The head left the entry for the tool change position, spindle off.
     Left,
 }
 
-/// Lines between two position checks.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
     pub(super) lines: VecDeque<WireLine>,
     pub(super) after: After,
     /// The final `G4P0` and `$G` were sent.
     pub(super) closed: bool,
-    /// When the first line was sent.
     pub(super) began_ms: Option<u64>,
     pub(super) expected_s: Option<f64>,
     /// A hold or an override changed the duration: don't compare it with the plan.
     pub(super) disturbed: bool,
-    /// Position checks that failed.
     pub(super) looks: u32,
     /// The status query for this position check was sent.
     pub(super) asked: bool,
@@ -64,13 +59,10 @@ pub(super) struct Batch {
 pub(super) struct Path {
     /// With their lines.
     pub(super) pieces: VecDeque<(LinePath, u32)>,
-    /// Reports off the path.
     pub(super) off: u32,
-    /// Position of a report with a speed above the feed of its path.
     pub(super) fast_at_mm: Option<[f64; 3]>,
 }
 
-/// How the length of each tool is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lengths {
     /// The user states that all tools protrude equally.
@@ -82,7 +74,6 @@ enum Lengths {
     TouchedOff,
 }
 
-/// The tool of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum JobTool {
     /// No tool was requested yet: the spindle holds the tool used for the Z zero, an end mill or a probing pin.
@@ -145,7 +136,6 @@ impl Job {
         job
     }
 
-    /// The routine as started.
     pub(super) fn whole(&self) -> &Arc<Routine> {
         &self.whole
     }
@@ -179,7 +169,6 @@ impl Job {
         here.or_else(|| self.section().map(|section| section.line))
     }
 
-    /// The section at the entry, or before it.
     pub(super) fn section(&self) -> Option<&Section> {
         self.routine.sections.get(self.at)
     }
@@ -188,19 +177,16 @@ impl Job {
         self.section().is_some_and(Section::cuts)
     }
 
-    /// Tool of the section, from the last change before it.
     pub(super) fn tool_here(&self) -> Option<u32> {
         self.routine.tool_at(self.at)
     }
 
-    /// Starts a batch.
     fn batch(&mut self, lines: Vec<WireLine>, after: After) {
         let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
         self.path = Path::default();
         self.batch = Batch { lines: lines.into(), after, expected_s, ..Batch::default() };
     }
 
-    /// Continues from any position.
     pub(super) fn enter_from(&mut self, place_mm: [f64; 3]) {
         self.pen = WordsInForce::standing(place_mm);
         self.enter(After::Begun);
@@ -233,7 +219,6 @@ impl Job {
         self.batch(lines, After::Left);
     }
 
-    /// A new tool is due now.
     pub(super) fn needs_new_tool(&self) -> bool {
         self.tool_before.is_some_and(|section| self.at >= section)
     }

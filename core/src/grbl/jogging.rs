@@ -9,7 +9,6 @@ use super::park::Park;
 use super::pieces::Pieces;
 use crate::control::Ending;
 
-/// Whether a jog must end early.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum JogEnd {
     #[default]
@@ -22,13 +21,11 @@ enum JogEnd {
 
 #[derive(Debug)]
 pub(super) struct Jogging {
-    /// The job that waits for its tool meanwhile.
     pub(super) job: Option<Box<Job>>,
     pub(super) way: Way,
     end: JogEnd,
 }
 
-/// What is left of the move.
 #[derive(Clone, Debug)]
 pub(super) enum Way {
     /// Only what was sent or queued.
@@ -47,7 +44,6 @@ impl Jogging {
         Activity::Jogging(Self::new(job, Way::Sent))
     }
 
-    /// True if the move must end early.
     pub(super) fn is_to_end(&self) -> bool {
         self.end != JogEnd::NotYet
     }
@@ -62,7 +58,6 @@ impl Jogging {
         if let Way::Pieces(pieces) = &mut self.way { may && pieces.feed(cx) } else { false }
     }
 
-    /// A line was accepted.
     pub(super) fn on_answer(&mut self, now_ms: u64) {
         if let Way::Pieces(pieces) = &mut self.way {
             pieces.on_answer(now_ms);
@@ -77,13 +72,11 @@ impl Jogging {
         runs
     }
 
-    /// The job has ended.
     pub(super) fn without_job(mut self) -> Self {
         self.drop_pieces();
         Self { job: None, ..self }
     }
 
-    /// Nothing more of the jog is sent.
     fn drop_pieces(&mut self) {
         if self.is_paced() {
             self.way = Way::Sent;

@@ -22,7 +22,6 @@ pub(super) const SAME_ZERO_MM: f64 = 0.01;
 const SAME_HEIGHT_SHARE: f64 = 1.5;
 /// Steps per millimetre if unknown.
 const USUAL_STEPS: f64 = 80.0;
-/// Most rows of `$I` and of `$#`.
 const MOST_ABOUT: usize = 64;
 const MOST_OFFSETS: usize = 32;
 
@@ -35,7 +34,6 @@ pub struct Known {
     pub status: Option<ControllerStatus>,
     /// Work zero in machine coordinates.
     pub zero_mm: Option<[f64; 3]>,
-    /// The last reported modal words.
     pub modes: Option<Modes>,
     /// The controller stored another X or Y zero than was sent: no job starts until one is confirmed.
     pub(super) zero_refused: bool,
@@ -45,11 +43,9 @@ pub struct Known {
     pub(super) ends: [Option<AxisEnds>; 3],
     /// Z zero minus the height at which the tool setter meets the same tool.
     pub(super) reference_mm: Option<f64>,
-    /// Whether the last probe met something.
     pub(super) probed: Option<bool>,
     /// Position at which the probe met the board, machine coordinates.
     pub(super) probed_at_mm: Option<[f64; 3]>,
-    /// Job lines sent since the connection was opened.
     pub sent_lines: u64,
     /// Job lines answered since then.
     pub answered_lines: u64,
@@ -62,12 +58,10 @@ impl Known {
         Some(core::array::from_fn(|axis| machine[axis] - zero[axis]))
     }
 
-    /// Position in machine coordinates.
     pub(super) fn machine_mm(&self) -> Option<[f64; 3]> {
         self.status.as_ref()?.machine_mm
     }
 
-    /// Overrides in the last report, percent.
     pub(super) fn overrides(&self) -> Option<[u16; 3]> {
         self.status.as_ref()?.overrides
     }
@@ -94,7 +88,6 @@ impl Known {
         settings::on(&self.info.values, 22)
     }
 
-    /// True if the machine was homed, so that its ends are known.
     pub(super) fn is_homed(&self) -> bool {
         self.homes() && self.trust == Trust::Trusted
     }
@@ -104,7 +97,6 @@ impl Known {
         self.homes() && self.trust != Trust::Trusted
     }
 
-    /// True if the probe input was closed in the last report.
     pub(super) fn contact_is_closed(&self) -> bool {
         self.status.as_ref().is_some_and(|status| status.pins.contains('P'))
     }
@@ -114,7 +106,6 @@ impl Known {
         scale.into_iter().fold(0.0_f64, |most, steps| most.max(1.0 / steps))
     }
 
-    /// Tolerance for two reported heights to be equal, mm.
     pub(super) fn same_height_mm(&self) -> f64 {
         SAME_HEIGHT_SHARE * settings::place_digit_mm(&self.info.values)
     }
@@ -210,7 +201,6 @@ impl Known {
         }
     }
 
-    /// Millimetres in one unit of its reports.
     fn unit_mm(&self) -> f64 {
         if settings::in_inches(&self.info.values) { MM_PER_INCH } else { 1.0 }
     }

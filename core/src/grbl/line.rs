@@ -5,14 +5,12 @@ use super::heard::Ear;
 use super::setter::SetterStep;
 use std::collections::VecDeque;
 
-/// Answers later than this count as missing.
 const ANSWER_MS: f64 = 2_000.0;
 
 /// Longest wait for an answer while the controller reports Idle, s: a tool fetching line is answered only
 /// when the tool is in.
 const LINE_S: f64 = 120.0;
 
-/// What a line is for, and so what its answer means.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
     /// An identification query; `true` for the last one.
@@ -37,7 +35,6 @@ pub(super) enum Meaning {
     Survey(Option<SurveyStep>),
     /// A line of a tool measurement; modal words before it carry `None`.
     Setter(Option<SetterStep>),
-    /// A line of an automatic tool change.
     Changer(ChangerLine),
     /// `$C`, into check mode.
     CheckMode,
@@ -52,10 +49,8 @@ pub(super) enum Meaning {
     },
 }
 
-/// A line of a survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SurveyStep {
-    /// Modal words, and a move straight up.
     Rise,
     /// To the next point.
     Over,
@@ -67,10 +62,8 @@ pub(super) enum SurveyStep {
     Back,
 }
 
-/// A line of an automatic tool change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ChangerLine {
-    /// One of our modal lines, with others to follow.
     Word,
     /// The last of our lines before the macro.
     Ready,
@@ -99,14 +92,12 @@ pub(super) struct ZeroWanted {
     pub(super) of_setter: bool,
 }
 
-/// A line to be sent, or already sent.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outgoing {
     pub(super) text: String,
     pub(super) meaning: Meaning,
 }
 
-/// The command that waits for a restart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AfterReset {
     Home,
@@ -118,15 +109,10 @@ pub(super) struct Line {
     pub(super) ear: Ear,
     pub(super) buffer: Buffer<Outgoing>,
     pub(super) queue: VecDeque<Outgoing>,
-    /// Time of the open status query.
     pub(super) asked_ms: Option<u64>,
-    /// Time of the last status query.
     pub(super) last_ask_ms: u64,
-    /// Consecutive late reports.
     pub(super) late_reports: u32,
-    /// Time of the last received byte.
     pub(super) heard_ms: u64,
-    /// Time when a line was last sent or answered.
     pub(super) moved_ms: u64,
     /// Idle reports since an answer is overdue, counting only queries sent after that.
     pub(super) rests_overdue: u32,
@@ -138,7 +124,6 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// True if nothing is in flight or queued.
     pub(super) fn is_empty(&self) -> bool {
         self.buffer.is_empty() && self.queue.is_empty()
     }
@@ -148,14 +133,12 @@ impl Line {
         self.is_empty() && self.reset_at.is_none()
     }
 
-    /// Forgets lines in flight and lines that wait.
     pub(super) fn drop_lines(&mut self) {
         self.buffer.clear();
         self.queue.clear();
         self.asked_ms = None;
     }
 
-    /// True if an answer is overdue.
     pub(super) fn is_overdue(&self, now_ms: u64) -> bool {
         let wait_s = |sent: &Outgoing| match sent.meaning {
             Meaning::Job { wait_s } => wait_s,

@@ -18,7 +18,6 @@ use std::fmt::Write;
 pub(super) const LONGEST_LINE: usize = 70;
 /// Height tolerance, mm: the last digit of a report, and that of the zero.
 const SAME_HEIGHT_MM: f64 = 0.002;
-/// Digits after the decimal point.
 const DECIMALS: usize = 4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +63,6 @@ fn to_line(from: [f64; 3], to: [f64; 3], place: [f64; 3]) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct WireLine {
     pub text: String,
-    /// The path, if the line moves.
     pub piece: Option<LinePath>,
     /// Line of the file; 0 for lines that the engine adds.
     pub source: u32,

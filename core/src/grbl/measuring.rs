@@ -36,7 +36,6 @@ use crate::control::{BoardHeight, Trust};
 use crate::diagnostic::Diagnostic;
 use crate::{code, error};
 
-/// Tolerance for the end of a move, mm.
 const SAME_MM: f64 = 0.02;
 /// Shorter moves are skipped: a controller refuses to probe where it already is.
 const NONE_MM: f64 = 0.002;
@@ -45,9 +44,7 @@ const EARLY_MM: f64 = 0.5;
 /// Retreat before the second touch, and the longest travel of that touch.
 const BACK_MM: f64 = 1.0;
 const AGAIN_MM: f64 = 2.0;
-/// Largest difference of the two touches.
 const TWICE_MM: f64 = 0.1;
-/// Longest stopping distance after a touch.
 const COAST_MM: f64 = 5.0;
 /// Failed checks that count as proof: a single report may be damaged.
 const LOOKS: u32 = 2;
@@ -55,7 +52,6 @@ const LOOKS: u32 = 2;
 const CLOSED: u16 = 4;
 
 impl Known {
-    /// Problem that prevents a measurement there, if any.
     pub(super) fn setter_refused(&self, setter: &ToolSetter) -> Option<Diagnostic> {
         if !self.homes() {
             return Some(error!("setter.no_homing"));
@@ -81,7 +77,6 @@ impl Known {
     }
 }
 
-/// A tool length measurement in progress.
 #[derive(Debug)]
 pub(super) struct Measuring {
     pub(super) job: Box<Job>,
@@ -90,12 +85,9 @@ pub(super) struct Measuring {
     step: SetterStep,
     /// The step is fully answered: a report must show its end position.
     pub(super) is_answered: bool,
-    /// The query for that report was sent.
     is_asked: bool,
     looks: u32,
-    /// Z of the first touch.
     first_mm: f64,
-    /// Position of the second touch.
     met_mm: [f64; 3],
     /// The board height is known for this tool: it becomes the reference.
     is_reference: bool,
@@ -132,7 +124,6 @@ impl Measuring {
         }))
     }
 
-    /// The current step.
     pub(super) fn step(&self) -> SetterStep {
         self.step
     }
@@ -161,7 +152,6 @@ impl Measuring {
         Activity::Measuring(self)
     }
 
-    /// A line was answered.
     pub(super) fn on_answer(mut self, cx: &mut Context, step: SetterStep) -> Activity {
         match step {
             _ if self.step != step => {}
@@ -268,7 +258,6 @@ impl Measuring {
         }
     }
 
-    /// The tip is up and the touch position is known.
     fn on_found(mut self, cx: &mut Context) -> Activity {
         let met_mm = self.met_mm;
         if !self.is_reference {

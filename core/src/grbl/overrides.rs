@@ -16,13 +16,11 @@ use std::collections::VecDeque;
 
 /// Interval between two characters, so that the controller has handled the first.
 const STEP_MS: u64 = 30;
-/// Tries to repeat steps that were lost.
 const TRIES: u32 = 4;
 
 impl OverrideOf {
     const ALL: [Self; 3] = [Self::Feed, Self::Rapid, Self::Spindle];
 
-    /// True if this override can have the value.
     fn allows(self, percent: u8) -> bool {
         match self {
             Self::Rapid => matches!(percent, 25 | 50 | 100),
@@ -30,7 +28,6 @@ impl OverrideOf {
         }
     }
 
-    /// The error code of a refused value.
     fn refusal(self) -> &'static str {
         match self {
             Self::Feed => code!("control.bad_feed_override"),
@@ -65,14 +62,12 @@ impl OverrideOf {
     }
 }
 
-/// A real-time command and its effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Step {
     sign: u8,
     change: Change,
 }
 
-/// Percent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Change {
     To(u16),
@@ -89,7 +84,6 @@ impl Step {
     }
 }
 
-/// An override in progress.
 #[derive(Clone, Debug)]
 struct Wish {
     percent: u16,
@@ -123,7 +117,6 @@ impl OverrideWishes {
         Ok(())
     }
 
-    /// The characters that are due.
     pub(super) fn due(&mut self, now_ms: u64) -> Vec<u8> {
         let mut signs = Vec::new();
         for wish in self.0.iter_mut().flatten() {

@@ -12,17 +12,13 @@ use super::settings;
 use crate::diagnostic::Diagnostic;
 use crate::{code, error};
 
-/// Tolerance for a reached position, mm.
 const NEAR_MM: f64 = 0.05;
-/// Feed if the axis limit is unknown, mm/min.
 const USUAL_MM_PER_MIN: f64 = 500.0;
 
-/// A move to the park position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Park {
     /// Park position, machine coordinates: X, Y, and Z fully up.
     place_mm: [f64; 3],
-    /// The tip is up and moves in XY.
     is_up: bool,
 }
 

@@ -13,7 +13,6 @@ use super::lines::number;
 use super::settings;
 use super::timing::USUAL_BLOCKS;
 
-/// Longest jog, mm.
 const FURTHEST_MM: f64 = 1_000.0;
 /// Travel sent ahead, beyond the stopping distance: seconds at full speed.
 const AHEAD_S: f64 = 0.2;
@@ -27,11 +26,9 @@ const EVEN_UM: i64 = 125;
 const FREE_BLOCKS: usize = 3;
 /// Most unanswered pieces.
 const UNANSWERED: usize = 2;
-/// Acceleration if unknown, mm/s².
 const USUAL_MM_PER_S2: f64 = 100.0;
 /// A reported speed of at least this share counts as full speed.
 const FAST_SHARE: f64 = 0.95;
-/// Rounding of reports, mm.
 const ROUNDED_MM: f64 = 0.01;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
@@ -42,9 +39,7 @@ pub(super) struct Pieces {
     back: bool,
     /// The whole travel, µm.
     way_um: i64,
-    /// Part of it that was sent.
     sent_um: i64,
-    /// Part of it that was answered.
     answered_um: i64,
     /// Unanswered pieces, oldest first, µm.
     unanswered_um: [i64; UNANSWERED],
@@ -55,14 +50,12 @@ pub(super) struct Pieces {
     from_mm: Option<f64>,
     /// Lower bound of the travel, mm, at a time, ms; later travel is extrapolated at full speed.
     anchor: Option<(f64, u64)>,
-    /// The machine has reached full speed.
     was_fast: bool,
     /// The machine slowed down again in mid-travel: nothing is sent until the reason is clear.
     falters: bool,
 }
 
 impl Pieces {
-    /// Stopping distance from full speed, mm.
     fn brake_mm(&self) -> f64 {
         self.speed_mm_per_s * self.speed_mm_per_s / (2.0 * self.mm_per_s2)
     }
@@ -108,7 +101,6 @@ impl Pieces {
         self.anchor.get_or_insert((-brake_mm, now_ms));
     }
 
-    /// Travel from the start, mm.
     fn gone_mm(&self, place_mm: Option<[f64; 3]>) -> Option<f64> {
         let gone_mm = place_mm?[self.axis] - self.from_mm?;
         Some(if self.back { -gone_mm } else { gone_mm })
@@ -157,7 +149,6 @@ impl Pieces {
         })
     }
 
-    /// Queues the next piece, if one is due.
     pub(super) fn feed(&mut self, cx: &mut Context) -> bool {
         let blocks = match usize::from(cx.known.info.options.blocks) {
             0 => USUAL_BLOCKS,

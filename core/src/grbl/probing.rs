@@ -16,18 +16,15 @@ const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 #[derive(Debug)]
 pub(super) struct Probing {
-    /// The job that waits for its tool meanwhile.
     pub(super) job: Option<Box<Job>>,
 }
 
 impl Probing {
-    /// Probes downwards.
     pub(super) fn down(cx: &mut Context, job: Option<Box<Job>>, down: &str, meaning: Meaning) -> Activity {
         cx.known.height = BoardHeight::Unknown;
         Self::start(cx, job, down, meaning)
     }
 
-    /// Probes along an axis, by `reach_mm`.
     pub(super) fn edge(
         cx: &mut Context,
         axis: usize,
@@ -50,7 +47,6 @@ impl Probing {
         Activity::Probing(Self { job })
     }
 
-    /// The probing move has ended.
     pub(super) fn on_answer(self, cx: &mut Context, meaning: &Meaning) -> Activity {
         let met = cx.known.probed == Some(true);
         let touched_mm = cx.known.probed_at_mm;

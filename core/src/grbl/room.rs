@@ -80,7 +80,6 @@ fn fit(routine: &Routine, most: Length) -> Fit {
     }
 }
 
-/// Limits every height above `most`, up to the change height, to `most`.
 fn lowered(routine: &Routine, (most, change): (Length, Length)) -> Routine {
     let bounded = |height: Length| if height <= change { height.min(most) } else { height };
     let mut at = None;

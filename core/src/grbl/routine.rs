@@ -57,7 +57,6 @@ pub enum RoutineAction {
     },
     Wait {
         seconds: f64,
-        /// Line of the file.
         line: u32,
     },
     Coolant {
@@ -65,15 +64,12 @@ pub enum RoutineAction {
         mist: bool,
         /// M8.
         flood: bool,
-        /// Line of the file.
         line: u32,
     },
 }
 
-/// Why a job waits for the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause<'r> {
-    /// A tool change.
     Tool {
         /// Number of the T word, or position in the job, from 1.
         number: u32,
@@ -87,17 +83,13 @@ pub enum Pause<'r> {
     },
 }
 
-/// What a section is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SectionKind {
-    /// A hole, counted from 1.
     Hole(u32),
-    /// A toolpath, counted from 1.
     Toolpath(u32),
     /// The user inserts this tool: index into [`Routine::tools`].
     Change(u32),
-    /// Everything after the last cut.
     Finish,
 }
 
@@ -108,7 +100,6 @@ pub struct Section {
     pub line: u32,
     /// Position that is checked before the tip descends.
     pub entry: TipPlace,
-    /// Spindle state at the entry.
     pub spindle: Spindle,
     /// Coolant at the entry: mist, flood.
     pub coolant: [bool; 2],
@@ -137,13 +128,10 @@ pub struct Routine {
     pub name: String,
     /// SHA-256 of the source files, in hexadecimal.
     pub key: String,
-    /// Name of each tool.
     pub tools: Vec<String>,
-    /// Number of each tool, if a T word gives one.
     pub numbers: Vec<Option<u32>>,
     /// Those that are no tools: the program only stops there, as a plain M0 does.
     pub stops: Vec<u32>,
-    /// What to do, in order.
     pub sections: Vec<Section>,
     /// Height at which the tip may travel anywhere.
     pub safe: Length,
@@ -151,7 +139,6 @@ pub struct Routine {
     pub levelled: Option<String>,
     /// Source programs in order: first section and name.
     pub programs: Vec<(usize, String)>,
-    /// Warnings before a run, for instance rapids in the board.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -180,7 +167,6 @@ impl Routine {
         self.counted(self.sections.len())
     }
 
-    /// Number of holes and toolpaths in the first `sections`.
     pub fn counted(&self, sections: usize) -> (u32, u32) {
         let mut counts = (0, 0);
         for section in self.sections.iter().take(sections) {
@@ -234,7 +220,6 @@ impl Routine {
     }
 }
 
-/// Extreme points of an arc in X and Y.
 pub(super) fn furthest(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Vec<TipPlace> {
     let arc = Bow::of(from, to, centre, ccw);
     let mut found = Vec::new();

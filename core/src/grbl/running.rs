@@ -40,7 +40,6 @@ const OLD_REPORT_MS: u64 = 500;
 /// Pieces of path that are searched for a report.
 const FAR: usize = 4_096;
 
-/// A job on its path.
 #[derive(Debug)]
 pub(super) struct Running {
     pub(super) job: Box<Job>,
@@ -59,7 +58,6 @@ enum Motion {
 }
 
 impl Running {
-    /// Checks a job against the machine and starts it.
     pub(super) fn start(cx: &mut Context, start: &EngineStart) -> Activity {
         let found = cx.known.check(start);
         let refused = found.iter().any(|diagnostic| diagnostic.is_unacknowledged(&start.accepted));
@@ -71,7 +69,6 @@ impl Running {
         Self::go(job)
     }
 
-    /// The job moves.
     pub(super) fn go(job: Box<Job>) -> Activity {
         Activity::Running(Self { job, motion: Motion::Moving { still_held: false } })
     }
@@ -102,7 +99,6 @@ impl Running {
         self.now(Motion::Holding)
     }
 
-    /// The user resumes the job.
     pub(super) fn resume(self, cx: &mut Context) -> Activity {
         cx.write(realtime::RESUME);
         self.now(Motion::Moving { still_held: true })
@@ -137,7 +133,6 @@ impl Running {
         true
     }
 
-    /// Evaluates a report.
     pub(super) fn on_report(mut self, cx: &mut Context, report: Report) -> Activity {
         use ReportedState::{Check, Door, Hold, Home, Idle, Jog, Run, Tool};
         let doing = report.doing;
@@ -277,7 +272,6 @@ impl Running {
         self.job.batch.closed && cx.line.is_empty()
     }
 
-    /// A position check succeeded.
     fn pass(mut self, cx: &mut Context) -> Activity {
         let job = &mut self.job;
         match job.batch.after {
@@ -342,7 +336,6 @@ impl Running {
         }
     }
 
-    /// Waits at the tool change position for a tool, new or the same.
     fn wait_for_tool(mut self, cx: &mut Context, tool: u32, another: bool) -> Activity {
         let job = &mut self.job;
         job.path.pieces.clear();

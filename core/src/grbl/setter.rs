@@ -14,16 +14,12 @@ pub struct ToolSetter {
     pub place_mm: [f64; 2],
     /// Z height where probing starts: no tool may meet the setter at or above it.
     pub from_mm: f64,
-    /// Longest travel down.
     pub depth_mm: f64,
-    /// Feed of the first touch.
     pub fast_mm_per_min: f64,
-    /// Feed of the second touch.
     pub slow_mm_per_min: f64,
 }
 
 impl ToolSetter {
-    /// A setter with the default travel and feeds.
     pub fn usual(place_mm: [f64; 2], from_mm: f64) -> Self {
         Self { place_mm, from_mm, depth_mm: 40.0, fast_mm_per_min: 150.0, slow_mm_per_min: 25.0 }
     }
@@ -34,7 +30,6 @@ impl ToolSetter {
         [x, y, self.from_mm, self.depth_mm, self.fast_mm_per_min, self.slow_mm_per_min]
     }
 
-    /// The setter from these numbers, if they are valid.
     pub fn of_numbers(parts: &[f64]) -> Option<Self> {
         let &[x, y, from_mm, depth_mm, fast_mm_per_min, slow_mm_per_min] = parts else { return None };
         let setter = Self { place_mm: [x, y], from_mm, depth_mm, fast_mm_per_min, slow_mm_per_min };
@@ -62,32 +57,25 @@ pub struct ToolLengths {
 }
 
 impl ToolLengths {
-    /// The tool setter to use, if any.
     pub fn in_force(&self) -> Option<ToolSetter> {
         self.setter.filter(|_| self.on_setter)
     }
 }
 
-/// Step of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SetterStep {
-    /// Sets our modal words.
     Ready,
-    /// Straight up to the top.
     Up,
     Over,
     /// Down to the start height.
     Near,
     /// Down until the input closes.
     Touch,
-    /// Up a little.
     Back,
-    /// Down again, slowly.
     Again,
     /// Queries the touch position again.
     Same,
-    /// Up to the top.
     Lift,
     /// Writes the Z zero and reads it back.
     Zero,

@@ -4,7 +4,6 @@ use crate::diagnostic::Diagnostic;
 use crate::{code, warning};
 use std::collections::BTreeMap;
 
-/// Values by number.
 pub type Values = BTreeMap<u16, f64>;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +83,6 @@ pub const ERRORS: &[u16] = &[
     1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30,
     31, 32, 33, 34, 35, 36, 37, 38,
 ];
-/// Alarm numbers that the family shares.
 pub const ALARMS: &[u16] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 
 /// Message code of an error.
@@ -96,12 +94,10 @@ pub fn error_code(number: u16) -> String {
     }
 }
 
-/// A line was refused with this error.
 pub(super) fn refused(number: u16, line: &str) -> Diagnostic {
     Diagnostic::error(&error_code(number)).with("number", number).with("line", line)
 }
 
-/// Message code of an alarm.
 pub fn alarm_code(number: u16) -> String {
     if ALARMS.contains(&number) {
         format!("grbl.alarm_{number}")

@@ -15,10 +15,8 @@ const REST_MS: u64 = 10_000;
 
 #[derive(Debug)]
 pub(super) struct Stopping {
-    /// What ends.
     pub(super) work: Work,
     pub(super) ending: Ending,
-    /// Idle reports since the stop was requested.
     idle_reports: u32,
 }
 

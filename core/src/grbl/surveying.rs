@@ -22,28 +22,22 @@ use crate::level::{ProbeGrid, Survey};
 use crate::units::Length;
 use crate::{code, error};
 
-/// Tolerance for the end of a probing move, mm.
 const SAME_MM: f64 = 0.02;
 /// Shorter moves are skipped: a controller refuses to probe where it already is.
 const NONE_MM: f64 = 0.002;
 
-/// Whether a survey was asked to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Hold {
     No,
-    /// Hold as soon as the tip is up.
     Asked,
     Held,
 }
 
-/// A survey in progress.
 #[derive(Debug)]
 pub(super) struct Surveying {
     start: SurveyStart,
     survey: Survey,
-    /// The last probed board height, mm.
     last_mm: f64,
-    /// The highest probed board height, mm.
     highest_mm: f64,
     /// Planned end of the last line, work coordinates.
     wanted_mm: [f64; 3],
@@ -109,7 +103,6 @@ impl Surveying {
         }
     }
 
-    /// Height of the moves between points, mm.
     fn up_mm(&self) -> f64 {
         self.highest_mm.max(0.0) + self.start.clear_mm
     }
@@ -166,7 +159,6 @@ impl Surveying {
         Activity::Surveying(self)
     }
 
-    /// A line was answered.
     pub(super) fn on_answer(mut self: Box<Self>, cx: &mut Context, step: SurveyStep) -> Activity {
         if self.hold == Hold::Held {
             return Activity::Surveying(self);
@@ -250,7 +242,6 @@ impl Surveying {
         self.hold == Hold::Held
     }
 
-    /// Continues after a hold.
     pub(super) fn resume(mut self: Box<Self>, cx: &mut Context) -> Activity {
         self.hold = Hold::No;
         self.next(cx)

@@ -12,17 +12,13 @@ use super::settings::{self, Values};
 
 /// Look-ahead of an 8-bit controller, in blocks.
 pub const USUAL_BLOCKS: usize = 15;
-/// Lower feeds are raised to this, mm/s.
 const SLOWEST_MM_PER_S: f64 = 1.0 / 60.0;
 
-/// Limits that the planner uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannerLimits {
     /// Speed limit of each axis, mm/s.
     pub fastest_mm_per_s: [f64; 3],
-    /// Acceleration of each axis, mm/s².
     pub acceleration_mm_per_s2: [f64; 3],
-    /// Junction deviation, mm.
     pub junction_mm: f64,
     /// Tolerance of the chords of an arc, mm.
     pub arc_mm: f64,
@@ -42,7 +38,6 @@ impl PlannerLimits {
         })
     }
 
-    /// Longest vector along `unit` with components within `most`.
     fn along(most: &[f64; 3], unit: &[f64; 3]) -> f64 {
         let parts = (0..3).filter(|axis| unit[*axis] != 0.0);
         parts.map(|axis| most[axis] / libm::fabs(unit[axis])).fold(f64::INFINITY, f64::min)
@@ -55,7 +50,6 @@ struct Block {
     /// Nominal speed, mm/s.
     nominal: f64,
     acceleration: f64,
-    /// Junction speed at its start, squared.
     junction: f64,
 }
 
@@ -72,7 +66,6 @@ pub struct Clockwork {
 }
 
 impl Clockwork {
-    /// A planner at standstill.
     pub fn new(limits: PlannerLimits) -> Self {
         Self { limits, queue: std::collections::VecDeque::new(), before: None, entry: 0.0, spent_s: 0.0 }
     }
@@ -135,7 +128,6 @@ impl Clockwork {
         }
     }
 
-    /// Highest speed through a corner, squared.
     fn corner(&self, before: &[f64; 3], unit: &[f64; 3]) -> f64 {
         let cos = -(0..3).map(|axis| before[axis] * unit[axis]).sum::<f64>();
         if cos > 0.999_999 {

@@ -32,7 +32,6 @@ impl ToolChange {
         Activity::ToolChange(Self { job, ready_ms: None })
     }
 
-    /// Waits again, after a jog or a measurement.
     pub(super) fn back(cx: &mut Context, job: Box<Job>) -> Activity {
         let is_reference = job.tool == JobTool::Reference;
         let waits = Self::start(cx, job);

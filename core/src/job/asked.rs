@@ -14,17 +14,13 @@ use serde::{Deserialize, Serialize};
 /// start to meet it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Asked {
-    /// Thickness of the board.
     pub thickness: Length,
     /// Greatest difference between the diameters of a tool and its hole or slot.
     pub tolerance: Length,
-    /// Least depth of drilled holes.
     pub drilled: Length,
-    /// Least depth of milled holes and slots.
     pub milled: Length,
     /// True if the holes of the board must be made.
     pub holes: Option<bool>,
-    /// True if the holes for alignment pins must be made.
     pub pins: bool,
     /// True if slots must be made.
     pub slots: Option<bool>,
@@ -32,7 +28,6 @@ pub struct Asked {
     pub cut_out: Option<AskedEdge>,
 }
 
-/// Requirements for cutting out a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AskedEdge {
     /// Least depth.
@@ -51,7 +46,6 @@ pub struct AskedEdge {
     pub tabs: u32,
     /// `tabs` counts all contours together.
     pub tabs_together: bool,
-    /// Width of a tab.
     pub tab_width: Length,
 }
 
@@ -81,7 +75,6 @@ pub struct Cleared {
     pub surface: Length,
     /// Width at the underside of the copper, above zero.
     pub through: Length,
-    /// Distance from the copper, in addition to the bit.
     pub margin: Length,
     /// Greatest distance of the bit's centre outside the outline; without an outline, outside the copper.
     pub beyond: Length,
@@ -96,7 +89,6 @@ impl Cleared {
     }
 }
 
-/// Promises of a job for the copper of one side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Promised {
     /// The user's bits, for fixes.

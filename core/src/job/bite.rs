@@ -17,7 +17,6 @@ pub const MOST_BITE_SHARE: f64 = 0.25;
 /// glass fibre.
 pub const MOST_SURFACE_M_PER_MIN: f64 = 350.0;
 
-/// Surface speed of a bit at `rpm`, m/min.
 fn surface_m_per_min(bit: &Bit, rpm: u32) -> f64 {
     std::f64::consts::PI * bit.diameter.mm() * f64::from(rpm) / 1e3
 }

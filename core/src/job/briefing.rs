@@ -14,18 +14,13 @@ use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// The run sheet of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Briefing {
-    /// Name of the job.
     pub job: String,
-    /// Name of the machine.
     pub machine: String,
     /// Position of the work zero: a key of `run_sheet.zero`.
     pub zero: Option<String>,
-    /// Thickness of the board.
     pub thickness: Option<Length>,
-    /// Pins that align the board after a flip.
     pub pins: Option<AlignmentPins>,
     /// Number of tabs that hold the board while it is cut out; none without a cut-out.
     pub tabs: Option<u32>,
@@ -35,7 +30,6 @@ pub struct Briefing {
     pub sides: Vec<SideBriefing>,
 }
 
-/// One side of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SideBriefing {
     /// A key of `page.cam.word`; empty if unknown.
@@ -46,7 +40,6 @@ pub struct SideBriefing {
     pub tools: Vec<ToolBriefing>,
 }
 
-/// Use of one bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolBriefing {
     pub tool: Bit,
@@ -56,7 +49,6 @@ pub struct ToolBriefing {
     pub time_s: Option<f64>,
 }
 
-/// Pins that align the board after a flip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlignmentPins {
     pub diameter: Length,
@@ -83,7 +75,6 @@ impl Briefing {
         numbers
     }
 
-    /// The facts that a program alone contains.
     pub fn of(program: &Program) -> Self {
         let (mut drilled, mut milled) = (vec![false; program.bits.len()], vec![false; program.bits.len()]);
         let mut bit = 0;
@@ -142,7 +133,6 @@ pub fn touched(program: &Program) -> Option<Bounds> {
     all
 }
 
-/// Extreme points of an arc in X and Y.
 fn extremes(from: Point, to: Point, center: Point, ccw: bool) -> impl Iterator<Item = Point> {
     let radius = Length::from_mm(from.distance_mm(center));
     let turn = crate::geometry::chords::turn(from, to, center, !ccw);

@@ -44,7 +44,6 @@ pub struct Program {
     pub accepted: Vec<String>,
 }
 
-/// A tool used by a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bit {
     pub diameter: Length,
@@ -56,7 +55,6 @@ pub struct Bit {
     pub handling: Handling,
 }
 
-/// Handling of a bit on its machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Handling {
     /// Retract speed, µm/s; 0 for the machine's fastest.
@@ -66,7 +64,6 @@ pub struct Handling {
 }
 
 impl Handling {
-    /// Highest retract speed, mm/s.
     pub fn up_mm_per_s(self) -> f64 {
         if self.up_um_per_s == 0 { f64::INFINITY } else { f64::from(self.up_um_per_s) / 1e3 }
     }
@@ -88,7 +85,6 @@ pub enum Cutter {
     Mill,
     /// V-bit: a cone with a flat tip; the deeper, the wider.
     Vee {
-        /// Diameter of the flat tip.
         tip: Length,
         /// Angle between the edges, in thousandths of a degree, above 0 and below 180 000.
         angle_mdeg: u32,
@@ -184,7 +180,6 @@ pub struct CommandPlace {
     pub command: u32,
 }
 
-/// One action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {
     /// Rapid to a position in XY, both axes together, at safe height.
@@ -194,11 +189,8 @@ pub enum Command {
     },
     /// Plunge into the board. With a gate, the sensor ends the plunge, and `to` is the limit.
     Plunge {
-        /// Lowest height of the tip.
         to: Length,
-        /// Feed in µm/s.
         feed_um_per_s: u32,
-        /// Sensor that ends the plunge early.
         gate: Option<Gate>,
     },
     /// Straight move at feed, with the tip in the board. Consecutive mill commands form one path, without
@@ -208,24 +200,19 @@ pub enum Command {
         to: Point,
         /// Height of the tip at the target; changes linearly on the way.
         height: Length,
-        /// Feed in µm/s.
         feed_um_per_s: u32,
     },
     /// Like [`Self::Mill`], along an arc, or a helix if the height changes. A full circle if it ends at its
     /// start.
     MillArc {
-        /// XY target.
         to: Point,
         /// Height of the tip at the target; changes linearly on the way.
         height: Length,
         center: Point,
         ccw: bool,
-        /// Feed in µm/s.
         feed_um_per_s: u32,
     },
-    /// Move up at rapid speed.
     Retract {
-        /// Height of the tip.
         to: Length,
     },
     Dwell {
@@ -237,7 +224,6 @@ pub enum Command {
     },
     /// Wait until the user reports that this bit is in the spindle.
     AwaitBit {
-        /// Index into [`Program::bits`].
         bit: u32,
     },
 }
@@ -261,11 +247,9 @@ pub enum Otherwise {
     GoOn,
 }
 
-/// Current activity, as the screen shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// XY rapid to the next position.
     Travel,
     /// Z moves down to just above the board.
     Approach,
@@ -277,7 +261,6 @@ pub enum Stage {
     /// X and Y along a path, with the tip in the board.
     Mill,
     Dwell,
-    /// Waits for the user to change the bit.
     AwaitBit,
     /// Homing: fast towards the limit switch.
     Seek,
@@ -295,12 +278,10 @@ pub enum Stage {
     Index,
 }
 
-/// Switching at the start of a segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Switching {
     #[default]
     None,
-    /// Set the spindle speed.
     Spindle {
         /// In rpm; 0 is off.
         rpm: u32,
@@ -327,29 +308,21 @@ pub enum Input {
     YMin,
     /// Limit switch at the high end of Y.
     YMax,
-    /// Spindle all the way up.
     ZTop,
-    /// Spindle all the way down.
     ZBottom,
     /// The tip touches the board.
     Contact,
-    /// The presser foot is down.
     FootDown,
-    /// The clamp of the spindle is open.
     ClampOpen,
-    /// A tool is in the spindle.
     ToolHeld,
     /// The magazine slot below the spindle holds a tool.
     PlaceTaken,
-    /// The cover of the machine is open.
     CoverOpen,
     /// Compressed air is present for clamp and foot.
     Air,
     /// Index pulse of the X motor, once per turn.
     XIndex,
-    /// Index pulse of the Y motor.
     YIndex,
-    /// Index pulse of the Z motor.
     ZIndex,
 }
 
@@ -400,7 +373,6 @@ impl Input {
         }
     }
 
-    /// Mask of this input in a bit set.
     pub const fn bit(self) -> u32 {
         1 << self as u32
     }
@@ -424,12 +396,10 @@ impl Program {
         program
     }
 
-    /// Number of drilled holes.
     pub fn hole_count(&self) -> usize {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).count()
     }
 
-    /// Number of milled toolpaths.
     pub fn toolpath_count(&self) -> usize {
         self.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count()
     }

@@ -6,7 +6,6 @@
 
 use super::{Command, Mark, Program, milled_mm};
 
-/// Wear of a tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wear {
     pub hits: u64,

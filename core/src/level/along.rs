@@ -16,7 +16,6 @@ const SHORTEST_MM: f64 = 0.02;
 /// Most pieces of one move; beyond that the error grows.
 const MOST_PIECES: usize = 4_096;
 
-/// A path in XY.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlaneCourse {
     from: [f64; 2],
@@ -54,7 +53,6 @@ impl PlaneCourse {
         Self { arc: Some(arc), length_mm: radius[0].max(radius[1]) * turn, ..Self::line(from, to) }
     }
 
-    /// The point after that share of the path.
     pub(super) fn at(&self, share: f64) -> Point {
         if share >= 1.0 {
             return self.end;
@@ -119,7 +117,6 @@ impl PlaneCourse {
         shares
     }
 
-    /// Number of even pieces between two bends.
     fn pieces(&self, map: &HeightMap, [from, to]: [f64; 2], tolerance_mm: f64) -> usize {
         let middle = self.at((from + to) / 2.0);
         let patch = map.patch(middle);

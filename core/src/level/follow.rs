@@ -32,11 +32,9 @@ impl Correction {
     }
 }
 
-/// A program that follows a surface, for immediate use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Levelled {
     pub program: Program,
-    /// Range of the corrections.
     pub correction: Correction,
     /// Key of the map ([`HeightMap::key`]).
     pub map: String,
@@ -53,7 +51,6 @@ pub enum FollowedCourse {
     },
 }
 
-/// Applies one height map to moves.
 #[derive(Clone, Debug)]
 pub struct Follower<'m> {
     map: &'m HeightMap,
@@ -78,12 +75,10 @@ impl<'m> Follower<'m> {
         Ok(Self { map, safe, tolerance: tolerance.max(Length::from_nm(100)), correction: None })
     }
 
-    /// Range of the corrections applied.
     pub fn correction(&self) -> Correction {
         self.correction.unwrap_or_default()
     }
 
-    /// The corrected height at `at` for the planned `height`.
     pub fn height(&mut self, at: Point, height: Length) -> Result<Length, Diagnostic> {
         if height >= self.safe {
             return Ok(height);
@@ -101,7 +96,6 @@ impl<'m> Follower<'m> {
         Ok(height + surface)
     }
 
-    /// The end points of the pieces of a move, between two positions with planned heights.
     pub fn pieces(
         &mut self,
         (from, start): (Point, Length),
@@ -129,7 +123,6 @@ impl<'m> Follower<'m> {
     }
 }
 
-/// Converts `program` so that it follows the surface of `map`.
 pub fn level(program: &Program, map: &HeightMap, tolerance: Length) -> Result<Levelled, Diagnostic> {
     let mut follower = Follower::new(map, program.safe_height, tolerance)?;
     let mut head = (Point::default(), program.safe_height);

@@ -14,17 +14,13 @@ use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// Smallest spacing.
 const CLOSEST: Length = Length::from_um(1_000);
 /// A smaller cut area needs no height map.
 const SMALLEST: Length = Length::from_um(2_000);
 
-/// A grid of probe points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProbeGrid {
-    /// Lowest corner in X and Y.
     pub low: Point,
-    /// Highest corner in X and Y.
     pub high: Point,
     /// Points along X, at least 2.
     pub columns: u16,
@@ -96,7 +92,6 @@ impl ProbeGrid {
         usize::from(if axis == 0 { self.columns } else { self.rows })
     }
 
-    /// Coordinate of grid line `index` on the axis.
     pub(super) fn line(&self, axis: usize, index: usize) -> Length {
         let (low, high) = if axis == 0 { (self.low.x, self.high.x) } else { (self.low.y, self.high.y) };
         let spans = self.lines(axis) as i64 - 1;

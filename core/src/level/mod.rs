@@ -40,10 +40,8 @@ const BEYOND: Length = Length::from_um(5_000);
 /// found no board.
 const FURTHEST: Length = Length::from_um(5_000);
 
-/// A measured surface.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HeightMap {
-    /// Grid of the measured points.
     pub grid: ProbeGrid,
     /// Height of each point over the work zero, row by row from the lowest corner.
     pub heights: Vec<Length>,
@@ -82,12 +80,10 @@ pub fn same_job(one: &str, other: &str) -> bool {
     one == other && (kind(places) != kind(others) || places == others)
 }
 
-/// Splits a key into the job and the cut positions.
 fn parts_of(key: &str) -> (&str, &str) {
     key.split_at_checked(JOB_DIGITS).unwrap_or((key, ""))
 }
 
-/// The [`job_key`] of a program.
 pub fn key_of(program: &Program) -> String {
     let (mut holes, mut toolpaths) = (Vec::new(), Vec::new());
     for leg in &program.legs {
@@ -125,7 +121,6 @@ impl HeightMap {
         hexadecimal(&postcard::to_allocvec(self).unwrap_or_default())
     }
 
-    /// The lowest and the highest measured height.
     pub fn span(&self) -> [Length; 2] {
         let heights = || self.heights.iter().copied();
         [heights().min().unwrap_or_default(), heights().max().unwrap_or_default()]
@@ -153,7 +148,6 @@ impl HeightMap {
         self.grid.margin + BEYOND
     }
 
-    /// True if `at` is near enough to the grid.
     pub fn knows(&self, at: Point) -> bool {
         let (low, high, reach) = (self.grid.low, self.grid.high, self.reach());
         (low.x - reach <= at.x && at.x <= high.x + reach) && (low.y - reach <= at.y && at.y <= high.y + reach)
@@ -170,7 +164,6 @@ impl HeightMap {
         Length::from_mm(patch.height_mm(x.mm(), y.mm()))
     }
 
-    /// The grid cell for `at`.
     fn patch(&self, at: Point) -> Patch {
         let grid = &self.grid;
         let (column, row) = (grid.cell(0, at.x), grid.cell(1, at.y));

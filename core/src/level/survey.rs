@@ -22,23 +22,18 @@ const STANDS_OUT: Length = Length::from_um(50);
 const USUAL_FACTOR: i64 = 4;
 /// Two touches of one point agree if they differ by at most this.
 const SAME: Length = Length::from_um(20);
-/// Greatest number of touches of one point.
 const MOST: usize = 5;
 
-/// A running measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Survey {
     grid: ProbeGrid,
     touched: Vec<Vec<Length>>,
-    /// Remaining points, the next one last.
     to_do: Vec<usize>,
-    /// Points touched more than once.
     again: usize,
     looked: bool,
 }
 
 impl Survey {
-    /// A survey of every point of `grid`.
     pub fn new(grid: ProbeGrid) -> Self {
         let columns = usize::from(grid.columns);
         let mut to_do: Vec<usize> = (0..grid.count())
@@ -60,7 +55,6 @@ impl Survey {
         self.to_do.last().map(|index| self.grid.nth(*index))
     }
 
-    /// Index of the next point.
     pub fn next_index(&self) -> Option<usize> {
         self.to_do.last().copied()
     }

@@ -119,7 +119,6 @@ fn swept(command: &Command, from: [f64; 3], each: usize) -> Vec<[f64; 3]> {
     }
 }
 
-/// XY end of a command, if it moves in XY.
 fn leads(command: &Command) -> Option<Point> {
     match *command {
         Command::Rapid { to } | Command::Mill { to, .. } | Command::MillArc { to, .. } => Some(to),
@@ -127,7 +126,6 @@ fn leads(command: &Command) -> Option<Point> {
     }
 }
 
-/// The surface of a map, by a search for the cell.
 fn surface(map: &HeightMap, x: f64, y: f64) -> f64 {
     let (columns, rows) = (usize::from(map.grid.columns), usize::from(map.grid.rows));
     let xs: Vec<f64> = (0..columns).map(|column| map.grid.place(column, 0).x.mm()).collect();
@@ -383,7 +381,6 @@ fn map_is_refused_for_another_design_but_not_for_a_part() {
     );
 }
 
-/// Runs a survey with `touch` as the probe.
 fn surveyed(grid: ProbeGrid, mut touch: impl FnMut(usize, Point) -> f64) -> Result<Survey, Diagnostic> {
     let mut survey = Survey::new(grid);
     let mut most = grid.count() * 6;

@@ -18,7 +18,6 @@ pub const fn fits(key: &str, given: &[&str], whole: bool) -> bool {
     false
 }
 
-/// True if `names` contains all of `wanted`.
 const fn has_all(names: &[&str], wanted: &[&str]) -> bool {
     let mut at = 0;
     while at < wanted.len() {

@@ -45,7 +45,6 @@ pub fn serving(tag: &str) -> Option<&'static str> {
     languages().map(|(language, _)| language).find(|language| language.eq_ignore_ascii_case(first))
 }
 
-/// Value of the HTML `lang` attribute for `language`.
 pub fn tag(language: &str) -> &str {
     if language == "zh" { "zh-Hans" } else { language }
 }

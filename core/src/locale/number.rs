@@ -13,7 +13,6 @@ const BESIDE: &[&str] = &[
     "mm/s", "mm/s²", "mm/s³", "mm²", "px/mm", "rpm", "V", "MB", ";",
 ];
 
-/// True if `language` uses the decimal comma.
 fn has_comma(language: &str) -> bool {
     language == "pl"
 }

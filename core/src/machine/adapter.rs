@@ -14,16 +14,12 @@ use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
-/// Axes of an adapter.
 const AXES: usize = 4;
 
-/// Inputs of an adapter.
 const INPUTS: usize = 8;
 
-/// Longest filter, in µs.
 const LONGEST_FILTER_US: f64 = 10_000.0;
 
-/// Spindles with an axis for Z.
 const MOST_SPINDLES: u32 = 2;
 
 /// Its last input if it drives windings.
@@ -41,16 +37,13 @@ const FASTEST_HZ: u32 = 500_000;
 /// Longest time from a change of direction to the next step, in µs.
 const LONGEST_SETUP_US: u32 = 6_500;
 
-/// The two pin maps of an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AdapterOutputs {
-    /// STEP and DIR of up to four drivers.
     Steps,
     /// Phases of three motors, from their tables.
     Phases,
 }
 
-/// Wiring of an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterWiring {
     /// Serial port; empty to find it by its USB id.
@@ -86,7 +79,6 @@ impl Default for AdapterWiring {
 }
 
 impl AdapterWiring {
-    /// Input number of a sensor.
     pub fn sensor(&self, input: Input) -> Option<u8> {
         self.sensors.get(input as usize).and_then(|number| u8::try_from(*number).ok())
     }

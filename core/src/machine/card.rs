@@ -49,7 +49,6 @@ pub(super) const ROWS: &[Setting] = wiring_rows! { card;
     ("card.inputs_at", "", Whole(0.0, 255.0), FILE, card.inputs_at)
 };
 
-/// Pins of a card.
 const PINOUT: Pinout = Pinout { section: "card", outputs: 32, inputs: 32 };
 
 /// Problems of the wiring. If the machine uses another output, only the list lengths are checked.

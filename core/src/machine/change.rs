@@ -9,17 +9,13 @@ use crate::diagnostic::Diagnostic;
 use crate::error;
 use crate::units::Length;
 
-/// Key of the setting for tool lengths.
 pub(super) const LENGTHS_KEY: &str = "change.lengths";
 
-/// Settings of manual tool changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HandChange {
-    /// Position of X and Y.
     pub at: ChangeAt,
     /// Height of the tip over the board's surface, limited by the travel of Z.
     pub height: Length,
-    /// How tool lengths are known.
     pub lengths: Lengths,
     pub setter: ChangeSetter,
 }
@@ -52,10 +48,8 @@ impl Default for HandChange {
     }
 }
 
-/// Position of X and Y for a tool change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChangeAt {
-    /// The park position.
     #[default]
     Park,
     /// The work zero.

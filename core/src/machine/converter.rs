@@ -24,9 +24,7 @@ pub struct Converter {
     pub address: u8,
     /// Pole pairs of the motor; with one, it makes one turn per period.
     pub pole_pairs: u32,
-    /// Highest output frequency, Hz.
     pub max_hz: u32,
-    /// Greatest deviation of the speed, percent.
     pub tolerance_percent: f64,
 }
 
@@ -46,7 +44,6 @@ impl Default for Converter {
 }
 
 impl Converter {
-    /// True if a converter is configured.
     pub fn is_there(&self) -> bool {
         !self.profile.is_empty()
     }
@@ -76,7 +73,6 @@ pub(super) const ROWS: &[Setting] = fields! { Machine;
     ("converter.tolerance", "%", Number(0.5, 50.0), FILE, converter.tolerance_percent)
 };
 
-/// Problems of the converter of `machine`.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let converter = &machine.converter;
     let mut diagnostics = Vec::new();

@@ -59,7 +59,6 @@ impl PhaseTable {
     }
 }
 
-/// Motion profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
     Linear,
@@ -100,10 +99,8 @@ pub struct Overlap {
     pub on: bool,
     /// Height of the tip over the board from which XY may move, mm.
     pub clear_mm: f64,
-    /// Signal delay between XY and spindle, ms.
     pub latency_ms: f64,
     /// XY must have settled this long before the tip touches the board, ms.
     pub margin_ms: f64,
-    /// Least rest of the spindle at the top, ms.
     pub dwell_top_ms: f64,
 }

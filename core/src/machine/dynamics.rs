@@ -22,13 +22,11 @@ use crate::{code, warning};
 /// Most states per direction, without rest.
 pub const MOST_STATES: usize = 16;
 
-/// Largest distance in a table, in steps.
 pub const FARTHEST: u32 = 10_000;
 
 /// Longest time between two steps, in interrupts.
 pub const SLOWEST: u32 = 10_000;
 
-/// The highest state of `dynamics` in each direction.
 pub fn top(dynamics: &Dynamics) -> usize {
     dynamics.enter.len().min(dynamics.leave.len()).min(dynamics.period.len().saturating_sub(1))
 }
@@ -131,7 +129,6 @@ struct Fate {
     over: bool,
 }
 
-/// Progress of the analysis of a situation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Known {
     Nothing,
@@ -140,10 +137,8 @@ enum Known {
     Ends(Fate),
 }
 
-/// A state, and the distance to the target.
 type Situation = (i32, i64);
 
-/// Outcomes of all situations of the window.
 struct Map<'a> {
     dynamics: &'a Dynamics,
     top: i32,
@@ -191,7 +186,6 @@ impl<'a> Map<'a> {
         (next_state(self.dynamics, situation.0, distance), distance)
     }
 
-    /// Follows the course from `start` to a known situation, and fills in those between.
     fn walk(&mut self, start: Situation) {
         let mut path = Vec::new();
         let mut here = start;
@@ -215,7 +209,6 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// Outcome of a situation with a successor of outcome `after`.
     fn before(&self, here: Situation, after: Fate) -> Fate {
         let next = self.next(here);
         let interval = period(self.dynamics, here.0);

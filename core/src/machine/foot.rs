@@ -32,7 +32,6 @@ impl Default for Foot {
 }
 
 impl Foot {
-    /// Time to move, in ticks.
     pub fn ticks(&self) -> u64 {
         libm::ceil(self.time_ms * 1e-3 * TICK_HZ as f64) as u64
     }
@@ -45,14 +44,12 @@ pub(super) const ROWS: &[Setting] = fields! { Machine;
     ("foot.time", "ms", Number(0.0, 5_000.0), STREAM.and(BUILT), foot.time_ms)
 };
 
-/// Error if `machine` has no output `name`, which the row `key` needs.
 pub(super) fn not_named(machine: &Machine, key: &str, name: &str) -> Option<Diagnostic> {
     let known = machine.output_names();
     let why = || error!("machine.output_not_named", key = key, name = name, ..);
     (!known.iter().any(|own| own == name)).then(|| why().with("known", known.join(", ")))
 }
 
-/// Problems of the foot of `machine`.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     if !machine.foot.on {
         return Vec::new();

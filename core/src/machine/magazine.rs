@@ -16,7 +16,6 @@ use crate::units::{Length, TICK_HZ};
 
 pub const MOST_PLACES: usize = 64;
 
-/// Least distance between two slots.
 const APART: Length = Length::from_um(2_000);
 
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +29,6 @@ pub struct Magazine {
     pub pause: [Length; 2],
     /// Name of the output that opens the clamp; off means closed.
     pub clamp: String,
-    /// Time of the clamp, in ms.
     pub clamp_ms: f64,
     /// Time for the spindle to stop, in ms.
     pub spin_down_ms: f64,
@@ -53,24 +51,20 @@ impl Default for Magazine {
 }
 
 impl Magazine {
-    /// Number of slots.
     pub fn places(&self) -> usize {
         self.x.len().min(self.y.len())
     }
 
-    /// Time of the clamp, in ticks.
     pub fn clamp_ticks(&self) -> u64 {
         libm::ceil(self.clamp_ms * 1e-3 * TICK_HZ as f64) as u64
     }
 
-    /// Time for the spindle to stop, in ticks.
     pub fn spin_down_ticks(&self) -> u64 {
         libm::ceil(self.spin_down_ms * 1e-3 * TICK_HZ as f64) as u64
     }
 }
 
 impl Machine {
-    /// True if the machine changes tools itself.
     pub fn has_magazine(&self) -> bool {
         self.tool_change == ToolChange::Magazine
     }
@@ -165,7 +159,6 @@ fn out_of_reach(machine: &Machine) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// Slots that overlap.
 fn too_close(magazine: &Magazine) -> Option<Diagnostic> {
     let places: Vec<_> = magazine.x.iter().zip(&magazine.y).collect();
     let near = |a: Length, b: Length| (a - b).nm().abs() < APART.nm();

@@ -66,21 +66,16 @@ pub type Steps = [i64; AXES];
 /// A signal that isn't wired.
 pub const UNWIRED: i8 = -1;
 
-/// A machine with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     pub name: String,
-    /// Notes of the owner.
     pub description: String,
     /// Driver of the pins.
     pub output: Output,
-    /// Base address of the I/O card.
     pub card_address: u32,
     pub card: Card,
     pub parallel: Parallel,
-    /// Wiring of a USB step adapter.
     pub adapter: AdapterWiring,
-    /// Frequency converter of the spindle.
     pub converter: Converter,
     pub x: Axis,
     pub y: Axis,
@@ -94,9 +89,7 @@ pub struct Machine {
     pub own: [OwnStroke; AXES - 2],
     /// Source of the step times.
     pub drive: DriveKind,
-    /// Interrupt frequency of table-driven axes, in Hz.
     pub interrupt_hz: u32,
-    /// Table of dynamics of table-driven axes.
     pub dynamics: Dynamics,
     /// Highest pulse rate of any drive, and of the motors of table-driven axes; steps per second.
     pub max_step_hz: u32,
@@ -104,11 +97,9 @@ pub struct Machine {
     pub direction_setup_us: u32,
     /// Least length of a pulse, and of the pause after it, in µs.
     pub pulse_width_us: f64,
-    /// Motion profiles and look-ahead.
     pub motion: MotionLaws,
     /// Limits of Z on its way down.
     pub down: DownLimits,
-    /// Overlap of Z and XY moves.
     pub overlap: Overlap,
     /// Time at rest before the tip may enter the board, in ms.
     pub settle_ms: f64,
@@ -116,31 +107,23 @@ pub struct Machine {
     pub stroke_end: StrokeEnd,
     /// Longest time of one plunge, in s.
     pub longest_drilling_s: f64,
-    /// How tools are changed.
     pub tool_change: ToolChange,
-    /// Slots and moves of the tool changer.
     pub magazine: Magazine,
     pub foot: Foot,
-    /// Park position.
     pub park: Park,
-    /// Manual tool changes.
     pub change: HandChange,
     /// The user's tools.
     pub rack: Vec<RackTool>,
     /// Greatest difference between a hole and the tool used for it.
     pub rack_tolerance: Length,
-    /// Process parameters.
     pub process: Process,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     Virtual,
-    /// A digital I/O card.
     Card,
-    /// A PC parallel port.
     Parallel,
-    /// A USB step adapter.
     Adapter,
 }
 
@@ -185,12 +168,9 @@ pub enum StrokeEnd {
     Sensor,
 }
 
-/// How tools are changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToolChange {
-    /// The user changes the tool and confirms it.
     Manual,
-    /// The machine changes the tool with its magazine.
     Magazine,
     /// Continues without asking (virtual drill, tests).
     Unattended,
@@ -202,17 +182,12 @@ pub struct Axis {
     /// Lowest position, machine coordinates.
     pub min: Length,
     pub max: Length,
-    /// Highest speed, mm/s.
     pub max_speed_mm_per_s: f64,
-    /// Highest acceleration, mm/s².
     pub max_acceleration_mm_per_s2: f64,
-    /// Highest jerk, mm/s³.
     pub max_jerk_mm_per_s3: f64,
     /// End to which the axis homes.
     pub home: HomeEnd,
-    /// Speed towards the limit switch, mm/s.
     pub home_speed_mm_per_s: f64,
-    /// Longest distance to the limit switch.
     pub home_search: Length,
     /// Distance from the switch edge to the rest position after homing.
     pub home_offset: Length,
@@ -302,13 +277,11 @@ impl Scale {
         self.micro_steps as f64 / 1e6 / (self.per_nm() as f64 / NM_PER_MM as f64) * gear
     }
 
-    /// The gear ratio, with numbers above 0.
     fn gear(self) -> (i128, i128) {
         (i128::from(self.gear_up.max(1)), i128::from(self.gear_down.max(1)))
     }
 }
 
-/// Process parameters, common to all holes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Process {
     /// Height of rapids over the board's surface.
@@ -321,11 +294,9 @@ pub struct Process {
     /// Greatest depth below the surface without contact, before the bit counts as broken; 0 disables the
     /// check.
     pub contact_tolerance: Length,
-    /// Speed of the tip while probing, mm/s.
     pub touch_mm_per_s: f64,
     /// A pause lifts the tool off its toolpath.
     pub lift_at_pause: bool,
-    /// Plunge feed, mm/s.
     pub feed_mm_per_s: f64,
     /// Dwell at the bottom of stroke, in ms.
     pub dwell_bottom_ms: f64,
@@ -333,7 +304,6 @@ pub struct Process {
     pub spindle_rpm: u32,
     /// Highest spindle speed, rpm; 0 if unknown.
     pub max_rpm: u32,
-    /// Time to reach the spindle speed, in ms.
     pub spin_up_ms: f64,
     /// Height of the board's surface in machine coordinates (Z = 0 at the top switch).
     pub surface: Length,
@@ -349,7 +319,6 @@ impl Process {
     }
 }
 
-/// The index pulse input of `axis`.
 pub fn index_input(axis: usize) -> Input {
     match axis {
         0 => Input::XIndex,
@@ -449,7 +418,6 @@ impl Machine {
         names
     }
 
-    /// Index of the output `name`.
     pub fn output_place(&self, name: &str) -> Option<u8> {
         self.output_names().iter().position(|own| own == name).and_then(|place| u8::try_from(place).ok())
     }

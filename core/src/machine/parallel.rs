@@ -42,7 +42,6 @@ pub(super) const ROWS: &[Setting] = wiring_rows! { parallel;
     ("parallel.address", "", Whole(0.0, 65_535.0), FILE, parallel.address)
 };
 
-/// Pins of a port.
 const PINOUT: Pinout = Pinout { section: "parallel", outputs: 12, inputs: 5 };
 
 /// Problems of the wiring. If the machine uses another output, only the list lengths are checked.

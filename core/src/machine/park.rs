@@ -11,24 +11,19 @@ use crate::diagnostic::Diagnostic;
 use crate::error;
 use crate::units::Length;
 
-/// Park settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Park {
-    /// Which position.
     pub at: ParkAt,
     /// X and Y of the custom position, machine coordinates.
     pub place: [Length; 2],
-    /// Park automatically after a job.
     pub after_job: bool,
 }
 
 /// Kind of park position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ParkAt {
-    /// The rest position of homing.
     #[default]
     Home,
-    /// The custom position.
     Place,
 }
 

@@ -135,7 +135,6 @@ pub fn check(key: &str, table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagn
     Err(named(refusals))
 }
 
-/// Errors of one column.
 fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
     let at = |code: &str| Diagnostic::error(code).with("column", column);
     let mut diagnostics = Vec::new();
@@ -221,7 +220,6 @@ impl Commutator {
         Self { table, steps, byte }
     }
 
-    /// Position in steps, across moves.
     pub fn steps(&self) -> i64 {
         self.steps
     }

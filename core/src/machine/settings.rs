@@ -85,7 +85,6 @@ impl ValueKind {
     }
 }
 
-/// All settings in table order.
 pub fn settings() -> impl Iterator<Item = &'static Setting> {
     SECTIONS.iter().flat_map(|(_, rows)| rows.iter())
 }

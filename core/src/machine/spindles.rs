@@ -76,7 +76,6 @@ impl Machine {
         self.spindle_axes().map(|axis| surface[axis] - surface[2]).max().unwrap_or_default()
     }
 
-    /// Axis indices of the spindles.
     pub fn spindle_axes(&self) -> std::ops::Range<usize> {
         2..2 + (self.spindles as usize).clamp(1, AXES - 2)
     }
@@ -95,7 +94,6 @@ pub(super) fn set_listed(machine: &mut Machine, value: &Value, set: fn(&mut OwnS
     machine.own.iter_mut().zip(numbers).for_each(|(own, number)| set(own, number));
 }
 
-/// Problems of the differences.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let all = machine.spindle_axes().map(|axis| (axis, machine.own(axis)));
     let others: Vec<(usize, OwnStroke)> = all.filter(|(_, own)| *own != OwnStroke::default()).collect();

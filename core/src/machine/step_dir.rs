@@ -21,7 +21,6 @@ pub const WIRED_AXES: usize = 3;
 /// Row names of the motors' phase bits.
 pub(super) const MOTORS: [&str; 3] = ["x", "y", "z"];
 
-/// Wiring and timing of the drivers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StepDir {
     /// X, Y, Z: output bit of STEP; [`UNWIRED`] if the motor's phases are driven directly.
@@ -38,7 +37,6 @@ pub struct StepDir {
     pub outputs_low: Vec<i8>,
     /// Least time of STEP on, ns.
     pub length_ns: Vec<u32>,
-    /// Least time of STEP off, ns.
     pub space_ns: Vec<u32>,
     /// From a change of DIR to STEP, ns.
     pub setup_ns: Vec<u32>,
@@ -70,7 +68,6 @@ impl Default for StepDir {
 }
 
 impl StepDir {
-    /// True if `axis` has a STEP/DIR driver.
     pub fn counts(&self, axis: usize) -> bool {
         self.steps.get(axis).is_some_and(|bit| *bit != UNWIRED)
     }
@@ -87,7 +84,6 @@ impl StepDir {
         rows.into_iter().flatten().chain([("charge_pump", self.charge_pump)])
     }
 
-    /// All lists with their actual and required lengths.
     pub(super) fn lengths(&self) -> [(&'static str, usize, usize); 7] {
         let of = |name, list: usize| (name, list, WIRED_AXES);
         [

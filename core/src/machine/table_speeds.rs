@@ -23,7 +23,6 @@ const SAID_PARTS: f64 = 1e4;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl Machine {
-    /// Step rate in `state` of the table, steps per second.
     pub fn step_hz(&self, state: usize) -> f64 {
         let state = i32::try_from(state).unwrap_or(i32::MAX);
         f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
@@ -103,7 +102,6 @@ pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// The default speed of the spindle is above its limit.
 fn spindle_bounded(machine: &Machine) -> Option<Diagnostic> {
     let (wanted, gets) = (machine.process.spindle_rpm, machine.process.usual_rpm());
     let why = || warning!("machine.speed_above_most", key = "spindle.speed", ..);

@@ -20,21 +20,16 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// Highest plausible spindle speed, rpm.
 pub const MOST_RPM: u32 = 300_000;
 
-/// Key of the setting.
 const KEY: &str = "rack.tools";
-/// Most tools in the list.
 const MOST_TOOLS: usize = 64;
-/// Longest line, in bytes.
 const LONGEST_LINE: usize = 200;
 /// Diameters, mm.
 const DIAMETERS: ValueKind = Number(0.05, 20.0);
 /// µm in a metre.
 const UM_PER_M: u64 = 1_000_000;
 
-/// A tool in the tool list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RackTool {
     /// Displayed as T1, T2, etc.
@@ -122,7 +117,6 @@ impl RackTool {
         }
     }
 
-    /// Parses a line.
     pub fn read(line: &str) -> Result<Self, Diagnostic> {
         if line.len() > LONGEST_LINE {
             return Err(wrong(code!("machine.tool_line"), line));
@@ -153,14 +147,12 @@ impl RackTool {
         Ok(tool)
     }
 
-    /// The tool as a bit of a program.
     pub fn bit(&self) -> Bit {
         let handling = self.handling();
         let unnamed = Bit { diameter: self.diameter, name: String::new(), cutter: self.cutter, handling };
         Bit { name: unnamed.title(locale::FALLBACK), ..unnamed }
     }
 
-    /// Handling of the tool in a program.
     pub fn handling(&self) -> Handling {
         let up_um_per_s = libm::round(self.up_mm_per_s * 1e3) as u32;
         Handling { up_um_per_s, run_out: self.run_out }
@@ -213,7 +205,6 @@ pub fn rack_of(value: &Value) -> Result<Vec<RackTool>, Diagnostic> {
     }
 }
 
-/// The setting's value for `rack`.
 pub(super) fn rack_value(rack: &[RackTool]) -> Value {
     Value::Texts(rack.iter().map(RackTool::to_string).collect())
 }
@@ -221,9 +212,7 @@ pub(super) fn rack_value(rack: &[RackTool]) -> Value {
 /// Wear of a tool since it was new.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolWear {
-    /// Name of the machine.
     pub machine: String,
-    /// Number of the tool.
     pub number: u32,
     /// Type and size: this record is invalid for a different tool with that number.
     pub cutter: Cutter,
@@ -247,7 +236,6 @@ impl ToolWear {
         own.cloned().unwrap_or(new)
     }
 
-    /// True if both records are about one tool.
     fn is_like(&self, other: &Self) -> bool {
         let of = |wear: &Self| (wear.number, wear.cutter, wear.diameter);
         of(self) == of(other) && self.machine == other.machine
@@ -266,7 +254,6 @@ impl ToolWear {
         Self { hits, milled_um, ..self.clone() }
     }
 
-    /// Used life, in holes or in metres.
     pub fn done(&self) -> u64 {
         if self.cutter == Cutter::Drill { self.hits } else { self.milled_um / UM_PER_M }
     }

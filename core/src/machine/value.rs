@@ -10,11 +10,9 @@ use std::fmt;
 pub enum Value {
     /// In the field's unit.
     Number(f64),
-    /// A word or a line of text.
     Text(String),
     /// In the field's unit.
     Numbers(Vec<f64>),
-    /// Several lines of text.
     Texts(Vec<String>),
 }
 
@@ -32,16 +30,12 @@ impl fmt::Display for Value {
     }
 }
 
-/// Type and range of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ValueKind {
     /// Text of at most this many characters.
     Text(usize),
-    /// A number from … to ….
     Number(f64, f64),
-    /// An integer from … to ….
     Whole(f64, f64),
-    /// One of these words.
     Choice(&'static [&'static str]),
     /// At most 64 numbers, each from … to ….
     Numbers(f64, f64),

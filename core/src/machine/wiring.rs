@@ -13,13 +13,11 @@ use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
-/// Bits of a motor's phase byte.
 const PHASE_BITS: usize = 8;
 
 /// Bits of the winding halves, 5 V.
 const WINDINGS: u8 = 0x0F;
 
-/// Assignment of signals to bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
     /// Path of the device: `/dev/port`, `/dev/parport0`, or a regular file for tests.
@@ -38,7 +36,6 @@ pub struct Wiring {
     pub sensors_low: Vec<i8>,
     /// Start–stop rate of all motors, steps per second: up to it, uneven pulses are harmless.
     pub start_stop_hz: u32,
-    /// STEP/DIR drivers.
     pub drivers: StepDir,
 }
 
@@ -63,7 +60,6 @@ impl Wiring {
         here.filter(|bit| bit / 8 == byte).fold(0, |low, bit| low | 1 << (bit % 8))
     }
 
-    /// Input bit of `input`.
     pub fn sensor(&self, input: Input) -> i8 {
         self.sensors.get(input as usize).copied().unwrap_or(UNWIRED)
     }

@@ -15,12 +15,9 @@ use crate::machine::{Machine, Steps};
 use crate::motion::{Timeline, cycles};
 use crate::steps::{self, Segment};
 
-/// A running tool change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// Remaining steps, the current one first.
     later: Vec<ChangeStep>,
-    /// Slots of the old tool and of the new one.
     from: Option<u8>,
     to: u8,
     /// Position at which the job continues, and the axes that must reach it from above.

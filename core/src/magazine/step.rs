@@ -16,51 +16,41 @@ use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use serde::{Deserialize, Serialize};
 
-/// One step of a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeStep {
     /// Spindle off, Z up.
     RaiseZ,
-    /// The presser foot up.
     RaiseFoot,
-    /// X over the slot of the old tool.
     XToOld,
     YToOld,
     /// Z down to the height of the tool in its slot.
     LowerToOld,
     OpenClamp,
-    /// Wait until the clamp is open.
     WaitOpen,
     /// Z up; the tool stays in its slot.
     RaiseFromOld,
     /// X and Y to the pause position.
     PauseWithout,
-    /// Check that the old tool was put back.
     CheckPutBack,
-    /// Z up, before the new tool is fetched.
     RaiseBeforeNew,
     /// X and Y to the pause position, before the new tool is fetched.
     PauseBeforeNew,
-    /// X over the slot of the new tool.
     XToNew,
     YToNew,
     /// Z down to the height of the tool in its slot.
     LowerToNew,
     CloseClamp,
-    /// Wait until the clamp is closed.
     WaitClosed,
     /// Z up, with the tool.
     RaiseFromNew,
     /// X and Y to the pause position, with the new tool.
     PauseWithNew,
-    /// Check that the new tool was taken.
     CheckTaken,
     /// Z up, before the job continues.
     RaiseAtEnd,
     /// X and Y to the pause position, before the job continues.
     PauseAtEnd,
-    /// Check that the presser foot is up.
     FootReady,
     /// Back to where the job continues.
     GoOn,
@@ -97,11 +87,9 @@ const NOTHING: Looks = Looks { on: 0, off: 0 };
 /// The spindle holds a tool in a closed clamp.
 const HOLDS: Looks = NOTHING.and_on(Input::ToolHeld).and_off(Input::ClampOpen);
 
-/// The spindle is empty.
 const EMPTY: Looks = NOTHING.and_off(Input::ToolHeld);
 
 impl ChangeStep {
-    /// All steps, in order.
     pub const ALL: [Self; 24] = [
         Self::RaiseZ,
         Self::RaiseFoot,

@@ -14,14 +14,12 @@ use crate::machine::{MOST_PLACES, Machine, ToolWear, tool_of};
 use crate::{code, error};
 use serde::{Deserialize, Serialize};
 
-/// Longest name of a tool, in characters.
 const LONGEST_NAME: usize = 60;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StockedTool {
     /// Unique tool number.
     pub number: u32,
-    /// Kind and size.
     pub bit: Bit,
 }
 
@@ -38,7 +36,6 @@ pub enum Held {
     },
 }
 
-/// A change that is running or stopped.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Unfinished {
     /// The current step, or the one at which the change stopped.
@@ -56,7 +53,6 @@ pub struct Unfinished {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Seen {
-    /// The tool is in the spindle.
     InSpindle,
     /// The spindle is empty, and the tool is in its slot.
     InPlace,
@@ -64,18 +60,14 @@ pub enum Seen {
     TakenAway,
 }
 
-/// Contents of magazine and spindle.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolStock {
-    /// Tool in each slot of the magazine.
     pub places: Vec<Option<StockedTool>>,
     pub spindle: Held,
-    /// A running or stopped change.
     pub change: Option<Unfinished>,
 }
 
 impl ToolStock {
-    /// The tool in slot `place`.
     pub fn lies(&self, place: u8) -> Option<&StockedTool> {
         self.places.get(usize::from(place))?.as_ref()
     }
@@ -91,7 +83,6 @@ impl ToolStock {
         matches!(&self.spindle, Held::Tool { tool, .. } if tool.bit.is_same_tool(bit))
     }
 
-    /// True if the spindle or a slot holds a tool like `bit`.
     pub fn has(&self, bit: &Bit) -> bool {
         self.holds(bit) || self.place_of(bit).is_some()
     }
@@ -103,7 +94,6 @@ impl ToolStock {
         belongs.filter(is_free).or_else(free)
     }
 
-    /// Sets the contents of slot `place`.
     pub(super) fn lay(&mut self, place: u8, tool: Option<StockedTool>) {
         if let Some(lies) = self.places.get_mut(usize::from(place)) {
             *lies = tool;

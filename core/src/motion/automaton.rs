@@ -24,7 +24,6 @@ pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_s
 /// One step: the motor gets the next column of its phase table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableStep {
-    /// Position after the step, in steps.
     pub position: i64,
     /// True if the axis counts up.
     pub forward: bool,
@@ -32,7 +31,6 @@ pub struct TableStep {
     pub state: i32,
 }
 
-/// One table-driven axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Automaton {
     dynamics: Dynamics,

@@ -22,7 +22,6 @@ const BACK_OFF: Length = Length::from_um(2_000);
 /// Additional distance of the slow search, beyond the back-off.
 const LOCATE: Length = Length::from_um(4_000);
 
-/// Slow homing moves, as a share of the homing speed.
 const SLOW_SHARE: f64 = 0.1;
 /// Speed of probing moves that normally don't touch, as between two survey points, relative to the probing
 /// speed.

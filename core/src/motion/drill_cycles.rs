@@ -23,7 +23,6 @@ use crate::job::{Command, Leg, Mark, Stage};
 use crate::machine::{AXES, DriveKind, Machine, OwnStroke, Steps, StrokeEnd};
 use crate::units::{Length, TICK_HZ};
 
-/// A hole that can be part of a chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hole {
     pub(super) to: Point,
@@ -31,12 +30,10 @@ pub(super) struct Hole {
     pub(super) top: Length,
     feed_um_per_s: u32,
     dwell_us: u32,
-    /// Highest retract speed.
     lift_mm_per_s: f64,
 }
 
 impl Hole {
-    /// Limits the retract speed.
     pub(super) fn lifted(self, lift_mm_per_s: f64) -> Self {
         Self { lift_mm_per_s, ..self }
     }
@@ -63,13 +60,11 @@ pub(super) struct NextHole {
     pub(super) duration_ticks: u64,
 }
 
-/// Cache of the strokes of the current bit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DrillCycles {
     known: Vec<Stored>,
 }
 
-/// Inputs that determine a stroke, in addition to the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct StrokeKey {
     top_steps: i64,
@@ -132,7 +127,6 @@ pub(super) fn alike(machine: &Machine, spindles: &[usize]) -> Vec<Alike> {
 }
 
 impl Alike {
-    /// `steps` with these spindles at `height`.
     fn at(&self, steps: Steps, height: i64) -> Steps {
         let mut steps = steps;
         for axis in &self.axes {
@@ -200,7 +194,6 @@ impl DrillCycles {
         Ok((NextHole { parts, to, duration_ticks: end_tick + dwell_ticks + REST_TICKS }, low))
     }
 
-    /// The strokes of `group` from the top of `hole` to its bottom and back.
     fn stored(
         &mut self,
         machine: &Machine,

@@ -8,7 +8,6 @@ use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, Machine, axis_name};
 use crate::units::TICK_HZ;
 
-/// Tolerance for rounding, as a share of the limit.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// All violations, at most one per move.
@@ -51,7 +50,6 @@ fn chained(planned: &Move) -> bool {
     })
 }
 
-/// Checks the laws of a path, if the part is one.
 fn path_laws(machine: &Machine, part: &AxisMove) -> Result<(), Diagnostic> {
     let Motion::Path(route) = &part.motion else { return Ok(()) };
     path::laws(&route.path, &Limits::of_path(machine), &path::PathRules::of(machine))

@@ -18,7 +18,6 @@ use crate::machine::{AXES, Axis, DriveKind, Law, Machine, Steps};
 use crate::units::TICK_HZ;
 
 impl Limits {
-    /// Unlimited.
     const NONE: Self = Self {
         speed_mm_per_s: f64::INFINITY,
         acceleration_mm_per_s2: f64::INFINITY,
@@ -36,7 +35,6 @@ impl Limits {
         .slowed(drive_speed(machine, axis))
     }
 
-    /// Limits of Z on its way down.
     pub fn of_down(machine: &Machine) -> Self {
         Self {
             speed_mm_per_s: machine.down.max_speed_mm_per_s,
@@ -58,7 +56,6 @@ impl Limits {
         Self { speed_mm_per_s: self.speed_mm_per_s.min(speed_mm_per_s), ..self }
     }
 
-    /// Adds the limits of an axis with this share of the path.
     fn with_share(self, axis: Self, share: f64) -> Self {
         Self {
             speed_mm_per_s: self.speed_mm_per_s.min(axis.speed_mm_per_s / share),
@@ -74,7 +71,6 @@ fn drive_speed(machine: &Machine, axis: &Axis) -> f64 {
     TICK_HZ as f64 / ticks as f64 / axis.scale.steps_per_mm()
 }
 
-/// The profile that `law` selects for a move over `length_mm`.
 pub(super) fn shape(
     machine: &Machine,
     law: Law,
@@ -89,7 +85,6 @@ pub(super) fn shape(
     })
 }
 
-/// Millimetres per step, for every axis.
 pub(super) fn mm_per_step(machine: &Machine) -> [f64; AXES] {
     std::array::from_fn(|axis| 1.0 / machine.axis(axis).scale.steps_per_mm())
 }
@@ -224,7 +219,6 @@ pub(super) fn start_tick(machine: &Machine, wanted_s: f64, stroke: &Stroke, from
     libm::ceil((wanted_s + (needed_s - first_step_s).max(0.0)) * TICK_HZ as f64) as u64
 }
 
-/// Backlash of `axis` in motor steps.
 pub(super) fn play_steps(machine: &Machine, axis: usize) -> i64 {
     let axis = machine.axis(axis);
     axis.scale.steps(axis.backlash)

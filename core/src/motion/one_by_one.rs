@@ -21,7 +21,6 @@ use crate::units::{Length, TICK_HZ};
 /// Bisections for the time of a height: more than the digits of an `f64`.
 const HALVINGS: u32 = 60;
 
-/// Longest distance between holes, in mm.
 const FARTHEST_MM: f64 = 1e6;
 
 /// Result.
@@ -29,7 +28,6 @@ const FARTHEST_MM: f64 = 1e6;
 pub struct OneByOne {
     /// Events of every hole; one spindle represents all.
     pub cycles: Vec<Cycle>,
-    /// Times of the stroke of the first hole.
     pub times: SpindleTimes,
     /// The machine's moves.
     pub timeline: Timeline,
@@ -60,7 +58,6 @@ pub fn one_by_one(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<OneByOne, D
     Ok(OneByOne { cycles, times, timeline })
 }
 
-/// A program with only these holes.
 fn program(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Program, Diagnostic> {
     let process = &machine.process;
     let micros = |value: f64| libm::round(value * 1e3).clamp(0.0, f64::from(u32::MAX)) as u32;

@@ -24,16 +24,13 @@ use serde::{Deserialize, Serialize};
 /// A move from rest to rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Move {
-    /// Index of the leg in the program.
     pub leg: u32,
     /// Index of the command in the leg; if several form one move, of the first.
     pub command: u32,
     /// Purpose of the leg.
     pub mark: Mark,
     pub stage: Stage,
-    /// Position of all axes at the start.
     pub from: Steps,
-    /// Position of all axes at the end.
     pub to: Steps,
     /// First tick, from the start of the timeline.
     pub start_tick: u64,
@@ -54,17 +51,13 @@ pub struct AxisMove {
     pub start_tick: u64,
     /// Position of the axes at the start. Only axes with a different end position belong to the part.
     pub from: Steps,
-    /// Position of the axes at the end.
     pub to: Steps,
     pub motion: Motion,
 }
 
-/// Motion of a part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Motion {
-    /// A profile over the length of a line.
     Line(Stroke),
-    /// Steps of one axis from the table of dynamics.
     TableSteps(TableSteps),
     /// X, Y and spindles along lines, arcs and helices, without a stop.
     Path(Box<MotorPath>),
@@ -75,7 +68,6 @@ pub enum Motion {
 pub struct MotorPath {
     /// In mm from the work zero.
     pub path: PlannedPath,
-    /// Millimetres per step.
     pub mm_per_step: [f64; 3],
     /// Bit set of the spindles: bit 0 is Z1.
     pub spindles: u8,
@@ -91,17 +83,14 @@ impl MotorPath {
     }
 }
 
-/// Steps of one table-driven axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableSteps {
-    /// Ticks per interrupt.
     pub interrupt_ticks: u64,
     /// Groups of steps with equal intervals, in interrupts, in order.
     pub stretches: Vec<SteadyStretch>,
 }
 
 impl TableSteps {
-    /// Duration in ticks.
     pub fn duration_ticks(&self) -> u64 {
         let interrupts = self.stretches.iter().map(|some| u64::from(some.interval) * some.count);
         interrupts.sum::<u64>() * self.interrupt_ticks
@@ -162,12 +151,10 @@ impl AxisMove {
         self.start_tick as f64 / TICK_HZ as f64
     }
 
-    /// End in seconds of the move.
     pub fn end_s(&self) -> f64 {
         self.start_s() + self.duration_s()
     }
 
-    /// True if `axis` belongs to the part.
     pub fn moves(&self, axis: usize) -> bool {
         match &self.motion {
             // A closed path ends at its start, so compare the axes instead of the ends.
@@ -275,29 +262,23 @@ impl Move {
     }
 }
 
-/// A sequence of moves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timeline {
-    /// Position of all axes before the first move, in steps from the work zero.
     pub start: Steps,
     /// In order, without gaps.
     pub moves: Vec<Move>,
-    /// Millimetres per step, for every axis.
     pub mm_per_step: [f64; AXES],
 }
 
 impl Timeline {
-    /// Total time in ticks.
     pub fn total_ticks(&self) -> u64 {
         self.moves.last().map_or(0, |last| last.start_tick + last.duration_ticks)
     }
 
-    /// Total time in seconds.
     pub fn total_s(&self) -> f64 {
         self.total_ticks() as f64 / TICK_HZ as f64
     }
 
-    /// Position of all axes after the last move.
     pub fn end(&self) -> Steps {
         self.moves.last().map_or(self.start, |last| last.to)
     }

@@ -24,7 +24,6 @@ use crate::units::{Length, TICK_HZ};
 /// Longest move in s. In longer ones, pulses could be further apart than a run can encode (429 s).
 const LONGEST_MOVE_S: f64 = 400.0;
 
-/// Converts the whole program.
 pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Diagnostic> {
     timeline_from(program, machine, 0)
 }
@@ -98,7 +97,6 @@ pub fn leg_alone(
     Ok(writer.done())
 }
 
-/// A writer at the start of leg `index` of `program`.
 fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Writer<'a> {
     let mut start = Steps::default();
     let at = program.start_of_leg(index);
@@ -127,21 +125,17 @@ fn spindle_axes(set: u8, machine: &Machine) -> Vec<usize> {
     machine.spindle_axes().filter(|axis| set >> (axis - 2) & 1 == 1).collect()
 }
 
-/// Appends moves to a timeline.
 pub(super) struct Writer<'a> {
     pub(super) machine: &'a Machine,
     timeline: Timeline,
     at: Steps,
     now: u64,
     leg: u32,
-    /// Index of the current command in the leg.
     command: u32,
     mark: Mark,
     feed_height: Length,
     pub(super) spindles: Vec<usize>,
-    /// The spindles, grouped by identical strokes.
     groups: Vec<Alike>,
-    /// Bottom of the hole drilled in this leg.
     hole_bottom: Option<Length>,
     settled: bool,
     /// Last XY target; `at` is its nearest step.
@@ -162,7 +156,6 @@ pub(super) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// At rest at `start`.
     pub(super) fn new(machine: &'a Machine, start: Steps) -> Self {
         Self {
             machine,
@@ -470,13 +463,11 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Longest distance of any of `parts`.
     fn longest_mm(&self, parts: &[AxisMove]) -> f64 {
         let mm = &self.timeline.mm_per_step;
         parts.iter().map(|part| part.length_mm(mm)).fold(0.0, f64::max)
     }
 
-    /// A move without motion and duration.
     fn blank(&self, stage: Stage) -> Move {
         Move {
             leg: self.leg,

@@ -53,7 +53,6 @@ pub(super) fn rates(later: &Replay<'_>, limits: &[f64; AXES]) -> Vec<Rate> {
     sets.into_iter().filter_map(|(axes, _, _, ticks)| rate(&ticks, limit(axes))).collect()
 }
 
-/// Speed and acceleration of a set with steps at `ticks`.
 fn rate(ticks: &[u64], limit: f64) -> Option<Rate> {
     let [first, .., last] = ticks else { return None };
     let middle = ticks.get(ticks.len() / 2)?;
@@ -70,7 +69,6 @@ fn rate(ticks: &[u64], limit: f64) -> Option<Rate> {
 pub(super) struct FeedOverride {
     /// Square of the current rate, 0 … 1.
     square: f64,
-    /// Square of the requested rate.
     wanted: f64,
     /// Stream tick and stretched tick at which `stretch` starts to apply.
     base: (u64, f64),
@@ -83,12 +81,10 @@ impl FeedOverride {
         Self { square: 1.0, wanted: 1.0, base: (0, start as f64), stretch: 1.0 }
     }
 
-    /// At rest since stretched tick `now`, at stream tick `stream_tick`.
     pub(super) fn rested(stream_tick: u64, now: u64) -> Self {
         Self { square: 0.0, wanted: 0.0, base: (stream_tick, now as f64), stretch: 1.0 }
     }
 
-    /// The stretched tick of `stream_tick`.
     pub(super) fn at(&self, stream_tick: u64) -> u64 {
         let since = stream_tick - self.base.0.min(stream_tick);
         if self.stretch == 1.0 {
@@ -112,7 +108,6 @@ impl FeedOverride {
         self.square == 0.0
     }
 
-    /// Requests a rate from now on, 0 … 1.
     pub(super) fn want(&mut self, rate_share: f64) {
         self.wanted = rate_share * rate_share;
     }

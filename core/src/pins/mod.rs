@@ -49,7 +49,6 @@ pub type AxisSet = u8;
 
 const _: () = assert!(AXES <= 8, "an AxisSet has eight bits");
 
-/// Receives pulses and reads sensors.
 pub trait Pins {
     /// Steps every axis of `axes` once; those also in `forward` count up, the others down.
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet);
@@ -137,38 +136,31 @@ pub enum SpindleState {
     },
     /// Accelerating to its speed.
     Reaching {
-        /// Actual speed.
         rpm: u32,
     },
-    /// Turns at the commanded speed.
     AtSpeed {
-        /// Actual speed.
         rpm: u32,
     },
     /// Should turn, but lost its speed or no longer answers.
-    Lost { trouble: SpindleTrouble },
+    Lost {
+        trouble: SpindleTrouble,
+    },
 }
 
 /// Problem of a spindle that should turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpindleTrouble {
-    /// The converter does not answer.
     Silent,
     /// The converter's answer can't be understood.
     Garbled,
-    /// The converter refuses a request.
     Refused {
         /// Reason, by the protocol's number.
         code: u8,
     },
-    /// The spindle does not hold or reach its speed.
     Slow {
-        /// Actual speed.
         rpm: u32,
-        /// Commanded speed.
         wanted_rpm: u32,
     },
-    /// The converter switched the spindle off.
     Tripped {
         /// Reason, by the converter's number.
         code: u16,
@@ -176,7 +168,6 @@ pub enum SpindleTrouble {
 }
 
 impl SpindleTrouble {
-    /// The trouble as a message.
     pub fn diagnostic(self) -> Diagnostic {
         let error = |code: &str| Diagnostic::error(code);
         match self {

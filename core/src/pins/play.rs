@@ -30,7 +30,6 @@ use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
-/// The X and Y axes.
 const PLANE: AxisSet = 0b11;
 
 /// Lowest feed override that can be ordered, percent.
@@ -39,10 +38,8 @@ const SLOWEST: u8 = 10;
 /// Longest wait between two checks of the orders, in ticks: 5 ms.
 const SLICE: u64 = TICK_HZ / 200;
 
-/// Order to the executor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Continue as planned.
     Go,
     /// Continue at this feed override.
     At {
@@ -130,7 +127,6 @@ pub struct Playhead {
     pub late: u64,
     /// Axes with their latest step down. With backlash, the table of these axes is that much above the count.
     pub down: AxisSet,
-    /// The presser foot is down.
     pub foot_down: bool,
 }
 
@@ -160,7 +156,6 @@ pub enum Outcome {
     },
     /// At rest on the path, as [`Order::Leave`] asked.
     Left {
-        /// Pulses played since the start of the segment.
         pulses: u64,
     },
     Stopped,
@@ -295,10 +290,8 @@ enum Plane {
     Done,
 }
 
-/// A segment that is being played.
 struct Play<'a> {
     segment: &'a Segment,
-    /// Pulses played.
     made: u64,
     motors: &'a Motors,
     guard: u32,
@@ -312,7 +305,6 @@ struct Play<'a> {
     plane: Plane,
     /// Delay of XY in ticks, because a tip was still in the board.
     put_off: u64,
-    /// The tip touched the board on this way down.
     touched: bool,
     /// Reason for coming to rest early.
     end: Option<Outcome>,
@@ -429,7 +421,6 @@ impl Play<'_> {
         self.feed_override.rests_within(interval, &rates).then_some(end)
     }
 
-    /// Announces the next steps to the pins.
     fn announce(&mut self, later: &Replay<'_>) {
         self.pins.ahead(self.line.tick, later.pending(), later.forward());
     }

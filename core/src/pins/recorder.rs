@@ -7,7 +7,6 @@ use crate::steps::{AXES, Steps};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
-    /// Steps at a tick.
     Step {
         tick: u64,
         axes: AxisSet,
@@ -28,10 +27,8 @@ pub enum Written {
     Safe,
 }
 
-/// Records every call.
 #[derive(Clone, Debug, Default)]
 pub struct Recorder {
-    /// All calls in order.
     pub written: Vec<Written>,
     pub position: Steps,
     /// Input bits from a tick on, in order of time; all are off before the first.

@@ -49,7 +49,6 @@ impl<P: Pins> Pins for Steady<P> {
     }
 }
 
-/// Majority of the readings, bit by bit.
 fn majority(readings: &[u32; AGREE as usize]) -> u32 {
     let most = |bit: &u32| readings.iter().filter(|word| *word & bit != 0).count() * 2 > readings.len();
     (0..u32::BITS).map(|bit| 1 << bit).filter(most).fold(0, |word, bit| word | bit)
@@ -60,7 +59,6 @@ mod tests {
     use super::*;
     use crate::pins::AxisSet;
 
-    /// Returns the scripted readings, then repeats the last one forever.
     struct Script(Vec<u32>, usize);
 
     impl Pins for Script {

@@ -4,17 +4,13 @@
 use super::layout::{BAR, ROW_PX, SMALL_PX, TITLE_PX, is_bars, layout, text_width_px};
 use super::{Plot, PlotFrame, PlotMark, PlotPanel, Series, SeriesLook};
 
-/// Role of a shape, which sets its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     Text,
-    /// Frame of a panel.
     Axis,
     /// Lines at round numbers.
     Grid,
-    /// Marks and their texts.
     Mark,
-    /// A series, by its index in the panel.
     Series(usize),
 }
 
@@ -29,7 +25,6 @@ pub enum Anchor {
 /// A shape to paint. Numbers are px from the top left corner.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlotShape {
-    /// A polyline.
     Line {
         ink: Ink,
         points: Vec<[f64; 2]>,
@@ -43,14 +38,10 @@ pub enum PlotShape {
         ink: Ink,
         at: [f64; 2],
     },
-    /// A line of text.
     Words {
         ink: Ink,
-        /// Position of the anchor, on the baseline.
         at: [f64; 2],
-        /// Font size.
         size: f64,
-        /// Part of the text at `at`.
         anchor: Anchor,
         /// Rotated by a quarter turn, reading upwards.
         turned: bool,
@@ -175,7 +166,6 @@ fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     out
 }
 
-/// The pieces of a line inside the frame, clipped at its edges.
 fn inside(points: Vec<[f64; 2]>, frame: &PlotFrame) -> Vec<Vec<[f64; 2]>> {
     let low = [frame.left_px - 0.5, frame.top_px - 0.5];
     let high = [frame.left_px + frame.width_px + 0.5, frame.top_px + frame.height_px + 0.5];

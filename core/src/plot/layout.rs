@@ -3,18 +3,14 @@
 use super::ticks::{Ticks, ticks, usable};
 use super::{Plot, PlotAxis, PlotMark, PlotPanel, SeriesLook};
 
-/// Font size on axes, px.
 pub(super) const SMALL_PX: f64 = 11.0;
-/// Font size of the title, px.
 pub(super) const TITLE_PX: f64 = 15.0;
-/// Line height of text, px.
 pub(super) const ROW_PX: f64 = 15.0;
 /// Room for the rotated text of the vertical axis, px.
 const TURNED_PX: f64 = 20.0;
 const BORDER_PX: f64 = 10.0;
 /// Most rows of mark texts; further marks have no text.
 pub(super) const MARK_ROWS: usize = 5;
-/// Smallest panel drawn, px.
 const LEAST_PX: f64 = 20.0;
 
 /// Position of a panel, px from the top left corner, and its value ranges.
@@ -26,13 +22,9 @@ pub struct PlotFrame {
     pub width_px: f64,
     /// Height between the axes.
     pub height_px: f64,
-    /// Values at the left and right edge.
     pub x: [f64; 2],
-    /// Values at the lower and upper edge.
     pub y: [f64; 2],
-    /// Tick marks along x.
     pub x_ticks: Ticks,
-    /// Tick marks along y.
     pub y_ticks: Ticks,
     /// The panel has its own legend above it.
     pub legend: bool,
@@ -43,22 +35,18 @@ pub struct PlotFrame {
 }
 
 impl PlotFrame {
-    /// Pixel of a value along x.
     pub fn px(&self, x: f64) -> f64 {
         self.left_px + (x - self.x[0]) / (self.x[1] - self.x[0]) * self.width_px
     }
 
-    /// Pixel of a value along y.
     pub fn py(&self, y: f64) -> f64 {
         self.top_px + (self.y[1] - y) / (self.y[1] - self.y[0]) * self.height_px
     }
 
-    /// Value along x under a pixel.
     pub fn x_at(&self, px: f64) -> f64 {
         self.x[0] + (px - self.left_px) / self.width_px * (self.x[1] - self.x[0])
     }
 
-    /// Value along y under a pixel.
     pub fn y_at(&self, py: f64) -> f64 {
         self.y[1] - (py - self.top_px) / self.height_px * (self.y[1] - self.y[0])
     }
@@ -137,7 +125,6 @@ fn under(frame: &PlotFrame) -> f64 {
     ROW_PX + 3.0 + if frame.x_words { ROW_PX + 3.0 } else { 0.0 }
 }
 
-/// A frame with values but no position yet.
 fn valued(panel: &PlotPanel) -> PlotFrame {
     let x = panel.x.range.filter(|[low, high]| usable(*low, *high)).unwrap_or_else(|| reach(panel, 0));
     let y = if panel.y.names.is_empty() {

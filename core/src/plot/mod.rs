@@ -73,22 +73,17 @@ pub enum SeriesLook {
     Bars,
 }
 
-/// A line through the panel, with a text.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlotMark {
-    /// Vertical, at an x.
     At(f64, String),
-    /// Horizontal, at a y.
     Level(f64, String),
 }
 
 impl PlotAxis {
-    /// A numeric axis with the range of the data.
     pub fn new(label: &str, unit: &str) -> Self {
         Self { label: label.to_owned(), unit: unit.to_owned(), ..Self::default() }
     }
 
-    /// Label and unit, as displayed.
     pub fn words(&self) -> String {
         if self.unit.is_empty() { self.label.clone() } else { format!("{} / {}", self.label, self.unit) }
     }
@@ -99,7 +94,6 @@ impl Series {
         Self { name: name.to_owned(), look: SeriesLook::Line, points }
     }
 
-    /// Sets the style.
     #[must_use]
     pub fn looking(mut self, look: SeriesLook) -> Self {
         self.look = look;

@@ -1,13 +1,10 @@
 //! Ticks of an axis, in steps of 1, 2 or 5 times a power of ten, and their texts.
 
-/// The ticks of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
-    /// Distance between ticks.
     pub step: f64,
     /// Values in ascending order, all within the axis.
     pub values: Vec<f64>,
-    /// Text of each value.
     pub words: Vec<String>,
 }
 
@@ -27,7 +24,6 @@ pub fn ticks(low: f64, high: f64, most: usize) -> Ticks {
     Ticks { step, values, words }
 }
 
-/// True if the range can be divided into ticks.
 pub(super) fn usable(low: f64, high: f64) -> bool {
     let size = low.abs().max(high.abs());
     low.is_finite()

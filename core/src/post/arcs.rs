@@ -15,7 +15,6 @@ use crate::geometry::{Point, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Tolerance of angle limits.
 const HAIR_RAD: f64 = 1e-9;
 
 /// A tip position: XY and height.
@@ -34,7 +33,6 @@ pub(super) struct Curve {
     pub(super) ccw: bool,
 }
 
-/// A part of the arc as written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Piece {
     Line(Tip),
@@ -53,7 +51,6 @@ impl Curve {
         (self.from.at.distance_mm(self.centre) + self.to.at.distance_mm(self.centre)) / 2.0
     }
 
-    /// Position at `share` of the arc.
     pub(super) fn along(self, share: f64) -> Tip {
         let (first, last) = (self.from.at.distance_mm(self.centre), self.to.at.distance_mm(self.centre));
         let angle = libm::atan2((self.from.at.y - self.centre.y).mm(), (self.from.at.x - self.centre.x).mm());
@@ -107,7 +104,6 @@ impl Curve {
     }
 }
 
-/// Number of equal parts of an arc.
 fn parts(turn: f64, full: bool, arcs: &Arcs, centre: Centre) -> u32 {
     let mut parts = if full { arcs.full_circle_parts.max(1) } else { 1 };
     let fits = |parts: u32| {

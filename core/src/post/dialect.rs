@@ -15,15 +15,10 @@ pub struct Dialect {
     pub files: FileSplit,
     /// Restriction of program and file names, if any.
     pub program_name: Option<NameStyle>,
-    /// Number format, and parameters with a different one.
     pub numbers: NumberStyle,
-    /// Line numbers, line endings, block delete.
     pub lines: LineStyle,
-    /// Comment characters, and whether comments are written.
     pub comments: Comments,
-    /// Words that are omitted if unchanged.
     pub modal: Modal,
-    /// Arc support.
     pub arcs: Arcs,
     /// Height over the board down to which a tool descends as a rapid, then at its feed: the machine's
     /// setting. `None`: at its feed all the way.
@@ -102,7 +97,6 @@ pub struct LineStyle {
     pub numbered: bool,
     /// The first number, also for `@N@`.
     pub first: u64,
-    /// Increment of the numbers.
     pub step: u64,
     pub before: String,
     pub after: String,
@@ -128,16 +122,13 @@ pub struct Comments {
     pub longest: Option<usize>,
 }
 
-/// Words that are omitted if unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Modal {
-    /// Parameters whose words are omitted if their value repeats.
     pub parameters: Vec<&'static str>,
     /// Groups of modal words, like `G0 G1 G2 G3`.
     pub groups: Vec<Vec<String>>,
 }
 
-/// Arc support of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arcs {
     /// No arcs: every arc becomes lines.
@@ -209,7 +200,6 @@ impl Dialect {
         self
     }
 
-    /// Sets the height of tool changes.
     #[must_use]
     pub fn changing_at(mut self, height: Option<Length>) -> Self {
         self.change_at = height;
@@ -223,7 +213,6 @@ impl Dialect {
         self
     }
 
-    /// How a tool gets into the spindle.
     pub fn changes(&self) -> Changes {
         let blocks =
             || TemplateKind::ALL.into_iter().filter_map(|part| self.templates(part)).map(|own| &own.blocks);

@@ -46,7 +46,6 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
     lined(program, chord_error_mm).map(|(text, _)| text)
 }
 
-/// As [`excellon`], with the last completed command for each line.
 pub(super) fn lined(
     program: &Program,
     chord_error_mm: Option<f64>,
@@ -139,7 +138,6 @@ fn place(leg: &Leg, origin: Point) -> Point {
     Point::new(at.x + origin.x, at.y + origin.y)
 }
 
-/// Turns toolpaths into routes.
 struct Router<'a> {
     program: &'a Program,
     /// The lowest height of all milling.

@@ -11,13 +11,11 @@ use crate::job::{Briefing, Command, Leg, Mark, Program, ToolBriefing};
 use crate::locale;
 use crate::units::Length;
 
-/// Longest file name without extension, in characters.
 const LONGEST_NAME: usize = 60;
 
 /// With less room, a side is abbreviated.
 const LITTLE_ROOM: usize = 12;
 
-/// A file to be written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct FileOf {
     /// Without extension.
@@ -26,12 +24,10 @@ pub(super) struct FileOf {
     pub(super) bits: Vec<u32>,
     /// Its number in the order of execution, from 1, over all sides.
     pub(super) number: usize,
-    /// Lines of its header.
     pub(super) head: Vec<String>,
     part: Option<TemplateKind>,
 }
 
-/// The files of side `side` of a job.
 pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, side: usize) -> Vec<FileOf> {
     let mut files = cut_up(dialect, program);
     let count = files.len();

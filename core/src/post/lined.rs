@@ -18,7 +18,6 @@ impl Lined {
         self.commands.extend(std::iter::repeat_n(self.now, ends));
     }
 
-    /// Number of bytes and lines.
     pub(super) fn place(&self) -> (usize, usize) {
         (self.text.len(), self.commands.len())
     }
@@ -27,13 +26,11 @@ impl Lined {
         &self.text
     }
 
-    /// Inserts `other` at `place`, the start of a line.
     pub(super) fn insert(&mut self, place: (usize, usize), other: &Self) {
         self.text.insert_str(place.0, &other.text);
         self.commands.splice(place.1..place.1, other.commands.iter().copied());
     }
 
-    /// Text, and a command for each of its lines.
     pub(super) fn finish(mut self) -> (String, Vec<CommandPlace>) {
         self.text.shrink_to_fit();
         self.commands.shrink_to_fit();

@@ -53,16 +53,13 @@ pub fn targets() -> Vec<&'static str> {
     std::iter::once("excellon").chain(shipped().map(|(name, _)| name)).collect()
 }
 
-/// The shipped dialect `name`.
 pub fn dialect(name: &str) -> Option<Result<Dialect, Diagnostic>> {
     let (name, text) = shipped().find(|(known, _)| *known == name)?;
     Some(Dialect::parse(&format!("{name}.toml"), text))
 }
 
-/// Options of the output, independent of the controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manner {
-    /// Replace arcs by lines with this tolerance, in mm.
     pub lines_only_mm: Option<f64>,
     /// Height over the board down to which tools descend as a rapid; `None` if unknown.
     pub fall_to: Option<Length>,
@@ -99,7 +96,6 @@ fn rapids(machine: &Machine) -> Rapids {
 }
 
 impl Dialect {
-    /// Applies the options.
     #[must_use]
     pub fn in_manner(self, manner: &Manner) -> Self {
         let dialect = self.with_lines(manner.lines_only_mm).falling_to(manner.fall_to);

@@ -4,7 +4,6 @@
 //! Their descriptions are `post.block.<part>.<key>` and `post.parameter.<name>` in the locale tables. The
 //! page, the command line, the manual and the tests read this table.
 
-/// One of the two templates of a dialect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TemplateKind {
     /// Holes, by drill cycles of the spindle.
@@ -16,7 +15,6 @@ pub enum TemplateKind {
 impl TemplateKind {
     pub const ALL: [Self; 2] = [Self::Drill, Self::Engrave];
 
-    /// Key in a dialect file.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Drill => "drill",
@@ -56,7 +54,6 @@ pub enum Block {
     End,
 }
 
-/// All blocks in output order.
 const EVERY: &[Block] = &[
     Block::Start,
     Block::Change,
@@ -101,21 +98,17 @@ const PLACES: &[Block] = &[
 const HEIGHTS: &[Block] = places(3, 12);
 const FEEDS: &[Block] = places(3, 11);
 const MOVES: &[Block] = places(6, 11);
-/// Blocks of arcs and helices.
 pub(super) const CURVES: &[Block] = places(7, 11);
 
-/// `PLACES[from..to]`.
 const fn places(from: usize, to: usize) -> &'static [Block] {
     PLACES.split_at(to).0.split_at(from).1
 }
 
-/// Blocks that descend from over the board into it.
 const FALLS: &[Block] = places(3, 6);
 const STROKES: &[Block] = &[Block::Hole, Block::Peck];
 const PAUSES: &[Block] = &[Block::Change, Block::Load, Block::Spindle, Block::Hole, Block::Peck, Block::Wait];
 
 impl Block {
-    /// Key in a dialect file.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -179,7 +172,6 @@ pub struct TemplateParameter {
     pub name: &'static str,
     /// Unit of the number; empty for counts and words.
     pub unit: &'static str,
-    /// Example value in a program.
     pub example: &'static str,
     /// Default decimals; `None` for lengths, which follow the dialect.
     pub decimals: Option<u32>,

@@ -13,11 +13,9 @@ use crate::units::Length;
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// Largest dialect file, in bytes.
 const LARGEST: usize = 1 << 20;
 /// Parameters whose words may be omitted if their value repeats.
 const MODAL: &[&str] = &["X", "Y", "Z", "F", "V", "S", "T"];
-/// Largest shift in either direction, in mm.
 const LARGEST_SHIFT_MM: f64 = 1e4;
 
 const TOP: &[&str] = &[
@@ -137,7 +135,6 @@ fn blank() -> Dialect {
     }
 }
 
-/// Settings of a template, its own or from the top of the file.
 #[derive(Clone, Default)]
 struct Shared {
     extension: Option<String>,
@@ -352,7 +349,6 @@ fn template(words: &mut Words<'_>, part: TemplateKind, block: Block, text: &Span
     template
 }
 
-/// The diagnostic for a fault at byte `at` of a template, and its byte in the file.
 fn explain(
     words: &Words<'_>,
     part: TemplateKind,
@@ -390,7 +386,6 @@ fn explain(
     (diagnostic.with("field", field).with("known", names.join(" ")), offset)
 }
 
-/// How arc blocks state the centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Centre {
     /// Directly, or by a third point.
@@ -402,7 +397,6 @@ pub(super) enum Centre {
 }
 
 impl Templates {
-    /// How the arc blocks state the centre.
     pub(super) fn centre(&self) -> Centre {
         let uses = |name: &str| {
             let blocks = CURVES.iter().filter_map(|block| self.blocks.get(block));

@@ -13,7 +13,6 @@ use crate::locale;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// Style sheet for print and screen.
 const STYLE: &str = "body{font:11pt/1.35 sans-serif;margin:12mm auto;max-width:186mm;padding:0 4mm;color:#111;background:#fff}\
 h1{font-size:16pt;margin:0 0 4mm}dl{display:grid;grid-template-columns:max-content 1fr;gap:1mm 5mm;margin:0 0 5mm}\
 dt{color:#555}dd{margin:0}table{border-collapse:collapse;width:100%}th,td{text-align:left;vertical-align:top;\
@@ -47,7 +46,6 @@ pub enum SheetRow {
 }
 
 impl SheetRow {
-    /// True if column `at` has numbers.
     pub fn is_number(at: usize) -> bool {
         HEADS.get(at).is_some_and(|key| matches!(*key, "number" | "time"))
     }
@@ -56,7 +54,6 @@ impl SheetRow {
 /// Column titles: keys of `run_sheet`.
 const HEADS: [&str; 7] = ["number", "file", "side", "does", "tool", "time", "done"];
 
-/// Messages in one language.
 struct Words<'a> {
     language: &'a str,
 }
@@ -67,7 +64,6 @@ impl Words<'_> {
         locale::text(self.language, &format!("run_sheet.{key}"), &args)
     }
 
-    /// The word for a side or an operation.
     fn word(&self, key: &str) -> String {
         locale::text(self.language, &format!("page.cam.word.{key}"), &[])
     }
@@ -86,7 +82,6 @@ pub fn run_sheet(language: &str, briefing: &Briefing, files: &[Vec<OutputFile>])
     }
 }
 
-/// Message key of the instructions for every file or every stop.
 fn foot(files: &[Vec<OutputFile>]) -> &'static str {
     let has = |changes: Changes| files.iter().flatten().any(|file| file.changes == changes);
     if has(Changes::Stop) {

@@ -25,7 +25,6 @@ const PLACES: &[&str] = &["X", "Y"];
 pub(super) enum Value {
     Number(i64),
     Word(String),
-    /// The line is repeated for each.
     Lines(Vec<String>),
 }
 
@@ -39,7 +38,6 @@ pub(super) struct OpenFile<'a> {
     end_at: Option<(usize, usize)>,
     number: u64,
     points: u64,
-    /// The last value of each word.
     said: BTreeMap<String, String>,
     /// The active word of each group.
     holds: Vec<String>,
@@ -136,7 +134,6 @@ impl<'a> OpenFile<'a> {
         }
     }
 
-    /// The file, and a command for each of its lines.
     pub(super) fn finish(mut self) -> (String, Vec<CommandPlace>) {
         let at = self.end_at.unwrap_or(self.out.place());
         self.out.insert(at, &self.end);
@@ -186,7 +183,6 @@ impl<'a> OpenFile<'a> {
         millionths(number)
     }
 
-    /// Writes a line without repeated words.
     fn line(&mut self, block: Block, filled: Filled<'_>) {
         let was_empty = filled.text.trim().is_empty();
         let text = self.without_known(block, &self.without_comments(filled));
@@ -207,7 +203,6 @@ impl<'a> OpenFile<'a> {
         self.out.push(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
     }
 
-    /// The comments of a line.
     fn comments(&self, text: &str) -> Vec<Range<usize>> {
         let style = &self.dialect.comments;
         let mut found = Vec::new();
@@ -302,7 +297,6 @@ impl<'a> OpenFile<'a> {
     }
 }
 
-/// Byte ranges of the words of a line.
 fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     let mut at = 0;
     std::iter::from_fn(move || {

@@ -9,9 +9,7 @@
 //!   a@@b                  a literal @
 //! ```
 
-/// Most operations in one parameter.
 const MOST_OPERATIONS: usize = 8;
-/// Largest number in arithmetic.
 const LARGEST_NUMBER: f64 = 1e9;
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,14 +25,12 @@ pub(crate) struct Line {
     pub(crate) pieces: Vec<Piece>,
 }
 
-/// Target of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Goes {
     #[default]
     Here,
     /// The end part.
     End,
-    /// Marks the position of the end part.
     PutsEnd,
 }
 
@@ -44,7 +40,6 @@ pub(crate) enum Piece {
     Field(Field),
 }
 
-/// A parameter with its arithmetic.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Field {
     pub(crate) name: String,
@@ -70,10 +65,8 @@ impl Field {
     }
 }
 
-/// Fault of a template.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
-    /// The block has no parameter of this name.
     Unknown(String),
     /// An `@` without its partner on the line.
     Unclosed,

@@ -17,7 +17,6 @@ use crate::locale;
 use crate::units::Length;
 use std::f64::consts::PI;
 
-/// Longest word, in characters.
 const LONGEST_WORD: usize = 60;
 
 /// An elementary action: start, end, and state.
@@ -27,36 +26,28 @@ pub(super) struct Action {
     pub(super) to: Tip,
     /// Height after a drill cycle.
     pub(super) lift: Length,
-    /// The arc, for moves along one.
     pub(super) curve: Option<Curve>,
     pub(super) feed_um_per_s: u32,
     pub(super) wait_us: u32,
     pub(super) rpm: u32,
-    /// Index of the tool.
     pub(super) bit: u32,
 }
 
-/// Common data of all actions of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame<'a> {
     pub(super) program: &'a Program,
-    /// Program name in the file.
     pub(super) name: &'a str,
     pub(super) numbers: &'a NumberStyle,
     pub(super) shift: [Length; 2],
     /// Height down to which the tool descends as a rapid; `None`: at feed all the way.
     pub(super) fall_to: Option<Length>,
-    /// Height of tool changes.
     pub(super) change_at: Length,
-    /// Numbers of the program's tools.
     pub(super) tools: &'a [u32],
     /// Number of the file in the order of execution.
     pub(super) file: usize,
-    /// Rapid speeds over the board and in Z.
     pub(super) rapids: Rapids,
     /// Longest line of the header, in characters.
     pub(super) head_width: usize,
-    /// Lines of the file's header.
     pub(super) head: &'a [String],
 }
 
@@ -145,12 +136,10 @@ impl Frame<'_> {
     }
 }
 
-/// The number of a tool.
 pub(super) fn number_of(tools: &[u32], bit: u32) -> u32 {
     tools.get(bit as usize).copied().unwrap_or(bit.saturating_add(1))
 }
 
-/// Wraps a line at `width` characters, between words if possible.
 fn folded(line: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in line.split(' ') {

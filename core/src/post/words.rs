@@ -7,17 +7,14 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Limit of reported faults.
 const MOST_FAULTS: usize = 200;
 
-/// Reads values and collects faults.
 pub(super) struct Words<'a> {
     file: &'a str,
     text: &'a str,
     pub(super) faults: Vec<Diagnostic>,
 }
 
-/// A value and its position.
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
 /// A table: its name for people, its position, its keys.
@@ -38,7 +35,6 @@ impl<'a> Table<'a> {
         self.keys.remove(key)
     }
 
-    /// `key` with the names of its tables.
     fn path(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
@@ -57,7 +53,6 @@ impl<'a> Words<'a> {
         (words, Table::new("", 0, tree.into_inner()))
     }
 
-    /// Adds a fault at byte `at`.
     pub(super) fn fault(&mut self, diagnostic: Diagnostic, at: usize) {
         if self.faults.len() < MOST_FAULTS {
             let (line, column) = place(self.text, at);
@@ -65,7 +60,6 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The source text of `span`.
     pub(super) fn source(&self, span: Range<usize>) -> &'a str {
         self.text.get(span).unwrap_or_default()
     }
@@ -75,7 +69,6 @@ impl<'a> Words<'a> {
         self.fault(diagnostic.with("name", table.path(key)).with("expected", expected), at);
     }
 
-    /// Reports every key that was not read.
     pub(super) fn unknown(&mut self, table: &Table<'_>, known: &[&str]) {
         for (key, value) in &table.keys {
             let diagnostic = error!("post.unknown_key", name = table.path(key), ..);
@@ -84,17 +77,14 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Reports a missing `key`.
     pub(super) fn missing(&mut self, table: &Table<'_>, key: &str) {
         self.fault(error!("post.missing_key", name = table.path(key)), table.at);
     }
 
-    /// Reports a missing block.
     pub(super) fn missing_block(&mut self, table: &Table<'_>, diagnostic: Diagnostic) {
         self.fault(diagnostic, table.at);
     }
 
-    /// The table `key`, if there is one.
     pub(super) fn table(&mut self, from: &mut Table<'a>, key: &str) -> Option<Table<'a>> {
         let value = from.take(key)?;
         let (at, name) = (value.span().start, from.path(key));
@@ -107,7 +97,6 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The text `key`, if there is one.
     pub(super) fn text(&mut self, from: &mut Table<'a>, key: &str) -> Option<Spanned<String>> {
         let value = from.take(key)?;
         let span = value.span();
@@ -161,7 +150,6 @@ impl<'a> Words<'a> {
         None
     }
 
-    /// A number in `range`.
     pub(super) fn number(&mut self, from: &mut Table<'a>, key: &str, range: Range<f64>) -> Option<f64> {
         let value = from.take(key)?;
         let found =
@@ -172,7 +160,6 @@ impl<'a> Words<'a> {
         found
     }
 
-    /// A whole number in `range`.
     pub(super) fn count(&mut self, from: &mut Table<'a>, key: &str, range: Range<u32>) -> Option<u32> {
         let at = from.keys.get(key).map_or(0, |value| value.span().start);
         let number = self.number(from, key, f64::from(range.start)..f64::from(range.end))?;
@@ -184,7 +171,6 @@ impl<'a> Words<'a> {
         None
     }
 
-    /// A list of texts with their positions.
     pub(super) fn texts(&mut self, from: &mut Table<'a>, key: &str) -> Vec<Spanned<String>> {
         let Some(value) = from.take(key) else { return Vec::new() };
         let at = value.span().start;
@@ -203,7 +189,6 @@ impl<'a> Words<'a> {
         out
     }
 
-    /// Two numbers in `range`.
     pub(super) fn pair(&mut self, from: &mut Table<'a>, key: &str, range: Range<f64>) -> Option<[f64; 2]> {
         let value = from.take(key)?;
         let numbers: Vec<f64> = match value.get_ref() {
@@ -232,7 +217,6 @@ fn number_of(value: &DeValue<'_>) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// Line and column, from 1, of byte `offset`.
 pub(super) fn place(text: &str, offset: usize) -> (u32, u32) {
     let before = text.get(..offset).unwrap_or_default();
     let line = before.matches('\n').count() + 1;

@@ -24,7 +24,6 @@ use crate::units::Length;
 use crate::{code, error};
 use serde::{Deserialize, Serialize};
 
-/// Tolerance of a tool's radius, if a template is for one radius.
 const RADIUS_SLACK: Length = Length::from_um(1);
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,7 +63,6 @@ pub fn write_side(
     writer.finish(parts.last().copied().unwrap_or(TemplateKind::Drill))
 }
 
-/// The program block by block, for `preview`.
 pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<Sample>, Diagnostic> {
     let mut writer = Writer::new(dialect, program, &Briefing::of(program), 0);
     writer.trace = Some(Vec::new());
@@ -77,12 +75,10 @@ pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<S
     Ok(writer.trace.unwrap_or_default())
 }
 
-/// The name of the only file of a program.
 pub(super) fn file_name(program: &Program, extension: &str) -> String {
     format!("{}.{extension}", name(None, program, ""))
 }
 
-/// The text of one elementary action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sample {
     pub part: TemplateKind,
@@ -98,20 +94,14 @@ struct Writer<'a> {
     done: Vec<(TemplateKind, (String, Vec<CommandPlace>))>,
     /// The files, counted in advance: their names depend on their number.
     files: Vec<FileOf>,
-    /// Numbers of the program's tools.
     tools: Vec<u32>,
     now: Action,
-    /// Index of the current leg.
     number: u32,
-    /// The last command completed by the text.
     command: CommandPlace,
     /// Target of a rapid move that is not yet written.
     over: Option<Point>,
-    /// The tool in the spindle, if one was requested.
     bit: Option<u32>,
-    /// The spindle speed last written.
     said_rpm: u32,
-    /// Output of every block, if recorded.
     trace: Option<Vec<Sample>>,
 }
 
@@ -221,7 +211,6 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Ends the open file.
     fn close(&mut self) -> Result<(), Diagnostic> {
         if self.sheet.is_none() {
             return Ok(());
@@ -251,7 +240,6 @@ impl<'a> Writer<'a> {
         Ok(files)
     }
 
-    /// Common data of all actions of this file.
     fn frame<'n>(&self, templates: &Templates, file: Option<&'n FileOf>, tools: &'n [u32]) -> Frame<'n>
     where
         'a: 'n,
@@ -273,7 +261,6 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes a block and updates the tip position.
     fn write(&mut self, block: Block, action: Action) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
         let template = templates.blocks.get(&block).ok_or_else(|| {
@@ -308,7 +295,6 @@ impl<'a> Writer<'a> {
         self.write(Block::Load, Action { to: here, ..self.now })
     }
 
-    /// Sets the spindle speed.
     fn spindle(&mut self) -> Result<(), Diagnostic> {
         if self.said_rpm == self.now.rpm {
             return Ok(());

@@ -12,25 +12,19 @@ use super::saved;
 
 type Files = Vec<(String, Vec<u8>)>;
 
-/// Result of a merge.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExportedAnew {
     /// All files of the board.
     pub files: Files,
-    /// Names of files with new contents.
     pub replaced: Vec<String>,
-    /// Names of new files.
     pub added: Vec<String>,
-    /// Names of removed files.
     pub gone: Vec<String>,
 }
 
-/// File name without folders.
 fn last(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// Outermost folder of a name.
 fn folder(name: &str) -> Option<&str> {
     name.split_once('/').map(|(folder, _)| folder)
 }

@@ -30,17 +30,13 @@ use toml::de::{DeTable, DeValue};
 /// Old name of `mill_holes`, in older job files.
 const MILL_HOLES_ONCE: &str = "bore";
 
-/// Version of the file's layout.
 const SCHEMA: i64 = 1;
 /// Allowed entries outside all tables.
 const TOP: &[&str] = &["schema = 1", "[setup]", "[[bit]]", "[[operation]]"];
-/// Allowed rows of a cure.
 const CURE: &[&str] = &["from", "to", "bit", "depth", "with"];
 /// Longest job file, in bytes.
 pub const LONGEST: usize = 1 << 20;
-/// Highest number of bits, and of operations.
 const MOST: usize = 64;
-/// Highest number of cures of an operation.
 const MOST_CURES: usize = 4_096;
 
 /// Parses the job in `text`. Omitted values come from `base`. `file` is the file name for diagnostics.
@@ -74,7 +70,6 @@ impl Reader<'_> {
         Err(self.place(Diagnostic::error(code).with("key", key), at))
     }
 
-    /// Error for the unknown row `key`, with the nearest of the `known` names.
     fn unknown<T>(&self, key: &str, known: &[&str], at: usize) -> Result<T, Diagnostic> {
         let diagnostic = error!("project.unknown_row", key = key, ..);
         Err(self.place(diagnostic.with("nearest", nearest(key, known.iter().copied())), at))
@@ -108,7 +103,6 @@ impl Reader<'_> {
         Ok(work)
     }
 
-    /// Reads every table of a list.
     fn several<T>(
         &self,
         tables: &[Spanned<DeValue<'_>>],

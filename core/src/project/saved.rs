@@ -13,13 +13,10 @@ use crate::diagnostic::Diagnostic;
 use crate::{code, error};
 use serde::{Deserialize, Serialize};
 
-/// Version of the layout.
 const SCHEMA: u32 = 1;
 /// Zip member with the job; also its name in diagnostics.
 pub const JOB: &str = "job.toml";
-/// File name extension.
 pub const ENDING: &str = "annulus";
-/// Folder of the board's files in the zip.
 const FILES: &str = "files/";
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,9 +34,7 @@ pub struct Project {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaidOfFiles {
-    /// Name of the selected board, if the files hold several.
     pub board: Option<String>,
-    /// Number format of drill files.
     pub numbers: NumberReading,
     /// Files with the holes of the board; none if the reader decides.
     pub used: Option<Vec<String>>,

@@ -42,7 +42,6 @@ pub fn line_and_column(bytes: &[u8], at: usize) -> (u32, u32) {
     (u32::try_from(line + 1).unwrap_or(u32::MAX), u32::try_from(column + 1).unwrap_or(u32::MAX))
 }
 
-/// The value in TOML syntax.
 pub fn literal(value: &Value) -> String {
     match value {
         Value::Number(number) => number.to_string(),

@@ -5,15 +5,11 @@ use super::edges::{Edges, Spot};
 use crate::board::Board;
 use crate::job::Asked;
 
-/// Step along a path or an edge, in mm.
 pub(super) const STEP_MM: f64 = 0.25;
-/// Tolerance of a cut along the edge, in mm.
 pub(super) const SLACK_MM: f64 = 0.05;
 /// A path that follows most of the edge within this distance, in mm beyond the tool, is meant for it.
 pub(super) const MEANT_MM: f64 = 1.0;
-/// Tolerance of a path on the line, in mm.
 const ON_LINE_MM: f64 = 0.03;
-/// Points along a path, at this distance.
 pub(super) fn along(spots: &[Spot], step_mm: f64) -> Vec<Spot> {
     let (mut places, mut left) = (Vec::new(), 0.0);
     for (from, to) in spots.iter().zip(spots.iter().skip(1)) {
@@ -27,7 +23,6 @@ pub(super) fn along(spots: &[Spot], step_mm: f64) -> Vec<Spot> {
     places
 }
 
-/// The area inside the outline of a board.
 pub(super) struct Body {
     /// `None` without an outline.
     edges: Option<Edges>,

@@ -12,12 +12,10 @@ use crate::units::Length;
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Step along an edge, in mm.
 const STEP_MM: f64 = 0.02;
 /// Gaps within this of the narrowest, in mm, count as equal.
 const EQUAL_MM: f64 = 0.002;
 
-/// Every island that is not whole.
 pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
     let mut pieces: BTreeMap<u32, Vec<(u32, Kept)>> = BTreeMap::new();
     for (index, kept) in (0..).zip(&scene.kept) {

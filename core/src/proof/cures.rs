@@ -11,12 +11,10 @@ use super::scene::Scene;
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
 
-/// True if the tool can move sideways in material.
 fn mills(bit: &Bit) -> bool {
     bit.cutter != Cutter::Drill
 }
 
-/// Fixes for an uncut gap of this width.
 pub(super) fn for_gap(scene: &Scene<'_>, gap: Length) -> Vec<Cure> {
     let options = scene.options;
     let least = options.copper_thickness + options.depth_margin;

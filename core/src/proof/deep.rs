@@ -20,7 +20,6 @@ const DEEP: i64 = 4;
 /// A straight piece of a path, and its depth.
 type Stretch = (Spot, Spot, Length);
 
-/// A leg of a program that cuts deep.
 pub(super) struct Deep<'a> {
     pub(super) bit: &'a Bit,
     pub(super) lowest: Length,
@@ -33,7 +32,6 @@ pub(super) struct Deep<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Round {
     pub(super) at: Point,
-    /// Width of the hole.
     pub(super) wide_mm: f64,
     /// The tool only moves down and up.
     pub(super) stroke: bool,
@@ -100,7 +98,6 @@ fn round(leg: &Deep<'_>) -> Option<Round> {
     })
 }
 
-/// Deep cuts in a grid.
 pub(super) struct Swept {
     edges: Edges,
     /// Half the width of the tool and the depth, by edge.

@@ -28,13 +28,11 @@ struct Fit {
     depth: Length,
 }
 
-/// Actions of the programs at one hole.
 #[derive(Default)]
 struct Done {
     fits: Vec<Fit>,
     /// Something narrower is made there, or with a V-bit, for instance inner rings of a milled hole.
     narrower: bool,
-    /// Something wider is made there.
     wider: bool,
 }
 

@@ -11,11 +11,8 @@
 use crate::geometry::{Path, Point, Region};
 use crate::units::Length;
 
-/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.001;
-/// Larger than any rounding of a position, in mm.
 const SLACK_MM: f64 = 1e-6;
-/// Limit of cells.
 const MOST_CELLS: f64 = 1_000_000.0;
 
 /// A point in mm.
@@ -38,7 +35,6 @@ impl Spot {
         Self { x: self.x - other.x, y: self.y - other.y }
     }
 
-    /// The point at `share` of the way to `other`.
     pub(super) fn towards(self, other: Self, share: f64) -> Self {
         Self { x: self.x + (other.x - self.x) * share, y: self.y + (other.y - self.y) * share }
     }
@@ -60,9 +56,7 @@ impl Spot {
 pub(super) struct Edge {
     pub(super) from: Spot,
     pub(super) to: Spot,
-    /// The island that it bounds.
     pub(super) island: u32,
-    /// Number of its ring in the region.
     pub(super) ring: u32,
 }
 
@@ -74,7 +68,6 @@ impl Edge {
         if square > 0.0 { (spot.minus(self.from).dot(way) / square).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// The point on it nearest to `spot`.
     pub(super) fn near(&self, spot: Spot) -> Spot {
         self.from.towards(self.to, self.share_near(spot))
     }
@@ -96,14 +89,11 @@ impl Edge {
     }
 }
 
-/// A closed chain of edges.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ring {
-    /// In mm.
     pub(super) length_mm: f64,
     /// In mm²; negative for a hole.
     pub(super) area_mm2: f64,
-    /// Number of its first edge.
     pub(super) first: u32,
     island: u32,
 }
@@ -128,9 +118,7 @@ enum Stored {
 /// What is known of a corner: to know it of each would take more memory than the corners.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
-    /// The number of its ring.
     ring: u32,
-    /// Length of the ring before it, in mm.
     length_mm: f64,
     /// The area that this length sweeps, seen from the zero, in mm².
     area_mm2: f64,
@@ -138,10 +126,8 @@ struct Mark {
 
 /// How far flattened arcs may lie outside the box of their path.
 const ROUNDING: Length = Length::from_um(2);
-/// Corners from mark to mark.
 const EACH: u32 = 16;
 
-/// The edges of a region.
 #[derive(Clone, Debug)]
 pub(super) struct Edges {
     stored: Stored,
@@ -150,7 +136,6 @@ pub(super) struct Edges {
     cell: f64,
     columns: usize,
     rows: usize,
-    /// Start of each cell's list in `items`.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
@@ -165,7 +150,6 @@ fn spot_at(zero: Point, [x, y]: [u32; 2]) -> Spot {
     Spot::of(Point::new(zero.x + by(x), zero.y + by(y)))
 }
 
-/// A path as points, arcs as chords.
 pub(super) fn spots(path: &Path) -> Vec<Spot> {
     path.flattened(CHORD_ERROR_MM).into_iter().map(Spot::of).collect()
 }
@@ -204,7 +188,6 @@ impl Edges {
         Self::gridded(Stored::Rings { zero, corners, marks }, rings)
     }
 
-    /// Edges that need not close.
     pub(super) fn loose(edges: Vec<Edge>) -> Self {
         Self::gridded(Stored::Loose(edges), Vec::new())
     }
@@ -231,12 +214,10 @@ impl Edges {
         }
     }
 
-    /// All edges with their numbers.
     pub(super) fn iter(&self) -> impl Iterator<Item = (u32, Edge)> + '_ {
         (0..self.numbers()).filter_map(|number| Some((number, self.edge(number)?)))
     }
 
-    /// Greater than the number of any edge.
     pub(super) fn numbers(&self) -> u32 {
         match &self.stored {
             Stored::Loose(edges) => edges.len() as u32,
@@ -386,7 +367,6 @@ impl Edges {
         (self.columns + self.rows) as f64 * self.cell
     }
 
-    /// The island at `spot`.
     pub(super) fn island_at(&self, spot: Spot) -> Option<u32> {
         self.right_of(spot).filter(|edge| edge.to.y > edge.from.y).map(|edge| edge.island)
     }
@@ -529,7 +509,6 @@ fn cross(a: Spot, b: Spot) -> f64 {
     a.x * b.y - b.x * a.y
 }
 
-/// The box around two points, grown by `margin_mm`.
 pub(super) fn around(a: Spot, b: Spot, margin_mm: f64) -> (Spot, Spot) {
     (
         Spot { x: a.x.min(b.x) - margin_mm, y: a.y.min(b.y) - margin_mm },

@@ -28,11 +28,9 @@ pub enum FindingKind {
     Gone,
     /// A cut into copper that must stay.
     Lost,
-    /// A drill hits copper of another net.
     Hit,
     /// A cut without a tool.
     NoBit,
-    /// A cut while the spindle is off.
     Still,
     /// A cut that does not go through the copper.
     Shallow,
@@ -64,7 +62,6 @@ impl FindingKind {
         Self::Fragment,
     ];
 
-    /// Message code, a key of the locale tables.
     pub const fn code(self) -> &'static str {
         match self {
             Self::Short => code!("proof.short"),
@@ -169,7 +166,6 @@ impl Finding {
         called.join(" · ")
     }
 
-    /// True if the user must accept it before the program is used.
     pub fn must_be_read(&self) -> bool {
         self.severity() > Severity::Note && !self.agreed && !self.slight
     }
@@ -257,46 +253,35 @@ pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
     kept
 }
 
-/// A possible fix of a finding.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(tag = "cure", rename_all = "snake_case")]
 pub enum Cure {
     /// A V-bit of the program, less deep there.
     Shallower {
         bit: String,
-        /// Depth of the tip.
         depth: Length,
-        /// Resulting width at the surface.
         width: Length,
     },
     /// An owned tool that fits.
     OtherBit {
-        /// Its index in the list of owned tools.
         owned: u32,
         bit: String,
         /// Depth of the tip: for a V-bit the depth that gives the width, else the least depth through the
         /// copper.
         depth: Length,
-        /// Resulting width at the surface.
         width: Length,
     },
     /// One pass through the middle of the gap with the narrowest tool of the program.
     Centred {
         bit: String,
-        /// Depth of the tip.
         depth: Length,
-        /// Resulting width at the surface.
         width: Length,
         /// Copper lost on each side.
         lost: Length,
     },
-    /// The same cut, deeper.
     Deeper {
-        /// Name of the tool.
         bit: String,
-        /// Depth of the tip.
         depth: Length,
-        /// Resulting width at the surface.
         width: Length,
     },
 }

@@ -15,11 +15,9 @@ use std::collections::BTreeMap;
 /// A narrower gap counts as none: the nets touch.
 const NO_WIDTH: Length = Length::from_nm(500);
 
-/// Findings of one cause.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Group {
     pub kind: FindingKind,
-    /// True if the user must accept each of them.
     pub must_be_read: bool,
     /// Width of the tool, if that is the cause.
     pub tool: Option<Length>,
@@ -31,7 +29,6 @@ pub struct Group {
     pub pairs: Vec<Pair>,
 }
 
-/// Findings of one cause and one pair of nets.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pair {
     pub nets: Vec<String>,
@@ -69,7 +66,6 @@ pub(super) fn listed(findings: Vec<Finding>, most: usize) -> Vec<Finding> {
     findings.into_iter().filter(|finding| one(finding)).collect()
 }
 
-/// Groups the findings by cause.
 pub(super) fn groups(findings: &[Finding]) -> Vec<Group> {
     let mut causes: Vec<(Cause, Vec<&Finding>)> = Vec::new();
     for finding in findings {

@@ -15,11 +15,9 @@ use crate::geometry::{Path, Region, grow};
 use crate::job::{Asked, AskedEdge, Bit, Cutter};
 use crate::units::Length;
 
-/// Step along a path, in mm.
 const STEP_MM: f64 = 0.1;
 /// Tolerance for digits of files and chords of arcs, in mm.
 const SLACK_MM: f64 = 0.03;
-/// Share of the reachable inner contour that must be cut.
 const REACHED_SHARE: f64 = 0.95;
 /// With at least this share of an inner contour out of the tool's reach, another tool makes it.
 const OTHERWISE_SHARE: f64 = 0.3;

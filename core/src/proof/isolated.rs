@@ -15,10 +15,8 @@ use crate::job::Mark;
 use crate::units::Length;
 use std::collections::BTreeSet;
 
-/// Step along a path, in mm.
 const STEP_MM: f64 = 0.2;
 
-/// The one finding that replaces all shorts if nothing is to be isolated.
 pub(super) fn not_isolated(scene: &Scene<'_>) -> Option<Finding> {
     if isolates(scene) {
         return None;

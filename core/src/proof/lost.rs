@@ -19,11 +19,8 @@ use crate::job::Mark;
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Bites nearer to each other than this, in mm along the path, are one.
 const SAME_BITE_MM: f64 = 0.5;
-/// Tolerance of a pass through the middle of a gap, in mm.
 const MIDDLE_MM: f64 = 0.01;
-/// Step along a shallow path, in mm.
 const STEP_MM: f64 = 0.1;
 /// A shallow path is reported if it leaves at least this length uncut, in mm.
 const SHALLOW_MM: f64 = 0.2;
@@ -109,7 +106,6 @@ fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
     }
 }
 
-/// Adds a bite at `stretch` of the path to those in progress.
 fn feel(
     scene: &Scene<'_>,
     cut: &PathCut,

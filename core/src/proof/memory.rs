@@ -16,7 +16,6 @@ use crate::units::Length;
 /// Limit for planning and proving, in bytes: a page has 4 GB for everything.
 pub const MOST_BYTES: u64 = if usize::BITS == 32 { 1_500_000_000 } else { 4_000_000_000 };
 
-/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.001;
 /// Bytes for each straight edge of the copper, including default toolpaths and their result: 132 measured with
 /// 100,000 pads, and a third more.
@@ -56,7 +55,6 @@ fn edges_of(from: Point, segment: PathSegment) -> u64 {
     libm::ceil(chords::turn(from, to, centre, clockwise) / step.max(1e-3)) as u64
 }
 
-/// Edges of a program's toolpaths below the surface.
 fn cut_edges(program: &Program) -> u64 {
     let (mut at, mut height, mut sum) = (Point::default(), program.safe_height, 0);
     for command in program.legs.iter().flat_map(|leg| &leg.commands) {

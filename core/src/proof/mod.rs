@@ -58,7 +58,6 @@ use crate::units::Length;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Requirements for a proof.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProofOptions {
     /// The side to prove.
@@ -71,7 +70,6 @@ pub struct ProofOptions {
     pub tolerance: Length,
     /// Copper thinner than this may tear off.
     pub thinnest: Length,
-    /// Loose pieces smaller than this, in mm², are reported.
     pub smallest_mm2: f64,
     /// Minimum copper around the hole of a drilled pad.
     pub ring: Length,
@@ -86,9 +84,7 @@ pub struct ProofOptions {
     /// Gaps, by their two sides, for which the user chose a centred pass that is too wide. Its losses are
     /// listed as agreed.
     pub agreed: Vec<(Point, Point)>,
-    /// Whether to measure the lost copper.
     pub measured: bool,
-    /// Limit of listed findings for each cause.
     pub most: usize,
 }
 
@@ -147,7 +143,6 @@ pub fn prove(board: &Board, programs: &[Program], options: &ProofOptions) -> Ver
     prove_telling(board, programs, options, &mut |_, _| {})
 }
 
-/// A search for one kind of findings.
 type Look = fn(&Scene<'_>) -> Vec<Finding>;
 
 /// Percentage of a proof that is done when the connections are known.

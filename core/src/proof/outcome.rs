@@ -18,16 +18,13 @@ const REACH_MM: f64 = 5.0;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Proven {
-    /// The board has no copper layer.
     #[default]
     NoCopper,
     /// The board has copper, but not on this side.
     OtherSide,
-    /// This side has copper.
     Copper,
 }
 
-/// Result of the proof of one side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProofResult {
     pub proven: Proven,

@@ -38,7 +38,6 @@ pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
     findings
 }
 
-/// The copper left of everything that a tool reaches.
 fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
     let slack = scene.options.tolerance;
     let half = |width: Length| Length::from_nm(width.nm() / 2);
@@ -63,7 +62,6 @@ fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
     grow(&grow(&wanted, -slack), slack)
 }
 
-/// The bounds of the copper, enlarged.
 fn around(copper: &Copper, by: Length) -> Region {
     let bounds = copper.region.bounds();
     bounds.map_or_else(Region::default, |bounds| union(&[rectangle(bounds.grown(by))]))

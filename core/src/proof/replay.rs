@@ -15,21 +15,17 @@ use crate::units::Length;
 
 /// Limit of a V-bit's change of width along one piece.
 const WIDTH_STEP_MM: f64 = 0.002;
-/// Limit of pieces of one stretch.
 const MOST_PIECES: usize = 256;
 /// Beyond this number of cuts, stretches are no longer split finely.
 const MANY_CUTS: usize = 200_000;
 
-/// The cut of a tool along one path at one depth.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathCut {
     /// Path of the tool centre, in the files' coordinates; a plunge has no segments.
     pub path: Path,
     /// Index into the program's tools.
     pub bit: u32,
-    /// Index of the program.
     pub program: u32,
-    /// Index of the leg.
     pub leg: u32,
     pub mark: Mark,
     /// Least depth along it, above zero.
@@ -40,7 +36,6 @@ pub struct PathCut {
     pub through: Option<Length>,
 }
 
-/// The cuts of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReplayedCuts {
     /// In order of the program.
@@ -51,19 +46,16 @@ pub struct ReplayedCuts {
     pub still: Vec<Still>,
 }
 
-/// A cut while the spindle is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Still {
     /// Start of the cut, in the files' coordinates.
     pub at: Point,
     /// Depth, above zero.
     pub depth: Length,
-    /// Index of the leg.
     pub leg: u32,
     pub mark: Mark,
 }
 
-/// State of the machine.
 struct Tip<'a> {
     program: &'a Program,
     index: u32,
@@ -238,7 +230,6 @@ fn continues(last: &PathCut, next: &PathCut) -> bool {
         && last.path.end() == next.path.start
 }
 
-/// The part of `segment` up to `share` of its length, for any start.
 fn part(from: Point, segment: PathSegment, share: f64) -> PathSegment {
     if share >= 1.0 {
         return segment;

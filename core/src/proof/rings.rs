@@ -18,7 +18,6 @@ use crate::job::Mark;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// A hole that the programs make.
 struct Hole {
     at: Spot,
     radius: f64,

@@ -26,26 +26,17 @@ const RIM: Length = Length::from_um(2_000);
 const SWEPT: usize = 512;
 /// Edges nearer than this, in mm, may cross: chords of both.
 const TOUCH_MM: f64 = 0.003;
-/// Smaller remaining pieces, in mm², are rounding.
 const DUST_MM2: f64 = 1e-6;
 
-/// Percentage of a proof that is done when the cuts are known.
 const CUT: u64 = 3;
-/// Percentage when the copper left is known.
 const PAINTED: u64 = 50;
-/// Percentage when the islands in that copper are known.
 pub(super) const MADE: u64 = 58;
 
-/// A remaining piece of an island.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
-    /// The island of the design.
     pub(super) island: u32,
-    /// The piece of the copper left with it.
     pub(super) piece: u32,
-    /// In mm².
     pub(super) area_mm2: f64,
-    /// A point in it.
     pub(super) spot: Spot,
 }
 
@@ -60,7 +51,6 @@ pub(super) struct Scene<'a> {
     pub(super) net_of: Vec<u32>,
     pub(super) labels: Vec<String>,
     pub(super) cuts: Vec<PathCut>,
-    /// The tools that cut.
     pub(super) bits_used: Vec<&'a Bit>,
     /// The narrowest milled cut through the copper: its width at the surface and at the underside.
     pub(super) narrowest_cut: Option<(Length, Length)>,
@@ -72,7 +62,6 @@ pub(super) struct Scene<'a> {
     /// The remaining pieces of islands, in the order of `kept_region`.
     pub(super) kept: Vec<Option<Kept>>,
     pub(super) kept_region: Region,
-    /// The nets in every piece of the copper left.
     pub(super) nets_in: Vec<BTreeSet<u32>>,
 }
 
@@ -133,12 +122,10 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// The net of an island.
     pub(super) fn net(&self, island: u32) -> u32 {
         self.net_of.get(island as usize).copied().unwrap_or_default()
     }
 
-    /// Name of a net for people.
     pub(super) fn label(&self, net: u32) -> String {
         self.labels.get(net as usize).cloned().unwrap_or_default()
     }
@@ -148,7 +135,6 @@ impl<'a> Scene<'a> {
         self.nets_in.get(piece as usize)
     }
 
-    /// The tool of a cut.
     pub(super) fn bit(&self, cut: &PathCut) -> Option<&'a Bit> {
         self.programs.get(cut.program as usize)?.bits.get(cut.bit as usize)
     }
@@ -158,13 +144,11 @@ impl<'a> Scene<'a> {
         self.narrowest_cut.map(|(surface, _)| surface)
     }
 
-    /// A cut without a tool.
     pub(super) fn without_bit(&self) -> Vec<Finding> {
         let finding = |at| Finding::new(FindingKind::NoBit, at, Length::ZERO, Vec::new());
         self.without_bit.map(finding).into_iter().collect()
     }
 
-    /// Cuts with the spindle off.
     pub(super) fn still(&self) -> Vec<Finding> {
         let finding = |&(program, still): &(u32, Still)| Finding {
             leg: Some((program, still.leg)),
@@ -186,7 +170,6 @@ fn narrowest_cut(cuts: &[PathCut], programs: &[Program]) -> Option<(Length, Leng
     milled.filter_map(|cut| Some((cut.surface, cut.through?))).min()
 }
 
-/// The blank minus all cuts through the copper.
 fn left(blank: &Region, cuts: &[PathCut]) -> Region {
     let through = cuts.iter().filter_map(|cut| Some((&cut.path, cut.through?)));
     let pieces: Vec<(&Path, usize, Length)> = through
@@ -265,7 +248,6 @@ fn islands<'a>(
     (region, design, net_of, labels)
 }
 
-/// True if all copper is on the blank.
 fn within(copper: &Edges, outline: &Region) -> bool {
     let body = Edges::of(outline);
     copper.iter().all(|(_, edge)| body.island_at(edge.from).is_some())
@@ -329,7 +311,6 @@ pub(super) fn about(region: &Region, places: &Region) -> Region {
     Region { islands: islands.collect() }
 }
 
-/// Island and piece of a remaining part.
 fn kept(island: &Island, design: &Edges, left: &Edges) -> Option<Kept> {
     let area = island_area_mm2(island);
     if area < DUST_MM2 {

@@ -16,20 +16,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Copper within this of a net touches it, in mm: tolerance of chords and whole nanometres.
 const TOUCH_MM: f64 = 0.004;
-/// Longest contact, in mm.
 const STEP_MM: f64 = 0.05;
-/// Limit of contacts along the edges of one bridge.
 const MOST_PLACES: f64 = 20_000.0;
 /// Gaps within this, in mm, are equally narrow: the middle one is reported.
 const EQUAL_MM: f64 = 0.001;
-/// Range of the search for another net, in mm.
 const REACH_MM: f64 = 3.0;
 /// Larger than the rounding of the cross product of an edge and a direction, in mm².
 const ROUNDED_MM2: f64 = 1e-9;
 /// Number of nearest points tried from one contact.
 const LOOKS: usize = 6;
 
-/// Nearest points of two nets.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     width: f64,
@@ -42,12 +38,9 @@ struct Gap {
 /// By nets; the narrowest, and equally narrow ones.
 type Gaps = BTreeMap<(u32, u32), Vec<Gap>>;
 
-/// One piece of copper left between nets.
 struct Bridge<'a> {
     scene: &'a Scene<'a>,
-    /// Edges of all bridges.
     all: &'a Edges,
-    /// Index of this bridge.
     number: u32,
     nets: BTreeSet<u32>,
     /// Parts of its edges that touch a net; `island` is that net. The bridge is on their left.
@@ -60,7 +53,6 @@ struct Bridge<'a> {
     tool: f64,
 }
 
-/// Required visibility of a contact.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sight {
     /// Through the bridge; in a gap narrower than every tool, between the nets.
@@ -171,7 +163,6 @@ fn gaps(bridge: &Bridge<'_>) -> Gaps {
     gaps
 }
 
-/// The gaps that no tool of the program fits into.
 fn narrow(bridge: &Bridge<'_>, gaps: &Gaps) -> Gaps {
     let fits_not = |gap: &Gap| bridge.width(*gap) < bridge.tool;
     let narrow = gaps.iter().filter(|(_, equal)| equal.first().is_some_and(fits_not));

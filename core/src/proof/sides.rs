@@ -17,14 +17,12 @@ pub struct SideRun<'a> {
     pub board: &'a Board,
     /// In order of execution.
     pub programs: &'a [Program],
-    /// The pin holes among its holes.
     pub pins: Range<u32>,
 }
 
 /// Comparison of the holes, slots and edges of a board with its programs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrillingProof {
-    /// Required holes that nothing makes.
     pub missing: Vec<Point>,
     /// Holes that are made more than once with one tool.
     pub doubled: Vec<Point>,
@@ -40,7 +38,6 @@ pub struct DrillingProof {
     pub edges_missing: Vec<Point>,
     /// Inner contours that are not cut, or not along most of what the tool can reach.
     pub inner_missing: Vec<Point>,
-    /// Contours with fewer or narrower tabs than in the job.
     pub tabs_missing: Vec<Point>,
     /// Contours without any tab, so that the board gets loose.
     pub loose: Vec<Point>,
@@ -68,7 +65,6 @@ pub struct DrillingProof {
 /// A hole made within this distance of an empty position, in mm, or within the hole's width, is meant for it.
 pub(super) const BESIDE_MM: f64 = 0.6;
 
-/// A side with its deep cuts.
 pub(super) struct Layer<'a> {
     pub(super) board: &'a Board,
     pub(super) pins: &'a Range<u32>,
@@ -92,7 +88,6 @@ impl<'a> Layer<'a> {
     }
 }
 
-/// Points in cells, to find those at one position.
 pub(super) struct Places {
     cells: BTreeMap<(i64, i64), Vec<(usize, Point)>>,
 }
@@ -111,7 +106,6 @@ impl Places {
         (at.x.nm().div_euclid(size), at.y.nm().div_euclid(size))
     }
 
-    /// The numbers of the points at `at`.
     pub(super) fn near(&self, at: Point) -> impl Iterator<Item = usize> {
         let (x, y) = Self::cell(at);
         let cells = (x - 1..=x + 1).flat_map(move |x| (y - 1..=y + 1).map(move |y| (x, y)));

@@ -16,14 +16,11 @@ use std::collections::BTreeMap;
 
 /// Cosine for edges in opposite directions within 60°: they face each other.
 const FACING_COSINE: f64 = -0.5;
-/// Smaller distances, in mm, are rounding.
 const HAIR_MM: f64 = 0.001;
 /// Two edges within this many times the limit along their ring are one corner.
 const CORNER_FACTOR: f64 = 6.0;
-/// Points nearer than this, in mm, are one sliver.
 const JOINED_MM: f64 = 0.3;
 
-/// A thin place in the copper.
 #[derive(Clone, Copy)]
 struct Thin {
     width: f64,
@@ -162,7 +159,6 @@ fn dust_mm2(scene: &Scene<'_>) -> f64 {
     scene.options.thinnest.mm() * scene.options.thinnest.mm()
 }
 
-/// Loose pieces smaller than the limit.
 pub(super) fn fragments(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (piece, island) in (0..).zip(&scene.left.islands) {

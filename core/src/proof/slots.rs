@@ -13,7 +13,6 @@ use crate::board::Slot;
 use crate::job::Asked;
 use crate::units::Length;
 
-/// Step along a slot, in mm.
 const STEP_MM: f64 = 0.25;
 /// With at least this share of a slot cut deep, the cut is meant for it.
 const MEANT_SHARE: f64 = 0.3;

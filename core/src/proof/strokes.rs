@@ -25,7 +25,6 @@ const TIGHT_MM: f64 = 1e-4;
 const SHORT_MM: f64 = 1e-5;
 const SHORT_RAD: f64 = 0.1;
 
-/// A segment with its start.
 type Piece = (Point, PathSegment);
 
 /// The outlines of the area that a round tool of this width sweeps along `path`.
@@ -79,7 +78,6 @@ fn is_tight((from, segment): Piece, half: f64) -> bool {
     }
 }
 
-/// Unit directions of a piece at its start and at its end.
 fn directions((from, segment): Piece) -> (Spot, Spot) {
     let unit = |way: Spot| {
         let length = way.length().max(1e-12);
@@ -116,7 +114,6 @@ fn turned_back(&(from, segment): &Piece) -> Piece {
     }
 }
 
-/// The outline around consecutive pieces.
 fn about(chain: &[Piece], half: f64) -> Option<Path> {
     let (first, last) = (*chain.first()?, *chain.last()?);
     let start = beside(first.0, directions(first).0, half);
@@ -213,7 +210,6 @@ mod tests {
         ]
     }
 
-    /// Paths that no plan makes, but a program may have.
     fn odd_toolpaths() -> Vec<Path> {
         let at = |x: f64, y: f64| Point::from_mm(x, y);
         let line = |x: f64, y: f64| PathSegment::Line { to: at(x, y) };

@@ -48,7 +48,6 @@ fn vee() -> Bit {
     bit(3.0, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 })
 }
 
-/// A path at one depth; one point is a plunge.
 #[derive(Clone, Debug)]
 struct Toolpath {
     points: Vec<(f64, f64)>,
@@ -60,7 +59,6 @@ fn way(points: &[(f64, f64)], depth: f64) -> Toolpath {
     Toolpath { points: points.to_vec(), depth, mark: Mark::Toolpath(0) }
 }
 
-/// Once around a rectangle, at this distance.
 fn contour((left, bottom, right, top): Rect, away: f64, depth: f64) -> Toolpath {
     let (left, bottom, right, top) = (left - away, bottom - away, right + away, top + away);
     way(&[(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)], depth)
@@ -226,7 +224,6 @@ fn milled_away_island_is_gone() {
     near(only(&findings, FindingKind::Gone), Some(4.5), Some(1.0));
 }
 
-/// Two pads with this gap from x = 1 on.
 fn tight(gap: f64) -> Board {
     board(&[((0.0, 0.0, 1.0, 1.0), Some("P")), ((1.0 + gap, 0.2, 2.0, 0.8), None)])
 }

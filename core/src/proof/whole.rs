@@ -21,7 +21,6 @@ const TIP_STEP: Length = Length::from_um(10);
 /// The finest tip usually sold.
 const FINEST_TIP: Length = Length::from_um(50);
 
-/// Remedies for all gaps together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Whole {
     /// Number of uncut gaps.
@@ -41,9 +40,7 @@ pub struct Whole {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shallower {
     pub bit: String,
-    /// Depth of the tip.
     pub depth: Length,
-    /// Resulting width at the surface.
     pub width: Length,
     /// Number of gaps that it opens.
     pub opens: u32,
@@ -80,7 +77,6 @@ pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
     })
 }
 
-/// Greatest depth of a tool's cuts.
 fn deepest(scene: &Scene<'_>, bit: &Bit) -> Length {
     let own = scene.cuts.iter().filter(|cut| scene.bit(cut) == Some(bit));
     own.map(|cut| cut.depth).max().unwrap_or_default()

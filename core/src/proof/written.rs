@@ -21,9 +21,7 @@ use crate::units::Length;
 use crate::{code, error};
 use std::collections::BTreeMap;
 
-/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.000_5;
-/// Stretches are checked in pieces of this length, in mm.
 const PIECE_MM: f64 = 2.0;
 /// An uncovered part between two covered parts is a gap if it is longer than this many tolerances.
 const GAP_TOLERANCES: f64 = 4.0;
@@ -44,13 +42,11 @@ struct Tolerance {
 /// Equal for tools that cut alike: type and size, for a V-bit tip and angle.
 type Tool = (Cutter, Length);
 
-/// The cuts of a program with one tool.
 struct Cuts {
     /// Straight, in XY; for a plunge both ends are equal.
     edges: Edges,
     /// The heights at both ends of each, in mm.
     heights: Vec<(f64, f64)>,
-    /// Number of the tool's cuts before each.
     orders: Vec<u32>,
     /// Stretches with their middle in this band, in mm, are compared; others are only candidates to cover
     /// them.
@@ -65,7 +61,6 @@ struct Band {
 }
 
 impl Band {
-    /// All of the plane.
     const WHOLE: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     fn holds(self, x: f64) -> bool {
@@ -90,7 +85,6 @@ struct Surveyed {
 /// The parts of some cuts that no other cuts cover.
 #[derive(Clone, Copy, Debug, Default)]
 struct Uncovered {
-    /// Total length, in mm.
     length_mm: f64,
     /// Plunges without a counterpart.
     plunges: u32,
@@ -157,7 +151,6 @@ pub fn differences(meant: &Program, files: &[Program], (place_mm, depth_mm): (f6
     diagnostics
 }
 
-/// The common shift of all cuts of the files, if there is one.
 fn shifted(
     (meant, files): (&[Program], &[Program]),
     tools: &BTreeMap<Tool, Surveyed>,
@@ -169,7 +162,6 @@ fn shifted(
     pairs.iter().all(|(meant, made)| is_shifted((meant, made), by, tolerance)).then_some(by)
 }
 
-/// Bands with about the number of stretches that are compared at once.
 fn bands(one: &Surveyed, other: &Surveyed) -> Vec<Band> {
     let count = one.count.max(other.count).div_ceil(MOST_STRETCHES).max(1);
     let (low, high) = (one.low.min(other.low), one.high.max(other.high));
@@ -239,13 +231,11 @@ impl Cuts {
         Self::of(self.band, self.stretches().map(moved).collect())
     }
 
-    /// Its stretches with their orders.
     fn stretches(&self) -> impl Iterator<Item = (u32, Stretch)> + '_ {
         let all = self.edges.iter().zip(&self.heights).zip(&self.orders);
         all.map(|(((_, edge), &heights), &order)| (order, Stretch { from: edge.from, to: edge.to, heights }))
     }
 
-    /// The parts that `other` does not cover.
     fn beyond(&self, other: &Self, tolerance: Tolerance) -> Uncovered {
         let mut out = Uncovered::default();
         // Most files follow the order of their program, so try the next stretch of the other first.
@@ -350,7 +340,6 @@ impl Stretch {
         (self.from.towards(self.to, share), height)
     }
 
-    /// Slope of the height.
     fn slope(&self) -> f64 {
         let (first, last) = self.heights;
         let length = self.from.distance(self.to);
@@ -441,7 +430,6 @@ fn walk(programs: &[Program], each: &mut dyn FnMut(&Bit, Cut)) -> Option<(Spot, 
     still
 }
 
-/// The cut of one command.
 #[derive(Clone, Copy)]
 struct Cut {
     from: Point,
@@ -503,12 +491,10 @@ impl Cut {
     }
 }
 
-/// Number of pieces for this length.
 fn pieces(length_mm: f64) -> f64 {
     libm::ceil(length_mm / PIECE_MM).clamp(1.0, 10_000.0)
 }
 
-/// State of the tip.
 struct Walk<'a> {
     program: &'a Program,
     at: Point,
@@ -564,7 +550,6 @@ impl Walk<'_> {
     }
 }
 
-/// Key of tools that cut alike.
 fn tool(bit: &Bit) -> Tool {
     match bit.cutter {
         Cutter::Vee { .. } => (bit.cutter, Length::ZERO),

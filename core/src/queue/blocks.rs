@@ -13,7 +13,6 @@ use super::{DEEPEST, MOST_STEPS};
 use crate::diagnostic::Diagnostic;
 use crate::error;
 
-/// One line of a queue.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct QueueRow {
     /// A run to the next breakpoint stops before this row.
@@ -46,7 +45,6 @@ pub(super) enum Link {
 }
 
 impl Queue {
-    /// All rows, one per line of the text.
     pub fn rows(&self) -> &[QueueRow] {
         &self.rows
     }

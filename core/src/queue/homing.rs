@@ -34,15 +34,12 @@ pub struct Homing {
     off: Option<(usize, i64)>,
 }
 
-/// Next action after a report.
 pub enum HomingNext {
-    /// Play this move.
     Play {
         segment: Segment,
         /// Correction of the axis' count before the move.
         correction_steps: i64,
     },
-    /// All axes are homed.
     Homed,
 }
 
@@ -54,7 +51,6 @@ impl Homing {
         Self { axes, axis: 0, later, stage: Stage::Seek, counted, by_sensor: 0, off: None }
     }
 
-    /// The current axis.
     pub fn axis(&self) -> usize {
         self.axis
     }

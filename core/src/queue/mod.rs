@@ -34,10 +34,8 @@ pub use work::{Harm, QueueReport, early, guarded, late, missing, park, travel};
 /// Longest text of a queue, in bytes: it must fit into one wire frame.
 pub const LONGEST_TEXT: usize = 24_000;
 
-/// Most rows of a queue.
 pub const MOST_ROWS: usize = 500;
 
-/// Most executed rows, with repeats and calls.
 pub const MOST_STEPS: u32 = 100_000;
 
 /// Deepest nesting of repeats.

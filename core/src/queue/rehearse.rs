@@ -49,7 +49,6 @@ impl Rig {
 pub struct Rehearsal {
     run: QueueRun,
     line: Playhead,
-    /// Segments to play next, if interrupted.
     next: Option<Vec<Segment>>,
     trail: Vec<(usize, Steps)>,
 }
@@ -61,7 +60,6 @@ impl Rehearsal {
         Self { run, line: bench.line, next: None, trail: Vec::new() }
     }
 
-    /// Results, cursor and state.
     pub fn run(&self) -> &QueueRun {
         &self.run
     }

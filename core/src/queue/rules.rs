@@ -17,7 +17,6 @@ use crate::machine::{Machine, Steps, axis_name};
 use crate::motion::cycles;
 use crate::units::Length;
 
-/// State of the drill, as far as the queue rules need it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Standing {
     pub position: Steps,
@@ -41,13 +40,11 @@ impl Standing {
         Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0, foot_down: false }
     }
 
-    /// True if every axis is homed.
     pub fn all_homed(&self) -> bool {
         self.homed == [true; 3]
     }
 }
 
-/// Machine steps of a height over the board's surface.
 pub(super) fn z_steps(machine: &Machine, height: Length) -> i64 {
     machine.z.scale.steps(machine.process.surface) + machine.z.scale.steps(height)
 }
@@ -208,7 +205,6 @@ fn inside(machine: &Machine, axis: usize, place: i64, field: &str) -> Result<(),
     Err(why.with("place", mm(place)).with("low", settings.min.mm()).with("high", settings.max.mm()))
 }
 
-/// Summary of a queue that passed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CheckedQueue {
     /// Rows executed; a repeated row counts each time.
@@ -217,7 +213,6 @@ pub struct CheckedQueue {
     /// Lowest position of X and Y after any row that moves them, machine steps; none if no row does.
     pub lowest: Option<[i64; 2]>,
     pub highest: Option<[i64; 2]>,
-    /// Final state of the drill.
     pub end: Standing,
 }
 

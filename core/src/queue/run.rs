@@ -21,23 +21,18 @@ use crate::pins::Outcome;
 use crate::steps::{Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 
-/// Polling interval for a wait on an input, in ms.
 const LOOK_MS: u32 = 5;
 
 const TICKS_OF_MS: u64 = TICK_HZ / 1_000;
 
-/// How far to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     Step,
-    /// To the next breakpoint or the end.
     ToBreakpoint,
-    /// To the end, ignoring breakpoints.
     ToEnd,
 }
 
-/// Progress of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RowState {
@@ -48,11 +43,9 @@ pub enum RowState {
     Done,
     /// Not started, or ended by an alarm: see the reason.
     Refused,
-    /// STOP arrived during the row.
     StoppedHere,
 }
 
-/// Result of a row.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowResult {
     pub state: RowState,
@@ -60,13 +53,11 @@ pub struct RowResult {
     pub turns: u32,
     /// Duration of the latest execution, in ms of machine time.
     pub ms: f64,
-    /// Reason of a refusal.
     pub why: Option<Diagnostic>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum QueueAction {
-    /// Switch this output.
     Output {
         /// Index among the machine's outputs.
         place: u8,
@@ -82,23 +73,18 @@ pub enum QueueAction {
     Rest(Rest),
 }
 
-/// Reason for resting.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rest {
     /// Between two rows: after a step, before a breakpoint, or on request.
     Held,
-    /// The last row is complete.
     Done,
     Stopped,
-    /// A row was refused or failed.
     Failed {
         why: Diagnostic,
-        /// Effect on the trust in the position.
         harm: Harm,
     },
 }
 
-/// Current activity of the player.
 #[derive(Clone, Debug, PartialEq)]
 enum Doing {
     Nothing,
@@ -111,7 +97,6 @@ enum Doing {
     Homing(Homing),
 }
 
-/// A running queue.
 #[derive(Clone, Debug)]
 pub struct QueueRun {
     queue: Queue,
@@ -165,12 +150,10 @@ impl QueueRun {
         self.cursor.passed()
     }
 
-    /// True while an axis is homing.
     pub fn homes(&self) -> bool {
         matches!(self.doing, Doing::Homing(_))
     }
 
-    /// True during a drilling plunge.
     pub fn drills(&self) -> bool {
         let command = self.row().and_then(|row| self.queue.rows().get(row)?.command.as_ref());
         matches!((&self.doing, command), (Doing::Moves(_), Some(WorkCommand::DrillDown)))
@@ -232,7 +215,6 @@ impl QueueRun {
         actions
     }
 
-    /// Ends the run, and switches off the outputs that the queue switched on.
     fn end(&mut self, rest: Rest) -> Vec<QueueAction> {
         (self.doing, self.ended) = (Doing::Nothing, true);
         let on = std::mem::take(&mut self.on);
@@ -410,7 +392,6 @@ impl QueueRun {
         vec![QueueAction::Play(work::wait(self.standing.position, u64::from(ms) * TICKS_OF_MS))]
     }
 
-    /// Ends the row and advances to the next.
     fn row_done(&mut self) -> Result<(), Diagnostic> {
         if let Some(result) = self.row().and_then(|row| self.results.get_mut(row)) {
             result.state = RowState::Done;

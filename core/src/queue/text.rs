@@ -19,7 +19,6 @@ use crate::{code, error};
 /// After this many errors the rest of the text is ignored.
 const MOST_REFUSALS: usize = 50;
 
-/// Longest name of an output or of a `SUB`, in characters.
 const LONGEST_NAME: usize = 32;
 
 /// Decimals of a millimetre: nanometre resolution.

@@ -5,7 +5,6 @@ use crate::job::Input;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// Axes to home.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axes {
@@ -31,14 +30,11 @@ impl Axes {
     }
 }
 
-/// One work command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WorkCommand {
     /// Move X and Y by motor steps.
     MoveBy {
-        /// Signed steps of X.
         dx: i64,
-        /// Signed steps of Y.
         dy: i64,
     },
     /// Move to a position from the work zero.
@@ -54,7 +50,6 @@ pub enum WorkCommand {
     Home {
         axes: Axes,
     },
-    /// All the way up, spindle off, and to the park position.
     Park,
     Wait {
         ms: u32,
@@ -67,9 +62,7 @@ pub enum WorkCommand {
         /// Longest wait, in ms; then the queue stops with an alarm.
         timeout_ms: u32,
     },
-    /// Switch an output of the machine.
     Output {
-        /// Name in the machine's settings.
         name: String,
         on: bool,
         /// If set, the output switches back after this time, in ms.
@@ -79,7 +72,6 @@ pub enum WorkCommand {
         /// In rpm; 0 is off.
         rpm: u32,
     },
-    /// Repeat the rows up to the matching `END`.
     Repeat {
         /// Repetitions, from 1.
         times: u32,
@@ -88,11 +80,9 @@ pub enum WorkCommand {
     Sub {
         name: String,
     },
-    /// Run the rows of a `SUB`.
     Call {
         name: String,
     },
-    /// End of a `REPEAT` or `SUB`.
     End,
 }
 
@@ -101,24 +91,20 @@ pub enum ArgumentValue {
     /// An integer in the argument's unit.
     Whole(i64),
     Mm(Length),
-    /// One of the argument's words, or a name.
     Text(String),
 }
 
-/// Type and range of an argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ArgumentKind {
     /// An integer from … to ….
     Whole(i64, i64),
     /// Millimetres from … to …, with at most six decimals.
     Mm(i64, i64),
-    /// One of these words.
     Choice(&'static [&'static str]),
     /// A letter, then letters, digits or `_`, at most 32 in total.
     Name,
 }
 
-/// One argument of a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Argument {
     /// Name in error messages.
@@ -131,13 +117,11 @@ pub struct Argument {
 }
 
 impl Argument {
-    /// Message key of its description.
     pub fn sentence_key(&self) -> String {
         format!("queue.argument.{}", self.name.to_lowercase())
     }
 }
 
-/// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
     /// Printed name.
@@ -150,7 +134,6 @@ pub struct Word {
 }
 
 impl Word {
-    /// Message key of its description.
     pub fn sentence_key(&self) -> String {
         format!("queue.word.{}", self.name.to_lowercase())
     }
@@ -160,7 +143,6 @@ impl Word {
         (self.make)(values)
     }
 
-    /// Finds a command by any accepted spelling, in any case.
     pub fn find(name: &str) -> Option<&'static Self> {
         WORDS.iter().find(|word| word.spellings().any(|other| other.eq_ignore_ascii_case(name)))
     }
@@ -198,7 +180,6 @@ pub(super) const INPUTS: [&str; Input::ALL.len()] = [
     "Y_INDEX",
     "Z_INDEX",
 ];
-/// Names of input and output levels.
 pub(super) const STATES: [&str; 2] = ["OFF", "ON"];
 
 fn whole(values: &[ArgumentValue], at: usize) -> i64 {

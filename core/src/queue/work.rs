@@ -14,7 +14,6 @@ pub(super) fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
     timeline.moves.iter().map(|planned| steps::segment(planned, machine)).collect()
 }
 
-/// A rest, with something switched at its start.
 pub(super) fn rest(end: Steps, duration_ticks: u64, effect: Switching) -> Segment {
     let (stage, mark) = (Stage::Dwell, Mark::Prepare);
     Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
@@ -65,7 +64,6 @@ pub fn park(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagnostic> 
     Ok(pieces)
 }
 
-/// Sets the spindle speed, and waits to reach it.
 pub(super) fn spindle(machine: &Machine, at: Steps, rpm: u32) -> Vec<Segment> {
     let spin_up = libm::ceil(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
     vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Switching::Spindle { rpm })]
@@ -80,7 +78,6 @@ const TICKS_OF_MS: u64 = TICK_HZ / 1_000;
 /// Report of the player after [`super::QueueAction::Play`], at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QueueReport {
-    /// Outcome of the last segment played.
     pub outcome: Outcome,
     pub position: Steps,
     /// Input bits at that time.
@@ -89,7 +86,6 @@ pub struct QueueReport {
     pub ticks: u64,
 }
 
-/// Effect of a failure on the trust in the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Harm {
     /// No effect.

@@ -20,7 +20,6 @@ pub struct Tables {
     pub kd: Table,
 }
 
-/// Built-in rule sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FuzzyRules {
     /// Point-symmetric: R(−e, −ec) = R(e, ec), so both directions of travel behave alike. Recommended.

@@ -26,10 +26,8 @@ pub use stroke::{Reference, ReferenceMoment, StrokeMetrics, StrokeRun, StrokeSam
 
 use crate::diagnostic::Diagnostic;
 
-/// Greatest number of samples of a run.
 pub const MOST_SAMPLES: usize = 1_000_000;
 
-/// Refuses a number outside `low` … `high`, and NaN, with the name of its field.
 fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), Diagnostic> {
     if value >= low && value <= high {
         return Ok(());

@@ -12,7 +12,6 @@ use super::fuzzy::{FuzzyRules, Tables, infer};
 use super::within;
 use crate::diagnostic::Diagnostic;
 
-/// Gains of the three terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
     /// Proportional, V/mm.
@@ -23,7 +22,6 @@ pub struct Gains {
     pub kd: f64,
 }
 
-/// Parameters of the staged fuzzy PID.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fuzzy {
     /// Greatest change of each gain by the rules (at ±3).
@@ -44,16 +42,12 @@ pub struct ServoController {
     pub gains: Gains,
     /// Rules and stages; none: a plain PID with all terms always on.
     pub fuzzy: Option<Fuzzy>,
-    /// Greatest control voltage in both directions, V.
     pub u_max_v: f64,
-    /// Sample time, s.
     pub sample_s: f64,
 }
 
-/// Stage of the drilling cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CycleStage {
-    /// X or Y moves.
     Travel,
     /// Z moves from the reference point to the board's surface.
     Approach,
@@ -127,7 +121,6 @@ pub fn control(
 }
 
 impl ServoController {
-    /// A plain PID with these gains.
     #[must_use]
     pub const fn plain(mut self) -> Self {
         self.fuzzy = None;
@@ -156,7 +149,6 @@ impl ServoController {
         }
     }
 
-    /// Refuses invalid parameters, with the name of the field.
     pub fn check(&self) -> Result<(), Diagnostic> {
         within("kp", self.gains.kp, 0.0, 1e6)?;
         within("ki", self.gains.ki, 0.0, 1e9)?;

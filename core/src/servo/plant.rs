@@ -9,7 +9,6 @@
 use super::within;
 use crate::diagnostic::Diagnostic;
 
-/// A servo in velocity mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
     /// K: steady speed per volt, (mm/s)/V.
@@ -40,7 +39,6 @@ pub const fn default_plant() -> Plant {
 }
 
 impl Plant {
-    /// Refuses invalid parameters, with the name of the field.
     pub fn check(&self) -> Result<(), Diagnostic> {
         within("plant-gain", self.gain_mm_per_s_per_v, 1e-6, 1e9)?;
         within("plant-tau", self.tau_s, 1e-6, 1e3)

@@ -17,7 +17,6 @@ use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
 use serde::Serialize;
 
-/// Reference at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReferenceMoment {
     /// Distance along the move, mm from its start.
@@ -56,7 +55,6 @@ pub struct StrokeRun<'a> {
     pub cutting_load_v: f64,
 }
 
-/// One sample of a drill cycle, before the plant moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSample {
     pub t_s: f64,
@@ -76,11 +74,9 @@ pub struct StrokeMetrics {
     pub contact_s: Option<f64>,
     /// Greatest |reference − position| before contact, mm.
     pub max_error_approach_mm: f64,
-    /// Greatest |reference − position| from contact to return, mm.
     pub max_error_cut_mm: f64,
     /// Missing depth when the return starts, mm.
     pub depth_error_mm: f64,
-    /// Overshoot below the bottom of stroke, mm.
     pub over_travel_mm: f64,
     /// Reference − position in the last sample, mm.
     pub final_error_mm: f64,

@@ -22,7 +22,6 @@ use std::sync::Arc;
 /// Cells along each side of a tile.
 pub const TILE: usize = 64;
 
-/// Available cell sizes, µm.
 const CELLS_UM: [i64; 6] = [25, 50, 100, 200, 400, 800];
 
 /// Greatest number of cells: 32 MB if all are cut.
@@ -34,10 +33,8 @@ const MOST_ALONG_CELLS: f64 = 4096.0;
 /// Greatest height of a piece of a ramp, mm. Each piece is cut at its deepest end.
 const RAMP_MM: f64 = 0.005;
 
-/// Greatest number of pieces of one cut.
 const MOST_PIECES: f64 = 100_000.0;
 
-/// A partly cut board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stock {
     low_mm: [f64; 2],
@@ -59,7 +56,6 @@ pub struct Tile<'a> {
     pub depths_um: Option<&'a Arc<[u16]>>,
 }
 
-/// Profile of a bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tool {
     /// Radius of the flat end.
@@ -88,7 +84,6 @@ impl Tool {
         depth_mm - self.slope * (away_mm - self.tip_mm).max(0.0)
     }
 
-    /// Radius of the cut at the surface.
     fn reach_mm(&self, depth_mm: f64) -> f64 {
         if self.slope == 0.0 {
             self.radius_mm
@@ -136,7 +131,6 @@ impl Stock {
         self
     }
 
-    /// Thickness of the board, mm.
     pub fn thickness_mm(&self) -> f64 {
         self.thickness_mm
     }
@@ -149,7 +143,6 @@ impl Stock {
         self.cells
     }
 
-    /// Low corner, mm from the work zero.
     pub fn low_mm(&self) -> [f64; 2] {
         self.low_mm
     }
@@ -180,7 +173,6 @@ impl Stock {
         turned
     }
 
-    /// All tiles, row by row from the low corner.
     pub fn tiles(&self) -> impl Iterator<Item = Tile<'_>> {
         self.tiles.iter().enumerate().map(|(index, tile)| Tile {
             first: [index % self.tiles_across * TILE, index / self.tiles_across * TILE],
@@ -349,7 +341,6 @@ fn across(a: [f64; 2], b: [f64; 2], reach: f64, y: f64) -> Option<(f64, f64)> {
     (low <= high).then_some((low, high))
 }
 
-/// Distance between `at` and the line from `a` to `b`.
 fn distance(a: [f64; 2], b: [f64; 2], at: [f64; 2]) -> f64 {
     let (way, off) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let squared = way[0] * way[0] + way[1] * way[1];

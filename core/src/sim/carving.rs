@@ -28,11 +28,9 @@ struct Place {
     moved: usize,
     ways: usize,
     share: f64,
-    /// Everything before this second is cut.
     at_s: f64,
 }
 
-/// A board carved along a playback.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carving {
     playback: Arc<Playback>,
@@ -144,7 +142,6 @@ impl Carving {
         true
     }
 
-    /// Continues from a checkpoint if one is nearer to `t_s` than the current state.
     fn jump(&mut self, t_s: f64) {
         let before = self.checkpoints.partition_point(|(place, _)| place.at_s <= t_s).saturating_sub(1);
         let Some((place, stock)) = self.checkpoints.get(before) else { return };

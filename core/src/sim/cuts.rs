@@ -13,11 +13,8 @@ use crate::units::Length;
 /// One command that cuts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// Index of the leg.
     pub leg: u32,
-    /// Index of the command in the leg.
     pub command: u32,
-    /// Index of the bit in the program.
     pub bit: u32,
     pub way: Way,
 }
@@ -25,7 +22,6 @@ pub struct Cut {
 /// One path of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way {
-    /// Start, mm.
     pub from_mm: [f64; 3],
     pub to_mm: [f64; 3],
     pub shape: CutShape,
@@ -38,9 +34,7 @@ pub enum CutShape {
     Arc {
         /// In mm.
         center: [f64; 2],
-        /// At the start, mm.
         radius_mm: f64,
-        /// Angle of the start.
         from_rad: f64,
         /// Swept angle; positive is counter-clockwise.
         turn_rad: f64,

@@ -21,12 +21,9 @@ pub struct Playback {
     milled: Vec<Milled>,
 }
 
-/// Start of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LegStart {
-    /// Index of the leg in the program.
     pub leg: u32,
-    /// Purpose of the leg.
     pub mark: Mark,
     pub start_s: f64,
     /// Bit in the spindle during the leg (index into the program's bits), if any.
@@ -42,7 +39,6 @@ pub struct DrilledHole {
     pub done_s: f64,
 }
 
-/// A toolpath and its times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Milled {
     /// Index into the job's toolpaths.
@@ -53,16 +49,13 @@ pub struct Milled {
     pub done_s: f64,
 }
 
-/// State at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// Tip in work coordinates: X, Y, Z.
     pub position_mm: [f64; 3],
     /// Speed along the path, mm/s.
     pub speed_mm_per_s: f64,
-    /// Index of the leg in the program.
     pub leg: u32,
-    /// Purpose of the leg.
     pub mark: Mark,
     pub stage: Stage,
     /// Number of complete holes: the first ones of [`Playback::drilled`].
@@ -76,14 +69,21 @@ pub struct Moment {
 /// Progress at one time, counted from one in order of execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counted {
-    /// Nothing is complete yet.
     Nothing,
     /// The current hole, else the last complete one.
-    Hole { number: u32, total: u32 },
+    Hole {
+        number: u32,
+        total: u32,
+    },
     /// The current toolpath, else the last complete one.
-    Toolpath { number: u32, total: u32 },
-    /// All holes and toolpaths are complete.
-    All { holes: u32, toolpaths: u32 },
+    Toolpath {
+        number: u32,
+        total: u32,
+    },
+    All {
+        holes: u32,
+        toolpaths: u32,
+    },
 }
 
 fn seconds(ticks: u64) -> f64 {
@@ -128,7 +128,6 @@ impl Playback {
         &self.timeline
     }
 
-    /// Total time.
     pub fn total_s(&self) -> f64 {
         self.timeline.total_s()
     }
@@ -138,17 +137,14 @@ impl Playback {
         &self.legs
     }
 
-    /// All holes in drilling order.
     pub fn drilled(&self) -> &[DrilledHole] {
         &self.drilled
     }
 
-    /// All toolpaths in milling order.
     pub fn milled(&self) -> &[Milled] {
         &self.milled
     }
 
-    /// Bit in the spindle during leg `leg`.
     pub fn bit_of_leg(&self, leg: u32) -> Option<u32> {
         let begun = self.legs.partition_point(|start| start.leg <= leg);
         self.legs.get(begun.checked_sub(1)?)?.bit

@@ -13,7 +13,6 @@ use crate::units::TICK_HZ;
 pub struct Spent {
     /// All legs that drill holes.
     pub drill_s: f64,
-    /// Along toolpaths and plunges, in legs that mill.
     pub mill_s: f64,
     /// Vertical plunges; part of `mill_s`.
     pub plunge_s: f64,
@@ -25,7 +24,6 @@ pub struct Spent {
     pub other_s: f64,
 }
 
-/// Statistics of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Time of the whole job without waits for the user, s.
@@ -37,11 +35,9 @@ pub struct Summary {
     pub holes_per_min: f64,
     /// Holes per minute if Z and XY never moved together.
     pub holes_per_min_sequential: f64,
-    /// Median time of a hole from the end of the previous one, s.
     pub median_hole_s: f64,
     /// Longest time of a hole, s.
     pub longest_hole_s: f64,
-    /// Steps of each axis, in both directions.
     pub steps: [u64; AXES],
 }
 
@@ -133,7 +129,6 @@ pub fn times_s(program: &Program, machine: &Machine) -> Result<(f64, Vec<f64>), 
     Ok((total as f64 / TICK_HZ as f64, times.seconds()))
 }
 
-/// Ticks of each bit.
 #[derive(Default)]
 struct BitTimes {
     ticks: Vec<u64>,

@@ -20,7 +20,6 @@ pub struct Swept {
     pub way: Way,
     /// Start time, s.
     pub from_s: f64,
-    /// End time, s.
     pub to_s: f64,
     /// XY moves at rapid speed.
     pub rapid: bool,

@@ -39,7 +39,6 @@ pub struct ToolRoom {
     pub travel: Option<Bounds>,
     /// Greatest depth of the tip below the surface.
     pub deepest: Length,
-    /// Indices of the holes for pins, which go into the bed.
     pub pins: Range<u32>,
     /// Greatest depth in those holes.
     pub deepest_pin: Length,
@@ -49,21 +48,17 @@ pub struct ToolRoom {
     pub zones: Vec<Bounds>,
 }
 
-/// A problem at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warning {
     pub at_s: f64,
     pub fault: Fault,
-    /// Index of the leg in the program.
     pub leg: u32,
     /// Depth of the tip, mm; negative above the board.
     pub depth_mm: f64,
 }
 
-/// Greatest number of warnings.
 const MOST: usize = 500;
 
-/// Pieces for the check of an arc.
 const ARC_PIECES: u32 = 24;
 
 /// A straight path of the tip, and its start time.
@@ -171,7 +166,6 @@ fn courses(planned: &Move, mm_per_step: &[f64; AXES], spindles: &[usize], on_pat
     found
 }
 
-/// True if a path crosses a box in XY.
 fn enters(course: &Course, zone: Bounds) -> bool {
     let (low, high) = ([zone.min.x.mm(), zone.min.y.mm()], [zone.max.x.mm(), zone.max.y.mm()]);
     let (mut first, mut last) = (0.0_f64, 1.0_f64);

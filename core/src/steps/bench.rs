@@ -6,13 +6,10 @@ use super::stream::{Run, Segment, StepStream, TICK_HZ};
 use crate::machine::AXES;
 use crate::motion::{Motion, Move, Timeline};
 
-/// Result of converting a timeline into steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Yield {
-    /// Steps of all axes.
     pub steps: u64,
     pub runs: u64,
-    /// Bytes of the compact stream.
     pub bytes: u64,
     /// Greatest deviation of a step from its planned time, in µs.
     pub worst_us: f64,

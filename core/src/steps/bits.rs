@@ -5,12 +5,10 @@
 //! usual     difference of the length from the usual length (small), then the bits without the first
 //! ```
 
-/// Running mean of the lengths of numbers of one kind, in sixteenths of a bit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Usual(i64);
 
 impl Usual {
-    /// Starts at this length in bits.
     pub(super) fn new(bits: i64) -> Self {
         Self(16 * bits)
     }
@@ -50,14 +48,12 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes a usually small number, below 2⁶³.
     pub(super) fn put_small(&mut self, number: u64) {
         let bits = u64::BITS - (number + 1).leading_zeros();
         self.put(0, bits - 1);
         self.put(number + 1, bits);
     }
 
-    /// Writes a number of about the usual length.
     pub(super) fn put_usual(&mut self, number: i64, usual: &mut Usual) {
         let folded = fold(number);
         let bits = u64::BITS - folded.leading_zeros();
@@ -66,7 +62,6 @@ impl<'a> Writer<'a> {
         usual.learn(i64::from(bits));
     }
 
-    /// Pads the last byte.
     pub(super) fn end(mut self) {
         self.put(0, (8 - self.count) % 8);
     }

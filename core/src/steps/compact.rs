@@ -71,7 +71,6 @@ struct Guess {
 }
 
 impl Guess {
-    /// State at the start of a segment.
     fn new() -> Self {
         let usual = [7, 12, 24].map(Usual::new);
         Self { axes: 0, forward: false, last: 0, next: 0, interval_bits: usual, change_bits: usual }
@@ -98,7 +97,6 @@ impl Guess {
     }
 }
 
-/// Encodes a stream.
 pub fn compact(stream: &StepStream) -> Vec<u8> {
     let mut bytes = postcard::to_allocvec(&(stream.start, stream.segments.len() as u64)).unwrap_or_default();
     for segment in &stream.segments {
@@ -107,7 +105,6 @@ pub fn compact(stream: &StepStream) -> Vec<u8> {
     bytes
 }
 
-/// Appends the bytes of a segment.
 pub(super) fn put_segment(segment: &Segment, bytes: &mut Vec<u8>) {
     bytes.extend(postcard::to_allocvec(&bare(segment)).unwrap_or_default());
     put(segment.runs.len() as u64, bytes);
@@ -118,7 +115,6 @@ pub(super) fn put_segment(segment: &Segment, bytes: &mut Vec<u8>) {
     bits.end();
 }
 
-/// A segment without its runs.
 fn bare(segment: &Segment) -> Segment {
     let Segment { leg, mark, stage, duration_ticks, effect, gate, end, .. } = *segment;
     Segment { leg, mark, stage, duration_ticks, runs: Vec::new(), effect, gate, end }

@@ -20,7 +20,6 @@ use std::fmt::Write;
 
 const HEADER: &[u8; 16] = b"annulus stream 3";
 
-/// Receiver of the bytes.
 trait Sink {
     fn put(&mut self, bytes: &[u8]);
 }
@@ -50,7 +49,6 @@ pub fn digest_of(start: &Steps, count: usize, segments: impl IntoIterator<Item: 
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Length of the canonical encoding in bytes.
 pub fn encoded_len(stream: &StepStream) -> u64 {
     let mut length = 0_u64;
     put_head(&stream.start, stream.segments.len(), &mut length);
@@ -129,7 +127,6 @@ const fn stage_tag(stage: Stage) -> u8 {
     }
 }
 
-/// Length of a run in the canonical encoding, bytes.
 pub const RUN_BYTES: usize = 16;
 
 fn run_bytes(run: &Run) -> [u8; RUN_BYTES] {
@@ -166,7 +163,6 @@ pub fn trace(stream: &StepStream, most: usize) -> String {
     text
 }
 
-/// The names of a set of axes.
 fn axes_text(axes: u8) -> String {
     let names = (0..crate::machine::AXES).filter(|axis| axes >> axis & 1 == 1).map(axis_name);
     names.collect::<Vec<_>>().join(" ")

@@ -41,7 +41,6 @@ pub(super) struct Fitter {
     times: Vec<f64>,
 }
 
-/// Properties of all steps of one axis in one segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
     /// Set of axes, one bit each.
@@ -66,7 +65,6 @@ struct Found {
     count: u32,
 }
 
-/// Output position.
 struct Pen<'a> {
     track: Track,
     last_tick: i64,
@@ -94,7 +92,6 @@ impl Fitter {
         pen.last_tick
     }
 
-    /// Appends runs for the steps `next` to `last` with any times.
     fn curved(&mut self, mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'_>) {
         let mut guess = 4_usize;
         let mut begin = 0;
@@ -118,7 +115,6 @@ impl Fitter {
     }
 }
 
-/// Appends runs for the steps `next` to `last` with even times.
 fn even(mut next: u64, last: u64, time_of: &impl Fn(u64) -> f64, pen: &mut Pen<'_>) {
     while next <= last {
         let count = (last - next + 1).min(LONGEST_EVEN);

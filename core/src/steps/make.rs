@@ -28,7 +28,6 @@ const MOST_RUNS: usize = 100_000_000;
 /// Least time at a reversal: both steps may be 1 µs off.
 const TURN_ROOM_S: f64 = 2.1e-6;
 
-/// Converts the whole timeline.
 pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Diagnostic> {
     stream_telling(timeline, machine, &mut |_, _| {})
 }
@@ -73,7 +72,6 @@ pub(super) fn leg_by_leg(
     })
 }
 
-/// Collects the segments.
 struct Pile {
     maker: Maker,
     segments: Vec<Segment>,
@@ -95,12 +93,10 @@ impl Pile {
     }
 }
 
-/// Converts one move.
 pub fn segment(planned: &Move, machine: &Machine) -> Segment {
     Maker::new(machine).segment(planned)
 }
 
-/// Converts moves, one after the other.
 struct Maker {
     fitter: Fitter,
     least_interval: i64,
@@ -169,7 +165,6 @@ impl Maker {
         runs
     }
 
-    /// One axis of a straight line.
     fn line(&mut self, part: &AxisMove, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
         let way = part.to[axis] - part.from[axis];
         self.fit(way, stroke, part.start_tick, false, cursor);

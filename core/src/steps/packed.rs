@@ -30,19 +30,15 @@ pub struct Packed {
     /// Spindle runs in one direction, without the first run: that sets the start time.
     strokes: Vec<Vec<Run>>,
     legs: Vec<Place>,
-    /// Segments with a switching effect.
     effects: Vec<(usize, Switching)>,
 }
 
-/// Location of a leg.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Place {
     /// Bytes, and segments, up to the end of the leg.
     bytes: usize,
     segments: usize,
-    /// Position of all axes at the end of the leg.
     end: Steps,
-    /// Duration in ticks.
     ticks: u64,
 }
 
@@ -119,7 +115,6 @@ impl Packed {
         self.legs.last().map_or(0, |leg| leg.segments)
     }
 
-    /// Number of legs.
     pub fn legs(&self) -> usize {
         self.legs.len()
     }
@@ -137,7 +132,6 @@ impl Packed {
         self.legs[..leg.min(self.legs.len())].last().map_or(self.start, |before| before.end)
     }
 
-    /// Duration of leg `leg`, in ticks.
     pub fn ticks(&self, leg: usize) -> u64 {
         self.legs.get(leg).map_or(0, |leg| leg.ticks)
     }
@@ -156,13 +150,11 @@ impl Packed {
         Segments { bytes, strokes: &self.strokes }.collect()
     }
 
-    /// All segments in order.
     pub fn segments(&self) -> impl Iterator<Item = Segment> {
         Segments { bytes: &self.bytes, strokes: &self.strokes }
     }
 }
 
-/// Iterator over segments.
 struct Segments<'a> {
     bytes: &'a [u8],
     strokes: &'a [Vec<Run>],

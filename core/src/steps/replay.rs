@@ -12,7 +12,6 @@
 use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::machine::AXES;
 
-/// The X and Y axes.
 const PLANE: u8 = 0b11;
 
 /// Steps in one tick.
@@ -26,15 +25,12 @@ pub struct Pulse {
     pub forward: u8,
 }
 
-/// The pulses of one segment.
 #[derive(Clone, Debug)]
 pub struct Replay<'a> {
     cursors: [Cursor<'a>; AXES],
-    /// Number of sets with steps left.
     active: usize,
 }
 
-/// Position of a set of axes in its runs.
 #[derive(Clone, Copy, Debug)]
 struct Cursor<'a> {
     axes: u8,
@@ -42,7 +38,6 @@ struct Cursor<'a> {
     /// Tick of the next step, and of the previous one.
     tick: i64,
     before: i64,
-    /// Tick before the run.
     base: i64,
     /// Time from there to the next step plus half a tick, in parts of a tick; and the interval before it.
     parts: i64,
@@ -61,7 +56,6 @@ impl Replay<'_> {
         self.cursors[..self.active].iter().fold(0, |axes, cursor| axes | cursor.axes)
     }
 
-    /// Pending axes with a next step that counts up.
     pub fn forward(&self) -> u8 {
         let up = self.cursors[..self.active].iter().filter(|cursor| cursor.forward);
         up.fold(0, |axes, cursor| axes | cursor.axes)
@@ -179,7 +173,6 @@ impl Cursor<'_> {
         true
     }
 
-    /// Computes the whole tick of the next step.
     #[inline]
     fn find_tick(&mut self) {
         self.before = self.tick;

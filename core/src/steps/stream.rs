@@ -15,7 +15,6 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::units::TICK_HZ;
 
-/// A whole program as step times.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StepStream {
     /// Position of all axes before the first segment, in steps from the work zero.
@@ -24,12 +23,9 @@ pub struct StepStream {
     pub segments: Vec<Segment>,
 }
 
-/// A piece of the stream that starts and ends at rest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Segment {
-    /// Index of the leg in the program.
     pub leg: u32,
-    /// Purpose of the leg.
     pub mark: Mark,
     pub stage: Stage,
     /// Duration in ticks; not less than the time of the last step.

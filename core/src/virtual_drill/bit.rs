@@ -31,7 +31,6 @@ const WEAR_FACTOR: f64 = 4.0;
 /// Narrowest cut assumed, mm.
 const LEAST_WIDTH_MM: f64 = 0.05;
 
-/// Distance over which the speed is measured, mm.
 const MEASURED_MM: f64 = 0.1;
 
 /// Height above the bottom of its hole up to which the board holds a bit, mm. Needed because a held motor
@@ -59,7 +58,6 @@ pub enum Breakage {
     Crashed,
 }
 
-/// Position of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
     pub tick: u64,
@@ -68,7 +66,6 @@ pub struct Tip {
     pub mm: [f64; 3],
 }
 
-/// The bit in the spindle, and the board below it.
 #[derive(Clone, Debug)]
 pub struct MountedBit {
     /// Upper and lower side of the board at the tip, in Z steps.
@@ -87,15 +84,12 @@ pub struct MountedBit {
     dull_hz: Option<f64>,
     /// Kind of bit; none until [`Self::change`].
     kind: Option<job::Bit>,
-    /// Spindle speed, rpm.
     pub rpm: u32,
     pub holes: u32,
     /// Cause of breakage; a broken bit makes no holes.
     pub broken: Option<Breakage>,
-    /// The spindle is empty.
     is_out: bool,
     inside: bool,
-    /// The tip is outside the board in XY.
     beside: bool,
     through: bool,
     /// Moved sideways since it entered the board.
@@ -146,7 +140,6 @@ impl MountedBit {
         self.lies();
     }
 
-    /// Removes the bit from the spindle.
     pub fn take_out(&mut self) {
         (self.kind, self.is_out) = (None, true);
     }
@@ -157,7 +150,6 @@ impl MountedBit {
         self.dull_hz = dull_hz;
     }
 
-    /// Raises the board under the tip by this many steps.
     pub fn raise(&mut self, steps: i64) {
         self.raised = steps;
         self.lies();
@@ -215,7 +207,6 @@ impl MountedBit {
         held
     }
 
-    /// Updates the bit after a move in XY.
     pub fn slid(&mut self, tip: Tip) {
         // At a new XY position, the depth starts again.
         self.deepest = tip.z.min(self.board.0);
@@ -273,7 +264,6 @@ impl MountedBit {
         self.broken.get_or_insert(why);
     }
 
-    /// Length of the edges, mm, if the kind is known.
     fn edges_mm(&self) -> Option<f64> {
         let kind = self.kind.as_ref()?;
         Some(match kind.cutter {

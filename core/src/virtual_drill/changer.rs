@@ -20,16 +20,13 @@ use crate::magazine::{Held, StockedTool, ToolStock};
 /// Share of its time after which a cylinder arrives.
 const ARRIVES_SHARE: f64 = 0.6;
 
-/// XY tolerance for a spindle over a slot, mm.
 const OVER_MM: f64 = 0.2;
 
 /// Z tolerance of a tool in its slot, over and under the height of the magazine, mm.
 const STANDS_MM: f64 = 0.2;
 
-/// Height over the magazine up to which the spindle is among the slots, mm.
 const AMONG_MM: f64 = 2.0;
 
-/// A pneumatic cylinder with an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Cylinder {
     /// None if the machine lacks this cylinder.
@@ -51,7 +48,6 @@ impl Cylinder {
         }
     }
 
-    /// True at the moment it arrives.
     fn arrives(&mut self, tick: u64) -> bool {
         let there = self.is_out != self.wanted && tick >= self.since + self.ticks;
         if there {
@@ -68,7 +64,6 @@ pub(super) struct Head {
     pub(super) turns: bool,
 }
 
-/// Result of a move or a switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Happened {
     Nothing,
@@ -81,7 +76,6 @@ pub(super) enum Happened {
 pub(super) struct Changer {
     clamp: Cylinder,
     foot: Cylinder,
-    /// X and Y of the slots.
     places: Vec<[i64; 2]>,
     height: i64,
     steps_per_mm: [f64; 3],
@@ -89,9 +83,7 @@ pub(super) struct Changer {
     held: Option<StockedTool>,
     /// Slot of the tool in the spindle, until the spindle has left that slot.
     fetched: Option<usize>,
-    /// The clamp is stuck.
     pub(super) stuck: bool,
-    /// The next fetched tool falls out of the clamp.
     pub(super) drops: bool,
     /// Something occupies the slot of the next fetched tool, after the spindle has left it.
     pub(super) occupied: bool,
@@ -100,7 +92,6 @@ pub(super) struct Changer {
 }
 
 impl Changer {
-    /// Empty magazine of `machine`.
     pub(super) fn new(machine: &Machine) -> Self {
         let has = machine.has_magazine();
         let magazine = &machine.magazine;
@@ -125,17 +116,14 @@ impl Changer {
         }
     }
 
-    /// True if the machine has a magazine.
     pub(super) fn changes(&self) -> bool {
         self.clamp.output.is_some()
     }
 
-    /// Tool in the spindle.
     pub(super) fn held(&self) -> Option<&StockedTool> {
         self.held.as_ref()
     }
 
-    /// Tools in the slots.
     pub(super) fn lie(&self) -> &[Option<StockedTool>] {
         &self.tools
     }
@@ -168,7 +156,6 @@ impl Changer {
         }
     }
 
-    /// Switches every output off.
     pub(super) fn safe(&mut self) {
         let tick = self.clamp.since.max(self.foot.since);
         [&mut self.clamp, &mut self.foot].into_iter().for_each(|cylinder| cylinder.switch(tick, false));
@@ -178,7 +165,6 @@ impl Changer {
         steps.unsigned_abs() as f64 <= mm * self.steps_per_mm.get(axis).copied().unwrap_or(1.0).abs()
     }
 
-    /// The slot under the spindle.
     fn over(&self, at: [i64; 3], mm: f64) -> Option<usize> {
         self.places.iter().position(|[x, y]| self.near(0, at[0] - x, mm) && self.near(1, at[1] - y, mm))
     }
@@ -245,7 +231,6 @@ impl Changer {
         Happened::Nothing
     }
 
-    /// Sensor states.
     pub(super) fn inputs(&self, at: [i64; 3]) -> u32 {
         let under = self.over(at, OVER_MM).and_then(|place| self.tools.get(place));
         let rows = [

@@ -14,13 +14,11 @@ use crate::steps::TICK_HZ;
 use crate::{code, error};
 use std::f64::consts::PI;
 
-/// Highest number of holes before a fault.
 const MOST_HOLES: u32 = 1_000_000;
 
 /// Slip of a bit, mm: less than the tip's clearance over the board while XY moves.
 const SLIPS_MM: f64 = 0.25;
 
-/// A fault that can be injected.
 #[derive(Clone, Copy, Debug)]
 pub struct FaultRow {
     pub name: &'static str,
@@ -32,7 +30,6 @@ pub struct FaultRow {
 }
 
 impl FaultRow {
-    /// Message key of the description.
     pub fn sentence_key(&self) -> String {
         format!("fault.{}", self.name.replace('-', "_"))
     }
@@ -197,7 +194,6 @@ pub fn read<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Faults, Diag
 }
 
 impl Faults {
-    /// Adds the faults of `other`.
     pub(super) fn add(&mut self, other: Self) {
         self.stuck_on |= other.stuck_on;
         self.stuck_off |= other.stuck_off;
@@ -243,7 +239,6 @@ pub struct UnevenBoard {
     pub bow_mm: f64,
     /// Slope along X and along Y, mm per mm.
     pub tilt_slope: [f64; 2],
-    /// Extra height of the right part of the board, mm.
     pub step_mm: f64,
     /// Start of the right part along X, machine mm.
     pub step_at_mm: f64,
@@ -253,7 +248,6 @@ impl UnevenBoard {
     /// Shape in the exercise: bowed, with the right side so low that holes do not break through.
     pub const BOWED: Self = Self { bow_mm: 0.15, tilt_slope: [-0.018, 0.001], step_mm: 0.0, step_at_mm: 0.0 };
 
-    /// Extra height at a position, mm.
     pub fn raised_mm(&self, x_mm: f64, y_mm: f64) -> f64 {
         let wave = |mm: f64| libm::sin(mm * PI / 100.0);
         let bow = self.bow_mm * wave(x_mm) * wave(y_mm);

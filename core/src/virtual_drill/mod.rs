@@ -53,14 +53,12 @@ const THROWS_APART: u64 = 100;
 /// Losses of one axis within this time count as one slip, in ticks: 0.5 s.
 const ONE_SLIP: u64 = TICK_HZ / 2;
 
-/// Inputs that are limit switches.
 const SWITCHES: [Input; 6] =
     [Input::XMin, Input::XMax, Input::YMin, Input::YMax, Input::ZTop, Input::ZBottom];
 
 /// A hole in the simulated board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualHole {
-    /// Position of the tip, machine mm.
     pub x_mm: f64,
     /// Y of the tip, machine mm.
     pub y_mm: f64,
@@ -76,18 +74,15 @@ pub struct VirtualHole {
 /// Receives each hole at the moment of breakthrough.
 pub type DrilledBoard = Box<dyn FnMut(&VirtualHole) + Send>;
 
-/// One loss of steps of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slip {
     /// 0 X, 1 Y, 2 … 7 Z1 … Z6.
     pub axis: usize,
-    /// Start, in ticks.
     pub tick: u64,
     /// Index of the step since the start of the drill, from 1.
     pub step: u64,
     /// Real position of the axis, machine steps.
     pub place: i64,
-    /// Steps lost until now.
     pub lost: u64,
     pub cause: Cause,
     /// Latest loss that belongs to this slip, in ticks.
@@ -100,7 +95,6 @@ pub type BreakWatch = Box<dyn FnMut(Breakage) + Send>;
 /// Receives all slips after each change.
 pub type SlipWatch = Box<dyn FnMut(&[Slip]) + Send>;
 
-/// Injected faults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Inputs that are always on.
@@ -167,13 +161,10 @@ pub struct VirtualDrill {
     /// First and last step of X and Y over the board.
     board: [(i64, i64); 2],
     switches: Switches,
-    /// One for each spindle.
     bits: Vec<MountedBit>,
-    /// Clamp, foot and magazine.
     changer: Changer,
     faults: Faults,
     slips: Vec<Slip>,
-    /// Holes made by all bits.
     made: u32,
     drilled: DrilledBoard,
     watch: Option<SlipWatch>,
@@ -310,7 +301,6 @@ impl VirtualDrill {
         [self.tables[0].at, self.tables[1].at, self.rotors[2].at]
     }
 
-    /// Real position of every spindle, in steps.
     pub fn heights(&self) -> Vec<i64> {
         self.rotors.iter().skip(2).map(|rotor| rotor.at).collect()
     }
@@ -410,7 +400,6 @@ impl VirtualDrill {
         }
     }
 
-    /// Applies the current faults.
     fn faults_came(&mut self) {
         self.changer.stuck = self.faults.clamp_stuck;
         self.changer.drops |= std::mem::take(&mut self.faults.tool_drops);
@@ -460,7 +449,6 @@ impl VirtualDrill {
         }
     }
 
-    /// Reports a bit that just broke.
     fn broke(&mut self, spindle: usize, was_whole: bool) {
         let why = self.bits[spindle].broken.filter(|_| was_whole);
         if let (Some(why), Some(watch)) = (why, &mut self.breaks) {
@@ -493,7 +481,6 @@ impl VirtualDrill {
         }
     }
 
-    /// Index pulses at the current positions.
     fn pulse_inputs(&self) -> u32 {
         let is_at = |(axis, pulse): (usize, &Option<(i64, i64)>)| {
             let (first, turn) = (*pulse)?;

@@ -46,13 +46,10 @@ pub enum Cause {
     TooFast,
     /// The step rate changed faster than the torque allows.
     TooSteep,
-    /// At a hard stop.
     Blocked,
-    /// A dull bit in the board held the motor.
     Held,
     /// The windings did not pull the rotor: wrong table or broken wire.
     NoPull,
-    /// Injected fault.
     Fault,
 }
 
@@ -93,9 +90,7 @@ impl Push {
 pub struct Rotor {
     /// Real position, in steps.
     pub at: i64,
-    /// Steps received.
     pub sent: u64,
-    /// Steps lost in total.
     pub lost: u64,
     driver: Commutator,
     /// Mask of the 5 V and 24 V bits that reach the motor.
@@ -117,9 +112,7 @@ pub struct Rotor {
     /// Current rate, signed.
     rate_hz: f64,
     last_tick: Option<u64>,
-    /// Direction of the latest step.
     last_forward: bool,
-    /// Steps by which the rotor lags above its limit.
     behind: f64,
     /// Why the rotor doesn't follow the field, if so.
     stalled: Option<Cause>,
@@ -182,7 +175,6 @@ impl Rotor {
         self
     }
 
-    /// Phase byte of the driver.
     pub fn byte(&self) -> u8 {
         self.driver.byte()
     }
@@ -212,7 +204,6 @@ impl Rotor {
         lost
     }
 
-    /// Checks that the rotor keeps up with a step now.
     fn follows(&mut self, push: Push) -> Result<(), Cause> {
         let since = self.last_tick.replace(push.tick).map_or(TICK_HZ, |last| push.tick.saturating_sub(last));
         let time_s = since.max(1) as f64 / TICK_HZ as f64;

@@ -22,13 +22,11 @@ const CHATTER: u64 = TICK_HZ * 3 / 1000;
 /// Length of one reading during chatter, in ticks: 0.2 ms.
 const CELL: u64 = TICK_HZ / 5000;
 
-/// Number of inputs.
 const INPUTS: usize = 32;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Switches {
     seed: u64,
-    /// Share of inverted readings.
     flips: f64,
     bouncing: u32,
     word: Option<u32>,
@@ -83,7 +81,6 @@ impl Switches {
     }
 }
 
-/// Switches of each axis at both ends.
 const ENDS: [u32; 3] = [
     Input::XMin.bit() | Input::XMax.bit(),
     Input::YMin.bit() | Input::YMax.bit(),
@@ -96,9 +93,7 @@ pub(super) struct Scatter {
     seed: u64,
     /// Shift into the travel, in steps.
     off: [i64; 3],
-    /// Latest switch states.
     said: u32,
-    /// Releases of any switch.
     times: u64,
 }
 
@@ -107,7 +102,6 @@ impl Scatter {
         Self { seed, off: [0; 3], said: 0, times: 0 }
     }
 
-    /// Shifted edges of `axis`.
     pub(super) fn edges(&self, axis: usize, (low, high): (i64, i64)) -> (i64, i64) {
         (low + self.off[axis], high - self.off[axis])
     }

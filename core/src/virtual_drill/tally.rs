@@ -55,7 +55,6 @@ struct Wanted {
     x_mm: f64,
     y_mm: f64,
     spindle: u8,
-    /// Index of the leg that drills it.
     leg: usize,
     /// The leg was completed, so the hole must exist.
     certain: bool,
@@ -123,7 +122,6 @@ pub fn made_again(
     again
 }
 
-/// The wanted holes, the number of times each was drilled, and the number of shifted holes.
 fn matched(
     program: &Program,
     machine: &Machine,
@@ -180,7 +178,6 @@ fn wanted(program: &Program, machine: &Machine, done: Range<usize>) -> Vec<Wante
     wanted
 }
 
-/// Positions at which a leg plunges vertically through the board, starting at `at`.
 fn straight_down(leg: &Leg, at: &mut Point, through: &impl Fn(Length) -> bool) -> Vec<Point> {
     let mut places = Vec::new();
     let (mut in_board, mut dragged, mut came_through) = (false, false, false);

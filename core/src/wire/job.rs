@@ -20,7 +20,6 @@ pub struct ArmedJob {
     pub checks: Vec<PreflightRow>,
 }
 
-/// One row of the pre-flight.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PreflightRow {
     /// Subject and result; the code names the row.
@@ -73,7 +72,6 @@ pub struct QueueStatus {
     pub row: Option<u32>,
     /// Rows executed; a repeated row counts each time.
     pub passed: u32,
-    /// Rows to execute in total, with repetitions.
     pub total: u32,
     /// Results that changed since the last status. If `whole`, the results of all rows that started.
     pub results: Vec<(u32, RowResult)>,
@@ -92,10 +90,8 @@ pub enum QueuePhase {
     Ready,
     Running,
     Held,
-    /// The last row is complete.
     Done,
     Stopped,
-    /// A row failed or was refused.
     Failed,
 }
 

@@ -80,7 +80,6 @@ pub struct Paired {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkBody {
-    /// Permissions of the page that opens the address.
     pub scope: Scope,
 }
 
@@ -91,9 +90,7 @@ pub enum Scope {
     View,
     /// Take control, jog, home, set the zero.
     Jog,
-    /// Upload and run jobs.
     Run,
-    /// Change the machine's settings.
     #[default]
     Configure,
 }
@@ -109,7 +106,6 @@ pub enum Ask {
         /// Oldest protocol version that the page understands.
         min: u16,
         app: String,
-        /// Session id from pairing.
         session: String,
         /// HMAC-SHA256 of the challenge under the session key, hexadecimal.
         proof: String,
@@ -147,13 +143,11 @@ pub enum Ask {
     JogOn,
     /// Check this uploaded job and prepare it for start.
     Arm {
-        /// SHA-256 of the program's bytes.
         job: String,
         /// First leg to run, as [`Ask::Start`] will send it. The pre-flight covers the job from that leg on.
         #[serde(default)]
         from_leg: u32,
     },
-    /// Start the armed job, or resume an interrupted one.
     Start {
         job: String,
         /// SHA-256 of the step stream as the page computed it.
@@ -163,7 +157,6 @@ pub enum Ask {
     },
     /// Hold. On a toolpath the machine decelerates at once and waits there. A hole is finished first.
     Pause,
-    /// Continue after a pause.
     Resume,
     /// Lift the tool off the toolpath on which it is paused, and switch the spindle off. [`Ask::Resume`]
     /// returns to the paused point.
@@ -187,11 +180,9 @@ pub enum Ask {
     /// Run this uploaded job through the check mode of a GRBL-family controller, line by line and without a
     /// move. [`Tell::Checked`] reports the result.
     Check {
-        /// SHA-256 of the program's bytes.
         job: String,
     },
     Stop,
-    /// The requested tool is in the spindle.
     ToolChanged,
     /// The user declares that the new tool is exactly as long as the previous one. During a tool change on
     /// a machine that Annulus drives itself; not on a controller.
@@ -201,15 +192,12 @@ pub enum Ask {
     MeasureTool,
     /// A new tool has this number, in the tool list or in the spindle. Its wear starts at zero.
     NewTool {
-        /// Number in the tool list.
         number: u32,
     },
     /// The user states which tools the magazine and the spindle hold. Refused while anything moves, and if
     /// there is no magazine.
     Stock {
-        /// Tool in each slot, from the first on.
         places: Vec<Option<StockedTool>>,
-        /// Tool in the spindle.
         spindle: Held,
     },
     /// The user states where the tool is after a tool change stopped. The clamp closes if the tool is in the
@@ -220,16 +208,13 @@ pub enum Ask {
     /// The tool falls out: the clamp of the spindle opens, and a hand must hold the tool. Allowed if a tool
     /// change stopped, or if a worn tool waits for a new one. Refused while anything moves or turns.
     OpenClamp,
-    /// The user has read the alarm.
     AcknowledgeAlarm,
-    /// Forget an interrupted job.
     ForgetInterrupted,
     /// Check this queue of work commands against the current state of the machine, and hold it ready.
     Queue {
         /// Source text for [`crate::queue::read`].
         text: String,
     },
-    /// Start or continue the queue.
     QueueRun {
         mode: Mode,
     },
@@ -261,7 +246,6 @@ pub enum Ask {
     SetHeight,
     /// Move down until the probe input finds the board, or a plate on it, and set the zero of Z there.
     Probe {
-        /// Greatest distance down, µm.
         depth_um: u32,
         /// Thickness of the plate on the board, µm; 0 for bare copper.
         plate_um: u32,
@@ -269,11 +253,9 @@ pub enum Ask {
     /// Find the edge of the board with the probe input and set the work zero of this axis there. The tip must
     /// already be next to the board, below its surface.
     Edge {
-        /// 0 X, 1 Y.
         axis: u8,
         /// Direction of travel: towards larger coordinates.
         up: bool,
-        /// Greatest travel, µm.
         reach_um: u32,
         /// Tool diameter, µm. The edge is half of it away from the tool's axis.
         tool_um: u32,
@@ -290,7 +272,6 @@ pub enum Ask {
         /// Current time, seconds since 1970.
         now_s: u64,
     },
-    /// Forget the height map.
     ForgetHeightMap,
     /// Unlock without homing: the position stays unknown, and jogging is allowed. Controllers only.
     Unlock,
@@ -300,7 +281,6 @@ pub enum Ask {
 }
 
 impl Ask {
-    /// The scope that a session needs to send this.
     pub fn scope(&self) -> Scope {
         match self {
             Self::Hello { .. } | Self::Ping { .. } | Self::Stop => Scope::View,
@@ -359,7 +339,6 @@ impl Ask {
     }
 }
 
-/// Messages from the bridge to a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "t", rename_all = "snake_case")]
 pub enum Tell {
@@ -369,11 +348,9 @@ pub enum Tell {
         /// Oldest protocol version that the bridge understands.
         min: u16,
         bridge: String,
-        /// Random challenge to sign, hexadecimal.
         nonce: String,
     },
     Welcome {
-        /// Number of this page among the connected pages.
         viewer: u32,
     },
     /// All settings of the machine; sent again after every change.
@@ -416,7 +393,6 @@ pub enum Tell {
     Magazine(Box<MagazineReport>),
     /// Progress of the check mode and the refused lines; sent during the check and at its end.
     Checked(Box<CheckModeReport>),
-    /// A request was refused; nothing changed.
     Refused {
         /// Reason and advice.
         why: Diagnostic,

@@ -34,7 +34,6 @@ pub struct ControllerReport {
     /// Machine model that the user chose ([`crate::machine::mill`]).
     #[serde(default)]
     pub mill: Option<String>,
-    /// How tool lengths are found.
     #[serde(default)]
     pub lengths: ToolLengths,
     /// Whether opening the port may reset the controller.
@@ -57,7 +56,6 @@ impl ControllerReport {
 pub struct SlipReport {
     /// 0 X, 1 Y, 2 Z.
     pub axis: u8,
-    /// Real position of the axis, machine mm.
     pub place_mm: f64,
     pub lost: u64,
     /// Cause: a key of `page.slip`.
@@ -103,7 +101,6 @@ impl OtherFirmware {
     }
 }
 
-/// State of the tools in the tool list.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolsReport {
     /// Wear of each tool since it was new; a tool without an entry is unused.
@@ -114,7 +111,6 @@ pub struct ToolsReport {
     pub wanted: Option<u32>,
 }
 
-/// How the length of the tool in the spindle is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LengthKnown {
@@ -122,7 +118,6 @@ pub enum LengthKnown {
     No,
     /// Zero of Z was set with this tool, or the user declared it as long as the previous tool.
     Measured,
-    /// The settings declare that all tools have equal length.
     Equal,
 }
 
@@ -131,18 +126,15 @@ pub enum LengthKnown {
 pub struct ChangeReport {
     /// Requested tool: index into the program's bits.
     pub bit: u32,
-    /// The tip is at or above the change height.
     pub is_up: bool,
     /// X and Y are at the change position.
     pub is_at_place: bool,
     pub length: LengthKnown,
 }
 
-/// State of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     pub state: State,
-    /// How reliable the position is.
     pub trust: Trust,
     /// Machine position in steps.
     pub steps: Steps,
@@ -155,7 +147,6 @@ pub struct Status {
     /// Z zero is missing: no job starts until the user sets it.
     #[serde(default)]
     pub needs_z_zero: bool,
-    /// Target of the current move in XY, work mm.
     pub target_mm: Option<[f64; 2]>,
     /// Bottom of stroke, work mm.
     pub lower_dead_point_mm: Option<f64>,
@@ -181,10 +172,8 @@ pub struct Status {
     /// Current line of the tool changer's macro, from 1, and the number of lines.
     #[serde(default)]
     pub changing: Option<[u32; 2]>,
-    /// Manual tool change that waits for the user.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<ChangeReport>,
-    /// Name of the current work command.
     pub command: Option<String>,
     /// Tool in the spindle: index into the program's bits.
     pub bit: Option<u32>,
@@ -235,9 +224,7 @@ pub struct Status {
     /// Holes drilled again after a resume, by order of drilling from 1. At most one by design; not an error.
     #[serde(default)]
     pub drilled_twice: Vec<u32>,
-    /// Time since Start, s.
     pub elapsed_s: f64,
-    /// Time left, s.
     pub left_s: f64,
     /// Completed share of the job's planned time, 0 to 1, in whole legs: toolpaths and holes.
     #[serde(default)]
@@ -263,7 +250,6 @@ pub struct CheckModeReport {
     pub refused: u32,
     /// The first refused lines, each with its location in the G-code of the job.
     pub lines: Vec<Diagnostic>,
-    /// Why the check ended early.
     pub why: Option<Diagnostic>,
 }
 

@@ -16,7 +16,6 @@ fn ready() -> Bench {
     bench
 }
 
-/// A bench whose probe is on its way down.
 fn probing() -> Bench {
     let mut bench = ready();
     bench.asked(PROBE);

@@ -39,7 +39,6 @@ fn trusted(lines: &[&str]) -> EngineStart {
     EngineStart { changer: changer(lines), ..job(0) }
 }
 
-/// A bench with a set zero and this rack.
 fn with_rack(rack: fn(u32) -> f64) -> Bench {
     let mut bench = ready();
     bench.board.rack = Some(rack);

@@ -13,7 +13,6 @@ fn misty() -> Arc<Routine> {
     Arc::new(read("misty", &[("misty.nc".to_owned(), text.to_owned())]).unwrap())
 }
 
-/// A program that takes seconds to read.
 fn long() -> Arc<Routine> {
     let mut text = "G21 G90\nG0 Z8\nG0 X0 Y0\nM3 S9000\n".to_owned();
     for hole in 0..300 {
@@ -41,12 +40,10 @@ impl Bench {
         self.over().and_then(|(.., why)| why).map(|why| why.code)
     }
 
-    /// Position of the tool, and number of recorded positions.
     fn stands(&self) -> ([f64; 3], usize) {
         (self.board.place(), self.board.cuts.len())
     }
 
-    /// After the check: at rest, and the position still known.
     fn rests_as_before(&mut self, stood: ([f64; 3], usize)) {
         assert!(self.until(10_000, |bench| {
             bench.engine().phase == EnginePhase::Ready && bench.engine().place().is_some()

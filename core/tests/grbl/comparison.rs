@@ -24,11 +24,8 @@ use annulus_core::units::Length;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-/// Events, and with `ANNULUS_LONG`.
 const EVENTS: (usize, usize) = (200_000, 1_000_000);
-/// Events with one controller.
 const EVENTS_OF_ONE: usize = 5_000;
-/// Events that are shown if the engines differ.
 const SHOWN: usize = 40;
 
 /// What the events must lead to at least once.
@@ -39,7 +36,6 @@ const REACHED: &str = "Closed, Greeting, Ready, Locked, Homing, Jogging, Probing
     step Back, step Again, step Same, step Lift, step Zero, ended Done, ended Stopped, ended StoppedAfterHole, \
     ended Alarm";
 
-/// Two tools, two holes each.
 fn routine() -> Arc<Routine> {
     let hole = |x: i32| format!("G0 X{x} Y4\nG0 Z0.5\nG1 Z-0.3 F600\nG0 Z2\n");
     let change = |tool: i32| format!("M5\nG0 Z8\nG0 X0 Y0\n(MSG, tool {tool})\nM0\nM3 S9000\n");
@@ -82,7 +78,6 @@ struct World {
     faults: [f64; 2],
     /// One tick of this many brings something that nobody asked for.
     calm: usize,
-    /// Until then nothing gets through.
     stalled_until_ms: u64,
     next_tick_ms: u64,
     kept: Vec<u8>,
@@ -226,7 +221,6 @@ impl World {
         out
     }
 
-    /// One millisecond.
     fn tick(&mut self) {
         self.now_ms += 1;
         let is_stalled = self.now_ms < self.stalled_until_ms;
@@ -253,7 +247,6 @@ impl World {
         }
     }
 
-    /// Something happens that nobody asked for.
     fn disturb(&mut self) {
         let at_machine = ["Hold:0", "Door:0", "Door:1", "Tool", "Sleep"];
         match self.chance.below(14) {
@@ -282,7 +275,6 @@ impl World {
         }
     }
 
-    /// A line that the controller did not send.
     fn odd_line(&mut self) -> String {
         let states = [
             "Idle", "Run", "Hold:0", "Hold:1", "Jog", "Alarm", "Door:0", "Door:2", "Check", "Home", "Sleep",
@@ -306,7 +298,6 @@ impl World {
         }
     }
 
-    /// The user does something now and then.
     fn user(&mut self) {
         use EnginePhase::{
             Changing, Checking, Closed, Greeting, Held, Holding, Homing, Jogging, Locked, Measuring, Probing,
@@ -468,7 +459,6 @@ impl World {
     }
 }
 
-/// An event, readable.
 fn told(event: &EngineEvent) -> String {
     match event {
         EngineEvent::Bytes(bytes) => format!("{:?}", String::from_utf8_lossy(bytes)),

@@ -26,7 +26,6 @@ impl Bench {
         self.until(500, |_| false);
     }
 
-    /// All bytes sent, without status queries.
     fn sent(&self) -> Vec<String> {
         let lines = self.told.iter().filter_map(|action| match action {
             EngineAction::Write(bytes) if bytes != b"?" => Some(String::from_utf8_lossy(bytes).into_owned()),

@@ -25,7 +25,6 @@ fn stopped() -> Bench {
     bench
 }
 
-/// Jogs by `um`. Returns the codes of refusal.
 fn jog(bench: &mut Bench, axis: u8, um: i32, anyway: bool) -> Vec<String> {
     let before = bench.board.place();
     bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 600.0, anyway });
@@ -35,7 +34,6 @@ fn jog(bench: &mut Bench, axis: u8, um: i32, anyway: bool) -> Vec<String> {
     refused
 }
 
-/// Lifts the tool by the distance that the engine gives.
 fn lift(bench: &mut Bench) {
     let lift_mm = bench.engine().lift_first_mm().expect("the tip is low");
     assert_eq!(jog(bench, 2, (lift_mm * 1e3).ceil() as i32, false), Vec::<String>::new());

@@ -33,7 +33,6 @@ impl Bench {
         self.until(1_000, |bench| bench.engine().place().is_some());
     }
 
-    /// Confirms the tool. Returns the codes of refusal.
     pub(super) fn tool_ready(&mut self) -> Vec<String> {
         self.asked(EngineAsk::ToolReady);
         found(self)
@@ -63,7 +62,6 @@ impl Bench {
         ended
     }
 
-    /// Enters the change to the second tool.
     fn second_change(&mut self) {
         self.start_as(job(0));
         self.phases(EnginePhase::ToolChange);

@@ -4,14 +4,12 @@
 use super::{Bench, Faults};
 use annulus_core::grbl::{EngineAsk, EngineEvent, EnginePhase};
 
-/// The fastest and farthest jog of the page.
 const FAST: EngineAsk = EngineAsk::Jog { axis: 0, um: -100_000, mm_per_min: 1_000.0, anyway: false };
 const SPEED_MM_PER_MS: f64 = 1.0 / 60.0;
 /// Maximum distance that the controller may hold: 0.2 s of travel, one segment, and the segments in
 /// transit.
 const MOST_MM: f64 = 0.25 * 1e3 * SPEED_MM_PER_MS;
 
-/// Homed, zero set, and one millisecond into a jog.
 fn moving() -> (Bench, f64) {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());

@@ -33,7 +33,6 @@ use annulus_core::grbl::{
 use automaton::Automaton;
 use std::sync::Arc;
 
-/// Work zero in machine coordinates.
 const ZERO: [f64; 3] = [-150.0, -150.0, -30.0];
 /// A hole counts as made if the tool came this near to its bottom, in mm.
 const NEAR: f64 = 0.02;
@@ -62,7 +61,6 @@ fn routine() -> Arc<Routine> {
     Arc::new(read("board", &[("board.nc".to_owned(), text())]).unwrap())
 }
 
-/// A job in which every tool is touched off.
 fn job(from: usize) -> EngineStart {
     let (routine, accepted) = (routine(), Vec::new());
     EngineStart {
@@ -77,17 +75,14 @@ fn job(from: usize) -> EngineStart {
     }
 }
 
-/// Faults of the serial line.
 #[derive(Clone, Copy, Default)]
 struct Faults {
     /// Probability that a byte to the controller is lost, or has one bit changed.
     lost: f64,
     damaged: f64,
-    /// The same for bytes from the controller.
     back: f64,
 }
 
-/// A controller, an engine, the line between them, and a user.
 struct Bench {
     board: Automaton,
     engine: Option<Controller>,
@@ -99,13 +94,11 @@ struct Bench {
     done: usize,
     questions: Vec<u64>,
     damaged: u32,
-    /// Bytes that arrive at the controller in place of a line.
     instead: Option<(&'static [u8], &'static [u8])>,
     /// Text that is received once in place of a text of the controller.
     heard_instead: Option<(&'static str, &'static str)>,
     /// Until then the controller and its end of the cable freeze, as with a stalled USB hub.
     asleep_until_ms: u64,
-    /// Until then the controller runs, but all bytes are in transit.
     on_the_way_until_ms: u64,
     /// Bytes written meanwhile, and bytes that the controller sent meanwhile.
     kept_back: Vec<u8>,
@@ -245,7 +238,6 @@ impl Bench {
         true
     }
 
-    /// A controller without switches, unlocked: the position is unknown.
     fn without_switches() -> Self {
         let mut bench = Self::new(1, Faults::default());
         bench.board.settings.retain(|(number, _)| *number != 22);
@@ -314,7 +306,6 @@ impl Bench {
         false
     }
 
-    /// The latest actions and the state of the engine, for messages.
     fn words(&self) -> (EnginePhase, Trust, Vec<&EngineAction>) {
         let told = self
             .told

@@ -7,7 +7,6 @@ use annulus_core::control::Trust;
 use annulus_core::grbl::{EngineAction, EngineAsk, EngineEvent, EnginePhase};
 
 impl Bench {
-    /// Opens the port while the controller continues its work.
     fn opens(&mut self, event: EngineEvent) {
         self.board.said();
         self.told.clear();
@@ -25,7 +24,6 @@ impl Bench {
         written.flatten().copied().filter(is_sign).collect()
     }
 
-    /// A controller that another program has unlocked.
     fn unlocked() -> Self {
         let mut bench = Self::new(1, Faults::default());
         bench.board.hear(b"$X\n");

@@ -5,7 +5,6 @@ use super::*;
 use annulus_core::diagnostic::Severity;
 use std::cell::Cell;
 
-/// Distance of Z from its switch after homing, in mm.
 const PULL_OFF_MM: f64 = 1.0;
 
 /// The job of the other tests with a tool change height of 20 mm, as exported files have.
@@ -14,7 +13,6 @@ fn high() -> Arc<Routine> {
     Arc::new(read("board", &[("board.nc".to_owned(), text)]).unwrap())
 }
 
-/// Homed, with hard limits, and zero of Z at `zero_mm`.
 fn ready_at(zero_mm: f64) -> Bench {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.settings.retain(|(number, _)| ![21, 27].contains(number));
@@ -31,7 +29,6 @@ fn start() -> EngineStart {
     EngineStart { routine: high(), same_length: true, ..job(0) }
 }
 
-/// Findings about the room before the job.
 fn told(bench: &Bench) -> Vec<(String, Severity)> {
     let found = bench.engine().check(&start()).into_iter();
     let of_room = |code: &str| ["grbl.change_lower", "grbl.out_of_travel"].contains(&code);

@@ -10,9 +10,7 @@ use annulus_core::grbl::{
 };
 use std::sync::Arc;
 
-/// Position and height of the pin.
 const PIN: [f64; 3] = [-250.0, -20.0, -25.0];
-/// One step of Z.
 pub(super) const STEP_MM: f64 = 0.01;
 pub(super) const NOTHING: Vec<String> = Vec::new();
 
@@ -39,7 +37,6 @@ pub(super) fn start(from: usize) -> EngineStart {
     EngineStart { setter: Some(setter()), ..job(from) }
 }
 
-/// Homed, with zero set by the first tool.
 pub(super) fn ready() -> Bench {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.surface = Some(surface);
@@ -48,7 +45,6 @@ pub(super) fn ready() -> Bench {
 }
 
 impl Bench {
-    /// Steps of the running measurement until its end.
     fn steps(&mut self) -> Vec<SetterStep> {
         let mut steps = Vec::new();
         for _ in 0..200_000 {
@@ -85,7 +81,6 @@ impl Bench {
         self.ended()
     }
 
-    /// Largest depth error of a hole.
     pub(super) fn off_mm(&self) -> f64 {
         let deepest = |hole: i32| {
             let at = [f64::from(hole % 3 * 4), f64::from(hole / 3 * 4)];
@@ -426,7 +421,6 @@ impl Bench {
         }
     }
 
-    /// Runs until the given time or the end of the job.
     fn goes_on(&mut self, seed: u64, until_ms: u64) {
         let is_over = |bench: &Self| {
             bench.ended().is_some()

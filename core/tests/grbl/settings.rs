@@ -20,7 +20,6 @@ fn released_motors_give_a_warning_before_a_job() {
     }
 }
 
-/// A probe, used manually and in a job.
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
 
 #[test]

@@ -9,11 +9,9 @@ use annulus_core::grbl::{EngineAction, EngineAsk, EngineEvent, EnginePhase, Surv
 
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 120.0, plate_mm: 0.0, up_mm: 2.0 };
 
-/// State that the controller reports, and the code of its message.
 const ROWS: [(&str, &str); 3] =
     [("Door:0", "grbl.door"), ("Hold:0", "grbl.held_there"), ("Tool", "grbl.tool_there")];
 
-/// How the bench enters a phase, and the phase.
 type Way = (fn(&mut Bench), EnginePhase);
 
 fn probes(bench: &mut Bench) {

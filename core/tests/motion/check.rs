@@ -29,7 +29,6 @@ fn every_planned_stream_passes_the_check() {
     }
 }
 
-/// First segment of a hole with this stage.
 fn first(stream: &mut StepStream, stage: Stage) -> &mut Segment {
     stream.segments.iter_mut().find(|segment| segment.stage == stage && !segment.runs.is_empty()).unwrap()
 }
@@ -46,7 +45,6 @@ fn evenly(segment: &mut Segment, axes: u8, interval: u32) {
 
 type Fault = fn(&mut StepStream);
 
-/// X and Z1 as sets of axes.
 const X: u8 = 1;
 const Z: u8 = 4;
 
@@ -197,7 +195,6 @@ fn damaged_streams_never_panic_the_check() {
     }
 }
 
-/// The second rapid of a chain, from bottom to bottom.
 fn hop(stream: &mut StepStream) -> &mut Segment {
     stream.segments.iter_mut().filter(|segment| segment.stage == Stage::NextHole).nth(1).unwrap()
 }

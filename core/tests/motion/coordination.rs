@@ -18,7 +18,6 @@ use annulus_core::steps::{self, Stage, Steps};
 use annulus_core::units::Length;
 use serde_json::Value;
 
-/// Spindle times of the reference.
 fn spindle(row: &Value) -> SpindleTimes {
     let (height, depth) = (number(row, "H"), number(row, "D"));
     let shape = MotionLaw::Power(number(&row["down"], "alpha"));

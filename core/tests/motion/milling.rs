@@ -10,15 +10,12 @@ use annulus_core::motion::{Timeline, laws, timeline};
 use annulus_core::steps::{self, Segment, Stage, TICK_HZ};
 use annulus_core::units::Length;
 
-/// Options for a random leg.
 #[derive(Clone, Copy)]
 struct Kind {
-    /// Ramps and helices are included.
     heights: bool,
     /// Between the commands the tool may leave the board and enter it again.
     pecks: bool,
     commands: u32,
-    /// Longest distance of a command in mm.
     reach: f64,
 }
 

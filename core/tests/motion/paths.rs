@@ -21,12 +21,10 @@ pub(super) fn random_axes(chance: &mut Chance) -> [Limits; 3] {
     })
 }
 
-/// Rounds to whole nanometres, as coordinates in files are.
 fn rounded(mm: f64) -> f64 {
     libm::round(mm * 1e6) * 1e-6
 }
 
-/// Half of all arcs are helices.
 fn rise(chance: &mut Chance) -> f64 {
     if chance.bits().is_multiple_of(2) { 0.0 } else { chance.between(-2.0, 2.0) }
 }

@@ -7,7 +7,6 @@ use annulus_core::motion::profile::{
     two_speeds,
 };
 
-/// Allowance for rounding, as a share.
 const ROUNDING: f64 = 1e-9;
 
 fn random_limits(chance: &mut Chance) -> Limits {

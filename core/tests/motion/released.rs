@@ -11,10 +11,8 @@ use annulus_core::pins::{Motors, Order, Outcome, Playhead, Recorder, Written, pl
 use annulus_core::steps::{self, Segment, Stage, Steps};
 use annulus_core::units::Length;
 
-/// Steps of one axis: tick, and `true` for up.
 type AxisSteps = Vec<(u64, bool)>;
 
-/// A rapid from hole to hole, and its start.
 struct Hop {
     machine: Machine,
     from: Steps,

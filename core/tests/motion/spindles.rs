@@ -14,7 +14,6 @@ fn list(key: &str, numbers: Vec<f64>) -> (String, Value) {
     (format!("spindle.{key}"), Value::Numbers(numbers))
 }
 
-/// A machine of 2 to 6 spindles with individual values.
 fn random_own(chance: &mut Chance) -> Machine {
     let spindles = 2 + chance.bits() % 5;
     let mut some = |low: f64, high: f64| {

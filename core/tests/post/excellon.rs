@@ -18,7 +18,6 @@ fn in_file(program: &Program, at: Point) -> Point {
     Point::new(at.x + program.origin.x, at.y + program.origin.y)
 }
 
-/// The routes that the milling of a flat program requires.
 fn wanted(program: &Program) -> Vec<Path> {
     let mut out = Vec::new();
     for leg in &program.legs {

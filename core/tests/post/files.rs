@@ -9,10 +9,8 @@ use annulus_core::machine::{Axis, Machine, hobby_3018, lab, six_spindles, virtua
 use annulus_core::post::{self, Dialect, FileSplit, Manner, OutputFile};
 use annulus_core::units::Length;
 
-/// Controllers without automatic tool change.
 const NO_CHANGER: [&str; 2] = ["grbl", "marlin"];
 
-/// Number of the tool in a file's header.
 fn tool_in_head(text: &str) -> u32 {
     let head = text.lines().find_map(|line| line.split_once("tool ").map(|(_, rest)| rest)).unwrap();
     head.split(':').next().unwrap().parse().unwrap()
@@ -140,7 +138,6 @@ fn bit(um: i64, cutter: Cutter) -> Bit {
     Bit { diameter: Length::from_um(um), name: "whatever".to_owned(), cutter, handling: Default::default() }
 }
 
-/// A job with two sides, and the program of each.
 fn two_sides() -> (Briefing, Vec<Program>) {
     let vee = bit(3_175, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 });
     let (drill, mill) = (bit(800, Cutter::Drill), bit(800, Cutter::Mill));

@@ -10,7 +10,6 @@ struct State {
     seen: Vec<Seen>,
     name: String,
     ended: bool,
-    /// A tool was called, and its length is active.
     length: bool,
     /// Z has not moved since the tool length became active.
     z_open: bool,
@@ -23,7 +22,6 @@ fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| format!("{text:?} is no number"))
 }
 
-/// A number with an explicit sign.
 fn signed(text: &str) -> Result<f64, String> {
     if text.starts_with(['+', '-']) { number(text) } else { Err(format!("{text:?} has no sign")) }
 }

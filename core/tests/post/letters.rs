@@ -3,10 +3,8 @@
 
 use super::seen::{By, Seen};
 
-/// Rules of a controller of this kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rules {
-    /// Known G and M codes.
     pub(crate) codes: &'static [&'static str],
     /// A semicolon begins a comment. Parentheses always enclose comments, except with Sinumerik.
     pub(crate) semicolon: bool,
@@ -14,13 +12,11 @@ pub(crate) struct Rules {
     pub(crate) pause: (char, f64),
     /// Unit of P in G82, in seconds.
     pub(crate) cycle_pause: f64,
-    /// Maximum line length in characters.
     pub(crate) longest: usize,
     /// Rapid moves use the last feed: every move must contain one.
     pub(crate) feed_in_every_move: bool,
     /// Coordinates must contain a decimal point.
     pub(crate) points: bool,
-    /// Lines are numbered in steps of this.
     pub(crate) numbered: Option<u64>,
 }
 
@@ -34,11 +30,9 @@ struct State {
     line_number: u64,
     seen: Vec<Seen>,
     ended: bool,
-    /// The length of the fitted tool is not active.
     no_length: bool,
     /// Z has not moved since the tool length became active.
     z_open: bool,
-    /// Coordinates are relative.
     incremental: bool,
     /// Height of rapid moves above the board in mm.
     safe: f64,
@@ -47,7 +41,6 @@ struct State {
 /// Height of the reference point of Z above the board in mm: higher than anything that is written.
 const REFERENCE: f64 = 100.0;
 
-/// Splits a line into letters and numbers.
 fn words(line: &str) -> Result<Vec<(char, String)>, String> {
     let mut out: Vec<(char, String)> = Vec::new();
     for letter in line.chars().filter(|c| !c.is_whitespace()) {
@@ -135,7 +128,6 @@ impl State {
         self.words(&words(&rest)?, rules)
     }
 
-    /// MSG and CYCLE82 of Sinumerik.
     fn siemens(&mut self, line: &str) -> Result<bool, String> {
         if line.starts_with("MSG(") {
             return Ok(true);

@@ -19,12 +19,10 @@ mod robots;
 mod seen;
 mod templates;
 
-/// Number of random programs per dialect.
 const PROGRAMS: u64 = 300;
 
 const ISO: &[&str] = &["G0", "G1", "G2", "G3", "G4", "G17", "G21", "G90", "G91.1", "G94", "M2", "M3", "M5"];
 
-/// Reads a file as the dialect's controller would.
 fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
     let iso = letters::Rules {
         codes: ISO,
@@ -82,7 +80,6 @@ fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
     }
 }
 
-/// Precision of a dialect.
 fn exactness(name: &str, dialect: &Dialect) -> Exactness {
     let arcs = &dialect.arcs;
     let lines = arcs.lines_only || arcs.helix == Helix::Lines || arcs.smallest_mm > 0.0;

@@ -27,7 +27,6 @@ fn frame(text: &str) -> Result<[f64; 3], String> {
     Ok([number(between(x, "X ", "")?)?, number(between(y, "Y ", "")?)?, number(between(z, "Z ", "")?)?])
 }
 
-/// KRL: the first DEF of the file.
 pub(crate) fn krl(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     let mut seen = Vec::new();
     let mut speed = None;
@@ -76,7 +75,6 @@ fn target(text: &str) -> Result<[f64; 3], String> {
     rows.try_into().map_err(|rows| format!("{rows:?}"))
 }
 
-/// RAPID: the procedure `main`.
 pub(crate) fn rapid(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     let body = between(text, &format!("MODULE {name}\n"), "ENDMODULE\n")?;
     let (_, main) = body.split_once("  PROC main()\n").ok_or("no main")?;
@@ -116,7 +114,6 @@ pub(crate) fn rapid(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     Ok(seen)
 }
 
-/// The points of a TP program.
 fn points(text: &str) -> Result<BTreeMap<u32, [f64; 3]>, String> {
     let mut out = BTreeMap::new();
     for point in text.split("};").map(str::trim).filter(|point| !point.is_empty()) {
@@ -139,7 +136,6 @@ fn points(text: &str) -> Result<BTreeMap<u32, [f64; 3]>, String> {
     Ok(out)
 }
 
-/// TP: numbered lines, followed by the points.
 pub(crate) fn tp(text: &str, name: &str) -> Result<Vec<Seen>, String> {
     let head = between(text, &format!("/PROG  {name}\n"), "/END\n")?;
     let (_, behind) = head.split_once("/MN\n").ok_or("no /MN")?;

@@ -6,7 +6,6 @@
 use annulus_core::job::{Command, Mark, Program};
 use std::f64::consts::{PI, TAU};
 
-/// One micrometre in mm.
 pub(crate) const MICROMETRE: f64 = 1e-3;
 
 /// Rounding error of a coordinate's digits in mm: half of the fourth digit. For a helix that ends by its
@@ -18,11 +17,8 @@ const NOWHERE: f64 = 2e-4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Seen {
-    /// A request for this tool, counted from 1.
     Bit(u32),
-    /// Spindle speed in rpm.
     Spindle(f64),
-    /// A pause in seconds.
     Wait(f64),
     /// A straight move with a feed in mm/min, or a rapid.
     Move {
@@ -36,16 +32,12 @@ pub(crate) enum Seen {
     },
 }
 
-/// Definition of an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum By {
-    /// Around a centre; `true` for counter-clockwise.
     Centre([f64; 2], bool),
-    /// Through an intermediate point.
     Through([f64; 3]),
 }
 
-/// Precision of a dialect.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exactness {
     pub(crate) feed: f64,
@@ -56,7 +48,6 @@ pub(crate) struct Exactness {
     pub(crate) fall_to: Option<f64>,
 }
 
-/// Actions that the program requires, directly from its commands.
 pub(crate) fn wanted(program: &Program, fall_to: Option<f64>) -> Vec<Seen> {
     let mut out = Vec::new();
     let mut at = [0.0, 0.0, program.safe_height.mm()];
@@ -126,12 +117,10 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     libm::sqrt(x * x + y * y + z * z)
 }
 
-/// Equal within the rounding of the digits, for every axis.
 fn near(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= DIGITS)
 }
 
-/// Compares the read actions with the required ones.
 pub(crate) fn compare(read: &[Seen], program: &Program, exact: Exactness) -> Result<(), String> {
     let start = [0.0, 0.0, program.safe_height.mm()];
     let (read, wanted) = (plain(read, start), plain(&wanted(program, exact.fall_to), start));

@@ -20,7 +20,6 @@ fn written(text: &str, program: &Program) -> String {
     one(post::write_with(&dialect(text), program).unwrap_or_else(|diagnostic| panic!("{diagnostic:?}"))).text
 }
 
-/// An engraving template that writes every parameter of a move.
 fn engrave(more: &str, line: &str, arc: &str) -> String {
     format!(
         "{more}{EMPTY_DRILL}[engrave]\nstart = ''\napproach = '''\n{line}\n'''\nline = '''\n{line}\n'''\n\
@@ -113,7 +112,6 @@ fn template_points_go_to_the_end_section() {
     assert_eq!(written(text, &program(vec![hole(1.0), hole(2.0)])), expected);
 }
 
-/// Every parameter of an arc as numbers.
 fn told(line: &str) -> Vec<f64> {
     line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect()
 }

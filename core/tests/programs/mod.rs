@@ -24,7 +24,6 @@ pub(crate) fn one_by_one() -> Machine {
     Machine { name: "Virtual drill, one by one".into(), overlap, ..base }
 }
 
-/// A program of a few holes at random places.
 pub(crate) fn random_program(chance: &mut Chance, machine: &Machine, holes: u32) -> Program {
     let process = &machine.process;
     let hole = |chance: &mut Chance, index: u32| {

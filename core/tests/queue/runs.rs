@@ -14,7 +14,6 @@ use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
 use std::sync::{Arc, Mutex};
 
-/// A virtual drill, and the holes that it drilled.
 fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<VirtualHole>>>) {
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
@@ -293,7 +292,6 @@ fn checked_queue_never_leaves_the_range() {
     );
 }
 
-/// A machine whose homing ends at index pulses.
 fn indexed() -> Machine {
     let on = ["x.index", "y.index", "z.index"].map(|key| (key.to_owned(), Value::Text("yes".to_owned())));
     apply(&virtual_drill(), &on).unwrap()
@@ -332,7 +330,6 @@ fn index_pulse_homing_ignores_switch_scatter() {
     }
 }
 
-/// Runs `text` from a homed bench on a drill with faults.
 fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsal) {
     let (mut sound, _) = twin(machine, Faults::default());
     let bench = Rig::homed(machine, &mut sound).unwrap();

@@ -8,7 +8,6 @@ use annulus_core::queue::{
 };
 use annulus_core::units::Length;
 
-/// A queue with every command, as users write it.
 const WHOLE: &str = "\
 ; the paper's three
 home all
@@ -155,12 +154,10 @@ fn all_errors_of_a_text_are_reported_at_once() {
     assert_eq!(rows, [1, 3, 4]);
 }
 
-/// Returns `true` once in `times` calls on average.
 pub(crate) fn one_in(chance: &mut Chance, times: u64) -> bool {
     chance.bits().is_multiple_of(times)
 }
 
-/// A random row of the table with values inside its ranges.
 pub(crate) fn random_row(chance: &mut Chance) -> QueueRow {
     let text =
         |chance: &mut Chance, words: &[&str]| words[(chance.bits() % words.len() as u64) as usize].to_owned();

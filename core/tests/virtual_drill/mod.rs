@@ -21,7 +21,6 @@ fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Virtu
     (VirtualDrill::new(machine, 1, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
 }
 
-/// Steps one axis evenly to `to`, at most `most` steps.
 fn drive(twin: &mut VirtualDrill, tick: &mut u64, axis: usize, to: i64, most: u64) {
     for _ in 0..most {
         let at = twin.real()[axis];

@@ -18,15 +18,12 @@ fn own(base: &Machine, lists: &[(&str, &[f64])]) -> Machine {
     machine::apply(base, &lists.iter().map(list).collect::<Vec<_>>()).unwrap()
 }
 
-/// A drilled board.
 struct Drilled {
     holes: Vec<VirtualHole>,
-    /// Depth of each tool for every hole, in mm.
     depths_mm: Vec<Vec<f64>>,
     zero_mm: [f64; 2],
 }
 
-/// Drills `program`, planned for `machine`, on the virtual drill of `real`.
 fn drilled(program: &Program, machine: &Machine, real: &Machine) -> Drilled {
     let (mut drill, holes) = twin(real, Faults::default());
     let stream = stream(&timeline(program, machine).unwrap(), machine).unwrap();

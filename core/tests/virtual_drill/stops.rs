@@ -20,7 +20,6 @@ const ORDERS: [[Order; 2]; 4] = [
     [Order::At { percent: 70 }; 2],
 ];
 
-/// A virtual drill and its position.
 fn drill(machine: &Machine) -> (VirtualDrill, Playhead) {
     let (drill, _) = twin(machine, Faults::default());
     let mut line = Playhead::default();
@@ -28,7 +27,6 @@ fn drill(machine: &Machine) -> (VirtualDrill, Playhead) {
     (drill, line)
 }
 
-/// Plays `segment` with `orders`, beginning at `share` of its duration.
 fn ordered(
     machine: &Machine,
     segment: &Segment,
@@ -61,7 +59,6 @@ fn orders_during_a_travel_never_lose_a_step() {
     }
 }
 
-/// Two holes, `way_mm` apart.
 fn two_holes(machine: &Machine, way_mm: [f64; 2]) -> Program {
     let bit = Bit {
         diameter: Length::from_um(800),

@@ -15,7 +15,6 @@ const SAMPLED_BYTES: usize = 192 * 1024;
 /// From this number of holes on, their extent can prove a scale.
 const FEWEST: usize = 8;
 
-/// The input of the choice.
 pub(super) struct Grounds<'a> {
     pub(super) name: &'a str,
     pub(super) text: &'a [u8],
@@ -42,7 +41,6 @@ pub(super) struct Ranked {
     pub(super) own_words: bool,
     /// Sizes of board, holes and tools are possible.
     pub(super) possible: bool,
-    /// Bounding box of its holes.
     pub(super) bounds: Bounds,
     /// The bounding box is as large as that of the copper, or there is no copper.
     pub(super) as_large: bool,
@@ -71,7 +69,6 @@ impl Grounds<'_> {
     }
 }
 
-/// Complete lines from the start of a program.
 pub(super) fn sample(text: &[u8]) -> Option<&[u8]> {
     let text = front(text, SAMPLED_BYTES);
     let end = text.iter().rposition(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
@@ -132,7 +129,6 @@ pub(super) fn agrees(reading: &Reading, sensed: &Sensed, settled: impl Fn(Source
     units && digits && zeros
 }
 
-/// Every plausible reading, the sensed one first.
 pub(super) fn readings(sensed: &Sensed) -> Vec<Reading> {
     const MM: [(u8, u8); 7] = [(3, 3), (4, 2), (3, 2), (4, 4), (4, 3), (5, 5), (3, 5)];
     const INCH: [(u8, u8); 7] = [(2, 4), (2, 3), (3, 5), (2, 5), (3, 3), (5, 5), (2, 6)];

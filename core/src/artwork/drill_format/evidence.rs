@@ -17,7 +17,6 @@ struct Witness {
     outline: Option<Bounds>,
 }
 
-/// The evidence next to a drill file.
 #[derive(Default)]
 pub(in crate::artwork) struct Neighbours<'a> {
     /// Reports: name, bytes, content.

@@ -113,7 +113,6 @@ fn few_mirrored(layers: &[Layer], holes: &[Point], own: f64) -> Option<&'static 
     flipped(holes).into_iter().find_map(|(word, flipped)| (on_pads(&flipped) >= 1.0).then_some(word))
 }
 
-/// The holes flipped in X and in Y.
 fn flipped(holes: &[Point]) -> [(&'static str, Vec<Point>); 2] {
     let in_x = |at: &Point| Point::new(-at.x, at.y);
     let in_y = |at: &Point| Point::new(at.x, -at.y);
@@ -167,7 +166,6 @@ mod tests {
 
     type Places = Vec<(f64, f64)>;
 
-    /// A layer with a pad at every position.
     fn layer(function: &str, places: &[(f64, f64)]) -> Vec<u8> {
         let flash = |(x, y): &(f64, f64)| format!("X{:.0}Y{:.0}D03*", x * 1e6, y * 1e6);
         let flashes: String = places.iter().map(flash).collect();
@@ -195,7 +193,6 @@ mod tests {
         warnings.map(|diagnostic| diagnostic.code.as_str()).collect()
     }
 
-    /// Rows of pins, and some pads outside any row.
     fn pins() -> Places {
         let rows =
             (0..4).flat_map(|row| (0..12).map(move |pin| (f64::from(pin) * 2.54, f64::from(row) * 7.62)));

@@ -16,7 +16,6 @@ use crate::{code, error};
 const LARGE_MM: f64 = 700.0;
 /// Boards with at least [`MANY`] holes are larger than this.
 const SMALL_MM: f64 = 2.0;
-/// Fewer holes prove nothing.
 const MANY: usize = 10;
 /// Fewer overlapping holes are normal: two make a slot.
 const FEW: usize = 3;
@@ -75,7 +74,6 @@ pub(super) fn impossible(name: &str, drill: &DrillFile) -> Vec<Diagnostic> {
     bit.into_iter().chain(inside).collect()
 }
 
-/// The first used tool with an impossible diameter.
 pub(super) fn impossible_bit(drill: &DrillFile) -> Option<&ToolEntry> {
     let used = drill.tools.iter().zip(drill.counts()).filter(|(_, counts)| *counts != Counts::default());
     let sized = |tool: &ToolEntry| {
@@ -141,7 +139,6 @@ struct Round {
     line: u32,
 }
 
-/// The first holes of a file that have a size.
 fn sized(drill: &DrillFile, most: usize) -> Vec<Round> {
     let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter).map(Length::mm);
     let sized = drill.hits.iter().take(most);

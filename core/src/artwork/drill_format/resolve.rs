@@ -23,11 +23,9 @@ use crate::geometry::Point;
 use crate::units::Length;
 use crate::{code, warning};
 
-/// Maximum number of holes shown for the next best reading.
 const MOST_SHOWN: usize = 2_000;
 /// Copper can't distinguish readings whose shares are closer than this.
 const CLOSE_SHARE: f64 = 0.10;
-/// A reading better by this much puts the statements into doubt.
 const MUCH_BETTER_SHARE: f64 = 0.30;
 /// Copper under this share of the holes outweighs a report.
 const NEARLY_ALL_SHARE: f64 = 0.95;
@@ -123,7 +121,6 @@ fn measured(
     Ok((task.reading, drill, diagnostics))
 }
 
-/// Number format and tools from companion files.
 #[derive(Default)]
 struct Beside<'a> {
     stated: excellon::Stated,
@@ -226,7 +223,6 @@ fn unplated(grounds: &Grounds<'_>) -> bool {
     plated_by_name(name) == Some(false)
 }
 
-/// The decision and its certainty.
 struct Choice {
     reading: Reading,
     evidence: Evidence,
@@ -343,7 +339,6 @@ fn by_outline<'a>(grounds: &Grounds<'_>, own: &Ranked, ranking: &'a [Ranked]) ->
     allowed.or_else(|| ranking.iter().find(within))
 }
 
-/// A uniform sample of a reading's holes.
 fn some_holes(ranked: &Ranked) -> Vec<Point> {
     let every = ranked.holes.len().div_ceil(MOST_SHOWN).max(1);
     ranked.holes.iter().step_by(every).copied().collect()
@@ -358,7 +353,6 @@ fn shown(reading: &Reading) -> String {
     }
 }
 
-/// Remaining doubts about the numbers.
 fn warnings(
     name: &str,
     sensed: &Sensed,
@@ -412,7 +406,6 @@ fn warnings(
     out
 }
 
-/// Differences between report and file in hole counts and tool sizes.
 fn disagreements(name: &str, drill: &DrillFile, companion: &Companion) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for (tool, counts) in drill.tools.iter().zip(drill.counts()) {

@@ -17,7 +17,6 @@ use std::collections::BTreeMap;
 /// Shifts closer than this are equal, mm.
 const SAME_MM: f64 = 0.05;
 
-/// Applies all cross-checks.
 pub(in crate::artwork) fn settle(files: &mut [FileRead]) {
     tapes(files);
     shifts(files);
@@ -91,7 +90,6 @@ mod tests {
     use super::*;
     use crate::artwork::{Artwork, Overrides, Source, read_set};
 
-    /// A millimetre program with these holes and `second` as its second line.
     fn program(second: &str, holes: &[(f64, f64)]) -> Vec<u8> {
         let hits: String = holes.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();
         format!("M48\n{second}\nMETRIC,TZ\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes()
@@ -106,7 +104,6 @@ mod tests {
         file.diagnostics.iter().filter(|r| r.severity == severity).map(|r| r.code.as_str()).collect()
     }
 
-    /// Words of a drill program in EIA tape code.
     fn tape() -> Vec<u8> {
         let code = |letter: u8| match letter {
             b'X' => 0x37,

@@ -13,7 +13,6 @@ use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
-/// Range of drill diameters, mm.
 const THINNEST_MM: f64 = 0.1;
 const THICKEST_MM: f64 = 7.0;
 

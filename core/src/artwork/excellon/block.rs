@@ -29,7 +29,6 @@ impl Pair {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ToolWord {
     pub(super) code: u32,
-    /// Number of digits as written.
     pub(super) digits: u8,
     /// The tool's size. None without a `C`; `Some(None)` for a `C` without a number.
     pub(super) size: Option<Option<Decimal>>,
@@ -46,20 +45,15 @@ pub(super) struct Block {
     /// X and Y after a G85.
     pub(super) slot_to: Option<Pair>,
     pub(super) centre: Pair,
-    /// A, the radius of an arc.
     pub(super) radius: Option<Decimal>,
-    /// R, the number of repeats.
     pub(super) repeat: Option<Decimal>,
     /// Feeds, speeds and counts, with their columns.
     pub(super) feeds: Vec<(u8, Decimal, u32)>,
 }
 
-/// A word that isn't allowed here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault {
-    /// Code of the diagnostic.
     pub(super) code: &'static str,
-    /// From 1.
     pub(super) column: u32,
 }
 
@@ -107,7 +101,6 @@ pub(super) fn sort(words: &[Word]) -> Result<Block, Fault> {
     Ok(block)
 }
 
-/// An integer G or M code.
 fn code(number: Decimal) -> Option<u16> {
     if number.point { None } else { u16::try_from(number.mantissa).ok() }
 }

@@ -5,11 +5,9 @@ use crate::artwork::text::{holds, starts};
 use crate::artwork::{Digits, Units, Zeros};
 use crate::units::Length;
 
-/// A statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::artwork) enum Hint {
     Units(Units),
-    /// Digits before and after the point.
     Digits(Digits),
     /// Omitted zeros, or decimal points.
     Zeros(Zeros),
@@ -28,7 +26,6 @@ pub(in crate::artwork) enum Hint {
     PlatedFrom(u32, bool),
     /// Plating of all holes in the file.
     FilePlated(bool),
-    /// The program that wrote the file.
     Generator(String),
 }
 
@@ -123,7 +120,6 @@ fn after<'a>(text: &'a [u8], word: &str) -> Option<&'a [u8]> {
     starts(text, word).then(|| text.get(word.len()..)).flatten()
 }
 
-/// True if `text` contains `word` as a whole word.
 fn word(text: &[u8], word: &str) -> bool {
     text.split(|byte| !byte.is_ascii_alphabetic()).any(|part| part.eq_ignore_ascii_case(word.as_bytes()))
 }
@@ -214,7 +210,6 @@ fn generator(text: &[u8]) -> Vec<Hint> {
         .collect()
 }
 
-/// A printable name.
 fn visible(text: &[u8]) -> String {
     let kept = text.iter().take(60).filter(|byte| (b' '..=b'~').contains(byte) && !b"*%{}".contains(byte));
     kept.map(|&byte| if byte == b',' { ' ' } else { char::from(byte) }).collect::<String>().trim().to_owned()

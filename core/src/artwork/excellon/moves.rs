@@ -10,7 +10,6 @@ use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
 
 impl Reader<'_> {
-    /// A straight slot from `start`, or from the current position, to `end`.
     pub(super) fn slot(&mut self, start: Pair, end: Pair) {
         let reached = !start.any() || self.go(start);
         let from = self.at;

@@ -16,13 +16,9 @@ use crate::units::Length;
 use crate::{code, error, note, warning};
 use std::collections::BTreeMap;
 
-/// Maximum number of hits per file.
 pub const MOST_HITS: usize = 4_000_000;
-/// Maximum number of hits from repeats and patterns.
 pub(super) const MOST_REPEATED: usize = 1_000_000;
-/// Maximum number of slots, routes and moves per file.
 const MOST_MOVES: usize = 500_000;
-/// Maximum number of tools per file.
 const MOST_TOOLS: usize = 1_000;
 
 /// Sizes and plating of tools by number, from another file.
@@ -34,7 +30,6 @@ pub(super) enum Mode {
     Rout,
 }
 
-/// The kind of a routing move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Motion {
     Rapid,
@@ -54,7 +49,6 @@ pub(super) struct Pattern {
     pub(super) shift: Point,
 }
 
-/// The text to read, and how.
 #[derive(Clone, Copy)]
 pub(in crate::artwork) struct Task<'a> {
     pub(in crate::artwork) name: &'a str,
@@ -64,7 +58,6 @@ pub(in crate::artwork) struct Task<'a> {
     pub(in crate::artwork) table: &'a ToolTable,
 }
 
-/// The state while reading.
 pub(super) struct Reader<'a> {
     pub(super) task: &'a Task<'a>,
     /// Next byte, and the number of its line.
@@ -72,7 +65,6 @@ pub(super) struct Reader<'a> {
     pub(super) line: u32,
     /// The current reading; a units statement can change it.
     pub(super) reading: Reading,
-    /// Units of the last units statement.
     pub(super) stated: Option<crate::artwork::Units>,
     pub(super) scale: Scale,
     pub(super) findings: Findings,
@@ -213,12 +205,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The error that rejects the file at the current line.
     pub(super) fn refusal(&self, code: &str) -> Diagnostic {
         Diagnostic::error(code).at(self.task.name, self.line, 1)
     }
 
-    /// Reports a word of the current line.
     pub(super) fn report(&mut self, severity: Severity, code: &str, column: u32, found: &[u8]) {
         self.findings.at(severity, code, self.line, column, found);
     }

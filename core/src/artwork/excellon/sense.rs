@@ -4,7 +4,6 @@ use super::survey::{Shape, Survey};
 use crate::artwork::number::{Decimal, Reading};
 use crate::artwork::{Digits, Overrides, Source, Units, Zeros};
 
-/// Number format stated by another file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::artwork) struct Stated {
     pub(in crate::artwork) units: Option<Units>,
@@ -12,19 +11,16 @@ pub(in crate::artwork) struct Stated {
     pub(in crate::artwork) zeros: Option<Zeros>,
 }
 
-/// A reading with the source of each part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::artwork) struct Sensed {
     pub(in crate::artwork) reading: Reading,
     pub(in crate::artwork) units: Source,
     pub(in crate::artwork) digits: Source,
     pub(in crate::artwork) zeros: Source,
-    /// The companion contradicts the program.
     pub(in crate::artwork) companion_disagrees: bool,
 }
 
 impl Sensed {
-    /// The weakest source that matters.
     pub(in crate::artwork) fn weakest(&self) -> Source {
         let numbers =
             if self.reading.zeros == Zeros::Decimal { self.units } else { self.digits.max(self.zeros) };
@@ -37,7 +33,6 @@ impl Sensed {
     }
 }
 
-/// Combines all sources.
 pub(in crate::artwork) fn sense(survey: &Survey, companion: &Stated, person: &Overrides) -> Sensed {
     let said = |value: Option<(Zeros, Source)>| value.filter(|(zeros, _)| *zeros != Zeros::Decimal);
     let contradicts = |own: Option<(Zeros, Source)>, other: Option<Zeros>| matches!((said(own), other), (Some((own, _)), Some(other)) if own != other);

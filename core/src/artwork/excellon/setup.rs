@@ -21,7 +21,6 @@ const MACHINE_WORDS: [&str; 16] = [
 ];
 
 impl Reader<'_> {
-    /// Handles a keyword and its arguments.
     pub(super) fn statement(&mut self, keyword: &[u8], args: &[u8]) {
         let upper = keyword.to_ascii_uppercase();
         if let Some(units) = units_named(keyword) {
@@ -83,7 +82,6 @@ impl Reader<'_> {
         })
     }
 
-    /// Adds a tool and assigns its number to it.
     pub(super) fn new_tool(&mut self, tool: ToolEntry) -> u16 {
         let index = u16::try_from(self.out.tools.len()).unwrap_or(u16::MAX);
         self.codes.insert(tool.code, index);
@@ -125,7 +123,6 @@ impl Reader<'_> {
         }
     }
 
-    /// True if the tool is defined here or in another file.
     fn is_tool(&self, code: u32) -> bool {
         self.codes.contains_key(&code) || self.task.table.contains_key(&code)
     }

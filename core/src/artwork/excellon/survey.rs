@@ -9,10 +9,8 @@ use crate::units::Length;
 
 /// Only this many bytes are surveyed; statements are at the start of a file.
 const LOOKED_AT: usize = 256 * 1024;
-/// Maximum number of tools from comments.
 const MOST_TOOLS: usize = 1000;
 
-/// A tool that a comment describes.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::artwork) struct CommentTool {
     pub(in crate::artwork) code: u32,
@@ -21,11 +19,9 @@ pub(in crate::artwork) struct CommentTool {
     pub(in crate::artwork) line: u32,
 }
 
-/// The look of the coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::artwork) struct Shape {
     pub(in crate::artwork) numbers: u32,
-    /// Numbers with a point.
     pub(in crate::artwork) with_point: u32,
     /// Minimum and maximum number of digits without a point.
     pub(in crate::artwork) shortest: u8,
@@ -33,15 +29,12 @@ pub(in crate::artwork) struct Shape {
     /// Numbers that start, or end, with a zero that could be omitted.
     pub(in crate::artwork) leading_zeros: u32,
     pub(in crate::artwork) trailing_zeros: u32,
-    /// Minimum and maximum number of digits after the point.
     pub(in crate::artwork) fewest_decimals: u8,
     pub(in crate::artwork) most_decimals: u8,
-    /// Bare `0`, which is zero in any format.
     pub(in crate::artwork) bare_zeros: u32,
 }
 
 impl Shape {
-    /// True if numbers have decimal points.
     pub(in crate::artwork) fn decimal(&self) -> bool {
         self.with_point > 0 && self.with_point * 2 >= self.numbers.saturating_sub(self.bare_zeros)
     }
@@ -51,7 +44,6 @@ impl Shape {
         self.with_point + self.bare_zeros < self.numbers
     }
 
-    /// True if all numbers have exactly the digits of the format.
     pub(in crate::artwork) fn is_full(&self, digits: Digits) -> bool {
         self.shortest == self.longest && self.longest == digits.integer + digits.decimal
     }
@@ -80,12 +72,10 @@ impl Shape {
     }
 }
 
-/// The result.
 #[derive(Clone, Debug, Default)]
 pub(in crate::artwork) struct Survey {
     /// The first named units; they apply to tools defined before any statement.
     pub(in crate::artwork) first_units: Option<Units>,
-    /// Units at the first coordinate.
     pub(in crate::artwork) units: Option<(Units, Source)>,
     pub(in crate::artwork) digits: Option<(Digits, Source)>,
     pub(in crate::artwork) zeros: Option<(Zeros, Source)>,
@@ -93,12 +83,10 @@ pub(in crate::artwork) struct Survey {
     pub(in crate::artwork) file_plated: Option<bool>,
     pub(in crate::artwork) generator: Option<String>,
     pub(in crate::artwork) shape: Shape,
-    /// Tool sizes as written.
     pub(in crate::artwork) sizes: Vec<Decimal>,
     pub(in crate::artwork) routes: bool,
     /// True if a word selects or defines a tool.
     pub(in crate::artwork) has_tool_words: bool,
-    /// Plating by the first tool number that it applies to.
     pub(in crate::artwork) plated_from: Vec<(u32, bool)>,
 }
 
@@ -194,7 +182,6 @@ impl Survey {
     }
 }
 
-/// The units of a keyword.
 pub(super) fn units_named(keyword: &[u8]) -> Option<Units> {
     let is = |names: [&str; 2]| names.iter().any(|name| keyword.eq_ignore_ascii_case(name.as_bytes()));
     if is(["METRIC", "M71"]) { Some(Units::Mm) } else { is(["INCH", "M72"]).then_some(Units::Inch) }

@@ -21,7 +21,6 @@ const END_OF_TEXT: u8 = 0x1A;
 /// A line with more words isn't a program.
 const MOST_WORDS: usize = 64;
 
-/// A letter with its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Word {
     pub(super) letter: u8,
@@ -31,7 +30,6 @@ pub(super) struct Word {
     pub(super) column: u32,
 }
 
-/// The kind of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Content<'a> {
     Blank,
@@ -50,7 +48,6 @@ pub(super) enum Content<'a> {
     Garbled(Vec<Word>, u32),
 }
 
-/// A line with its comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Parsed<'a> {
     pub(super) content: Content<'a>,

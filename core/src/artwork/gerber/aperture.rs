@@ -11,20 +11,14 @@ use crate::diagnostic::Severity;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// Maximum number of apertures per layer.
 const MOST_APERTURES: usize = 10_000;
-/// Further decimals are ignored.
 const FINEST: usize = 9;
 /// Maximum D-code.
 const HIGHEST_CODE: i64 = 1_000_000_000;
-/// Maximum number of corners of a polygon.
 const MOST_CORNERS: i64 = 1_000;
-/// Maximum number of parameters of an aperture.
 const MOST_PARAMETERS: usize = 1_000;
-/// Maximum size of an aperture.
 const LARGEST: Length = Length::from_um(2_000_000);
 
-/// Apertures by D-code, and the macros to make apertures from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Apertures {
     /// Index of the aperture by D-code.
@@ -89,7 +83,6 @@ impl Reader {
         self.define(aperture, block);
     }
 
-    /// Adds an aperture.
     pub(super) fn define(&mut self, aperture: Aperture, block: &Block<'_>) {
         let index = self.out.apertures.len() as u32;
         if self.apertures.codes.insert(aperture.code, index).is_some() {

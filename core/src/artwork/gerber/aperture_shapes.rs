@@ -52,7 +52,6 @@ fn worked_out(primitives: &[Primitive], fuel: &mut Fuel) -> Option<Vec<Path>> {
     }
 }
 
-/// The outlines of the painted exposures.
 fn painted(exposures: &[Exposure], fuel: &mut Fuel) -> Option<Vec<Path>> {
     Some(paint_within(exposures, false, fuel).ok()?.paths().cloned().collect())
 }

@@ -8,23 +8,18 @@ use crate::code;
 use crate::diagnostic::Severity;
 use std::collections::BTreeMap;
 
-/// Maximum length of an attribute's text, in characters.
 const LONGEST: usize = 200;
 const MOST_ATTRIBUTES: usize = 100;
 const MOST_TAGS: usize = 200_000;
-/// Number of comments searched for the CAD's name.
 const COMMENTS_LOOKED_AT: u32 = 200;
 
-/// The supported names.
 const NAMES: [&[u8]; 7] =
     [b".FileFunction", b".FilePolarity", b".GenerationSoftware", b".AperFunction", b".N", b".C", b".P"];
 
-/// The current attributes, and the tags of objects.
 #[derive(Clone, Debug)]
 pub(super) struct Attributes {
     /// The current attributes; the function is that of apertures and contours.
     now: Tag,
-    /// Number of plain comments.
     comments: u32,
     tags: BTreeMap<Tag, u32>,
     /// Index of the current tag for flashes and strokes, and for contours; none until the next use.
@@ -42,7 +37,6 @@ impl Attributes {
         }
     }
 
-    /// The function of an aperture defined now.
     pub(super) fn aperture_function(&self) -> Option<String> {
         self.now.function.clone()
     }
@@ -82,7 +76,6 @@ impl Attributes {
 }
 
 impl Reader {
-    /// The text after `G04`.
     pub(super) fn comment(&mut self, text: &[u8], block: &Block<'_>) {
         let text = text.trim_ascii();
         if let Some(rest) = text.strip_prefix(b"#@!") {

@@ -8,13 +8,11 @@ use crate::artwork::Units;
 use crate::code;
 use crate::diagnostic::Severity;
 
-/// Longer names are truncated, in characters.
 const LONGEST_NAME: usize = 80;
 
 /// Executes a command; gets the text after its letters.
 type Command = fn(&mut Reader, &[u8], &Block<'_>);
 
-/// By letters.
 const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"AB", Reader::block_aperture),
     (b"AD", Reader::aperture_definition),
@@ -49,7 +47,6 @@ const COMMANDS: [(&[u8; 2], Command); 27] = [
     (b"TO", |reader, rest, _| reader.attributes.of_objects(rest)),
 ];
 
-/// Executes a G-code.
 type Code = fn(&mut Reader, &Block<'_>);
 
 /// By number. G54 and G55 precede a D-code and need no action.
@@ -74,7 +71,6 @@ const CODES: [(i64, Code); 17] = [
 ];
 
 impl Reader {
-    /// Executes a two-letter command.
     pub(super) fn command(&mut self, letters: [u8; 2], rest: &[u8], block: &Block<'_>) {
         match COMMANDS.iter().find(|(known, _)| **known == letters) {
             Some((_, does)) => does(self, rest.trim_ascii(), block),
@@ -82,7 +78,6 @@ impl Reader {
         }
     }
 
-    /// Executes a G-code.
     pub(super) fn code(&mut self, number: i64, block: &Block<'_>) {
         match CODES.iter().find(|(known, _)| *known == number) {
             Some((_, does)) => does(self, block),
@@ -107,7 +102,6 @@ impl Reader {
     }
 }
 
-/// The assignment of plotter axes.
 fn axes(reader: &mut Reader, rest: &[u8], block: &Block<'_>) {
     match rest {
         b"AXBY" => {}

@@ -29,7 +29,6 @@ const POINT_MM: f64 = 0.01;
 const QUARTER_RAD: f64 = 1.6;
 
 impl Reader {
-    /// Executes the numbers of a block. `acted` is the action of its D-code, if any.
     pub(super) fn go(&mut self, numbers: &Numbers, acted: Option<Action>, place: At) {
         let moved = numbers.x.is_some() || numbers.y.is_some();
         let circle = acted == Some(Action::Draw)
@@ -120,7 +119,6 @@ impl Reader {
         }
     }
 
-    /// Ends the current contour, if any, and closes it if the file didn't.
     pub(super) fn end_contour(&mut self, place: At) {
         let Some(path) = self.graphics.region.as_mut().filter(|path| !path.segments.is_empty()) else {
             return;
@@ -137,7 +135,6 @@ impl Reader {
         self.put(ObjectShape::Contour(path), 0, place);
     }
 
-    /// The segment between two points with the current interpolation.
     fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> PathSegment {
         if self.graphics.interpolation == Interpolation::Straight {
             return PathSegment::Line { to };

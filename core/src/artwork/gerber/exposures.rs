@@ -13,7 +13,6 @@ use crate::units::Length;
 
 /// The outlines of one object, with the inside on the left.
 pub(super) struct Piece {
-    /// Clears instead of adding.
     pub(super) clear: bool,
     pub(super) outlines: Vec<Path>,
 }
@@ -83,7 +82,6 @@ fn bounds(piece: &Piece) -> Option<Bounds> {
     boxes.reduce(|one, other| one.with(other.min).with(other.max))
 }
 
-/// A grid of square cells over everything.
 struct Grid {
     all: Bounds,
     /// Side of a cell, nm.

@@ -6,7 +6,6 @@ use super::transform::{Place, Transform};
 use crate::geometry::{Bounds, Path, PathSegment, Point, chords, path_bounds, segment_bounds};
 use crate::units::Length;
 
-/// Maximum distance of a chord from its arc, mm.
 const CHORD_ERROR_MM: f64 = 0.005;
 
 /// Maximum number of such chords per layer; further arcs are cut at every quarter turn.
@@ -14,15 +13,11 @@ const MOST_CHORDS: usize = 500_000;
 
 const COARSE_MM: f64 = 1e6;
 
-/// An object at its position.
 pub(super) struct Seen<'a> {
     /// A flash (not of a block), a stroke or a contour.
     pub(super) object: &'a Object,
-    /// Placement of the copy that it belongs to.
     pub(super) place: Place,
-    /// Clears instead of adding.
     pub(super) clear: bool,
-    /// Its tag, or that of the block's flash.
     pub(super) tag: u32,
 }
 
@@ -39,7 +34,6 @@ impl Seen<'_> {
     }
 }
 
-/// Calls `visit` for every object.
 pub(super) fn each<'a>(layer: &'a Gerber, visit: &mut dyn FnMut(Seen<'a>)) {
     below(layer, &layer.objects, Place::HOME, (false, 0), visit);
 }
@@ -74,7 +68,6 @@ fn below<'a>(
 }
 
 impl Gerber {
-    /// The aperture of an object.
     pub fn aperture(&self, object: &Object) -> Option<&Aperture> {
         self.apertures.get(object.aperture as usize)
     }
@@ -199,7 +192,6 @@ impl Gerber {
     }
 }
 
-/// The smaller width of a shape, mm.
 fn width_mm(form: &Form) -> f64 {
     let Form::Macro { primitives, .. } = form else { return 2.0 * half_width(form).mm() };
     let paths = primitives.iter().filter(|(adds, _)| *adds).flat_map(|(_, paths)| paths);

@@ -8,16 +8,13 @@ use crate::artwork::{Digits, Overrides, Units, Zeros};
 use crate::code;
 use crate::diagnostic::Severity;
 
-/// The number format, as far as it is stated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Format {
-    /// Current units, once stated.
     pub(super) units: Option<Units>,
     /// Units before any statement: those stated further down, else inches.
     ahead: Option<Units>,
     /// Units at the first coordinate, if stated.
     first: Option<Units>,
-    /// A length occurred before any units statement.
     pub(super) unstated: bool,
     pub(super) digits: Option<Digits>,
     pub(super) zeros: Option<Zeros>,
@@ -43,12 +40,10 @@ impl Format {
         self.scale = self.digits.map(|digits| Scale::new(Reading { units, digits, zeros }));
     }
 
-    /// Units of a size at this point.
     pub(super) fn size_units(&self) -> Units {
         self.stated_units().unwrap_or(Units::Inch)
     }
 
-    /// Units at this point, if stated.
     fn stated_units(&self) -> Option<Units> {
         self.units.or(self.ahead)
     }

@@ -47,7 +47,6 @@ pub(super) enum Quadrants {
     Many,
 }
 
-/// The current state.
 #[derive(Clone, Debug)]
 pub(super) struct Graphics {
     /// Current point as written, before the image transform.
@@ -55,7 +54,6 @@ pub(super) struct Graphics {
     pub(super) action: Action,
     pub(super) interpolation: Interpolation,
     pub(super) quadrants: Option<Quadrants>,
-    /// Index of the current aperture.
     pub(super) aperture: Option<u32>,
     /// Between G36 and G37: the current contour.
     pub(super) region: Option<Path>,
@@ -86,7 +84,6 @@ impl Graphics {
         }
     }
 
-    /// Index of the current transform in `all`.
     fn transform_now(&mut self, all: &mut Vec<Transform>) -> u32 {
         *self.transform.get_or_insert_with(|| {
             let transform = self.image.turned(self.held.transform());
@@ -102,7 +99,6 @@ impl Graphics {
 }
 
 impl Reader {
-    /// Adds an object with the current state.
     pub(super) fn put(&mut self, shape: ObjectShape, aperture: u32, At { line, column }: At) {
         let tag = self.attributes.tag_now(matches!(shape, ObjectShape::Contour(_)), &mut self.out.tags);
         let transform = self.graphics.transform_now(&mut self.out.transforms);
@@ -191,7 +187,6 @@ impl Reader {
         self.graphics.transform = None;
     }
 
-    /// `POS` or `NEG` after `IP`.
     pub(super) fn image_polarity(&mut self, rest: &[u8], block: &Block<'_>) {
         match rest {
             b"POS" | b"NEG" => self.out.negative_image = rest == b"NEG",

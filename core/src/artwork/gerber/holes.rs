@@ -33,7 +33,6 @@ pub(in crate::artwork) fn says_holes(layer: &Gerber) -> bool {
     }
 }
 
-/// The holes of the layer `name`, with this plating.
 pub(in crate::artwork) fn holes(
     name: &str,
     layer: &Gerber,
@@ -92,7 +91,6 @@ impl Reader<'_> {
         }
     }
 
-    /// The tool of a round, dark flash or stroke.
     fn tool(&mut self, seen: &Seen<'_>) -> Option<u16> {
         let aperture = self.layer.aperture(seen.object)?;
         let Form::Circle { diameter } = aperture.form else { return None };

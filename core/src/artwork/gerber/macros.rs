@@ -25,23 +25,17 @@ const FUEL: usize = 8_000_000;
 /// Cost of a path, and of each segment, in bytes of text.
 const PATH: usize = 64;
 const SEGMENT: usize = 16;
-/// Maximum number of macros per layer.
 const MOST_MACROS: usize = 10_000;
-/// Maximum number of lines per macro.
 const MOST_LINES: usize = 10_000;
-/// Maximum number of variables per macro.
 const MOST_VARIABLES: usize = 1_000;
-/// Maximum number of fields per primitive.
 const MOST_FIELDS: usize = 20_005;
 
 /// The lines of a macro, without comments.
 type Macro = Vec<Vec<u8>>;
 
-/// The macros of a layer.
 #[derive(Clone, Debug)]
 pub(super) struct Macros {
     by_name: BTreeMap<Vec<u8>, Macro>,
-    /// The macro whose lines are being read.
     open: Option<Vec<u8>>,
     /// Bytes of text left to evaluate.
     fuel: usize,
@@ -54,12 +48,10 @@ impl Default for Macros {
 }
 
 impl Macros {
-    /// True while the lines of a macro are being read.
     pub(super) fn is_open(&self) -> bool {
         self.open.is_some()
     }
 
-    /// Ends the macro.
     pub(super) fn close(&mut self) {
         self.open = None;
     }
@@ -79,7 +71,6 @@ impl Reader {
         }
     }
 
-    /// A line of the current macro.
     pub(super) fn macro_line(&mut self, block: &Block<'_>) {
         let macros = &mut self.apertures.macros;
         let lines = macros.open.as_ref().and_then(|name| macros.by_name.get_mut(name));

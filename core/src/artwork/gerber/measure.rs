@@ -8,12 +8,10 @@ use super::transform::Place;
 use crate::geometry::{Bounds, Fuel, Path, Point, Region, island_area_mm2, path_area_mm2, path_bounds};
 use std::collections::BTreeMap;
 
-/// Smaller islands and holes are ignored, mm².
 const CRUMB_MM2: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PaintedMeasures {
-    /// Dark area, mm².
     pub area_mm2: f64,
     pub islands: usize,
     pub holes: usize,

@@ -48,7 +48,6 @@ use format::Format;
 use graphics::Graphics;
 use step_repeat::StepRepeat;
 
-/// The state while reading.
 struct Reader {
     findings: Findings,
     out: Gerber,
@@ -57,7 +56,6 @@ struct Reader {
     graphics: Graphics,
     attributes: Attributes,
     step_repeat: StepRepeat,
-    /// Edge pairs left to compare for self-crossings.
     pairs_left: u32,
     /// A level name (`%LN`) has set the layer's name.
     level_named: bool,

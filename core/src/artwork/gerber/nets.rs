@@ -24,7 +24,6 @@ pub struct Nets {
     pub meeting: Vec<(usize, Vec<String>)>,
 }
 
-/// A named pad, for a label.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NamedPad {
     pub at: Point,
@@ -36,7 +35,6 @@ pub struct NamedPad {
     pub across: Length,
 }
 
-/// Maximum number of labelled pads per layer.
 const MOST_NAMED: usize = 20_000;
 
 /// The named pads of `layer`, in its order.
@@ -53,7 +51,6 @@ pub fn named_pads(layer: &Gerber) -> Vec<NamedPad> {
     pads
 }
 
-/// The nets of the islands of `region`, which is the painted `layer`.
 pub fn nets(layer: &Gerber, region: &Region) -> Nets {
     let mut votes: Vec<BTreeMap<&str, usize>> = vec![BTreeMap::new(); region.islands.len()];
     let mut pads: Vec<BTreeSet<(usize, String)>> = Vec::new();
@@ -110,7 +107,6 @@ pub fn nets(layer: &Gerber, region: &Region) -> Nets {
     Nets { names, pads, meeting: meeting.collect() }
 }
 
-/// Number of pads in the name of an island.
 const PADS_NAMED: usize = 2;
 
 /// The name of a pad: part and pin, or only the part.
@@ -120,7 +116,6 @@ fn pad_name(tag: &Tag) -> Option<String> {
     Some(pin.map_or_else(|| part.to_owned(), |pin| format!("{part}.{pin}")))
 }
 
-/// Number of contour corners tried to find a point inside.
 const CORNERS_LOOKED_AT: usize = 16;
 
 /// A point near the corner between two segments, on the inner side.

@@ -26,7 +26,6 @@ impl GerberObjects {
     }
 }
 
-/// A stroke between two points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Track {
     pub from: Point,
@@ -34,10 +33,8 @@ pub struct Track {
     pub half_width: Length,
 }
 
-/// The kind and geometry of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObjectShape {
-    /// The aperture at one position.
     Flash {
         at: Point,
     },
@@ -54,7 +51,6 @@ pub enum ObjectShape {
         columns: u32,
         /// Copies in Y, at least 1.
         rows: u32,
-        /// Distance between copies in X and Y.
         step: Point,
     },
 }
@@ -65,11 +61,9 @@ pub struct Object {
     pub shape: ObjectShape,
     /// Clears what is below (`%LPC`) instead of adding.
     pub clear: bool,
-    /// Index of the aperture, for flashes and strokes.
     pub aperture: u32,
     /// Index of the aperture's transform.
     pub transform: u32,
-    /// Index of the tag.
     pub tag: u32,
     /// Line in the file, from 1.
     pub line: u32,
@@ -89,7 +83,6 @@ pub struct Tag {
     pub function: Option<String>,
 }
 
-/// The opening of a standard aperture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opening {
     Round(Length),
@@ -134,7 +127,6 @@ pub enum Form {
     },
 }
 
-/// An aperture of the layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aperture {
     /// D-code, from 10.
@@ -144,16 +136,13 @@ pub struct Aperture {
     pub opening: Option<Opening>,
     /// Its function (`.AperFunction`), as written.
     pub function: Option<String>,
-    /// Number of objects per flash.
     pub(super) repeated: u64,
     /// Depth of nested blocks; 0 if it isn't a block.
     pub(super) depth: u32,
 }
 
-/// A Gerber layer as written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gerber {
-    /// Size of the text, bytes.
     pub size: usize,
     /// Units of the first coordinate.
     pub units: Option<Units>,
@@ -165,9 +154,7 @@ pub struct Gerber {
     pub file_function: Option<String>,
     /// X2 file polarity, as written. A solder mask is `Negative`, but its objects are openings drawn dark.
     pub file_polarity: Option<String>,
-    /// The program that wrote it.
     pub generator: Option<String>,
-    /// Layer or image name.
     pub layer_name: Option<String>,
     /// All file attributes as written, names without the dot.
     pub attributes: Vec<(String, String)>,

@@ -33,10 +33,8 @@ const MOST_STEPS: u64 = 24_000_000;
 /// Cost of a stroke's outline in addition to its edges.
 const STROKE: u64 = 4;
 
-/// Maximum number of corners of a polyline that becomes one outline.
 const MOST_CORNERS: usize = 64;
 
-/// A layer exceeds the work limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TooMuch {
     /// Line of an object at which the work ran out.
@@ -45,7 +43,6 @@ pub struct TooMuch {
 }
 
 impl TooMuch {
-    /// The diagnostic for a file.
     pub fn diagnostic(&self, file: &str) -> Diagnostic {
         error!("gerber.too_much_work").at(file, self.line, self.column)
     }
@@ -134,7 +131,6 @@ fn middle(layer: &Gerber) -> Point {
     Point::new(half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y))
 }
 
-/// True if a layer with these bounds is too large to be painted.
 pub(super) fn is_too_wide(bounds: Bounds) -> bool {
     let half = |low: Length, high: Length| Length::from_nm((high.nm() - low.nm()) / 2);
     let corner = Point::new(half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y));
@@ -164,7 +160,6 @@ struct Line {
     width: Length,
 }
 
-/// Connected strokes of one width.
 struct Polyline {
     corners: Vec<Point>,
     width: Length,
@@ -193,15 +188,12 @@ impl Polyline {
 struct Brush<'a> {
     layer: &'a Gerber,
     home: Place,
-    /// Outlines of apertures as defined.
     forms: BTreeMap<u32, Vec<Path>>,
     stamps: BTreeMap<StampKey, Vec<Path>>,
     fuel: Fuel,
-    /// Maximum number of corners of a polyline.
     most_corners: usize,
 }
 
-/// The number of segments of paths.
 fn segments(paths: &[Path]) -> u64 {
     paths.iter().map(|path| path.segments.len() as u64).sum()
 }
@@ -248,7 +240,6 @@ impl Brush<'_> {
         }
     }
 
-    /// The outlines of an object's aperture at a position.
     fn stamp(&mut self, object: &Object, transform: Transform, at: Point) -> Option<Vec<Path>> {
         let key =
             (object.aperture, transform.mirrored, transform.turn_deg.to_bits(), transform.scale.to_bits());
@@ -311,7 +302,6 @@ mod tests {
     use crate::geometry::area_mm2;
     use std::f64::consts::PI;
 
-    /// Area, islands and holes of a drawn text.
     fn drawn(body: &str) -> (f64, usize, usize) {
         let text =
             format!("%FSLAX33Y33*%%MOMM*%G75*%ADD10C,1*%%ADD11R,1X2*%%ADD12C,2X1*%%ADD13R,10X10*%{body}M02*");

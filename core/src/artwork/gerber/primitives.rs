@@ -15,11 +15,8 @@ use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 /// Closed paths whose non-zero union is dark or, if `false`, removed from what the macro has drawn before.
 pub(super) type Primitive = (bool, Vec<Path>);
 
-/// Maximum number of corners of an outline.
 const MOST_CORNERS: usize = 10_000;
-/// Maximum number of rings of a moiré.
 const MOST_RINGS: f64 = 1_000.0;
-/// Maximum size of a macro.
 const LARGEST_MM: f64 = 2_000.0;
 
 /// The paths of a primitive; none if its fields are invalid.
@@ -146,7 +143,6 @@ fn thermal((x, y): (f64, f64), outer: f64, inner: f64, gap: f64, turn: Turn) -> 
     Some(vec![(true, [0.0, 90.0, 180.0, 270.0].map(piece).to_vec())])
 }
 
-/// A rotation around the macro's origin.
 #[derive(Clone, Copy)]
 struct Turn {
     sin: f64,
@@ -191,7 +187,6 @@ pub(super) fn ring(corners: impl Iterator<Item = (f64, f64)>) -> Option<Path> {
 mod tests {
     use super::*;
 
-    /// Area of closed paths of chords, minus holes.
     fn area(paths: &[Path]) -> f64 {
         let twice = |path: &Path| -> f64 {
             let points = path.flattened(1e-4);

@@ -193,12 +193,10 @@ impl Reader {
         self.tell_once(severity, code, block.place(offset), block.text);
     }
 
-    /// Reports a diagnostic with its position.
     pub(super) fn tell(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
         self.findings.at(severity, code, at.line, at.column, found);
     }
 
-    /// Reports a diagnostic once.
     pub(super) fn tell_once(&mut self, severity: Severity, code: &str, at: At, found: &[u8]) {
         self.findings.once(severity, code, at.line, at.column, found);
     }

@@ -15,7 +15,6 @@ use crate::diagnostic::Severity;
 use crate::geometry::Point;
 use crate::units::Length;
 
-/// Maximum number of objects from copies.
 const MOST_COPIES: u64 = 250_000;
 /// A copied contour counts as one object per this many corners.
 const CORNERS: u64 = 8;
@@ -28,15 +27,12 @@ pub(super) struct StepRepeat {
     open: Vec<Open>,
     /// Number of stored objects, including those in blocks, plus segments of contours.
     pub(super) kept: usize,
-    /// Number of objects with all copies expanded.
     made: u64,
 }
 
-/// A block or repeat that is being recorded.
 struct Open {
     what: What,
     objects: Vec<Object>,
-    /// Number of objects per copy.
     copies: u64,
     depth: u32,
     at: At,
@@ -151,7 +147,6 @@ impl Reader {
         }
     }
 
-    /// Closes everything at the end of the file.
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
         if let Some(at) = self.step_repeat.open.last().map(|open| open.at) {

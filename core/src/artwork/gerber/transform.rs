@@ -41,14 +41,12 @@ impl Transform {
         }
     }
 
-    /// Transforms a vector in mm.
     fn apply_mm(self, (x, y): (f64, f64)) -> (f64, f64) {
         let x = if self.mirrored { -x } else { x };
         let (sin, cos) = sin_cos(self.turn_deg);
         (self.scale * (x * cos - y * sin), self.scale * (x * sin + y * cos))
     }
 
-    /// Transforms a point around the origin.
     pub(super) fn apply(self, point: Point) -> Point {
         if self == Self::PLAIN {
             return point;
@@ -96,11 +94,9 @@ pub(super) fn sin_cos(degrees: f64) -> (f64, f64) {
     (libm::sin(angle), libm::cos(angle))
 }
 
-/// The placement of a copy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub(super) transform: Transform,
-    /// Position of its origin.
     pub(super) at: Point,
 }
 
@@ -109,13 +105,11 @@ impl Place {
     pub(super) const HOME: Self =
         Self { transform: Transform::PLAIN, at: Point::new(Length::ZERO, Length::ZERO) };
 
-    /// A point of the copy.
     pub(super) fn point(&self, point: Point) -> Point {
         let point = self.transform.apply(point);
         Point::new(point.x + self.at.x, point.y + self.at.y)
     }
 
-    /// A segment of the copy.
     pub(super) fn segment(&self, segment: PathSegment) -> PathSegment {
         match segment {
             PathSegment::Line { to } => PathSegment::Line { to: self.point(to) },
@@ -159,7 +153,6 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// Converts a point to the layer.
     #[inline]
     pub(super) fn point(&self, at: Point) -> Point {
         if *self == Self::default() {

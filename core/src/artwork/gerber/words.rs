@@ -28,14 +28,12 @@ pub(super) struct Block<'a> {
     /// The block as in the file, with line ends.
     pub(super) written: &'a [u8],
     pub(super) at: At,
-    /// Offset in the text.
     start: usize,
     /// True if it ends with `*` or `%`, false if it ends with the file.
     pub(super) ended: bool,
 }
 
 impl<'a> Block<'a> {
-    /// A block that isn't part of a text.
     pub(super) const fn made(text: &'a [u8]) -> Self {
         Self { text, written: text, at: At { line: 0, column: 0 }, start: 0, ended: true }
     }
@@ -49,7 +47,6 @@ impl<'a> Block<'a> {
         Cow::Owned(self.text.iter().copied().filter(|byte| !is_line_end(byte)).collect())
     }
 
-    /// The block with other bytes.
     pub(super) const fn with<'b>(&self, joined: &'b [u8]) -> Block<'b>
     where
         'a: 'b,
@@ -110,7 +107,6 @@ pub(super) fn raised(text: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(capitals)
 }
 
-/// The numbers of a block of words.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Numbers {
     pub(super) x: Option<Decimal>,
@@ -119,7 +115,6 @@ pub(super) struct Numbers {
     pub(super) j: Option<Decimal>,
 }
 
-/// The blocks of a text.
 pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
     // The line of the next byte, and the offset of that line.
     let (mut at, mut line, mut first) = (0_usize, 1_u32, 0_usize);

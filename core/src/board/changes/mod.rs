@@ -22,12 +22,9 @@ use pairs::{SAME, Thing, found, near, pairs};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Copper differences thinner than this are rounding, in mm.
 const THIN_MM: f64 = 0.01;
-/// Most names in one line.
 const MOST_NAMES: usize = 6;
 
-/// Kind of change of a hole or a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
@@ -35,7 +32,6 @@ pub enum Fate {
     Gone,
     Moved,
     Resized,
-    /// The plating changed.
     Replated,
 }
 
@@ -48,15 +44,12 @@ pub struct Changed<T> {
     pub now: Option<T>,
 }
 
-/// Changed copper of a side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChangedCopper {
     pub face: Face,
     pub added: Region,
     pub gone: Region,
-    /// Area added.
     pub added_mm2: f64,
-    /// Area removed.
     pub gone_mm2: f64,
     /// Number of islands before and now.
     pub islands: [u32; 2],
@@ -75,20 +68,15 @@ pub struct ChangedNets {
 pub struct BoardChanges {
     /// Shift of the whole board.
     pub shift: Point,
-    /// Number of unchanged holes and slots.
     pub same: u32,
-    /// Changed holes.
     pub holes: Vec<Changed<Hole>>,
-    /// Changed slots.
     pub slots: Vec<Changed<Slot>>,
-    /// Changed copper.
     pub copper: Vec<ChangedCopper>,
     /// Bounds of a changed outline, before (shifted) and now.
     pub outline: Option<[Option<Bounds>; 2]>,
     pub nets: ChangedNets,
 }
 
-/// Compares `before` with `now`.
 pub fn changes(before: &Board, now: &Board) -> BoardChanges {
     let shift = shift(before, now);
     let moved_along;
@@ -113,7 +101,6 @@ pub fn changes(before: &Board, now: &Board) -> BoardChanges {
 }
 
 impl BoardChanges {
-    /// True if the boards are equal.
     pub fn is_none(&self) -> bool {
         *self == Self { same: self.same, ..Self::default() }
     }
@@ -193,7 +180,6 @@ fn mm(value: f64) -> String {
     format!("{value:.3}")
 }
 
-/// Width and height in mm.
 fn size(bounds: Option<Bounds>) -> String {
     let size = bounds.map(|bounds| (bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y));
     size.map_or_else(|| "–".to_owned(), |(width, height)| format!("{} × {}", mm(width.mm()), mm(height.mm())))

@@ -24,7 +24,6 @@ pub(super) struct Thing {
     pub(super) at: Point,
     /// Offsets of its further points.
     pub(super) shape: Vec<Point>,
-    /// `None` if the width is unknown.
     pub(super) size: Option<Length>,
 }
 
@@ -39,7 +38,6 @@ impl Thing {
         self.shape.len() == other.shape.len() && shapes.into_iter().all(|(a, b)| near(*a, *b))
     }
 
-    /// True if both have the same width.
     pub(super) fn same_size(&self, other: &Self) -> bool {
         match (self.size, other.size) {
             (Some(a), Some(b)) => (a - b).abs() <= SAME,
@@ -73,7 +71,6 @@ impl Cells {
     }
 }
 
-/// Number of features of `before`, shifted, that have the same position and size in `now`.
 pub(super) fn found(before: &[Thing], now: &[Thing], shift: Point) -> usize {
     let cells = Cells::of(now);
     let is_there = |thing: &&Thing| {

@@ -53,7 +53,6 @@ fn board() -> Board {
     }
 }
 
-/// The message keys of a change.
 fn keys(before: &Board, now: &Board) -> String {
     changes(before, now)
         .lines()

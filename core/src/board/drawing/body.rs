@@ -17,7 +17,6 @@ pub struct Body {
     pub points: Vec<Point>,
     /// The last point connects to the first; the inside belongs to the body.
     pub closed: bool,
-    /// Half width of its lines.
     pub radius: Length,
 }
 
@@ -56,7 +55,6 @@ impl Body {
         self
     }
 
-    /// Mirrored and rotated about a position, then moved.
     #[must_use]
     pub fn placed(mut self, placement: Placement, about: Point) -> Self {
         self.points.iter_mut().for_each(|point| *point = placed_about(*point, placement, about));
@@ -112,7 +110,6 @@ impl Body {
         nearest - self.radius.mm() - other.radius.mm()
     }
 
-    /// Distance from a position inside to the edge, in mm.
     pub(super) fn depth_mm(&self, at: Point) -> f64 {
         let at = spot(at);
         let nearest = self.lines().map(|(a, b)| from_line(at, a, b)).fold(f64::INFINITY, f64::min);
@@ -148,18 +145,15 @@ pub(super) fn shifted(point: Point, by: Point) -> Point {
     Point::new(point.x + by.x, point.y + by.y)
 }
 
-/// A position, mirrored and rotated about another one, then moved.
 pub(super) fn placed_about(at: Point, placement: Placement, about: Point) -> Point {
     shifted(placement.point(shifted(at, Point::new(-about.x, -about.y))), about)
 }
 
-/// A path, mirrored and rotated about a position, then moved.
 pub(super) fn path_about(path: &Path, placement: Placement, about: Point) -> Path {
     let home = Placement::shifted(Point::new(-about.x, -about.y)).path(path);
     Placement::shifted(about).path(&placement.path(&home))
 }
 
-/// Distance of a point from a line segment.
 fn from_line((x, y): Spot, a: Spot, b: Spot) -> f64 {
     let along = (b.0 - a.0, b.1 - a.1);
     let length = along.0 * along.0 + along.1 * along.1;

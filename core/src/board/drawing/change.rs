@@ -14,7 +14,6 @@ use std::collections::BTreeSet;
 /// The end of a track, or the centre of a pad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrackEnd {
-    /// An existing node.
     Node(Id),
     /// A position: an existing node exactly there, else a new one.
     At(Point),
@@ -64,7 +63,6 @@ pub fn track(drawing: &Drawing, ends: (TrackEnd, TrackEnd), width: Length, layer
     (draft.edit, to)
 }
 
-/// A pad, with a hole of diameter `drill`, if given.
 pub fn pad(
     drawing: &Drawing,
     at: TrackEnd,
@@ -96,7 +94,6 @@ pub fn put(drawing: &Drawing, id: Id, thing: Thing) -> Edit {
     }
 }
 
-/// Renames a group or the drawing.
 pub fn renamed(drawing: &Drawing, group: Option<Id>, name: &str) -> Edit {
     let name = name.to_owned();
     match group {
@@ -249,12 +246,10 @@ fn is_group_of(drawing: &Drawing, id: Id, ids: &BTreeSet<Id>) -> bool {
     ids.contains(&id) && matches!(drawing.thing(id), Some(Thing::Group { .. }))
 }
 
-/// Moves `ids` into a group, or to the top level.
 pub fn regrouped(drawing: &Drawing, ids: &BTreeSet<Id>, group: Option<Id>) -> Edit {
     into_the_group(entries_of(drawing, ids), group)
 }
 
-/// Moves `entries` into a group, or to the top level.
 pub(super) fn into_the_group(entries: Vec<(Id, Entry)>, group: Option<Id>) -> Edit {
     let moved = entries.into_iter().filter(|(id, entry)| entry.group != group && Some(*id) != group);
     let changes = moved.map(|(id, entry)| (id, Some(Entry { group, ..entry }))).collect();

@@ -23,7 +23,6 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Edit {
-    /// New name of the drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// New state of each element; `None` removes it.
@@ -35,12 +34,10 @@ impl Edit {
         Self { name: None, changes: vec![(id, becomes)] }
     }
 
-    /// True if it changes nothing.
     pub fn is_empty(&self) -> bool {
         self.name.is_none() && self.changes.is_empty()
     }
 
-    /// Appends `other`.
     #[must_use]
     pub fn then(mut self, other: Self) -> Self {
         self.name = other.name.or(self.name);

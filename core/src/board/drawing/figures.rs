@@ -26,11 +26,8 @@ const SMALL: usize = 64;
 pub struct Smallest {
     /// Between copper of two nets, up to [`WINDOW`].
     pub gap: Option<(Length, Catch, Catch)>,
-    /// Width of a copper track.
     pub track: Option<(Length, Id)>,
-    /// Copper around a hole in its pad.
     pub ring: Option<(Length, Id)>,
-    /// Diameter of a hole.
     pub hole: Option<(Length, Id)>,
 }
 
@@ -39,7 +36,6 @@ pub struct Smallest {
 pub struct DrawingFigures {
     /// Distances of near pairs, in nanometres.
     pairs: BTreeMap<Catch, BTreeMap<Catch, i64>>,
-    /// Net number of each copper element.
     nets: BTreeMap<Catch, u32>,
     /// Next net number.
     next: u32,
@@ -49,7 +45,6 @@ pub struct DrawingFigures {
 }
 
 impl DrawingFigures {
-    /// Figures of the whole `drawing`.
     pub fn new(drawing: &Drawing, finder: &Finder) -> Self {
         let mut figures = Self::default();
         let imported = (0..).take(finder.imported().len()).map(Catch::Imported);
@@ -111,7 +106,6 @@ impl DrawingFigures {
         touched
     }
 
-    /// Measures the neighbours of `one`.
     fn measure(&mut self, drawing: &Drawing, finder: &Finder, one: Catch) {
         let (Some(layer), Some(body)) = (copper(drawing, finder, one), finder.body(one)) else { return };
         for other in finder.meeting(body.bounds().grown(WINDOW)) {
@@ -204,7 +198,6 @@ impl DrawingFigures {
     }
 }
 
-/// The layer of a copper element.
 fn copper(drawing: &Drawing, finder: &Finder, catch: Catch) -> Option<Layer> {
     finder.layer(drawing, catch).filter(|layer| *layer != Layer::Edge)
 }

@@ -16,20 +16,17 @@ use std::fmt::Write;
 
 const FIRST_CODE: usize = 10;
 
-/// An aperture or drill.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Pen {
     Track(Length),
     Pad { shape: PadShape, size: Length, turn_mdeg: i32, drilled: bool },
 }
 
-/// One use of a pen.
 enum Stroke {
     Line(Point, Point),
     Flash { at: Point, pin: Option<(String, usize)> },
 }
 
-/// The files of a drawing.
 pub fn files(drawing: &Drawing) -> Vec<(String, String)> {
     let stem = stem(drawing.name());
     let layers =

@@ -17,7 +17,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// An element under the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Catch {
     /// An element of the drawing.
@@ -34,7 +33,6 @@ pub enum Snap {
     Grid(Point),
     /// A node: the end of a track, the centre of a pad.
     Node(Point, Id),
-    /// The middle of a track.
     Middle(Point, Id),
     /// The centre of an imported pad or hole, or the end of an imported track.
     Imported(Point, u32),
@@ -59,7 +57,6 @@ const BARE_NODE: u8 = 2;
 #[derive(Clone, Debug, Default)]
 struct OfFile {
     by_number: BTreeMap<u32, u32>,
-    /// The first object at each position.
     by_place: BTreeMap<Point, u32>,
 }
 
@@ -68,7 +65,6 @@ pub struct Finder {
     places: Places<Catch>,
     bodies: BTreeMap<Catch, Body>,
     imported: Arc<Vec<Imported>>,
-    /// Imported objects by file.
     files: BTreeMap<String, OfFile>,
     /// The imported object that an element refers to or copies.
     spoken_of: BTreeMap<Id, u32>,
@@ -292,7 +288,6 @@ impl Finder {
     }
 }
 
-/// The nearest multiple of `grid`.
 pub fn whole(length: Length, grid: Length) -> Length {
     let (length, grid) = (length.nm(), grid.nm().max(1));
     Length::from_nm((length + grid / 2).div_euclid(grid) * grid)

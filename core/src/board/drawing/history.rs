@@ -4,13 +4,11 @@ use super::{Drawing, Edit, Id};
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeSet;
 
-/// A drawing with its inverse edits.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct History {
     now: Drawing,
     /// Undo stack, the latest last.
     back: Vec<Edit>,
-    /// Redo stack, the next last.
     on: Vec<Edit>,
     /// The last edit is still in progress, for example a drag. The redo stack is cleared only when it ends,
     /// because it may be cancelled.
@@ -31,7 +29,6 @@ impl History {
         &self.now
     }
 
-    /// Number of undo and redo steps.
     pub fn depth(&self) -> (usize, usize) {
         (self.back.len(), self.on().len())
     }
@@ -82,7 +79,6 @@ impl History {
         Ok(touched)
     }
 
-    /// Ends the edit in progress.
     pub fn rest(&mut self) {
         if std::mem::take(&mut self.open) {
             self.on.clear();

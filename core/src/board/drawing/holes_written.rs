@@ -58,7 +58,6 @@ pub(super) fn excellon_text(drill: &DrillFile, plated: Option<bool>) -> String {
     out + "M30\n"
 }
 
-/// Writes a tool change if the tool differs.
 fn take(out: &mut String, now: &mut Option<u16>, tool: u16) {
     if now.replace(tool) != Some(tool) {
         let _ = writeln!(out, "T{}", u32::from(tool) + 1);

@@ -14,10 +14,8 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Tolerance of chords, in mm.
 const CHORD_ERROR_MM: f64 = 0.02;
 
-/// An object of an imported file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Imported {
     /// Name of the file, as read.
@@ -115,13 +113,11 @@ fn drilled(drill: &DrillFile) -> impl Iterator<Item = (Point, Body)> {
     hits.chain(slots).chain(routes)
 }
 
-/// The copper layers of each side, chosen as for the board.
 fn copper_rows(artwork: &Artwork, used: &[usize]) -> Vec<(Layer, usize)> {
     let side = |(layer, side)| Some((layer, taken(artwork, used, Role::Copper, Some(side))?));
     [(Layer::Top, Side::Top), (Layer::Bottom, Side::Bottom)].into_iter().filter_map(side).collect()
 }
 
-/// The row of the layer that the board uses for a role and a side.
 pub(super) fn taken(artwork: &Artwork, used: &[usize], role: Role, side: Option<Side>) -> Option<usize> {
     let Some(side) = side else {
         return artwork.files.iter().position(|file| file.role == role && file.gerber.is_some());
@@ -144,7 +140,6 @@ pub(super) fn place_of(shape: &ObjectShape) -> Option<Point> {
     }
 }
 
-/// Bounds of block apertures about their origins, by aperture.
 type Blocks = BTreeMap<u32, Bounds>;
 
 /// Those of a layer. Blocks are defined before the blocks that use them.
@@ -205,7 +200,6 @@ fn body(gerber: &Gerber, blocks: &Blocks, object: &Object) -> Option<Body> {
     }
 }
 
-/// The area inside a closed path.
 fn ring_of(path: &Path) -> Option<Body> {
     let mut points = path.flattened(CHORD_ERROR_MM);
     points.pop();

@@ -51,9 +51,7 @@ use body::shifted;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Limit of elements in a drawing.
 pub const MOST_THINGS: usize = 100_000;
-/// Longest name, in characters.
 pub const LONGEST_NAME: usize = 200;
 /// Largest coordinate: 1 m in each direction.
 pub const FURTHEST: Length = Length::from_um(1_000_000);
@@ -62,21 +60,17 @@ pub const NARROWEST: Length = Length::from_um(10);
 /// Largest track width, pad and hole.
 pub const WIDEST: Length = Length::from_um(100_000);
 
-/// 360° in thousandths of a degree.
 const WHOLE_TURN_MDEG: i32 = 360_000;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Id(pub u32);
 
-/// Layer of copper or board edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// Copper on the component side.
     #[default]
     Top,
-    /// Copper on the solder side.
     Bottom,
     /// Copper on both sides, for pads with a hole.
     Both,
@@ -87,7 +81,6 @@ pub enum Layer {
 impl Layer {
     pub const ALL: [Self; 4] = [Self::Top, Self::Bottom, Self::Both, Self::Edge];
 
-    /// Name in files and in message keys.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Top => "top",
@@ -139,26 +132,21 @@ impl PadShape {
     }
 }
 
-/// An element of a drawing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Thing {
-    /// A position that others are attached to.
-    Node { at: Point },
-    /// A straight track with round ends.
+    Node {
+        at: Point,
+    },
     Track {
-        /// Node at the start.
         from: Id,
-        /// Node at the end.
         to: Id,
         width: Length,
         layer: Layer,
     },
     Pad {
-        /// Node at the centre.
         node: Id,
         shape: PadShape,
-        /// See [`PadShape`].
         size: Length,
         /// Counter-clockwise, in thousandths of a degree.
         #[serde(default)]
@@ -166,13 +154,13 @@ pub enum Thing {
         layer: Layer,
     },
     Hole {
-        /// Node at the centre.
         node: Id,
         diameter: Length,
         plated: bool,
     },
-    /// Elements that belong together.
-    Group { name: String },
+    Group {
+        name: String,
+    },
     /// A modified object of an imported file, or a copy of one. The file itself is never changed.
     ///
     /// The object keeps its file and aperture. An edit mirrors and rotates it about its original position,
@@ -201,7 +189,6 @@ pub enum Thing {
     },
 }
 
-/// An element with its place in the tree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
     #[serde(flatten)]
@@ -281,7 +268,6 @@ impl Thing {
     }
 }
 
-/// A drawn board, or changes drawn over files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Drawing {
     name: String,
@@ -323,7 +309,6 @@ impl Drawing {
         self.things.get(&id).map(|entry| &entry.thing)
     }
 
-    /// Position of a node.
     pub fn at(&self, id: Id) -> Option<Point> {
         match self.thing(id)? {
             Thing::Node { at } => Some(*at),
@@ -331,7 +316,6 @@ impl Drawing {
         }
     }
 
-    /// Elements attached to a node, or members of a group.
     pub fn hanging(&self, id: Id) -> impl Iterator<Item = Id> + '_ {
         self.hanging.get(&id).into_iter().flatten().copied()
     }
@@ -346,7 +330,6 @@ impl Drawing {
         self.places.range((at, Id(0))..=(at, Id(u32::MAX))).next().map(|(_, id)| *id)
     }
 
-    /// An id larger than all existing ids.
     pub fn next_id(&self) -> Id {
         Id(self.things.last_key_value().map_or(1, |(id, _)| id.0.saturating_add(1)))
     }

@@ -11,7 +11,6 @@ use super::body::shifted;
 use crate::artwork::{Form, Gerber, Object, ObjectShape};
 use crate::geometry::{Path, Placement, Point};
 
-/// Limit of selectable objects.
 pub(super) const MOST_IMPORTED: usize = 50_000;
 
 /// The objects of a layer with their numbers, in drawing order.

@@ -25,7 +25,6 @@ use crate::geometry::{Path, Placement, Point};
 use crate::warning;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Applies the drawings among `files` to the artwork of the other files.
 pub fn lay_over_all(
     files: &[(String, Vec<u8>)],
     artwork: &mut Artwork,
@@ -54,7 +53,6 @@ pub fn read_under_telling(
     artwork::read_set_telling(&under, overrides, progress)
 }
 
-/// Applies a drawing to the artwork and updates `used`.
 pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>) -> Vec<Diagnostic> {
     let (_, mut diagnostics) = changed(drawing, artwork);
     let texts = files(drawing);
@@ -128,7 +126,6 @@ fn graft(into: &mut Gerber, drawn: Gerber) {
 /// A change of a file object.
 struct Change {
     object: u32,
-    /// Original position in the file.
     at: Point,
     /// New placement about that position; `None` if removed.
     becomes: Option<Placement>,
@@ -176,7 +173,6 @@ pub(super) fn is_called(name: &str, wanted: &str) -> bool {
     ends(name, wanted) || ends(wanted, name)
 }
 
-/// Changes resolved to indices into a list of objects.
 #[derive(Default)]
 struct Meant<'a> {
     changes: Vec<(usize, &'a Change)>,
@@ -251,7 +247,6 @@ fn route_placed(route: &Route, placement: Placement) -> Route {
     Route { from: start, segments, ..*route }
 }
 
-/// Objects of a file after changes.
 struct Made<T> {
     objects: Vec<T>,
     /// New index of each original object, or of what follows it.
@@ -298,7 +293,6 @@ struct Held<'a> {
 }
 
 impl Held<'_> {
-    /// The object transformed about its position.
     fn placed(&mut self, object: &Object, placement: Placement) -> Object {
         let mut object = object.clone();
         match &mut object.shape {

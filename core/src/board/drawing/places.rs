@@ -10,17 +10,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The smallest cell is 2 to the power of this, in nm.
 const SMALLEST_BITS: u32 = 17;
-/// Number of cell sizes.
 const SIZES: u32 = 15;
 
-/// Cell size, column and row.
 type Cell = (u32, i64, i64);
 
 #[derive(Clone, Debug)]
 pub(super) struct Places<K> {
     cells: BTreeMap<Cell, Vec<K>>,
     boxes: BTreeMap<K, Bounds>,
-    /// Number of boxes of each size.
     counts: [usize; SIZES as usize],
 }
 
@@ -31,7 +28,6 @@ impl<K> Default for Places<K> {
 }
 
 impl<K: Copy + Ord> Places<K> {
-    /// Sets or removes the box of a key.
     pub(super) fn set(&mut self, key: K, bounds: Option<Bounds>) {
         if let Some(was) = self.boxes.remove(&key) {
             let size = size_of(was);

@@ -13,7 +13,6 @@ use crate::geometry::{Bounds, Placement, Point};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Edges or middles to align.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
     /// Left or bottom.
@@ -30,7 +29,6 @@ pub struct Align {
     pub sides: Sides,
 }
 
-/// A selection of a drawing and of the files under it.
 #[derive(Clone, Debug)]
 pub struct Selection<'a> {
     drawing: &'a Drawing,
@@ -53,7 +51,6 @@ impl<'a> Selection<'a> {
         Self { drawing, finder, ids, objects }
     }
 
-    /// A subset of the selection.
     fn part(&self, ids: BTreeSet<Id>, objects: Vec<u32>) -> Self {
         Self { drawing: self.drawing, finder: self.finder, ids, objects }
     }
@@ -171,7 +168,6 @@ impl<'a> Selection<'a> {
         change::removed(self.drawing, &self.ids).then(self.objects_anew(|thing| taken_out(&thing)))
     }
 
-    /// Its elements, groups and file objects, with their entries.
     fn members(&self) -> Vec<(Id, Entry)> {
         let mut members = entries_of(self.drawing, &self.ids);
         members.extend(self.entries());
@@ -184,7 +180,6 @@ impl<'a> Selection<'a> {
         into_a_group(self.drawing, self.members(), name)
     }
 
-    /// Moves it into an existing group, or to the top level.
     pub fn regrouped(&self, group: Option<Id>) -> Edit {
         into_the_group(self.members(), group)
     }
@@ -270,7 +265,6 @@ pub fn put_back(drawing: &Drawing, finder: &Finder, chosen: &BTreeSet<Catch>) ->
     edit
 }
 
-/// A file object at its original position.
 fn as_in_its_file(thing: &Thing) -> Thing {
     match thing {
         Thing::Imported { file, object, at, copy, .. } => Thing::Imported {
@@ -298,7 +292,6 @@ impl Align {
 }
 
 impl Imported {
-    /// An element that refers to the object and leaves it unchanged.
     fn thing(&self) -> Thing {
         Thing::Imported {
             file: self.file.clone(),

@@ -7,10 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Lengths with their elements, the smallest first.
 type Order = BTreeSet<(Length, Id)>;
 
-/// Sizes of one element.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Known {
-    /// The nodes it is attached to.
     nodes: [Option<Id>; 2],
     track: Option<Length>,
     hole: Option<Length>,
@@ -20,7 +18,6 @@ struct Known {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes {
     known: BTreeMap<Id, Known>,
-    /// Widths of copper tracks.
     pub tracks: Order,
     pub rings: Order,
     pub holes: Order,

@@ -14,7 +14,6 @@ const MARGIN: Length = Length::from_um(1_000);
 const LAYERS: [(Layer, &str); 3] =
     [(Layer::Bottom, "#3b6ea5"), (Layer::Top, "#b5532a"), (Layer::Edge, "#8a7a1f")];
 
-/// Start of the group of holes.
 const HOLES: &str = "<g id=\"holes\" fill=\"#ffffff\" stroke=\"#202020\" stroke-width=\"0.05\">\n";
 
 pub fn svg(drawing: &Drawing) -> String {
@@ -109,7 +108,6 @@ fn turn(from: Point, to: Point, centre: Point, clockwise: bool) -> f64 {
     if by < 0.0 { by + 2.0 * PI } else { by }
 }
 
-/// Start of an SVG picture with these bounds.
 fn head(boxes: impl Iterator<Item = Bounds>, name: &str) -> String {
     let all = boxes.reduce(|a, b| a.with(b.min).with(b.max)).unwrap_or(Bounds::of(Point::default()));
     let all = all.grown(MARGIN);
@@ -122,7 +120,6 @@ fn head(boxes: impl Iterator<Item = Bounds>, name: &str) -> String {
     )
 }
 
-/// Start of a layer's group.
 fn group(layer: Layer, colour: &str) -> String {
     let id = layer.word();
     format!(

@@ -16,7 +16,6 @@ use std::collections::BTreeMap;
 const SCHEMA: u32 = 1;
 /// Start of a drawing file, without spaces.
 const HEAD: &[u8] = b"{\"annulus_drawing\"";
-/// Longest accepted text, in bytes.
 const LONGEST: usize = 256 << 20;
 
 #[derive(Serialize, Deserialize)]
@@ -71,7 +70,6 @@ pub fn read(file: &str, text: &str) -> Result<History, Diagnostic> {
     Ok(History::restored(drawing, kept.back.into_owned(), kept.on.into_owned()))
 }
 
-/// Serializes a drawing with its edits.
 pub fn write(history: &History) -> String {
     let (back, on) = history.edits();
     let drawing = history.now();

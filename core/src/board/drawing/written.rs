@@ -16,10 +16,8 @@ use crate::units::Length;
 use std::fmt::Write;
 
 const FIRST_CODE: u32 = 10;
-/// Tolerance of chords in a macro, in mm.
 const CHORD_ERROR_MM: f64 = 0.0001;
 
-/// Modal state of the written text.
 #[derive(Clone, Debug, PartialEq)]
 struct InForce {
     aperture: Option<u32>,
@@ -29,7 +27,6 @@ struct InForce {
 }
 
 impl InForce {
-    /// State at the start of a layer.
     fn first() -> Self {
         Self { aperture: None, clear: false, transform: Transform::PLAIN, tag: Tag::default() }
     }
@@ -104,7 +101,6 @@ impl Writer<'_> {
         }
     }
 
-    /// Resets the modal state.
     fn begin_anew(&mut self) {
         if self.now != InForce::first() {
             self.line("%TD*%\n%LPD*%\n%LMN*%\n%LR0*%\n%LS1*%");
@@ -153,7 +149,6 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes the modal changes that an object needs.
     fn put_in_force(&mut self, object: &Object) {
         if matches!(object.shape, ObjectShape::Repeat { .. }) {
             return;
@@ -218,7 +213,6 @@ fn number(value: f64) -> String {
     if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
-/// Escapes characters that end a field or a command of the format.
 fn escaped(text: &str, also: &str) -> String {
     let one = |letter: char| {
         if "*%\\".contains(letter) || also.contains(letter) || !letter.is_ascii() || letter.is_control() {
@@ -231,7 +225,6 @@ fn escaped(text: &str, also: &str) -> String {
     text.chars().map(one).collect::<String>()
 }
 
-/// A macro that draws these primitives.
 fn macro_text(aperture: &Aperture, primitives: &[(bool, Vec<Path>)]) -> String {
     let plain: Option<Vec<String>> = primitives
         .iter()
@@ -257,7 +250,6 @@ fn primitive(path: &Path, dark: bool) -> Option<String> {
     path.segments.iter().all(is_line).then(|| outline(&path.corners().collect::<Vec<_>>(), dark))
 }
 
-/// A closed polygon.
 fn outline(corners: &[Point], dark: i32) -> String {
     let corners = match corners {
         [first, rest @ .., last] if !rest.is_empty() && first == last => {

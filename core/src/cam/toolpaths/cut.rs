@@ -14,7 +14,6 @@ use crate::geometry::{Index, Path, PathSegment, Point, Region, chords, segment_b
 use crate::units::Length;
 use std::f64::consts::TAU;
 
-/// Shorter pieces, in mm, are dropped.
 const CRUMB_MM: f64 = 1e-5;
 
 /// A segment with its start, and the lengths along the path of its ends, in mm.
@@ -26,7 +25,6 @@ pub(crate) struct Piece {
     pub(crate) end_mm: f64,
 }
 
-/// A region prepared for point queries.
 pub(crate) struct Area {
     index: Index,
 }
@@ -55,7 +53,6 @@ pub(super) fn length(from: Point, segment: PathSegment) -> f64 {
     }
 }
 
-/// The point at this share of a segment.
 pub(crate) fn point_on(from: Point, segment: PathSegment, share: f64) -> Point {
     match segment {
         PathSegment::Line { to } => {
@@ -72,7 +69,6 @@ pub(crate) fn point_on(from: Point, segment: PathSegment, share: f64) -> Point {
     }
 }
 
-/// A segment of this kind, ending at `to`.
 fn ending(segment: PathSegment, to: Point) -> PathSegment {
     match segment {
         PathSegment::Line { .. } => PathSegment::Line { to },
@@ -103,7 +99,6 @@ pub(crate) fn parted(
     parts
 }
 
-/// The segments of `path`, also split at the given lengths along it.
 pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
     let mut sorted = lengths.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -121,7 +116,6 @@ pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
     pieces
 }
 
-/// The part of `path` between two lengths along it.
 pub(crate) fn between(path: &Path, begin_mm: f64, end_mm: f64) -> Option<Path> {
     let pieces = cut_at(path, &[begin_mm, end_mm]);
     let mut kept = pieces.iter().filter(|piece| {
@@ -133,7 +127,6 @@ pub(crate) fn between(path: &Path, begin_mm: f64, end_mm: f64) -> Option<Path> {
     Some(Path { start: first.from, segments })
 }
 
-/// A closed path started at the corner number `corner`.
 pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
     let mut segments = path.segments.clone();
     let start = path.corners().nth(corner).unwrap_or(path.start);
@@ -143,7 +136,6 @@ pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
     Path { start, segments }
 }
 
-/// The share of a segment nearest to `at`.
 pub(crate) fn nearest_share(from: Point, segment: PathSegment, at: Point) -> f64 {
     let found = share(from, segment, (at.x.mm(), at.y.mm()));
     if (0.0..=1.0).contains(&found) {
@@ -153,7 +145,6 @@ pub(crate) fn nearest_share(from: Point, segment: PathSegment, at: Point) -> f64
     if from.distance_mm(at) <= to_end { 0.0 } else { 1.0 }
 }
 
-/// A closed path started at its point nearest to `at`.
 pub(crate) fn started_near(path: &Path, at: Point) -> Path {
     let away = |(from, segment): &(Point, PathSegment)| {
         point_on(*from, *segment, nearest_share(*from, *segment, at)).distance_mm(at)

@@ -99,7 +99,6 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pl
     Ok(part)
 }
 
-/// Tabs of a contour.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Held {
     No,
@@ -172,7 +171,6 @@ fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit
     inner.chain(merged.map(|error| error.with("bit", bit.titled()))).for_each(|error| context.report(error));
 }
 
-/// Least material between the cut and a pin.
 const BESIDE_PINS: Length = Length::from_um(100);
 
 /// Reports that the tool hits pins: they stay in their holes while the board is cut out.
@@ -189,7 +187,6 @@ fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
     context.report(with_position(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
-/// The toolpaths of one contour, and its mouse-bites.
 fn contour(
     context: &mut PlanContext<'_>,
     cut_out: &CutOut,
@@ -269,7 +266,6 @@ fn kept_out(
     left
 }
 
-/// The point at `length` along `path`.
 fn place_at(path: &Path, length: f64) -> Option<Point> {
     cut::between(path, 0.0, length.max(1e-3)).map(|part| part.end())
 }
@@ -336,7 +332,6 @@ fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
     apart
 }
 
-/// `path` without the spans of tabs.
 fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
     let whole = path.length_mm();
     let ends: Vec<(f64, f64)> =
@@ -393,7 +388,6 @@ fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
     Some(Point::from_mm(to.x.mm() + y / length * by, to.y.mm() - x / length * by))
 }
 
-/// Drills mouse-bites with the nearest available drill.
 fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<BitTask> {
     if places.is_empty() {
         return None;

@@ -81,7 +81,6 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Plann
     Ok(part)
 }
 
-/// The share of `whole` for the first `part` of `all`.
 fn share(whole: u64, part: u64, all: u64) -> u64 {
     (u128::from(whole) * u128::from(part) / u128::from(all.max(1))) as u64
 }

@@ -18,15 +18,11 @@ use crate::geometry::{
 };
 use crate::units::Length;
 
-/// Limit of rings.
 const MOST_RINGS: usize = 4_000;
-/// Limit of segments.
 const MOST_SEGMENTS: usize = 4_000_000;
-/// Limit of rounds for remaining pieces.
 const MOST_ROUNDS: usize = 8;
 /// Half of the width that counts as cleared.
 const CRUMB: Length = Length::from_um(2);
-/// Pieces up to this, in mm², leave with the chips.
 const DUST_MM2: f64 = 1e-4;
 /// Margin of the area for rings beyond the area to clear.
 const BESIDE: Length = Length::from_um(5);
@@ -35,29 +31,22 @@ const STRETCH: usize = 500;
 /// Length of a toolpath for a single point, in mm.
 const DOT_MM: f64 = 0.02;
 
-/// An area to clear.
 pub(super) struct Field<'a> {
     pub(super) kept: &'a Region,
-    /// The whole area.
     pub(super) board: &'a Region,
     /// How far the tool centre may leave the board.
     pub(super) margin: Length,
 }
 
-/// Work of one tool.
 #[derive(Default)]
 pub(super) struct Filled {
-    /// Paths of its centre, with the inside of rings on the left.
     pub(super) paths: Vec<Path>,
     /// Area cleared: outlines, inside on the left, that may overlap.
     pub(super) swept: Vec<Path>,
 }
 
-/// Why nothing was cleared.
 pub(super) enum Stopped {
-    /// The user cancelled.
     Cancelled,
-    /// The limit of rings was exceeded.
     TooMany,
 }
 
@@ -107,13 +96,11 @@ pub(super) fn fill(
     Ok(Filled { paths, swept })
 }
 
-/// A box several `width`s larger than `region`.
 fn frame(region: &Region, width: Length) -> Region {
     let bounds = region.bounds().map(|bounds| bounds.grown(width + width));
     bounds.map_or_else(Region::default, |bounds| union(&[rectangle(bounds)]))
 }
 
-/// `region` minus the swept area.
 pub(super) fn without(region: &Region, swept: &[Path]) -> Region {
     let there = Exposure { clear: false, outlines: region.paths().cloned().collect() };
     paint(&[there, Exposure { clear: true, outlines: swept.to_vec() }])
@@ -182,7 +169,6 @@ fn through(piece: &Island, open: &Area, radius: Length) -> Vec<Path> {
     piece.paths().flat_map(|path| cut::parts(path, open, true)).collect()
 }
 
-/// The pieces of `region` large enough for a path.
 fn pieces(region: &Region) -> Vec<Island> {
     let solid = grow(&grow(region, -CRUMB), CRUMB);
     solid.islands.into_iter().filter(|island| island_area_mm2(island) > DUST_MM2).collect()

@@ -52,7 +52,6 @@ pub(super) fn middles(
     middles
 }
 
-/// The position on every copy of the panel with these `bounds`.
 fn copies(panel: &Panel, bounds: Bounds, place: Point) -> Vec<Point> {
     let all = |low: Length, high: Length, count: u32, at: Length| -> Vec<Length> {
         let count = i64::from(count.max(1));

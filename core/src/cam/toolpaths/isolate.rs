@@ -85,7 +85,6 @@ fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length 
     width
 }
 
-/// Copper with cached results.
 pub(super) struct Isolated<'a> {
     copper: &'a Region,
     scene: &'a PlacedBoard,
@@ -101,12 +100,10 @@ impl<'a> Isolated<'a> {
         Self { copper, scene, islands: None, grown: BTreeMap::new(), necks: BTreeMap::new() }
     }
 
-    /// The copper with the distance that toolpaths of a cut of `width` keep.
     fn keeping(&self, width: Length) -> Region {
         self.scene.making().grown(self.copper, narrow::kept(width))
     }
 
-    /// The islands, for queries.
     fn islands(&mut self) -> &Area {
         self.islands.get_or_insert_with(|| Area::of(self.copper))
     }
@@ -127,7 +124,6 @@ impl<'a> Isolated<'a> {
     }
 }
 
-/// The rings of the first tool, and the toolpaths along the slivers between them.
 fn rings(
     context: &mut PlanContext<'_>,
     copper: &Region,
@@ -161,7 +157,6 @@ fn rings(
     Ok(paths)
 }
 
-/// Distance between passes.
 fn pass_step(width: Length, isolate: &Isolate) -> Length {
     Length::from_mm(width.mm() * (1.0 - isolate.overlap_percent / 100.0))
 }
@@ -188,7 +183,6 @@ pub(super) fn turned(paths: Vec<Path>, direction: CutDirection) -> Vec<Path> {
     }
 }
 
-/// Trims, orders and joins.
 fn finished(
     context: &mut PlanContext<'_>,
     isolated: &Isolated<'_>,
@@ -335,7 +329,6 @@ fn tell_taken(context: &mut PlanContext<'_>, taken: Vec<(Length, String, String)
     }
 }
 
-/// Single toolpaths of a tool at their own depth.
 fn at_depth(
     context: &mut PlanContext<'_>,
     isolated: &Isolated<'_>,

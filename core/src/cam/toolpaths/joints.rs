@@ -10,18 +10,14 @@ use super::cut::{Area, parts};
 use crate::geometry::{Path, Region, grow, sweep};
 use crate::units::Length;
 
-/// Edges of neighbours this near to each other are shared.
 const NEAR: Length = Length::from_um(5);
 /// Shared edges end this far from the outside: an edge there is not shared.
 const INSIDE: Length = Length::from_um(25);
 /// A shared edge is found on both boards: within this distance the second is a repetition.
 const SAME: Length = Length::from_um(60);
-/// Shorter edges are touching corners, in mm.
 const LEAST_MM: f64 = 0.1;
-/// With more boards than this no shared edges are searched.
 const MOST_BOARDS: usize = 500;
 
-/// The edges that the boards of an outline share.
 pub(super) fn joints(outline: &Region) -> Vec<Path> {
     if !(2..=MOST_BOARDS).contains(&outline.islands.len()) {
         return Vec::new();

@@ -22,7 +22,6 @@ const BETWEEN: Length = Length::from_um(20);
 const MOST_PARTED: usize = 20_000;
 /// Regions with more segments are not saved: one of them would fill most of the cache.
 const MOST_KEPT: usize = 100_000;
-/// Limit of saved segments.
 const MOST_SEGMENTS: usize = 600_000;
 
 /// Tolerance of refitted toolpaths. With the errors of the offset and the 1 µm that toolpaths are nearer, the
@@ -44,11 +43,9 @@ pub struct Kept {
     made: u32,
 }
 
-/// Cached results by input.
 #[derive(Debug)]
 struct Shelf<K, V> {
     things: BTreeMap<K, Thing<V>>,
-    /// Counter of requests.
     asked: u64,
     segments: usize,
 }
@@ -56,7 +53,6 @@ struct Shelf<K, V> {
 #[derive(Debug)]
 struct Thing<V> {
     made: Rc<V>,
-    /// Number of the last request.
     asked: u64,
     segments: usize,
 }
@@ -68,7 +64,6 @@ impl<K, V> Default for Shelf<K, V> {
 }
 
 impl<K: Ord + Clone, V> Shelf<K, V> {
-    /// The result for `of`, and whether it was computed now.
     fn take(&mut self, of: K, make: impl FnOnce(&K) -> (V, usize)) -> (Rc<V>, bool) {
         self.asked += 1;
         if let Some(known) = self.things.get_mut(&of) {
@@ -118,7 +113,6 @@ fn parted(region: &Region, reach: Length) -> Vec<Vec<Island>> {
     }
 }
 
-/// The toolpaths along the edges of `pass` and along its slivers.
 fn ways(pass: &Region, through: Length, next: Option<Length>) -> Vec<Path> {
     let (rings, slivers): (Vec<Path>, Vec<Path>) =
         slivers::with_slivers(pass, through, next).into_iter().partition(Path::is_closed);
@@ -134,7 +128,6 @@ impl Kept {
         self.made
     }
 
-    /// Everything within `by` of `region`.
     pub(super) fn grown(&mut self, region: &Region, by: Length) -> Region {
         if of_islands(&region.islands) > MOST_KEPT {
             self.made += 1;

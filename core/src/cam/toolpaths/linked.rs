@@ -27,19 +27,16 @@ const LEAST_LOOK_MM: f64 = 0.0005;
 /// From each place, links to this many of the nearest toolpaths are tried.
 const NEIGHBOURS: usize = 4;
 
-/// Which links are allowed.
 pub(super) struct Links<'a> {
     pub(super) reach: Length,
     /// Joined toolpaths are at most this long, in mm, or twice as long with short branches.
     pub(super) longest_mm: f64,
-    /// The distance along a toolpath between places from which links are searched.
     pub(super) spacing: Length,
     /// Every point of a link is farther from the copper than this.
     pub(super) min_distance: Length,
     /// Every point of a link is at most this far from the copper.
     pub(super) max_distance: Length,
     pub(super) copper: &'a Area,
-    /// Area closed to the tool centre.
     pub(super) closed: Option<&'a Area>,
 }
 
@@ -51,7 +48,6 @@ struct Place {
     at: Point,
 }
 
-/// A link from a place on one toolpath to a place on another.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     ends: [(u32, Place); 2],
@@ -64,7 +60,6 @@ enum Step {
     Visit(usize),
 }
 
-/// `paths` joined where `links` allow it.
 pub(super) fn linked(paths: Vec<Path>, links: &Links<'_>) -> Vec<Path> {
     let (closed, mut out): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|path| path.is_closed() && !path.segments.is_empty());
@@ -121,7 +116,6 @@ fn round(path: Path) -> (Path, Option<Path>) {
     }
 }
 
-/// The shortest allowed link of each pair of neighbours, the shortest first.
 fn shortest(paths: &[Path], links: &Links<'_>) -> Vec<Link> {
     let segments = Segments::of(paths);
     let mut best: BTreeMap<(u32, u32), Link> = BTreeMap::new();
@@ -175,7 +169,6 @@ fn at_an_end(from: Point, segment: PathSegment, share: f64) -> f64 {
 }
 
 impl Links<'_> {
-    /// Whether toolpaths of these lengths may become one.
     pub(super) fn may_join(&self, one_mm: f64, other_mm: f64) -> bool {
         let branches = if one_mm.min(other_mm) <= BRANCH_MM { 2.0 } else { 1.0 };
         one_mm + other_mm <= self.longest_mm * branches
@@ -243,7 +236,6 @@ fn tree(paths: &[Path], found: Vec<Link>, links: &Links<'_>) -> Vec<Link> {
     kept
 }
 
-/// The representative of the toolpaths that are joined to `path` (union-find).
 fn find_leader(leader: &mut [usize], mut path: usize) -> usize {
     while let Some(&next) = leader.get(path).filter(|next| **next != path) {
         let after = leader.get(next).copied().unwrap_or(next);
@@ -309,7 +301,6 @@ fn mark(done: &mut [bool], path: usize) {
     }
 }
 
-/// Adds a line to a point.
 fn line_to(out: &mut Path, to: Point) {
     if out.end() != to {
         out.segments.push(PathSegment::Line { to });
@@ -321,7 +312,6 @@ fn end_on(link: &Link, path: usize) -> Option<Place> {
     link.ends.iter().find(|(end, _)| *end as usize == path).map(|(_, place)| *place)
 }
 
-/// One round of a closed toolpath from `entry`, with a visit at each link.
 fn steps(path: &Path, entry: Option<Place>, mut ends: Vec<(usize, Place)>) -> Vec<Step> {
     ends.sort_by(|a, b| {
         (a.1.segment.cmp(&b.1.segment)).then(a.1.share.total_cmp(&b.1.share)).then(a.0.cmp(&b.0))

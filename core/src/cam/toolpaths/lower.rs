@@ -25,7 +25,6 @@ fn micros(us: f64) -> u32 {
     libm::round(us) as u32
 }
 
-/// The program of `planned`, the plan of `work` on `machine`.
 pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program {
     let mut writer = Writer {
         machine,
@@ -108,7 +107,6 @@ impl Writer<'_> {
         self.legs.push(Leg { mark: Mark::ToolChange(index), commands });
     }
 
-    /// Commands that start the spindle.
     fn turning(&mut self, speeds: &Speeds) -> Vec<Command> {
         let rpm = speeds.spindle_rpm;
         if self.rpm == rpm {
@@ -129,7 +127,6 @@ impl Writer<'_> {
         self.legs.push(Leg { mark, commands: all });
     }
 
-    /// A position of the board in work coordinates.
     fn at(&self, at: Point) -> Point {
         Point::new(at.x - self.origin.x, at.y - self.origin.y)
     }
@@ -163,7 +160,6 @@ impl Writer<'_> {
         commands
     }
 
-    /// One toolpath, from safe height to safe height.
     fn way(&self, way: &Toolpath, speeds: &Speeds) -> Vec<Command> {
         let mut pen = Pen {
             writer: self,
@@ -193,9 +189,7 @@ struct Pen<'a> {
     way: &'a Toolpath,
     feed: u32,
     plunge: u32,
-    /// Current height of the tip.
     height: Length,
-    /// Seconds since the last stop.
     moving_s: f64,
     commands: Vec<Command>,
 }
@@ -216,7 +210,6 @@ impl Pen<'_> {
         }
     }
 
-    /// Straight down to `depth`.
     fn down(&mut self, depth: Length) {
         self.height = -depth;
         self.moving_s = 0.0;

@@ -23,11 +23,9 @@ use crate::job::Bit;
 use crate::units::Length;
 use crate::{code, warning};
 
-/// A tool may be wider than its hole by this.
 const SLACK: Length = Length::from_um(2);
 /// Share of the tool's width that neighbouring rings overlap.
 const OVERLAP_SHARE: f64 = 0.55;
-/// Limit of rings in one hole.
 const MOST_RINGS: usize = 200;
 
 /// A shape to mill: centre line, width, and its hole or slot.
@@ -104,7 +102,6 @@ fn wanted(context: &PlanContext<'_>, bore: &MillHoles, tolerance: Length) -> Vec
     holes.chain(slots).collect()
 }
 
-/// The toolpaths of `bit` that clear `wanted`, the innermost first.
 fn rings(wanted: &Wanted, bit: &Bit, direction: CutDirection) -> Vec<Path> {
     let room = wanted.width - bit.diameter;
     let around = |path: Path| if direction == CutDirection::Climb { path } else { path.reversed() };

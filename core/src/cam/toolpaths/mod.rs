@@ -75,7 +75,6 @@ pub enum HoleOrSlot {
     Slot(u32),
 }
 
-/// Motion of a tool down to a depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum EntryMove {
     #[default]
@@ -86,7 +85,6 @@ pub enum EntryMove {
     Helix,
 }
 
-/// A position to drill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DrillCycle {
     pub at: Point,
@@ -100,7 +98,6 @@ pub struct BitTask {
     pub bit: Bit,
     /// In order.
     pub drill_cycles: Vec<DrillCycle>,
-    /// Drilling depth, positive downwards.
     pub depth: Length,
     /// Depth of a peck, after which the drill retracts to clear chips; 0 for none.
     pub peck: Length,
@@ -108,7 +105,6 @@ pub struct BitTask {
     pub toolpaths: Vec<Toolpath>,
 }
 
-/// One operation as planned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlannedOperation {
     /// Index into [`Work::operations`].
@@ -116,22 +112,17 @@ pub struct PlannedOperation {
     /// Work of its tools, in order.
     pub tasks: Vec<BitTask>,
     pub diagnostics: Vec<Diagnostic>,
-    /// Indices of the holes of the placed board that it makes.
     pub holes: Vec<u32>,
-    /// Indices of the slots that it makes.
     pub slots: Vec<u32>,
     /// Holes that it leaves out, with diagnostics.
     pub left_holes: Vec<u32>,
     /// Slots that it leaves out, with diagnostics.
     pub left_slots: Vec<u32>,
-    /// Iterations of the search for the order of its holes.
     pub iterations: u64,
 }
 
-/// All operations of the side that is up, as planned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planned {
-    /// The board as placed.
     pub board: Board,
     /// The position that becomes the work zero.
     pub origin: Point,
@@ -213,7 +204,6 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Tolerance of a drilling operation for the holes of the board.
 fn board_tolerance(operation: &Operation, machine: &Machine) -> Option<Length> {
     let drill = operation.action.drill().filter(|drill| operation.on && drill.holes == Holes::Board)?;
     Some(drill.tolerance_on(machine))
@@ -268,7 +258,6 @@ fn with_speeds(part: &mut PlannedOperation, work: &Work, machine: &Machine) {
     part.diagnostics.extend(found.into_iter().map(|found| found.with("operation", &title)));
 }
 
-/// Progress units of one operation.
 pub const WHOLE: u64 = 1_000;
 
 /// Plans all operations of the side that is up. Each feature left out is an error among the diagnostics, to
@@ -375,7 +364,6 @@ fn left_out(
     super::rack::errors(&without, unsized_holes, open_slots, (&machine.drills(), tolerance))
 }
 
-/// Inputs and state while one operation is planned.
 struct PlanContext<'a> {
     scene: &'a PlacedBoard,
     work: &'a Work,
@@ -383,7 +371,6 @@ struct PlanContext<'a> {
     machine: &'a Machine,
     means: &'a Means<'a>,
     tick: &'a mut dyn FnMut(u64) -> bool,
-    /// Progress in [`WHOLE`]ths.
     done: u64,
     diagnostics: Vec<Diagnostic>,
 }
@@ -435,7 +422,6 @@ impl PlanContext<'_> {
         bits
     }
 
-    /// Depth of the operation.
     fn depth(&self) -> Length {
         let process = &self.machine.process;
         match self.operation.depth {
@@ -483,7 +469,6 @@ impl BitTask {
 /// Limit of passes; beyond it each pass gets deeper.
 const MOST_PASSES: i64 = 500;
 
-/// The diagnostic with its position.
 fn with_position(diagnostic: Diagnostic, place: Point) -> Diagnostic {
     diagnostic.with("x", format!("{:.2}", place.x.mm())).with("y", format!("{:.2}", place.y.mm()))
 }

@@ -30,9 +30,7 @@ const STEP: Length = Length::from_um(20);
 const ROOM: Length = Length::from_um(500);
 /// A place this near to an island touches it.
 const TOUCH: Length = Length::from_um(5);
-/// Thinner remains are rounding.
 const CRUMB: Length = Length::from_um(2);
-/// Toolpaths of a narrower cut are this deep inside their necks.
 const WITHIN: Length = Length::from_um(4);
 /// The rest in a corner is at most this many times the difference of both radii long: a corner of 60°.
 const CORNER_FACTOR: f64 = 2.0;

@@ -14,9 +14,7 @@ use std::f64::consts::PI;
 
 /// Segments shorter than this, in mm, are merged: a controller stops and starts at each.
 pub(super) const SHORT_MM: f64 = 0.05;
-/// Limit of segments that become one.
 const MOST: usize = 96;
-/// The largest angle of an arc, in rad.
 const MOST_TURN_RAD: f64 = 0.9 * PI;
 /// The largest radius of an arc, in mm. Flatter arcs are not fitted.
 const LARGEST_RADIUS_MM: f64 = 1_000.0;
@@ -24,7 +22,6 @@ const LARGEST_RADIUS_MM: f64 = 1_000.0;
 type Piece = (Point, PathSegment);
 type Spot = (f64, f64);
 
-/// `path` with fewer segments, none farther than `tolerance` from those it replaces.
 pub(super) fn refitted(path: &Path, tolerance: Length) -> Path {
     let mut pieces: Vec<Piece> = path.pieces().collect();
     if !pieces.iter().any(is_short) {

@@ -25,15 +25,12 @@ const SETTLING: usize = 4;
 
 /// How toolpaths are put in order.
 pub(super) struct Rules<'a> {
-    /// Start position of the tool.
     pub(super) start: Point,
     /// How far closed toolpaths continue beyond their start.
     pub(super) overlap: Length,
     /// Whether open toolpaths may be reversed.
     pub(super) both_ways: bool,
-    /// The links that may join toolpaths.
     pub(super) link: Option<&'a Links<'a>>,
-    /// Seed of the search.
     pub(super) seed: u64,
 }
 
@@ -70,19 +67,16 @@ fn ordered(places: &[Point], rules: &Rules<'_>) -> Vec<u32> {
     found.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect()
 }
 
-/// Where a toolpath is entered.
 #[derive(Clone, Copy)]
 enum Entry {
     Start,
     End,
     Corner(usize),
-    /// A place on a full circle.
     OnCircle(Point),
     /// Between two corners, nearest to this place.
     Near(Point),
 }
 
-/// A toolpath of an order.
 struct Step {
     /// Which of the given toolpaths.
     number: u32,
@@ -98,7 +92,6 @@ impl Step {
     }
 }
 
-/// An order of the given toolpaths.
 struct Walk {
     steps: Vec<Step>,
     travel: f64,
@@ -112,7 +105,6 @@ impl Walk {
         Self { steps, travel }
     }
 
-    /// Where each of the given toolpaths was entered.
     fn entries(&self) -> Vec<Point> {
         let mut places: Vec<(u32, Point)> = self.steps.iter().map(|step| (step.number, step.start)).collect();
         places.sort_unstable();
@@ -168,7 +160,6 @@ fn run(mut paths: Vec<Path>, walk: Walk, rules: &Rules<'_>) -> Vec<Path> {
     walk.steps.into_iter().filter_map(enter).collect()
 }
 
-/// The entry of `path` for which `way`, from its start to its end, is shortest.
 fn shortest(path: &Path, rules: &Rules<'_>, way: &dyn Fn(Point, Point) -> f64) -> Entry {
     if !path.is_closed() {
         let backwards = rules.both_ways && way(path.end(), path.start) < way(path.start, path.end());
@@ -179,7 +170,6 @@ fn shortest(path: &Path, rules: &Rules<'_>, way: &dyn Fn(Point, Point) -> f64) -
         .map_or(Entry::Start, |(entry, _)| entry)
 }
 
-/// The entry of `path` nearest to `here`.
 fn nearest(path: &Path, here: Point, rules: &Rules<'_>) -> Entry {
     if !path.is_closed() {
         let backwards = rules.both_ways && straight_mm(here, path.end()) < straight_mm(here, path.start);

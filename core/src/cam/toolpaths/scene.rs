@@ -13,7 +13,6 @@ use crate::warning;
 use std::cell::{RefCell, RefMut};
 use std::ops::Range;
 
-/// A board as placed.
 pub struct PlacedBoard {
     /// With its copies and pins, flipped if its bottom is up.
     pub board: Board,
@@ -21,7 +20,6 @@ pub struct PlacedBoard {
     pub pins: Range<u32>,
     /// The position that becomes the work zero.
     pub origin: Point,
-    /// The placement of the flip.
     turning: Option<Placement>,
     /// Zones that tools must not enter.
     zones: Vec<Bounds>,
@@ -29,7 +27,6 @@ pub struct PlacedBoard {
     pub(super) field: Option<Area>,
     /// The area inside the outer edges of the outline; `None` without an outline.
     body: Option<Area>,
-    /// Cached results of isolation.
     kept: RefCell<Kept>,
 }
 
@@ -70,7 +67,6 @@ impl PlacedBoard {
         Self { kept: RefCell::new(kept), ..self }
     }
 
-    /// Takes the cache, for the next plan.
     pub fn kept(&self) -> Kept {
         let mut kept = self.kept.take();
         kept.tidy();
@@ -98,7 +94,6 @@ impl PlacedBoard {
         &self.zones
     }
 
-    /// The copper of `face`, if it has any.
     pub(super) fn copper(&self, face: Face) -> Option<&Copper> {
         self.board.copper.iter().find(|copper| copper.face == face && !copper.region.is_empty())
     }
@@ -109,7 +104,6 @@ impl PlacedBoard {
         self.body.as_ref().is_some_and(beyond)
     }
 
-    /// The area closed to the centre of a tool that cuts `width`.
     pub(super) fn closed_to(&self, width: Length) -> Option<Area> {
         let radius = Length::from_nm((width.nm() + 1) / 2);
         let boxes: Vec<Path> = self.zones.iter().map(|zone| rectangle(*zone)).collect();
@@ -164,7 +158,6 @@ impl PlacedBoard {
     }
 }
 
-/// The bounds of everything on `board`.
 fn blank(board: &Board) -> Option<Bounds> {
     let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
     let all = board.outline.bounds().into_iter().chain(copper).chain(board.outer_bounds());

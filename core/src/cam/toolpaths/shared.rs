@@ -18,7 +18,6 @@ use std::f64::consts::TAU;
 
 /// Toolpaths this near to each other cut equally: each is within 2 µm of its ideal.
 const SAME: Length = Length::from_um(5);
-/// Shorter stretches, in mm, are cut twice.
 const LEAST_MM: f64 = 0.2;
 /// The longest stretch of a toolpath is omitted, and others only if longer than this, in mm.
 const WORTH_MM: f64 = 8.0;
@@ -37,7 +36,6 @@ const BESIDE: i64 = 1_700;
 
 /// Lengths along a closed path in mm; the end may be beyond its start.
 type Stretch = (f64, f64);
-/// A toolpath and one of its segments, by number.
 type Edge = (u32, u32);
 
 /// An edge by its carrier: a line of about this slope, or a circle about this centre.
@@ -223,7 +221,6 @@ fn covered(one: (Point, PathSegment), other: (Point, PathSegment)) -> Vec<(f64, 
     found.into_iter().map(within).filter(|(a, b)| a < b).collect()
 }
 
-/// The shares for two lines.
 fn beside_line((from, to): (Point, Point), (start, end): (Point, Point)) -> Vec<(f64, f64)> {
     let length = from.distance_mm(to).max(1e-9);
     let (x, y) = ((to.x - from.x).mm() / length, (to.y - from.y).mm() / length);
@@ -269,13 +266,11 @@ fn chosen(mut stretches: Vec<Stretch>, total: f64) -> Vec<Stretch> {
     stretches
 }
 
-/// True if two stretches of a closed toolpath of length `total` overlap.
 fn meet(one: Stretch, other: Stretch, total: f64) -> bool {
     let apart = |one: Stretch, by: f64| one.1 + by <= other.0 || other.1 <= one.0 + by;
     !(apart(one, 0.0) && apart(one, total))
 }
 
-/// The rest of a closed toolpath of length `total` without these stretches.
 fn without(way: &Path, chosen: &[Stretch], total: f64) -> Vec<Path> {
     let Some(&(begin, end)) = chosen.first() else { return vec![way.clone()] };
     if end - begin >= total - JOINED_MM {

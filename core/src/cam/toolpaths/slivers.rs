@@ -24,11 +24,9 @@ const SLACK: Length = Length::from_um(4);
 const POINTED: Length = Length::from_um(10);
 /// A strip that narrows to a point within this many mm is a blunt corner.
 const BLUNT_MM: f64 = 0.14;
-/// A longer sliver, in mm, gets a separate path.
 const LONGEST_DETOUR_MM: f64 = 3.0;
 /// Length of a toolpath for a single point, in mm.
 const DOT_MM: f64 = 0.02;
-/// Points this near to a straight line, in mm, are on it.
 const STRAIGHT_MM: f64 = 0.002;
 /// Limit of points absorbed by one line.
 const LONGEST_LOOK: usize = 256;
@@ -36,7 +34,6 @@ const LONGEST_LOOK: usize = 256;
 /// A path along a sliver that starts next to an edge of the pass.
 struct Detour {
     edge: Edge,
-    /// Point of the edge next to its start.
     place: Point,
     path: Path,
 }
@@ -135,7 +132,6 @@ fn is_sliver(strip: &Strip, through: Length, thin: Length) -> bool {
     !(strip.own && tip || dust)
 }
 
-/// A toolpath for a single point.
 fn dot(at: Point) -> Option<Path> {
     let end = |by: f64| Point::from_mm(at.x.mm() + by, at.y.mm());
     Path::through(&[end(-DOT_MM / 2.0), end(DOT_MM / 2.0)])

@@ -101,7 +101,6 @@ fn mill(name: &str, width: f64) -> Bit {
     Bit { diameter: mm(width), name: name.to_owned(), cutter: Cutter::Mill, handling: Default::default() }
 }
 
-/// A job that isolates `board` with a mill of `width`.
 fn isolation(board: &Board, width: f64, change: impl FnOnce(&mut Isolate)) -> Work {
     let mut work = only(board, "isolate", |operation| {
         operation.bit = "m".to_owned();
@@ -139,7 +138,6 @@ fn encloses(toolpaths: &[Path], point: Point) -> bool {
     toolpaths.iter().any(|way| way.is_closed() && winding(way, point) != 0)
 }
 
-/// A point inside an island.
 fn inside(island: &crate::geometry::Island) -> Point {
     let core = grow(&Region { islands: vec![island.clone()] }, mm(-0.02));
     core.islands[0].outer.start

@@ -19,7 +19,6 @@ use crate::chance::Chance;
 /// Links tried at each depth of a move; at most 5.
 const BREADTH: [usize; DEPTH] = [5, 3, 1];
 
-/// Limit of links in a move.
 const DEPTH: usize = 3;
 
 /// Smaller gains are rounding.
@@ -75,7 +74,6 @@ impl Path {
     }
 }
 
-/// A search in progress.
 pub(crate) struct Search<'a, C: Fn(u32, u32) -> f64> {
     pub(crate) ring: Ring,
     near: &'a [Vec<(f64, u32)>],
@@ -175,7 +173,6 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         self.turns.push((first, last, self.mirrored));
     }
 
-    /// Undoes every reversal after the first `keep`.
     fn undo(&mut self, keep: usize) {
         while self.turns.len() > keep {
             if let Some((first, last, mirrored)) = self.turns.pop() {
@@ -185,7 +182,6 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         }
     }
 
-    /// `[a … b][c … d]` becomes `[c … d][a … b]`.
     fn swap_stretches(&mut self, a: u32, b: u32, c: u32, d: u32) {
         self.turn(a, d);
         self.turn(d, c);
@@ -247,7 +243,6 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         None
     }
 
-    /// Reverses the `length` nodes after `t1`.
     fn turn_front(&mut self, t1: u32, length: usize) {
         self.turn(self.ring.next(t1), self.ring.further(t1, length));
     }

@@ -15,11 +15,9 @@ use ring::Ring;
 const QUADRANT: usize = 2;
 const NEAR: usize = 10;
 
-/// Limit and seed of the search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
     pub(crate) kicks: u64,
-    /// Seed of the kicks.
     pub(crate) seed: u64,
 }
 

@@ -17,7 +17,6 @@ pub(crate) struct Ring {
 }
 
 impl Ring {
-    /// From an order that has every node once.
     pub(crate) fn new(order: Vec<u32>) -> Self {
         let mut place = vec![0; order.len()];
         for (at, &node) in order.iter().enumerate() {
@@ -42,17 +41,14 @@ impl Ring {
         self.order[to]
     }
 
-    /// The node after `node`.
     pub(crate) fn next(&self, node: u32) -> u32 {
         self.step(node, !self.backwards)
     }
 
-    /// The node before `node`.
     pub(crate) fn prev(&self, node: u32) -> u32 {
         self.step(node, self.backwards)
     }
 
-    /// Reverses the direction of the ring.
     pub(crate) fn mirror(&mut self) {
         self.backwards = !self.backwards;
     }
@@ -71,7 +67,6 @@ impl Ring {
         self.order[if to >= n { to - n } else { to }]
     }
 
-    /// Reverses the stretch from `first` to `last`.
     pub(crate) fn reverse(&mut self, first: u32, last: u32) {
         let n = self.order.len();
         let length = self.ahead(first, last) + 1;

@@ -61,7 +61,6 @@ impl Pieces {
         }
     }
 
-    /// The nodes of the single piece, from one end.
     fn walk(&self) -> Vec<u32> {
         let mut order = Vec::with_capacity(self.links.len());
         let mut node = (0..self.links.len() as u32).find(|&node| self.is_open(node)).unwrap_or(0);
@@ -77,7 +76,6 @@ impl Pieces {
     }
 }
 
-/// An order of all points by greedy fragments.
 pub(crate) fn greedy(points: &[Point], near: &[Vec<u32>], cost: &impl Fn(u32, u32) -> f64) -> Vec<u32> {
     let n = points.len();
     let mut pieces = Pieces::new(n);

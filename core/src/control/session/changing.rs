@@ -16,7 +16,6 @@ impl Session {
         self.in_change || (self.state == State::ToolChange && !self.moving)
     }
 
-    /// Requests at rest in a tool change.
     pub(super) fn while_changing(&mut self, ask: &Event) -> Vec<Action> {
         let (state, action) = match *ask {
             Event::Jog { axis, distance_um } => (State::Jogging, Action::Jog { axis, distance_um }),

@@ -84,7 +84,6 @@ fn is_report(event: &Event) -> bool {
     )
 }
 
-/// The laws that hold after every event.
 fn check(before: &Session, event: &Event, after: &Session, actions: &[Action], trace: &str) {
     let moving: Vec<_> = actions.iter().filter(|action| action.moves()).collect();
     assert!(moving.len() <= 1, "two moves at once: {trace}");

@@ -19,7 +19,6 @@ use crate::machine::{
 };
 use crate::units::Length;
 
-/// Differences between boards.
 struct Board {
     name: &'static str,
     description: &'static str,

@@ -15,9 +15,7 @@ use crate::units::Length;
 /// A commercial mill. Arrays are in the order X, Y, Z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MillProfile {
-    /// Name on the command line.
     pub name: &'static str,
-    /// Display name.
     pub title: &'static str,
     /// Firmware of the controller; none if it differs between machines of this name.
     pub flavour: Option<&'static str>,
@@ -25,7 +23,6 @@ pub struct MillProfile {
     pub steps_per_mm: Option<[f64; 3]>,
     pub mm_per_min: Option<[f64; 3]>,
     pub mm_per_s2: Option<[f64; 3]>,
-    /// Highest spindle speed, if the controller sets it.
     pub rpm: Option<f64>,
 }
 
@@ -103,7 +100,6 @@ pub const MILLS: [MillProfile; 6] = [
     },
 ];
 
-/// Finds a mill by name.
 pub fn mill(name: &str) -> Option<&'static MillProfile> {
     MILLS.iter().find(|mill| mill.name == name)
 }

@@ -9,7 +9,6 @@ use super::Machine;
 pub use mills::{MILL_KEY, MILLS, MillProfile, mill};
 pub use own::{VIRTUAL_NAME, hobby_3018, lab, six_spindles, virtual_drill};
 
-/// All presets with their names on the command line.
 pub fn presets() -> [(&'static str, Machine); 7] {
     [
         ("virtual", virtual_drill()),
@@ -36,7 +35,6 @@ pub fn preset_words() -> impl Iterator<Item = &'static str> {
     presets.chain(MILLS.iter().map(|mill| mill.name))
 }
 
-/// Finds a preset or a mill by name.
 pub fn preset(name: &str) -> Option<Machine> {
     let name = preset_name(name);
     let own = presets().into_iter().find(|(known, _)| *known == name).map(|(_, machine)| machine);

@@ -12,7 +12,6 @@ fn mm(value: f64) -> Length {
     Length::from_mm(value)
 }
 
-/// Drills with these diameters, in mm.
 fn drills(sizes_mm: &[f64]) -> Vec<RackTool> {
     (1..).zip(sizes_mm).map(|(number, size)| RackTool::drill(number, mm(*size))).collect()
 }
@@ -189,7 +188,6 @@ pub fn lab() -> Machine {
     }
 }
 
-/// Process parameters of the laboratory drill.
 fn lab_process() -> Process {
     Process {
         feed_mm_per_s: 2.0,

@@ -53,7 +53,6 @@ pub(super) struct Pulls {
     pub(super) after_mm_per_s2: f64,
 }
 
-/// Parameters of path planning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathRules {
     /// Share of every axis's acceleration that the plan may use, 0 < share ≤ 1; the rest is for hold and
@@ -124,7 +123,6 @@ pub(super) fn turn(before: &Curve, after: &Curve) -> PathPoint {
     if change.iter().all(|part| part.abs() < STRAIGHT_SINE) { [0.0; 3] } else { change }
 }
 
-/// Highest speed in a corner with this change of direction and shorter side.
 pub(super) fn corner(change: PathPoint, shorter_mm: f64, axes: &[Limits; 3], rules: &PathRules) -> f64 {
     let size = libm::sqrt(change.iter().map(|part| part * part).sum());
     if size == 0.0 {

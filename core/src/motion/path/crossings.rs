@@ -18,7 +18,6 @@ pub struct Sweep {
     pub forward: bool,
     /// Step of the axis before the sweep, from the zero of the path's coordinates.
     pub from_step: i64,
-    /// Number of steps.
     pub count: u64,
     axis: usize,
     mm_per_step: f64,
@@ -30,7 +29,6 @@ pub struct Sweep {
 struct Part {
     piece: usize,
     stretch: Stretch,
-    /// Steps of the axis before and after.
     from: i64,
     to: i64,
 }
@@ -120,12 +118,10 @@ impl Sweep {
         }
     }
 
-    /// Step of the axis after the sweep.
     pub fn to_step(&self) -> i64 {
         self.after(self.count)
     }
 
-    /// Position after `steps` steps.
     fn after(&self, steps: u64) -> i64 {
         let steps = steps as i64;
         if self.forward { self.from_step + steps } else { self.from_step - steps }

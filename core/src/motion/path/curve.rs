@@ -33,14 +33,11 @@ pub type PathPoint = [f64; 3];
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
-    /// A straight line in space.
     Line {
         from: PathPoint,
         to: PathPoint,
-        /// In mm.
         length_mm: f64,
     },
-    /// An arc in XY, or a helix.
     Arc {
         /// X and Y in mm.
         center: [f64; 2],
@@ -152,7 +149,6 @@ impl Curve {
         }
     }
 
-    /// The part between two lengths.
     pub(super) fn cut(&self, from_mm: f64, to_mm: f64) -> Self {
         let (start, end) = (self.at(from_mm), self.at(to_mm));
         match *self {
@@ -166,7 +162,6 @@ impl Curve {
         }
     }
 
-    /// Shifts the curve.
     pub(super) fn shifted(&self, by: PathPoint) -> Self {
         let moved = |place: PathPoint| core::array::from_fn(|axis| place[axis] + by[axis]);
         match *self {
@@ -184,7 +179,6 @@ impl Curve {
         }
     }
 
-    /// Angle of an arc at length `s_mm`.
     fn angle_at(&self, from_rad: f64, radius_mm: f64, sweep_rad: f64, s_mm: f64) -> f64 {
         from_rad + libm::copysign(s_mm * self.level_share() / radius_mm, sweep_rad)
     }
@@ -209,7 +203,6 @@ impl Curve {
         }
     }
 
-    /// Unit direction at length `s_mm`.
     pub fn tangent(&self, s_mm: f64) -> PathPoint {
         match *self {
             Self::Line { from, to, length_mm } => {
@@ -295,7 +288,6 @@ impl Curve {
         found
     }
 
-    /// Length at which `axis` is at `value_mm` in `stretch`.
     pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value_mm: f64) -> f64 {
         let s = match *self {
             _ if stretch.axis_from_mm == stretch.axis_to_mm => stretch.from_mm,
@@ -314,13 +306,10 @@ impl Curve {
     }
 }
 
-/// A part of a curve with one axis monotonic or constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
-    /// Range of lengths along the curve.
     pub(super) from_mm: f64,
     pub(super) to_mm: f64,
-    /// Positions of the axis at its ends.
     pub(super) axis_from_mm: f64,
     pub(super) axis_to_mm: f64,
     /// m, with the angle from the axis between mπ and (m+1)π.

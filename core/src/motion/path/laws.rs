@@ -17,7 +17,6 @@ use crate::diagnostic::Diagnostic;
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
 
-/// Tolerance for rounding, as a share of the limit.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Tolerance of equal positions: a thousandth of a nanometre per metre.

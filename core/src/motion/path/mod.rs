@@ -70,12 +70,10 @@ impl PathRun {
         self.spans.last().map_or(0.0, Span::end_mm)
     }
 
-    /// The span at second `t` of the run.
     fn span(&self, t: f64) -> Option<&Span> {
         self.spans.iter().rev().find(|span| t >= span.start_s).or(self.spans.first())
     }
 
-    /// Time in seconds of the run at length `s_mm`.
     fn time_at(&self, s_mm: f64) -> f64 {
         let span = self.spans.iter().rev().find(|span| s_mm >= span.start_mm).or(self.spans.first());
         span.map_or(0.0, |span| span.time_at(s_mm))
@@ -144,7 +142,6 @@ impl PlannedPath {
         self.start_of_piece_s(self.pieces.partition_point(|piece| piece.source < source))
     }
 
-    /// Time at length `s_mm` of a piece.
     fn time_in(&self, planned: &PlannedPiece, s_mm: f64) -> f64 {
         let run = self.runs.get(planned.run as usize);
         run.map_or(0.0, |run| run.start_s + run.time_at(planned.start_mm + s_mm))
@@ -179,7 +176,6 @@ impl PlannedPath {
         self.moving(t).map_or(self.end(), |now| now.curve.at(now.s_mm))
     }
 
-    /// Length completed at second `t`, mm.
     pub fn position_mm(&self, t: f64) -> f64 {
         let done = if t <= 0.0 { 0.0 } else { self.length_mm() };
         self.moving(t).map_or(done, |now| now.done_mm)

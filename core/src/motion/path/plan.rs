@@ -24,7 +24,6 @@ const NOTHING_MM: f64 = 1e-9;
 /// Least plausible feed: a nanometre per second.
 const LEAST_FEED_MM_PER_S: f64 = 1e-6;
 
-/// Greatest plausible coordinate.
 const FARTHEST_MM: f64 = 1e9;
 
 /// Shares of its highest speed that are tried for an arc with a slow end, in addition to 1.
@@ -33,7 +32,6 @@ const SLOWER_SHARE: [f64; 4] = [0.85, 0.7, 0.6, 0.5];
 /// Pieces form one run while their common speed is at least this share of what each could reach alone.
 const ALIKE_SHARE: f64 = 0.8;
 
-/// Bisections for the highest speed of a group.
 const HALVINGS: u32 = 60;
 
 /// Consecutive pieces, at rest at both ends.
@@ -44,7 +42,6 @@ pub struct Chain {
     pub pieces: Vec<WantedPiece>,
 }
 
-/// A requested piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedPiece {
     pub to: To,
@@ -61,7 +58,6 @@ pub enum To {
     Arc { to: PathPoint, center: [f64; 2], ccw: bool },
 }
 
-/// A curve with its limits.
 struct Limited {
     source: u32,
     curve: Curve,
@@ -77,7 +73,6 @@ pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &PathRules) -> Result<Plan
     Ok(along_curves(chain.start, &curves(chain)?, axes, rules))
 }
 
-/// A curve with its requested feed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fed {
     pub(super) source: u32,
@@ -181,7 +176,6 @@ fn pulls_at(pieces: &[Limited], index: usize, speed: f64, axes: &[Limits; 3]) ->
     }
 }
 
-/// The path of grouped pieces, with given speeds and accelerations at the ends of the groups.
 fn assemble(start: PathPoint, pieces: &[Limited], groups: &[Group], ends: &[(f64, Pulls)]) -> PlannedPath {
     let mut path = PlannedPath {
         start,
@@ -206,7 +200,6 @@ fn assemble(start: PathPoint, pieces: &[Limited], groups: &[Group], ends: &[(f64
     path
 }
 
-/// Pieces in one run.
 struct Group {
     first: usize,
     count: usize,

@@ -132,7 +132,6 @@ fn power_edge(order: f64, phi: f64) -> f64 {
     (1.0 + order) * sum
 }
 
-/// The automatic choice and its inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// L_T: the shortest length at which the linear law reaches the speed, mm.
@@ -143,7 +142,6 @@ pub struct Choice {
     pub reaches_acceleration: bool,
     /// 1: both reach the speed. 2: only linear does. 3: neither.
     pub case: u8,
-    /// The chosen law.
     pub choice: MotionLaw,
     /// The choice exactly as in the source, which never uses an S-curve without full acceleration.
     pub choice_strict: MotionLaw,

@@ -59,7 +59,6 @@ impl Inverse {
         (self.s3_mm, self.length_mm - self.s3_mm)
     }
 
-    /// Time in seconds at position `s_mm`.
     #[inline]
     pub fn time_at(&self, s_mm: f64) -> f64 {
         if s_mm + s_mm > self.length_mm {

@@ -52,7 +52,6 @@ pub struct Limits {
     pub jerk_mm_per_s3: f64,
 }
 
-/// Law of the acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionLaw {
@@ -111,7 +110,6 @@ impl MotionLaw {
     }
 }
 
-/// Diagnostic about an unusable number.
 pub(super) fn wrong(code: &str, value: f64) -> Diagnostic {
     Diagnostic::error(code).with("value", value)
 }
@@ -155,11 +153,8 @@ pub struct Profile {
     pub length_mm: f64,
     /// Law of its ramps.
     pub shape: MotionLaw,
-    /// Limits that it reaches.
     pub case: Case,
-    /// Highest speed, mm/s.
     pub speed_mm_per_s: f64,
-    /// Highest acceleration, mm/s².
     pub acceleration_mm_per_s2: f64,
     /// Highest jerk, mm/s³; 0 for the linear law, because its acceleration jumps.
     pub jerk_mm_per_s3: f64,
@@ -167,7 +162,6 @@ pub struct Profile {
     pub jerk_time_s: f64,
     /// H: time at the highest acceleration, s.
     pub hold_s: f64,
-    /// Time at the highest speed, s.
     pub cruise_s: f64,
 }
 
@@ -252,7 +246,6 @@ impl Profile {
         2.0 * self.ramp_s() + self.cruise_s
     }
 
-    /// Time to reach the highest speed.
     pub fn ramp_s(&self) -> f64 {
         2.0 * self.jerk_time_s + self.hold_s
     }
@@ -329,7 +322,6 @@ impl Profile {
         Inverse::of(self).time_at(s_mm)
     }
 
-    /// Part of the move at second `t`.
     fn part(&self, t: f64) -> Part {
         let (ramp_s, duration_s) = (self.ramp_s(), self.duration_s());
         if !(t > 0.0 && t < duration_s) {

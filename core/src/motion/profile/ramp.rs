@@ -20,17 +20,13 @@ use serde::{Deserialize, Serialize};
 /// A rise of speed with zero acceleration at both ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ramp {
-    /// Law of its edges.
     pub shape: MotionLaw,
-    /// Gain of speed, mm/s.
     pub rise_mm_per_s: f64,
-    /// Highest acceleration, mm/s².
     pub acceleration_mm_per_s2: f64,
     /// Highest jerk, mm/s³; 0 if the acceleration jumps.
     pub jerk_mm_per_s3: f64,
     /// Θ: rise time of the acceleration, s.
     pub jerk_time_s: f64,
-    /// Time at the highest acceleration, s.
     pub hold_s: f64,
 }
 
@@ -121,7 +117,6 @@ impl Ramp {
         }
     }
 
-    /// Distance on the first edge.
     #[inline]
     pub(super) fn edge_position_mm(&self, x_s: f64) -> f64 {
         if self.shape.order() == 0.0 {
@@ -130,7 +125,6 @@ impl Ramp {
         self.power_edge(x_s).position_mm
     }
 
-    /// Speed on the first edge.
     #[inline]
     pub(super) fn edge_speed(&self, x_s: f64) -> f64 {
         if self.shape.order() == 0.0 {
@@ -139,7 +133,6 @@ impl Ramp {
         self.power_edge(x_s).speed_mm_per_s
     }
 
-    /// Distance and speed on the first edge.
     #[inline]
     fn edge(&self, x: f64) -> (f64, f64) {
         if self.shape.order() == 0.0 {
@@ -263,7 +256,6 @@ impl Ramp {
     }
 }
 
-/// Time over the distance `way` with start speed `speed` and constant acceleration.
 fn later(speed: f64, acceleration: f64, way: f64) -> f64 {
     2.0 * way / (speed + libm::sqrt(speed * speed + 2.0 * acceleration * way))
 }

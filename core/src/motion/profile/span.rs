@@ -21,13 +21,9 @@ const NEAR_SHARE: f64 = 1e-15;
 /// A rise, a fall or constant speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Span {
-    /// Start time, s.
     pub start_s: f64,
-    /// Start position, mm.
     pub start_mm: f64,
-    /// Duration, s.
     pub duration_s: f64,
-    /// Length, mm.
     pub length_mm: f64,
     /// Start speed of the rise, mm/s: the lower end speed if nothing is skipped.
     pub low_mm_per_s: f64,
@@ -93,13 +89,11 @@ impl Span {
         }
     }
 
-    /// Speeds at start and end.
     pub(in crate::motion) fn end_speeds(&self) -> (f64, f64) {
         let (low, high) = (self.speed_at_rise(0.0), self.low_mm_per_s + self.ramp.rise_mm_per_s);
         if self.falls { (high, low) } else { (low, high) }
     }
 
-    /// Signed accelerations at start and end.
     pub(in crate::motion) fn end_pulls(&self) -> (f64, f64) {
         let pull = self.ramp.jerk_mm_per_s3 * self.skip_s;
         if self.falls { (0.0, -pull) } else { (pull, 0.0) }
@@ -115,29 +109,24 @@ impl Span {
         }
     }
 
-    /// Shifts the span to the end of `before`.
     #[must_use]
     pub(in crate::motion) fn after(self, before: &Self) -> Self {
         Self { start_s: before.end_s(), start_mm: before.end_mm(), ..self }
     }
 
-    /// End time, s.
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s
     }
 
-    /// End position, mm.
     pub fn end_mm(&self) -> f64 {
         self.start_mm + self.length_mm
     }
 
-    /// Time within the used part of the rise at second `t`.
     fn rise_s(&self, t: f64) -> f64 {
         let since = (t - self.start_s).clamp(0.0, self.duration_s);
         if self.falls { self.duration_s - since } else { since }
     }
 
-    /// Position at second `t`, mm.
     pub fn position_mm(&self, t: f64) -> f64 {
         let x = self.rise_s(t);
         let way = self.way_mm(x);

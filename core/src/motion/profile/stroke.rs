@@ -19,20 +19,15 @@ use serde::{Deserialize, Serialize};
 /// Bisections for the approach speed: more than the digits of an `f64`.
 const HALVINGS: u32 = 120;
 
-/// A stroke from rest to rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stroke {
-    /// One profile over the whole length.
     One(Profile),
-    /// Fast to the surface, then at feed.
     Two(Box<TwoSpeeds>),
 }
 
-/// A stroke with an approach at one speed and a cut at another.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwoSpeeds {
-    /// Sum of height and depth, mm.
     pub length_mm: f64,
     /// V_p: highest approach speed, mm/s.
     pub approach_mm_per_s: f64,
@@ -105,7 +100,6 @@ pub fn two_speeds(
 }
 
 impl Stroke {
-    /// Sum of height and depth, mm.
     pub fn length_mm(&self) -> f64 {
         match self {
             Self::One(profile) => profile.length_mm,
@@ -192,7 +186,6 @@ impl Stroke {
 }
 
 impl TwoSpeeds {
-    /// The stretch at second `t`.
     fn at(&self, t: f64) -> &Span {
         let [first, others @ ..] = &self.spans;
         others.iter().rev().find(|span| t >= span.start_s).unwrap_or(first)

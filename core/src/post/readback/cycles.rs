@@ -12,10 +12,8 @@
 use super::hand::{Hand, Tip};
 use crate::diagnostic::Diagnostic;
 
-/// An active cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cycle {
-    /// Height at the end of the rapid down.
     pub(super) reference_mm: f64,
     pub(super) bottom_mm: f64,
     /// The height before the first hole.
@@ -25,7 +23,6 @@ pub(super) struct Cycle {
 }
 
 impl Cycle {
-    /// Drills at a position.
     pub(super) fn drill(&self, hand: &mut Hand, (x, y): (f64, f64)) -> Result<(), Diagnostic> {
         hand.another();
         let over = hand.tip.z.max(self.reference_mm);

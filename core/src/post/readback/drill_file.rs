@@ -7,7 +7,6 @@ use crate::code;
 use crate::diagnostic::Diagnostic;
 use crate::post::excellon::THROUGH;
 
-/// Height of moves over the board, in mm.
 const OVER_MM: f64 = 2.0;
 
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {

@@ -19,7 +19,6 @@ const PASSED: &[u32] =
 const FIRST_ZERO: u32 = 540;
 /// How far a half circle may miss its own middle by rounding, in mm.
 const ROUNDED_MM: f64 = 0.05;
-/// Axes whose places are followed.
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,10 +29,8 @@ enum Motion {
     Drill,
 }
 
-/// Modal state.
 struct State {
     motion: Motion,
-    /// Millimetres in one unit.
     scale: f64,
     absolute: bool,
     centre_absolute: bool,
@@ -47,7 +44,6 @@ struct State {
     unknown: [bool; 3],
     /// Some controllers change tools at the T word alone: those with files that never have M6.
     changes_with_t: bool,
-    /// The controller that the file is for.
     of: Interpreter,
     judge: Judge,
     /// Known controllers that have accepted every line until now.
@@ -152,7 +148,6 @@ pub(super) fn read(hand: &mut Hand, text: &str, of: Interpreter) -> Result<(), D
     Ok(())
 }
 
-/// The lines of a text, as the controller parts them.
 fn lines<'t>(of: Interpreter, text: &'t str) -> Box<dyn Iterator<Item = &'t str> + 't> {
     match of {
         Interpreter::Grbl => Box::new(grbl::lines(text)),
@@ -160,7 +155,6 @@ fn lines<'t>(of: Interpreter, text: &'t str) -> Box<dyn Iterator<Item = &'t str>
     }
 }
 
-/// The word with the number that the controller acts on.
 fn taken(of: Interpreter, word: Word) -> Word {
     match word {
         Word::Letter(letter, value) => Word::Letter(letter, grbl::taken(of, letter, value)),
@@ -456,14 +450,12 @@ impl State {
         }
     }
 
-    /// Refuses to cut if one of these axes is unknown.
     fn known(&self, hand: &Hand, needed: [bool; 3]) -> Result<(), Diagnostic> {
         let open =
             self.unknown.into_iter().zip(needed).zip(AXES).find(|((open, needed), _)| *open && *needed);
         open.map_or(Ok(()), |(_, axis)| Err(hand.refuse(code!("readback.place_unknown"), axis)))
     }
 
-    /// Target of an axis.
     fn axis(&self, line: &Line<'_>, name: char, before: f64) -> f64 {
         match line.letter(name).map(|value| value * self.scale) {
             Some(value) if self.absolute => value,
@@ -472,7 +464,6 @@ impl State {
         }
     }
 
-    /// Target of a line.
     fn to(&self, hand: &Hand, line: &Line<'_>) -> Tip {
         Tip {
             x: self.axis(line, 'X', hand.tip.x),

@@ -16,11 +16,9 @@ use crate::units::Length;
 use crate::{code, error};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Height of the tip before the first move, over the board.
 const START: Length = Length::from_um(10_000);
 /// Positions beyond this, in mm, can't be on a board.
 const FARTHEST_MM: f64 = 2_000.0;
-/// Limit of commands, over all legs.
 const MOST_COMMANDS: usize = 4_000_000;
 
 /// Position and height of the tip, in mm.
@@ -37,7 +35,6 @@ impl Tip {
     }
 }
 
-/// A program under construction.
 pub(super) struct Hand {
     file: String,
     line: u32,
@@ -49,9 +46,7 @@ pub(super) struct Hand {
     used: Vec<u32>,
     current: Option<u32>,
     commands: Vec<Command>,
-    /// Commands of all legs.
     count: usize,
-    /// The spindle is on.
     turns: bool,
     /// Speed of the spindle; `None` if not given.
     rpm: Option<f64>,
@@ -104,7 +99,6 @@ impl Hand {
         self.commands.push(command);
     }
 
-    /// A refusal at the line being read.
     pub(super) fn refuse(&self, code: &str, found: impl ToString) -> Diagnostic {
         Diagnostic::error(code).with("found", found).at(&self.file, self.line, 0)
     }
@@ -120,7 +114,6 @@ impl Hand {
         self.others.push(why);
     }
 
-    /// A warning about an ambiguity.
     pub(super) fn warning(&mut self, code: &str, found: impl ToString) {
         if self.diagnostics.len() < MOST_DIAGNOSTICS
             && !self.diagnostics.iter().any(|known| known.code == code)
@@ -130,7 +123,6 @@ impl Hand {
         }
     }
 
-    /// Reads a comment for tools, side and board.
     pub(super) fn comment(&mut self, text: &str) {
         if let Some(Named { number, bit, goes_in }) = named(text) {
             if let Some(bit) = bit {
@@ -149,7 +141,6 @@ impl Hand {
         self.thickness = self.thickness.or_else(|| thickness(text));
     }
 
-    /// Loads another tool.
     pub(super) fn take(&mut self, number: u32) {
         if self.current == Some(number) {
             return;
@@ -186,7 +177,6 @@ impl Hand {
         }
     }
 
-    /// A tool size from the header.
     pub(super) fn know(&mut self, number: u32, bit: Bit) {
         self.known.entry(number).or_insert(bit);
     }
@@ -200,7 +190,6 @@ impl Hand {
         }
     }
 
-    /// Moves straight to a position.
     pub(super) fn line_to(&mut self, to: Tip, fast: bool) -> Result<(), Diagnostic> {
         self.checked(to)?;
         let from = std::mem::replace(&mut self.tip, to);
@@ -254,7 +243,6 @@ impl Hand {
         Ok(())
     }
 
-    /// Moves along an arc through a point to the end.
     pub(super) fn arc_through(&mut self, middle: Tip, to: Tip) -> Result<(), Diagnostic> {
         let from = self.tip;
         let (ax, ay, bx, by) = (middle.x - from.x, middle.y - from.y, to.x - from.x, to.y - from.y);

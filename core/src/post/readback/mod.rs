@@ -27,10 +27,8 @@ use crate::units::Length;
 use hand::Hand;
 use std::collections::BTreeMap;
 
-/// Limit of diagnostics.
 const MOST_DIAGNOSTICS: usize = 50;
 
-/// A file read back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadBack {
     /// Its program, in the file's coordinates: its zero is the program's.
@@ -41,7 +39,6 @@ pub struct ReadBack {
     pub thickness: Option<Length>,
     /// Its coordinates are those of the design files: a drill file.
     pub of_files: bool,
-    /// Warnings about ambiguities.
     pub diagnostics: Vec<Diagnostic>,
     /// The first line that each known controller would refuse. Empty for files from Annulus and files read
     /// for one controller.
@@ -53,7 +50,6 @@ impl ReadBack {
     pub const LARGEST: usize = 64 << 20;
 }
 
-/// Format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Gcode,

@@ -44,7 +44,6 @@ const RAPID_PASSED: &[&str] = &[
 struct Stays(BTreeMap<String, String>);
 
 impl Stays {
-    /// Refuses a name with a value different from before.
     fn same(&mut self, hand: &Hand, name: &str, value: &str) -> Result<(), Diagnostic> {
         let (name, value) = (name.trim().to_owned(), value.trim().to_owned());
         if *self.0.entry(name).or_insert_with(|| value.clone()) == value {
@@ -220,7 +219,6 @@ fn beside(hand: &mut Hand, stays: &mut Stays, code: &str) -> Result<(), Diagnost
     Ok(())
 }
 
-/// The points after /POS by number.
 fn points(text: &str) -> BTreeMap<u32, Tip> {
     let mut points = BTreeMap::new();
     for entry in text.split("\nP[").skip(1) {

@@ -16,7 +16,6 @@ fn read(text: &str, rows: &[(u32, &str)]) -> ReadBack {
         .unwrap_or_else(|why| panic!("{}: {:?}", why.message("en"), why.place))
 }
 
-/// A position in µm.
 type Place = (i64, i64, i64);
 
 /// Position and depth of holes, and corners of paths, in µm.
@@ -301,7 +300,6 @@ fn headers_and_messages_name_tools() {
     assert_eq!(back.program.bits[1].diameter, Length::from_um(900));
 }
 
-/// Whether the spindle is on at each plunge into the board.
 fn turning(program: &Program) -> Vec<bool> {
     let (mut turns, mut out) = (false, Vec::new());
     for command in program.legs.iter().flat_map(|leg| &leg.commands) {
@@ -515,7 +513,6 @@ fn move_limit_counts_all_lines() {
     assert_eq!(why.code, "readback.too_many");
 }
 
-/// Reads a program for one controller, with `line` as line 6.
 fn sixth(of: Interpreter, line: &str) -> Result<ReadBack, Diagnostic> {
     let head = "T1\nG21 G90\nM3 S1000\nG0 X0 Y0 Z1\nG1 Z-1 F60\n";
     let tools = tools(&[(1, "end mill 1")]);

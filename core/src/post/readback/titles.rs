@@ -13,7 +13,6 @@ use crate::units::Length;
 /// Diameter of a V-bit if its name doesn't state it, in mm.
 const VEE_MM: f64 = 3.175;
 
-/// A tool in a comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Named {
     pub(super) number: u32,
@@ -23,7 +22,6 @@ pub(super) struct Named {
     pub(super) goes_in: bool,
 }
 
-/// The tool in a comment, if any.
 pub(super) fn named(comment: &str) -> Option<Named> {
     let lower = comment.to_ascii_lowercase();
     let at = ["tool ", "bit "].iter().find_map(|word| Some(lower.find(word)? + word.len()))?;

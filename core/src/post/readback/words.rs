@@ -1,9 +1,7 @@
 //! A line of G-code as words: letters with numbers, and the few that are more than a letter.
 
-/// A word of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Word {
-    /// A letter and its number.
     Letter(char, f64),
     /// `CR=5`: a name and its number.
     Named(String, f64),
@@ -55,7 +53,6 @@ pub(super) fn foreign_to_linuxcnc(line: &str) -> Option<char> {
     is_comment.then_some('(')
 }
 
-/// The comments and messages of a line.
 pub(super) fn comments(line: &str) -> Vec<String> {
     split(line, true).1
 }
@@ -158,7 +155,6 @@ pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
     }
 }
 
-/// The number at the start of a text, and the rest.
 pub(super) fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
     let sign = usize::from(text.starts_with(['+', '-']));

@@ -23,7 +23,6 @@ fn framed() -> Board {
     }
 }
 
-/// Around the cut-out, this far inside.
 fn inner(away: f64, depth: f64) -> Program {
     program(mill(1.5), &[contour((10.0, 7.0, 18.0, 13.0), -away, depth)])
 }

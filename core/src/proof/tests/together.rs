@@ -3,7 +3,6 @@
 
 use super::*;
 
-/// A drill, and holes in the centres of the three pads.
 fn drilled() -> Program {
     let hole = |x: f64, y: f64, hole| Toolpath { mark: Mark::Hole(hole), ..way(&[(x, y)], 2.0) };
     program(bit(0.8, Cutter::Drill), &[hole(2.0, 1.0, 0), hole(6.0, 1.0, 1), hole(4.0, 3.0, 2)])
@@ -33,7 +32,6 @@ fn job_without_isolation_has_one_optional_note() {
     assert_eq!(kinds(&told), [FindingKind::Short]);
 }
 
-/// Pads in a row with these gaps between them.
 fn row(gaps: &[f64]) -> Board {
     let mut left = 0.0;
     let mut rects = vec![((0.0, 0.0, 2.0, 3.0), None)];

@@ -5,17 +5,13 @@ use super::{Automaton, BLOCKS, Block, Lock, Modal, RAPID_MM};
 
 const AXES: [(usize, char); 3] = [(0, 'X'), (1, 'Y'), (2, 'Z')];
 
-/// A parsed line.
 struct Said<'a> {
     words: &'a [(char, f64)],
-    /// Modal state after the line.
     modal: Modal,
     dwells: bool,
     /// The line sets a coordinate system (G10).
     writes: bool,
-    /// Coordinates are machine coordinates (G53).
     of_machine: bool,
-    /// The line makes the tool changer fetch a tool.
     fetches: bool,
 }
 
@@ -41,14 +37,12 @@ impl Said<'_> {
         self.words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'))
     }
 
-    /// Millimetres per unit.
     fn unit_mm(&self) -> f64 {
         if self.modal.inches { 25.4 } else { 1.0 }
     }
 }
 
 impl Automaton {
-    /// Executes a line. Returns `false` if the line has to wait.
     pub(super) fn gcode(&mut self, words: &[(char, f64)]) -> Result<bool, u16> {
         let said = self.read(words)?;
         if said.has(('G', 49.0)) {
@@ -206,7 +200,6 @@ impl Automaton {
         Ok(!probes)
     }
 
-    /// Target of a line in machine coordinates.
     fn place_of(&self, said: &Said<'_>) -> [f64; 3] {
         let zero = self.zeros[said.modal.zero];
         let mut to = self.planned;

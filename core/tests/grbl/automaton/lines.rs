@@ -21,7 +21,6 @@ impl Automaton {
         }
     }
 
-    /// Executes a line. Returns `false` if the line has to wait.
     fn run(&mut self, text: &str) -> Result<bool, u16> {
         if text.is_empty() {
             return Ok(true);
@@ -122,7 +121,6 @@ impl Automaton {
         Ok(true)
     }
 
-    /// Writes a setting, for example `13=1`.
     fn set(&mut self, text: &str) -> Result<(), u16> {
         let (number, value) = text.split_once('=').ok_or(3_u16)?;
         let (number, value) = (number.parse().map_err(|_| 3_u16)?, value.parse().map_err(|_| 2_u16)?);

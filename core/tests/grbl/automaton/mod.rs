@@ -7,11 +7,8 @@ mod lines;
 
 use std::collections::{BTreeSet, VecDeque};
 
-/// Size of the receive buffer in bytes.
 const RX: usize = 128;
-/// Size of the planner in blocks.
 const BLOCKS: usize = 15;
-/// Length of a rapid per millisecond, in mm.
 const RAPID_MM: f64 = 0.1;
 
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -23,13 +20,11 @@ enum Lock {
 struct Block {
     to: [f64; 3],
     per_ms: f64,
-    /// The block ends where the probe touches the board.
     probes: bool,
     /// The block is a jog: only jogs are ended by a jog cancel.
     by_hand: bool,
 }
 
-/// Modal state of the interpreter.
 #[derive(Clone)]
 struct Modal {
     relative: bool,
@@ -47,14 +42,10 @@ impl Default for Modal {
     }
 }
 
-/// Origin of an axis after homing.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Counts {
-    /// Coordinates from minus the travel to zero.
     Down,
-    /// Coordinates from zero up.
     Up,
-    /// Zero where homing leaves the axis.
     FromThere,
 }
 
@@ -64,9 +55,7 @@ pub(super) struct Automaton {
     out: Vec<u8>,
     queue: VecDeque<Block>,
     pub(super) at: [f64; 3],
-    /// End of the planner's last block.
     planned: [f64; 3],
-    /// Zeros of G54 to G59.
     pub(super) zeros: [[f64; 3]; 6],
     modal: Modal,
     /// Reported reason for a hold: a feed hold, or an action of the user at the machine.
@@ -80,19 +69,15 @@ pub(super) struct Automaton {
     dwell_ms: f64,
     /// A line that waits for room in the planner, or until the planner is empty.
     pending: Option<Vec<u8>>,
-    /// Origin of the axes after homing.
     pub(super) counts: Counts,
-    /// Axes that are still searching for a switch.
     pub(super) homes: [bool; 3],
     /// Physical position of machine zero. Changes if the controller forgets its position.
     pub(super) origin: [f64; 3],
-    /// Number of bytes that overflowed the receive buffer.
     pub(super) overrun: u32,
     /// Physical positions of the tool after each millisecond of a move and at its end, with or without
     /// contact with the board.
     pub(super) cuts: Vec<[f64; 3]>,
     asked: bool,
-    /// Settings by number.
     pub(super) settings: Vec<(u16, f64)>,
     /// Physical height of the board at a physical place, for the probe.
     pub(super) surface: Option<fn(f64, f64) -> f64>,
@@ -100,22 +85,16 @@ pub(super) struct Automaton {
     /// steps it has already prepared.
     pub(super) coast_ms: u32,
     coasts: u32,
-    /// Position at the probe's contact.
     latched: [f64; 3],
-    /// A probing move is running; `Some(true)` after contact.
     probing: Option<bool>,
     /// A probe without contact is an alarm (G38.2).
     must_meet: bool,
-    /// Report of the last probing move.
     probed: String,
-    /// Length by which the tool protrudes, in mm.
     pub(super) tool_mm: f64,
-    /// Refuses jogs beyond the end of the travel.
     pub(super) refuses_jogs: bool,
     /// A cancelled jog leaves it deaf to lines, reporting Idle, until a resume: GRBL 1.1h does so if the cancel
     /// arrives just as the jog ends.
     pub(super) deaf_after_cancel: bool,
-    /// Optional features: check mode and mist.
     pub(super) checks: bool,
     pub(super) has_mist: bool,
     /// Feed, rapid and spindle override in percent. `pressed` holds characters that were received but not
@@ -148,7 +127,6 @@ pub(super) struct Automaton {
 }
 
 impl Automaton {
-    /// A controller at rest with its switches at the physical origin.
     pub(super) fn new(at: [f64; 3]) -> Self {
         let mut settings = vec![(11, 0.01), (12, 0.002), (22, 1.0), (32, 0.0), (13, 0.0), (30, 20_000.0)];
         for axis in 0..3 {
@@ -286,18 +264,15 @@ impl Automaton {
         self.say("[MSG:Reset to continue]");
     }
 
-    /// Locks, and the message about it is lost.
     pub(super) fn lock_unheard(&mut self) {
         self.begin_anew();
         self.lock = Lock::Alarm;
     }
 
-    /// Leaves check mode and continues without a reset.
     pub(super) fn leaves_check_mode(&mut self) {
         self.check = false;
     }
 
-    /// Returns `true` during a jog.
     fn jogs(&self) -> bool {
         self.queue.front().is_some_and(|block| block.by_hand)
     }
@@ -321,23 +296,19 @@ impl Automaton {
         self.planned = self.at;
     }
 
-    /// Physical position of the carriage.
     fn carriage(&self) -> [f64; 3] {
         std::array::from_fn(|axis| self.origin[axis] + self.at[axis])
     }
 
-    /// Physical position of the tool.
     pub(super) fn place(&self) -> [f64; 3] {
         let [x, y, z] = self.carriage();
         [x, y, z - self.tool_mm]
     }
 
-    /// Takes the bytes that the controller has sent.
     pub(super) fn said(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }
 
-    /// Receives bytes.
     pub(super) fn hear(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             match byte {
@@ -465,7 +436,6 @@ impl Automaton {
         }
     }
 
-    /// Returns `true` if the tool touches the board.
     fn touches(&self) -> bool {
         let [x, y, z] = self.place();
         self.shorted || self.surface.is_some_and(|height| z <= height(x, y))
@@ -487,7 +457,6 @@ impl Automaton {
         self.coasts = self.coasts.saturating_sub(1);
     }
 
-    /// Work zero with all offsets that are in force.
     pub(super) fn zero(&self) -> [f64; 3] {
         let [x, y, z] = self.zeros[self.modal.zero];
         let [dx, dy, dz] = self.shift;
@@ -518,12 +487,10 @@ impl Automaton {
         self.say(&format!("<{doing}|MPos:{at}|FS:{feed},0{pins}{zero}{overrides}>"));
     }
 
-    /// Returns `true` if reports are in inches.
     fn tells_inches(&self) -> bool {
         self.settings.iter().any(|(number, value)| *number == 13 && *value != 0.0)
     }
 
-    /// Formats a position in the unit of the reports.
     fn words(&self, place: [f64; 3]) -> String {
         let words = if self.tells_inches() {
             place.map(|value| format!("{:.4}", value / 25.4))
@@ -533,7 +500,6 @@ impl Automaton {
         words.join(",")
     }
 
-    /// Formats a feed in the unit of the reports.
     fn rate(&self, feed: f64) -> String {
         if self.tells_inches() { format!("{:.1}", feed / 25.4) } else { format!("{feed:.0}") }
     }

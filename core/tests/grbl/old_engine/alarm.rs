@@ -21,22 +21,16 @@ use annulus_core::diagnostic::Diagnostic;
 
 /// Message of a controller that accepts nothing before a reset: after a limit switch or a soft limit.
 pub(super) const RESET_WANTED: &str = "Reset to continue";
-/// Alarm numbers: soft limit; probe closed before the move; probe met nothing.
 const SOFT_LIMIT: u16 = 2;
 const PROBE_CLOSED: u16 = 4;
 const PROBE_MISSED: u16 = 5;
-/// `$20`: soft limits.
 const SOFT_LIMITS: u16 = 20;
 
-/// Whether a probe alarm that we believed may have been a limit switch alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum ProbeAlarm {
-    /// No doubt.
     #[default]
     None,
-    /// In doubt; the controller has sent nothing since.
     Silent,
-    /// In doubt; the controller still sends reports, which most don't after a limit switch.
     Reports,
 }
 
@@ -53,7 +47,6 @@ impl Controller {
         }
     }
 
-    /// The controller locked itself and sent the reason.
     pub(super) fn alarmed(&mut self, number: u16) {
         let why = Diagnostic::error(&settings::alarm_code(number)).with("number", number);
         let why = self.setter_alarm(number).unwrap_or(why);
@@ -96,14 +89,12 @@ impl Controller {
         self.set(EnginePhase::Locked);
     }
 
-    /// A report while it is locked.
     pub(super) fn alarm_reported(&mut self, doing: ReportedState, fresh: bool) {
         if fresh && doing == ReportedState::Alarm && self.probe_alarm == ProbeAlarm::Silent {
             self.probe_alarm = ProbeAlarm::Reports;
         }
     }
 
-    /// The controller waits for a reset. After a probe alarm it would not.
     pub(super) fn reset_is_wanted(&mut self) {
         match self.phase {
             EnginePhase::Closed | EnginePhase::Greeting => {}
@@ -115,7 +106,6 @@ impl Controller {
         }
     }
 
-    /// `$X` failed, so this was not a probe alarm: the position is lost.
     pub(super) fn unlock_failed(&mut self) {
         if std::mem::take(&mut self.probe_alarm) != ProbeAlarm::None {
             self.lose_place();

@@ -5,38 +5,24 @@ pub use annulus_core::grbl::{
     realtime as signs,
 };
 
-/// One step of a real-time override command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Override {
-    /// Feed as programmed.
     FeedFull,
-    /// Feed 10 % up.
     FeedUp,
-    /// Feed 10 % down.
     FeedDown,
-    /// Feed 1 % up.
     FeedUpOne,
-    /// Feed 1 % down.
     FeedDownOne,
-    /// Rapids at full speed.
     RapidFull,
     RapidHalf,
-    /// Rapids at a quarter.
     RapidQuarter,
-    /// Spindle as programmed.
     SpindleFull,
-    /// Spindle 10 % up.
     SpindleUp,
-    /// Spindle 10 % down.
     SpindleDown,
-    /// Spindle 1 % up.
     SpindleUpOne,
-    /// Spindle 1 % down.
     SpindleDownOne,
 }
 
 impl Override {
-    /// The step that sets rapids to `percent`: 25, 50, else 100.
     pub(super) fn rapid(percent: u16) -> Self {
         match percent {
             25 => Self::RapidQuarter,
@@ -45,7 +31,6 @@ impl Override {
         }
     }
 
-    /// The percentage after this step; `None` if the percentage before is unknown.
     pub(super) fn leads_to(self, percent: Option<u16>) -> Option<u16> {
         let by = |step: i16| Some(percent?.saturating_add_signed(step).clamp(10, 200));
         match self {

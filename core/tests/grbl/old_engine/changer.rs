@@ -25,7 +25,6 @@ pub(super) use annulus_core::grbl::Changer;
 use annulus_core::grbl::{TOOL_MARK, ToolMacro};
 use std::collections::VecDeque;
 
-/// Tolerance when checking that the tip is at its safe height, mm.
 const SAME_MM: f64 = 0.02;
 /// Longest wait for an answer while the controller reports Idle, s: a tool fetching line is answered only
 /// when the tool is in.
@@ -67,45 +66,31 @@ impl Numbers for Changer {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ChangerLine {
-    /// One of our modal lines, with others to follow.
     Word,
-    /// The last of our lines before the macro.
     Ready,
-    /// A line of the macro.
     Own,
-    /// `G4P0` after a macro line: answered when the head has stopped.
     Rest,
-    /// The last of our lines after the macro.
     Again,
 }
 
-/// A tool change in progress.
 #[derive(Debug)]
 pub(super) struct ChangerRun {
     tool: u32,
     left: VecDeque<String>,
-    /// The current macro line.
     text: String,
-    /// Number of the current line, from 1; 0 before the first.
     at: u32,
-    /// Number of lines.
     of: u32,
-    /// The macro has ended.
     is_behind: bool,
-    /// All lines are answered; a report must show the final position.
     answered: bool,
     asked: bool,
-    /// Work zero before the change.
     zero_mm: [f64; 3],
 }
 
 impl Controller {
-    /// The current macro line, from 1, and the number of lines.
     pub fn changing(&self) -> Option<[u32; 2]> {
         self.changer.as_ref().map(|run| [run.at.max(1), run.of])
     }
 
-    /// Problems of the tool changer that prevent a job or deserve a warning.
     pub(super) fn check_changer(&self, start: &EngineStart) -> Vec<Diagnostic> {
         let Some(changer) = &start.changer else { return Vec::new() };
         let sections = start.routine.sections.iter().skip(start.from);
@@ -125,7 +110,6 @@ impl Controller {
         unknown.into_iter().chain(trusts).collect()
     }
 
-    /// Starts changing to a tool.
     pub(super) fn begin_change(&mut self, tool: u32) {
         let (Some(zero_mm), Some(place)) = (self.zero_mm, self.place()) else {
             return self.trouble(Diagnostic::error("grbl.no_report"));
@@ -151,7 +135,6 @@ impl Controller {
         }
     }
 
-    /// A line was accepted or refused.
     pub(super) fn changer_answered(&mut self, line: ChangerLine, error: Option<u16>) {
         let Some(run) = &mut self.changer else { return };
         if let Some(number) = error {
@@ -189,7 +172,6 @@ impl Controller {
         self.send("$G", Meaning::Changer(ChangerLine::Again));
     }
 
-    /// The status query sent now will show the final position of the head.
     pub(super) fn changer_asked(&mut self) {
         let idle = self.buffer.is_empty() && self.queue.is_empty();
         if let Some(run) = &mut self.changer {
@@ -197,7 +179,6 @@ impl Controller {
         }
     }
 
-    /// A report during a tool change, including its tool measurement.
     pub(super) fn change_reported(&mut self, doing: ReportedState, fresh: bool) {
         if self.phase == EnginePhase::Measuring {
             self.setter_reported(doing, fresh);
@@ -228,7 +209,6 @@ impl Controller {
         }
     }
 
-    /// The first modal word that differs from M5 G17 G21 G94 G54, if any.
     fn other_words(&self) -> Option<Diagnostic> {
         let Some(modes) = &self.modes else { return Some(Diagnostic::error("grbl.answer_missing")) };
         let wanted = [('M', 50), ('G', 170), ('G', 210), ('G', 940), ('G', 540)];
@@ -237,7 +217,6 @@ impl Controller {
         Some(Diagnostic::error("grbl.modes_differ").with("word", word))
     }
 
-    /// The controller reports another tool than the one requested.
     fn other_tool(&self, tool: u32) -> Option<Diagnostic> {
         let (changer, _) = self.run.as_ref()?.changes()?;
         let wanted = changer.number(tool).filter(|_| changer.lines.says_tool())?;
@@ -245,7 +224,6 @@ impl Controller {
         Some(Diagnostic::error("changer.other_tool").with("wanted", wanted).with("found", found))
     }
 
-    /// The macro has ended: the tool is in, and the head may be elsewhere.
     fn is_changed(&mut self, place: [f64; 3]) {
         let Some(run) = &self.changer else { return };
         let (tool, before) = (run.tool, run.zero_mm);
@@ -296,7 +274,6 @@ impl Controller {
         }
     }
 
-    /// The tool was measured: continue, or start the change that waited for this measurement.
     pub(super) fn is_measured(&mut self, place_mm: [f64; 3]) {
         let waits =
             self.run.as_ref().filter(|run| !run.is_unasked() && run.changes().is_some() && !run.is_in);
@@ -306,7 +283,6 @@ impl Controller {
         }
     }
 
-    /// The machine can't change this tool itself: ask the user, once for each change.
     pub(super) fn person_is_asked(&mut self) {
         let Some(run) = self.run.as_mut().filter(|run| run.changes().is_some()) else { return };
         if !std::mem::replace(&mut run.is_asked, true) {

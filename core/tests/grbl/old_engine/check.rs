@@ -24,27 +24,19 @@ use annulus_core::grbl::CheckNews;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Refused lines that are reported in full; the others are only counted.
 const MOST_TOLD: u32 = 20;
-/// Lines between two progress reports.
 const TOLD_EVERY: u32 = 50;
-/// Idle reports after which we conclude that there is no check mode.
 const RESTS: u32 = 2;
-/// Longest time to stop if the controller has left check mode by itself.
 const REST_MS: u64 = 10_000;
-/// Errors of `$C` that mean "not now": not idle, locked.
 const NOT_NOW: [u16; 2] = [8, 9];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum CheckStage {
-    /// `$C` was sent.
     Asked,
-    /// `$C` was answered at `ms`. Send nothing before a report shows Check.
     Answered {
         ms: u64,
         rests: u32,
     },
-    /// The controller is in check mode.
     Reading,
     /// End requested at `ms`: reset as soon as a report shows that nothing moves. `reads`: lines were sent.
     Ending {
@@ -63,13 +55,11 @@ pub(super) struct CheckRun {
     at: usize,
     lines: VecDeque<WireLine>,
     stage: CheckStage,
-    /// The current program line.
     line: u32,
     done: u32,
     of: u32,
     refused: u32,
     why: Option<Diagnostic>,
-    /// Lines as in the files; if empty, lines as a job sends them.
     written: Arc<[WrittenLine]>,
 }
 
@@ -86,7 +76,6 @@ impl CheckRun {
         Self { routine, pen, at: 0, lines, stage, line: 0, done: 0, of, refused: 0, why, written }
     }
 
-    /// The next line, with its section and program line.
     fn next(&mut self) -> Option<(String, usize, u32)> {
         if !self.written.is_empty() {
             let next = self.written.get(self.at)?;
@@ -143,7 +132,6 @@ impl Controller {
         self.set(EnginePhase::Checking);
     }
 
-    /// `$C` was answered.
     pub(super) fn check_mode_answered(&mut self, error: Option<u16>) {
         let ms = self.now_ms;
         let Some(check) = self.check.as_mut().filter(|check| check.stage == CheckStage::Asked) else {
@@ -161,13 +149,11 @@ impl Controller {
         self.check_fails(why);
     }
 
-    /// Nothing was read; the controller is unchanged.
     fn check_fails(&mut self, why: Diagnostic) {
         self.check_is_over(Some(why));
         self.rest();
     }
 
-    /// Queues the next line, if one may be sent.
     pub(super) fn feed_check(&mut self) -> bool {
         let is_idle = self.buffer.is_empty();
         if self.phase != EnginePhase::Checking || self.reset_at.is_some() {
@@ -186,7 +172,6 @@ impl Controller {
         false
     }
 
-    /// A line was answered.
     pub(super) fn check_answered(&mut self, text: &str, (section, line): (usize, u32), error: Option<u16>) {
         let Some(check) = &mut self.check else { return };
         check.done += 1;
@@ -204,7 +189,6 @@ impl Controller {
         }
     }
 
-    /// A report during the check; it answers the query of `asked_ms`, if any.
     pub(super) fn check_reported(&mut self, doing: ReportedState, asked_ms: Option<u64>) {
         if self.reset_at.is_some() {
             return;
@@ -228,7 +212,6 @@ impl Controller {
         }
     }
 
-    /// The controller left check mode and may execute the lines sent.
     fn check_was_left(&mut self) {
         let why = Diagnostic::error("grbl.check_left");
         if let Some(check) = &mut self.check {
@@ -278,7 +261,6 @@ impl Controller {
         self.reset();
     }
 
-    /// The controller sent its banner: it is out of check mode.
     pub(super) fn check_greeted(&mut self) {
         let Some(check) = self.check.take() else { return };
         let by_itself = (check.stage != CheckStage::Left).then(|| Diagnostic::error("grbl.check_reset"));
@@ -286,14 +268,12 @@ impl Controller {
         self.out.push(check.over(why));
     }
 
-    /// An alarm or a disconnect ended the check.
     pub(super) fn check_is_over(&mut self, why: Option<Diagnostic>) {
         if let Some(check) = self.check.take() {
             self.out.push(check.over(why));
         }
     }
 
-    /// Program and line being checked: the oldest unanswered.
     pub(super) fn checked_line(&self) -> Option<(String, u32)> {
         let routine = &self.check.as_ref()?.routine;
         self.buffer.waiting().find_map(|sent| match &sent.meaning {

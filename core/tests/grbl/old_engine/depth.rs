@@ -8,32 +8,23 @@ use super::engine::Controller;
 use super::height::BoardHeight;
 use annulus_core::control::Trust;
 
-/// Tolerance for reports: a tip this far below the surface is on it, mm.
 const ON_SURFACE_MM: f64 = 0.01;
-/// Largest error of the step counts after the position was lost, mm.
 const UNSURE_MM: f64 = 0.5;
-/// Allowance for motion in a job since the last report, mm.
 const UNSEEN_MM: f64 = 5.0;
-/// *Lift first* lifts to this height above the surface, mm.
 const CLEAR_MM: f64 = 1.0;
 
-/// Height of the tip relative to the board. Machine coordinates, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TipDepth {
     /// Above this Z the tip is out of the board; `None` if no board is known.
     out_mm: Option<f64>,
-    /// Z of the last report.
     last_mm: Option<f64>,
-    /// A job was cutting at the last report.
     in_job: bool,
-    /// The position was lost since then.
     is_unsure: bool,
     /// The controller restarted: the tip is out after it has risen this far from the next reported Z.
     rise_mm: Option<f64>,
 }
 
 impl TipDepth {
-    /// How far the tip must rise to leave the board.
     fn low_mm(&self) -> Option<f64> {
         let counted = || self.out_mm.zip(self.last_mm).map(|(out, last)| out - last);
         self.rise_mm.or_else(counted).filter(|low_mm| *low_mm > ON_SURFACE_MM)
@@ -45,7 +36,6 @@ impl TipDepth {
         }
     }
 
-    /// State after the step counts restarted at zero.
     pub(super) fn restarted(&self) -> Self {
         let unseen_mm = if self.in_job { UNSEEN_MM } else { 0.0 };
         let low_mm = self.low_mm().unwrap_or_default() + unseen_mm;

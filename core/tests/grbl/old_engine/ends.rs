@@ -17,23 +17,15 @@ use super::engine::Controller;
 use super::settings;
 use annulus_core::control::Trust;
 
-/// `$23`: one bit for each axis that homes to its low end.
 const HOMES_LOW: u16 = 23;
-/// `$27`: distance from the limit switch after homing.
 const PULL_OFF: u16 = 27;
-/// Pull-off of firmwares that don't report it: keep this far from a limit switch.
 const USUAL_PULL_OFF_MM: f64 = 1.0;
-/// Tolerance for "where homing leaves the axis".
 const NEAR_MM: f64 = 0.05;
-/// Tolerance if the pull-off is unknown.
 const USUALLY_NEAR_MM: f64 = 10.0;
 
-/// Ends of a homed axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AxisEnds {
-    /// Lowest and highest position.
     pub(super) ends_mm: [f64; 2],
-    /// Range in which no limit switch triggers.
     pub(super) room_mm: [f64; 2],
 }
 
@@ -45,12 +37,10 @@ pub(super) trait Ends {
 }
 
 impl Ends for Info {
-    /// True if the axis homes to its low end.
     fn homes_low(&self, axis: usize) -> bool {
         self.values.get(&HOMES_LOW).is_some_and(|mask| *mask as u32 >> axis & 1 == 1)
     }
 
-    /// Reads FluidNC's axis range at startup: `INFO: Axis X (-200.000,0.000)`.
     fn hear_ends(&mut self, text: &str) {
         let Some((_, said)) = text.split_once("Axis ") else { return };
         let axis = said.chars().next().and_then(|letter| "XYZ".find(letter));
@@ -67,7 +57,6 @@ impl Ends for Info {
         }
     }
 
-    /// True if zero is where homing leaves the axis.
     fn zero_is_left(&self) -> bool {
         self.options.letters.contains('Z')
     }
@@ -113,7 +102,6 @@ impl Controller {
         self.ends_of(axis).map(|ends| ends.room_mm)
     }
 
-    /// As `room_mm`, including the limit switches.
     pub fn ends_mm(&self, axis: usize) -> Option<[f64; 2]> {
         self.ends_of(axis).map(|ends| ends.ends_mm)
     }

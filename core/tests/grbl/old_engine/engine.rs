@@ -37,141 +37,85 @@ use annulus_core::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Interval of status queries: while a position check waits, and normally.
 const ASK_SOON_MS: u64 = 100;
 const ASK_USUALLY_MS: u64 = 200;
-/// Interval shortly before a position check.
 const ASK_LATE_MS: u64 = 400;
 /// This many late reports in a row mean that the line or the controller is busy, as with CH340 chips and
 /// hubs. A late report arrives after the next query was due.
 const LATE_REPORTS: u32 = 5;
-/// An unanswered query is repeated after this time.
 const ASK_AGAIN_MS: u64 = 600;
-/// Silence after which the connection counts as dead.
 const SILENT_MS: u64 = 4_000;
-/// Time for the banner after opening the port.
 const GREET_MS: u64 = 2_500;
-/// Time for the banner after a reset.
 const RESET_MS: u64 = 1_000;
-/// Resets before giving up.
 const RESETS: u32 = 5;
 /// GRBL error of a line that is refused because the controller is locked.
 const LOCKED: u16 = 9;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
-    /// An identification query; `true` for the last one.
     Greeting(bool),
     Home,
     Unlock,
     Jog,
-    /// A stored offset or a setting is written.
     Written,
-    /// A written value is read back.
     Echo,
-    Probe {
-        plate_mm: f64,
-        up_mm: f64,
-    },
-    Edge {
-        axis: usize,
-        radius_mm: f64,
-        back_mm: f64,
-    },
-    /// A line of a survey; modal words before it carry `None`.
+    Probe { plate_mm: f64, up_mm: f64 },
+    Edge { axis: usize, radius_mm: f64, back_mm: f64 },
     Survey(Option<SurveyStep>),
-    /// A line of a tool measurement; modal words before it carry `None`.
     Setter(Option<SetterStep>),
-    /// A line of an automatic tool change.
     Changer(ChangerLine),
-    /// `$C`, into check mode.
     CheckMode,
-    /// A line of a job in check mode, with its section and program line.
-    Check {
-        text: String,
-        section: usize,
-        line: u32,
-    },
-    /// A line of a job, with the longest wait for its answer.
-    Job {
-        text: String,
-        wait_s: f64,
-    },
+    Check { text: String, section: usize, line: u32 },
+    Job { text: String, wait_s: f64 },
 }
 
-/// A line to be sent, or already sent.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outgoing {
     pub(super) text: String,
     pub(super) meaning: Meaning,
 }
 
-/// State of a controller.
 #[derive(Debug)]
 pub struct Controller {
     pub phase: EnginePhase,
     pub trust: Trust,
     pub info: Info,
-    /// The last report; positions in mm.
     pub status: Option<ControllerStatus>,
-    /// Work zero in machine coordinates, mm.
     pub zero_mm: Option<[f64; 3]>,
-    /// The last reported modal words.
     pub modes: Option<Modes>,
     pub(super) now_ms: u64,
-    /// The port was opened without resetting the controller.
     pub(super) is_spared: bool,
-    /// The user was informed that the controller is busy.
     pub(super) is_waited_for: bool,
     pub(super) ear: Ear,
     pub(super) buffer: Buffer<Outgoing>,
     pub(super) queue: VecDeque<Outgoing>,
-    /// Time of the open status query.
     pub(super) asked_ms: Option<u64>,
-    /// Time of the last status query.
     pub(super) last_ask_ms: u64,
-    /// Consecutive late reports.
     pub(super) late_reports: u32,
-    /// Time of the last received byte.
     pub(super) heard_ms: u64,
-    /// Time when a line was last sent or answered.
     pub(super) moved_ms: u64,
     /// The engine requested a reset and waits for the banner: since when, and the number of tries.
     pub(super) reset_at: Option<(u64, u32)>,
-    /// Start of the current phase.
     pub(super) since_ms: u64,
-    /// The controller must restart before it can be unlocked.
     pub(super) needs_reset: bool,
-    /// Whether the alarm that locked it may have been misread.
     pub(super) probe_alarm: ProbeAlarm,
-    /// To be sent after the restart: `$X` or `$H`.
     pub(super) after_reset: Option<Meaning>,
     pub(super) zero_wanted: Option<ZeroWanted>,
     pub(super) zero_refused: bool,
     pub(super) height: BoardHeight,
     pub(super) depth: TipDepth,
-    /// When STOP last had an effect.
     pub(super) stopped_ms: Option<u64>,
     pub(super) homing: Homing,
-    /// Ends of X, Y and Z, found by homing.
     pub(super) ends: [Option<AxisEnds>; 3],
-    /// The jog that is sent in pieces.
     pub(super) jog: Option<JogRun>,
-    /// A move to the park position.
     pub(super) park: Option<ParkRun>,
     /// End of the jog was requested; the request is repeated if the jog still moves.
     pub(super) jog_end: JogEnd,
-    /// Idle reports since a stop was requested.
     pub(super) idle_reports: u32,
-    /// Idle reports since an answer is overdue, counting only queries sent after that.
     pub(super) rests_overdue: u32,
-    /// Reports of a hold in this phase that answer our queries.
     pub(super) stand_reports: u32,
-    /// When the user confirmed the tool, while a zero is still being written.
     pub(super) ready_asked_ms: Option<u64>,
-    /// Whether the last probe met something.
     pub(super) probed: Option<bool>,
-    /// Position at which the probe met the board, machine coordinates, mm.
     pub(super) probed_at_mm: Option<[f64; 3]>,
     pub(super) run: Option<Run>,
     pub(super) survey: Option<SurveyRun>,
@@ -182,9 +126,7 @@ pub struct Controller {
     pub(super) check: Option<CheckRun>,
     pub(super) overrides: OverrideWishes,
     pub(super) ending: Option<Ending>,
-    /// Job lines sent since the connection was opened.
     pub sent_lines: u64,
-    /// Job lines answered since then.
     pub answered_lines: u64,
     pub(super) out: Vec<EngineAction>,
 }
@@ -245,7 +187,6 @@ impl Default for Controller {
     }
 }
 
-/// Advances the controller by one event.
 #[must_use]
 pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Controller, Vec<EngineAction>) {
     controller.now_ms = controller.now_ms.max(now_ms);
@@ -286,19 +227,16 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
 }
 
 impl Controller {
-    /// The job that is running or held.
     pub fn routine(&self) -> Option<&Arc<Routine>> {
         self.run.as_ref().map(Run::routine)
     }
 
-    /// Tip position in work coordinates, mm.
     pub fn place(&self) -> Option<[f64; 3]> {
         let status = self.status.as_ref()?;
         let (machine, zero) = (status.machine_mm?, self.zero_mm?);
         Some(core::array::from_fn(|axis| machine[axis] - zero[axis]))
     }
 
-    /// The program line in work, derived from the position reports.
     pub fn line(&self) -> Option<u32> {
         self.run.as_ref().and_then(Run::line)
     }
@@ -337,7 +275,6 @@ impl Controller {
         self.queue.push_back(Outgoing { text: text.to_owned(), meaning });
     }
 
-    /// Forgets lines in flight and lines that wait.
     pub(super) fn drop_lines(&mut self) {
         self.buffer.clear();
         self.queue.clear();
@@ -406,7 +343,6 @@ impl Controller {
         }
     }
 
-    /// Millimetres in one unit of its reports.
     pub(super) fn unit_mm(&self) -> f64 {
         if settings::in_inches(&self.info.values) { MM_PER_INCH } else { 1.0 }
     }
@@ -521,7 +457,6 @@ impl Controller {
         }
     }
 
-    /// True if every jog piece was answered and none is left.
     fn hand_rests(&self) -> bool {
         self.buffer.is_empty() && self.queue.is_empty() && !self.jog_goes_on()
     }
@@ -538,7 +473,6 @@ impl Controller {
         }
     }
 
-    /// Checks for every report, in every phase.
     fn watches_report(&mut self, doing: ReportedState, fresh: bool) {
         self.depth_reported();
         self.jog_reported(doing, fresh);
@@ -617,7 +551,6 @@ impl Controller {
         }
     }
 
-    /// Everything that depends on time alone.
     fn time(&mut self) {
         if self.phase == EnginePhase::Closed {
             return;
@@ -672,7 +605,6 @@ impl Controller {
         self.stalls();
     }
 
-    /// Sends queued lines while the buffer has room.
     fn feed(&mut self) {
         loop {
             let Some(next) = self.queue.front() else {

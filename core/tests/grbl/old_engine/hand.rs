@@ -12,7 +12,6 @@ use annulus_core::diagnostic::{Diagnostic, Severity};
 
 /// Most that a work zero may differ from the zero of the interrupted job, mm.
 pub(super) const SAME_ZERO_MM: f64 = 0.01;
-/// Lift speed after probing, mm/min; a controller with a slower Z limits it.
 pub(super) const LIFT_MM_PER_MIN: f64 = 500.0;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
@@ -47,19 +46,16 @@ impl Controller {
         self.contact_is_closed().then_some(code)
     }
 
-    /// Forbids sideways jogs while the tip is, or may be, in the board.
     fn depth_forbids(&self, ask: &EngineAsk) -> Option<Diagnostic> {
         let EngineAsk::Jog { axis: 0 | 1, anyway: false, .. } = ask else { return None };
         let lift_mm = self.lift_first_mm()?;
         Some(Diagnostic::error("control.tip_low").with("mm", format!("{lift_mm:.2}")))
     }
 
-    /// True if the probe input was closed in the last report.
     pub(super) fn contact_is_closed(&self) -> bool {
         self.status.as_ref().is_some_and(|status| status.pins.contains('P'))
     }
 
-    /// Executes the command, or reports that it is not possible now.
     fn act(&mut self, ask: EngineAsk) {
         match ask {
             EngineAsk::Stop => self.ask_stop(),
@@ -128,7 +124,6 @@ impl Controller {
         }
     }
 
-    /// Probes downwards.
     fn probe(&mut self, down: &str, meaning: Meaning) {
         (self.probed, self.height) = (None, BoardHeight::Unknown);
         self.drops_offsets();
@@ -137,12 +132,10 @@ impl Controller {
         self.set(EnginePhase::Probing);
     }
 
-    /// Nothing is in flight or queued.
     pub(super) fn idle(&self) -> bool {
         self.buffer.is_empty() && self.queue.is_empty() && self.reset_at.is_none()
     }
 
-    /// Stopped, and no job in work.
     fn is_free(&self) -> bool {
         self.phase == EnginePhase::Ready && self.idle()
     }
@@ -152,12 +145,10 @@ impl Controller {
         self.homes() && self.trust != Trust::Trusted
     }
 
-    /// True if a jog may start.
     fn at_rest(&self) -> bool {
         matches!(self.phase, EnginePhase::Ready | EnginePhase::ToolChange) && self.idle()
     }
 
-    /// The XY zero is fixed while a job is in work.
     fn may_set_zero(&self, [x, y, _]: [bool; 3]) -> bool {
         self.run.is_none() || !(x || y)
     }
@@ -233,7 +224,6 @@ impl Controller {
         self.set(EnginePhase::Jogging);
     }
 
-    /// Ends a jog, including pieces not yet sent.
     fn end_jog(&mut self) {
         self.queue.retain(|next| !next.text.starts_with("$J="));
         (self.jog, self.jog_end) = (None, JogEnd::Asked);
@@ -252,7 +242,6 @@ impl Controller {
         }
     }
 
-    /// In a job, an offset that its tool changer needs forbids a new zero.
     fn offset_forbids(&self, ask: &EngineAsk) -> Option<Diagnostic> {
         use EngineAsk::{Edge, Probe, SetZero, ZeroAt};
         let sets_zero = matches!(ask, SetZero { .. } | ZeroAt { .. } | Probe { .. } | Edge { .. });
@@ -287,7 +276,6 @@ impl Controller {
         self.read_zero(place_mm, wanted);
     }
 
-    /// Sends the command that waited for a reset.
     pub(super) fn go_on_after_reset(&mut self) {
         match self.after_reset.take() {
             Some(Meaning::Home) => self.send_home(),
@@ -296,7 +284,6 @@ impl Controller {
         }
     }
 
-    /// The controller accepted a line of the user's command.
     pub(super) fn done_by_hand(&mut self, meaning: &Meaning) {
         match *meaning {
             // Older reports refer to another position or zero.
@@ -372,7 +359,6 @@ impl Controller {
         self.zero_is_not_taken(!plane);
     }
 
-    /// Checks a job against the machine and starts it.
     fn begin(&mut self, start: &EngineStart) {
         let found = self.check(start);
         let refused = found.iter().any(|diagnostic| diagnostic.is_unacknowledged(&start.accepted));
@@ -383,7 +369,6 @@ impl Controller {
         }
     }
 
-    /// Problems that prevent a job or deserve a warning.
     pub fn check(&self, start: &EngineStart) -> Vec<Diagnostic> {
         let mut found = Vec::new();
         if self.trust != Trust::Trusted {

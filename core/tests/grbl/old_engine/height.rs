@@ -23,7 +23,6 @@ use annulus_core::diagnostic::Diagnostic;
 
 /// Tolerance for "the same Z zero", in units of the last digit of a report.
 const SAME_HEIGHT_SHARE: f64 = 1.5;
-/// Time in which a controller reports a position with the new zero.
 const TOLD_MS: u64 = 4_000;
 
 pub use annulus_core::control::BoardHeight;
@@ -38,7 +37,6 @@ impl Controller {
         settings::on(&self.info.values, 22)
     }
 
-    /// The machine position is unknown now; without limit switches the zeros mean nothing either.
     pub(super) fn lose_place(&mut self) {
         (self.trust, self.reference_mm) = (Trust::Lost, None);
         self.depth_is_unsure();
@@ -54,7 +52,6 @@ impl Controller {
         self.height = self.height.with_another_tool(alike);
     }
 
-    /// Tolerance for two reported heights to be equal, mm.
     pub(super) fn same_height_mm(&self) -> f64 {
         SAME_HEIGHT_SHARE * settings::place_digit_mm(&self.info.values)
     }
@@ -133,7 +130,6 @@ impl Controller {
         }
     }
 
-    /// The requested zero is stored.
     pub(super) fn zero_is_taken(&mut self, wanted: &ZeroWanted) {
         if wanted.trusts {
             self.trust = Trust::Trusted;
@@ -167,18 +163,12 @@ impl Controller {
     }
 }
 
-/// A requested work zero, until the controller confirms it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ZeroWanted {
-    /// Machine coordinates; for the other axes the zero before, if known.
     pub(super) place_mm: [Option<f64>; 3],
-    /// The Z zero is included.
     pub(super) of_plane: bool,
     pub(super) of_height: bool,
-    /// Probed position that the zero derives from, machine coordinates.
     pub(super) touched_mm: Option<[f64; 3]>,
-    /// The zero makes the position trusted: without limit switches the user's word counts.
     pub(super) trusts: bool,
-    /// The tool setter made it.
     pub(super) of_setter: bool,
 }

@@ -20,30 +20,22 @@ use super::settings;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 
-/// Shortest time in which homing is possible.
 const QUICKEST_MS: u64 = 150;
 /// Status query interval during homing: some firmwares answer at once, GRBL only at the end.
 const ASK_MS: u64 = 1_000;
-/// Interval after the answer, and the longest wait for the position.
 const ASK_SOON_MS: u64 = 100;
 const TOLD_MS: u64 = 5_000;
-/// Number of reports, Idle without an answer or from elsewhere, that count as proof.
 const REPORTS: u32 = 2;
 
-/// Observations since `$H` was sent.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Homing {
-    /// There was output that does not belong to homing.
     other: bool,
     rests: u32,
-    /// When `$H` was answered.
     answered_ms: Option<u64>,
-    /// Reports from a position where no limit switch leaves the axis.
     elsewhere: u32,
 }
 
 impl Controller {
-    /// Starts homing, if there are limit switches.
     pub(super) fn home(&mut self) {
         if !settings::on(&self.info.values, 22) {
             return self.found(Diagnostic::error("grbl.cannot_home"));
@@ -66,7 +58,6 @@ impl Controller {
         self.set(EnginePhase::Homing);
     }
 
-    /// Silence is normal during homing.
     pub(super) fn time_homing(&mut self) {
         self.heard_ms = self.now_ms;
         let answered = self.homing.answered_ms;
@@ -81,7 +72,6 @@ impl Controller {
         }
     }
 
-    /// Notices output that homing never produces.
     pub(super) fn heard_homing(&mut self, heard: &HeardLine) {
         self.homing.other |= match heard {
             HeardLine::Message(text) => text.contains("Unlocked"),
@@ -94,7 +84,6 @@ impl Controller {
         };
     }
 
-    /// A report during homing.
     pub(super) fn report_homing(&mut self, doing: ReportedState, fresh: bool) {
         if self.homing.answered_ms.is_some() && doing == ReportedState::Idle {
             if fresh {
@@ -109,7 +98,6 @@ impl Controller {
         }
     }
 
-    /// `$H` was answered.
     pub(super) fn homed(&mut self) {
         if self.homing.other || self.now_ms < self.since_ms + QUICKEST_MS {
             return self.unheard();

@@ -14,79 +14,58 @@ use super::settings;
 use super::timing::USUAL_BLOCKS;
 use annulus_core::diagnostic::Diagnostic;
 
-/// Longest jog, mm.
 const FURTHEST_MM: f64 = 1_000.0;
-/// Travel sent ahead, beyond the stopping distance: seconds at full speed.
 const AHEAD_S: f64 = 0.2;
-/// Shortest piece: seconds of travel at full speed.
 const PIECE_S: f64 = 0.04;
-/// Shortest piece, µm: never less than a step.
 const SMALLEST_UM: i64 = 20;
 /// All pieces but the last are multiples of 1/8 mm: controllers add these in single precision without error.
 const EVEN_UM: i64 = 125;
 /// Planner blocks that stay free: a line that waits for a block still runs after a jog cancel.
 const FREE_BLOCKS: usize = 3;
-/// Most unanswered pieces.
 const UNANSWERED: usize = 2;
-/// Acceleration if unknown, mm/s².
 const USUAL_MM_PER_S2: f64 = 100.0;
-/// A reported speed of at least this share counts as full speed.
 const FAST_SHARE: f64 = 0.95;
-/// Rounding of reports, mm.
 const ROUNDED_MM: f64 = 0.01;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
-/// Whether a jog must end early.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum JogEnd {
     #[default]
     NotYet,
-    /// No longer wanted.
     Asked,
-    /// STOP was pressed: a second STOP resets at once.
     Stopped,
 }
 
-/// A jog that is not completely sent or not finished.
 #[derive(Clone, Debug)]
 pub(super) struct JogRun {
     axis: usize,
     back: bool,
-    /// The whole travel, µm.
     way_um: i64,
-    /// Part of it that was sent.
     sent_um: i64,
-    /// Part of it that was answered.
     answered_um: i64,
-    /// Unanswered pieces, oldest first, µm.
     unanswered_um: [i64; UNANSWERED],
     mm_per_min: f64,
     speed_mm_per_s: f64,
     mm_per_s2: f64,
-    /// Start position, machine coordinates, once something was sent; `None` if not reported.
     from_mm: Option<f64>,
     /// Lower bound of the travel, mm, at a time, ms; later travel is extrapolated at full speed.
     anchor: Option<(f64, u64)>,
-    /// The machine has reached full speed.
     was_fast: bool,
     /// The machine slowed down again in mid-travel: nothing is sent until the reason is clear.
     falters: bool,
 }
 
 impl JogRun {
-    /// Stopping distance from full speed, mm.
     fn brake_mm(&self) -> f64 {
         self.speed_mm_per_s * self.speed_mm_per_s / (2.0 * self.mm_per_s2)
     }
 
-    /// Lower bound of the travel, µm.
     fn gone_um(&self, now_ms: u64) -> i64 {
         let Some((mm, ms)) = self.anchor else { return 0 };
         let gone_mm = mm + self.speed_mm_per_s * now_ms.saturating_sub(ms) as f64 / 1e3;
         ((gone_mm * 1e3) as i64).clamp(0, self.answered_um)
     }
 
-    /// The next piece in µm, if one is due; `blocks` is the planner's size.
     fn next_um(&mut self, now_ms: u64, blocks: usize) -> Option<i64> {
         let left_um = self.way_um - self.sent_um;
         let ahead_mm = self.speed_mm_per_s * AHEAD_S + self.brake_mm();
@@ -120,13 +99,11 @@ impl JogRun {
         self.anchor.get_or_insert((-brake_mm, now_ms));
     }
 
-    /// Travel from the start, mm.
     fn gone_mm(&self, place_mm: Option<[f64; 3]>) -> Option<f64> {
         let gone_mm = place_mm?[self.axis] - self.from_mm?;
         Some(if self.back { -gone_mm } else { gone_mm })
     }
 
-    /// Reported position and speed, a moment ago.
     fn is_reported(&mut self, now_ms: u64, place_mm: Option<[f64; 3]>, mm_per_s: f64) {
         let is_fast = mm_per_s >= FAST_SHARE * self.speed_mm_per_s;
         self.falters = self.was_fast && !is_fast && self.sent_um < self.way_um;
@@ -172,7 +149,6 @@ impl Controller {
         self.jog_end != JogEnd::NotYet
     }
 
-    /// Queues the next piece, if one is due.
     pub(super) fn feed_jog(&mut self) -> bool {
         if self.phase != EnginePhase::Jogging || self.jog_is_to_end() || self.reset_at.is_some() {
             return false;
@@ -193,7 +169,6 @@ impl Controller {
         true
     }
 
-    /// A piece was accepted.
     pub(super) fn jog_answered(&mut self) {
         if let Some(jog) = &mut self.jog {
             jog.is_answered(self.now_ms);
@@ -207,7 +182,6 @@ impl Controller {
         self.jog.take().is_some_and(|jog| jogs && jog.answered_um > 0)
     }
 
-    /// A report during a jog.
     pub(super) fn jog_reported(&mut self, doing: ReportedState, fresh: bool) {
         let (now_ms, Some(status), Some(jog)) = (self.now_ms, &self.status, &mut self.jog) else { return };
         match doing {

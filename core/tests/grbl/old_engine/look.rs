@@ -9,15 +9,11 @@ use super::routine::Spindle;
 use super::settings;
 use annulus_core::diagnostic::Diagnostic;
 
-/// Tolerance to the path, mm, plus 1.5 steps.
 const OFF_PATH_MM: f64 = 0.02;
 /// Tolerance at a position check, mm, plus 0.75 step and the last digit of a report.
 const OFF_PLACE_MM: f64 = 0.0015;
-/// Steps per millimetre if unknown.
 const USUAL_STEPS: f64 = 80.0;
-/// Reports off the path that count as proof: a single report may be damaged.
 const REPORTS: u32 = 2;
-/// Tolerance above the programmed feed: factor, and mm/min.
 const FEED_SLACK: (f64, f64) = (1.05, 10.0);
 /// The reported speed leads the reported position by this time, s: it belongs to the motion prepared next.
 const LEAD_S: f64 = 0.06;
@@ -25,15 +21,12 @@ const LEAD_S: f64 = 0.06;
 const FEED_ROUNDED_SHARE: f64 = 0.5;
 /// Factor and offset, s: a batch faster than factor × planned time − offset did not run as planned.
 const QUICKEST: (f64, f64) = (0.75, 0.15);
-/// Reports of a hold, each answering a query, that count as proof.
 const HOLD_REPORTS: u32 = 3;
 /// After a resume, a report of a hold within this time is an old one.
 const OLD_REPORT_MS: u64 = 500;
-/// Pieces of path that are searched for a report.
 const FAR: usize = 4_096;
 
 impl Controller {
-    /// Evaluates a report during a job.
     pub(super) fn watch(&mut self, doing: ReportedState, fresh: bool) {
         let overridden = self
             .status
@@ -82,7 +75,6 @@ impl Controller {
         }
     }
 
-    /// The user resumes the job.
     pub(super) fn goes_on(&mut self) {
         self.write(signs::RESUME);
         if let Some(run) = &mut self.run {
@@ -197,7 +189,6 @@ impl Controller {
     }
 }
 
-/// The first modal word that differs from the plan.
 fn other_mode(modes: &Modes, pen: &WordsInForce, feed_slack: f64) -> Option<String> {
     let spindle = match pen.spindle {
         Spindle::Off => ('M', 50),

@@ -16,7 +16,6 @@ use annulus_core::diagnostic::Diagnostic;
 pub(super) use annulus_core::grbl::ResetOnOpen;
 
 impl Controller {
-    /// The port was opened.
     pub(super) fn opened(&mut self, may: ResetOnOpen) {
         let now_ms = self.now_ms;
         *self = Self {
@@ -35,7 +34,6 @@ impl Controller {
         self.is_spared && self.phase == EnginePhase::Greeting && self.info.banner.is_empty()
     }
 
-    /// A status report from a controller that sent no banner.
     pub(super) fn strange(&mut self, doing: ReportedState) {
         use ReportedState::{Alarm, Door, Hold, Home, Idle, Jog, Run};
         if matches!(doing, Run | Hold { .. } | Door { .. }) {
@@ -54,14 +52,12 @@ impl Controller {
         }
     }
 
-    /// Queries everything that identifies the controller.
     pub(super) fn asks_who(&mut self) {
         for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
             self.send(text, Meaning::Greeting(index == 3));
         }
     }
 
-    /// The controller runs something that we didn't start, and answers no queries meanwhile.
     fn waits_for_rest(&mut self, doing: ReportedState) {
         if std::mem::replace(&mut self.is_waited_for, true) {
             return;
@@ -79,7 +75,6 @@ impl Controller {
         self.found(Diagnostic::warning("grbl.busy_at_opening").with("state", word));
     }
 
-    /// The controller no longer answers.
     pub(super) fn silent(&mut self) {
         self.found(Diagnostic::error("grbl.no_answer"));
         // The controller may still receive: stop our own motion.

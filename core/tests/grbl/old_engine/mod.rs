@@ -39,13 +39,11 @@ mod written {
 }
 
 impl Controller {
-    /// True if `$X` waits to be sent or for its answer.
     pub(super) fn unlocks(&self) -> bool {
         let is_unlock = |sent: &engine::Outgoing| sent.meaning == engine::Meaning::Unlock;
         self.buffer.waiting().any(is_unlock) || self.queue.iter().any(is_unlock)
     }
 
-    /// True if the phase is that of a job or survey which has ended.
     pub(super) fn outlives_its_job(&self) -> bool {
         use asks::EnginePhase::{Held, Holding, Measuring, ToolChange};
         let is_of_job = matches!(self.phase, Held | Holding | Measuring | ToolChange);

@@ -17,7 +17,6 @@ use std::collections::VecDeque;
 
 /// Interval between two characters, so that the controller has handled the first.
 const STEP_MS: u64 = 30;
-/// Tries to repeat steps that were lost.
 const TRIES: u32 = 4;
 
 const ALL: [OverrideOf; 3] = [OverrideOf::Feed, OverrideOf::Rapid, OverrideOf::Spindle];
@@ -29,7 +28,6 @@ trait Steps {
 }
 
 impl Steps for OverrideOf {
-    /// True if this override can have the value.
     fn allows(self, percent: u8) -> bool {
         match self {
             Self::Rapid => matches!(percent, 25 | 50 | 100),
@@ -37,7 +35,6 @@ impl Steps for OverrideOf {
         }
     }
 
-    /// The error code of a refused value.
     fn refusal(self) -> &'static str {
         match self {
             Self::Feed => "control.bad_feed_override",
@@ -46,7 +43,6 @@ impl Steps for OverrideOf {
         }
     }
 
-    /// The steps between two values; if `from` is unknown, via 100 %.
     fn steps(self, from: Option<u16>, to: u16) -> VecDeque<Override> {
         use Override::{FeedDown, FeedDownOne, FeedFull, FeedUp, FeedUpOne};
         use Override::{SpindleDown, SpindleDownOne, SpindleFull, SpindleUp, SpindleUpOne};
@@ -65,23 +61,19 @@ impl Steps for OverrideOf {
     }
 }
 
-/// An override in progress.
 #[derive(Clone, Debug)]
 struct Wish {
     percent: u16,
-    /// Value after all sent characters have arrived; `None` if unknown.
     reckoned: Option<u16>,
     left: VecDeque<Override>,
     sent_ms: u64,
     tries: u32,
 }
 
-/// Overrides in progress, in the order of reports.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OverrideWishes([Option<Wish>; 3]);
 
 impl Controller {
-    /// Requests an override, in percent of the programmed value.
     pub(super) fn ask_override(&mut self, of: OverrideOf, percent: u8) {
         if matches!(self.phase, EnginePhase::Closed | EnginePhase::Greeting) || self.reset_at.is_some() {
             return self.found(Diagnostic::error("grbl.not_now"));
@@ -98,14 +90,12 @@ impl Controller {
         self.overrides.0[row] = Some(Wish { percent, reckoned: from, left, sent_ms, tries: 0 });
     }
 
-    /// Overrides active before a job starts; no program resets them.
     pub(super) fn overrides_that_stand(&self) -> Option<Diagnostic> {
         let [feed, rapid, spindle] = self.status.as_ref()?.overrides.filter(|all| *all != [100; 3])?;
         let why = Diagnostic::warning("grbl.overrides_stand").with("feed", feed);
         Some(why.with("rapid", rapid).with("spindle", spindle))
     }
 
-    /// Sends the characters that are due.
     pub(super) fn send_overrides(&mut self) {
         if matches!(self.phase, EnginePhase::Closed | EnginePhase::Greeting) || self.reset_at.is_some() {
             return;
@@ -123,7 +113,6 @@ impl Controller {
         signs.into_iter().for_each(|sign| self.write(sign));
     }
 
-    /// Evaluates the reported overrides; the report answers the query of `asked_ms`.
     pub(super) fn overrides_reported(&mut self, told: [u16; 3], asked_ms: u64) {
         for of in ALL {
             let row = of as usize;

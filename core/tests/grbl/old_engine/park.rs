@@ -13,22 +13,16 @@ use super::settings;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 
-/// Tolerance for a reached position, mm.
 const NEAR_MM: f64 = 0.05;
-/// Feed if the axis limit is unknown, mm/min.
 const USUAL_MM_PER_MIN: f64 = 500.0;
 
-/// A move to the park position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ParkRun {
-    /// Park position, machine coordinates: X, Y, and Z fully up.
     place_mm: [f64; 3],
-    /// The tip is up and moves in XY.
     is_up: bool,
 }
 
 impl Controller {
-    /// True while the machine moves to its park position.
     pub fn parks(&self) -> bool {
         self.park.is_some()
     }
@@ -63,7 +57,6 @@ impl Controller {
         self.park = Some(run);
     }
 
-    /// Moves to machine coordinates at the feed of the slowest of `axes`.
     fn jog_to(&mut self, words: &str, axes: &[usize]) {
         let rates = settings::axes(&self.info.values, 110);
         let fastest = rates.map_or(USUAL_MM_PER_MIN, |rates| {

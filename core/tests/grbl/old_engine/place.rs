@@ -15,7 +15,6 @@ use annulus_core::control::{Ending, Trust};
 use annulus_core::diagnostic::Diagnostic;
 
 impl Controller {
-    /// Work zero from the stored offsets, machine coordinates; `None` if they were not listed.
     pub(super) fn listed_zero_mm(&self) -> Option<[f64; 3]> {
         let offsets = &self.info.offsets;
         let of = |name: &str, axis: usize| offsets.get(name).and_then(|places| places.get(axis)).copied();
@@ -27,7 +26,6 @@ impl Controller {
         Some([zero(0)?, zero(1)?, zero(2)?])
     }
 
-    /// Converts positions to mm and fills omitted fields from the last report.
     pub(super) fn completed(&mut self, mut status: ControllerStatus) -> ControllerStatus {
         let unit = self.unit_mm();
         let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
@@ -47,7 +45,6 @@ impl Controller {
         status
     }
 
-    /// The largest active offset of G92 and tool length, from the stored offsets, mm.
     pub(super) fn offset_in_force(&self) -> Option<f64> {
         let all = ["G92", "TLO"].into_iter().filter_map(|name| self.info.offsets.get(name)).flatten();
         all.copied()
@@ -61,14 +58,12 @@ impl Controller {
         self.zero_mm.map(|[x, y, z]| [x, y, z - length])
     }
 
-    /// Difference of the reported work zero to the stored one, if it exceeds rounding.
     pub(super) fn zero_off_mm(&self) -> Option<[f64; 3]> {
         let (reported, listed) = self.zero_mm.zip(self.listed_zero_mm())?;
         let off: [f64; 3] = core::array::from_fn(|axis| reported[axis] - listed[axis]);
         off.iter().any(|off| libm::fabs(*off) > SAME_ZERO_MM).then_some(off)
     }
 
-    /// A differing zero prevents a job.
     pub(super) fn check_listed(&self) -> Option<Diagnostic> {
         let off = self.zero_off_mm()?;
         let told = |axis: usize| format!("{:.3}", off[axis]);
@@ -105,7 +100,6 @@ impl Controller {
         }
     }
 
-    /// The controller restarted: drop the position, end the job, identify it again.
     pub(super) fn greets_anew(&mut self) {
         self.lose_place();
         self.depth = self.depth.restarted();

@@ -16,13 +16,11 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// Height of the tool changes of `routine`; `None` if it has none.
 fn change_height(routine: &Routine) -> Option<Length> {
     let changes = routine.sections.iter().filter(|section| matches!(section.kind, SectionKind::Change(_)));
     changes.map(|section| section.entry[2]).max()
 }
 
-/// Height that the tip must reach between cuts, regardless of the change height.
 fn needed(routine: &Routine, change: Length) -> Length {
     let mut at = None;
     let mut needed = Length::ZERO;
@@ -42,7 +40,6 @@ fn needed(routine: &Routine, change: Length) -> Length {
     needed
 }
 
-/// Height of the first lift after a section's last cut.
 fn retract_height(section: &Section) -> Length {
     let moves = section.actions.iter().filter_map(|action| match action {
         RoutineAction::Go(step) => Some(step),
@@ -59,13 +56,10 @@ fn retract_height(section: &Section) -> Length {
     lifted.unwrap_or(section.entry[2])
 }
 
-/// A routine with `most` of room above its zero.
 #[derive(Debug, PartialEq)]
 enum Fit {
     Whole,
-    /// Tool changes are lowered from this height.
     Lower(Box<Routine>, Length),
-    /// The tip must reach this height between cuts, and can't.
     TooHigh(Length),
 }
 
@@ -79,7 +73,6 @@ fn fit(routine: &Routine, most: Length) -> Fit {
     }
 }
 
-/// Limits every height above `most`, up to the change height, to `most`.
 fn lowered(routine: &Routine, (most, change): (Length, Length)) -> Routine {
     let bounded = |height: Length| if height <= change { height.min(most) } else { height };
     let mut at = None;
@@ -87,7 +80,6 @@ fn lowered(routine: &Routine, (most, change): (Length, Length)) -> Routine {
     Routine { sections: sections.collect(), safe: bounded(routine.safe), ..routine.clone() }
 }
 
-/// Drops rapids that lead nowhere once their height is limited.
 fn lowered_section(
     section: &Section,
     bounded: &dyn Fn(Length) -> Length,
@@ -123,7 +115,6 @@ impl Controller {
         Some(Length::from_um(um as i64))
     }
 
-    /// Lowers the tool changes to the available room, with a warning.
     pub(super) fn fitted(&self, routine: &Arc<Routine>) -> (Arc<Routine>, Option<Diagnostic>) {
         match self.most_height().map(|most| (most, fit(routine, most))) {
             Some((most, Fit::Lower(lower, change))) => {
@@ -134,7 +125,6 @@ impl Controller {
         }
     }
 
-    /// The Z zero changed: compute the change height of the running job again.
     pub(super) fn fit_run(&mut self) {
         let Some(run) = &self.run else { return };
         let (routine, _) = self.fitted(run.whole());

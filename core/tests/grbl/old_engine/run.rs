@@ -24,76 +24,49 @@ use annulus_core::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Tolerance for a position on a path, mm.
 const NEAR_PATH_MM: f64 = 0.05;
-/// A position check due within this time delays other queries.
 const NEAR_END_MS: f64 = 120.0;
-/// Answers later than this count as missing.
 const ANSWER_MS: f64 = 2_000.0;
-/// Idle reports without the requested hold that count as proof.
 const IDLE_REPORTS: u32 = 4;
-/// Longest time to stop.
 const REST_MS: u64 = 10_000;
 
-/// Next step after a successful position check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum After {
-    /// Our modal words are in force.
     #[default]
     Begun,
-    /// The tip is up.
     Risen,
-    /// The section's entry is reached.
     Entered,
-    /// The previous section is done, and the entry reached.
     Done,
-    /// The head left the entry for the tool change position, spindle off.
     Left,
 }
 
-/// Lines between two position checks.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
     lines: VecDeque<WireLine>,
     after: After,
-    /// The final `G4P0` and `$G` were sent.
     closed: bool,
-    /// When the first line was sent.
     pub(super) began_ms: Option<u64>,
     pub(super) expected_s: Option<f64>,
-    /// A hold or an override changed the duration: don't compare it with the plan.
     pub(super) disturbed: bool,
-    /// Position checks that failed.
     pub(super) looks: u32,
-    /// The status query for this position check was sent.
     pub(super) asked: bool,
 }
 
-/// A running job.
 #[derive(Debug)]
 pub(super) struct Run {
-    /// Adapted to the current room above the zero.
     routine: Arc<Routine>,
-    /// As started.
     whole: Arc<Routine>,
     spin_up_s: f64,
-    /// The section at the entry, or before it.
     at: usize,
     pub(super) pen: WordsInForce,
     pub(super) batch: Batch,
-    /// Sent paths that the tip may not have passed yet, with their lines.
     pub(super) window: VecDeque<(LinePath, u32)>,
     pub(super) off: u32,
-    /// Position of a report with a speed above the feed of its path.
     pub(super) fast_at_mm: Option<[f64; 3]>,
     limits: Option<PlannerLimits>,
-    /// A resume was sent, and reports show only the hold since then.
     pub(super) is_to_go_on: bool,
-    /// Ends at the next position check over the board.
     pub(super) stops_after: bool,
-    /// A new tool is required before this section.
     pub(super) tool_before: Option<usize>,
-    /// All tools protrude equally.
     pub(super) same_length: bool,
     setter: Option<ToolSetter>,
     /// No tool was requested yet: the spindle holds the tool used for the Z zero, an end mill or a probing
@@ -102,21 +75,16 @@ pub(super) struct Run {
     changer: Option<Changer>,
     /// The user states that all tools protrude equally; not merely the author of the macro.
     is_alike: bool,
-    /// The last requested tool.
     pub(super) wanted: u32,
-    /// The machine has put it in.
     pub(super) is_in: bool,
-    /// The user was asked for it.
     pub(super) is_asked: bool,
 }
 
 impl Run {
-    /// The routine as started.
     pub(super) fn whole(&self) -> &Arc<Routine> {
         &self.whole
     }
 
-    /// Exchanges the routine for one with other change heights.
     pub(super) fn take_routine(&mut self, routine: Arc<Routine>) {
         self.routine = routine;
     }
@@ -132,12 +100,10 @@ impl Run {
         ends_there || self.window.iter().any(|(piece, _)| near(piece.distance(place_mm)))
     }
 
-    /// True if a position check is pending.
     pub(super) fn looks(&self) -> bool {
         self.batch.closed
     }
 
-    /// True if the position check at the end of the batch is near.
     pub(super) fn ends_soon(&self, now_ms: u64) -> bool {
         let (Some(began), Some(expected)) = (self.batch.began_ms, self.batch.expected_s) else {
             return false;
@@ -150,7 +116,6 @@ impl Run {
         here.or_else(|| self.routine.sections.get(self.at).map(|section| section.line))
     }
 
-    /// Starts a batch.
     fn batch(&mut self, lines: Vec<WireLine>, after: After) {
         let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
         let lines = lines.into();
@@ -193,12 +158,10 @@ impl Run {
         cuts && (is_new || !height.may_cut())
     }
 
-    /// The tool setter; `None` if all tools are equally long.
     pub(super) fn setter(&self) -> Option<ToolSetter> {
         self.setter.filter(|_| !self.same_length)
     }
 
-    /// The tool changer, if any, and the safe height in mm.
     pub(super) fn changes(&self) -> Option<(&Changer, f64)> {
         self.changer.as_ref().map(|changer| (changer, self.routine.safe.mm()))
     }
@@ -216,17 +179,14 @@ impl Run {
         self.is_unasked && known && self.setter().is_some() && self.routine.changes_tools()
     }
 
-    /// True if no tool was requested yet.
     pub(super) fn is_unasked(&self) -> bool {
         self.is_unasked
     }
 
-    /// True at the start of the job: the first tool is requested.
     fn is_first_change(&self) -> bool {
         self.at == 0 && self.routine.sections.first().is_some_and(|section| !section.cuts())
     }
 
-    /// The work of the current section and the approach to the next one.
     fn work(&mut self) {
         let routine = Arc::clone(&self.routine);
         let Some(section) = routine.sections.get(self.at) else { return };
@@ -238,7 +198,6 @@ impl Run {
     }
 }
 
-/// Duration of lines that start and end at standstill, s.
 fn time_s(limits: PlannerLimits, lines: &[WireLine]) -> f64 {
     let mut clock = Clockwork::new(limits);
     for line in lines {
@@ -251,7 +210,6 @@ fn time_s(limits: PlannerLimits, lines: &[WireLine]) -> f64 {
     clock.spent_s()
 }
 
-/// Dwell time of a line, s.
 fn wait_of(text: &str) -> f64 {
     text.strip_prefix("G4P").and_then(|wait| wait.parse().ok()).unwrap_or(0.0)
 }
@@ -268,7 +226,6 @@ pub fn estimate_s(
     Some(estimates_s(routine, values, blocks, from, at_mm)?.into_iter().sum())
 }
 
-/// As [`estimate_s`], for each section.
 pub fn estimates_s(
     routine: &Routine,
     values: &Values,
@@ -276,7 +233,6 @@ pub fn estimates_s(
     from: usize,
     at_mm: [f64; 3],
 ) -> Option<Vec<f64>> {
-    /// Duration of a position check: modal words, their answers, the query and its report.
     const LOOK_S: f64 = 0.07;
     let limits = PlannerLimits::of(values, blocks)?;
     let mut pen = WordsInForce::standing(at_mm);
@@ -330,7 +286,6 @@ impl Controller {
         self.set(EnginePhase::Running);
     }
 
-    /// Queues the next line of the job, if one may be sent.
     pub(super) fn feed_run(&mut self) -> bool {
         if self.phase != EnginePhase::Running || self.reset_at.is_some() {
             return false;
@@ -367,7 +322,6 @@ impl Controller {
         self.run.as_ref().is_some_and(Run::looks) && self.buffer.is_empty() && self.queue.is_empty()
     }
 
-    /// The status query sent now belongs to the position check.
     pub(super) fn asked_for_look(&mut self) {
         let may = self.may_look();
         if let Some(run) = &mut self.run {
@@ -377,7 +331,6 @@ impl Controller {
         self.changer_asked();
     }
 
-    /// A position check succeeded.
     pub(super) fn passed(&mut self) {
         let (height, reference_mm) = (self.height, self.reference_mm);
         let Some(run) = &mut self.run else { return };
@@ -427,7 +380,6 @@ impl Controller {
         }
     }
 
-    /// Waits at the tool change position for a tool, new or the same.
     fn wait_for_tool(&mut self, tool: u32, another: bool) {
         let (height, known) = (self.height, self.reference_mm.is_some());
         if let Some(run) = &mut self.run {
@@ -501,7 +453,6 @@ impl Controller {
         self.set(EnginePhase::Running);
     }
 
-    /// Something differs from the plan: stop and end the job.
     pub(super) fn trouble(&mut self, why: Diagnostic) {
         if self.phase == EnginePhase::Stopping || self.run.is_none() {
             return;
@@ -542,7 +493,6 @@ impl Controller {
         }
     }
 
-    /// True if an answer is overdue.
     pub(super) fn is_overdue(&self) -> bool {
         let waits_s: f64 = self
             .buffer

@@ -31,50 +31,35 @@ use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 pub use annulus_core::grbl::{SetterStep, ToolSetter};
 
-/// Tolerance for the end of a move, mm.
 const SAME_MM: f64 = 0.02;
-/// Shorter moves are skipped: a controller refuses to probe where it already is.
 const NONE_MM: f64 = 0.002;
 /// A touch within this distance of the start height is not the tool: a chip, or a stuck pin.
 const EARLY_MM: f64 = 0.5;
-/// Retreat before the second touch, and the longest travel of that touch.
 const BACK_MM: f64 = 1.0;
 const AGAIN_MM: f64 = 2.0;
-/// Largest difference of the two touches.
 const TWICE_MM: f64 = 0.1;
-/// Longest stopping distance after a touch.
 const COAST_MM: f64 = 5.0;
-/// Failed checks that count as proof: a single report may be damaged.
 const LOOKS: u32 = 2;
-/// Alarm of a probe input that was closed before the move.
 const CLOSED: u16 = 4;
 
-/// A tool length measurement in progress.
 #[derive(Debug)]
 pub(super) struct SetterRun {
     setter: ToolSetter,
     top_mm: f64,
     step: SetterStep,
-    /// The step is fully answered: a report must show its end position.
     pub(super) answered: bool,
-    /// The query for that report was sent.
     asked: bool,
     looks: u32,
-    /// Z of the first touch.
     first_mm: f64,
-    /// Position of the second touch.
     met_mm: [f64; 3],
-    /// The board height is known for this tool: it becomes the reference.
     is_reference: bool,
 }
 
 impl Controller {
-    /// The current step of a measurement.
     pub fn measuring(&self) -> Option<SetterStep> {
         self.setter.as_ref().map(|run| run.step)
     }
 
-    /// Problem that prevents a measurement there, if any.
     pub(super) fn setter_refused(&self, setter: &ToolSetter) -> Option<Diagnostic> {
         if !self.homes() {
             return Some(Diagnostic::error("setter.no_homing"));
@@ -108,7 +93,6 @@ impl Controller {
         why.into_iter().chain(self.check_changer(start)).collect()
     }
 
-    /// Warning that the current tool will be measured before the job requests one.
     pub(super) fn reference_told(&self, start: &EngineStart) -> Option<Diagnostic> {
         let setter = start.setter.filter(|_| !start.same_length && start.routine.changes_tools())?;
         let is_known = start.from > 0 && self.reference_mm.is_some();
@@ -117,7 +101,6 @@ impl Controller {
         (self.height == BoardHeight::OfThisBit && !is_known).then_some(why)
     }
 
-    /// Starts measuring the tool in the spindle.
     pub(super) fn measure_tool(&mut self, setter: ToolSetter) {
         if let Some(why) = self.setter_refused(&setter) {
             return self.found(why);
@@ -181,7 +164,6 @@ impl Controller {
         self.send(text, Meaning::Setter(Some(step)));
     }
 
-    /// A line was answered.
     pub(super) fn setter_answered(&mut self, step: SetterStep) {
         let Some(run) = self.setter.as_mut().filter(|run| run.step == step) else { return };
         match step {
@@ -195,7 +177,6 @@ impl Controller {
         }
     }
 
-    /// Nothing moves before millimetres are in force and the spindle is off.
     fn setter_begins(&mut self) {
         let Some(modes) = &self.modes else {
             return self.setter_fails(Diagnostic::error("grbl.answer_missing"));
@@ -210,7 +191,6 @@ impl Controller {
         }
     }
 
-    /// A probing move ended, or its position was queried again.
     fn setter_probed(&mut self, step: SetterStep) {
         let (probed, place) = (self.probed.take(), self.probed_at_mm);
         let (Some(met), Some(place)) = (probed, place) else {
@@ -242,7 +222,6 @@ impl Controller {
         }
     }
 
-    /// The status query sent now will show the end of the step.
     pub(super) fn setter_asked(&mut self) {
         let idle = self.buffer.is_empty() && self.queue.is_empty();
         if let Some(run) = &mut self.setter {
@@ -297,7 +276,6 @@ impl Controller {
         }
     }
 
-    /// The tip is up and the touch position is known.
     fn setter_found(&mut self) {
         let (zero, place, same_mm) = (self.zero_mm, self.place(), self.same_height_mm());
         let stored = self.info.offsets.get("G54").and_then(|places| places.get(2)).copied();
@@ -323,7 +301,6 @@ impl Controller {
         self.is_measured(place);
     }
 
-    /// The Z zero was written and read back: positions must refer to it.
     fn setter_zeroed(&mut self, place: Option<[f64; 3]>) {
         let (Some(run), Some(reference_mm)) = (&self.setter, self.reference_mm) else { return };
         let (Some(zero), Some(place)) = (self.zero_mm, place) else { return };
@@ -335,7 +312,6 @@ impl Controller {
         self.setter_fails(Diagnostic::error("setter.offset_stands").with("mm", format!("{off_mm:.3}")));
     }
 
-    /// An alarm with a special meaning during a measurement.
     pub(super) fn setter_alarm(&self, number: u16) -> Option<Diagnostic> {
         (self.setter.is_some() && number == CLOSED).then(early)
     }

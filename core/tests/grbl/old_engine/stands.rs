@@ -10,7 +10,6 @@ use super::engine::Controller;
 use super::heard::ReportedState;
 use annulus_core::diagnostic::Diagnostic;
 
-/// Reports that count as proof: our own stop may show one hold report.
 const REPORTS: u32 = 2;
 
 impl Controller {

@@ -19,46 +19,32 @@ use annulus_core::geometry::Point;
 use annulus_core::level::{ProbeGrid, Survey};
 use annulus_core::units::Length;
 
-/// Tolerance for the end of a probing move, mm.
 const SAME_MM: f64 = 0.02;
-/// Shorter moves are skipped: a controller refuses to probe where it already is.
 const NONE_MM: f64 = 0.002;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SurveyStep {
-    /// Modal words, and a move straight up.
     Rise,
-    /// To the next point.
     Over,
-    /// Down to the board.
     Down,
-    /// Queries the touch position again: the line has no checksum.
     Again,
-    /// Back over the work zero.
     Back,
 }
 
-/// A survey in progress.
 #[derive(Debug)]
 pub(super) struct SurveyRun {
     start: SurveyStart,
     survey: Survey,
-    /// The last probed board height, mm.
     last_mm: f64,
-    /// The highest probed board height, mm.
     highest_mm: f64,
-    /// Planned end of the last line, work coordinates.
     wanted_mm: [f64; 3],
-    /// Touch position as first reported, machine coordinates.
     met_mm: Option<[f64; 3]>,
-    /// Hold as soon as the tip is up.
     pub(super) holds: bool,
     /// Time since when the tip is up and the probe input must be checked, ms.
     up_since_ms: Option<u64>,
 }
 
 impl SurveyRun {
-    /// Height of the moves between points, mm.
     fn up_mm(&self) -> f64 {
         self.highest_mm.max(0.0) + self.start.clear_mm
     }
@@ -69,7 +55,6 @@ fn mm(place: Point) -> [f64; 2] {
 }
 
 impl Controller {
-    /// The survey in progress.
     pub fn survey(&self) -> Option<&Survey> {
         self.survey.as_ref().map(|run| &run.survey)
     }
@@ -114,7 +99,6 @@ impl Controller {
         self.survey_rises();
     }
 
-    /// Straight up, unless the tip is already up.
     fn survey_rises(&mut self) {
         let Some(run) = &mut self.survey else { return };
         let up = run.up_mm().max(run.wanted_mm[2]);
@@ -174,7 +158,6 @@ impl Controller {
         self.send(text, Meaning::Survey(Some(step)));
     }
 
-    /// A line was answered.
     pub(super) fn survey_answered(&mut self, step: SurveyStep) {
         if self.phase != EnginePhase::Surveying && self.phase != EnginePhase::Holding {
             return;
@@ -261,7 +244,6 @@ impl Controller {
         }
     }
 
-    /// Continues after a hold.
     pub(super) fn survey_resumes(&mut self) {
         if let Some(run) = &mut self.survey {
             run.holds = false;

@@ -22,7 +22,6 @@ fn objects() -> Arc<Vec<Imported>> {
     Arc::new(imported(&files(), &[1]))
 }
 
-/// The hit at a position, and its number in its file.
 fn caught(drawing: &Drawing, at: Point) -> Option<(Catch, u32)> {
     let finder = Finder::new(drawing, objects());
     let catch = finder.at(drawing, at, um(10)).into_iter().next()?;
@@ -36,7 +35,6 @@ fn done(drawing: &mut Drawing, at: Point, edit: impl Fn(&Selection<'_>) -> Edit)
     drawing.apply(&edit).unwrap();
 }
 
-/// The files after applying the drawing.
 fn made(drawing: &Drawing) -> artwork::Artwork {
     let (mut artwork, mut used) = (files(), vec![1]);
     assert_eq!(lay_over(drawing, &mut artwork, &mut used), []);

@@ -27,7 +27,6 @@ fn catches(ids: &[Id]) -> BTreeSet<Catch> {
     ids.iter().copied().map(Catch::Drawn).collect()
 }
 
-/// Ids of one kind, in order.
 fn all(drawing: &Drawing, word: &str) -> Vec<Id> {
     drawing.things().filter(|(_, entry)| entry.thing.word() == word).map(|(id, _)| id).collect()
 }
@@ -50,7 +49,6 @@ fn small() -> Drawing {
     drawing
 }
 
-/// The board made from a drawing alone.
 fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
     let (mut artwork, mut used) = (artwork::Artwork::default(), Vec::new());
     let mut diagnostics = lay_over(drawing, &mut artwork, &mut used);
@@ -59,7 +57,6 @@ fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
     (board, diagnostics)
 }
 
-/// A random edit of a drawing over files; some are invalid.
 fn some_edit(drawing: &Drawing, imported: &Arc<Vec<Imported>>, chance: &mut Chance) -> Edit {
     let ids: Vec<Id> = drawing.things().map(|(id, _)| id).collect();
     let some = |chance: &mut Chance| -> BTreeSet<Id> {
@@ -94,7 +91,6 @@ fn some_edit(drawing: &Drawing, imported: &Arc<Vec<Imported>>, chance: &mut Chan
     }
 }
 
-/// Random edits, undone and redone.
 fn undone(seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let mut chance = Chance::new(seed);

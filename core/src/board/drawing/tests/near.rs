@@ -118,7 +118,6 @@ fn nets_joined_by_a_plated_hole_separate_without_its_track() {
     }
 }
 
-/// The smallest gap by comparing all pairs.
 fn looked_for(drawing: &Drawing, finder: &Finder) -> Option<Length> {
     let layer = |id: Id| drawing.thing(id)?.layer().filter(|layer| *layer != Layer::Edge);
     let copper: Vec<Id> = drawing.things().map(|(id, _)| id).filter(|id| layer(*id).is_some()).collect();

@@ -34,7 +34,6 @@ fn objects() -> Arc<Vec<Imported>> {
     Arc::new(imported(&many(), &[1]))
 }
 
-/// Applies an edit to a selection.
 fn done(drawing: &mut Drawing, chosen: &[Catch], edit: impl Fn(&Selection<'_>) -> Edit) -> Edit {
     let finder = Finder::new(drawing, objects());
     let edit = edit(&Selection::new(drawing, &finder, &chosen.iter().copied().collect()));
@@ -45,7 +44,6 @@ fn of_files() -> Vec<Catch> {
     (0..objects().len() as u32).map(Catch::Imported).collect()
 }
 
-/// Copper and holes of the files after applying the drawing.
 fn made(drawing: &Drawing) -> (Region, Vec<Point>) {
     let (mut artwork, mut used) = (many(), vec![1]);
     assert_eq!(lay_over(drawing, &mut artwork, &mut used), []);
@@ -53,7 +51,6 @@ fn made(drawing: &Drawing) -> (Region, Vec<Point>) {
     (painted(artwork.files[0].gerber.as_ref().unwrap()).unwrap(), hits)
 }
 
-/// Area of the difference, in mm².
 fn apart(a: &Region, b: &Region) -> f64 {
     area_mm2(&combine(a, b, CombineRule::Xor))
 }
@@ -208,7 +205,6 @@ fn rotated_pad_is_selected_at_its_true_shape() {
     assert!(!hit(17.9, 1.0), "where it would lie if it were not turned");
 }
 
-/// The rewritten files, read again.
 fn written(drawing: &Drawing) -> Vec<FileRead> {
     let (texts, lost) = files_over(drawing, many());
     assert_eq!(lost, []);

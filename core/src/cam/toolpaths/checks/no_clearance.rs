@@ -20,18 +20,15 @@ const AROUND: Length = Length::from_um(1_000);
 /// A hole or slot is a contour if its bounds are this near on every side.
 const SAME: Length = Length::from_um(100);
 
-/// Contours closed to a tool.
 #[derive(Default)]
 pub(in crate::cam::toolpaths) struct Closed {
     /// Inner contours that are not cut, and that no hole or slot makes, by width.
     pub(in crate::cam::toolpaths) inner: Missing,
-    /// Contours that merge with others.
     pub(in crate::cam::toolpaths) merged: usize,
     /// Contours that touch others already in the design.
     pub(in crate::cam::toolpaths) touching: usize,
 }
 
-/// Contours closed to a tool with its centre at `offset` from the outline of `board`.
 pub(in crate::cam::toolpaths) fn closed(board: &Board, offset: Length) -> Closed {
     let mut closed = Closed::default();
     let Some(bounds) = board.outline.bounds() else { return closed };

@@ -14,12 +14,10 @@ use std::collections::BTreeMap;
 /// Sizes that are listed individually; wider ones are reported together.
 const MOST_SIZES: usize = 40;
 
-/// Count and position of the first, by size.
 #[derive(Default)]
 pub(in crate::cam::toolpaths) struct Missing(BTreeMap<Length, (usize, Point)>);
 
 impl Missing {
-    /// Counts one more of `size`.
     pub(in crate::cam::toolpaths) fn add(&mut self, size: Length, at: Point) {
         self.0.entry(size).or_insert((0, at)).0 += 1;
     }

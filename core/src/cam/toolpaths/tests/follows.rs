@@ -5,7 +5,6 @@ use crate::cam::parameters::{self, OF_MACHINE};
 use crate::cam::suits;
 use crate::machine::{Machine, Value, apply, hobby_3018, lab, preset, preset_words};
 
-/// The program of `work` for the coupon on `machine`.
 fn program_on(work: &Work, machine: &Machine) -> Program {
     let options = PlanOptions { iterations: Some(0), ..PlanOptions::default() };
     let rapid_time = |a: Point, b: Point| a.distance_mm(b);

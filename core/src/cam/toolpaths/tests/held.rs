@@ -3,7 +3,6 @@
 use super::*;
 use crate::cam::parameters::assign;
 
-/// Codes, severities and messages of `work` on `board`.
 fn told(board: &Board, work: &Work) -> Vec<(String, Severity, String)> {
     let diagnostics = planned(board, work).1;
     diagnostics
@@ -16,7 +15,6 @@ fn count(told: &[(String, Severity, String)], code: &str, severity: Severity) ->
     told.iter().filter(|(own, heavy, _)| own == code && *heavy == severity).count()
 }
 
-/// A job that cuts out `board` with these settings.
 fn cutting(board: &Board, settings: &str) -> Work {
     let mut work = only(board, "cut_out", |_| {});
     set(&mut work, settings);
@@ -30,7 +28,6 @@ fn set(work: &mut Work, settings: &str) {
     }
 }
 
-/// Length of the tabs of every outer contour.
 fn held(planned: &Planned) -> Vec<f64> {
     let outer = planned.toolpaths().filter(|way| way.path.length_mm() > 30.0);
     outer.map(|way| way.tabs.iter().map(|tab| tab.1 - tab.0).sum()).collect()

@@ -24,7 +24,6 @@ fn pad(chance: &mut Chance) -> Path {
     }
 }
 
-/// A random change of the drawing or of the job.
 fn edit(chance: &mut Chance, paths: &mut Vec<Path>, work: &mut Work) {
     let operation = &mut work.operations[0];
     let OperationKind::Isolate(isolate) = &mut operation.action else { panic!() };
