@@ -29,7 +29,6 @@ pub type Time = fn() -> Duration;
 pub struct Task {
     /// Increases from task to task.
     pub id: u64,
-    /// Each starts and ends stopped.
     pub segments: Vec<Segment>,
     /// The task ends with the tool in the board, and another task follows at once.
     pub follows: bool,
@@ -47,7 +46,6 @@ pub struct Task {
 }
 
 impl Task {
-    /// Returns `true` if a tool of `machine` is in the board at `place`, machine steps.
     pub(crate) fn is_low(&self, machine: &Machine, place: &Steps) -> bool {
         machine.lowest(place) < self.surface_steps
     }
@@ -57,7 +55,6 @@ impl Task {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     pub id: u64,
-    /// Number of segments played to their end.
     pub completed: usize,
     pub ended: Ended,
     /// Final position, machine steps.
@@ -65,14 +62,12 @@ pub struct Report {
     /// Axes whose last step counted down.
     pub down: AxisSet,
     pub inputs: u32,
-    /// Stream time used, in ticks.
     pub ticks: u64,
 }
 
 /// Why a task ended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ended {
-    /// All segments were played.
     Completed,
     /// A gate's input turned on here.
     Gated(Steps),
@@ -84,7 +79,6 @@ pub enum Ended {
     Missing(Input),
     /// On its way down to a hole, the tool touched something higher than the board can be.
     Early {
-        /// Position of the touch, machine steps.
         at: Steps,
     },
     /// A step came too late for its motor, by this many ticks.
@@ -112,7 +106,6 @@ impl Ended {
     }
 }
 
-/// The latest position, for display.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Glimpse {
     pub position: Steps,
@@ -124,7 +117,6 @@ pub struct Glimpse {
     /// Firmware of the adapter, if it differs from the one of this program.
     #[serde(default)]
     pub other_firmware: Option<OtherFirmware>,
-    /// Requested spindle speed.
     pub rpm: u32,
     /// The spindle's own report.
     #[serde(default)]
@@ -141,10 +133,8 @@ pub struct Glimpse {
     pub end: Steps,
 }
 
-/// A message from an executor.
 #[derive(Clone, Debug)]
 pub enum Heard {
-    /// A task ended.
     Report(Report),
     /// The executor ended; its current task will not be reported.
     Gone(Diagnostic),
@@ -162,7 +152,6 @@ pub struct Shared {
     lift: AtomicU64,
     holds: AtomicU64,
     glimpse: Mutex<Glimpse>,
-    /// The permission for a jog.
     grant: Grant,
     /// Forwards changes to an executor in another process.
     courier: Mutex<Option<Courier>>,
@@ -171,40 +160,32 @@ pub struct Shared {
 /// Sends to an executor in another process. Never blocks.
 pub type Courier = Box<dyn Fn(Said) + Send>;
 
-/// A message to an executor in another process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Said {
     /// Carried out after all earlier orders.
     Order(Instruction),
-    /// Stop every task up to this one, at once.
     Stop {
         /// Number of the last task to stop.
         upto: u64,
     },
     /// This many legs are durable.
-    Durable { legs: u32 },
-    /// Run at this share of the planned feed.
+    Durable {
+        legs: u32,
+    },
     FeedOverride {
-        /// Percent of the planned feed.
         percent: u8,
     },
-    /// Renews the permission for a jog.
     Grant,
     /// Withdraws it.
     Revoke,
-    /// Hold this task on its path.
     Hold {
-        /// Number of the task.
         id: u64,
-        /// Number of the hold.
         number: u64,
     },
     /// Lift this task's tool off its path, and switch the spindle off.
     Lift {
-        /// Number of the task.
         id: u64,
     },
-    /// Continue after a hold.
     Go,
 }
 
@@ -212,24 +193,19 @@ pub enum Said {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Instruction {
     Task(Task),
-    /// Corrects the step count of an axis.
     Correct {
         axis: usize,
-        /// Steps to add to the count.
         steps: i64,
     },
-    /// Sets the spindle speed while stopped.
     Spindle {
         /// In rpm; 0 is off.
         rpm: u32,
     },
-    /// Switches an output.
     Output {
         /// Index among the machine's named outputs.
         place: u8,
         on: bool,
     },
-    /// A new tool is in the spindles.
     Bit(Bit),
     /// The user states what is in the magazine and the spindle.
     Stock(Box<ToolStock>),
@@ -272,7 +248,6 @@ impl Shared {
         self.say(Said::Durable { legs });
     }
 
-    /// Number of durable legs.
     pub fn durable(&self) -> u32 {
         self.durable.load(Ordering::SeqCst)
     }
@@ -314,12 +289,10 @@ impl Shared {
         self.is_held(id) && self.lift.load(Ordering::SeqCst) == id
     }
 
-    /// Number of the last hold.
     pub fn holds(&self) -> u64 {
         self.holds.load(Ordering::SeqCst)
     }
 
-    /// Sets the percent of the planned feed.
     pub fn set_feed_override(&self, percent: u8) {
         self.slower.store(100 - percent.min(100), Ordering::SeqCst);
         self.say(Said::FeedOverride { percent });
@@ -330,19 +303,16 @@ impl Shared {
         100 - self.slower.load(Ordering::Relaxed)
     }
 
-    /// Renews the permission for a jog.
     pub fn grant(&self) {
         self.grant.give((self.time)());
         self.say(Said::Grant);
     }
 
-    /// Withdraws the permission for a jog.
     pub fn revoke(&self) {
         self.grant.revoke();
         self.say(Said::Revoke);
     }
 
-    /// The order for a jog at this moment.
     pub fn granted(&self) -> pins::Order {
         self.grant.order((self.time)())
     }
@@ -397,7 +367,6 @@ pub trait Seat: Send {
     fn finish(&mut self);
 }
 
-/// The owner's handle of an executor.
 pub(crate) struct Executor {
     seat: Box<dyn Seat>,
     pub(crate) shared: Arc<Shared>,
@@ -413,12 +382,10 @@ impl Executor {
         self.seat.order(Instruction::Task(task));
     }
 
-    /// Corrects the step count of `axis`.
     pub(crate) fn correct(&self, axis: usize, steps: i64) {
         self.seat.order(Instruction::Correct { axis, steps });
     }
 
-    /// Sets the spindle speed while stopped.
     pub(crate) fn spindle(&self, rpm: u32) {
         self.seat.order(Instruction::Spindle { rpm });
     }
@@ -437,7 +404,6 @@ impl Executor {
         self.seat.order(Instruction::Output { place, on });
     }
 
-    /// A new tool of this kind is in the spindles.
     pub(crate) fn bit(&self, bit: Bit) {
         self.seat.order(Instruction::Bit(bit));
     }

@@ -7,11 +7,9 @@ pub enum File {
     /// The program of a job. There are two, so that the previous one survives until the journal names the
     /// new one.
     Program(bool),
-    /// A copy of a damaged journal.
     Aside,
     Drilled,
     Settings,
-    /// The height map of the board on the drill.
     Surface,
     /// One of the two halves of the progress of a controller's job.
     Done(bool),
@@ -26,7 +24,6 @@ pub enum File {
 }
 
 impl File {
-    /// Files of the virtual drill.
     pub const DRILL: [Self; 8] = [
         Self::Slot(false),
         Self::Slot(true),
@@ -38,7 +35,6 @@ impl File {
         Self::Surface,
     ];
 
-    /// Files of a controller.
     pub const CONTROLLER: [Self; 8] = [
         Self::Done(false),
         Self::Done(true),
@@ -79,6 +75,5 @@ pub trait Files {
     /// Replaces the contents of a file; durable when it returns.
     fn write(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
 
-    /// Appends `bytes` to a file.
     fn append(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
 }

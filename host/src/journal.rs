@@ -23,12 +23,10 @@ pub struct Ruler {
 /// A work zero, and the meaning of its steps.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorkZero {
-    /// Machine steps of X and Y.
     pub steps: [i64; 2],
     pub ruler: Ruler,
 }
 
-/// A started job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JobRecord {
     /// SHA-256 of the program.
@@ -41,7 +39,6 @@ pub struct JobRecord {
     /// The meaning of those steps; missing in records of older bridges.
     #[serde(default)]
     pub ruler: Option<Ruler>,
-    /// Digest of its stream.
     pub stream_digest: String,
     pub holes_total: u32,
     /// Number of toolpaths; 0 in records of older bridges.
@@ -56,7 +53,6 @@ pub struct JobRecord {
     pub record_from: Option<u64>,
 }
 
-/// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Progress {
     /// Completed legs, which is also the index of the next leg.
@@ -68,27 +64,21 @@ pub struct Progress {
     pub toolpaths: u32,
 }
 
-/// Contents of a journal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
     /// The interrupted job.
     pub job: Option<(JobRecord, Progress)>,
-    /// The current work zero.
     pub zero: Option<WorkZero>,
-    /// Tool wear.
     pub wear: Vec<ToolWear>,
     /// The previous journal was damaged, and the user has not acknowledged that.
     pub damage: Option<Damage>,
-    /// Contents of the magazine.
     pub stock: Option<ToolStock>,
 }
 
-/// A damaged or missing journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Damage {
     /// Where the damaged file was moved to; `None` if it is missing.
     pub file: Option<String>,
-    /// The last job that was still readable in it.
     pub job: Option<String>,
 }
 
@@ -100,7 +90,6 @@ impl Damage {
         told.with("job", self.job.as_deref().unwrap_or("?")).with("holes", holes)
     }
 
-    /// Returns `true` if `alarm` reports a damaged journal.
     pub(crate) fn is_told_by(alarm: &Diagnostic) -> bool {
         [GONE, DAMAGED].contains(&alarm.code.as_str())
     }
@@ -122,21 +111,17 @@ pub enum Record {
     /// no hole is lost or counted twice.
     Advance {
         progress: Progress,
-        /// The tool's new wear, if the leg wore one.
         wear: Option<ToolWear>,
         /// The leg whose drill cycle ended on a sensor, and the position.
         stop: Option<(u32, Steps)>,
     },
-    /// The job ended or was discarded.
     Finish,
     /// A tool's new wear; zero for a new tool.
     Wear(ToolWear),
-    /// The current work zero.
     Zero(Option<WorkZero>),
     /// Contents of the magazine; the owner is notified when this is durable.
     Stock {
         stock: Box<ToolStock>,
-        /// Number of the record.
         number: u32,
     },
     /// The user acknowledged the damage of the previous journal.

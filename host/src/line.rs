@@ -14,21 +14,15 @@ use std::time::Duration;
 
 const PAGE: Viewer = 1;
 
-/// A request of the page, for the drill to carry out.
 pub(crate) enum Asked {
-    /// A message for the owner.
     Message(Message),
-    /// Plan and check a job.
     Arm { job: String, from_leg: u32, ticket: Ticket },
-    /// Plan the requested feed override.
     FeedOverride { percent: u8 },
 }
 
-/// A pending answer of the owner.
 enum Waiting {
     /// An answer, and the feed override to plan after a success.
     Answer(Receiver<Result<Vec<Tell>, Diagnostic>>, Option<u8>),
-    /// The messages for a newly connected page.
     Greeting(Receiver<Vec<Tell>>),
 }
 
@@ -53,7 +47,6 @@ impl Line {
         self.say(&Tell::Challenge { proto, min, bridge, nonce: String::new() });
     }
 
-    /// Takes the frames to send.
     pub(crate) fn frames(&mut self) -> Vec<String> {
         std::mem::take(&mut self.frames)
     }
@@ -65,7 +58,6 @@ impl Line {
         }
     }
 
-    /// Sends the result of a request.
     pub(crate) fn answer(&mut self, answer: Result<Vec<Tell>, Diagnostic>) {
         match answer {
             Ok(tells) => tells.iter().for_each(|tell| self.say(tell)),
@@ -73,7 +65,6 @@ impl Line {
         }
     }
 
-    /// Sends the result of a request when it arrives.
     pub(crate) fn await_answer(&mut self, answer: Receiver<Result<Vec<Tell>, Diagnostic>>) {
         self.waiting.push(Waiting::Answer(answer, None));
     }
@@ -82,7 +73,6 @@ impl Line {
         self.frames.extend(serde_json::to_string(tell));
     }
 
-    /// Handles a frame from the page.
     pub(crate) fn heard(&mut self, text: &str, now: Duration) -> Vec<Asked> {
         if text.len() > FRAME_LIMIT {
             self.answer(Err(error!("socket.too_large", limit = FRAME_LIMIT)));

@@ -33,10 +33,8 @@ pub trait Outside: Send {
     /// Saves the height map of the board; `None` deletes it.
     fn keep_surface(&self, surface: Option<&KeptSurface>) -> Result<(), Diagnostic>;
 
-    /// Length of the drilled-board record, bytes.
     fn record_length(&self) -> Option<u64>;
 
-    /// The drilled-board record from this byte on.
     fn recorded(&self, from: u64) -> Option<String>;
 
     /// Starts an executor on simulated `pins`. `late` simulates a host that is late by this many ticks at

@@ -22,7 +22,6 @@ const GLIMPSE: u64 = TICK_HZ / 500;
 /// virtual drill's time stops while it waits.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// The result of asking for the next order.
 pub enum Next {
     Order(Instruction),
     /// None yet: ask again.
@@ -42,7 +41,6 @@ pub trait Orders {
     fn pause(&mut self) {}
 }
 
-/// An executor.
 pub struct Place {
     machine: Machine,
     motors: Motors,
@@ -347,7 +345,6 @@ impl Place {
     }
 }
 
-/// Maps an outcome to its report.
 fn ended(outcome: Outcome) -> Ended {
     match outcome {
         Outcome::Completed => Ended::Completed,
@@ -381,7 +378,6 @@ impl Operator for Nobody {
     fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
 }
 
-/// The operator of one task.
 struct Counter<'a> {
     id: u64,
     shared: &'a Shared,
@@ -390,7 +386,6 @@ struct Counter<'a> {
     now: u64,
     /// From this tick on the move leaves for the next hole: only if this many legs are durable.
     next_hole: Option<(u64, u32)>,
-    /// Moves only while permitted.
     granted: bool,
     /// Follows a toolpath, on which it can be held.
     on_path: bool,

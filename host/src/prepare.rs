@@ -24,7 +24,6 @@ use std::thread;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Context {
     pub machine: Machine,
-    /// Work zero in machine steps, if set.
     pub zero: Option<[i64; 2]>,
     pub state: State,
     pub trust: Trust,
@@ -32,12 +31,9 @@ pub struct Context {
     pub safe_hz: Option<f64>,
     /// Whether the spindle responds; `None` if it does not report.
     pub spindle_answers: Option<bool>,
-    /// Tool wear.
     pub wear: Vec<ToolWear>,
-    /// Contents of the magazine, if there is one.
     pub stock: Option<ToolStock>,
     pub offer: Option<Broken>,
-    /// The saved height map.
     pub surface: Option<Arc<KeptSurface>>,
     /// The tool for which the board height is known.
     pub known: KnownHeight,
@@ -52,11 +48,9 @@ pub struct Broken {
     pub next_leg: u32,
     /// The work zero that it started with, machine steps, if those still have the same meaning.
     pub zero_steps: Option<[i64; 2]>,
-    /// Key of the height map that it follows.
     pub levelled: Option<String>,
 }
 
-/// A checked job.
 pub struct Prepared {
     /// SHA-256 of the program's bytes.
     pub key: String,
@@ -79,7 +73,6 @@ pub struct Prepared {
     pub feed_percent: u8,
 }
 
-/// A program, planned for a machine.
 struct Planned {
     program: Program,
     stream: Packed,
@@ -87,14 +80,12 @@ struct Planned {
 }
 
 impl Prepared {
-    /// The result for the pages.
     pub(crate) fn tell(&self) -> Tell {
         let (job, stream_digest) = (self.key.clone(), self.digest.clone());
         let levelled = self.follows.is_some();
         Tell::Armed(ArmedJob { job, stream_digest, levelled, checks: self.checks.clone() })
     }
 
-    /// The first reason not to start.
     pub(crate) fn refusal(&self) -> Option<Diagnostic> {
         self.checks.iter().find(|row| row.verdict == RowVerdict::Fail).map(|row| row.finding.clone())
     }
@@ -176,7 +167,6 @@ impl Prepared {
         height.map_or(0, |height| machine.z.scale.steps(height))
     }
 
-    /// Tool and spindle speed in force before segment `first`.
     pub(crate) fn in_force(&self, first: usize) -> (Option<u32>, u32) {
         let (mut bit, mut rpm) = (None, 0);
         for effect in self.stream.effects_before(first) {
@@ -189,13 +179,11 @@ impl Prepared {
         (bit, rpm)
     }
 
-    /// Holes and toolpaths of the legs before `leg`.
     pub(crate) fn done_before(&self, leg: usize) -> (u32, u32) {
         made(self.program.legs.iter().take(leg))
     }
 }
 
-/// Holes and toolpaths of `legs`.
 pub(crate) fn made<'a>(legs: impl Iterator<Item = &'a Leg>) -> (u32, u32) {
     legs.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
         Mark::Hole(_) => (holes + 1, toolpaths),
@@ -208,7 +196,6 @@ pub(crate) fn row(verdict: RowVerdict, finding: Diagnostic) -> PreflightRow {
     PreflightRow { finding, verdict }
 }
 
-/// Prepares the job `bytes` for the drill in its current state.
 pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Result<Prepared, Diagnostic> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
@@ -312,7 +299,6 @@ pub(crate) fn far_below(program: &Program, machine: &Machine) -> Option<Prefligh
     (below > bed(false)).then(|| row(RowVerdict::Warn, why()))
 }
 
-/// Repeats the errors that the user accepted.
 pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
     let codes = program.accepted.join(", ");
     (!codes.is_empty()).then(|| row(RowVerdict::Warn, warning!("preflight.accepted", codes = codes)))
@@ -328,7 +314,6 @@ fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
     (from_leg == 0 && *next_leg > 0).then(|| warning!("preflight.anew"))
 }
 
-/// The remaining holes, toolpaths and time from `from_leg`.
 pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
     let (holes, toolpaths) = made(program.legs.iter().skip(from_leg));
     let words = if toolpaths > 0 { code!("preflight.time_milling") } else { code!("preflight.time") };
@@ -346,7 +331,6 @@ pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     program.bits.get(put_in.unwrap_or(0))
 }
 
-/// The tools that are worn, or will be before the job ends, counted from leg `from`.
 pub(crate) fn worn_tools(
     program: &Program,
     machine: &Machine,
@@ -469,7 +453,6 @@ fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
     ]
 }
 
-/// Whether this computer can step the stream in time.
 fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
     let fastest = lateness::fastest_rate(stream.segments());
     match lateness::beyond(fastest, safe_hz) {
@@ -482,7 +465,6 @@ fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
     }
 }
 
-/// Time of automatic tool changes in each leg, in ticks.
 fn change_ticks(program: &Program, context: &Context) -> Vec<u64> {
     let mut each = vec![0; program.legs.len()];
     let Some(stock) = &context.stock else { return each };

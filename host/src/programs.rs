@@ -29,7 +29,6 @@ impl Upload {
 pub(crate) struct Programs(Vec<(String, Vec<u8>)>);
 
 impl Programs {
-    /// Starts with a known program, if any.
     pub(crate) fn of(known: Option<(String, Vec<u8>)>) -> Self {
         Self(known.into_iter().collect())
     }
@@ -52,7 +51,6 @@ impl Programs {
         }
     }
 
-    /// The program saved under `key`.
     pub(crate) fn bytes(&self, key: &str) -> Option<&[u8]> {
         self.0.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())
     }

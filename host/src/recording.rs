@@ -23,16 +23,12 @@ pub trait Keeper {
         wear: Option<&ToolWear>,
     ) -> Result<(), Diagnostic>;
 
-    /// Saves a tool's new wear.
     fn keep_wear(&mut self, wear: &ToolWear) -> Result<(), Diagnostic>;
 
-    /// The job ended or was discarded.
     fn finish(&mut self) -> Result<(), Diagnostic>;
 
-    /// Saves the current work zero.
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic>;
 
-    /// Saves the contents of the magazine.
     fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic>;
 
     /// The user acknowledged the damage of the previous journal.
@@ -42,17 +38,14 @@ pub trait Keeper {
     fn again(&mut self) -> Result<(), Diagnostic>;
 }
 
-/// State of the recording.
 #[derive(Debug, Default)]
 pub struct Recording {
     /// The progress of the running job can no longer be recorded.
     failed: bool,
-    /// The last record failed.
     refused: bool,
 }
 
 impl Recording {
-    /// Writes `record`, and sends the result to `owner`.
     pub fn write(
         &mut self,
         keeper: &mut impl Keeper,

@@ -19,7 +19,6 @@ use annulus_core::{error, warning};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A height map, and the height of its Z zero.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeptSurface {
     pub map: HeightMap,
@@ -44,22 +43,16 @@ impl KeptSurface {
     }
 }
 
-/// A program, corrected or not.
 pub(crate) struct Followed {
-    /// The program to run.
     pub(crate) program: Program,
-    /// The map that it follows.
     pub(crate) follows: Option<Arc<KeptSurface>>,
-    /// The pre-flight row about it.
     pub(crate) told: Option<PreflightRow>,
 }
 
 /// Inputs that decide whether a program follows a height map.
 pub(crate) struct Ground<'a> {
     pub(crate) machine: &'a Machine,
-    /// Machine steps of the work zero.
     pub(crate) zero_steps: Option<[i64; 2]>,
-    /// The saved map.
     pub(crate) kept: Option<&'a Arc<KeptSurface>>,
     /// For a resumed job: the key of the map that it started with; the inner `None` if it started without
     /// one.

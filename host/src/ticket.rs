@@ -35,7 +35,6 @@ pub struct Ticket {
 }
 
 impl Tickets {
-    /// A ticket for a request sent now.
     pub fn now(&self) -> Ticket {
         Ticket { control: self.control.load(Ordering::SeqCst), stops: self.stops.load(Ordering::SeqCst) }
     }
@@ -48,7 +47,6 @@ impl Tickets {
         self.stops.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Checks that a request with `ticket` is still valid.
     pub fn check(&self, ticket: Ticket) -> Result<(), Diagnostic> {
         let now = self.now();
         let code = match ticket {
@@ -74,7 +72,6 @@ pub(crate) struct Grant {
 }
 
 impl Grant {
-    /// Permits moves for [`JOG_GRANT_MS`] from `now`.
     pub(crate) fn give(&self, now: Duration) {
         let until = now + Duration::from_millis(JOG_GRANT_MS);
         self.until_us.store(micros(until), Ordering::SeqCst);

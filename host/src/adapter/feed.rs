@@ -12,7 +12,6 @@ use annulus_link::message::Status;
 use annulus_link::run::Run;
 use std::collections::VecDeque;
 
-/// A segment, prepared for feeding.
 pub(super) struct Path {
     runs: [Vec<Run>; AXES],
     ticks: u64,
@@ -26,7 +25,6 @@ pub(super) struct Feed<'a> {
     /// The next piece: cut, but not yet offered to the line.
     pub(super) piece: Option<Piece>,
     number: u32,
-    /// Index of every axis after the last cut piece.
     pub(super) index: [i32; AXES],
     /// Ticks of each piece that was offered but has not arrived; the number of the first of them; total
     /// ticks that arrived.
@@ -54,7 +52,6 @@ impl<'a> Feed<'a> {
         Self { paths, cutter: None, piece: None, number, index, on_the_way, first, came: 0, tail }
     }
 
-    /// Records that the line accepted the current piece.
     pub(super) fn offered(&mut self) {
         self.on_the_way.extend(self.piece.take().map(|piece| piece.head.ticks));
     }
@@ -90,7 +87,6 @@ impl<'a> Feed<'a> {
         true
     }
 
-    /// Returns `true` if every piece was offered.
     pub(super) fn is_over(&self) -> bool {
         let is_cut = self.cutter.as_ref().is_none_or(|(cutter, _)| cutter.is_done());
         self.paths.is_empty() && self.piece.is_none() && is_cut

@@ -30,7 +30,6 @@ const COUNTS: Duration = Duration::from_secs(2);
 
 const TICKS_PER_US: f64 = 10.0;
 
-/// A diagnostic about the line at `port`.
 pub(super) fn trouble(code: &str, port: &str) -> Diagnostic {
     Diagnostic::error(code).with("port", port)
 }
@@ -129,7 +128,6 @@ async fn filter(line: &mut AdapterLine, machine: &Machine) -> Result<(), Diagnos
     }
 }
 
-/// Sends and receives once, then yields.
 async fn turn(line: &mut AdapterLine) -> Result<(), Diagnostic> {
     let turned = line.turn().map_err(|why| lost(line, &why));
     give_way().await;
@@ -197,7 +195,6 @@ fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnost
     Ok(())
 }
 
-/// The diagnostic for a lost line.
 pub(super) fn lost(line: &AdapterLine, why: &Lost) -> Diagnostic {
     match why {
         Lost::Silent => trouble(code!("adapter.no_answer"), line.port()),
@@ -205,13 +202,11 @@ pub(super) fn lost(line: &AdapterLine, why: &Lost) -> Diagnostic {
     }
 }
 
-/// The diagnostic for a request that the adapter refused.
 pub(super) fn refused(line: &AdapterLine, status: &Status, what: &str) -> Diagnostic {
     let reason = format!("{}, {}", status.refusal.name(), status.state.name());
     trouble(code!("adapter.refused"), line.port()).with("what", what).with("reason", reason)
 }
 
-/// Waits until the status satisfies `so`.
 async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<Status, Diagnostic> {
     let since = line.now();
     loop {
@@ -225,13 +220,11 @@ async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<S
     }
 }
 
-/// Sends `ask`, and waits until the adapter confirms it.
 async fn say(line: &mut AdapterLine, ask: Ask) -> Result<Status, Diagnostic> {
     line.offer(ask);
     heard(line).await
 }
 
-/// Waits until the adapter has confirmed every frame.
 async fn heard(line: &mut AdapterLine) -> Result<Status, Diagnostic> {
     let since = line.now();
     while line.pending() > 0 || line.status.is_none() {

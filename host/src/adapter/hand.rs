@@ -18,7 +18,6 @@ use std::time::Duration;
 /// How long a tool in the board waits for the task that was announced to follow at once.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// State that lasts from task to task.
 #[derive(Default)]
 struct Memory {
     /// Height to which the tool may be lifted, from the last task; `None` after anything unexpected.
@@ -29,7 +28,6 @@ struct Memory {
     starved: bool,
 }
 
-/// Identifies the adapter on `line`, makes it ready for `machine`, and returns its identity.
 pub async fn greeted(line: &mut AdapterLine, machine: &Machine) -> Result<Welcome, Diagnostic> {
     greet::ready(line, machine).await
 }

@@ -26,7 +26,6 @@ const SILENCE: Duration = Duration::from_secs(3);
 
 /// Bytes to and from an adapter.
 pub trait Cable: Send {
-    /// The port's name, as users know it.
     fn name(&self) -> &str;
 
     /// Returns the bytes that arrived since the last call, or why none can arrive. A blocking cable waits a
@@ -44,25 +43,21 @@ pub trait Cable: Send {
     fn again(&mut self) -> bool;
 }
 
-/// Why a line is unusable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Lost {
     /// The adapter sent nothing for [`SILENCE`].
     Silent,
-    /// The cable failed.
     Cable {
         /// The cable's own words.
         reason: String,
     },
 }
 
-/// One session on a cable.
 pub struct AdapterLine {
     cable: Box<dyn Cable>,
     time: Time,
     sender: Sender,
     unstuffer: Unstuffer<FRAME>,
-    /// The adapter's identity, after it responded.
     pub(super) welcome: Option<Welcome>,
     /// Protocol versions of an adapter that does not speak ours.
     pub(super) refused: Option<Refused>,
@@ -77,7 +72,6 @@ pub struct AdapterLine {
     heard: Duration,
     /// When we last sent a frame; `None` before the first.
     spoke: Option<Duration>,
-    /// Bytes arrived, perhaps from a device that is no adapter.
     pub(super) hears_bytes: bool,
 }
 
@@ -118,7 +112,6 @@ impl AdapterLine {
         self.cable.name()
     }
 
-    /// Number of frames that the adapter has not confirmed.
     pub(super) fn pending(&self) -> u32 {
         self.sender.pending()
     }

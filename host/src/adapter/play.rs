@@ -40,7 +40,6 @@ const ON_THE_WAY: u32 = 4;
 /// How long to wait for an unplugged adapter.
 const ABSENT: Duration = Duration::from_secs(20);
 
-/// Output bit of the spindle.
 const SPINDLE: u8 = 1;
 
 /// Task number outside any task: no stop order reaches it, only the end of the session.
@@ -58,9 +57,7 @@ pub(super) struct Adapter {
     pub(super) position: Steps,
     /// Axes whose latest step counted down.
     pub(super) down: AxisSet,
-    /// Number of the current task.
     pub(super) task: u64,
-    /// Stream time played, in ticks.
     pub(super) ticks: u64,
     rpm: u32,
     outputs: u8,
@@ -97,7 +94,6 @@ impl Adapter {
         self.line.status.unwrap_or_default()
     }
 
-    /// State of the inputs, one bit each.
     pub(super) fn inputs(&self) -> u32 {
         self.machine.adapter.inputs(self.status().inputs)
     }
@@ -149,7 +145,6 @@ impl Adapter {
         Err(lost(&self.line, why))
     }
 
-    /// Sends `ask`, and waits until the adapter has carried it out.
     async fn say(&mut self, ask: impl Into<Ask>) -> Result<Status, Diagnostic> {
         let ask = ask.into();
         let number = loop {
@@ -175,7 +170,6 @@ impl Adapter {
         self.switch(others | if rpm > 0 { SPINDLE } else { 0 }).await
     }
 
-    /// Switches the named output.
     pub(super) async fn output(&mut self, on: bool) -> Result<(), Diagnostic> {
         const NAMED: u8 = 2;
         self.switch(self.outputs & !NAMED | if on { NAMED } else { 0 }).await
@@ -201,12 +195,10 @@ impl Adapter {
         Ok(index)
     }
 
-    /// Number of axes.
     fn axes(&self) -> usize {
         (2 + self.machine.spindles as usize).min(AXES)
     }
 
-    /// Takes over the adapter's position.
     fn follow(&mut self, status: &Status) {
         for axis in 0..self.axes() {
             let now = i64::from(status.index[axis]);
@@ -219,7 +211,6 @@ impl Adapter {
         }
     }
 
-    /// Publishes the latest position for display.
     pub(super) fn leave(&self, segment: Option<&Segment>) {
         let before = self.shared.glimpse();
         self.shared.change_glimpse(|glimpse| {
@@ -460,16 +451,13 @@ impl Adapter {
     }
 }
 
-/// Segments being played.
 struct Play<'a> {
     gate: Option<Gate>,
-    /// Inputs that end the play, one bit each.
     watched: u32,
     granted: bool,
     /// The play follows a toolpath, on which it can be held.
     on_path: bool,
     feed: Feed<'a>,
-    /// A stop was sent.
     stopping: bool,
     /// The gate's deadline passed.
     late: bool,
@@ -489,7 +477,6 @@ impl Play<'_> {
     }
 }
 
-/// The first input in a bit set.
 fn first(inputs: u32) -> Option<Input> {
     Input::ALL.into_iter().find(|input| inputs & input.bit() != 0)
 }

@@ -154,14 +154,12 @@ impl<F: Files> Alone<F> {
         self.line.challenge();
     }
 
-    /// Handles `text` from the page.
     pub fn hear(&mut self, text: &str) {
         let now = (self.time)();
         let asked = self.line.heard(text, now);
         self.see_to(asked);
     }
 
-    /// Takes the frames for the page, in order.
     pub fn frames(&mut self) -> Vec<String> {
         self.line.frames()
     }
@@ -296,7 +294,6 @@ impl<F: Files> Alone<F> {
         }
     }
 
-    /// Appends new holes to the record file.
     fn write_drilled(&mut self) {
         let letters = self.letters.left();
         let Some(new) = letters.drilled.get(self.written..).filter(|new| !new.is_empty()) else { return };
@@ -348,7 +345,6 @@ async fn play(fresh: Fresh, ring: Ring, messages: Sender<Message>) {
     }
 }
 
-/// Appends each hole to the record as soon as it is drilled.
 fn record(letters: &Letters) -> DrilledBoard {
     let letters = letters.clone();
     Box::new(move |hole| letters.left().drilled.push_str(&board::line(hole)))

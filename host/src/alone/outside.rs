@@ -27,26 +27,25 @@ pub(super) struct Left {
     pub(super) settings: Option<Machine>,
     /// A changed height map; `Some(None)` if it was forgotten.
     pub(super) surface: Option<Option<KeptSurface>>,
-    /// The whole drilled-board record.
     pub(super) drilled: String,
     /// A new executor that has not started yet.
     pub(super) executor: Option<(Fresh, Ring)>,
 }
 
-/// The hardware of a new executor.
 pub(super) enum Fresh {
-    /// Simulated pins in this program.
     Pins(Box<Place>),
     /// An adapter that is not identified yet.
-    Adapter { line: Box<AdapterLine>, machine: Box<Machine>, shared: Arc<Shared> },
+    Adapter {
+        line: Box<AdapterLine>,
+        machine: Box<Machine>,
+        shared: Arc<Shared>,
+    },
 }
 
-/// A serial port of the page, with an adapter.
 #[derive(Clone)]
 pub(super) struct Plugged {
     pub(super) port: Port,
     pub(super) time: Time,
-    /// Number of the next session.
     pub(super) session: Arc<AtomicU32>,
 }
 
@@ -78,7 +77,6 @@ impl Allowance {
         self.wanted.swap(false, Ordering::Relaxed)
     }
 
-    /// Grants more ticks.
     pub(super) fn grant(&self, ticks: u64) {
         self.granted.fetch_add(ticks, Ordering::Relaxed);
     }
@@ -109,7 +107,6 @@ impl Clock for Told {
     }
 }
 
-/// Orders for an executor that runs in turns.
 #[derive(Clone, Default)]
 pub(super) struct Ring {
     orders: Arc<Mutex<VecDeque<Order>>>,
@@ -117,7 +114,6 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Marks the executor as ended.
     pub(super) fn leave(&self) {
         self.gone.store(true, Ordering::Relaxed);
     }

@@ -28,7 +28,6 @@ impl Port {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The port was opened, for the first time or again.
     pub fn opened(&self) {
         *self.wire() = Wire { is_open: true, ..Wire::default() };
     }

@@ -17,7 +17,6 @@ use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::magazine::ToolStock;
 use serde::{Deserialize, Serialize};
 
-/// Contents of a slot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Slot {
     number: u64,
@@ -63,7 +62,6 @@ impl<F: Files> Slots<F> {
         Ok((slots, Contents { job, zero, wear, damage, stock }, program))
     }
 
-    /// The key of the recorded job.
     pub(super) fn job(&self) -> Option<&String> {
         self.last.job.as_ref().map(|(job, _)| &job.key)
     }

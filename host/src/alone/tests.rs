@@ -49,7 +49,6 @@ struct Disk {
 }
 
 impl Disk {
-    /// How many of `length` bytes are written.
     fn room(&mut self, length: usize) -> usize {
         match &mut self.left {
             _ if self.full => 0,
@@ -104,7 +103,6 @@ impl Bench {
         Self::of(Alone::open(files.clone(), speed, 7, now).unwrap(), None)
     }
 
-    /// Connects a page that takes control.
     fn of(drill: Alone<Memory>, world: Option<World>) -> Self {
         let mut bench = Self { drill, heard: Vec::new(), world };
         bench.drill.connect();
@@ -120,7 +118,6 @@ impl Bench {
         self.turn(Duration::ZERO);
     }
 
-    /// Lets `after` pass, then takes one turn.
     fn turn(&mut self, after: Duration) {
         NOW.set(NOW.get() + after);
         if let Some(world) = &mut self.world {
@@ -157,7 +154,6 @@ impl Bench {
         self.until(|status| matches!(status.state, State::Ready | State::Alarm));
     }
 
-    /// Uploads the program, arms it and starts it.
     fn start(&mut self, program: &Program, from_leg: u32) {
         let bytes = program::encode(program);
         let key = program::key(&bytes);
@@ -220,7 +216,6 @@ fn holes(count: usize) -> Program {
     drilled::holes(&virtual_drill(), count, 8, |_| 800)
 }
 
-/// A homed drill with a work zero, on these files.
 fn ready(files: &Memory) -> Bench {
     let mut bench = Bench::open(files);
     bench.home();

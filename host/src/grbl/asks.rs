@@ -31,7 +31,6 @@ fn refusal<T>(code: &str) -> Result<T, Diagnostic> {
 }
 
 impl<F: Files> Station<F> {
-    /// Carries out a request of the page, or returns why not.
     pub(super) fn asked(&mut self, ask: Ask) -> Result<(), Diagnostic> {
         match ask {
             Ask::Home => self.engine_asked(grbl::EngineAsk::Home),
@@ -232,7 +231,6 @@ impl<F: Files> Station<F> {
         self.engine_asked(grbl::EngineAsk::Override { of, percent })
     }
 
-    /// The interrupted job, if it is `job` and resumes at `from_leg`.
     fn offered(&self, job: &str, from_leg: u32) -> Option<&Order> {
         self.offer.as_ref().filter(|order| from_leg > 0 && order.key == job)
     }

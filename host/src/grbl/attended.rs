@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A job on a controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AttendedJob {
     /// SHA-256 of its programs.
@@ -22,7 +21,6 @@ pub struct AttendedJob {
     pub name: String,
     /// The program files that it was read from, if any.
     pub files: Vec<PathBuf>,
-    /// Sections certainly completed.
     pub done: usize,
     pub holes: u32,
     pub toolpaths: u32,
@@ -45,9 +43,7 @@ pub struct AttendedJob {
 /// News from the engine.
 #[derive(Debug)]
 pub enum Told {
-    /// The controller is identified.
     Greeted(Box<Info>),
-    /// The requested work zero is set.
     ZeroSet,
     /// More sections are completed, and that is durable.
     Progress,
@@ -63,13 +59,10 @@ pub enum Told {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// Progress or result of probing the board.
     Survey(SurveyNews),
     /// Progress or result of reading a job in check mode.
     Check(CheckNews),
-    /// The job is over.
     Ended(Ending),
-    /// A problem to report.
     Found(Diagnostic),
     /// The controller's state; sent after every change.
     Now(Box<ControllerGlimpse>),
@@ -79,11 +72,9 @@ pub enum Told {
     Gone,
 }
 
-/// A snapshot of the controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerGlimpse {
     pub phase: EnginePhase,
-    /// How well its position is known.
     pub trust: Trust,
     /// Position of the tool in work coordinates, mm.
     pub place_mm: Option<[f64; 3]>,
@@ -93,9 +84,7 @@ pub struct ControllerGlimpse {
     pub overrides: [u16; 3],
     /// A button or door at the machine holds it: Resume continues.
     pub stands: bool,
-    /// Job lines sent.
     pub sent: u64,
-    /// Job lines answered.
     pub answered: u64,
 }
 
@@ -112,19 +101,15 @@ pub enum Due {
     Close,
 }
 
-/// A controller, and its current or last job.
 #[derive(Debug, Default)]
 pub struct Attended {
     controller: Controller,
     entry: AttendedJob,
     routine: Option<Arc<Routine>>,
-    /// The tools of the job, if their wear is counted.
     tools: Option<JobTools>,
-    /// The section before which a new tool was last requested.
     new_before: Option<usize>,
     /// The requested tool is worn: another one of its kind replaces it.
     replaces: bool,
-    /// A tool was requested and is not in yet.
     waits: bool,
     before: Option<ControllerGlimpse>,
 }
@@ -144,12 +129,10 @@ impl Attended {
         self.controller.succeed(&before.controller);
     }
 
-    /// The progress of its job.
     pub fn entry(&self) -> &AttendedJob {
         &self.entry
     }
 
-    /// The tools of the job, if their wear is counted.
     pub fn tools(&self) -> Option<&JobTools> {
         self.tools.as_ref()
     }
@@ -166,7 +149,6 @@ impl Attended {
         }
     }
 
-    /// Feeds an event to the engine. Returns the resulting work.
     pub fn event(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
         // After a tool length measurement the engine continues by itself, without `ToolReady`.
         use EnginePhase::{Changing, Measuring, ToolChange};
@@ -281,7 +263,6 @@ impl Attended {
         Due::Keep(Box::new(self.entry.clone()))
     }
 
-    /// A snapshot, if anything changed.
     fn glimpse(&mut self) -> Option<Told> {
         let controller = &self.controller;
         let now = ControllerGlimpse {

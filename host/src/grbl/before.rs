@@ -21,7 +21,6 @@ use std::sync::Arc;
 const ZERO_MOVED: &str = code!("grbl.zero_moved");
 
 impl<F: Files> Station<F> {
-    /// The engine's start request to run `order` from section `from`.
     pub(super) fn start_of(&self, order: &Order, from: usize) -> EngineStart {
         let zero_mm = self.ledger.entry().zero_mm.filter(|_| from > 0);
         let spin_up_s = self.machine.process.spin_up_ms / 1e3;
@@ -44,7 +43,6 @@ impl<F: Files> Station<F> {
         Some(Changer { lines, numbers: tools.numbers(&order.routine) })
     }
 
-    /// The rows of the pre-flight check.
     pub(super) fn rows(&self, order: &Order, start: &EngineStart) -> Vec<PreflightRow> {
         let controller = self.attended.controller();
         let leg = order.leg(start.from);
@@ -139,12 +137,10 @@ impl<F: Files> Station<F> {
         from > 0 && self.attended.controller().height_as_left(self.ledger.entry().zero_mm)
     }
 
-    /// Returns `true` if a job can be resumed and Z zero is still where that job had it.
     pub(super) fn resumes_at_height(&self) -> bool {
         self.offer.is_some() && self.height_as_left(self.ledger.entry().done)
     }
 
-    /// Seconds of each section from `from`, by the controller's own settings.
     pub(super) fn estimates(&self, order: &Order, from: usize) -> Option<Vec<f64>> {
         let controller = self.attended.controller();
         let blocks = usize::from(controller.info.options.blocks);

@@ -34,7 +34,6 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    /// Takes progress or the result.
     pub(super) fn was_read(&mut self, news: &CheckNews) {
         let report = &mut self.checked;
         match news {

@@ -13,7 +13,6 @@ const STANDS: Duration = Duration::from_secs(1);
 /// After a stall this long, a user at the machine believes that it stopped: it must not continue unasked.
 pub(super) const HELD_AFTER: Duration = Duration::from_secs(4);
 
-/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HostNews {
     /// The host stalls or stalled: timeouts mean nothing.

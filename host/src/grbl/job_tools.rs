@@ -18,7 +18,6 @@ use serde::{Deserialize, Serialize};
 /// Tool and wear of each section of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SectionWear {
-    /// The tools of the program.
     bits: Vec<Bit>,
     /// Of each section: tool index, holes, µm milled.
     sections: Vec<(u32, u64, u64)>,
@@ -30,7 +29,6 @@ impl SectionWear {
         Self::by_legs(program, legs(program, routine))
     }
 
-    /// The wear of `program`, whose sections begin with these legs.
     pub(super) fn by_legs(program: &Program, mut legs: Vec<usize>) -> Self {
         let by_leg = worn::by_leg(program);
         legs.push(program.legs.len());
@@ -55,20 +53,16 @@ impl SectionWear {
     }
 }
 
-/// The tools of a running job.
 #[derive(Clone, Debug)]
 pub struct JobTools {
     sections: SectionWear,
     rack: Vec<RackTool>,
     machine: String,
     known: Vec<ToolWear>,
-    /// Number of the current tool.
     in_spindle: Option<u32>,
-    /// Number of the requested tool, until it is in.
     wanted: Option<u32>,
     /// The machine fetched the tool: exactly that one, even if worn.
     is_fetched: bool,
-    /// Sections already counted.
     counted: usize,
 }
 
@@ -79,7 +73,6 @@ impl JobTools {
         Self { sections, rack, machine, known, in_spindle: None, wanted: None, is_fetched: false, counted: 0 }
     }
 
-    /// The wear of all known tools.
     pub fn wear(&self) -> &[ToolWear] {
         &self.known
     }
@@ -100,7 +93,6 @@ impl JobTools {
         self.in_spindle = self.number_for(from);
     }
 
-    /// Counts the sections up to `done`.
     pub(super) fn done(&mut self, done: usize) {
         for section in self.counted..done {
             let after =
@@ -196,7 +188,6 @@ impl JobTools {
         ToolWear::of(&self.known, &self.machine, tool)
     }
 
-    /// Number of the tool for section `section`.
     fn number_for(&self, section: usize) -> Option<u32> {
         let tool = tool_of(&self.rack, self.sections.bit(section)?, &self.machine, &self.known)?;
         Some(tool.number)

@@ -16,7 +16,6 @@ use annulus_core::error;
 use annulus_core::machine::{ToolWear, Value};
 use serde::{Deserialize, Serialize};
 
-/// Contents of a half.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Half {
     number: u64,
@@ -71,7 +70,6 @@ impl<F: Files> Ledger<F> {
         self.last.number > other.last.number
     }
 
-    /// Tool wear at controllers.
     pub fn wear(&self) -> &[ToolWear] {
         &self.last.wear
     }

@@ -18,7 +18,6 @@ pub(super) fn is_of_controller(key: &str) -> bool {
     [MILL_KEY, LENGTH_KEY, SETTER_KEY, RESET_KEY, CHANGER_KEY].contains(&key)
 }
 
-/// How tool lengths are found.
 pub(super) fn lengths_of(kept: &[(String, Value)]) -> ToolLengths {
     let of = |wanted: &str| kept.iter().find(|(key, _)| key == wanted).map(|(_, value)| value);
     let setter = match of(SETTER_KEY) {

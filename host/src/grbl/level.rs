@@ -15,7 +15,6 @@ use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, PreflightRow, RowVerdict, Tell};
 use annulus_core::{error, warning};
 
-/// A request to measure the board.
 pub(super) struct SurveyWish {
     pub(super) grid: ProbeGrid,
     pub(super) job: String,
@@ -25,7 +24,6 @@ pub(super) struct SurveyWish {
 }
 
 impl<F: Files> Station<F> {
-    /// Starts to probe the board.
     pub(super) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
         if self.hand.height.is_none() {
             return Err(error!("grbl.no_height"));
@@ -172,7 +170,6 @@ impl<F: Files> Station<F> {
         (!suits && !self.height_as_left(from)).then(|| error!("level.other_height"))
     }
 
-    /// The height map report for the page.
     pub(super) fn surface_tell(&self) -> Tell {
         let touching = &self.surface.touching;
         let goes = touching.grid.is_some();

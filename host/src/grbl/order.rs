@@ -22,27 +22,21 @@ use std::sync::Arc;
 /// How far a section's start may be from the start of its leg: the last digit of the text.
 const SAME: Length = Length::from_um(1);
 
-/// A job as G-code.
 #[derive(Clone)]
 pub(super) struct Order {
     /// SHA-256 of the program's bytes.
     pub(super) key: String,
     pub(super) bytes: Vec<u8>,
     pub(super) program: Program,
-    /// The text that is sent.
     pub(super) text: String,
-    /// The text, parsed into sections.
     pub(super) routine: Arc<Routine>,
-    /// The leg of each section.
     pub(super) legs: Vec<usize>,
 }
 
 /// A job that passed through the pre-flight check.
 pub(super) struct Armed {
     pub(super) order: Order,
-    /// The requested leg.
     pub(super) from_leg: u32,
-    /// The engine's start request.
     pub(super) start: EngineStart,
     /// The work zero at the time of the check, machine coordinates, mm.
     pub(super) zero_mm: Option<[f64; 3]>,
@@ -104,7 +98,6 @@ impl Order {
         Ok(Self { key, bytes, program, text: file.1, routine, legs })
     }
 
-    /// The same order with depths that follow `map`, and the size of the correction.
     pub(super) fn following(&self, map: &HeightMap) -> Result<(Self, Correction), Diagnostic> {
         let (routine, correction) = grbl::level_routine(&self.routine, map, TOLERANCE)?;
         Ok((Self { routine: Arc::new(routine), ..self.clone() }, correction))
@@ -115,13 +108,11 @@ impl Order {
         self.legs.get(section).copied().unwrap_or(self.program.legs.len())
     }
 
-    /// Holes and toolpaths in the legs before section `section`.
     pub(super) fn made(&self, section: usize) -> (u32, u32) {
         made(self.program.legs.iter().take(self.leg(section)))
     }
 }
 
-/// The leg of each section, in ascending order.
 pub(super) fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
     let mut next = 0;
     let mut of = |section: &grbl::Section| {

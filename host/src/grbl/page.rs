@@ -33,13 +33,11 @@ impl<F: Files> PageStation<F> {
         self.line.challenge();
     }
 
-    /// Handles `text` from the page.
     pub fn hear(&mut self, text: &str) {
         let asked = self.line.heard(text, (self.time)());
         self.see_to(asked);
     }
 
-    /// Takes bytes from the port.
     pub fn bytes(&mut self, bytes: Vec<u8>) {
         self.station.bytes(bytes);
         self.pass_on();
@@ -85,7 +83,6 @@ impl<F: Files> PageStation<F> {
         Ok(())
     }
 
-    /// The program saved under `key`.
     pub fn job(&self, key: &str) -> Option<&[u8]> {
         self.station.job(key)
     }
@@ -126,7 +123,6 @@ impl<F: Files> PageStation<F> {
         self.station.arm(job, from_leg, written)
     }
 
-    /// Sends the station's reports to the page.
     fn pass_on(&mut self) {
         for tell in self.station.tells() {
             self.line.tell(&tell);

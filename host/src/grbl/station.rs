@@ -33,7 +33,6 @@ const TURN: Duration = Duration::from_millis(10);
 /// How long a controller may take to identify itself: on a line at the wrong speed, noise never ends.
 const GREETING: Duration = Duration::from_secs(8);
 
-/// A running job.
 pub(super) struct Work {
     pub(super) order: Order,
     /// The section that this run started with, and seconds of each section from there.
@@ -42,10 +41,8 @@ pub(super) struct Work {
     pub(super) started: Duration,
 }
 
-/// State of the manual actions.
 #[derive(Default)]
 pub(super) struct Hand {
-    /// The page allows the current jog until then.
     pub(super) until: Option<Duration>,
     pub(super) unlocked: bool,
     /// The zero that was requested and not yet confirmed.
@@ -64,7 +61,6 @@ pub(super) struct Hand {
     pub(super) height: Option<HeightSet>,
 }
 
-/// A kind of zero.
 #[derive(Clone, PartialEq)]
 pub(super) enum Zero {
     Plane,
@@ -79,7 +75,6 @@ pub struct Setup {
     pub time: Time,
     /// Decides which requests of pages are still valid.
     pub tickets: Arc<Tickets>,
-    /// The machine that the user named on the command line, if any.
     pub named: Option<Named>,
     /// The station is in the worker of a page: the job ends with the page.
     pub in_page: bool,
@@ -87,7 +82,6 @@ pub struct Setup {
     pub command: Option<(Attended, ResetOnOpen)>,
 }
 
-/// A machine that the user named.
 #[derive(Clone)]
 pub struct Named {
     pub machine: Machine,
@@ -95,11 +89,9 @@ pub struct Named {
     pub mill: Option<&'static MillProfile>,
 }
 
-/// A controller and its job.
 pub struct Station<F> {
     pub(super) attended: Attended,
     tickets: Arc<Tickets>,
-    /// Reports for the pages, in order.
     tells: Vec<Tell>,
     /// Notices for the command line, if it is the client.
     pub(super) notices: Option<Vec<Told>>,
@@ -108,9 +100,7 @@ pub struct Station<F> {
     pub(super) machine: Machine,
     pub(super) named: Option<Named>,
     pub(super) in_page: bool,
-    /// The mill profile that the user chose.
     pub(super) mill: Option<&'static MillProfile>,
-    /// How tool lengths are found.
     pub(super) lengths: ToolLengths,
     /// Whether opening the port may reset the controller.
     pub(super) reset: ResetOnOpen,
@@ -119,16 +109,13 @@ pub struct Station<F> {
     pub(super) programs: Programs,
     pub(super) armed: Option<Armed>,
     pub(super) work: Option<Work>,
-    /// The interrupted job.
     pub(super) offer: Option<Order>,
     pub(super) alarm: Option<Diagnostic>,
     pub(super) hand: Hand,
     pub(super) surface: BoardSurface,
-    /// Result of the latest check in check mode.
     pub(super) checked: CheckModeReport,
     trust: Trust,
     written: Vec<u8>,
-    /// The controller identified itself.
     pub(super) greeted: bool,
     over: bool,
     opened: Duration,
@@ -222,12 +209,10 @@ impl<F: Files> Station<F> {
         self.tells.push(tell);
     }
 
-    /// Takes the reports for the pages, in order.
     pub fn tells(&mut self) -> Vec<Tell> {
         std::mem::take(&mut self.tells)
     }
 
-    /// Takes bytes from the port.
     pub fn bytes(&mut self, bytes: Vec<u8>) {
         self.look_at_host();
         self.by_itself(EngineEvent::Bytes(bytes));
@@ -299,7 +284,6 @@ impl<F: Files> Station<F> {
         self.greeted
     }
 
-    /// Saves a program.
     pub fn upload(&mut self, upload: Upload) {
         // The program of a running or interrupted job must not be dropped.
         let stays = self.work.as_ref().map(|work| &work.order).or(self.offer.as_ref());
@@ -307,7 +291,6 @@ impl<F: Files> Station<F> {
         self.programs.keep(upload, stays);
     }
 
-    /// The program saved under `key`.
     pub fn job(&self, key: &str) -> Option<&[u8]> {
         self.programs.bytes(key)
     }
@@ -331,7 +314,6 @@ impl<F: Files> Station<F> {
         TURN
     }
 
-    /// Ends a jog that needs the permission of a page.
     fn end_jog(&mut self) {
         let needs_page = self.hand.until.take().is_some();
         if needs_page && self.attended.controller().phase == EnginePhase::Jogging {

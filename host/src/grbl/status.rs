@@ -17,7 +17,6 @@ use std::time::Duration;
 
 /// Shortest time between two reports of small changes.
 const PACE: Duration = Duration::from_millis(40);
-/// Longest time between two reports.
 const HEARTBEAT: Duration = Duration::from_millis(100);
 
 /// Machine settings that the controller knows itself, per axis, and the number of its setting for X.
@@ -25,7 +24,6 @@ const SAID: [(&str, u16); 5] =
     [("scale", 100), ("max_speed", 110), ("max_acceleration", 120), ("min", 130), ("max", 130)];
 const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// The number of the controller's setting for the machine setting `key`, if it has one.
 pub(super) fn set_there(key: &str) -> Option<u16> {
     if key == "spindle.max_speed" {
         return Some(30);
@@ -72,7 +70,6 @@ fn said(info: &Info) -> Vec<(String, Value)> {
     said
 }
 
-/// The mill profile that the user chose.
 fn mill_of(kept: &[(String, Value)]) -> Option<&'static MillProfile> {
     kept.iter().find_map(|(key, value)| match value {
         Value::Text(name) if key == MILL_KEY => machine::mill(name),
@@ -109,14 +106,12 @@ impl<F: Files> Station<F> {
         self.machine = machine_of(&kept, &self.attended.controller().info, named);
     }
 
-    /// Differences between the controller and the chosen mill profile.
     pub(super) fn unlike_mill(&self) -> Vec<Diagnostic> {
         let info = &self.attended.controller().info;
         let unlike = self.mill.map(|mill| expected::unlike_mill(mill, info.flavour(), &info.values));
         unlike.unwrap_or_default()
     }
 
-    /// The controller's identity and settings.
     pub(super) fn controller_tell(&self) -> Tell {
         let info = &self.attended.controller().info;
         let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
@@ -165,7 +160,6 @@ impl<F: Files> Station<F> {
         tells
     }
 
-    /// Reports the status when it is due, or when the state, trust or alarm changed.
     pub fn report(&mut self) {
         if !self.greeted {
             return;
@@ -184,12 +178,10 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Returns `true` if the machine moves or a job waits for the user.
     pub fn moves(&self) -> bool {
         !matches!(self.state(), State::Ready | State::NotHomed | State::Alarm)
     }
 
-    /// The state as the page shows it.
     pub(super) fn state(&self) -> State {
         let controller = self.attended.controller();
         let homes = settings::on(&controller.info.values, 22);
@@ -310,7 +302,6 @@ impl<F: Files> Station<F> {
     }
 }
 
-/// The tool in the spindle at leg `at`.
 fn bit_at(legs: &[annulus_core::job::Leg], at: usize) -> Option<u32> {
     legs.iter().take(at).rev().find_map(|leg| match leg.mark {
         Mark::ToolChange(bit) => Some(bit),

@@ -5,7 +5,6 @@ use crate::journal::unsealed;
 use annulus_core::level::{HeightMap, ProbeGrid};
 use annulus_core::units::Length;
 
-/// A measurement in progress.
 #[derive(Default)]
 pub(super) struct Touching {
     pub(super) job: String,
@@ -21,7 +20,6 @@ pub(super) struct Touching {
 pub(super) struct HeightSet {
     /// The board itself at the tool's position: valid for jobs without a height map.
     pub(super) of_board: bool,
-    /// Key of the height map that it belongs to.
     pub(super) map: Option<String>,
 }
 
@@ -32,10 +30,8 @@ impl HeightSet {
     }
 }
 
-/// Board surface data.
 #[derive(Default)]
 pub(super) struct BoardSurface {
-    /// The saved map.
     pub(super) map: Option<HeightMap>,
     /// The map was measured since the port was opened, and the zero is still valid.
     pub(super) fresh: bool,
@@ -43,7 +39,6 @@ pub(super) struct BoardSurface {
 }
 
 impl BoardSurface {
-    /// Loads the saved map.
     pub(super) fn kept(files: &mut impl Files) -> Self {
         let bytes = files.read(File::HeightMap).unwrap_or_default();
         let map = unsealed::<Option<HeightMap>>(&bytes).ok().flatten().filter(HeightMap::is_whole);

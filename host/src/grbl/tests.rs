@@ -40,14 +40,12 @@ thread_local! {
 
 /// A hole counts as made if the tool came this close to its bottom, mm.
 const NEAR: f64 = 0.02;
-/// Work zero in machine coordinates.
 const ZERO: [f64; 3] = [-150.0, -120.0, -40.0];
 
 /// Files that outlive a station; they can be full.
 #[derive(Clone, Default)]
 struct Memory(Rc<RefCell<Kept>>);
 
-/// The contents, and whether the storage is full.
 type Kept = (BTreeMap<File, Vec<u8>>, bool);
 
 impl Files for Memory {
@@ -69,7 +67,6 @@ impl Files for Memory {
     }
 }
 
-/// A page, a station, a controller.
 struct Bench {
     files: Memory,
     station: PageStation<Memory>,
@@ -107,7 +104,6 @@ impl Bench {
         self.turn();
     }
 
-    /// Sends a request. Returns the reason if it was refused.
     fn refused(&mut self, ask: &Ask) -> Option<String> {
         self.heard.retain(|tell| !matches!(tell, Tell::Refused { .. }));
         self.ask(ask);
@@ -163,7 +159,6 @@ impl Bench {
         self.until(|status| status.state == state)
     }
 
-    /// Jogs the full distance, and keeps renewing the permission.
     fn jog(&mut self, axis: u8, distance_mm: f64) {
         self.ask(&Ask::Jog { axis, distance_um: (distance_mm * 1e3) as i32, anyway: false });
         self.state(State::Jogging);
@@ -204,7 +199,6 @@ impl Bench {
         key
     }
 
-    /// Codes of the failing pre-flight rows.
     fn fails(&mut self, key: &str, from_leg: u32) -> Vec<String> {
         self.heard.retain(|tell| !matches!(tell, Tell::Armed(_)));
         self.ask(&Ask::Arm { job: key.to_owned(), from_leg });
@@ -284,7 +278,6 @@ impl Bench {
     }
 }
 
-/// The bottom of each hole of the program.
 fn bottoms(program: &Program) -> Vec<[f64; 3]> {
     let legs = program.legs.iter().enumerate().filter(|(_, leg)| matches!(leg.mark, Mark::Hole(_)));
     legs.map(|(index, leg)| {
@@ -298,7 +291,6 @@ fn bottoms(program: &Program) -> Vec<[f64; 3]> {
     .collect()
 }
 
-/// Holes of two diameters.
 fn holes(count: usize) -> Program {
     drilled::holes(&hobby_3018(), count, 4, |n| if n.is_multiple_of(3) { 1_000 } else { 800 })
 }

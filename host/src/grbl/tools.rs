@@ -17,7 +17,6 @@ impl<F: Files> Station<F> {
         tools.map_or_else(|| self.ledger.wear(), |tools| tools.wear()).to_vec()
     }
 
-    /// The user inserted a new tool under this number.
     pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
         let why = || error!("control.no_such_tool", number = number);
         let tool = self.machine.rack.iter().find(|tool| tool.number == number).ok_or_else(why)?;
@@ -40,7 +39,6 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// Sends the report if it changed.
     pub(super) fn tell_tools(&mut self) {
         let report = self.tools_report();
         if report != self.tools_told {

@@ -18,7 +18,6 @@ use annulus_core::wire::{Ask, JobEnd, Tell};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-/// The requester waits for this answer.
 type Reply = Sender<Result<Vec<Tell>, Diagnostic>>;
 
 /// A job whose start is being written to the journal.
@@ -28,9 +27,7 @@ pub(crate) struct Starting {
     record: JobRecord,
     asked: Ticket,
     reply: Reply,
-    /// STOP was pressed before it started.
     stopped: bool,
-    /// Messages that arrived after the request.
     waits: Vec<Message>,
 }
 
@@ -67,7 +64,6 @@ impl Owner {
         }
     }
 
-    /// Arms a prepared job, and returns the result of its checks.
     pub fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Diagnostic> {
         if self.context() != prepared.context {
             return Err(error!("control.changed_meanwhile"));
@@ -114,7 +110,6 @@ impl Owner {
         }
     }
 
-    /// Prevents the pending start.
     pub(crate) fn stop_start(&mut self) {
         if let Some(starting) = &mut self.starting {
             starting.stopped = true;

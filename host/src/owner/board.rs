@@ -23,7 +23,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// again.
 const MOST_RUNS: usize = 200;
 
-/// Events on the board since the run started.
 #[derive(Default)]
 pub(crate) struct Log {
     pub(crate) holes: Vec<VirtualHole>,
@@ -33,10 +32,8 @@ pub(crate) struct Log {
 /// The log, shared with the drilling thread.
 pub(crate) type Board = Arc<Mutex<Log>>;
 
-/// Findings about the last run.
 #[derive(Default)]
 pub(crate) struct Judged {
-    /// Steps lost before the run.
     slipped_before: u64,
     /// Holes that this job drilled before it resumed.
     before: Vec<VirtualHole>,
@@ -51,7 +48,6 @@ impl Owner {
         self.slips().iter().map(|slip| slip.lost).sum()
     }
 
-    /// Starts the log of a run. `record_from` is the record's length when the job first started.
     pub(crate) fn board_begins(&mut self, work: &Work, record_from: Option<u64>) {
         *self.hands.board.lock().unwrap_or_else(PoisonError::into_inner) = Log::default();
         let taken_up = record_from.filter(|_| work.first > 0 && self.machine.output == Output::Virtual);
@@ -63,7 +59,6 @@ impl Owner {
         self.judged = Judged { slipped_before: self.slipped(), before, ..Judged::default() };
     }
 
-    /// Compares and reports, after a run ended.
     pub(crate) fn board_ends(&mut self, work: &Work) {
         if self.machine.output != Output::Virtual {
             return;
@@ -101,14 +96,12 @@ impl Owner {
     }
 }
 
-/// Formats a hole as a line of the drilled-board record.
 pub fn line(hole: &VirtualHole) -> String {
     let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
     let bit = hole.bit_mm.map_or(String::new(), |mm| format!(" D{mm:.4}"));
     format!("{:.4} {:.4} {:.4}{spindle}{bit}\n", hole.x_mm, hole.y_mm, hole.depth_mm)
 }
 
-/// Parses a line of the record.
 pub(crate) fn drilled(line: &str) -> Option<VirtualHole> {
     let mut words = line.split(' ');
     let mut number = || words.next()?.parse::<f64>().ok();

@@ -21,17 +21,12 @@ use annulus_core::wire::{MagazineReport, Tell};
 
 #[derive(Default)]
 pub(crate) struct ToolChanger {
-    /// Contents of magazine and spindle.
     pub(crate) stock: ToolStock,
-    /// The change in progress.
     change: Option<Change>,
-    /// Number of the latest magazine record.
     record: u32,
     /// A step that waits until the record with this number is durable.
     waits: Option<(u32, StepWork)>,
-    /// Inputs at the last stop.
     pub(super) inputs: u32,
-    /// The manually operated clamp.
     pub(super) clamp: ClampByHand,
 }
 
@@ -42,14 +37,12 @@ impl ToolChanger {
 }
 
 impl Owner {
-    /// The tool that the running job waits for.
     fn wanted_bit(&self) -> Option<Bit> {
         let work = self.work.as_ref()?;
         let bit = work.awaited().or(work.bit)?;
         work.job.program.bits.get(bit as usize).cloned()
     }
 
-    /// Fetches the tool that the job waits for.
     pub(crate) fn change_tool(&mut self) -> Result<(), Diagnostic> {
         let Some(bit) = self.wanted_bit() else {
             self.pending.push_back(Event::Changed);
@@ -66,7 +59,6 @@ impl Owner {
         Ok(())
     }
 
-    /// Starts the next step of the change.
     fn change_step(&mut self) -> Result<(), Diagnostic> {
         let Some(change) = &self.tools.change else { return Ok(()) };
         let stands = (self.position, self.tools.inputs);
@@ -105,14 +97,12 @@ impl Owner {
         }
     }
 
-    /// Cancels a step that waits for the journal.
     pub(crate) fn brake_change(&mut self) {
         if self.tools.waits.take().is_some() {
             self.pending.push_back(Event::Rested);
         }
     }
 
-    /// A step of the change was played.
     pub(super) fn change_reported(&mut self, report: &Report) -> Result<(), Diagnostic> {
         if self.session.state == State::Stopping {
             self.pending.push_back(Event::Rested);
@@ -169,7 +159,6 @@ impl Owner {
         number
     }
 
-    /// The user states what is in magazine and spindle.
     pub(crate) fn stock_said(
         &mut self,
         places: Vec<Option<StockedTool>>,
@@ -220,7 +209,6 @@ impl Owner {
         }
     }
 
-    /// A tool was inserted by hand.
     pub(super) fn put_in_by_hand(&mut self) {
         if self.tools.stock.spindle != Held::Unknown {
             self.spindle_is_unknown();

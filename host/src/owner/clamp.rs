@@ -16,7 +16,6 @@ use annulus_core::steps::{Stage, Switching};
 use annulus_core::wire::Tell;
 use std::time::Duration;
 
-/// State of the clamp.
 #[derive(Debug, Default)]
 pub(crate) struct ClampByHand {
     /// The clamp opens when the record with this number is durable.
@@ -26,14 +25,12 @@ pub(crate) struct ClampByHand {
 }
 
 impl ClampByHand {
-    /// Cancels a pending opening.
     pub(super) fn stays(&mut self) {
         self.opens_with = None;
     }
 }
 
 impl Owner {
-    /// Remembers when the spindle turned.
     pub(super) fn look_at_spindle(&mut self) {
         if self.machine.has_magazine() && self.executor.shared.glimpse().rpm > 0 {
             self.tools.clamp.turned = Some(self.now());
@@ -50,7 +47,6 @@ impl Owner {
         glimpse.rpm == 0 && !tells_of_turns && self.tools.clamp.turned.is_none_or(rests)
     }
 
-    /// Returns `true` if a job waits for the user to replace a worn tool in the clamp.
     pub(super) fn waits_for_new_tool(&self) -> bool {
         let is_worn = self.work.as_ref().is_some_and(|work| work.is_worn);
         let rests = self.session.state == State::ToolChange && !self.session.moving;
@@ -88,7 +84,6 @@ impl Owner {
         Ok(())
     }
 
-    /// The magazine record with this number is durable.
     pub(super) fn clamp_kept(&mut self, number: u32) {
         let opens = self.tools.clamp.opens_with.take_if(|wanted| *wanted == number).is_some();
         if opens && self.may_open_clamp().is_ok() {

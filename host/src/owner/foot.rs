@@ -22,7 +22,6 @@ use annulus_core::steps::{Segment, Stage, Switching};
 #[derive(Debug)]
 pub(crate) struct Foot {
     may_be_down: bool,
-    /// The current task ends with the foot lifted.
     is_lifted: bool,
 }
 
@@ -34,7 +33,6 @@ impl Default for Foot {
 }
 
 impl Foot {
-    /// Records the segments of the next task.
     pub(super) fn given(&mut self, segments: &[Segment]) {
         let switches = segments.iter().filter_map(|segment| match segment.effect {
             Switching::Foot { down } => Some(down),
@@ -47,7 +45,6 @@ impl Foot {
         }
     }
 
-    /// Records how the task ended.
     pub(super) fn played(&mut self, ended: Ended) {
         if ended == Ended::Completed && std::mem::take(&mut self.is_lifted) {
             self.may_be_down = false;
@@ -56,12 +53,10 @@ impl Foot {
 }
 
 impl Owner {
-    /// Returns `true` if there is a foot that may be down.
     pub(super) fn foot_may_be_down(&self) -> bool {
         self.machine.foot.on && self.foot.may_be_down
     }
 
-    /// An output was switched manually, or by a queue.
     pub(super) fn foot_switched(&mut self, place: u8) {
         self.foot.may_be_down |= self.machine.output_place(&self.machine.foot.output) == Some(place);
     }

@@ -10,19 +10,16 @@ use annulus_core::pins::Steady;
 use annulus_core::virtual_drill::{BreakWatch, DrilledBoard, Faults, Slip, SlipWatch, VirtualDrill};
 use std::sync::{Arc, Mutex};
 
-/// State that all executors of one drill share.
 pub(crate) struct Hands {
     pub(crate) faults: Faults,
     pub(crate) seed: u64,
     pub(crate) record: Arc<Mutex<DrilledBoard>>,
     /// Where the virtual drill lost steps since it was built.
     pub(crate) slips: Arc<Mutex<Vec<Slip>>>,
-    /// The board since the last run started.
     pub(crate) board: Board,
 }
 
 impl Hands {
-    /// Creates an executor for `machine`.
     pub(crate) fn executor(
         &self,
         machine: &Machine,

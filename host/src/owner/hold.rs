@@ -19,14 +19,12 @@ use annulus_core::{code, error};
 use std::sync::Arc;
 
 impl Owner {
-    /// Returns `true` if the executor follows a toolpath.
     fn is_on_path(&self) -> bool {
         let mark =
             self.work.as_ref().and_then(|work| work.job.program.legs.get(work.leg)).map(|leg| leg.mark);
         self.doing == Doing::Leg && matches!(mark, Some(Mark::Toolpath(_)))
     }
 
-    /// Holds motion along a toolpath.
     pub(super) fn hold(&mut self) {
         if !self.is_on_path() {
             return;
@@ -54,7 +52,6 @@ impl Owner {
         self.machine.output != Output::Adapter
     }
 
-    /// Lifts the tool off the path on which it is held.
     pub(super) fn lift_off_path(&mut self) -> Result<(), Diagnostic> {
         if !self.lifts_off_path() {
             return Err(error!("control.no_lift_on_path"));

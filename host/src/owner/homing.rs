@@ -24,7 +24,6 @@ impl Owner {
         Ok(())
     }
 
-    /// Handles the report of a stage.
     pub(crate) fn homed(&mut self, mut homing: Homing, report: &Report) {
         if self.session.state == State::Stopping {
             return self.pending.push_back(Event::Rested);
@@ -78,7 +77,6 @@ impl Owner {
         }
     }
 
-    /// STOP also cancels the parking after the job.
     pub(super) fn parks_no_more(&mut self) {
         if let Some(work) = &mut self.work {
             work.was_stopped = true;

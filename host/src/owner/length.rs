@@ -21,14 +21,12 @@ use annulus_core::queue;
 use annulus_core::steps::Segment;
 use annulus_core::wire::{ChangeReport, LengthKnown};
 
-/// A tool that the user is asked for.
 pub(crate) struct AskedTool {
     /// Index into the program's tools.
     pub(crate) bit: u32,
     back: Back,
 }
 
-/// Where the job continues with the new tool.
 enum Back {
     /// At the start of the next leg. `turns` if the spindle must be started there, because the leg does not
     /// request the tool itself.
@@ -94,7 +92,6 @@ impl Owner {
         self.ask_for(AskedTool { bit, back: Back::Place { from_zero, down } })
     }
 
-    /// The moves to the change position.
     pub(super) fn to_change_position(&self) -> Result<Vec<Segment>, Diagnostic> {
         queue::to_change(&self.machine, self.position, self.plane_zero(), self.length_is_known())
     }
@@ -121,7 +118,6 @@ impl Owner {
         }
     }
 
-    /// The tool that the user is asked for.
     fn asked_bit(&self) -> Option<Bit> {
         let work = self.work.as_ref()?;
         let asked = work.asked.as_ref()?;
@@ -184,7 +180,6 @@ impl Owner {
         true
     }
 
-    /// From the change position to where the leg was left.
     fn go_back(&mut self, from_zero: Steps, down: [bool; 2]) -> Result<(), Diagnostic> {
         let Some(work) = &self.work else { return Ok(()) };
         let to: Steps = std::array::from_fn(|axis| work.job.zero[axis] + from_zero[axis]);
@@ -205,7 +200,6 @@ impl Owner {
         self.return_to([x, y], to, spindle)
     }
 
-    /// From the change position to `to` by way of `beside`, then plays `on`.
     fn return_to(&mut self, beside: [i64; 2], to: Steps, on: Vec<Segment>) -> Result<(), Diagnostic> {
         let mut moves = self.in_time(queue::from_change(&self.machine, self.position, beside, to)?)?;
         moves.extend(on);
@@ -222,7 +216,6 @@ impl Owner {
         Ok(())
     }
 
-    /// Measures the current tool on the tool setter.
     pub(super) fn measure_tool(&mut self) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if self.session.state != State::ToolChange {
@@ -237,7 +230,6 @@ impl Owner {
         self.begin_touching(TouchFor::Setter)
     }
 
-    /// XY machine steps of the tool setter.
     pub(super) fn setter_place(&self) -> [i64; 2] {
         [0, 1].map(|axis: usize| self.machine.axis(axis).scale.steps(self.machine.change.setter.place[axis]))
     }
@@ -256,7 +248,6 @@ impl Owner {
         }
     }
 
-    /// The state of a manual tool change, for the pages.
     pub(super) fn change_report(&self) -> Option<ChangeReport> {
         let work = self.work.as_ref().filter(|_| self.session.changes_by_hand())?;
         let asked = work.asked.as_ref()?;

@@ -50,12 +50,10 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// A message to the owner.
 pub enum Message {
     /// A request; the ticket if a page sent it.
     Ask {
         ask: Ask,
-        /// When the page sent it.
         ticket: Option<Ticket>,
         reply: Sender<Result<Vec<Tell>, Diagnostic>>,
     },
@@ -63,9 +61,7 @@ pub enum Message {
     Stop,
     /// A page lost or gained control: jogs and manual outputs end.
     ControlChanged,
-    /// Requests the drill's state.
     Context(Sender<Context>),
-    /// A job was prepared.
     Prepared {
         prepared: Box<Prepared>,
         reply: Sender<Result<Vec<Tell>, Diagnostic>>,
@@ -76,47 +72,36 @@ pub enum Message {
     Anew(Box<Prepared>),
     /// The start of a job is durable, or could not be written.
     Begun(Result<(), Diagnostic>),
-    /// Requests the messages for a newly connected page.
     Greeting(Sender<Vec<Tell>>),
-    /// The contents of the magazine are durable.
     StockKept {
-        /// Number of its record.
         number: u32,
     },
     Report(Report),
     /// The executor ended; its current task will not be reported.
     ExecutorGone(Diagnostic),
-    /// The journal or the drilled-board record cannot be written.
     CannotRecord(Diagnostic),
-    /// Stop and end.
     Shutdown,
 }
 
-/// The parts of an owner.
 pub struct Parts {
     pub machine: Machine,
     /// Time scale of the virtual drill, 1 for real time.
     pub speed: f64,
-    /// Injected faults of the virtual drill.
     pub faults: Faults,
     pub seed: u64,
-    /// Receives each drilled hole.
     pub record: DrilledBoard,
     /// Contents of the journal.
     pub contents: Contents,
-    /// The saved height map.
     pub surface: Option<KeptSurface>,
     /// An alarm to start with.
     pub alarm: Option<Diagnostic>,
     /// Decides which requests of pages are still valid.
     pub tickets: Arc<Tickets>,
-    /// State shared with executor and journal.
     pub shared: Arc<Shared>,
     pub time: Time,
     pub outside: Box<dyn Outside>,
 }
 
-/// All state of the one drill.
 pub struct Owner {
     pub(crate) machine: Machine,
     pub(crate) speed: f64,
@@ -131,23 +116,16 @@ pub struct Owner {
     pub(crate) work: Option<Work>,
     /// A job whose start is being written to the journal.
     pub(crate) starting: Option<Starting>,
-    /// The interrupted job.
     pub(crate) interrupted: Option<(JobRecord, Progress)>,
     pub(crate) doing: Doing,
-    /// The tool last reported to the executor.
     pub(crate) in_spindle: Option<Bit>,
     /// Number of the tool, in the machine's list, that a job last inserted.
     pub(crate) tool_in: Option<u32>,
-    /// Tool wear.
     pub(crate) wear: Vec<ToolWear>,
     pub(crate) tools: ToolChanger,
-    /// The queue of commands.
     pub(crate) lab: Option<Lab>,
-    /// The height map of the board.
     pub(crate) surface: Option<Arc<KeptSurface>>,
-    /// The probing in progress.
     pub(crate) touching: Option<Touching>,
-    /// The tool for which the board height is known.
     pub(crate) known: KnownHeight,
     pub(crate) by_hand: ManualOutputs,
     /// Comparison of the last run's board with its program.
@@ -155,18 +133,14 @@ pub struct Owner {
     pub(crate) task: u64,
     /// Number of the hold on the current task's path; 0 for none.
     pub(crate) held: u64,
-    /// Machine steps at the last stop.
     pub(crate) position: Steps,
     /// Steps that the tool must rise to be certainly out of the board, after the position was lost.
     pub(crate) unseen_steps: i64,
     /// Axes whose last step counted down.
     pub(crate) down: AxisSet,
-    /// The presser foot.
     pub(crate) foot: Foot,
     pub(crate) pending: VecDeque<Event>,
-    /// The last reported status, and when.
     pub(crate) told: (Option<Status>, Duration),
-    /// The last reported tools.
     pub(crate) tools_told: ToolsReport,
     pub(crate) tickets: Arc<Tickets>,
 }
@@ -253,7 +227,6 @@ impl Owner {
         self.session.moving
     }
 
-    /// Stops everything at the end of the program.
     pub fn over(&mut self) {
         self.executor.shared.stop(u64::MAX);
         self.tell_status();

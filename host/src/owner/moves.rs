@@ -19,44 +19,33 @@ use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
 
-/// The executor's current action.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Doing {
     Nothing,
-    /// One stage of homing.
     Homing(Homing),
     Jog,
-    /// To the park position.
     Park,
     /// To the start of the job, or starting the spindle again.
     Approach,
-    /// Segments of the current leg.
     Leg,
-    /// Segments of a queue row.
     Queue,
-    /// A probing move.
     Touch,
-    /// A step of an automatic tool change.
     Change,
     /// The clamp, on request of the user; no axis moves.
     Clamp {
-        /// `true` opens it, `false` closes it.
         opens: bool,
     },
     /// Lifting the tool from the bottom of a hole, because the next leg does not follow at once.
     Lift {
         /// The completed leg drilled a hole or milled a toolpath.
         cut: bool,
-        /// The completed leg was the last one.
         last: bool,
     },
     /// Tool up and spindle off, because the tool is worn.
     ToChange,
-    /// Tool up, spindle off.
     Safe,
 }
 
-/// A dwell with an effect.
 pub(crate) fn rest(stage: Stage, effect: Switching, duration_ticks: u64, end: Steps) -> Segment {
     Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
@@ -70,7 +59,6 @@ fn home_edge(machine: &Machine, axis: usize) -> i64 {
     cycles::home_edge(machine, axis)
 }
 
-/// The meaning of one step of X and Y.
 pub(crate) fn ruler(machine: &Machine) -> Ruler {
     let scale = |axis: usize| machine.axis(axis).scale;
     let per_nm = |axis: usize| match scale(axis).per {
@@ -91,7 +79,6 @@ fn letter(axis: usize) -> &'static str {
 }
 
 impl Owner {
-    /// Gives the executor its next task.
     pub(crate) fn give(&mut self, doing: Doing, segments: Vec<Segment>) {
         self.task += 1;
         if self.executor.is_gone() {
@@ -345,7 +332,6 @@ impl Owner {
         Ok(())
     }
 
-    /// Machine steps of Z at the top.
     fn top(&self) -> i64 {
         cycles::top(&self.machine)
     }
@@ -376,7 +362,6 @@ impl Owner {
         segments_up
     }
 
-    /// Records the stop position, the inputs and the foot.
     fn rests_at(&mut self, report: &Report) {
         let before = std::mem::replace(&mut self.position, report.position);
         (self.down, self.tools.inputs) = (report.down, report.inputs);
@@ -390,7 +375,6 @@ impl Owner {
         self.fails(early(&self.machine, at, board_steps), self.session.trust);
     }
 
-    /// Handles a report of the executor.
     pub(crate) fn reported(&mut self, report: &Report) {
         if report.id != self.task {
             return;

@@ -12,10 +12,8 @@ use annulus_core::error;
 use annulus_core::wire::{Outputs, Tell};
 use std::time::Duration;
 
-/// Longest lease, in minutes.
 const LONGEST_LEASE: u8 = 5;
 
-/// Longest pulse, in ms.
 const LONGEST_PULSE: u32 = 10_000;
 
 /// The first name in the list.

@@ -21,18 +21,15 @@ use std::time::Duration;
 /// Shortest time between two reports while rows run.
 const PACE: Duration = Duration::from_millis(40);
 
-/// A checked queue, and its progress.
 pub(crate) struct Lab {
     text: String,
     queue: Queue,
-    /// Number of rows that it will execute.
     total: u32,
     run: QueueRun,
     begun: bool,
     mode: Mode,
     phase: QueuePhase,
     why: Option<Diagnostic>,
-    /// The last reported results.
     told: Vec<RowResult>,
     told_at: Duration,
 }
@@ -70,7 +67,6 @@ impl Owner {
         Ok(Vec::new())
     }
 
-    /// Starts the queue, or continues it.
     pub(crate) fn queue_run(&mut self, mode: Mode) -> Result<(), Diagnostic> {
         let standing = self.standing();
         if self.touching.is_some() {
@@ -106,7 +102,6 @@ impl Owner {
         self.queue_act(actions);
     }
 
-    /// Holds after the current row.
     pub(crate) fn queue_hold(&mut self) {
         if let Some(lab) = &mut self.lab {
             lab.run.hold();
@@ -122,7 +117,6 @@ impl Owner {
         Ok(())
     }
 
-    /// Handles the report of a queue task.
     pub(crate) fn queue_reported(&mut self, report: &Report) {
         let told = self.told_to_core(report);
         let Some(lab) = &mut self.lab else { return };
@@ -134,7 +128,6 @@ impl Owner {
         self.queue_act(actions);
     }
 
-    /// Converts a report for `core`.
     pub(crate) fn told_to_core(&self, report: &Report) -> queue::QueueReport {
         let outcome = match report.ended {
             // A stop and the report crossed: do not start the next row.
@@ -238,7 +231,6 @@ impl Owner {
         self.tell_queue(true);
     }
 
-    /// Reports the queue when it is due or has stopped.
     pub(crate) fn tell_queue(&mut self, now: bool) {
         let time = self.now();
         let Some(lab) = &mut self.lab else { return };
@@ -266,7 +258,6 @@ impl Owner {
         vec![Tell::QueueText { text: lab.text.clone() }, Tell::Queue(Box::new(lab.status(results, true)))]
     }
 
-    /// Name of the current row's command.
     pub(crate) fn queue_command(&self) -> Option<String> {
         let lab = self.lab.as_ref().filter(|_| self.doing == Doing::Queue)?;
         let command = lab.queue.rows().get(lab.run.row()?)?.command.as_ref()?;

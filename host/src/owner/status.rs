@@ -13,11 +13,9 @@ use std::time::Duration;
 /// Shortest time between two reports of small changes.
 const PACE: Duration = Duration::from_millis(40);
 
-/// Longest time between two reports.
 pub(crate) const HEARTBEAT: Duration = Duration::from_millis(100);
 
 impl Owner {
-    /// Time by the host's clock.
     pub(crate) fn now(&self) -> Duration {
         (self.time)()
     }
@@ -26,7 +24,6 @@ impl Owner {
         self.outside.tell(tell);
     }
 
-    /// Reports the status when it is due, or when the state, trust or alarm changed.
     pub(crate) fn tell_status(&mut self) {
         let now = self.now();
         let since = now.saturating_sub(self.told.1);
@@ -46,7 +43,6 @@ impl Owner {
         }
     }
 
-    /// Reports the tools if they changed.
     fn tell_tools(&mut self) {
         let report = self.tools_report();
         if report != self.tools_told {
@@ -77,7 +73,6 @@ impl Owner {
         }))
     }
 
-    /// Messages for a newly connected page.
     pub fn greeting(&self) -> Vec<Tell> {
         let mut tells = vec![self.machine_tell(), Tell::Status(Box::new(self.status()))];
         tells.extend(self.timing.clone().map(|timing| Tell::Timing(Box::new(timing))));
@@ -217,7 +212,6 @@ fn hop_stage(height_mm: f64) -> Stage {
     if height_mm < 0.0 { Stage::Drill } else { Stage::Travel }
 }
 
-/// The name of a stage's command in a program.
 fn command_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Travel => "rapid",

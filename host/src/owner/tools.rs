@@ -71,7 +71,6 @@ impl Owner {
         self.outside.record(Record::Wear(wear));
     }
 
-    /// The user inserted a new tool under this number.
     pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
         let tool = self.machine.rack.iter().find(|tool| tool.number == number).cloned();
         let tool = tool.ok_or_else(|| error!("control.no_such_tool", number = number))?;
@@ -79,7 +78,6 @@ impl Owner {
         Ok(())
     }
 
-    /// Returns `true` if the next leg would use a worn tool.
     pub(super) fn wants_new_tool(&self) -> bool {
         let wears = |work: &Work| work.is_at_start() && !work.wear().is_nothing();
         self.work.as_ref().is_some_and(wears) && self.tool().is_some_and(|tool| self.is_worn(tool))
@@ -172,7 +170,6 @@ impl Owner {
         }
     }
 
-    /// The tools report for the pages.
     pub(super) fn tools_report(&self) -> ToolsReport {
         let work = self.work.as_ref();
         let waits = self.session.state == State::ToolChange || self.session.in_change;

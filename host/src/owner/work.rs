@@ -9,7 +9,6 @@ use annulus_core::steps::{Segment, Switching};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The running job.
 pub(crate) struct Work {
     pub(crate) job: Arc<Prepared>,
     /// The job at another feed, from the next stop on.
@@ -18,7 +17,6 @@ pub(crate) struct Work {
     pub(crate) percent: u8,
     /// The first leg of this run.
     pub(crate) first: usize,
-    /// The current or next leg.
     pub(crate) leg: usize,
     /// Its segments, and how many were given.
     pub(super) segments: Vec<Segment>,
@@ -27,9 +25,7 @@ pub(crate) struct Work {
     pub(crate) toolpaths: u32,
     /// Start time, by the host's clock.
     pub(crate) started: Duration,
-    /// Index of the tool in the spindle.
     pub(crate) bit: Option<u32>,
-    /// Tool and wear of each leg.
     pub(crate) wears: Vec<(u32, Wear)>,
     /// The tool is worn: another one is requested before the next leg.
     pub(crate) is_worn: bool,
@@ -39,7 +35,6 @@ pub(crate) struct Work {
     pub(super) confirm_bit: bool,
     /// The tool that the user is asked for, and where the job continues.
     pub(crate) asked: Option<AskedTool>,
-    /// This run has requested a tool before.
     pub(super) has_asked: bool,
     /// The tool that was inserted before the leg that requests it.
     pub(super) is_in: Option<u32>,
@@ -85,7 +80,6 @@ impl Work {
         self.started = now;
     }
 
-    /// Loads the segments of the current leg from the current plan.
     pub(crate) fn unpack(&mut self) {
         (self.segments, self.given) = (self.job.stream.leg(self.leg), 0);
     }
@@ -94,23 +88,19 @@ impl Work {
         self.segments.get(self.given)
     }
 
-    /// Returns `true` if no segment of the leg was given yet.
     pub(crate) fn is_at_start(&self) -> bool {
         self.given == 0
     }
 
-    /// The wear that the leg causes.
     pub(crate) fn wear(&self) -> Wear {
         self.wears.get(self.leg).map(|(_, wear)| *wear).unwrap_or_default()
     }
 
-    /// The tool that the next segment waits for.
     pub(crate) fn awaited(&self) -> Option<u32> {
         self.next()
             .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
     }
 
-    /// The spindle speed before the next segment.
     pub(super) fn rpm(&self) -> u32 {
         self.job.in_force(self.job.stream.range(self.leg).start + self.given).1
     }

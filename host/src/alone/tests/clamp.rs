@@ -18,7 +18,6 @@ fn is_open(bench: &Bench) -> bool {
     bench.status().inputs & Input::ClampOpen.bit() != 0
 }
 
-/// The latest magazine report.
 fn told(bench: &Bench) -> MagazineReport {
     let told = bench.heard.iter().rev();
     let mut told =

@@ -22,10 +22,8 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Waker};
 
-/// No packet is lost.
 const ALL: u64 = u64::MAX;
 
-/// A fixed sequence of tasks.
 pub(super) struct Ordered(pub(super) VecDeque<Task>);
 
 impl Orders for Ordered {
@@ -34,7 +32,6 @@ impl Orders for Ordered {
     }
 }
 
-/// A program, one task per leg.
 fn tasks(program: &Program) -> VecDeque<Task> {
     let mut tasks = VecDeque::<Task>::new();
     for segment in stream_of(program, &machine()).unwrap().segments {
@@ -59,14 +56,12 @@ fn tasks(program: &Program) -> VecDeque<Task> {
 /// A job, played until this many packets had arrived.
 struct Played {
     pulses: Vec<Pulse>,
-    /// Pulses given until then, and the time, in µs.
     before: usize,
     died_us: u64,
     status: Said,
     packets: u64,
     bytes: u64,
     of_path: u64,
-    /// Everything had been sent.
     is_whole: bool,
 }
 
@@ -115,7 +110,6 @@ fn place(pulses: &[Pulse]) -> [i32; 4] {
     std::array::from_fn(|axis| of_axis(pulses, axis).map(|pulse| if pulse.forward { 1 } else { -1 }).sum())
 }
 
-/// Statistics of the simulated deaths.
 #[derive(Default)]
 struct Deaths {
     count: u32,

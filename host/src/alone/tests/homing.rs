@@ -5,7 +5,6 @@ use super::*;
 use annulus_core::machine::{Machine, Value, apply};
 use annulus_core::virtual_drill::faults::read as faults;
 
-/// Time scale of the drill.
 const SPEED: f64 = 10.0;
 
 type Changes = Vec<(String, Value)>;

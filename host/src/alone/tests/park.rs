@@ -75,7 +75,6 @@ fn stop_ends_parking_on_its_way() {
     assert_eq!(bench.status().alarm, None, "no step was lost");
 }
 
-/// Drills until the middle of a job of four holes.
 fn drill(bench: &mut Bench) {
     bench.home();
     bench.ask(&Ask::SetZero);
@@ -85,7 +84,6 @@ fn drill(bench: &mut Bench) {
     bench.ask(&Ask::ToolChanged);
 }
 
-/// The status after the whole job.
 fn done(bench: &mut Bench) -> Status {
     assert_eq!(bench.finish(), (Ending::Done, 4));
     bench.until(|status| status.state == State::Ready)

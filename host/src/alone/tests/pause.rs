@@ -30,7 +30,6 @@ fn milling(lifts: bool) -> Bench {
     bench
 }
 
-/// Pauses. Returns how long that took.
 fn paused(bench: &mut Bench) -> (Status, Duration) {
     let since = now();
     bench.ask(&Ask::Pause);

@@ -21,7 +21,6 @@ pub(super) fn opened(files: &Memory, mut world: World, seed: u64) -> Bench {
     Bench::of(Alone::at_port(files.clone(), port, seed, now).unwrap(), Some(world))
 }
 
-/// A homed machine with a work zero.
 pub(super) fn ready(files: &Memory) -> Bench {
     let mut bench = opened(files, World::new(&machine(), files), 1);
     bench.home();
@@ -61,7 +60,6 @@ impl Bench {
         assert_eq!(self.world().broken(), None);
     }
 
-    /// Acknowledges the alarm `code`, once the machine is safe.
     fn acknowledge(&mut self, code: &str) -> Status {
         let status = self.until(|status| status.state == State::Alarm);
         assert_eq!(status.alarm.unwrap().code, code);
@@ -96,7 +94,6 @@ fn board_is_drilled_whole_over_a_bad_cable() {
     }
 }
 
-/// Circles and lines, milled in sequence.
 pub(super) fn milled() -> Program {
     let mut program = program(1);
     let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);

@@ -15,7 +15,6 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
-/// A move of X in these runs, then a dwell.
 fn way(runs: Vec<Run>, ticks: u64) -> Task {
     let (mark, stage, effect) = (Mark::Prepare, Stage::Travel, Switching::None);
     let (end, gate, lift_to) = (Steps::default(), None, None);
@@ -60,7 +59,6 @@ fn played(task: Task) -> (Diagnostic, At, usize) {
     (why, world.status().state, world.written_down.unwrap().len())
 }
 
-/// The adapter's own reason for a refusal.
 fn reason(why: &Diagnostic) -> &str {
     assert_eq!(why.code, "adapter.refused");
     assert!(!why.message("en").contains('{'), "{}", why.message("en"));

@@ -11,7 +11,6 @@ const PARK_MM: [f64; 2] = [120.0, 80.0];
 const SURFACE_MM: f64 = -30.0;
 const CHANGE_MM: f64 = -10.0;
 
-/// Three tools, two holes each.
 fn three_tools() -> Program {
     drilled::holes(&virtual_drill(), 6, 3, |hole| [600, 800, 1_000][hole / 2])
 }
@@ -42,7 +41,6 @@ fn ready(files: &Memory, lengths: &str, speed: f64) -> Bench {
 }
 
 impl Bench {
-    /// Waits for the next tool change and checks its position.
     fn change(&mut self) -> ChangeReport {
         let status = self.until(|status| status.state == State::ToolChange);
         let change = status.change.expect("a change of our own");
@@ -53,7 +51,6 @@ impl Bench {
         change
     }
 
-    /// Sends a request. Returns the code if it was refused.
     fn tried(&mut self, ask: &Ask) -> Option<String> {
         self.heard.retain(|tell| !matches!(tell, Tell::Refused { .. }));
         self.ask(ask);
@@ -61,7 +58,6 @@ impl Bench {
         self.refused().map(str::to_owned)
     }
 
-    /// Jogs the full distance during a tool change.
     fn jogged(&mut self, axis: u8, distance_um: i32) -> Option<String> {
         let refused = self.tried(&Ask::Jog { axis, distance_um, anyway: false });
         while self.status().state == State::Jogging {
@@ -198,7 +194,6 @@ fn failed_probe_leaves_the_tool_change_open() {
     assert_eq!(status.change.map(|change| (change.length, change.is_up)), Some((LengthKnown::No, true)));
 }
 
-/// Moments at which a change is interrupted.
 const MOMENTS: [&str; 5] = ["asked", "jogging", "touched", "going back", "second asked"];
 
 fn until_moment(bench: &mut Bench, moment: &str) {
@@ -235,7 +230,6 @@ fn make_known(bench: &mut Bench) {
     }
 }
 
-/// Resumes, makes every tool's length known, and drills to the end.
 fn resumed(bench: &mut Bench) {
     let (key, leg) = bench.offer().unwrap();
     bench.start_again(&key, leg);

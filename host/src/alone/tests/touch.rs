@@ -12,12 +12,10 @@ use annulus_core::wire::{ArmedJob, HeightMapReport};
 pub(super) const TOLERANCE_MM: f64 = 0.015;
 pub(super) const THICK_MM: f64 = 1.6;
 
-/// Holes over 20 by 30 mm, of this depth.
 fn deep(depth_mm: f64) -> Program {
     deepened(holes(24), depth_mm)
 }
 
-/// The program with holes of this depth.
 pub(super) fn deepened(mut program: Program, depth_mm: f64) -> Program {
     for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
         if let Command::Plunge { to, .. } = command {
@@ -56,7 +54,6 @@ impl Bench {
         report.unwrap().as_ref().clone()
     }
 
-    /// Jogs, and keeps renewing the permission.
     fn by_hand(&mut self, axis: u8, distance_um: i32) {
         self.ask(&Ask::Jog { axis, distance_um, anyway: false });
         for _ in 0..20 {
@@ -67,7 +64,6 @@ impl Bench {
         self.turn(Duration::from_millis(200));
     }
 
-    /// Measures the board for `program`.
     pub(super) fn survey(&mut self, program: &Program) -> HeightMapReport {
         self.ask(&wish(program));
         assert_eq!(self.status().state, State::Running, "{:?}", self.refused());

@@ -10,7 +10,6 @@ use annulus_core::virtual_drill::faults::{FAULTS, read};
 use annulus_core::virtual_drill::{Faults, UnevenBoard};
 use std::collections::BTreeSet;
 
-/// The input of the contact sensor.
 const CONTACT: u8 = 6;
 
 /// Wires the contact sensor; it excludes overlapping moves.
@@ -28,7 +27,6 @@ fn program(count: usize) -> Program {
     drilled::holes(&wired(), count, 4, |_| 800)
 }
 
-/// A machine with these faults, homed if possible.
 fn homed(files: &Memory, faults: Faults) -> Bench {
     let mut bench = opened(files, World::broken_by(&wired(), files, faults), 1);
     (0..50).for_each(|_| bench.turn(TURN));
@@ -40,7 +38,6 @@ fn homed(files: &Memory, faults: Faults) -> Bench {
 }
 
 impl Bench {
-    /// Jogs, and keeps renewing the permission.
     fn moved(&mut self, axis: u8, mm: f64) {
         self.ask(&Ask::Jog { axis, distance_um: (mm * 1e3).round() as i32, anyway: false });
         self.until(|status| status.state == State::Jogging);
@@ -57,7 +54,6 @@ impl Bench {
         status.alarm.map(|why| why.code)
     }
 
-    /// Positions at which the contact closed.
     fn closed(&mut self) -> Vec<[i64; 3]> {
         let stops = self.world().stops.iter();
         stops.filter(|(_, input)| *input == CONTACT).map(|(at, _)| *at).collect()
@@ -155,17 +151,14 @@ fn unplugging_during_a_survey_leaves_no_wrong_map() {
     }
 }
 
-/// An action of the test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Work {
     Home,
-    /// Measure the board.
     Touch,
     /// Drill eight holes: how many go through, and the result of the next homing.
     Drill(usize, Option<&'static str>),
 }
 
-/// A fault, an action, and the resulting alarm.
 const ROWS: &[(&str, Work, Option<&str>)] = &[
     ("lost-step@1", Work::Drill(8, Some("control.lost_count")), None),
     ("stuck-switch", Work::Home, Some("control.sensor_stuck")),

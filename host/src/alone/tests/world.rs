@@ -21,7 +21,6 @@ use annulus_link::{AXES, CYCLES_PER_TICK, INPUTS, TICK_HZ};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, channel};
 
-/// Time of one main loop, in µs.
 const ROUND_US: u64 = 250;
 /// How far ahead words are made, in ticks.
 const AHEAD: u32 = 20_000;
@@ -30,7 +29,6 @@ const TICKS_PER_US: u64 = 10;
 /// Pulses that are made but not yet given: cycle and direction.
 #[derive(Default)]
 struct Rings {
-    /// Cycle after the last word.
     behind: [u64; AXES],
     pulses: [VecDeque<(u64, bool)>; AXES],
     pulse: u32,
@@ -66,14 +64,12 @@ enum Motion {
     Playing(End),
 }
 
-/// The adapter, its cable, and the drill.
 pub(super) struct World {
     pub(super) port: Port,
     machine: Machine,
     adapter: Adapter<'static>,
     rings: Rings,
     motion: Motion,
-    /// Start of the pulses, and current time, in µs.
     begun_us: u64,
     now_us: u64,
     drill: VirtualDrill,
@@ -81,25 +77,18 @@ pub(super) struct World {
     files: Memory,
     /// Simulates firmware without filters.
     pub(super) knows_no_filters: bool,
-    /// Counts of touches shorter than their filter.
     pub(super) touches: Touches,
-    /// The emergency stop is pressed.
     pub(super) pressed: bool,
     plugged: bool,
-    /// The USB hub passes nothing on.
     pub(super) stalled: bool,
     /// How much faster the adapter's clock runs, in parts per million.
     pub(super) fast_ppm: u64,
-    /// Flips a bit of one in this many bytes.
     pub(super) garble: Option<(Chance, usize)>,
-    /// Pulses given, and bytes received.
     pub(super) steps: u64,
     pub(super) bytes: u64,
-    /// Bytes of frames that carry path.
     pub(super) of_path: u64,
     frames: Unstuffer<FRAME>,
     since: u64,
-    /// Records the pulses instead of driving a drill.
     pub(super) written_down: Option<Vec<Pulse>>,
     /// Number of packets that still arrive; all later ones are lost.
     pub(super) packets: Option<u64>,
@@ -107,7 +96,6 @@ pub(super) struct World {
     pub(super) stops: Vec<([i64; 3], u8)>,
 }
 
-/// A pulse: time, axis and direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pulse {
     pub(super) tick: u64,
@@ -115,7 +103,6 @@ pub(super) struct Pulse {
     pub(super) forward: bool,
 }
 
-/// Replaces the filter requests in these bytes by an unknown kind.
 fn without_filters(bytes: &[u8]) -> Vec<u8> {
     const UNKNOWN: u8 = 100;
     let (mut frames, mut all, mut since) = (Unstuffer::<FRAME>::new(), Vec::new(), 0);
@@ -135,7 +122,6 @@ fn without_filters(bytes: &[u8]) -> Vec<u8> {
     all
 }
 
-/// Bytes of one USB packet.
 const PACKET: usize = 64;
 
 fn fresh(firmware: u32) -> Adapter<'static> {
@@ -156,7 +142,6 @@ impl World {
         Self::broken_by(machine, files, Faults::default())
     }
 
-    /// The same with a drill that has these faults.
     pub(super) fn broken_by(machine: &Machine, files: &Memory, faults: Faults) -> Self {
         let (told, holes) = channel();
         let record = Box::new(move |hole: &VirtualHole| drop(told.send(board::line(hole))));
@@ -191,31 +176,26 @@ impl World {
         }
     }
 
-    /// Another page opens the port.
     pub(super) fn port_again(&mut self) -> Port {
         self.port = Port::default();
         self.port.opened();
         self.port.clone()
     }
 
-    /// Unplugs the cable, or plugs it in again.
     pub(super) fn plug(&mut self, plugged: bool) {
         self.plugged = plugged;
         if plugged { self.port.opened() } else { self.port.gone() }
     }
 
-    /// Power-cycles the adapter.
     pub(super) fn power(&mut self) {
         self.flashed(own_firmware());
     }
 
-    /// Power-cycles the adapter with another firmware.
     pub(super) fn flashed(&mut self, firmware: u32) {
         (self.adapter, self.rings, self.motion) = (fresh(firmware), Rings::default(), Motion::Rest);
         self.drill.safe();
     }
 
-    /// Returns `true` if its pins drive windings.
     pub(super) fn drives_phases(&self) -> bool {
         self.adapter.settings().phases != 0
     }
@@ -225,7 +205,6 @@ impl World {
         self.drill.real()
     }
 
-    /// Why a tool broke, if one did.
     pub(super) fn broken(&self) -> Option<Breakage> {
         self.drill.broken()
     }
@@ -249,7 +228,6 @@ impl World {
         }
     }
 
-    /// Counts the bytes of each kind of frame.
     fn weigh(&mut self, byte: u8) {
         self.since += 1;
         let Some(frame) = self.frames.take(byte) else { return };
@@ -287,7 +265,6 @@ impl World {
         bytes
     }
 
-    /// One main loop of the program.
     fn round(&mut self) {
         self.adapter.obey_next();
         while let Some(order) = self.adapter.order() {
@@ -369,7 +346,6 @@ impl World {
         }
     }
 
-    /// The state machines ran dry.
     pub(super) fn fault(&mut self) {
         self.force(None, false);
     }

@@ -4,7 +4,6 @@ use super::*;
 use annulus_core::wire::CheckModeReport;
 
 impl Bench {
-    /// The latest check report.
     fn was_checked(&self) -> Option<CheckModeReport> {
         let mut told = self.heard.iter().rev();
         told.find_map(

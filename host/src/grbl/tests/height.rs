@@ -5,7 +5,6 @@ use super::*;
 use annulus_core::wire::{ArmedJob, JobEnd};
 
 impl Bench {
-    /// Starts, and waits for the first tool request.
     fn first_change(&mut self, key: &str, from_leg: u32) {
         self.start(key, from_leg);
         self.state(State::ToolChange);
@@ -40,7 +39,6 @@ impl Bench {
         (job, next_leg)
     }
 
-    /// Requests a zero, and waits for it.
     fn zeroed(&mut self, ask: &Ask) {
         assert_eq!(self.refused(ask), None);
         (0..500).for_each(|_| self.millisecond());

@@ -19,7 +19,6 @@ impl Bench {
         said
     }
 
-    /// The page is blocked for `ms`; the worker runs.
     fn stuck(&mut self, ms: u64) {
         let (mut said, mut written) = (Vec::new(), Vec::new());
         for _ in 0..ms / 10 {
@@ -37,7 +36,6 @@ impl Bench {
         self.ask(&Ask::TakeControl { force: false });
     }
 
-    /// Page and worker are both suspended for `ms`.
     fn asleep(&mut self, ms: u64) {
         let said = self.board_alone(ms);
         self.station.bytes(said);
@@ -55,7 +53,6 @@ impl Bench {
         self.heard.iter().filter(is).count()
     }
 
-    /// In the middle of a job.
     fn running() -> (Self, annulus_core::job::Program) {
         let program = holes(10);
         let mut bench = Self::ready(&Memory::default());

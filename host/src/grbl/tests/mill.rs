@@ -9,7 +9,6 @@ fn say(name: &str) -> Ask {
 }
 
 impl Bench {
-    /// The latest reported mill.
     fn mill(&self) -> Option<String> {
         let mut told = self.heard.iter().rev();
         told.find_map(|tell| {
@@ -18,7 +17,6 @@ impl Bench {
         .flatten()
     }
 
-    /// Pre-flight codes about the mill for the job `key`.
     fn unlike(&mut self, key: &str) -> Vec<String> {
         self.ask(&Ask::Arm { job: key.to_owned(), from_leg: 0 });
         let armed = self.heard.iter().rev().find_map(|tell| match tell {

@@ -29,7 +29,6 @@ pub(super) fn at(numbers: &[f64]) -> Ask {
 }
 
 impl Bench {
-    /// The latest report on how lengths are found.
     fn lengths(&self) -> ToolLengths {
         let mut told = self.heard.iter().rev();
         let told = told.find_map(|tell| {
@@ -38,7 +37,6 @@ impl Bench {
         *told.unwrap()
     }
 
-    /// The pre-flight row about the tool setter.
     fn setter_row(&mut self, key: &str) -> Option<(String, RowVerdict)> {
         self.fails(key, 0);
         let armed = self.heard.iter().rev().find_map(|tell| match tell {

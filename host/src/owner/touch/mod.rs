@@ -41,7 +41,6 @@ const FURTHEST_UM: u32 = 50_000;
 const THICKEST_UM: u32 = 50_000;
 const BACK: Length = Length::from_um(1_000);
 
-/// The current step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TouchStep {
     Rise,
@@ -53,25 +52,26 @@ enum TouchStep {
     Back,
 }
 
-/// The purpose of the probing.
 pub(crate) enum TouchFor {
-    /// The height map of a board.
     Survey(Surveying),
     /// The height of the board, at most `depth` below the tool, with a plate of this thickness on it.
-    Height { depth: Length, plate: Length },
-    /// The tool setter, in a tool change.
+    Height {
+        depth: Length,
+        plate: Length,
+    },
     Setter,
-    /// An edge of the board.
-    Edge { axis: usize, up: bool, reach: Length, radius: Length },
+    Edge {
+        axis: usize,
+        up: bool,
+        reach: Length,
+        radius: Length,
+    },
 }
 
-/// A probing in progress.
 pub(crate) struct Touching {
     pub(super) what: TouchFor,
     step: TouchStep,
-    /// Position at the start of the step.
     from: Steps,
-    /// Position where the contact closed.
     found: Option<Steps>,
 }
 
@@ -80,7 +80,6 @@ pub(super) fn length(um: u32) -> Length {
 }
 
 impl Owner {
-    /// Checks that probing is possible now.
     pub(super) fn may_touch(&self) -> Result<(), Diagnostic> {
         self.may_move_in_change()?;
         if self.session.queue || self.touching.is_some() {
@@ -109,7 +108,6 @@ impl Owner {
         self.begin_touching(TouchFor::Height { depth: length(depth_um), plate: length(plate_um) })
     }
 
-    /// Starts to search for an edge of the board along an axis.
     pub(crate) fn touch_edge(
         &mut self,
         (axis, up): (u8, bool),
@@ -152,12 +150,10 @@ impl Owner {
         settings.scale.steps(settings.min)..=settings.scale.steps(settings.max)
     }
 
-    /// Machine steps of Z for a height over the board's surface.
     fn z_steps(&self, height: Length) -> i64 {
         self.machine.z.scale.steps(self.machine.process.surface + height)
     }
 
-    /// The session allows the start, or the continuation.
     pub(crate) fn touching_begins(&mut self) {
         self.tell(self.surface_tell());
         let what = self.touching.as_ref().map(|touching| &touching.what);
@@ -165,13 +161,11 @@ impl Owner {
         self.touch(if rises { TouchStep::Rise } else { TouchStep::Look });
     }
 
-    /// Continues after a pause.
     pub(crate) fn touching_goes_on(&mut self) -> Result<(), Diagnostic> {
         let rests = self.session.state == State::Paused;
         self.try_event(if rests { Event::Queue } else { Event::Resume })
     }
 
-    /// Plays the next step.
     fn touch(&mut self, step: TouchStep) {
         let from = self.position;
         let Some(touching) = &mut self.touching else { return };
@@ -244,7 +238,6 @@ impl Owner {
         (from, to)
     }
 
-    /// Machine steps of Z for moves between points.
     fn clear_steps(&self) -> i64 {
         if self.touching.as_ref().is_some_and(|touching| matches!(touching.what, TouchFor::Setter)) {
             return cycles::top(&self.machine);
@@ -272,7 +265,6 @@ impl Owner {
         Point::new(x, y)
     }
 
-    /// Handles the end of a step.
     pub(crate) fn touched(&mut self, ended: Ended, inputs: u32) {
         if self.session.state == State::Stopping {
             return self.pending.push_back(Event::Rested);
@@ -364,7 +356,6 @@ impl Owner {
         }
     }
 
-    /// The contact closed at `at`.
     fn touched_at(&mut self, at: Steps) {
         let height = self.machine.z.scale.length(self.machine.lowest(&at)) - self.machine.process.surface;
         let Some(touching) = &mut self.touching else { return };
@@ -421,7 +412,6 @@ impl Owner {
         self.surface.as_deref().filter(lies).map(|kept| kept.map.clone())
     }
 
-    /// Sets the surface height of the board, for the current tool.
     pub(super) fn set_height(&mut self, height: Length) -> Result<(), Diagnostic> {
         let map = self.map_there();
         let changes = [("stroke.surface".to_owned(), Value::Number(height.mm()))];
@@ -449,7 +439,6 @@ impl Owner {
         }
     }
 
-    /// Sets the touched edge as work zero of its axis.
     fn set_edge(&mut self, axis: usize, up: bool, radius: Length, at: Steps) {
         let settings = self.machine.axis(axis);
         let (radius, play) = (settings.scale.steps(radius), settings.scale.steps(settings.backlash));

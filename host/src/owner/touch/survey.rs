@@ -15,7 +15,6 @@ use std::sync::Arc;
 /// Limit of the travel height over the highest point, and of the search depth, µm.
 const MOST_UM: u32 = 20_000;
 
-/// A request to measure the board.
 pub(crate) struct SurveyWish {
     pub(crate) grid: ProbeGrid,
     pub(crate) job: String,
@@ -24,7 +23,6 @@ pub(crate) struct SurveyWish {
     pub(crate) now_s: u64,
 }
 
-/// A measurement in progress.
 pub(crate) struct Surveying {
     pub(super) survey: Survey,
     job: String,
@@ -37,7 +35,6 @@ pub(crate) struct Surveying {
 }
 
 impl Owner {
-    /// Starts to measure the board.
     pub(crate) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
         self.may_touch()?;
         if !wish.grid.is_sound() {
@@ -95,7 +92,6 @@ impl Owner {
         self.keep_surface(None)
     }
 
-    /// The height map report for the pages.
     pub(crate) fn surface_tell(&self) -> Tell {
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
         let report = match (self.touching.as_ref().map(|touching| &touching.what), &self.surface) {
