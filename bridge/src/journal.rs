@@ -37,12 +37,9 @@ pub(crate) struct Journal {
 /// Opens the journal again.
 type Opener = Box<dyn Fn() -> Result<Database, String> + Send>;
 
-/// Why the journal cannot be opened.
 #[derive(Debug)]
 pub(crate) enum Trouble {
-    /// Another process uses it.
     InUse,
-    /// Its contents are invalid.
     Damaged(String),
     Disk(String),
 }
@@ -164,7 +161,6 @@ fn try_open(path: &Path) -> Result<(Journal, Contents), Trouble> {
     opened.unwrap_or_else(|| Err(Trouble::Damaged("its structure is broken".to_owned())))
 }
 
-/// Opens the database at `path` and checks every page.
 fn open_database(path: &Path) -> Result<Database, Trouble> {
     let mut database = Database::create(path).map_err(|error| match error {
         DatabaseError::DatabaseAlreadyOpen => Trouble::InUse,
@@ -263,7 +259,6 @@ impl Journal {
         written().map_err(|error| error.to_string())
     }
 
-    /// The program of the interrupted job.
     pub(crate) fn program(&self) -> Option<Vec<u8>> {
         let read = self.database().ok()?.begin_read().ok()?;
         let value = read.open_table(TABLE).ok()?.get("program").ok()??;
@@ -326,7 +321,6 @@ impl Keeper for Journal {
     }
 }
 
-/// The key of a tool's wear.
 fn wear_key(wear: &ToolWear) -> String {
     format!("{WEAR}{}/{}", wear.machine, wear.number)
 }

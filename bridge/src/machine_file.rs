@@ -13,7 +13,6 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-/// A machine, and the file of its settings.
 #[derive(Debug)]
 pub(crate) struct Known {
     /// As configured; the preset if nothing was configured yet.
@@ -22,7 +21,6 @@ pub(crate) struct Known {
     pub(crate) path: PathBuf,
 }
 
-/// Version of the file's layout.
 const SCHEMA: i64 = 1;
 
 /// Folder of jobs, journal and drilled-board record: `$ANNULUS_HOME`, else `$XDG_DATA_HOME/annulus`, else
@@ -55,7 +53,6 @@ fn folder(variable: &str, beneath_home: &str) -> PathBuf {
     base.unwrap_or_default().join("annulus")
 }
 
-/// Sorted names of the machines with a file.
 pub(crate) fn names() -> Vec<String> {
     let Some(folder) = path_of("x").parent().map(Path::to_owned) else { return Vec::new() };
     let files = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -95,7 +92,6 @@ pub(crate) fn words() -> Vec<String> {
     words
 }
 
-/// Loads the machine from the file `path`.
 pub(crate) fn load(path: &Path) -> Result<Machine, Refusal> {
     let file = path.display().to_string();
     let bytes = fs::read(path).map_err(|error| unreadable(&file, &error))?;
@@ -207,7 +203,6 @@ fn moved_from_card(changes: &[Placed]) -> Vec<Placed> {
     moved.collect()
 }
 
-/// Writes `machine` to `path` atomically.
 pub(crate) fn save(path: &Path, machine: &Machine) -> Result<(), Diagnostic> {
     write_own(path, text_of(machine).as_bytes()).map_err(|error| {
         let file = path.display();

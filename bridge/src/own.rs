@@ -11,7 +11,6 @@ pub(crate) fn root(folder: &Path) -> io::Result<()> {
     check(&fs::canonicalize(folder)?, true)
 }
 
-/// Creates a folder inside the root.
 pub(crate) fn folder(folder: &Path) -> io::Result<()> {
     builder().create(folder)?;
     check(folder, true)

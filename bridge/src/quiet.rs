@@ -34,7 +34,6 @@ mod tests {
     use std::process::Command;
     use std::thread;
 
-    /// Observed by the test below from outside.
     #[test]
     #[ignore = "run by the test below, in a process of its own"]
     fn panics_are_caught() {

@@ -30,24 +30,19 @@ impl From<Exit> for ExitCode {
 pub(crate) struct Refusal {
     /// The reason; its sentences are in the locale tables.
     pub(crate) why: Diagnostic,
-    /// Exit code of the process.
     pub(crate) exit: Exit,
-    /// All diagnostics about the files, including this one.
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 impl Refusal {
-    /// A refusal because of the content.
     pub(crate) fn content(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Content, diagnostics: Vec::new() }
     }
 
-    /// A refusal because of wrong usage.
     pub(crate) fn usage(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Usage, diagnostics: Vec::new() }
     }
 
-    /// A refusal because of the environment.
     pub(crate) fn surroundings(why: Diagnostic) -> Self {
         Self { why, exit: Exit::Surroundings, diagnostics: Vec::new() }
     }
@@ -67,7 +62,6 @@ impl Refusal {
         self
     }
 
-    /// The JSON object for scripts.
     pub(crate) fn object(&self) -> Value {
         json!({
             "ok": false,
@@ -82,7 +76,6 @@ impl Refusal {
     }
 }
 
-/// One diagnostic as JSON.
 pub(crate) fn diagnostic(diagnostic: &Diagnostic) -> Value {
     let place = diagnostic.place.as_ref();
     json!({

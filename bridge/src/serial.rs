@@ -12,14 +12,10 @@ const PATIENCE: Duration = Duration::from_millis(4);
 /// Most bytes that may wait to be written: far more than a controller buffers.
 const MOST_WAITING: usize = 64 * 1024;
 
-/// A port in the list.
 #[derive(Debug, Clone)]
 pub(crate) struct Listed {
-    /// Name for opening it.
     pub(crate) name: String,
-    /// Description of the device, if known.
     pub(crate) what: String,
-    /// USB vendor and product ID.
     pub(crate) usb: Option<(u16, u16)>,
 }
 
@@ -59,7 +55,6 @@ pub(crate) fn list() -> Vec<Listed> {
 }
 
 pub(crate) struct Port {
-    /// Name under which it was opened.
     pub(crate) name: String,
     serial: Box<dyn SerialPort>,
     waiting: VecDeque<u8>,

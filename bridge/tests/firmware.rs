@@ -17,7 +17,6 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A firmware of one block.
 fn firmware() -> Vec<u8> {
     let mut out = Vec::new();
     let head: [u32; 8] = [0x0A32_4655, 0x9E5D_5157, 0x2000, 0x1000_0000, 256, 0, 1, 0xE48B_FF56];
@@ -50,7 +49,6 @@ impl Desk {
         self.flashed(word, disk, &["--no-wait"])
     }
 
-    /// The same with other arguments.
     fn flashed(&self, word: &str, disk: &Path, more: &[&str]) -> (i32, Value) {
         let (mut person, terminal) = TTYPort::pair().unwrap();
         let name = terminal.name().unwrap();
@@ -74,7 +72,6 @@ fn code(object: &Value) -> &str {
     object["error"]["code"].as_str().unwrap_or_default()
 }
 
-/// An adapter that returned with some firmware, at a port.
 struct CameBack {
     name: String,
     ends: Arc<AtomicBool>,

@@ -16,14 +16,12 @@ use std::time::{Duration, Instant};
 pub(crate) const HOLES: u32 = 24;
 /// Number of kills, normally and with `cargo xtask test --long`.
 const KILLS: [u32; 2] = [200, 1_000];
-/// Kills before a board is left in peace.
 const KILLS_A_BOARD: u32 = 12;
 
 fn place(hole: u32) -> Point {
     Point::from_mm(f64::from(hole % 6) * 2.0, f64::from(hole / 6) * 2.0)
 }
 
-/// A small board with two tools.
 pub(crate) fn board() -> Program {
     let machine = virtual_drill();
     let process = &machine.process;

@@ -11,10 +11,8 @@ use std::time::{Duration, Instant};
 /// Number of kills, normally and with `cargo xtask test --long`.
 const KILLS: [u32; 2] = [24, 240];
 
-/// Kills before a board is left in peace.
 const KILLS_A_BOARD: u32 = 6;
 
-/// Three sizes, three holes each.
 fn board() -> String {
     let holes = |tool: u32| (0..3).map(move |hole| format!("X{}.0Y{}.0\n", 5 + 9 * hole, 5 * tool));
     let of = |tool: u32| format!("T{tool}\n{}", holes(tool).collect::<String>());

@@ -18,9 +18,7 @@ use std::process::Command;
 
 /// A job file for holes and slots only.
 const HOLES: &str = "schema = 1\n[setup]\nface = \"top\"\npairs = 0\n[[operation]]\nkind = \"drill\"\n[[operation]]\nkind = \"mill_holes\"\n";
-/// Problems of a proof, which `cam` wants accepted.
 const FINDINGS: &str = "short,gap,break,gone,lost,hit,ring,sliver,shallow,remnant";
-/// Most holes to turn into steps here.
 const MOST_STEPS: u64 = 400;
 
 /// Runs a command, accepting all its errors in turn. Returns exit code, JSON object, and the accepted
@@ -55,7 +53,6 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
     }
 }
 
-/// The page's worker on the same files.
 fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<PlanReady> {
     let mut cache = Cache::default();
     let machine = Settings::of(&virtual_drill());
@@ -77,7 +74,6 @@ fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<PlanRe
     }
 }
 
-/// Separates the program from its list of accepted errors.
 fn apart(bytes: &[u8]) -> (Program, BTreeSet<String>) {
     let mut program = program::decode(bytes).expect("a program");
     let accepted = std::mem::take(&mut program.accepted).into_iter().collect();
@@ -177,7 +173,6 @@ fn files(path: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Walks all of them. Returns how many had something to plan.
 fn walk_all(paths: impl IntoIterator<Item = PathBuf>) -> usize {
     let home = tempfile::tempdir().unwrap();
     let walked = paths.into_iter().filter(|path| {

@@ -4,7 +4,6 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Length of the digest before a record.
 const SEAL: usize = 16;
 
 /// The entry of the last job with its tool wear; null before the first.

@@ -15,22 +15,18 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// A controller at its port.
 pub(crate) struct Board {
     pub(crate) port: String,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Requests to its thread, and its answers.
 #[derive(Default)]
 struct Shared {
     ends: AtomicBool,
-    /// The safety door is open.
     door: AtomicBool,
     /// The controller hangs: it reads and sends nothing more.
     frozen: AtomicBool,
-    /// The test requests a status report.
     asked: AtomicBool,
     told: Mutex<Option<String>>,
     heard: Mutex<Vec<u8>>,
@@ -134,17 +130,14 @@ impl Board {
         Self { port, shared, thread: Some(thread) }
     }
 
-    /// Opens the safety door and leaves it open.
     pub(crate) fn opens_door(&self) {
         self.shared.door.store(true, Ordering::SeqCst);
     }
 
-    /// Makes the controller hang.
     pub(crate) fn freezes(&self) {
         self.shared.frozen.store(true, Ordering::SeqCst);
     }
 
-    /// Everything that it heard.
     pub(crate) fn heard(&self) -> String {
         String::from_utf8_lossy(&self.shared.heard.lock().unwrap()).into_owned()
     }

@@ -5,7 +5,6 @@ use serde_json::Value;
 use std::fs;
 use std::process::Command;
 
-/// A program whose fifth line is this one.
 fn program(line: &str) -> String {
     format!("G21 G90\nG0 Z2\nG0 X1 Y1\nM3 S9000\n{line}\nG1 Z-0.5 F600\nG0 Z2\nM5\nM2\n")
 }

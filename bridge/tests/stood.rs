@@ -18,7 +18,6 @@ use std::time::{Duration, Instant};
 
 /// Keeps the opened terminal from becoming this process's controlling terminal.
 const NOT_MINE: i32 = 0o400;
-/// Longest duration of anything here.
 const MOST: Duration = Duration::from_secs(90);
 
 /// A user at a terminal, a controller, and a job of a dozen holes.
@@ -59,7 +58,6 @@ impl Desk {
         self.run_with("--zero-at -100,-100,-20")
     }
 
-    /// The command line that runs the job with `flags`.
     fn run_with(&self, flags: &str) -> String {
         let annulus = env!("CARGO_BIN_EXE_annulus");
         format!("{annulus} grbl run job.nc --json --port {} --spin-up 0 {flags}", self.board.port)
@@ -89,7 +87,6 @@ impl Desk {
         }
     }
 
-    /// How often the board heard that.
     fn heard_count(&self, text: &str) -> usize {
         self.board.heard().matches(text).count()
     }
@@ -102,17 +99,14 @@ impl Desk {
         self.hand.write_all(text.as_bytes()).unwrap();
     }
 
-    /// How many holes are there, as it is written down.
     fn holes(&self) -> u64 {
         progress(&self.path().join("home"))["holes"].as_u64().unwrap_or_default()
     }
 
-    /// Waits until so many holes are there.
     fn drills(&self, holes: u64) {
         self.until("so many holes", || self.holes() >= holes);
     }
 
-    /// Checks that it is held, and that nothing moves.
     fn is_held(&self) {
         let report = self.board.report();
         sleep(Duration::from_millis(700));

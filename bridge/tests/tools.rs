@@ -15,7 +15,6 @@ use std::fs;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// A home whose virtual drill has these tools.
 fn home_with(tools: &str) -> TempDir {
     let home = TempDir::new().unwrap();
     let folder = home.path().join("machines");
@@ -24,7 +23,6 @@ fn home_with(tools: &str) -> TempDir {
     home
 }
 
-/// `annulus tools list`: number, holes, and whether worn.
 fn listed(home: &TempDir) -> Vec<(u64, u64, bool)> {
     let (code, object, said) = output(home, &["tools", "list", "--json"]);
     assert_eq!(code, 0, "{said}");

@@ -48,11 +48,8 @@ pub static MAPS: [Map; 2] = [
     Map { stop: 18, inputs: 4, run: 28, output: 26, alive: 27, second_output: 0 },
 ];
 
-/// PIO block with the state machines of the axes.
 pub const PIO0: usize = 0x5020_0000;
-/// PIO block with the watcher of the inputs.
 pub const PIO1: usize = 0x5030_0000;
-/// Copies words from memory to the state machines.
 pub const DMA: usize = 0x5000_0000;
 /// Functions of pins, and their edges.
 pub const IO: usize = 0x4001_4000;
@@ -123,7 +120,6 @@ pub fn pad(pin: u8, up: bool) {
     write(PADS + 4 + 4 * pin as usize, READ | STRENGTH | SCHMITT | if up { UP } else { DOWN });
 }
 
-/// The level at a pad, independent of its driver.
 #[inline(always)]
 pub fn level(pin: u8) -> bool {
     read(IO + 8 * pin as usize) >> 17 & 1 == 1
@@ -136,12 +132,10 @@ pub fn switch(on: u32, off: u32) {
     write(SIO + 0x18, off);
 }
 
-/// Lets the program drive exactly these pins.
 pub fn drive(pins: u32) {
     write(SIO + 0x20, pins);
 }
 
-/// Inverts the level of a pin.
 pub fn toggle(pin: u8) {
     write(SIO + 0x1C, 1 << pin);
 }

@@ -42,7 +42,6 @@ static SEEN: AtomicU32 = AtomicU32::new(1);
 /// Level at which each step pin is held.
 static HELD: [AtomicU32; AXES] = [const { AtomicU32::new(board::LOW) }; AXES];
 
-/// Registers of an axis's machine, from its clock divider on.
 const fn own(axis: usize) -> usize {
     PIO0 + 0xC8 + 0x18 * axis
 }
@@ -63,7 +62,6 @@ fn place() -> usize {
     usize::from(WIRED.load(Relaxed) == 1)
 }
 
-/// The current map.
 #[inline(always)]
 pub fn map() -> &'static Map {
     &board::MAPS[place()]
@@ -190,7 +188,6 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
     write(PIO1 + 0x12C, 1 << 8);
 }
 
-/// Start of the watcher's program.
 static WATCHER: AtomicU32 = AtomicU32::new(0);
 
 /// A motor's pin assignment: all pins for patterns, the forcing pins for `set`.

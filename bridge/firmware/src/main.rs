@@ -57,7 +57,6 @@ const CLOCK: PLLConfig = PLLConfig { vco_freq: HertzU32::MHz(1200), refdiv: 1, p
 
 const CRYSTAL_HZ: u32 = 12_000_000;
 
-/// The store of chunks, too large for the stack.
 struct Place(UnsafeCell<Store>);
 
 // SAFETY: only the main function takes it, once.
@@ -84,7 +83,6 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     }
 }
 
-/// The USB line to the bridge.
 struct Usb {
     device: UsbDevice<'static, UsbBus>,
     serial: SerialPort<'static, UsbBus>,
@@ -134,7 +132,6 @@ impl Usb {
     }
 }
 
-/// State of the motion.
 enum Motion {
     Rest,
     /// Words are being made; start time of the machines, in µs.
@@ -164,7 +161,6 @@ fn arm(adapter: &Adapter<'_>) {
     touches::stop_where_on();
 }
 
-/// Carries out an order of the link.
 fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     match order {
         Order::Settle if matches!(motion, Motion::Rest) && adapter.state() != State::Unset => {
@@ -189,7 +185,6 @@ fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     }
 }
 
-/// Continues the motion.
 fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
     if machines::is_stopped() {
         if !matches!(adapter.state(), State::Limit | State::EmergencyStop | State::Fault) {
@@ -315,7 +310,6 @@ fn welcome(by_watchdog: u8) -> Welcome {
     }
 }
 
-/// Reports the pins of the current map.
 fn name_pins(welcome: &mut Welcome) {
     let map = machines::map();
     (welcome.stop_pin, welcome.input_pin, welcome.output_pin) = (map.stop, map.input(), map.output);

@@ -66,7 +66,6 @@ pub fn clear() {
     prepare();
 }
 
-/// Gives an idle channel the words that exist.
 #[inline(always)]
 fn give(axis: usize) {
     let there = HEAD[axis].load(Acquire).wrapping_sub(TAIL[axis].load(Relaxed));
@@ -108,7 +107,6 @@ impl Rings {
         (0..AXES).all(|axis| self.heads[axis].wrapping_sub(TAIL[axis].load(Acquire)) + words <= WORDS)
     }
 
-    /// Shows the new words to the channels.
     #[inline(always)]
     pub fn close(self) {
         for axis in 0..AXES {
@@ -148,7 +146,6 @@ impl Words for Rings {
     }
 }
 
-/// Returns `true` if the machines have taken every word.
 pub fn are_dry() -> bool {
     let taken = |axis: usize| HEAD[axis].load(Relaxed) == TAIL[axis].load(Acquire);
     const EMPTY: u32 = CHANNELS << 24;

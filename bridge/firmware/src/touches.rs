@@ -64,7 +64,6 @@ const _: () = assert!(board::MAPS[0].input() % 8 == 3 && board::MAPS[1].input() 
 const FELL: u32 = 1 << 2;
 const ROSE: u32 = 1 << 3;
 
-/// Accesses the state with interrupts off.
 #[inline(always)]
 fn with<T>(work: impl FnOnce(&mut Seen) -> T) -> T {
     // SAFETY: interrupts are off, and only one core runs.
@@ -133,13 +132,11 @@ pub fn counted() -> Touches {
 }
 
 impl Seen {
-    /// The register of the first input's edges.
     #[inline(always)]
     fn register(&self) -> usize {
         EDGES + 4 * (self.first as usize / 8)
     }
 
-    /// Enables the edge interrupts of filtered inputs.
     #[inline(always)]
     fn interrupt_at_edges(&mut self) {
         self.is_quiet = false;
@@ -221,7 +218,6 @@ fn TIMER_IRQ_0() {
     with(|seen| seen.look(0));
 }
 
-/// Enables the alarm interrupt.
 pub fn prepare() {
     write(TIMER + 0x38, 1);
 }

@@ -26,7 +26,6 @@ const LISTENS: Duration = Duration::from_millis(150);
 const COMES: Duration = Duration::from_secs(15);
 const LOOKS: Duration = Duration::from_millis(200);
 
-/// Name of the file on the disk.
 const NAME: &str = "annulus-adapter.uf2";
 
 /// Calls `look` until it finds something or the patience ends.

@@ -59,7 +59,6 @@ pub(crate) fn is_boot_disk(folder: &Path) -> bool {
     said.len() < 1024 && said.lines().any(|line| line.trim() == "Board-ID: RPI-RP2")
 }
 
-/// The disks of boards in boot mode.
 pub(crate) fn boot_disks() -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = if cfg!(windows) {
         ('D'..='Z').map(|letter| PathBuf::from(format!("{letter}:\\"))).collect()
@@ -81,7 +80,6 @@ pub(crate) fn boot_disks() -> Vec<PathBuf> {
 mod tests {
     use super::*;
 
-    /// A file of two blocks with `text` across their border.
     fn file(text: &str) -> Vec<u8> {
         let mut flash = vec![0_u8; 2 * CARRIED];
         flash[240..240 + text.len()].copy_from_slice(text.as_bytes());

@@ -13,12 +13,10 @@ const BAUD: u32 = 115_200;
 /// Interval between attempts to open the port of an unplugged adapter.
 const TRY: Duration = Duration::from_millis(100);
 
-/// Returns `true` if the port's USB ID is that of an adapter.
 pub(crate) fn is_adapter(listed: &serial::Listed) -> bool {
     listed.usb == Some(USB)
 }
 
-/// The names of all ports with an adapter.
 pub(crate) fn adapters() -> Vec<String> {
     serial::list().into_iter().filter(is_adapter).map(|listed| listed.name).collect()
 }
@@ -28,7 +26,6 @@ pub(super) fn named(name: &str) -> Result<String, Diagnostic> {
     if name.is_empty() { only(adapters()) } else { Ok(name.to_owned()) }
 }
 
-/// The only name of a list.
 fn only(mut names: Vec<String>) -> Result<String, Diagnostic> {
     match names.len() {
         0 => Err(error!("adapter.not_found")),
@@ -55,7 +52,6 @@ pub(super) struct Plug {
 }
 
 impl Plug {
-    /// Opens the port `wanted`.
     pub(super) fn open(wanted: &str) -> Result<Self, Diagnostic> {
         let port = open(wanted)?;
         Ok(Self { wanted: wanted.to_owned(), name: port.name.clone(), port: Some(port) })

@@ -15,7 +15,6 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// The owner's handle.
 struct Thread {
     orders: Option<Sender<Instruction>>,
     thread: Option<JoinHandle<()>>,
@@ -83,7 +82,6 @@ impl Seat for Thread {
         self.gone.load(Ordering::SeqCst)
     }
 
-    /// An adapter that hears nothing makes itself safe.
     fn make_safe(&self) -> Result<(), Diagnostic> {
         Ok(())
     }

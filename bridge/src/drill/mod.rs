@@ -42,13 +42,11 @@ use tokio::sync::mpsc;
 /// Name of the drilled-board record in the drill's folder: one line per hole, written by the virtual drill.
 pub(crate) const RECORD: &str = "drilled.txt";
 
-/// Name of the journal in the drill's folder.
 pub(crate) const JOURNAL: &str = "journal.redb";
 
 /// How long `shutdown` waits for the machine to stop.
 const LAST_REST: Duration = Duration::from_secs(5);
 
-/// Interval of checks whether it has stopped.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A handle of the drill. Clones share the drill; [`Drill::shutdown`] ends it.
@@ -60,9 +58,7 @@ pub(crate) struct Drill {
     owner: Arc<Mutex<Option<JoinHandle<()>>>>,
     timing: Option<Timing>,
     tickets: Arc<Tickets>,
-    /// Only one plan is made at a time.
     planner: Arc<Mutex<()>>,
-    /// The machine file for changed settings.
     settings: Arc<Mutex<KeptSettings>>,
 }
 
@@ -74,7 +70,6 @@ impl Drill {
         Self::open_with(folder, machine, speed, Faults::default())
     }
 
-    /// The same with faults of the virtual drill.
     pub(crate) fn open_with(
         folder: &Path,
         machine: Machine,
@@ -181,7 +176,6 @@ impl Drill {
         self.timing.as_ref()
     }
 
-    /// Sets the machine file for changed settings.
     pub(crate) fn keep_settings_in(&self, path: PathBuf) {
         self.keep_settings_but(path, Vec::new());
     }
@@ -224,7 +218,6 @@ impl Drill {
             .unwrap_or_else(|| Err(gone()))
     }
 
-    /// The saved height map.
     pub(crate) fn map(&self) -> Option<HeightMap> {
         store::load_surface(&self.folder).map(|surface| surface.map)
     }

@@ -25,15 +25,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Name of the executor's record in the drill's folder.
 const EXECUTED: &str = "executor.log";
 
-/// Where changed settings are saved.
 pub(super) struct KeptSettings {
-    /// The machine file.
     pub(super) path: PathBuf,
     /// What the file has in place of values of one run.
     pub(super) unchanged: Vec<(String, Value)>,
 }
 
-/// A drill's folder and channels.
 pub(super) struct Here {
     pub(super) folder: PathBuf,
     pub(super) speed: f64,
@@ -44,7 +41,6 @@ pub(super) struct Here {
 }
 
 impl Here {
-    /// Passes messages of an executor to the owner.
     fn hear(&self) -> impl Fn(Heard) + Send + 'static {
         let messages = self.messages.clone();
         move |heard| {

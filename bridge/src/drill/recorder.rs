@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-/// The owner's handle.
 pub(super) struct Recorder {
     records: Option<Sender<Record>>,
     thread: Option<JoinHandle<()>>,
@@ -36,7 +35,6 @@ impl Recorder {
         }
     }
 
-    /// Returns `true` while the thread runs.
     pub(super) fn lives(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }

@@ -67,7 +67,6 @@ pub(super) fn load_surface(folder: &Path) -> Option<KeptSurface> {
     serde_json::from_slice(&bytes).ok().filter(KeptSurface::is_whole)
 }
 
-/// Returns `true` if any program was ever saved in `folder`.
 pub(super) fn has_any(folder: &Path) -> bool {
     fs::read_dir(folder.join("jobs")).is_ok_and(|mut files| files.next().is_some())
 }

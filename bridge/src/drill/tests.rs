@@ -29,7 +29,6 @@ fn machine() -> Machine {
     Machine { tool_change: ToolChange::Unattended, ..virtual_drill() }
 }
 
-/// `count` holes on a grid, one tool.
 fn grid(machine: &Machine, count: u32) -> Program {
     let process = &machine.process;
     let to = -(process.board_thickness + process.breakthrough);
@@ -103,7 +102,6 @@ impl Bench {
             .unwrap()
     }
 
-    /// Waits for a status; panics after a time limit.
     fn wait(&self, what: impl Fn(&Status) -> bool) -> Status {
         let since = Instant::now();
         loop {
@@ -144,7 +142,6 @@ impl Bench {
         self.drill.ask(Ask::Start { job, stream_digest, from_leg: 0 }).unwrap();
     }
 
-    /// The leg at which an interrupted job would resume.
     fn offer(&self) -> Option<u32> {
         self.drill.greeting().into_iter().find_map(|tell| match tell {
             Tell::Interrupted(InterruptedJob { next_leg, .. }) => Some(next_leg),
@@ -152,7 +149,6 @@ impl Bench {
         })
     }
 
-    /// Resumes an interrupted program.
     fn take_up(&self, program: &Program) {
         let from_leg = self.offer().unwrap();
         let (job, stream_digest, _) = self.arm(program);
@@ -172,7 +168,6 @@ impl Bench {
         }
     }
 
-    /// Holes of the drilled-board record.
     fn record(&self) -> Vec<[f64; 3]> {
         holes(&self.folder.path().join(RECORD))
     }
@@ -317,7 +312,6 @@ fn jog_before_homing_is_limited_to_the_travel() {
     }
 }
 
-/// Homes with a fault. Returns the alarm's code.
 fn homing_alarm(faults: Faults) -> String {
     let bench = Bench::new(&machine(), faults);
     bench.home();

@@ -34,7 +34,6 @@ use std::time::Duration;
 /// Interval of position updates and keep-alives.
 const GLIMPSES: Duration = Duration::from_millis(20);
 
-/// Interval of the silence check.
 const LOOK: Duration = Duration::from_millis(25);
 
 /// Longest silence of the bridge. Counted in checks: time in which this process did not run either does not
@@ -151,7 +150,6 @@ fn read(body: &Sender<Vec<u8>>) {
     }
 }
 
-/// Why the connection ended.
 enum End {
     /// The bridge requested it.
     Asked,
@@ -161,7 +159,6 @@ enum End {
     Silent,
 }
 
-/// Carries out frames until the end.
 fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets, patience: Duration) -> End {
     let mut silent = Duration::ZERO;
     loop {

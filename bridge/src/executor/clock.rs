@@ -18,7 +18,6 @@ const LUMP_MS: f64 = 2.0;
 /// The last part before a step is spent spinning, not sleeping.
 const WATCHED: Duration = Duration::from_micros(100);
 
-/// How long a clock is measured.
 pub(crate) const MEASURED: Duration = Duration::from_secs(2);
 
 /// Time between two measured wake-ups, in ticks: 0.5 ms.
@@ -104,13 +103,11 @@ impl Clock for StepClock {
     }
 }
 
-/// Time since the first call in this process.
 pub(crate) fn time() -> Duration {
     static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
     BEGAN.elapsed()
 }
 
-/// Measures how late `clock` is, for `how_long`.
 pub(crate) fn measure(clock: &mut dyn Clock, how_long: Duration) -> Lateness {
     let begun = clock.now();
     let end = begun + (how_long.as_secs_f64() * TICK_HZ as f64) as u64;

@@ -26,8 +26,11 @@ const LIMIT: usize = 16 * 1024 * 1024;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Down {
     /// First: the machine, the path of the record, and an earlier timing measurement.
-    Start { settings: Vec<(String, Value)>, record: PathBuf, measured: Option<Lateness> },
-    /// A message of the owner.
+    Start {
+        settings: Vec<(String, Value)>,
+        record: PathBuf,
+        measured: Option<Lateness>,
+    },
     Said(Said),
     /// Keep-alive of the bridge.
     Alive,
@@ -48,7 +51,6 @@ pub(super) enum Up {
 /// Interval of the bridge's keep-alives.
 pub(super) const BEAT: Duration = Duration::from_millis(50);
 
-/// Encodes a frame for the pipe.
 pub(super) fn encode(frame: &impl Serialize) -> io::Result<Vec<u8>> {
     let body = serde_json::to_vec(frame)?;
     let length = u32::try_from(body.len()).ok().filter(|length| *length as usize <= LIMIT);

@@ -29,7 +29,6 @@ use std::time::{Duration, Instant};
 /// measured.
 const READY: Duration = Duration::from_secs(30);
 
-/// How long it may take to stop and end.
 const END: Duration = Duration::from_secs(6);
 
 /// Longest silence of the process. Counted in beats: time in which the bridge did not run either does not
@@ -45,17 +44,13 @@ pub(crate) struct Process {
     shared: Arc<Shared>,
 }
 
-/// Shared by the threads around the process.
 struct Link {
     machine: Machine,
     child: Mutex<Child>,
-    /// `None` after the last message.
     pipe: Mutex<Option<ChildStdin>>,
-    /// Number of frames received.
     heard: AtomicU64,
     /// The process took over the outputs and was ready.
     begun: AtomicBool,
-    /// The process was silent for too long.
     silent: AtomicBool,
     /// The process cannot continue, or its pipe ended; its outputs are off.
     gone: AtomicBool,
@@ -233,7 +228,6 @@ impl Link {
     }
 }
 
-/// The receiver of the process's frames.
 struct Reader {
     shared: Arc<Shared>,
     link: Arc<Link>,

@@ -27,13 +27,11 @@ const KEPT: usize = 4_096;
 /// Size in bytes above which the record is started again.
 const LONGEST: u64 = 4 * 1024 * 1024;
 
-/// The reason for the end, if one was set.
 pub(super) type Why = Arc<Mutex<&'static str>>;
 
 /// Corrections of the axes' counts since the start: homing defines zero.
 pub(super) type Offsets = Arc<[AtomicI64; AXES]>;
 
-/// Pins with a record.
 pub(super) struct Recorded<P> {
     pins: P,
     file: File,
@@ -44,7 +42,6 @@ pub(super) struct Recorded<P> {
 }
 
 impl<P: Pins> Recorded<P> {
-    /// Records `pins` in the file `path`.
     pub(super) fn new(pins: P, path: &Path, offsets: Offsets, why: Why) -> io::Result<Self> {
         let long = std::fs::metadata(path).is_ok_and(|file| file.len() > LONGEST);
         let mut options = OpenOptions::new();

@@ -21,7 +21,6 @@ const REQUESTED: &str = "ANNULUS_REHEARSAL_CLOCK";
 const AWAITED_AT: u64 = 0xFF00;
 const REACHED_AT: u64 = 0xFF08;
 
-/// Interval of reading the file.
 const LOOK: Duration = Duration::from_micros(50);
 
 /// A simulator that is silent for this long has ended: the executor must still be able to stop.

@@ -9,7 +9,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Capacity of the channel of orders.
 const RING: usize = 16;
 
 /// Starts the thread, which calls `first` before anything else, and `report` once per task.
@@ -31,7 +30,6 @@ pub(super) fn start(
     Ok((ring, thread))
 }
 
-/// The thread's end of the channel; it blocks.
 struct Ring(Receiver<Instruction>);
 
 impl Orders for Ring {

@@ -34,7 +34,6 @@ pub(crate) struct DiskFiles {
 }
 
 impl DiskFiles {
-    /// The files below the data folder `data`.
     pub(crate) fn in_folder(data: &Path) -> Self {
         Self { data: data.to_owned() }
     }

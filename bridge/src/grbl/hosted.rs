@@ -44,9 +44,7 @@ const STALE: Duration = Duration::from_secs(1);
 /// How long `shutdown` waits until the machine has stopped.
 const STOP_WAIT: Duration = Duration::from_secs(5);
 
-/// A controller, and where its files are.
 pub(crate) struct Site {
-    /// Name of its port.
     pub(crate) port: String,
     /// Its baud rate; `None` to find it.
     pub(crate) baud: Option<u32>,
@@ -81,7 +79,6 @@ pub(crate) struct GrblHost {
     thread: Arc<Mutex<Option<JoinHandle<()>>>>,
 }
 
-/// Input of the thread.
 enum Input {
     Message(Message),
     /// A request of the command line.
@@ -269,7 +266,6 @@ impl Connection {
         Ok(Self { station, port: Some(port), waiting: 0, full: None, reported: Instant::now() })
     }
 
-    /// Waits a short time for bytes from the controller.
     fn read(&mut self) {
         let Some(port) = &mut self.port else { return };
         match port.read() {
@@ -330,10 +326,8 @@ fn usb_at(name: &str, ports: &[Listed]) -> Option<(u16, u16)> {
     ports.iter().find(|port| port.is_named(name)).and_then(|port| port.usb)
 }
 
-/// State of the thread that owns the port.
 struct Work {
     site: Site,
-    /// USB vendor and product ID of its port, if it has any.
     usb: Option<(u16, u16)>,
     tickets: Arc<Tickets>,
     listeners: Listeners,

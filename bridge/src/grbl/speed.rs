@@ -15,7 +15,6 @@ use std::time::{Duration, Instant};
 /// How long a controller may take to send its banner after its port was opened; nothing is written
 /// meanwhile.
 const GREETS: Duration = Duration::from_millis(2_500);
-/// How long it may take to answer a query.
 const ANSWERS: Duration = Duration::from_millis(1_200);
 /// Interval between queries: one may be lost after the garbage that another speed caused.
 const AGAIN: Duration = Duration::from_millis(250);

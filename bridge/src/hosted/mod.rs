@@ -15,7 +15,6 @@ pub(crate) trait Hosted: Send + Sync {
     /// Saves `bytes` under `key`, their SHA-256, if they are a program.
     fn upload(&self, key: &str, bytes: &[u8]) -> Result<(), Diagnostic>;
 
-    /// Returns the program saved under `key`.
     fn job(&self, key: &str) -> Option<Vec<u8>>;
 
     /// Passes on a page's request with its `ticket`, without blocking. Requests are handled in order;
@@ -28,7 +27,6 @@ pub(crate) trait Hosted: Send + Sync {
     /// Control changed: earlier tickets become invalid, jogs end, outputs lock. Never blocks.
     fn control_changed(&self);
 
-    /// A ticket for a request sent now.
     fn ticket(&self) -> Ticket;
 
     /// All reports: `Status` 10 times per second and after every change, `Armed`, `Ended`, `Interrupted`,
@@ -52,7 +50,6 @@ impl Begun {
         Self(Box::new(rest))
     }
 
-    /// A request whose result arrives at `answer`.
     pub(crate) fn awaits(answer: Receiver<Answer>) -> Self {
         Self::new(move || answer.recv().unwrap_or_else(|_| Err(gone())))
     }

@@ -10,9 +10,7 @@ use annulus_core::machine::{
 };
 use annulus_core::steps::automaton::{self, Automaton};
 
-/// Largest target or position, in steps.
 const REACH: i64 = 1_000_000_000;
-/// Highest interrupt number.
 const LATEST: i64 = 1 << 40;
 
 pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {

@@ -30,7 +30,6 @@ enum Step {
     Index(usize),
 }
 
-/// A value of the document.
 #[derive(Clone, Debug)]
 pub(super) struct Node<'a> {
     document: &'a Document<'a>,
@@ -114,7 +113,6 @@ impl<'a> Node<'a> {
         self.find(key).ok_or_else(|| self.refuse(code!("lab.missing")).with("field", key))
     }
 
-    /// The number in the member `key`.
     pub(super) fn number_at(&self, key: &str) -> Result<f64, Diagnostic> {
         self.get(key)?.number()
     }
@@ -123,12 +121,10 @@ impl<'a> Node<'a> {
         self.value.as_f64().filter(|value| value.is_finite()).ok_or_else(|| self.unlike("a number"))
     }
 
-    /// A number, or `null`.
     pub(super) fn maybe_number(&self) -> Result<Option<f64>, Diagnostic> {
         if self.value.is_null() { Ok(None) } else { self.number().map(Some) }
     }
 
-    /// A whole number from `low` to `high`.
     pub(super) fn whole(&self, low: i64, high: i64) -> Result<i64, Diagnostic> {
         let whole = self.value.as_i64().filter(|value| (low..=high).contains(value));
         whole.ok_or_else(|| self.unlike(&format!("a whole number from {low} to {high}")))
@@ -142,13 +138,11 @@ impl<'a> Node<'a> {
         self.value.as_bool().ok_or_else(|| self.unlike("true or false"))
     }
 
-    /// The elements of a list.
     pub(super) fn items(&self) -> Result<Vec<Self>, Diagnostic> {
         let items = self.value.as_array().ok_or_else(|| self.unlike("a list"))?;
         Ok(items.iter().enumerate().map(|(at, value)| self.inside(value, Step::Index(at))).collect())
     }
 
-    /// The elements of a list of exactly `N`.
     pub(super) fn exactly<const N: usize>(&self) -> Result<[Self; N], Diagnostic> {
         self.items()?.try_into().map_err(|_| self.unlike(&format!("a list of {N}")))
     }
@@ -180,14 +174,12 @@ impl<'a> Node<'a> {
         out
     }
 
-    /// A diagnostic at this value, with its path as the argument `path`.
     pub(super) fn refuse(&self, code: &str) -> Diagnostic {
         let path = self.path();
         let path = if path.is_empty() { "the file".to_owned() } else { path };
         self.place(Diagnostic::error(code).with("path", path))
     }
 
-    /// Adds the position of this value to a diagnostic.
     pub(super) fn place(&self, why: Diagnostic) -> Diagnostic {
         let at = locate(self.document.text.as_bytes(), &self.path);
         let before = &self.document.text.as_bytes()[..at];

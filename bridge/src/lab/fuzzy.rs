@@ -12,7 +12,6 @@ use annulus_core::servo::{
     ServoController, StepRun, StrokeRun, Table, Tables,
 };
 
-/// Tolerances.
 #[derive(Clone, Copy)]
 struct Room {
     inference: f64,

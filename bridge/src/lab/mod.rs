@@ -22,14 +22,11 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
 use document::{Document, Node};
 
-/// Largest file to read, bytes.
 pub(crate) const MOST_BYTES: u64 = 16 << 20;
-/// Most samples and interrupts to compute for one file.
 const MOST_WORK: u64 = 20_000_000;
 /// Largest accepted tolerance.
 const LOOSEST: f64 = 0.01;
 
-/// Checks the cases of a file.
 type Checker = fn(&mut Checked, Node<'_>) -> Result<(), Diagnostic>;
 
 /// The schemas. A new one needs a line here and its module.
@@ -43,7 +40,6 @@ const SCHEMAS: &[(&str, Checker)] = &[
     ("throughput/1", throughput::throughput),
 ];
 
-/// Results of a file's cases.
 #[derive(Debug)]
 pub(crate) struct Report {
     pub(crate) schema: &'static str,
@@ -52,7 +48,6 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// Number of cases within tolerance.
     pub(crate) fn within(&self) -> usize {
         self.cases.iter().filter(|case| case.is_within()).count()
     }
@@ -66,7 +61,6 @@ pub(crate) struct Checked {
 }
 
 impl Checked {
-    /// Subtracts `work` samples from the budget.
     fn spend(&mut self, work: u64, at: &Node<'_>) -> Result<(), Diagnostic> {
         let left = self.work_left.checked_sub(work);
         self.work_left = left.ok_or_else(|| at.refuse(code!("lab.too_much_work")).with("most", MOST_WORK))?;
@@ -83,7 +77,6 @@ impl Checked {
     }
 }
 
-/// Recomputes every case of the file `name` with this text.
 pub(crate) fn check(name: &str, text: &str) -> Result<Report, Diagnostic> {
     let document = Document::parse(name, text)?;
     let root = document.root();

@@ -28,7 +28,6 @@ impl Room {
     }
 }
 
-/// The limits in three members of `node`.
 pub(super) fn limits(node: &Node<'_>, [v, a, j]: [&str; 3]) -> Result<Limits, Diagnostic> {
     Ok(Limits {
         speed_mm_per_s: node.number_at(v)?,
@@ -96,7 +95,6 @@ fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room
     Ok(())
 }
 
-/// Compares everything expected of one profile.
 fn compare(
     tally: &mut Tally,
     expected: &Node<'_>,

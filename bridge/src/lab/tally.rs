@@ -5,13 +5,10 @@ use annulus_core::diagnostic::Diagnostic;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// A case being compared.
 #[derive(Debug)]
 pub(crate) struct Tally {
     pub(crate) id: String,
-    /// Number of values compared.
     pub(crate) values: usize,
-    /// The value with the largest deviation, if any deviates.
     pub(crate) worst: Option<Worst>,
 }
 
@@ -20,9 +17,7 @@ pub(crate) struct Tally {
 pub(crate) struct Worst {
     /// Path of the expected value in the file.
     pub(crate) what: String,
-    /// As in the file.
     pub(crate) expected: Value,
-    /// As computed.
     pub(crate) found: Value,
     /// Largest allowed deviation; `None` for words, counts and others that must be equal.
     pub(crate) tolerance: Option<f64>,
@@ -42,12 +37,10 @@ impl Tally {
         Self::new(id.unwrap_or_else(|| node.path()))
     }
 
-    /// Returns `true` if every value is within its tolerance.
     pub(crate) fn is_within(&self) -> bool {
         self.worst.as_ref().is_none_or(|worst| worst.ratio <= 1.0)
     }
 
-    /// Compares the number in `expected`.
     pub(super) fn number(
         &mut self,
         expected: &Node<'_>,
@@ -67,7 +60,6 @@ impl Tally {
         Ok(())
     }
 
-    /// Compares the number in the member `key` of `expected`, if present.
     pub(super) fn member(
         &mut self,
         expected: &Node<'_>,
@@ -78,7 +70,6 @@ impl Tally {
         expected.find(key).map_or(Ok(()), |node| self.number(&node, found, tolerance))
     }
 
-    /// The same with a tolerance `relative` to the expected value.
     pub(super) fn relative(
         &mut self,
         expected: &Node<'_>,
@@ -107,20 +98,17 @@ impl Tally {
         );
     }
 
-    /// The same for the member `key` of `expected`, if present.
     pub(super) fn equal_member(&mut self, expected: &Node<'_>, key: &str, found: impl Into<Value>) {
         if let Some(node) = expected.find(key) {
             self.equal(&node, found);
         }
     }
 
-    /// Compares the number of rows.
     pub(super) fn equal_count(&mut self, rows: &Node<'_>, expected: usize, found: usize) {
         let ratio = if expected == found { 0.0 } else { f64::INFINITY };
         self.count(rows, || [json!(expected), json!(found)], None, ratio);
     }
 
-    /// Counts a comparison; `values` gives expected and found.
     fn count(
         &mut self,
         at: &Node<'_>,

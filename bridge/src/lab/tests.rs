@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Files of the known schemas by name.
 fn vectors() -> Vec<(String, Value)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors");
     let entries = std::fs::read_dir(folder).unwrap();
@@ -53,7 +52,6 @@ fn leaves(value: &Value, kind: &str, pointer: &str, out: &mut BTreeMap<String, V
     }
 }
 
-/// A different value of the same type.
 fn altered(value: &Value) -> Value {
     match value {
         Value::Null => json!(1.5),

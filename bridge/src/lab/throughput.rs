@@ -13,7 +13,6 @@ use annulus_core::motion::profile::{Limits, MotionLaw, Stroke, two_speeds};
 use annulus_core::steps::automaton;
 use std::collections::BTreeMap;
 
-/// Largest step count of a stroke.
 const REACH: i64 = 1_000_000_000;
 
 pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {

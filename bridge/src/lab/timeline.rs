@@ -80,7 +80,6 @@ fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes
     Ok(times)
 }
 
-/// Compares the times of a spindle with those in `expected`, each within `room` of its value.
 pub(super) fn compare_times(
     tally: &mut Tally,
     expected: &Node<'_>,

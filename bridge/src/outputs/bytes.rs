@@ -19,16 +19,13 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Most output bytes.
 pub(super) const BYTES: usize = 4;
 
 /// Longest silence of the stepping thread during motion.
 const SILENCE: Duration = Duration::from_millis(100);
 
-/// Why the port refused, once it did.
 pub(crate) type Trouble = Arc<OnceLock<String>>;
 
-/// One bit of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bit {
     pub(super) byte: usize,
@@ -46,7 +43,6 @@ impl Bit {
 /// The levels of all signals; everything else is off.
 pub(super) type Image = [u8; BYTES];
 
-/// Sets the bit `bit` of `image`.
 pub(super) fn turn_on(image: &mut Image, bit: Bit) {
     image[bit.byte] |= bit.mask;
 }
@@ -93,12 +89,10 @@ impl Bytes {
         Ok(Self { port, image: [0; BYTES], pump, pumped: false, low, shadow, trouble })
     }
 
-    /// Where a refusal of the port is stored.
     pub(super) fn trouble(&self) -> &Trouble {
         &self.trouble
     }
 
-    /// Puts `image` on the outputs.
     pub(super) fn put(&mut self, image: Image) {
         self.image = image;
         self.write();
@@ -127,13 +121,11 @@ impl Bytes {
         }
     }
 
-    /// The inputs of byte `byte`.
     pub(super) fn read(&mut self, byte: usize) -> io::Result<u8> {
         self.port.read(byte)
     }
 }
 
-/// The bytes, shared by the stepping thread and the pump.
 #[derive(Clone)]
 pub(super) struct SharedBytes(Arc<Mutex<Bytes>>);
 
@@ -142,13 +134,11 @@ impl SharedBytes {
         Self(Arc::new(Mutex::new(bytes)))
     }
 
-    /// Locks the bytes for one access.
     pub(super) fn lock(&self) -> MutexGuard<'_, Bytes> {
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
-/// Signs of life of the stepping thread.
 struct Life {
     began: Instant,
     /// Time of the last sign, ns since `began`.
@@ -189,7 +179,6 @@ pub(super) struct Pump {
 }
 
 impl Pump {
-    /// The pump of `wiring`, if it has one.
     pub(super) fn new(wiring: &Wiring, bytes: &SharedBytes) -> Self {
         let half = Duration::from_secs(1) / (2 * wiring.drivers.charge_pump_hz.max(1));
         let waits = Bit::of(wiring.drivers.charge_pump).map(|_| (half, bytes.clone()));

@@ -15,13 +15,11 @@ use std::io;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Nanoseconds per tick.
 const TICK_NS: u64 = 100;
 
 /// A simulated computer: its time, its writes, and its delays.
 struct Computer {
     now_ns: u64,
-    /// Duration of a clock reading.
     look_ns: u64,
     held_up: Option<Chance>,
     written: Vec<(u64, usize, u8)>,
@@ -93,7 +91,6 @@ fn holes(machine: &Machine) -> StepStream {
     stream_of(&holes_at(machine, places.map(|(x, y)| Point::from_mm(x, y)).into_iter()), machine).unwrap()
 }
 
-/// Plays `stream` of `machine` on `computer`.
 fn run(machine: &Machine, stream: &StepStream, computer: &Arc<Mutex<Computer>>) {
     let bench = Bench(Arc::clone(computer));
     let looked = Arc::clone(computer);

@@ -37,7 +37,6 @@ pub(crate) trait Port: Send {
     /// Sets all eight outputs of byte `byte` at once.
     fn write(&mut self, byte: usize, value: u8) -> io::Result<()>;
 
-    /// Reads the inputs of byte `byte`.
     fn read(&mut self, byte: usize) -> io::Result<u8>;
 }
 

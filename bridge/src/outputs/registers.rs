@@ -11,7 +11,6 @@ use annulus_core::machine::{Card, Machine};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
-/// Registers of a card.
 #[derive(Debug)]
 pub(super) struct Registers<F = File> {
     file: F,
@@ -20,14 +19,12 @@ pub(super) struct Registers<F = File> {
 }
 
 impl<F> Registers<F> {
-    /// The registers of `card` at the address `base`.
     pub(super) fn card(file: F, base: u64, card: &Card) -> Self {
         let (outputs, inputs) = (base + u64::from(card.outputs_at), base + u64::from(card.inputs_at));
         Self { file, outputs, inputs }
     }
 }
 
-/// The card of `machine`, through the register file `file`.
 pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     Ok(Box::new(Registers::card(file, u64::from(machine.card_address), &machine.card)))
 }

@@ -56,7 +56,6 @@ pub(super) enum Trouble {
 }
 
 impl Trouble {
-    /// The diagnostic for the device at `path`.
     pub(super) fn diagnostic(&self, path: &Path) -> Diagnostic {
         let code = match self {
             Self::Refused(code) => *code,

@@ -16,7 +16,6 @@ use annulus_core::machine::StepDir;
 use annulus_core::steps::TICK_HZ;
 use std::time::Duration;
 
-/// Nanoseconds per tick.
 const TICK_NS: u64 = 1_000_000_000 / TICK_HZ;
 
 /// A duration in stream ticks and in real time.
@@ -33,7 +32,6 @@ impl Span {
     }
 }
 
-/// Real times at which the last edges were out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Spent {
     turned: Duration,
@@ -49,7 +47,6 @@ pub(super) struct Driver {
     space: Span,
     setup: Span,
     hold: Span,
-    /// STEP is on.
     is_on: bool,
     stepped_at: Option<u64>,
     forward: bool,
@@ -76,13 +73,11 @@ impl Driver {
         })
     }
 
-    /// The bits that are on.
     pub(super) fn levels(&self) -> impl Iterator<Item = Bit> {
         let direction = self.direction.filter(|_| self.forward);
         self.is_on.then_some(self.step).into_iter().chain(direction)
     }
 
-    /// Announces the direction of the next step.
     pub(super) fn announce(&mut self, forward: bool) {
         self.next = Some(forward);
     }
@@ -131,7 +126,6 @@ impl Driver {
         self.is_on.then(|| self.end())
     }
 
-    /// Makes `edge` at stream tick `tick`.
     pub(super) fn make(&mut self, edge: Edge, tick: u64) {
         match edge {
             Edge::On => (self.is_on, self.stepped_at) = (true, Some(tick)),
@@ -140,7 +134,6 @@ impl Driver {
         }
     }
 
-    /// `edge` was out at the real time `now`.
     pub(super) fn is_out(&mut self, edge: Edge, now: Duration) {
         match edge {
             Edge::On => self.spent.on = now,
@@ -150,12 +143,9 @@ impl Driver {
     }
 }
 
-/// A change of one signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Edge {
-    /// STEP on: the motor steps.
     On,
     Off,
-    /// DIR changes.
     Turn,
 }

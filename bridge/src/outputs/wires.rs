@@ -34,18 +34,15 @@ enum Motor {
     Counts(Driver),
 }
 
-/// A motor driven by its phases.
 struct Phases {
     commutator: Commutator,
     /// Before the first step nothing is on.
     is_on: bool,
     /// Output bit of each bit of the phase byte.
     bits: Vec<Option<Bit>>,
-    /// When its forcing was set.
     forced_at: u64,
 }
 
-/// The input bit of a sensor.
 struct Sensor {
     input: Input,
     at: Bit,
@@ -86,7 +83,6 @@ impl Wires {
         Self::timed(machine, port, Box::new(move || began.elapsed()))
     }
 
-    /// The same with the clock `now`.
     pub(super) fn timed(machine: &Machine, port: Box<dyn Port>, now: Now) -> io::Result<Self> {
         let wiring = machine.wiring();
         let motor = |axis: usize| match Driver::of(&wiring.drivers, axis) {
@@ -130,12 +126,10 @@ impl Wires {
         })
     }
 
-    /// Where a refusal of the port is stored.
     pub(crate) fn trouble(&self) -> Trouble {
         self.trouble.clone()
     }
 
-    /// The requested levels of the outputs.
     fn image(&self) -> Image {
         let mut image = Image::default();
         for motor in &self.motors {
@@ -156,7 +150,6 @@ impl Wires {
         self.bytes.lock().put(image);
     }
 
-    /// Ends forcing that has lasted for one interrupt.
     fn relax(&mut self, at_tick: u64) {
         for motor in &mut self.motors {
             if let Motor::Phases(motor) = motor
@@ -167,7 +160,6 @@ impl Wires {
         }
     }
 
-    /// Makes the drivers' edges that are due at `at_tick`.
     fn edges(&mut self, at_tick: u64) {
         for axis in 0..WIRED_AXES {
             while let Some((edge, after)) = self.driver(axis).and_then(|driver| driver.edge(at_tick)) {
@@ -240,7 +232,6 @@ impl Wires {
         }
     }
 
-    /// Ends every pulse.
     fn end_pulses(&mut self, at_tick: u64) {
         for axis in 0..WIRED_AXES {
             if let Some(end) = self.driver(axis).and_then(|driver| driver.ends()) {
@@ -271,12 +262,10 @@ impl Wires {
 }
 
 impl Phases {
-    /// The current phase byte.
     fn byte(&self) -> u8 {
         if self.is_on { self.commutator.byte() } else { 0 }
     }
 
-    /// The bits that are on.
     fn levels(&self) -> impl Iterator<Item = Bit> {
         let byte = self.byte();
         let on = move |(index, bit): (usize, &Option<Bit>)| bit.filter(|_| byte >> index & 1 == 1);
@@ -288,7 +277,6 @@ impl Phases {
         (self.is_on, self.forced_at) = (true, at_tick);
     }
 
-    /// When its forcing must end, if there is any.
     fn forced_until(&self, interrupt: u64) -> Option<u64> {
         (self.byte() & FORCING != 0).then(|| self.forced_at.saturating_add(interrupt))
     }
@@ -574,7 +562,6 @@ mod tests {
         fn passed(&mut self, _: u64, _: &Steps, _: u32) {}
     }
 
-    /// Wires that record their outputs at every call.
     struct Watched(Wires, Vec<(u64, u8)>);
 
     impl Watched {

@@ -24,7 +24,6 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// The names of a bridge on `port`.
     pub(crate) fn new(port: u16) -> Self {
         let mut hosts: Vec<String> =
             ["127.0.0.1", "localhost", "[::1]"].map(|name| format!("{name}:{port}")).into();
@@ -36,7 +35,6 @@ impl Names {
     }
 }
 
-/// Checks whether `request` may be routed.
 pub(crate) fn check<B>(names: &Names, request: &Request<B>) -> Result<(), Refused> {
     let headers = request.headers();
     let refused = |code| Refused::new(StatusCode::FORBIDDEN, code);
@@ -69,7 +67,6 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>
     }
 }
 
-/// The content security policy of the page.
 pub(crate) fn policy(port: u16) -> String {
     format!(
         "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; \

@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use tokio::sync::oneshot;
 
-/// Guests by number.
 pub(crate) struct Hall {
     room: usize,
     inside: Mutex<(u64, BTreeMap<u64, Guest>)>,
@@ -32,7 +31,6 @@ pub(crate) struct Place<'a> {
 }
 
 impl Hall {
-    /// A waiting room for `room` guests.
     pub(crate) fn new(room: usize) -> Self {
         Self { room, inside: Mutex::default() }
     }

@@ -14,7 +14,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// Time limit of an upload.
 const UPLOAD_TIME: Duration = Duration::from_secs(60);
 
 pub(crate) async fn put(
@@ -47,7 +46,6 @@ pub(crate) async fn put(
     Ok(json(StatusCode::OK, &json!({ "ok": true, "job": job })))
 }
 
-/// Returns a program.
 pub(crate) async fn get(
     State(bridge): State<Arc<Bridge>>,
     Path(key): Path<String>,

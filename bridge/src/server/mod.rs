@@ -59,18 +59,12 @@ const CONNECTIONS: usize = 256;
 const CALLERS: usize = 32;
 /// Most sockets, waiting and seated: more than both can be, so that the shutdown can wait for all.
 const SOCKETS: usize = 512;
-/// Time for the head of a request, and between two requests on one connection.
 const HEAD_TIME: Duration = Duration::from_secs(10);
-/// Time for a small body.
 const SMALL_TIME: Duration = Duration::from_secs(5);
-/// Largest small body, in bytes.
 const SMALL_LIMIT: usize = 1024;
-/// Largest head of a request, in bytes.
 const HEAD_LIMIT: usize = 16 * 1024;
-/// Life of an HTTP connection, after which it is asked to end.
 const CONNECTION_LIFE: Duration = Duration::from_secs(120);
 const GRACE: Duration = Duration::from_secs(10);
-/// Interval of the check for silent pages.
 const LEASE_CHECK: Duration = Duration::from_millis(250);
 
 /// Shared by all connections.
@@ -110,7 +104,6 @@ impl Bridge {
         }))
     }
 
-    /// The note for `annulus link`.
     pub(crate) fn note(&self) -> runtime::Note {
         runtime::Note { port: self.port, secret: self.secret.clone() }
     }
@@ -139,7 +132,6 @@ impl Bridge {
         self.after_control(&watchers, &outcome);
     }
 
-    /// Handles an event of the control lease.
     fn control(&self, viewer: Viewer, event: LeaseEvent) {
         let mut watchers = self.watchers();
         let outcome = watchers.control(event, self.now_ms());
@@ -174,7 +166,6 @@ impl Bridge {
         self.tell(viewer, &Tell::Refused { why });
     }
 
-    /// Reports why, and drops the page.
     fn dismiss(&self, viewer: Viewer, why: Diagnostic) {
         self.refuse(viewer, why);
         self.watchers().dismiss(viewer);

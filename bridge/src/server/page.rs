@@ -23,7 +23,6 @@ struct File {
     hash: [u8; 32],
 }
 
-/// The response to `GET path`.
 pub(crate) fn answer(path: &str, headers: &HeaderMap) -> Response {
     serve(path, headers, |name| {
         let file = Built::get(name)?;

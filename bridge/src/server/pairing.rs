@@ -11,7 +11,6 @@ use annulus_core::error;
 use annulus_core::wire::{Paired, Scope, auth};
 use std::net::IpAddr;
 
-/// Life of a token, in ms.
 pub(crate) const TOKEN_LIFE_MS: u64 = 10 * 60 * 1000;
 /// Most unused tokens; a further one replaces the oldest.
 const TOKENS: usize = 8;
@@ -21,10 +20,8 @@ const SESSIONS: usize = 256;
 const PEERS: usize = 64;
 /// Wrong tokens in a row without a wait; every further one doubles the wait, starting with one second.
 const FREE_ATTEMPTS: u32 = 5;
-/// Longest wait, in ms.
 const LONGEST_WAIT_MS: u64 = 60_000;
 
-/// A fresh secret of `N` random bytes, in hexadecimal.
 pub(crate) fn secret<const N: usize>() -> Result<String, Diagnostic> {
     let mut bytes = [0; N];
     match getrandom::fill(&mut bytes) {
@@ -45,11 +42,9 @@ pub(crate) struct Session {
     id: String,
     /// Its key, in hexadecimal.
     pub(crate) key: String,
-    /// Its rights.
     pub(crate) scope: Scope,
 }
 
-/// Unused tokens, and sessions.
 #[derive(Default)]
 pub(crate) struct Pairing {
     tokens: Vec<Token>,
@@ -57,14 +52,12 @@ pub(crate) struct Pairing {
     peers: Vec<Peer>,
 }
 
-/// A sender of wrong tokens.
 struct Peer {
     address: IpAddr,
     wrong: u32,
     waits_until_ms: u64,
 }
 
-/// Why a token was rejected.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Rejection {
     /// Wrong, used or too old.
@@ -82,7 +75,6 @@ impl Session {
 }
 
 impl Pairing {
-    /// A fresh token for a session with the rights of `scope`.
     pub(crate) fn token(&mut self, scope: Scope, now_ms: u64) -> Result<String, Diagnostic> {
         let text = secret::<16>()?;
         if self.tokens.len() == TOKENS {
@@ -112,7 +104,6 @@ impl Pairing {
         Ok(Paired { ok: true, session: id, key })
     }
 
-    /// The response to a wrong token of `peer`.
     fn wrong(&mut self, peer: IpAddr, now_ms: u64) -> Rejection {
         let known = self.peers.iter().position(|known| known.address == peer);
         let index = known.unwrap_or_else(|| {

@@ -6,12 +6,9 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
 
-/// A refused request.
 #[derive(Debug)]
 pub(crate) struct Refused {
-    /// HTTP status.
     pub(crate) status: StatusCode,
-    /// The reason, and what the user can do.
     pub(crate) why: Diagnostic,
 }
 
@@ -21,7 +18,6 @@ impl Refused {
         Self { status, why: Diagnostic::error(code) }
     }
 
-    /// Adds an argument for its sentence.
     pub(crate) fn with(mut self, name: &str, value: impl ToString) -> Self {
         self.why = self.why.with(name, value);
         self

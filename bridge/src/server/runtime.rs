@@ -16,10 +16,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// The contents of the note.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Note {
-    /// Port on 127.0.0.1.
     pub(crate) port: u16,
     /// Key of the proof in `POST /api/link`, in hexadecimal.
     pub(crate) secret: String,
@@ -57,7 +55,6 @@ impl Claim {
         }
     }
 
-    /// Writes the note of this bridge.
     pub(crate) fn say(&mut self, note: &Note) -> Result<(), Refusal> {
         let text = serde_json::to_string(note).unwrap_or_default();
         let written = self.clear().and_then(|()| self.file.write_all(text.as_bytes()));

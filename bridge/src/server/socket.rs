@@ -25,27 +25,20 @@ use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, interval, sleep, timeout};
 
-/// Time from challenge to hello.
 const HELLO_TIME: Duration = Duration::from_secs(2);
-/// Time to send one frame.
 const SEND_TIME: Duration = Duration::from_secs(10);
 /// Interval of keep-alive pings to the browser.
 const PULSE: Duration = Duration::from_secs(15);
-/// Silence after which a page counts as gone.
 const SILENCE: Duration = Duration::from_secs(45);
 /// Time for a page to answer the close frame.
 const LINGER: Duration = Duration::from_secs(2);
-/// Average limit of a page's frames per second.
 pub(crate) const RATE_PER_S: f64 = 100.0;
-/// Most frames in a burst.
 const BURST_FRAMES: f64 = 200.0;
-/// Most requests of one page that may wait for the drill.
 const WAITING: usize = 32;
 /// Transport limit; larger than [`FRAME_LIMIT`], so that a slightly too long frame gets an explanation
 /// before the end.
 pub(crate) const TRANSPORT_LIMIT: usize = 4 * FRAME_LIMIT;
 
-/// Serves one page from challenge to close.
 pub(crate) async fn serve(bridge: Arc<Bridge>, mut socket: WebSocket, known: bool) {
     let Some((session, seat)) = let_in(&bridge, &mut socket, known).await else { return };
     let (viewer, scope) = (seat.viewer, session.scope);
@@ -261,7 +254,6 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
     sleep(LINGER).await;
 }
 
-/// Reports why and closes, before a page has a seat.
 async fn refuse(socket: &mut WebSocket, why: Diagnostic, code: u16) {
     let both = async {
         let _ = socket.send(message(&Tell::Refused { why })).await;

@@ -14,12 +14,9 @@ use axum::extract::ws::Utf8Bytes;
 use std::collections::BTreeMap;
 use tokio::sync::{mpsc, watch};
 
-/// Most reports that may wait for one page.
 const QUEUE: usize = 256;
-/// Most pages with a seat.
 const VIEWERS: usize = 64;
 
-/// Pages, control and the last status.
 pub(crate) struct Watchers {
     lease: Lease,
     next: Viewer,
@@ -28,7 +25,6 @@ pub(crate) struct Watchers {
     state: Option<State>,
 }
 
-/// A page with a seat: its session and its queue.
 struct Sitting {
     session: String,
     queue: mpsc::Sender<Utf8Bytes>,
@@ -36,7 +32,6 @@ struct Sitting {
 
 /// The connection of a page: its number, its queue, and the latest status.
 pub(crate) struct Seat {
-    /// Number of the page.
     pub(crate) viewer: Viewer,
     /// Reports in order. Ends when the page is dropped.
     pub(crate) tells: mpsc::Receiver<Utf8Bytes>,
@@ -91,7 +86,6 @@ impl Watchers {
         outcome
     }
 
-    /// Handles an event of the control lease, and reports a change to all pages.
     pub(crate) fn control(&mut self, event: LeaseEvent, now_ms: u64) -> LeaseOutcome {
         let outcome = self.lease.step(event, now_ms);
         if outcome.changed {
@@ -104,7 +98,6 @@ impl Watchers {
         self.lease.holder()
     }
 
-    /// Returns `true` if this page has control.
     pub(crate) fn has_control(&self, viewer: Viewer) -> bool {
         self.lease.holder() == Some(viewer)
     }
@@ -118,7 +111,6 @@ impl Watchers {
         }
     }
 
-    /// Sends a report of the drill to every page.
     pub(crate) fn tell_all(&mut self, tell: &Tell) {
         if let Tell::Status(status) = tell {
             self.note(status);
@@ -140,7 +132,6 @@ impl Watchers {
         self.viewers.remove(&viewer);
     }
 
-    /// Drops all pages when the bridge ends.
     pub(crate) fn close(&mut self) {
         self.viewers.clear();
     }

@@ -20,15 +20,10 @@ const REFUSED: u8 = 0x80;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ask {
-    /// Set the speed, in rpm.
     Speed { rpm: u32 },
-    /// Write this entry of the list of run registers.
     Run { place: usize },
-    /// Write this entry of the list of stop registers.
     Stop { place: usize },
-    /// Read the actual speed.
     Actual,
-    /// Read whether it tripped.
     Fault,
 }
 
@@ -133,7 +128,6 @@ impl Frame {
         })
     }
 
-    /// Parses the complete answer `heard`.
     pub(super) fn answer(
         &self,
         heard: &[u8],

@@ -77,7 +77,6 @@ mod tests {
             self.coming.push((begins + self.late, ask));
         }
 
-        /// The first answer before `until`, and its time.
         fn hear(&mut self, until: Duration) -> Option<(Duration, Ask)> {
             let first = *self.coming.first().filter(|(at, _)| *at < until)?;
             self.coming.remove(0);

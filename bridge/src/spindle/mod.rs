@@ -32,7 +32,6 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use watch::{Limits, TRIES, Watch};
 
-/// Time limit of an answer.
 const ANSWER: Duration = Duration::from_millis(60);
 
 /// Wait if there is nothing to ask, or no port.
@@ -100,7 +99,6 @@ fn fits(profile: &Profile, machine: &Machine) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// Stops the spindle of `machine`, after the process that drove it died.
 pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     if !machine.converter.is_there() {
         return Ok(());
@@ -125,7 +123,6 @@ pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     all
 }
 
-/// Shared by the thread and the pins.
 struct Watched {
     began: Instant,
     watch: Mutex<Watch>,
@@ -137,7 +134,6 @@ impl Watched {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Asks and listens until the end.
     fn run(&self, mut line: Line, tell: impl Fn(SpindleState)) {
         let mut told = SpindleState::Untold;
         let mut ending: Option<Duration> = None;
@@ -169,7 +165,6 @@ impl Watched {
     }
 }
 
-/// The line to the converter.
 struct Line {
     profile: Profile,
     converter: Converter,
@@ -185,7 +180,6 @@ impl Line {
         Self { profile, converter, port: None, tried: None, began, late }
     }
 
-    /// Asks, and waits for the answer.
     fn ask(&mut self, ask: Ask) -> Result<Answer, SpindleTrouble> {
         self.ask_unless(ask, &|| false).unwrap_or(Err(SpindleTrouble::Silent))
     }
@@ -214,7 +208,6 @@ impl Line {
         Some(answer)
     }
 
-    /// Parses received bytes.
     fn read(
         &mut self,
         frame: &frames::Frame,
@@ -232,7 +225,6 @@ impl Line {
         }
     }
 
-    /// Sends `frame` and returns the bytes that arrive in time.
     fn say(&mut self, frame: &frames::Frame) -> std::io::Result<Vec<u8>> {
         let port = self.port()?;
         // Discard late bytes, and wait for silence between two frames. A line that is never silent is used
@@ -276,7 +268,6 @@ impl Line {
     }
 }
 
-/// Pins with a spindle on a converter.
 struct Converted {
     pins: Box<dyn Pins + Send>,
     shared: Arc<Watched>,

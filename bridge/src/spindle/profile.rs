@@ -28,13 +28,10 @@ const SHIPPED: &[(&str, &str)] = &[
     ("altivar", include_str!("profiles/altivar.toml")),
 ];
 
-/// Longest profile file, in bytes.
 const LONGEST: u64 = 64 * 1024;
 
-/// Most registers to write for run or stop.
 const MOST_WRITES: usize = 8;
 
-/// A family of converters.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Profile {
@@ -55,7 +52,6 @@ pub(super) struct Profile {
     pub(super) fault: Option<Fault>,
 }
 
-/// Frame format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Frames {
@@ -74,7 +70,6 @@ pub(super) enum Parity {
     Odd,
 }
 
-/// A register to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Write {
@@ -86,7 +81,6 @@ pub(super) struct Write {
     pub(super) function: u8,
 }
 
-/// The register of the requested speed.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Speed {
@@ -98,7 +92,6 @@ pub(super) struct Speed {
     pub(super) per: f64,
 }
 
-/// The register of the actual speed.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Actual {
@@ -109,7 +102,6 @@ pub(super) struct Actual {
     pub(super) per: f64,
 }
 
-/// Unit of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Unit {
@@ -153,7 +145,6 @@ impl Speed {
         self.exact(rpm, converter).clamp(0.0, f64::from(u16::MAX)) as u16
     }
 
-    /// Returns `true` if the number for a speed fits into a register.
     pub(super) fn reaches(&self, rpm: u32, converter: &Converter) -> bool {
         self.exact(rpm, converter) <= f64::from(u16::MAX)
     }
@@ -164,7 +155,6 @@ impl Speed {
 }
 
 impl Actual {
-    /// The speed for a number, rpm.
     pub(super) fn rpm(&self, number: u16, converter: &Converter) -> u32 {
         let value = f64::from(number) / self.per;
         let hz = match self.unit {
@@ -194,7 +184,6 @@ impl Fault {
     }
 }
 
-/// Names of the shipped profiles.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|(name, _)| *name)
 }
@@ -220,7 +209,6 @@ pub(super) fn named(name: &str, folder: &Path) -> Result<Profile, Diagnostic> {
     })
 }
 
-/// Parses a profile, or explains what is wrong with it.
 fn parse(text: &str) -> Result<Profile, String> {
     let profile: Profile =
         toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;

@@ -15,10 +15,8 @@ use annulus_core::pins::{SpindleState, SpindleTrouble};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Time between two readings.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Attempts before a request counts as unanswered.
 pub(super) const TRIES: u32 = 3;
 
 /// Longest silence about a spindle that should turn. Longer than the detection of missing answers, so it
@@ -34,27 +32,21 @@ const FAULT_EVERY: u32 = 4;
 /// Readings in a row out of tolerance that are no coincidence.
 const OFF_READINGS: u32 = 2;
 
-/// Properties of the converter and its spindle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Tolerance of the speed, as a share.
     pub(super) tolerance_share: f64,
-    /// Time limit to reach the speed.
     pub(super) spin_up: Duration,
     /// Registers to write for run, and for stop.
     pub(super) run_writes: usize,
     pub(super) stop_writes: usize,
-    /// The converter can report trips.
     pub(super) tells_faults: bool,
 }
 
-/// The watch over one converter.
 #[derive(Debug)]
 pub(super) struct Watch {
     limits: Limits,
     wanted_rpm: u32,
     state: SpindleState,
-    /// Pending writes, in order.
     todo: VecDeque<Ask>,
     /// How often the current request was not answered.
     failures: u32,
@@ -67,7 +59,6 @@ pub(super) struct Watch {
     /// Since when it should reach its speed, and time of the last request.
     since: Duration,
     asked: Option<Duration>,
-    /// Time of the last answer, or of the switch-on.
     heard: Duration,
 }
 
@@ -101,7 +92,6 @@ impl Watch {
         self.wanted_rpm == 0 && (self.todo.is_empty() || self.failures >= TRIES)
     }
 
-    /// Returns `true` if writes are pending.
     pub(super) fn has_writes(&self) -> bool {
         !self.todo.is_empty()
     }
@@ -129,7 +119,6 @@ impl Watch {
             [Ask::Speed { rpm }].into_iter().chain((0..runs).map(|place| Ask::Run { place })).collect();
     }
 
-    /// The next request, if one is due.
     pub(super) fn next(&mut self, now: Duration) -> Option<Ask> {
         let since = self.asked.map(|asked| now.saturating_sub(asked));
         let again = (1..TRIES).contains(&self.failures);
@@ -154,7 +143,6 @@ impl Watch {
         Some(if fault { Ask::Fault } else { Ask::Actual })
     }
 
-    /// Takes the result of `ask` at `now`.
     pub(super) fn heard(&mut self, ask: Ask, answer: Result<Answer, SpindleTrouble>, now: Duration) {
         let answer = match answer {
             Ok(answer) => answer,
@@ -197,7 +185,6 @@ impl Watch {
         }
     }
 
-    /// Takes the actual speed.
     fn turns(&mut self, rpm: u32, now: Duration) {
         self.rpm = rpm;
         if self.wanted_rpm == 0 {
@@ -245,7 +232,6 @@ mod tests {
         tells_faults: true,
     };
 
-    /// Duration of an answer, and of a missing one.
     const ANSWER: Duration = Duration::from_millis(30);
     const SILENCE: Duration = Duration::from_millis(60);
 
@@ -261,7 +247,6 @@ mod tests {
             Self { watch: Watch::new(LIMITS), now: Duration::ZERO, asked: Vec::new() }
         }
 
-        /// Answers every request by `answer` for this time.
         fn run(&mut self, how_long_ms: u64, mut answer: impl FnMut(Ask) -> Result<Answer, SpindleTrouble>) {
             let until = self.now + Duration::from_millis(how_long_ms);
             while self.now < until && !matches!(self.watch.state(), SpindleState::Lost { .. }) {
@@ -277,7 +262,6 @@ mod tests {
             }
         }
 
-        /// At 20,000 rpm.
         fn at_speed() -> Self {
             let mut scene = Self::new();
             scene.run(200, turning(0));

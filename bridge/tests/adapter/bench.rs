@@ -15,13 +15,11 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Cycles of a turn: half a millisecond.
 const TURN: u64 = 60_000;
 
 const STEP_PIN: u64 = 2;
 const DIRECTION_PIN: u64 = 6;
 
-/// The wired pins, for both pin maps.
 #[derive(Clone, Copy)]
 pub(crate) struct Wiring {
     stop_pin: u64,
@@ -31,7 +29,6 @@ pub(crate) struct Wiring {
     is_phases: bool,
 }
 
-/// Step/direction drivers.
 pub(crate) const STEPS: Wiring =
     Wiring { stop_pin: 10, switch_pins: [11, 13, 15, 17], spindle_pin: 20, is_phases: false };
 
@@ -42,22 +39,16 @@ pub(crate) const PHASES: Wiring =
 /// Carriage position at power-on, in steps from its switches: X and Y next to them, Z below.
 const START: [i64; 3] = [90, 70, -120];
 
-/// Record of the pins.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
-    /// Carriage position, in steps from the switches.
     pub(crate) place: [i64; 3],
-    /// Every step of every axis: `true` if it counted up.
     pub(crate) steps: [Vec<bool>; 3],
-    /// Where the tool entered the board.
     pub(crate) holes: Vec<[i64; 2]>,
     /// Where the contact closed, and how many steps of Z followed before it opened again.
     pub(crate) touches: Vec<([i64; 3], u64)>,
     pub(crate) spindle: bool,
-    /// Cycle of the latest pulse, and current cycle.
     pub(crate) latest: u64,
     pub(crate) cycle: u64,
-    /// Bytes received over the cable.
     pub(crate) bytes: u64,
 }
 
@@ -72,24 +63,17 @@ impl Record {
 /// Returns `true` if the tool touches the board at a position, in steps from the switches.
 pub(crate) type Board = fn(&[i64; 3]) -> bool;
 
-/// An action on the adapter or its machine.
 enum Do {
     Plug(bool),
-    /// Flips a bit in one of this many bytes.
     Garble(Option<u64>),
-    /// The emergency stop: released or pressed.
     Stop(bool),
     /// More than this many steps below the switch, the tool is in a hole.
     Bottom(i64),
-    /// Where the tool touches the board.
     Board(Board),
-    /// Touches an input for this many cycles.
     Touch(u64, u64),
-    /// Power-cycles the adapter.
     Power,
 }
 
-/// An adapter and its machine.
 pub(crate) struct Bench {
     link: PathBuf,
     orders: Option<Sender<Do>>,
@@ -98,7 +82,6 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// Connected at `link`.
     pub(crate) fn new(link: &Path, wiring: Wiring) -> Self {
         let (orders, ordered) = channel();
         let record = Arc::new(Mutex::new(Record::new()));
@@ -119,7 +102,6 @@ impl Bench {
         self.orders.as_ref().unwrap().send(order).unwrap();
     }
 
-    /// Pulls the cable or plugs it in, and waits for that.
     pub(crate) fn plug(&self, wanted: bool) {
         self.tell(Do::Plug(wanted));
         eventually("the cable", || self.link.exists() == wanted);
@@ -133,7 +115,6 @@ impl Bench {
         self.tell(Do::Stop(!pressed));
     }
 
-    /// Inserts a new board, without holes.
     pub(crate) fn new_board(&self) {
         self.seen().holes.clear();
     }
@@ -142,12 +123,10 @@ impl Bench {
         self.tell(Do::Bottom(steps));
     }
 
-    /// Inserts a board that the contact sensor can detect.
     pub(crate) fn board(&self, board: Board) {
         self.tell(Do::Board(board));
     }
 
-    /// Touches an input for this many µs.
     pub(crate) fn touch(&self, input: u64, length_us: u64) {
         self.tell(Do::Touch(input, 120 * length_us));
     }
@@ -160,7 +139,6 @@ impl Bench {
         self.record.lock().unwrap()
     }
 
-    /// A copy of the record.
     pub(crate) fn record(&self) -> Record {
         self.seen().clone()
     }
@@ -222,7 +200,6 @@ impl Emulator {
         emulator
     }
 
-    /// Sets the changed switches.
     fn switch(&mut self, now: [bool; 4], before: [bool; 4]) {
         for (input, on) in now.into_iter().enumerate().filter(|(input, on)| before[*input] != *on) {
             let pin = self.wiring.switch_pins[input];
@@ -245,7 +222,6 @@ impl Drop for Emulator {
     }
 }
 
-/// The cable: a pseudo-terminal that exists or not.
 struct Cable {
     link: PathBuf,
     /// Our end, and the bridge's, held open so that the port survives.
@@ -276,7 +252,6 @@ impl Cable {
         }
     }
 
-    /// Bytes from the bridge.
     fn read(&mut self) -> Vec<u8> {
         let Some((own, _)) = &mut self.ends else { return Vec::new() };
         let there = own.bytes_to_read().unwrap_or(0) as usize;
@@ -287,7 +262,6 @@ impl Cable {
         bytes
     }
 
-    /// Bytes from the adapter; lost if nothing reads them.
     fn write(&mut self, mut bytes: Vec<u8>) {
         self.spoil(&mut bytes);
         if let Some((own, _)) = &mut self.ends {
@@ -296,13 +270,11 @@ impl Cable {
     }
 }
 
-/// State of the machine's pins.
 struct Pins {
     directions: [bool; 3],
     bottom: i64,
     is_in: bool,
     board: Board,
-    /// States of the switches.
     switches: [bool; 4],
     wiring: Wiring,
     /// Winding halves that are on, and rotor positions in the electrical turn, in eighths.
@@ -351,7 +323,6 @@ impl Pins {
         }
     }
 
-    /// Switch states now and before.
     fn switched(&mut self, record: &mut Record) -> ([bool; 4], [bool; 4]) {
         let place = &record.place;
         let now = [place[0] <= 0, place[1] <= 0, place[2] >= 0, (self.board)(place)];
@@ -383,7 +354,6 @@ impl Pins {
     }
 }
 
-/// Half a millisecond of the adapter; returns `false` at the end.
 fn turn(
     ordered: &Receiver<Do>,
     emulator: &mut Emulator,

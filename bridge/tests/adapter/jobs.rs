@@ -18,7 +18,6 @@ fn is_long() -> bool {
     is_long
 }
 
-/// Steps of an axis, up and down.
 fn counts(steps: &[bool]) -> [usize; 2] {
     let up = steps.iter().filter(|up| **up).count();
     [up, steps.len() - up]
@@ -103,13 +102,11 @@ fn job_resumes_after_stop_unplugged_cable_and_killed_bridge() {
     killed(shop);
 }
 
-/// In the middle of the job, after the first hole.
 fn amid(shop: &mut Shop) {
     shop.begin(0);
     shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
 }
 
-/// Resumes the interrupted job, and checks every hole.
 fn goes_on(shop: &mut Shop) {
     let leg = shop.offered();
     shop.start(leg);

@@ -13,7 +13,6 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// Distance of the holes, mm.
 const APART: f64 = 3.0;
 
 /// 100 steps/mm, 12 × 12 × 6 mm, 300 mm/s and 10 m/s².
@@ -74,12 +73,10 @@ fn with_contact(port: &Path) -> Machine {
     apply(&machine(port), &changes.map(|(key, value)| (key.to_owned(), value))).unwrap()
 }
 
-/// Writes the machine file next to the port.
 pub(crate) fn write_file(machine: &Machine, path: &Path) {
     fs::write(path, drill::file(machine)).unwrap();
 }
 
-/// Holes in a row, from the work zero on.
 fn holes(machine: &Machine, count: u32) -> Program {
     let feed_um_per_s = (machine.process.feed_mm_per_s * 1e3) as u32;
     let at = (0..count).map(|hole| Point::from_mm(f64::from(hole) * APART, f64::from(hole % 2)));
@@ -107,7 +104,6 @@ impl Shop {
         Self::open(count, home, bench, machine)
     }
 
-    /// The same with the motors on a phase board.
     pub(crate) fn homed_by_phases(count: u32) -> Self {
         let home = TempDir::new().unwrap();
         let port = home.path().join("port");
@@ -115,7 +111,6 @@ impl Shop {
         Self::open(count, home, bench, machine)
     }
 
-    /// The same with a board that the contact sensor can detect.
     pub(crate) fn homed_over(board: Board) -> Self {
         let home = TempDir::new().unwrap();
         let port = home.path().join("port");
@@ -141,7 +136,6 @@ impl Shop {
         shop
     }
 
-    /// Homes; that determines the carriage position.
     pub(crate) fn home(&mut self) {
         self.take_control();
         self.page.ask(&Ask::Home);
@@ -154,7 +148,6 @@ impl Shop {
         self.bench.bottom(bottom + self.offset[2]);
     }
 
-    /// The first status that satisfies `wanted`.
     pub(crate) fn until(&mut self, wanted: impl Fn(&Status) -> bool) -> Status {
         let tell = self.page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status)));
         let Tell::Status(status) = tell else { panic!("{tell:?}") };
@@ -177,7 +170,6 @@ impl Shop {
         self.page.ask(&Ask::AcknowledgeAlarm);
     }
 
-    /// Acknowledges the alarm. Returns the state after it.
     pub(crate) fn acknowledged(&mut self) -> State {
         // The alarm's safety moves come first.
         self.until(|status| status.state == State::Alarm && status.stage.is_none());
@@ -202,7 +194,6 @@ impl Shop {
         digest
     }
 
-    /// How the job ended.
     pub(crate) fn ended(&mut self) -> (Ending, u32) {
         match self.page.until(|tell| matches!(tell, Tell::Ended(_))) {
             Tell::Ended(JobEnd { ending, holes_done, .. }) => (ending, holes_done),
@@ -253,7 +244,6 @@ impl Shop {
         self.bridge.child.wait().unwrap();
     }
 
-    /// Waits until the spindle is on or off.
     pub(crate) fn spindle(&self, on: bool) {
         eventually("the spindle", || self.bench.record().spindle == on);
     }

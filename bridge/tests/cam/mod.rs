@@ -15,7 +15,6 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The sample board: holes, top copper, outline.
 const BOARD: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"];
 const CAM: &str = "cam sensor.drl sensor-top.gbr sensor-outline.gbr";
 
@@ -39,7 +38,6 @@ fn answer(home: &Path, arguments: &str) -> (i32, Value) {
     answer_of(home, &arguments.split_whitespace().collect::<Vec<_>>())
 }
 
-/// The same for arguments that contain spaces.
 fn answer_of(home: &Path, words: &[&str]) -> (i32, Value) {
     let output = annulus(home, words);
     let arguments = words.join(" ");

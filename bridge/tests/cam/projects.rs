@@ -10,7 +10,6 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// The sample board with one more panel, as a saved project.
 fn project() -> Project {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples");
     let files = BOARD.map(|name| (name.to_owned(), fs::read(examples.join(name)).unwrap())).to_vec();
@@ -80,7 +79,6 @@ fn project_settings_override_the_files_own() {
     assert_eq!((exit, &place["file"], &place["line"]), (1, &"job.toml".into(), &3.into()), "{told}");
 }
 
-/// The bytes that the page would save for newly opened `files`.
 fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut cache = Cache::default();
     let mut ask = |request| perform(request, &mut cache, &mut |_, _| {}).unwrap();

@@ -17,7 +17,6 @@ fn counts(told: &Value) -> Vec<(&str, u64)> {
     all.into_iter().filter(|(_, count)| *count > 0).collect()
 }
 
-/// The files in `folder`, by name.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> =
@@ -43,7 +42,6 @@ fn sample(home: &Path) -> Vec<PathBuf> {
     files(&home.join("out"))
 }
 
-/// The text with every plunge and cut limited to this depth.
 fn no_deeper(text: &str, depth: f64) -> String {
     let word = |word: &str| match word.strip_prefix("Z-").and_then(|deep| deep.parse::<f64>().ok()) {
         Some(deep) if deep > depth => format!("Z-{depth}"),

@@ -53,7 +53,6 @@ fn robot_commands_of_the_manual_give_the_printed_output() {
     assert_eq!((commands, programs), (3, 2));
 }
 
-/// Counts in the drawing what the manual states about it.
 #[test]
 fn robot_drawing_has_the_counts_of_the_manual() {
     let manual = fs::read_to_string(root().join("docs/manual/robot.md")).unwrap();

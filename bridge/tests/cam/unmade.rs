@@ -10,7 +10,6 @@ fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/proof/ring")
 }
 
-/// Text output for the user, and the exit code.
 fn text(home: &Path, arguments: &[&str]) -> (i32, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
     command.args(arguments).current_dir(home).env("ANNULUS_HOME", home.join("home"));
@@ -76,7 +75,6 @@ fn misplaced_holes_and_idle_programs_are_problems() {
     assert_eq!(answer_of(home, &accepted.iter().map(String::as_str).collect::<Vec<_>>()).0, 0);
 }
 
-/// Returns `true` for codes of notes, which need not be accepted.
 fn is_note(code: &str) -> bool {
     code.ends_with("_left") || ["prove.no_copper", "prove.loose", "gcode.others_refuse"].contains(&code)
 }

@@ -17,7 +17,6 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tungstenite::Message;
 
-/// A page's time from the challenge to its hello.
 const HELLO_AFTER: Duration = Duration::from_millis(20);
 
 /// 99 of 100 STOPs under attack must be faster than this, on any computer; the times are printed.

@@ -18,7 +18,6 @@ fn shop() -> TempDir {
     folder
 }
 
-/// Runs `annulus run` through a shell, after the commands `before`.
 fn run(folder: &Path, before: &str, arguments: &str) -> Command {
     let line = format!("{before} exec {} run board.drl --json {arguments}", env!("CARGO_BIN_EXE_annulus"));
     let mut shell = Command::new("sh");
@@ -32,7 +31,6 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text} {output:?}"))
 }
 
-/// How often every position is in the record.
 fn places(home: &Path) -> BTreeMap<String, usize> {
     let text = fs::read_to_string(home.join("drilled.txt")).unwrap_or_default();
     let mut places = BTreeMap::new();
@@ -56,7 +54,6 @@ fn killed(folder: &Path) -> (Vec<u8>, Vec<u8>) {
     (fs::read(home.join("journal.redb")).unwrap(), fs::read(home.join("drilled.txt")).unwrap())
 }
 
-/// The journal, damaged in one of many ways.
 fn broken(good: &[u8], round: usize, chance: &mut Chance) -> Vec<u8> {
     let mut bytes = good.to_vec();
     let used = bytes.iter().rposition(|byte| *byte != 0).unwrap_or(0) + 1;

@@ -12,10 +12,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Time to change a tool.
 const PERSON: Duration = Duration::from_secs(30);
 
-/// Longer than any timeout of a machine.
 const MOMENT: Duration = Duration::from_secs(5);
 
 const BOARD: &str = "M48\nMETRIC\nT1C0.8\nT2C1.0\n%\nT1\nX5.0Y5.0\nX10.0Y5.0\nT2\nX3.0Y3.0\nX8.0Y8.0\nM30\n";
@@ -62,7 +60,6 @@ impl Shop {
         shop
     }
 
-    /// Uploads the program and arms it. Returns key and digest.
     fn arm(&mut self) -> (String, String) {
         let job = program::key(&self.bytes);
         let page = (self.page.session.clone(), self.page.key.clone());
@@ -92,7 +89,6 @@ impl Shop {
         })
     }
 
-    /// Checks that the job ends without problems.
     fn done(mut self) {
         let end = self.page.until(|tell| matches!(tell, Tell::Ended(_)));
         assert!(matches!(end, Tell::Ended(JobEnd { ending: Ending::Done, holes_done: 4, .. })), "{end:?}");

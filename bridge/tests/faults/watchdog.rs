@@ -49,7 +49,6 @@ impl Scene {
         }
     }
 
-    /// Checks that everything works after the alarm is acknowledged.
     fn works_again(mut self) {
         self.page.ask(&Ask::AcknowledgeAlarm);
         // A status from before the answer still shows the alarm; do not take it for a new one.

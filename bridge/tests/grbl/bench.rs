@@ -6,11 +6,8 @@ use super::judge::{self, Log, Verdict};
 use super::sender::Desk;
 use serde_json::Value;
 
-/// Work zero in machine coordinates, mm.
 pub(crate) const ZERO: [f64; 3] = [-40.0, -40.0, -20.0];
-/// The same as a command line argument.
 pub(crate) const ZERO_AT: &str = "--zero-at -40,-40,-20";
-/// Carriage position before homing.
 pub(crate) const START: [f64; 3] = [-6.0, -5.0, -4.0];
 /// How far past its switch the carriage may be when it is found, plus a step of a reset, in steps.
 const TOLERANCE: i64 = 7;
@@ -23,14 +20,12 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// A job on a machine with homing.
     pub(crate) fn new(instrument: &Instrument, job: Job, options: &[&str]) -> Self {
         let board = Board::new(instrument, &settings(true), START, options);
         let desk = Desk::new(&job.text);
         Self { board, desk, job }
     }
 
-    /// Runs the job until it ends or is interrupted.
     pub(crate) fn run(&self) -> (i32, Value) {
         self.desk.run(
             &self.board,
@@ -38,7 +33,6 @@ impl Bench {
         )
     }
 
-    /// Resumes the job.
     pub(crate) fn resume(&self) -> (i32, Value) {
         self.desk.run(&self.board, "resume --equal-tool-lengths --unattended-tool-change 0.1")
     }
@@ -49,7 +43,6 @@ impl Bench {
         (verdict, report)
     }
 
-    /// The same with the log of all pins.
     pub(crate) fn read(&mut self) -> (Log, Verdict, Value) {
         let report = self.board.end();
         let zero = self.board.steps_at(ZERO);

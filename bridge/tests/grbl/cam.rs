@@ -16,7 +16,6 @@ const EDGE: &str = "%FSLAX34Y34*%\n%MOMM*%\n%TF.FileFunction,Profile,NP*%\n%ADD1
 const HOLES: &str =
     "M48\nMETRIC\nT1C0.8\nT2C1.0\n%\nG90\nT1\nX2.000Y3.000\nX10.000Y3.000\nT2\nX6.000Y3.000\nM30\n";
 
-/// The programs of the board, in order.
 fn programs(home: &Path) -> Vec<PathBuf> {
     fs::create_dir(home.join("board")).unwrap();
     for (name, text) in [("top.gbr", TOP), ("edge.gbr", EDGE), ("holes.drl", HOLES)] {

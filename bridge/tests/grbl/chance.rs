@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 
 /// Number of interruptions, normally and with `cargo xtask test --long`.
 const COUNT: [u64; 2] = [4, 200];
-/// Interruptions before a job is left in peace.
 const A_JOB: u64 = 4;
 /// Approximate duration of a job in seconds of controller time: homing, holes, three changes.
 const JOB_S: f64 = 22.0;

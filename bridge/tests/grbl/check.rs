@@ -9,7 +9,6 @@ use super::sender::Desk;
 use annulus_core::locale;
 use std::process::{Command, Stdio};
 
-/// Carriage position at power-on, mm.
 const HERE: [f64; 3] = [-100.0, -100.0, -60.0];
 
 #[test]

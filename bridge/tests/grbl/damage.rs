@@ -8,7 +8,6 @@ use super::jobs;
 use super::judge::{Dip, Log, Verdict};
 use super::sender::Desk;
 
-/// Interruptions after which a job is abandoned.
 const ROUNDS: usize = 40;
 
 /// A run of the command: the total number of edges at its end, and whether it ended with a stop.

@@ -9,10 +9,8 @@ use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 const START: [f64; 3] = [-100.0, -100.0, -60.0];
-/// One step, and the rounding of reports.
 const TOLERANCE_MM: f64 = 0.013;
 
-/// A client at the port.
 pub(super) struct Desk {
     port: Box<dyn serialport::SerialPort>,
     attended: Attended,
@@ -20,7 +18,6 @@ pub(super) struct Desk {
     pub(super) now: Option<ControllerGlimpse>,
     pub(super) found: Vec<String>,
     zeros: u32,
-    /// Lines that were sent.
     pub(super) sent: Vec<String>,
 }
 
@@ -78,7 +75,6 @@ impl Desk {
         }
     }
 
-    /// Probes an edge. Returns the new zero in machine coordinates.
     fn edge(&mut self, axis: u8, reach_mm: f64) -> [f64; 3] {
         let zeros = self.zeros;
         self.ask(EngineAsk::Edge { axis, reach_mm, mm_per_min: 60.0, radius_mm: 0.5, back_mm: 1.0 });

@@ -6,7 +6,6 @@ use super::firmware::{Board, instrument, settings};
 use super::jobs;
 use super::sender::Desk;
 
-/// Carriage position before homing.
 const START: [f64; 3] = [-6.0, -5.0, -4.0];
 
 #[test]

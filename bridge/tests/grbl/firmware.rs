@@ -13,16 +13,13 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Steps per mm of every axis.
 pub(crate) const STEPS: f64 = 250.0;
 /// Travel of every axis, mm; positions run from minus that to 0.
 pub(crate) const TRAVEL: f64 = 200.0;
-/// Time scale of the controllers.
 pub(crate) const SPEED: f64 = 2.0;
 /// Seconds after which a controller ends on its own, if its test did not end it.
 const MOST: &str = "900";
 
-/// Returns `true` if long tests are enabled.
 pub(crate) fn long() -> bool {
     env::var_os("ANNULUS_LONG").is_some()
 }
@@ -94,7 +91,6 @@ pub(crate) fn settings(homes: bool) -> Vec<(u16, f64)> {
     all
 }
 
-/// A controller at its port.
 pub(crate) struct Board {
     child: Child,
     /// The simulator reports each connection there, and ends if the pipe is closed.
@@ -178,17 +174,14 @@ impl Board {
         port.asks(&format!("$J=G91G21{words}F{mm_per_min}"));
     }
 
-    /// The path of its port.
     pub(crate) fn port(&self) -> String {
         self.folder.path().join("port").display().to_string()
     }
 
-    /// Returns `true` if its cable is plugged in.
     pub(crate) fn plugged(&self) -> bool {
         fs::exists(self.port()).unwrap()
     }
 
-    /// Pulls the cable or plugs it in, and waits for that.
     pub(crate) fn plug(&self, wanted: bool) {
         if self.plugged() != wanted {
             self.signal(Signal::USR2);
@@ -196,7 +189,6 @@ impl Board {
         eventually("the cable", Duration::from_secs(10), || self.plugged() == wanted);
     }
 
-    /// Presses its reset button.
     pub(crate) fn reset(&self) {
         self.signal(Signal::HUP);
     }
@@ -210,7 +202,6 @@ impl Board {
         text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
-    /// A report of its pins.
     pub(crate) fn snapshot(&self) -> Value {
         let before = self.reports().len();
         self.signal(Signal::USR1);
@@ -231,7 +222,6 @@ impl Board {
         steps(&before)
     }
 
-    /// Turns it off. Returns its last report.
     pub(crate) fn end(&mut self) -> Value {
         self.signal(Signal::TERM);
         let child = &mut self.child;
@@ -239,7 +229,6 @@ impl Board {
         self.reports().pop().unwrap()
     }
 
-    /// The file of all its steps; complete after its end.
     pub(crate) fn edges(&self) -> PathBuf {
         self.folder.path().join("edges")
     }
@@ -250,7 +239,6 @@ impl Board {
     }
 }
 
-/// The port, opened by the test itself.
 struct Line(Box<dyn serialport::SerialPort>);
 
 impl Line {
@@ -291,7 +279,6 @@ impl Line {
         assert!(!heard.contains("error"), "{heard}");
     }
 
-    /// The number of the error for a line; `None` for `ok`.
     fn refuses(&mut self, line: &str) -> Option<u16> {
         writeln!(self.0, "{line}").unwrap();
         let (mut heard, since) = (String::new(), Instant::now());
@@ -332,7 +319,6 @@ impl Drop for Board {
     }
 }
 
-/// Net steps of a report.
 pub(crate) fn steps(report: &Value) -> [i64; 3] {
     core::array::from_fn(|axis| report["steps"][axis].as_i64().unwrap())
 }

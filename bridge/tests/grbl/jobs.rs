@@ -4,12 +4,10 @@ use super::firmware::STEPS;
 use super::judge::Wanted;
 use annulus_core::chance::Chance;
 
-/// A program and its expected result.
 pub(crate) struct Job {
     pub(crate) text: String,
     holes: Vec<[f64; 3]>,
     cuts: Vec<(Vec<[f64; 2]>, f64)>,
-    /// Tool position at its end.
     pub(crate) end: [f64; 3],
 }
 
@@ -24,7 +22,6 @@ impl Job {
         }
     }
 
-    /// Net steps at its end.
     pub(crate) fn end_steps(&self, zero: [i64; 3]) -> [i64; 3] {
         core::array::from_fn(|axis| zero[axis] + (self.end[axis] * STEPS).round() as i64)
     }

@@ -7,7 +7,6 @@ use super::judge::edge;
 use annulus_core::grbl::{EngineAsk, EnginePhase};
 
 const START: [f64; 3] = [-40.0, -40.0, -20.0];
-/// The page's jog speed, mm/min and mm/s.
 const MM_PER_MIN: f64 = 1_000.0;
 const MM_PER_S: f64 = MM_PER_MIN / 60.0;
 const WAY_MM: f64 = 60.0;
@@ -19,7 +18,6 @@ fn jog() -> EngineAsk {
     EngineAsk::Jog { axis: 0, um: (-WAY_MM * 1e3) as i32, mm_per_min: MM_PER_MIN, anyway: false }
 }
 
-/// A controller with this acceleration, mm/s².
 fn board(acceleration: f64, options: &[&str]) -> Option<Board> {
     let mut settings = settings(false);
     settings.retain(|(number, _)| !(120..=122).contains(number));
@@ -27,12 +25,10 @@ fn board(acceleration: f64, options: &[&str]) -> Option<Board> {
     Some(Board::new(instrument()?, &settings, START, options))
 }
 
-/// Distance from `from_mm` in the last report.
 fn gone_mm(desk: &Desk, from_mm: f64) -> f64 {
     desk.now.as_ref().and_then(|now| now.place_mm).map_or(0.0, |place| from_mm - place[0])
 }
 
-/// Times of the steps of X, in seconds of controller time.
 fn times(board: &Board) -> Vec<f64> {
     let text = std::fs::read_to_string(board.edges()).unwrap();
     text.lines().filter_map(edge).filter(|(axis, ..)| *axis == 0).map(|(_, _, cycle)| cycle / 16e6).collect()

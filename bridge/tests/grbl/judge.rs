@@ -7,15 +7,11 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Cycles per second.
 const HZ: f64 = 16e6;
 
-/// A stay of Z below the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dip {
-    /// Where it went in, net steps.
     pub(crate) at: [i64; 2],
-    /// Lowest Z, net steps.
     pub(crate) lowest: i64,
     /// XY positions during the stay; empty if XY stood still.
     pub(crate) path: Vec<[i64; 2]>,
@@ -23,18 +19,13 @@ pub(crate) struct Dip {
     pub(crate) edge: u64,
 }
 
-/// Contents of the log.
 #[derive(Debug, Default)]
 pub(crate) struct Log {
-    /// Every dip, in order.
     pub(crate) dips: Vec<Dip>,
-    /// Final position, net steps.
     pub(crate) end: [i64; 3],
-    /// Times of its edges, s.
     pub(crate) seconds: Vec<f64>,
 }
 
-/// Reads the log; `surface` in net steps of Z.
 pub(crate) fn read(edges: &Path, surface: i64) -> Log {
     let mut log = Log::default();
     let mut dip: Option<Dip> = None;
@@ -80,7 +71,6 @@ pub(crate) fn not_come_to(edges: &Path, places: &[[i64; 3]], tolerance: i64) -> 
     (passed < places.len()).then_some(passed)
 }
 
-/// An edge of the log: axis, new step, cycle.
 pub(crate) fn edge(line: &str) -> Option<(usize, i64, f64)> {
     let mut words = line.split(' ');
     let cycle = words.next()?.parse().ok()?;
@@ -88,27 +78,22 @@ pub(crate) fn edge(line: &str) -> Option<(usize, i64, f64)> {
     Some((axis, words.next()?.parse().ok()?, cycle))
 }
 
-/// The expected result, in net steps.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wanted {
-    /// Holes: position and bottom.
     pub(crate) holes: Vec<[i64; 3]>,
     /// Cuts along straight lines: their corners, and their bottom.
     pub(crate) cuts: Vec<(Vec<[i64; 2]>, i64)>,
 }
 
-/// The result of a comparison.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Verdict {
     /// Expected holes, then cuts, that were never completed.
     pub(crate) left_out: Vec<usize>,
-    /// Dips where nothing is expected.
     pub(crate) wrong: Vec<Dip>,
     /// How often holes and cuts were repeated, in total.
     pub(crate) repeated: usize,
 }
 
-/// Compares dips with the expected result, within a tolerance in steps.
 pub(crate) fn compare(log: &Log, wanted: &Wanted, tolerance: i64) -> Verdict {
     let count = wanted.holes.len() + wanted.cuts.len();
     let (mut begun, mut whole) = (vec![0; count], vec![false; count]);
@@ -155,7 +140,6 @@ fn milled(dip: &Dip, (corners, bottom): &(Vec<[i64; 2]>, i64), tolerance: i64) -
     here.then_some(next.is_none() && dip.lowest <= bottom + tolerance)
 }
 
-/// Distance of a position from a straight line.
 fn off(place: [i64; 2], ends: &[[i64; 2]]) -> f64 {
     let part = |axis: usize| ((ends[1][axis] - ends[0][axis]) as f64, (place[axis] - ends[0][axis]) as f64);
     let ((dx, x), (dy, y)) = (part(0), part(1));

@@ -26,7 +26,6 @@ impl Surface {
 
 /// More than a degree along X, half of that along Y: 0.3 mm below the work zero there.
 const ASKEW: Surface = Surface([-19.9, 0.02, -0.01]);
-/// Carriage position before homing.
 const START: [f64; 3] = [-6.0, -5.0, -4.0];
 /// One step, the rounding of homing and reports, and a touch noticed one step late.
 const TOLERANCE_MM: f64 = 0.013;

@@ -6,7 +6,6 @@ use super::firmware::{Board, eventually, instrument, long_instrument, settings};
 use super::sender::{Desk, MOST};
 use std::fs;
 
-/// Holes of 0.8 mm, in a file of this name.
 fn write(desk: &Desk, name: &str, holes: usize) {
     let all: String =
         (0..holes).map(|hole| format!("X{}.0Y{}.0\n", 2 + hole % 3 * 4, 3 + hole / 3 * 4)).collect();

@@ -10,7 +10,6 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Longest duration of any job here.
 pub(crate) const MOST: Duration = Duration::from_secs(300);
 
 /// A folder with a job, and the product's files.
@@ -19,7 +18,6 @@ pub(crate) struct Desk {
 }
 
 impl Desk {
-    /// Creates it with this text as `job.nc`.
     pub(crate) fn new(text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("job.nc"), text).unwrap();
@@ -30,17 +28,14 @@ impl Desk {
         self.folder.path()
     }
 
-    /// The saved progress of the job.
     pub(crate) fn journal(&self) -> Value {
         progress(&self.path().join("home"))
     }
 
-    /// Starts `annulus grbl` with these arguments, the port and `--json`.
     pub(crate) fn start(&self, board: &Board, words: &str) -> Sender {
         self.start_at(board, words, Stdio::piped())
     }
 
-    /// The same with this standard input.
     pub(crate) fn start_at(&self, board: &Board, words: &str, typed: Stdio) -> Sender {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
         command.arg("grbl").args(words.split_whitespace()).arg("--port").arg(board.port()).arg("--json");
@@ -63,12 +58,10 @@ impl Desk {
         Sender { child }
     }
 
-    /// Text output.
     pub(crate) fn said(&self) -> String {
         fs::read_to_string(self.path().join("said.txt")).unwrap_or_default()
     }
 
-    /// Waits until this text is printed.
     pub(crate) fn says(&self, text: &str) {
         let since = Instant::now();
         while !self.said().contains(text) {
@@ -93,7 +86,6 @@ impl Desk {
         (exit.and_then(|exit| exit.code()).unwrap_or(-1), object)
     }
 
-    /// Starts it and waits for its end.
     pub(crate) fn run(&self, board: &Board, words: &str) -> (i32, Value) {
         let sender = self.start(board, words);
         self.answer(sender)
@@ -114,13 +106,11 @@ impl Sender {
         kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
     }
 
-    /// Kills the process.
     pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    /// Returns `true` if it has ended.
     pub(crate) fn ended(&mut self) -> bool {
         self.child.try_wait().unwrap().is_some()
     }

@@ -13,13 +13,11 @@ use tempfile::TempDir;
 /// Permitted distance between a hole and its plan, in steps: rounding of position reports, and a reset.
 const TOLERANCE: i64 = 10;
 
-/// A controller with the spindle for which the job is planned.
 fn machine(instrument: &Instrument) -> Board {
     let settings = [settings(true), vec![(30, 10_000.0)]].concat();
     Board::new(instrument, &settings, START, &[])
 }
 
-/// The bottom of each hole, work coordinates, mm.
 fn bottoms(program: &Program) -> Vec<[f64; 3]> {
     let legs = program.legs.iter().enumerate().filter(|(_, leg)| matches!(leg.mark, Mark::Hole(_)));
     let bottom = |(index, leg): (usize, &Leg)| {

@@ -8,7 +8,6 @@ use annulus_core::units::Length;
 
 pub(crate) const WAYS: u32 = 3;
 
-/// Through holes: positions, mm.
 pub(crate) const HOLES: [(f64, f64); 2] = [(5.0, 5.0), (30.0, 5.0)];
 
 const MILLED: u32 = 12_000;
@@ -42,7 +41,6 @@ fn change(bit: u32, machine: &Machine) -> Leg {
     Leg { mark: Mark::ToolChange(bit), commands }
 }
 
-/// The program for `machine`.
 #[allow(clippy::too_many_lines, reason = "a table of moves")]
 pub(crate) fn milling(machine: &Machine) -> Program {
     let top = Command::Retract { to: machine.process.safe_height };

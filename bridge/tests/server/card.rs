@@ -60,7 +60,6 @@ fn machine(device: &Path) -> Machine {
     drill::machine(changes, [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)], &of_axis)
 }
 
-/// A folder with the machine file and its device.
 pub(crate) struct Shop {
     pub(crate) machine: Machine,
     pub(crate) device: PathBuf,
@@ -210,13 +209,11 @@ impl Scene {
         scene
     }
 
-    /// With the tool in the board, or about to be.
     fn with_the_bit_down() -> Self {
         Self::when(|_, status| status.state == State::Running && status.work_mm[2] < 0.5)
     }
 }
 
-/// The last line of the executor's record.
 pub(crate) fn last_record(home: &Path) -> serde_json::Value {
     let text = fs::read_to_string(home.join("executor.log")).unwrap();
     serde_json::from_str(text.lines().last().unwrap()).unwrap()

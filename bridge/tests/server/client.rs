@@ -22,14 +22,12 @@ pub(crate) fn annulus(home: &TempDir, arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs a command to its end.
 pub(crate) fn output(home: &TempDir, arguments: &[&str]) -> (i32, Value, String) {
     let Output { status, stdout, stderr } = annulus(home, arguments).output().unwrap();
     let object = serde_json::from_slice(&stdout).unwrap_or(Value::Null);
     (status.code().unwrap_or(-1), object, String::from_utf8_lossy(&stderr).into_owned())
 }
 
-/// A running bridge; killed at the end of the test.
 pub(crate) struct Running {
     pub(crate) child: Child,
     pub(crate) home: Option<TempDir>,
@@ -48,13 +46,11 @@ impl Running {
         Self::start_at(home, "1")
     }
 
-    /// Starts it at the time scale `speed`.
     pub(crate) fn start_at(home: TempDir, speed: &str) -> Self {
         let command = annulus(&home, &["serve", "--port", "0", "--no-open", "--time-scale", speed]);
         Self::of(command, home)
     }
 
-    /// The bridge that `command` starts in `home`.
     pub(crate) fn of(mut command: Command, home: TempDir) -> Self {
         let said = tempfile::tempfile().unwrap();
         command.stdout(Stdio::piped()).stderr(said.try_clone().unwrap());
@@ -100,7 +96,6 @@ impl Running {
         stream
     }
 
-    /// A fresh token from `annulus link`.
     pub(crate) fn link(&self, scope: &str) -> String {
         let (code, object, text) = output(self.home.as_ref().unwrap(), &["link", "--json", "--scope", scope]);
         assert_eq!(code, 0, "{text}");
@@ -109,7 +104,6 @@ impl Running {
         token
     }
 
-    /// Pairs. Returns session ID and key.
     pub(crate) fn pair(&self, scope: &str) -> (String, String) {
         let token = self.link(scope);
         let reply = self.own("POST", "/api/pair", &[], json!({ "token": token }).to_string().as_bytes());
@@ -119,14 +113,12 @@ impl Running {
         (text("session"), text("key"))
     }
 
-    /// A request for a job, authenticated with `key`.
     pub(crate) fn job(&self, (session, key): (&str, &str), method: &str, name: &str, body: &[u8]) -> Reply {
         let path = format!("/api/jobs/{name}");
         let proof = auth::request(key, method, &path);
         self.own(method, &path, &[(SESSION_HEADER, session), (PROOF_HEADER, &proof)], body)
     }
 
-    /// A socket before its hello.
     pub(crate) fn stranger(&self) -> Page {
         Page { session: String::new(), key: String::new(), socket: self.upgrade(&[]).unwrap() }
     }
@@ -136,7 +128,6 @@ impl Running {
         self.call("", headers)
     }
 
-    /// A socket that names its session in the URL.
     pub(crate) fn upgrade_of(&self, session: &str) -> WebSocket<TcpStream> {
         self.call(&format!("?session={session}"), &[]).unwrap()
     }
@@ -161,12 +152,10 @@ impl Running {
         }
     }
 
-    /// A page after its hello, with its own session.
     pub(crate) fn page(&self) -> Page {
         self.page_that_may("configure")
     }
 
-    /// The same with fewer rights.
     pub(crate) fn page_that_may(&self, scope: &str) -> Page {
         let (session, key) = self.pair(scope);
         let mut page = Page { session, key, socket: self.upgrade(&[]).unwrap() };
@@ -190,14 +179,12 @@ impl Drop for Running {
     }
 }
 
-/// Port and token of an address.
 pub(crate) fn take_apart(url: &str) -> (u16, String) {
     let rest = url.strip_prefix("http://127.0.0.1:").unwrap_or_else(|| panic!("{url}"));
     let (port, token) = rest.split_once("/#t=").unwrap();
     (port.parse().unwrap(), token.to_owned())
 }
 
-/// An HTTP response.
 #[derive(Debug)]
 pub(crate) struct Reply {
     pub(crate) status: u16,
@@ -243,7 +230,6 @@ impl Reply {
     }
 }
 
-/// The page's side of a socket.
 pub(crate) struct Page {
     pub(crate) session: String,
     pub(crate) key: String,
@@ -251,7 +237,6 @@ pub(crate) struct Page {
 }
 
 impl Page {
-    /// The nonce of the challenge.
     pub(crate) fn nonce(&mut self) -> String {
         match self.next() {
             Some(Tell::Challenge { nonce, .. }) => nonce,
@@ -273,7 +258,6 @@ impl Page {
         let _ = self.socket.send(Message::text(text));
     }
 
-    /// The next report; `None` after the bridge closed the connection.
     pub(crate) fn next(&mut self) -> Option<Tell> {
         self.hear().ok()
     }
@@ -295,7 +279,6 @@ impl Page {
         }
     }
 
-    /// How a job ended.
     pub(crate) fn until_ended(&mut self) -> Tell {
         self.until(|tell| matches!(tell, Tell::Ended(_)))
     }
@@ -318,7 +301,6 @@ impl Page {
         panic!("not among {seen:?}, alarm {alarm:?}");
     }
 
-    /// The code of the next refusal.
     pub(crate) fn refusal(&mut self) -> String {
         match self.until(|tell| matches!(tell, Tell::Refused { .. })) {
             Tell::Refused { why } => why.code,
@@ -334,7 +316,6 @@ impl Page {
             .collect()
     }
 
-    /// Takes control, by force or not. Returns whether that succeeded.
     pub(crate) fn take_control(&mut self, force: bool) -> bool {
         self.ask(&Ask::TakeControl { force });
         let answer = self.until(|tell| {

@@ -89,7 +89,6 @@ fn secret_is_readable_only_by_its_user() {
     assert_eq!(std::fs::metadata(note).unwrap().permissions().mode() & 0o777, 0o600);
 }
 
-/// Folders and files at `place` and below with rights for others.
 #[cfg(unix)]
 fn open_to_others(place: &Path) -> Vec<PathBuf> {
     use std::os::unix::fs::PermissionsExt;

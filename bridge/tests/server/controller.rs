@@ -19,10 +19,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Work zero in machine coordinates, mm.
 const ZERO: [f64; 3] = [-20.0, -20.0, -10.0];
 
-/// Number of plunges that the controller received.
 fn plunges(board: &Board) -> usize {
     board.heard().lines().filter(|line| line.contains("G1Z-")).count()
 }

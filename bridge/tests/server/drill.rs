@@ -23,7 +23,6 @@ pub(crate) fn machine(
     apply(&virtual_drill(), &all).unwrap()
 }
 
-/// The machine file, as `annulus` reads it.
 pub(crate) fn file(machine: &Machine) -> String {
     let mut text = "schema = 1\n".to_owned();
     for (section, rows) in SECTIONS {
@@ -77,12 +76,10 @@ pub(crate) fn holes(
     }
 }
 
-/// Starts the spindle, with this spin-up time.
 pub(crate) fn spin_up(us: u32) -> Leg {
     Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us }] }
 }
 
-/// Spindle off, and back to the start.
 pub(crate) fn back() -> Vec<Command> {
     vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }]
 }

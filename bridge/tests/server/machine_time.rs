@@ -20,7 +20,6 @@ pub(crate) const REQUEST: (&str, &str) = ("ANNULUS_REHEARSAL_CLOCK", "1");
 const AWAITED_AT: u64 = 0xFF00;
 const REACHED_AT: u64 = 0xFF08;
 
-/// Interval of reading the wires.
 const LOOK: Duration = Duration::from_micros(200);
 
 /// Largest advance of machine time per reading, even after a delay.
@@ -28,7 +27,6 @@ const LARGEST_STEP: Duration = Duration::from_millis(5);
 
 /// How far and how fast the machine may run.
 pub(crate) struct Limits {
-    /// The machine stops at this tick.
     until: AtomicU64,
     /// Machine time as percent of real time.
     percent: AtomicU64,
@@ -37,7 +35,6 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Unlimited, in real time.
     pub(crate) fn none() -> Self {
         Self {
             until: AtomicU64::new(u64::MAX),
@@ -47,18 +44,15 @@ impl Limits {
         }
     }
 
-    /// Allows the machine to run for `time` from now.
     pub(crate) fn allow(&self, time: Duration) {
         let more = time.as_micros() as u64 * (TICK_HZ / 1_000_000);
         self.until.store(self.reached.load(Ordering::SeqCst).saturating_add(more), Ordering::SeqCst);
     }
 
-    /// Removes the limit.
     pub(crate) fn free(&self) {
         self.until.store(u64::MAX, Ordering::SeqCst);
     }
 
-    /// Slows machine time to this percentage of real time.
     pub(crate) fn slow(&self, percent: u64) {
         self.percent.store(percent, Ordering::SeqCst);
     }

@@ -13,12 +13,10 @@ use tempfile::TempDir;
 #[path = "../../../host/src/tests.rs"]
 mod planned;
 
-/// `count` holes of one diameter.
 pub(crate) fn holes(count: usize) -> Program {
     planned::holes(&hobby_3018(), count, 4, |_| 800)
 }
 
-/// Serves the controller at `port`.
 pub(crate) fn serve(home: TempDir, port: &str, speed: &str) -> Running {
     let words = [
         "serve",
@@ -43,7 +41,6 @@ pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) ->
     }
 }
 
-/// Takes control, acknowledges an alarm, and homes.
 pub(crate) fn home(page: &mut Page) -> Status {
     page.ask(&Ask::ReleaseControl);
     assert!(page.take_control(true));
@@ -52,7 +49,6 @@ pub(crate) fn home(page: &mut Page) -> Status {
     until_status(page, |status| status.state == State::Ready && status.trust == Trust::Trusted)
 }
 
-/// Jogs one axis until its position is `there`.
 fn jog(page: &mut Page, axis: u8, distance_mm: f64, there: impl Fn(&Status) -> bool) {
     page.ask(&Ask::Jog { axis, distance_um: (distance_mm * 1e3).round() as i32, anyway: false });
     loop {
@@ -81,7 +77,6 @@ pub(crate) fn set_zero(page: &mut Page, zero: [f64; 3]) {
     sleep(Duration::from_millis(500));
 }
 
-/// Uploads a program. Returns its key.
 pub(crate) fn upload(bridge: &Running, page: &Page, program: &Program) -> String {
     let bytes = program::encode(program);
     let job = program::key(&bytes);
@@ -89,7 +84,6 @@ pub(crate) fn upload(bridge: &Running, page: &Page, program: &Program) -> String
     job
 }
 
-/// Arms and starts the job.
 pub(crate) fn start(page: &mut Page, job: &str, from_leg: u32) {
     page.ask(&Ask::Arm { job: job.to_owned(), from_leg });
     let armed = page.until(|tell| matches!(tell, Tell::Armed(_) | Tell::Refused { .. }));
@@ -115,7 +109,6 @@ fn change_tool(page: &mut Page) {
     }
 }
 
-/// Confirms tools until `done` holes are drilled.
 pub(crate) fn drills(page: &mut Page, done: u32) -> Status {
     loop {
         let status = until_status(page, |status| {
@@ -128,7 +121,6 @@ pub(crate) fn drills(page: &mut Page, done: u32) -> Status {
     }
 }
 
-/// Confirms tools until the job ends.
 pub(crate) fn ends(page: &mut Page) -> JobEnd {
     let changes = |tell: &Tell| matches!(tell, Tell::Status(status) if status.state == State::ToolChange);
     loop {
@@ -139,7 +131,6 @@ pub(crate) fn ends(page: &mut Page) -> JobEnd {
     }
 }
 
-/// Waits for the offer to resume a job.
 pub(crate) fn offer(page: &mut Page) -> InterruptedJob {
     match page.until(|tell| matches!(tell, Tell::Interrupted(_))) {
         Tell::Interrupted(offer) => offer,

@@ -61,7 +61,6 @@ fn control_lapses_when_its_page_leaves_or_is_silent() {
     viewer.until(|tell| matches!(tell, Tell::Control(Control { taken: false, viewers: 2, .. })));
 }
 
-/// Page `one` homes the machine, and page `two` stops it.
 fn stops_what_moves(one: &mut Page, two: &mut Page) {
     assert!(one.take_control(false));
     one.ask(&Ask::Home);

@@ -26,20 +26,16 @@ use tempfile::TempDir;
 enum Fault {
     None,
     Silence,
-    /// Endless noise without an answer.
     Noise,
     WrongSum,
     Exception,
-    /// The motor turns at half its speed.
     Slow,
-    /// The converter trips, with this code.
     Trip(u16),
 }
 
 /// The motor's time to reach its speed.
 const SPIN_UP: Duration = Duration::from_millis(900);
 
-/// A converter and its motor.
 struct Motor {
     is_huanyang: bool,
     fault: Fault,
@@ -49,7 +45,6 @@ struct Motor {
 }
 
 impl Motor {
-    /// Actual frequency, hundredths of a Hz.
     fn actual(&self) -> u16 {
         let Some(since) = self.runs_since.filter(|_| !matches!(self.fault, Fault::Trip(_))) else { return 0 };
         let share = (since.elapsed().as_secs_f64() / SPIN_UP.as_secs_f64()).min(1.0);
@@ -75,7 +70,6 @@ impl Motor {
         }
     }
 
-    /// Carries out a request. Returns its answer without the checksum.
     fn answer(&mut self, request: &[u8]) -> Vec<u8> {
         let [high, low] = self.actual().to_be_bytes();
         if self.is_huanyang {
@@ -109,7 +103,6 @@ impl Motor {
     }
 }
 
-/// The Modbus checksum, bit by bit.
 fn sum(bytes: &[u8]) -> [u8; 2] {
     let mut crc = 0xFFFF_u16;
     for byte in bytes {
@@ -121,7 +114,6 @@ fn sum(bytes: &[u8]) -> [u8; 2] {
     crc.to_le_bytes()
 }
 
-/// A converter at a port.
 struct Converter {
     port: String,
     motor: Arc<Mutex<Motor>>,
@@ -177,7 +169,6 @@ impl Drop for Converter {
     }
 }
 
-/// The answer to a complete request.
 fn turn(heard: &mut Vec<u8>, motor: &mut Motor) -> Option<Vec<u8>> {
     let length = motor.length(heard);
     if heard.len() < length {
@@ -219,7 +210,6 @@ fn machine(profile: &str, port: &str) -> Machine {
     )
 }
 
-/// A bridge with that drill, homed, with a work zero.
 fn bridge(machine: &Machine) -> (Running, Page) {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("mill.toml");
@@ -286,7 +276,6 @@ fn is_late(code: &Option<String>) -> bool {
     matches!(code.as_deref(), Some("spindle.silent" | "spindle.garbled"))
 }
 
-/// Removes the fault and acknowledges the alarm. Returns its code.
 fn acknowledged(page: &mut Page, converter: &Converter) -> Option<String> {
     let alarmed = until_status(page, |status| status.state == State::Alarm);
     assert_eq!(alarmed.trust, Trust::Trusted, "every step is counted");

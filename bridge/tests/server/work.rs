@@ -9,7 +9,6 @@ use annulus_core::machine::virtual_drill;
 use annulus_core::wire::{ArmedJob, Ask, Control, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
 use tempfile::TempDir;
 
-/// Holes in rows of a hundred, 2 mm apart.
 pub(crate) fn row_of_holes(count: u32) -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
@@ -28,7 +27,6 @@ pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) ->
     }
 }
 
-/// Jogs with continuous permission until a status is `wanted`.
 pub(crate) fn jog(page: &mut Page, axis: u8, distance_um: i32, wanted: impl Fn(&Status) -> bool) -> Status {
     page.ask(&Ask::Jog { axis, distance_um, anyway: true });
     loop {

@@ -14,7 +14,6 @@ use annulus_core::wire::{Ask, Tell, ToolsReport};
 use std::thread;
 use std::time::Duration;
 
-/// Diameters of the tools in slots 1 and 2.
 const DIAMETERS_UM: [i64; 2] = [600, 800];
 
 fn bit(um: i64) -> Bit {
@@ -22,7 +21,6 @@ fn bit(um: i64) -> Bit {
     Bit { diameter, name: format!("{um}"), cutter: Cutter::Drill, handling: Default::default() }
 }
 
-/// Three holes with the first tool, one with the second.
 pub(super) fn of_two_tools(machine: &Machine) -> Program {
     let at = (0..4).map(|hole| Point::from_mm(f64::from(hole) * 2.0, 0.0));
     let mut program = drill::holes(machine, Vec::new(), (at, 10_000), drill::back());
@@ -57,7 +55,6 @@ impl Bench {
         self.page.ask(&Ask::Stock { places, spindle: Held::Nothing });
     }
 
-    /// Waits until the tools report satisfies `so`.
     fn tools_are(&mut self, so: impl Fn(&ToolsReport) -> bool) {
         let told = self.heard.iter().rev();
         let mut told =
@@ -68,7 +65,6 @@ impl Bench {
     }
 }
 
-/// Holes of tool `number`.
 fn hits(report: &ToolsReport, number: u32) -> u64 {
     report.wear.iter().find(|wear| wear.number == number).map_or(0, |wear| wear.hits)
 }

@@ -78,7 +78,6 @@ impl Desk {
         command
     }
 
-    /// Runs `run BOARD` with more words, without a terminal.
     fn run(&self, words: &str) -> (i32, serde_json::Value, String) {
         self.annulus(&format!("run --machine card.toml {words}"))
     }

@@ -15,13 +15,10 @@ use annulus_core::virtual_drill::faults::{FAULTS, read};
 use annulus_core::wire::Ask;
 use std::collections::BTreeSet;
 
-/// An action on the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Work {
     Home,
-    /// Measure the board.
     Touch,
-    /// Drill five holes.
     Drill,
     /// The same with a contact sensor that must close in every drill cycle.
     DrillWithContact,

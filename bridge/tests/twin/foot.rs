@@ -12,7 +12,6 @@ use annulus_core::wire::Ask;
 use std::thread;
 use std::time::Duration;
 
-/// Slow drill cycles, to stop within one.
 fn with_foot() -> [(&'static str, Value); 3] {
     [("foot.on", text("yes")), ("foot.time", number(80.0)), ("stroke.feed", number(1.0))]
 }

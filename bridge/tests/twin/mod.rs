@@ -35,13 +35,10 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Height of the board's surface, machine mm.
 const SURFACE_MM: f64 = -8.0;
-/// The bits of byte 3.
 const SPINDLE: u8 = 1;
 const FOOT: u8 = 2;
 const CLAMP: u8 = 4;
-/// Spindle speed while its wire is on.
 const RPM: u32 = 20_000;
 /// How far the machine may run ahead of the test.
 const AHEAD: Duration = Duration::from_millis(300);
@@ -108,16 +105,13 @@ fn machine(device: &Path, more: &[(&'static str, Value)]) -> Machine {
     apply(&base, &more).unwrap()
 }
 
-/// The drill at the wires, and a record of them.
 pub(crate) struct Seen {
     pub(crate) drill: VirtualDrill,
     /// Holes, recorded by the simulated board.
     pub(crate) holes: Arc<Mutex<Vec<VirtualHole>>>,
     /// Every switch of the foot: whether it is down, and the height of the tool.
     pub(crate) foot: Vec<(bool, i64)>,
-    /// Additional inputs that are on, one bit each.
     pub(crate) forced: u32,
-    /// The last output bytes.
     bytes: [u8; 4],
     columns: [Option<i64>; 3],
     tick: u64,
@@ -144,7 +138,6 @@ impl Seen {
         }
     }
 
-    /// Applies the outputs `bytes` at `tick`. Returns the inputs.
     fn look(&mut self, machine: &Machine, bytes: [u8; 4], tick: u64) -> [u8; 2] {
         self.tick = self.tick.max(tick);
         let changed = self.bytes[3] ^ bytes[3];
@@ -185,7 +178,6 @@ impl Seen {
         self.drill.step(self.tick, 1 << axis, u8::from(forward) << axis);
     }
 
-    /// Places the tools as stated.
     fn lay(&mut self, stock: &ToolStock) {
         self.drill.stock(self.tick, stock);
     }
@@ -201,7 +193,6 @@ fn column(machine: &Machine, axis: usize, byte: u8) -> Option<i64> {
     columns.iter().position(|phases| phases & 0x0F == byte & 0x0F).map(|at| at as i64)
 }
 
-/// The virtual drill at the wires.
 struct Twin {
     seen: Arc<Mutex<Seen>>,
     limits: Arc<Limits>,
@@ -262,7 +253,6 @@ pub(crate) struct Bench {
     pub(crate) machine: Machine,
     pub(crate) page: Page,
     pub(crate) bridge: Running,
-    /// Received reports other than status and echo.
     pub(crate) heard: Vec<Tell>,
     pub(crate) status: Option<Status>,
     device: PathBuf,
@@ -270,7 +260,6 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    /// A machine with `more` settings, and a twin with these faults.
     pub(crate) fn new(more: &[(&'static str, Value)], faults: Faults) -> Self {
         let (home, machine, device, twin) = wired(more, faults);
         let named = home.path().join("card.toml");
@@ -286,7 +275,6 @@ impl Bench {
         self.twin.seen.lock().unwrap()
     }
 
-    /// Lets the machine run without limit.
     fn let_run(&self) {
         self.twin.limits.free();
     }
@@ -327,7 +315,6 @@ impl Bench {
         self.status.as_ref().and_then(|status| status.alarm.as_ref()).map(|why| why.code.clone())
     }
 
-    /// Homes. Returns the code of the alarm, if any.
     pub(crate) fn home(&mut self) -> Option<String> {
         self.page.ask(&Ask::Home);
         self.begins();
@@ -348,7 +335,6 @@ impl Bench {
         self.page.ask(&Ask::SetZero);
     }
 
-    /// Jogs with continuous permission.
     pub(crate) fn by_hand(&mut self, axis: u8, distance_um: i32) {
         if distance_um == 0 {
             return;
@@ -368,7 +354,6 @@ impl Bench {
         self.page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     }
 
-    /// How the job ended, and its reported number of holes.
     pub(crate) fn ended(&mut self) -> (Ending, u32) {
         match self.hear(|tell| matches!(tell, Tell::Ended(_))) {
             Tell::Ended(JobEnd { ending, holes_done, .. }) => (ending, holes_done),

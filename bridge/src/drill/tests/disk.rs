@@ -6,11 +6,9 @@ use redb::backends::InMemoryBackend;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{fmt, io};
 
-/// An operation of a disk.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Wish {
     Write,
-    /// Make everything written durable.
     Sync,
 }
 

@@ -15,7 +15,6 @@ use std::time::Duration;
 const FOUR: &str = "SPINDLE 20000\nREPEAT 2\nMOVE_BY 400 0\nCALL hole\nMOVE_TO 5 10\nCALL hole\nEND\nSUB hole\n\
     KMD_WIERTLO_DOL\nKMD_WIERTLO_GORA\nEND\n";
 
-/// A drill with two outputs.
 fn machine() -> Machine {
     let mut card = Card::default();
     (card.wiring.outputs, card.wiring.output_names) = (vec![25, 26], "lamp vacuum".to_owned());

@@ -73,7 +73,6 @@ impl Bench {
         }
     }
 
-    /// Resumes the job and runs it to its end.
     fn go_on(&self, program: &Program) {
         let bytes = program::encode(program);
         let job = program::key(&bytes);

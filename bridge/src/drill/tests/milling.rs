@@ -9,7 +9,6 @@ use annulus_core::steps::Stage;
 use annulus_core::wire::InterruptedJob;
 use programs::{HOLES, WAYS, milling};
 
-/// Slow enough to catch a toolpath in progress.
 fn slow() -> Bench {
     let folder = tempfile::tempdir().unwrap();
     let drill = Drill::open_with(folder.path(), machine(), 60.0, Faults::default()).unwrap();

@@ -27,7 +27,6 @@ const TURNED_OUT: u8 = 0b1011;
 const TURNED_IN: u8 = 0x80;
 
 trait Lines: Send {
-    /// The eight data lines.
     fn data(&mut self, value: u8) -> io::Result<()>;
     fn control(&mut self, value: u8) -> io::Result<()>;
     fn status(&mut self) -> io::Result<u8>;

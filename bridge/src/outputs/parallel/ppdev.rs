@@ -23,7 +23,6 @@ const CONTROL: rustix::ioctl::Opcode = opcode::write::<u8>(b'p', 0x84);
 /// `PPWDATA`, `_IOW('p', 0x86, unsigned char)`.
 const DATA: rustix::ioctl::Opcode = opcode::write::<u8>(b'p', 0x86);
 
-/// Returns `true` if `file` is a port of this driver.
 pub(super) fn is_driver(file: &File) -> io::Result<bool> {
     let stat = fstat(file)?;
     let is_device = FileType::from_raw_mode(stat.st_mode) == FileType::CharacterDevice;
