@@ -5,7 +5,6 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Headers, RequestInit, Response, Storage, Window};
 
-/// Id of the camera picture's element.
 pub(crate) const CAMERA_PICTURE: &str = "camera-picture";
 
 /// The window. Every context that runs this code has one.
@@ -38,7 +37,6 @@ pub fn tab_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()
 }
 
-/// The response to an HTTP request.
 pub struct HttpAnswer {
     pub status: u16,
     pub body: Vec<u8>,

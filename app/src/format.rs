@@ -16,7 +16,6 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Converts `mm` to this unit.
     pub fn of_mm(self, mm: f64) -> f64 {
         match self {
             Self::Millimetre => mm,
@@ -29,7 +28,6 @@ impl Unit {
         self.with_digits(mm, if self == Self::Inch { 4 } else { 3 })
     }
 
-    /// The distance from `from` to `to`: direct, in X and in Y.
     pub fn apart(self, from: Point, to: Point) -> [String; 3] {
         let lengths_mm = [from.distance_mm(to), (to.x - from.x).mm(), (to.y - from.y).mm()];
         lengths_mm.map(|mm| self.coordinate(mm))

@@ -31,10 +31,8 @@ pub fn retry_ms(attempt: u32) -> u32 {
     250 << attempt.min(5)
 }
 
-/// Why this page lost control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ousted {
-    /// Another page took control.
     Taken,
     /// The bridge got nothing from this page for some seconds and withdrew control.
     Silent,
@@ -80,9 +78,7 @@ pub enum Blocked {
     NoLink,
     /// The last status is too old.
     Old,
-    /// Another page has control, or none has.
     NoControl,
-    /// An alarm is not acknowledged.
     Alarm,
     Busy,
 }
@@ -103,7 +99,6 @@ pub fn blocked(open: bool, freshness: Freshness, yours: bool, state: Option<Stat
 /// Time without an answer to STOP after which the page warns.
 pub const STOP_PATIENCE_MS: f64 = 250.0;
 
-/// Progress of a STOP press.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StopWay {
     /// Not pressed, or answered.
@@ -122,7 +117,6 @@ impl StopWay {
         matches!(self, Self::Sent(at_ms) if stamp_ms >= at_ms)
     }
 
-    /// True if a status in `state` shows that STOP arrived.
     pub fn heard_by(self, state: State) -> bool {
         matches!(self, Self::Sent(_))
             && !matches!(

@@ -37,7 +37,6 @@ pub fn language() -> String {
     page::language().and_then(|language| language.try_get()).unwrap_or_else(|| locale::FALLBACK.to_owned())
 }
 
-/// The text of a [`Text`] in the current language.
 pub fn sentence(text: &Text) -> String {
     match text {
         Text::Key { key, args } => self::text(key, args),
@@ -50,12 +49,10 @@ pub fn text(key: &str, args: &[(&str, String)]) -> String {
     locale::text(&language(), key, &args)
 }
 
-/// A measure on its own, with the decimal mark of the language.
 pub fn number(text: impl AsRef<str>) -> String {
     locale::number(&language(), text.as_ref())
 }
 
-/// The word for the chosen unit of length.
 pub fn unit_word() -> String {
     match read(|m| m.frame.unit) {
         Unit::Millimetre => say!("page.unit.mm"),
@@ -73,7 +70,6 @@ pub fn message(diagnostic: &Diagnostic) -> String {
     diagnostic.message(&language())
 }
 
-/// How to fix it.
 pub fn advice(diagnostic: &Diagnostic) -> String {
     diagnostic.advice(&language())
 }

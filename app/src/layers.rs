@@ -8,7 +8,6 @@
 use crate::view::{Colour, Palette};
 use annulus_core::artwork::{Role, Side};
 
-/// The kind of a layer, which decides its look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LayerKind {
     CopperTop,
@@ -39,7 +38,6 @@ impl LayerKind {
         }
     }
 
-    /// The default colour.
     pub fn colour(self, palette: &Palette) -> Colour {
         match self {
             Self::CopperTop => palette.copper_top,
@@ -97,10 +95,8 @@ impl LayerSide {
     }
 }
 
-/// One row of the panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerLook {
-    /// Identifies the layer, also after its file is read again.
     pub name: String,
     pub kind: LayerKind,
     pub side: LayerSide,
@@ -112,7 +108,6 @@ pub struct LayerLook {
     pub opacity: u8,
     /// A colour that the user chose.
     pub colour: Option<Colour>,
-    /// Nothing on it can be selected or edited.
     pub locked: bool,
     /// Highlighted: all other layers are dimmed.
     pub front: bool,
@@ -121,13 +116,10 @@ pub struct LayerLook {
     pub made: bool,
 }
 
-/// Groups of layers shown by one press.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     All,
-    /// Everything on the top side.
     Top,
-    /// Everything on the bottom side.
     Bottom,
     Copper,
     Holes,
@@ -137,11 +129,9 @@ pub enum Preset {
     Made,
 }
 
-/// Opacity of the mask film.
 const MASK_SHARE: f64 = 0.82;
 
 impl LayerLook {
-    /// A layer with the default look.
     pub fn new(name: String, kind: LayerKind, side: LayerSide, mesh: Option<usize>) -> Self {
         Self {
             name,
@@ -173,13 +163,11 @@ impl LayerLook {
         self.made && self.kind == LayerKind::Mask
     }
 
-    /// Sets visibility and look from `preset`.
     pub fn choose(&mut self, preset: Preset) {
         (self.eye, self.made) = (self.in_preset(preset), preset == Preset::Made);
         self.front = false;
     }
 
-    /// True if `preset` shows it.
     pub fn in_preset(&self, preset: Preset) -> bool {
         let through = matches!(self.kind, LayerKind::Holes | LayerKind::Outline);
         match preset {
@@ -216,7 +204,6 @@ pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
     fresh.into_iter().map(keep).collect()
 }
 
-/// Opacity factor of dimmed layers.
 const DIMMED_SHARE: f32 = 0.25;
 
 /// Toggles the highlight of layer `index`; a highlighted layer becomes visible.
@@ -232,14 +219,12 @@ pub fn is_dimmed(look: &LayerLook, looks: &[LayerLook]) -> bool {
     !look.front && looks.iter().any(|look| look.front)
 }
 
-/// The colour of `look`, dimmed if another of `looks` is highlighted.
 pub fn tint_among(look: &LayerLook, looks: &[LayerLook], palette: &Palette) -> Colour {
     let tint = look.tint(palette);
     let share = if is_dimmed(look, looks) { DIMMED_SHARE } else { 1.0 };
     tint.alpha((f32::from(tint.0[3]) * share) as u8)
 }
 
-/// An opaque colour, dimmed towards the board colour `ground`.
 pub fn dimmed(colour: Colour, ground: Colour) -> Colour {
     colour.mixed(ground, DIMMED_SHARE)
 }

@@ -6,7 +6,6 @@
 
 use annulus_core::job::{Mark, Program};
 
-/// A run of holes or toolpaths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WorkPart {
     /// True for drilling, false for milling.
@@ -20,7 +19,6 @@ pub struct WorkPart {
     pub count: u32,
 }
 
-/// The position of a leg in the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LegPlace {
     /// Index of the part.

@@ -21,15 +21,11 @@ use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
 /// Margin around the outermost holes of a board without an outline.
 const MARGIN: Length = Length::from_um(4_000);
-/// Corner radius of that plate.
 const CORNER_MM: f32 = 1.5;
 /// Diameter for holes whose file gives none.
 const UNSIZED: Length = Length::from_um(800);
-/// An outline with more rings isn't filled.
 const MOST_RINGS: usize = 1_000;
-/// Maximum distance of a chord from its arc, mm.
 const CHORD_ERROR_MM: f64 = 0.005;
-/// Width of travel lines, CSS pixels.
 const TRAVEL_PX: f32 = 1.25;
 /// Diameter of a problem's dot, CSS pixels.
 const FINDING_PX: f32 = 8.0;

@@ -11,8 +11,10 @@ use annulus_core::diagnostic::Diagnostic;
 /// A text for people, not yet in a language.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Text {
-    /// A key of the locale tables, and the named arguments of its text.
-    Key { key: &'static str, args: Vec<(&'static str, String)> },
+    Key {
+        key: &'static str,
+        args: Vec<(&'static str, String)>,
+    },
     /// A diagnostic of the core; its message is shown.
     Found(Diagnostic),
 }

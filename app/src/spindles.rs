@@ -9,20 +9,17 @@ use annulus_core::units::Length;
 /// The bottom of a hole relative to the board surface, and the plunge feed in µm/s.
 type Hole = (Length, u32);
 
-/// A spindle at the current hole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpindleInHole {
     /// Z1 to Z6.
     pub name: String,
     /// True if it drills in this job.
     pub drills: bool,
-    /// Depth below the board surface.
     pub depth_mm: f64,
     /// t_z: time from the top until the tip touches the board, ms.
     pub contact_ms: Option<f64>,
 }
 
-/// The hole that `leg` drills, if any.
 fn hole_of(leg: &Leg) -> Option<Hole> {
     let plunges = leg.commands.iter().filter(|_| matches!(leg.mark, Mark::Hole(_)));
     let depths = plunges.filter_map(|command| match *command {

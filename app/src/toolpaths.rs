@@ -9,7 +9,6 @@ use annulus_core::geometry::{Point, chords};
 use annulus_core::job::{Command, Leg, Mark, Program, travel_mm};
 use annulus_core::units::Length;
 
-/// Maximum distance of a chord from its arc, mm.
 const CHORD_ERROR_MM: f64 = 0.005;
 /// Further cuts are not drawn.
 const MOST_CUTS: usize = 1_500_000;
@@ -20,27 +19,23 @@ pub struct Toolpaths {
     pub stops: Vec<Mark>,
     /// Straight segments of all toolpaths.
     pub cuts: Vec<ToolpathPiece>,
-    /// Moves from stop to stop.
     pub travels: Vec<Travel>,
     /// For each leg of the program, the number of stops before it.
     pub before: Vec<u32>,
     pub travel_mm: f64,
 }
 
-/// A straight segment of a toolpath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolpathPiece {
     pub a_mm: [f32; 2],
     pub b_mm: [f32; 2],
     /// Width of the cut at the surface; 0 if the tip is above it.
     pub width_mm: f32,
-    /// Index of its stop.
     pub stop: u32,
     /// Index into the program's tools.
     pub bit: u32,
 }
 
-/// A move of the spindle to a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
     pub a_mm: [f32; 2],
@@ -69,7 +64,6 @@ pub const fn is_stop(mark: Mark) -> bool {
     matches!(mark, Mark::Hole(_) | Mark::Toolpath(_))
 }
 
-/// State while walking through the program.
 struct Head<'a> {
     program: &'a Program,
     corner: Point,

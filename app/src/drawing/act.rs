@@ -18,7 +18,6 @@ const BESIDE: Point = Point::new(Length::from_um(2_540), Length::from_um(-2_540)
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
-    /// Rotates about the middle of the selection.
     Turn {
         /// Thousandths of a degree, counter-clockwise.
         mdeg: i32,
@@ -28,35 +27,25 @@ pub enum Act {
         x: bool,
     },
     Align(Align),
-    /// Repeats the selection in columns and rows.
     Array {
-        /// Number of copies in X.
         columns: u32,
-        /// Number of copies in Y.
         rows: u32,
-        /// Distance from one copy to the next.
         step: Point,
     },
     Ungroup,
-    /// Copies to the clipboard.
     Copy,
-    /// Copies to the clipboard, then deletes.
     Cut,
-    /// Pastes the clipboard where the tool aims.
     Paste,
-    /// Puts a copy next to the original.
     Duplicate,
     Delete,
     All,
     Layer(Layer),
     /// Restores objects of files as their file draws them.
     PutBack,
-    /// Toggles the grid.
     Snap,
     NextGrid,
     /// Toggles dimming of everything that is not on the active layer.
     Dim,
-    /// Undo or redo by one edit.
     Undo {
         /// Undo, else redo.
         back: bool,
@@ -75,7 +64,6 @@ fn marked(drawing: &Drawing, thing: &Thing) -> Option<Marked> {
 }
 
 impl Editor {
-    /// Applies `act` to the selection.
     pub fn act(&mut self, act: Act) {
         let ids = self.ids();
         match act {
@@ -134,7 +122,6 @@ impl Editor {
         }
     }
 
-    /// Puts the selection into a new group with this name.
     pub fn group(&mut self, name: &str) {
         if let (edit, Some(group)) = self.selection().grouped(name)
             && self.make(&edit)
@@ -168,7 +155,6 @@ impl Editor {
         }
     }
 
-    /// Copies the selection to the clipboard.
     fn copy(&mut self) {
         let copy = self.selection().copied();
         if !copy.is_empty() {

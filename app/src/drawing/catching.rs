@@ -42,7 +42,6 @@ impl Editor {
         other.filter(|one| self.group_of(*one) == self.group_of(hit) && !self.is_locked(*one)).collect()
     }
 
-    /// True if anything selected and unlocked is within `reach`.
     pub(super) fn is_chosen_at(&self, at: Point, reach: Length, single: bool) -> bool {
         let near = self.finder.at(self.drawing(), at, reach).into_iter();
         near.map(|catch| if single { catch } else { self.outermost(catch) })

@@ -36,10 +36,8 @@ pub enum Field {
     Size,
     Turn,
     Diameter,
-    /// True if holes are plated.
     Plated,
     Layer,
-    /// Name of the selected group, or of the drawing if nothing is selected.
     Name,
     Group,
     /// X offset of an object from where its file draws it.
@@ -54,12 +52,10 @@ pub fn may_be(field: Field, length: Length) -> bool {
 }
 
 impl Field {
-    /// True for widths, sizes and diameters.
     pub const fn is_size(self) -> bool {
         matches!(self, Self::Width | Self::Size | Self::Diameter)
     }
 
-    /// Part of the key in the locale tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -106,13 +102,11 @@ pub struct FieldRow {
     pub value: FieldValue,
 }
 
-/// The value that all share, if they do.
 fn shared<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     let first = values.next()?;
     values.all(|value| value == first).then_some(first)
 }
 
-/// The fields of the selection, or of the drawing if nothing is selected.
 pub fn rows(editor: &Editor) -> Vec<FieldRow> {
     let (drawing, ids) = (editor.drawing(), editor.ids());
     let row = |field, value| FieldRow { field, value };
@@ -187,7 +181,6 @@ fn on_one_node(drawing: &Drawing, chosen: &BTreeSet<Catch>) -> Option<Point> {
     drawing.at(shared(chosen.iter().map(node))??)
 }
 
-/// Widths, sizes, shapes and layers that the things share.
 fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
     let mut rows = Vec::new();
     let widths: Vec<Length> = leaves
@@ -318,7 +311,6 @@ fn along(x: bool, by: Length) -> Point {
     if x { Point::new(by, Length::ZERO) } else { Point::new(Length::ZERO, by) }
 }
 
-/// Applies a size, shape or layer to all things that have one.
 fn of_things(drawing: &Drawing, ids: &BTreeSet<Id>, field: Field, text: &str, unit: Unit) -> Option<Edit> {
     let size = || length(text, unit);
     let new_size = matches!(field, Field::Width | Field::Size | Field::Diameter).then(size).flatten();

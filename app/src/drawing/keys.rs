@@ -6,34 +6,23 @@ use super::{Act, Tool};
 pub enum DrawKey {
     /// Activates a tool; repeated for the pad tool, switches to the next pad shape.
     Tool(Tool),
-    /// Picks up the thing under the cross-hair to move it.
     Move,
-    /// Moves the cross-hair or the selection.
     Step {
-        /// Steps to the right.
         x: i8,
-        /// Steps up.
         y: i8,
         size: StepSize,
     },
-    /// Places or selects where the tool aims.
     Place,
     End,
-    /// Removes the last segment of the track.
     Back,
-    /// A command on the selection.
     Act(Act),
     Group,
-    /// Chooses the side to draw on.
     Side {
         /// The upper side, else the lower one.
         upper: bool,
     },
-    /// Focuses the fields of the selection.
     Numbers,
-    /// Focuses the name of the selection.
     Rename,
-    /// Focuses the field for typed coordinates.
     Type {
         /// Coordinates are relative to the last position: the field starts with `@`.
         from_last: bool,
@@ -52,7 +41,6 @@ pub enum StepSize {
     Far,
 }
 
-/// The command of a key; `ctrl` and `shift` are the modifiers.
 pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
     let size = match (ctrl, shift) {
         (true, false) => StepSize::Fine,

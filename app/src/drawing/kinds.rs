@@ -3,7 +3,6 @@
 use super::{Editor, Tool};
 use annulus_core::board::drawing::{Catch, Imported};
 
-/// The kind of an object from a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ImportedKind {
     #[default]
@@ -14,7 +13,6 @@ pub enum ImportedKind {
 }
 
 impl ImportedKind {
-    /// In menu order.
     pub const ALL: [Self; 4] = [Self::Hole, Self::Pad, Self::Track, Self::Area];
 
     pub fn of(one: &Imported) -> Self {
@@ -26,7 +24,6 @@ impl ImportedKind {
         }
     }
 
-    /// Part of the key in the locale tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Hole => "hole",

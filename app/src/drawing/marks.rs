@@ -16,18 +16,14 @@ const COARSE_MM: f64 = 0.03;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarkMeaning {
-    /// Outline of a selected thing.
     Chosen,
     /// A selected node. A node has no size, so a dot marks it.
     ChosenNode,
-    /// Copper or edge about to be placed.
     Coming(Layer),
-    /// A selection box.
     Box,
     Measure,
     /// The tool snapped to a node or to the end of an imported object.
     Caught,
-    /// The tool snapped to the middle of a track.
     Middle,
 }
 
@@ -40,7 +36,6 @@ pub struct DrawnMark {
     pub kind: MarkMeaning,
 }
 
-/// Overlay of the selection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chosen {
     pub rims: Vec<DrawnMark>,
@@ -49,7 +44,6 @@ pub struct Chosen {
     pub holes: Vec<usize>,
 }
 
-/// Overlay that follows the pointer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Marks {
     pub strokes: Vec<DrawnMark>,
@@ -127,7 +121,6 @@ impl Marks {
     }
 }
 
-/// The pad or hole that a press would place.
 fn coming(editor: &Editor) -> Vec<DrawnMark> {
     let (at, pen) = (spot(editor.aim.at()), editor.pen);
     let disc = |size: Length, kind| DrawnMark { a_mm: at, b_mm: at, width_mm: Some(size.mm() as f32), kind };
@@ -138,7 +131,6 @@ fn coming(editor: &Editor) -> Vec<DrawnMark> {
     }
 }
 
-/// A dot of constant size on screen.
 fn handle(at: Point) -> DrawnMark {
     DrawnMark { a_mm: spot(at), b_mm: spot(at), width_mm: None, kind: MarkMeaning::ChosenNode }
 }

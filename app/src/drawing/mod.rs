@@ -42,7 +42,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use tree::Tree;
 
-/// The grid steps to choose from.
 pub const GRIDS: [Length; 6] = [
     Length::from_um(50),
     Length::from_um(100),
@@ -66,7 +65,6 @@ pub struct Pen {
     pub size: Length,
     /// True if pads have a hole.
     pub drilled: bool,
-    /// Diameter of holes, both in pads and single.
     pub diameter: Length,
     /// True if single holes are plated. Holes in pads always are.
     pub plated: bool,
@@ -100,11 +98,9 @@ impl Pen {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     pub on: bool,
-    /// Distance between grid lines.
     pub step: Length,
 }
 
-/// A drawing being edited.
 #[derive(Clone, Debug)]
 pub struct Editor {
     history: History,
@@ -116,7 +112,6 @@ pub struct Editor {
     unmeasured: BTreeSet<Catch>,
     /// Number of changes; wraps.
     changes: u32,
-    /// Things that the edit of the current drag touched.
     held: BTreeSet<Id>,
     /// Smallest gap, track, annular ring and hole.
     pub smallest: Smallest,
@@ -132,12 +127,9 @@ pub struct Editor {
     /// Where the tool aims: the cross-hair.
     pub aim: Snap,
     pub doing: Doing,
-    /// Where the pointer went down, while it is down.
     pressed: Option<Point>,
     pub clip: Option<Arc<Drawing>>,
-    /// Groups that are expanded in the tree.
     pub open: BTreeSet<Id>,
-    /// A message for the user.
     pub said: Option<Text>,
 }
 
@@ -148,7 +140,6 @@ impl Default for Editor {
 }
 
 impl Editor {
-    /// A drawing over imported files.
     pub fn new(history: History, imported: Arc<Vec<Imported>>) -> Self {
         let finder = Finder::new(history.now(), imported);
         let figures = DrawingFigures::new(history.now(), &finder);
@@ -199,7 +190,6 @@ impl Editor {
         self.history.now()
     }
 
-    /// The drawing with its undo steps.
     pub fn history(&self) -> &History {
         &self.history
     }
@@ -213,23 +203,19 @@ impl Editor {
         self.changes
     }
 
-    /// Whether there is something to undo and to redo.
     pub fn can_undo(&self) -> (bool, bool) {
         let (back, on) = self.history.depth();
         (back > 0, on > 0)
     }
 
-    /// The drawing as triangles.
     pub fn sheet(&mut self) -> Arc<DrawnPieces> {
         self.pieces.sheet(self.history.now(), &self.finder)
     }
 
-    /// The selection with the commands on it.
     pub fn selection(&self) -> Selection<'_> {
         Selection::new(self.drawing(), &self.finder, &self.chosen)
     }
 
-    /// The drawn things in the selection.
     pub fn ids(&self) -> BTreeSet<Id> {
         let drawn = |catch: &Catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None };
         self.chosen.iter().filter_map(drawn).collect()
@@ -282,7 +268,6 @@ impl Editor {
         }
     }
 
-    /// Ends the edit of the current drag.
     fn rest(&mut self) {
         self.history.rest();
         self.held.clear();
@@ -298,7 +283,6 @@ impl Editor {
         true
     }
 
-    /// Updates everything derived from the drawing for the things in `touched`.
     fn follow(&mut self, touched: &BTreeSet<Id>, renamed: bool) {
         if touched.is_empty() && !renamed {
             return;
@@ -316,7 +300,6 @@ impl Editor {
         self.open.retain(|id| now.get(*id).is_some());
     }
 
-    /// Updates the smallest figures.
     fn measure(&mut self) {
         if self.unmeasured.is_empty() {
             return;
@@ -334,7 +317,6 @@ impl Editor {
         }
     }
 
-    /// The group around it.
     pub fn group_of(&self, catch: Catch) -> Option<Id> {
         self.drawing().get(self.id_of(catch)?)?.group
     }

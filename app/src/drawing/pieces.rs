@@ -16,7 +16,6 @@ use std::sync::Arc;
 
 /// Things per chunk.
 const PIECE: u32 = 256;
-/// Maximum distance of a chord from its arc, mm.
 pub(super) const CHORD_ERROR_MM: f64 = 0.004;
 /// The layers with triangles, lowest first.
 const LAYERS: [Layer; 3] = [Layer::Bottom, Layer::Top, Layer::Edge];
@@ -40,7 +39,6 @@ pub struct DrawnPieces {
     /// them.
     pub areas: Vec<(Layer, Arc<Mesh>)>,
     pub holes: Vec<HolePiece>,
-    /// Slots and routes from files.
     pub slots: Vec<SlotPiece>,
     pub nodes: Vec<[f32; 2]>,
     /// Center lines of the board's edge: always visible, even if the edge is narrow.
@@ -62,7 +60,6 @@ struct Piece {
     bounds_mm: Option<[[f32; 2]; 2]>,
 }
 
-/// The chunks of a drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Pieces {
     pieces: BTreeMap<Key, Piece>,
@@ -122,7 +119,6 @@ impl Pieces {
     }
 }
 
-/// The box around two boxes.
 pub(super) fn both(a: Option<[[f32; 2]; 2]>, b: Option<[[f32; 2]; 2]>) -> Option<[[f32; 2]; 2]> {
     let (Some([a_low, a_high]), Some([b_low, b_high])) = (a, b) else { return a.or(b) };
     let low = [a_low[0].min(b_low[0]), a_low[1].min(b_low[1])];
@@ -196,7 +192,6 @@ fn arc(at: [f64; 2], radius: f64, (from, over): (f64, f64), chord_mm: f64) -> Ve
     spokes.map(|[x, y]| [at[0] + radius * x, at[1] + radius * y]).collect()
 }
 
-/// Triangulates a convex ring as a fan.
 fn fan(mesh: &mut Mesh, ring: &[[f64; 2]]) {
     let first = mesh.corners_mm.len() as u32;
     mesh.corners_mm.extend(ring.iter().map(|at| at.map(|mm| mm as f32)));

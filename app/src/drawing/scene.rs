@@ -9,11 +9,8 @@ use crate::view::{
 use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
 
-/// Minimum size of the sheet, mm.
 const LEAST_MM: [f32; 2] = [100.0, 80.0];
-/// Minimum extent of the view when it fits the drawing, mm.
 const WANTED_MM: f32 = 20.0;
-/// Minimum margin of the sheet around the drawing, mm.
 const MARGIN_MM: f32 = 5.0;
 /// The sheet's edges are at multiples of this, mm.
 const ROUND_MM: f32 = 10.0;
@@ -100,7 +97,6 @@ pub fn scene(
     }
 }
 
-/// The overlay, which changes with each pointer move.
 pub fn over(marks: &Marks, palette: &Palette) -> Vec<Line> {
     marks.strokes.iter().map(|mark| stroke(mark, palette)).collect()
 }

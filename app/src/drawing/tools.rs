@@ -20,19 +20,16 @@ use std::collections::BTreeSet;
 pub enum Tool {
     #[default]
     Select,
-    /// Draws a track from point to point.
     Track,
     Pad,
     Hole,
     Node,
-    /// Measures from point to point.
     Measure,
 }
 
 impl Tool {
     pub const ALL: [Self; 6] = [Self::Select, Self::Track, Self::Pad, Self::Hole, Self::Node, Self::Measure];
 
-    /// Part of the key in the locale tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Select => "select",
@@ -49,18 +46,14 @@ impl Tool {
 pub enum Doing {
     #[default]
     Nothing,
-    /// A track is being drawn and continues from here.
     Track {
-        /// Start of the next segment.
         from: Point,
         /// Segments placed before, latest last.
         before: Vec<TrackPiece>,
     },
-    /// The selection is being dragged.
     Drag {
         /// The point of the selection that follows the aim.
         anchor: Point,
-        /// Where the pointer went down.
         press: Point,
         moved: bool,
         /// Selected alone on release if nothing moved.
@@ -69,7 +62,6 @@ pub enum Doing {
         /// pointer until release.
         boxed: Option<Bounds>,
     },
-    /// A selection box is being drawn.
     Box {
         from: Point,
         to: Point,
@@ -83,7 +75,6 @@ pub enum Doing {
     },
 }
 
-/// A segment of the track that is being drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackPiece {
     from: Point,
@@ -92,7 +83,6 @@ pub struct TrackPiece {
     edits: usize,
 }
 
-/// A pointer event over the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pointer {
     pub touch: Touch,
@@ -128,7 +118,6 @@ fn end(at: Point) -> TrackEnd {
 const MOST_LIVE: usize = 300;
 
 impl Editor {
-    /// Switches the tool and cancels what is being done.
     pub fn take(&mut self, tool: Tool) {
         self.leave();
         self.tool = tool;
@@ -162,7 +151,6 @@ impl Editor {
         self.finder.snap(self.drawing(), at, pointer.reach, self.grid_now(false), without)
     }
 
-    /// Handles a pointer event.
     pub fn point(&mut self, pointer: &Pointer) {
         if let Doing::Drag { .. } = self.doing {
             return self.drag(pointer);
@@ -233,7 +221,6 @@ impl Editor {
         }
     }
 
-    /// Everything attached to the node at a position.
     fn hanging_at(&self, at: Point) -> impl Iterator<Item = &Thing> {
         let drawing = self.drawing();
         let hanging = drawing.node_at(at).into_iter().flat_map(|node| drawing.hanging(node));
@@ -328,7 +315,6 @@ impl Editor {
         boxes.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
     }
 
-    /// Moves the selection so that its `anchor` is where the tool aims.
     fn put_at_aim(&mut self, anchor: Point) {
         let to = self.aim.at();
         let by = Point::new(to.x - anchor.x, to.y - anchor.y);
@@ -345,7 +331,6 @@ impl Editor {
         nearest.unwrap_or(at)
     }
 
-    /// The current position of an object of a file.
     pub fn place_of(&self, catch: Catch) -> Option<Point> {
         self.finder.place_of(self.drawing(), catch)
     }

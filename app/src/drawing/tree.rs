@@ -27,7 +27,6 @@ pub struct Item {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeRow {
     pub item: Arc<Item>,
-    /// Number of groups around it.
     pub depth: usize,
     /// True if the group is open; none if the row isn't a group.
     pub open: Option<bool>,
@@ -39,7 +38,6 @@ const DEEPEST: usize = 64;
 /// Sort key: the group, the rank in it, the thing.
 type Place = (Option<Id>, u8, Id);
 
-/// All things in tree order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
     items: BTreeMap<Place, Arc<Item>>,
@@ -53,7 +51,6 @@ impl Tree {
         tree
     }
 
-    /// Updates the things in `touched` only.
     pub(super) fn update(
         &mut self,
         drawing: &Drawing,
@@ -137,7 +134,6 @@ impl Editor {
         self.drawing().thing(id).map_or(Catch::Drawn(id), |thing| self.finder().catch_of(id, thing))
     }
 
-    /// Opens all groups around the selection, so that the tree shows it.
     pub fn open_to_chosen(&mut self) {
         let mut above = Vec::new();
         for catch in &self.chosen {

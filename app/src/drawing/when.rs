@@ -6,30 +6,23 @@ use std::collections::BTreeSet;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
-    /// While the board editor is open.
     Always,
-    /// Something drawn is selected.
     Drawn,
     /// Anything is selected, including objects of files.
     Any,
-    /// More than one thing is selected.
     Several,
     Copied,
-    /// There are objects of files.
     Files,
 }
 
-/// The state that decides.
 #[derive(Clone, Copy, Debug)]
 pub struct AtHand<'a> {
     pub chosen: &'a BTreeSet<Catch>,
     pub copied: bool,
-    /// There are objects of files.
     pub files: bool,
 }
 
 impl When {
-    /// For "group".
     pub const GROUP: Self = Self::Any;
     /// For "repeat in columns and rows".
     pub const ARRAY: Self = Self::Any;

@@ -48,7 +48,6 @@ impl Awake {
         seen.forget();
     }
 
-    /// Requests or releases the wake lock.
     pub(super) fn want(&self, on: bool) {
         self.0.wanted.set(on);
         if on { self.ask() } else { self.let_go() }

@@ -90,7 +90,6 @@ fn blind(error: &JsValue) -> Diagnostic {
 }
 
 impl Camera {
-    /// Opens or closes the camera.
     pub(super) fn want(&self, on: bool) {
         self.shut();
         if !on {

@@ -15,15 +15,12 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{ErrorEvent, MessageEvent, UrlSearchParams, Worker};
 
-/// Address parameter with the time scale.
 const SPEED: &str = "speed";
 
 /// Programs in transfer: whether it is an upload, and the key.
 type Coming = Rc<RefCell<BTreeMap<u32, (bool, String)>>>;
 
-/// Messages of the worker to the port.
 pub(super) enum ForPort {
-    /// Write these bytes.
     Bytes(Vec<u8>),
     Silent,
 }
@@ -78,7 +75,6 @@ pub(super) fn hire(name: &str, port: impl Fn(ForPort) + 'static) -> Option<Drill
     Some(Drill { worker, coming, _message: message, _error: error })
 }
 
-/// Starts the machine.
 pub(super) fn begin(worker: &Worker) -> bool {
     drill::tell(worker, &ToDrill::Start { speed: speed() })
 }
@@ -88,7 +84,6 @@ pub(super) fn begin_adapter(worker: &Worker) -> bool {
     drill::tell(worker, &ToDrill::AdapterOpened)
 }
 
-/// Starts the virtual drill.
 pub(super) fn open() -> Option<Drill> {
     let drill = hire(drill::VIRTUAL, |_| ())?;
     let stop = drill::encoded(&ToDrill::Frame(last_stop::word()));

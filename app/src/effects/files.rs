@@ -25,11 +25,9 @@ use web_sys::{
     HtmlInputElement,
 };
 
-/// Folder of the sample board on our own server.
 const SAMPLE_FOLDER: &str = "examples/";
 const SAMPLE: [&str; 3] = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"];
 
-/// A file with its path.
 type Named = (String, File);
 
 fn toast(text: Text) {
@@ -57,7 +55,6 @@ pub(super) fn sample() {
     });
 }
 
-/// Handler for files that were read.
 type Taken = fn(Vec<(String, Vec<u8>)>);
 
 /// Lets the user pick files, or new exports of the open board. Files from the browser's own picker are
@@ -103,7 +100,6 @@ fn choose_by_field(chosen: Taken) {
     input.click();
 }
 
-/// Lets the user pick a postprocessor file.
 pub(super) fn choose_dialect() {
     let made =
         document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
@@ -122,7 +118,6 @@ pub(super) fn choose_dialect() {
     input.click();
 }
 
-/// Accepts drops on the whole window.
 pub(super) fn listen(followed: Followed) {
     let over = window_event_listener(ev::dragover, |event| {
         if brings_files(&event) {
@@ -198,7 +193,6 @@ fn take_drop(data: &DataTransfer, followed: &Followed) {
     });
 }
 
-/// Turns a call with two callbacks into a future.
 async fn answer(call: impl FnOnce(&Function, &Function)) -> Option<JsValue> {
     let mut call = Some(call);
     let promise = Promise::new(&mut |resolve, reject| {
@@ -232,7 +226,6 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
     }
 }
 
-/// Reads files and passes them to `chosen`.
 fn take(files: Vec<Named>, chosen: Taken) {
     if let Some(text) = too_much_of(files.iter().map(|(_, file)| file)) {
         return toast(text);

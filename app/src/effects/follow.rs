@@ -22,7 +22,6 @@ use web_sys::{
     DataTransferItemList, File, FileSystemDirectoryHandle, FileSystemFileHandle, FileSystemHandle,
 };
 
-/// A watched file.
 #[derive(Clone)]
 struct One {
     name: String,

@@ -69,7 +69,6 @@ pub(super) fn put_in(address: String) {
     }
 }
 
-/// Opens a linked board.
 fn open(address: String) {
     spawn_local(async move {
         match fetched(address.trim()).await {
@@ -79,7 +78,6 @@ fn open(address: String) {
     });
 }
 
-/// Removes the parameter `name` from the address.
 fn tidy(asked: &UrlSearchParams, name: &str) {
     asked.delete(name);
     let rest = String::from(asked.to_string());
@@ -96,7 +94,6 @@ fn with_address(key: &'static str, address: &str) -> Text {
     Text::Key { key, args: vec![("address", address.to_owned())] }
 }
 
-/// Downloads a link.
 async fn fetched(address: &str) -> Result<(String, Vec<u8>), Text> {
     let here = window().location().href().unwrap_or_default();
     let bad = || with_address(key!("page.link_to.bad"), address);

@@ -30,7 +30,6 @@ extern "C" {
     fn bind(this: &Call, target: &JsValue, argument: &JsValue) -> JsValue;
 }
 
-/// Sets the call to `target.method(argument)`.
 pub(super) fn is(target: &JsValue, method: &str, argument: &JsValue) {
     let call = Reflect::get(target, &method.into()).map(JsCast::unchecked_into::<Call>);
     let bound = call.map_or(JsValue::UNDEFINED, |call| call.bind(target, argument));
@@ -48,7 +47,6 @@ fn keep(call: &JsValue) {
     let _ = Reflect::set(&window(), &CALL.into(), call);
 }
 
-/// The STOP message for a bridge or a machine of this page.
 pub(super) fn word() -> String {
     serde_json::to_string(&Ask::Stop).unwrap_or_default()
 }
@@ -57,7 +55,6 @@ const NAME: &str = "annulus stop";
 const STOP: &str = "stop";
 const HEARD: &str = "heard";
 
-/// The channel between the tabs of a site.
 #[derive(Default)]
 pub(super) struct Beside(Option<BroadcastChannel>);
 

@@ -6,7 +6,6 @@ use web_sys::File;
 /// More files at once are probably a home folder and not a board.
 pub(super) const MOST_FILES: usize = 2_000;
 
-/// The most that is read at once, in bytes.
 pub(super) const MOST_BYTES: usize = 256 * 1024 * 1024;
 
 /// Why this many files or bytes are refused; `None` if they are accepted.
@@ -21,7 +20,6 @@ pub(super) fn too_much(files: usize, bytes: u64) -> Option<Text> {
     }
 }
 
-/// Like [`too_much`], for `files`.
 pub(super) fn too_much_of<'a>(files: impl ExactSizeIterator<Item = &'a File>) -> Option<Text> {
     let count = files.len();
     let bytes: f64 = files.map(|file| file.size()).sum();

@@ -41,14 +41,12 @@ fn method(of: &JsValue, name: &str) -> Option<Function> {
     Reflect::get(of, &name.into()).ok()?.dyn_into().ok()
 }
 
-/// A promise and the function that resolves it.
 fn promise() -> Option<(Promise, Function)> {
     let mut kept = None;
     let promise = Promise::new(&mut |keep, _| kept = Some(keep));
     Some((promise, kept?))
 }
 
-/// How to request a lock.
 #[derive(Clone, Copy)]
 enum Way {
     /// Exclusive, if it becomes free within this time.
@@ -86,7 +84,6 @@ async fn hold(name: &str, way: Way) -> Option<Held> {
     is_ours.then_some(Held(Some(release)))
 }
 
-/// An abort signal that fires after `ms`.
 fn ends_after(ms: u32) -> Option<JsValue> {
     let signals = Reflect::get(&js_sys::global(), &"AbortSignal".into()).ok()?;
     method(&signals, "timeout")?.call1(&signals, &ms.into()).ok()
@@ -109,7 +106,6 @@ async fn held() -> BTreeSet<String> {
     asked.await.unwrap_or_default()
 }
 
-/// A slot that this tab has.
 struct Holding {
     _held: Held,
     /// Held only for a deletion or a first write: not yet a slot that this tab works in.
@@ -203,7 +199,6 @@ impl Claims {
         own
     }
 
-    /// Releases a slot.
     pub(super) fn let_go(&self, place: u32) {
         self.held.borrow_mut().remove(&place);
     }

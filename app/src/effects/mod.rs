@@ -40,7 +40,6 @@ use std::cell::RefCell;
 use std::time::Duration;
 use store::Places;
 
-/// State that outlasts a single effect.
 #[derive(Default)]
 struct Running {
     workers: Workers,
@@ -156,7 +155,6 @@ struct Workers {
 }
 
 impl Workers {
-    /// The worker of `lane`, if it exists.
     fn there(&self, lane: Lane) -> Option<Engine> {
         match lane {
             Lane::Board => Some(self.board.clone()),
@@ -184,7 +182,6 @@ impl Workers {
         });
     }
 
-    /// Terminates the worker of `lane`.
     fn call_off(&self, lane: Lane) {
         if let Some(engine) = self.there(lane) {
             engine.cancel();

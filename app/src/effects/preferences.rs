@@ -42,7 +42,6 @@ pub(super) fn begin() {
     }
 }
 
-/// The language requested by the address.
 fn asked() -> Option<&'static str> {
     let search = window().location().search().ok()?;
     locale::serving(&UrlSearchParams::new_with_str(&search).ok()?.get("lang")?)
@@ -91,7 +90,6 @@ pub(super) fn keep_signs(on: bool) {
     put(SIGNS_OFF, if on { "" } else { "1" });
 }
 
-/// Saves the user's own shortcuts.
 pub(super) fn keep_own_keys(text: &str) {
     put(OWN_KEYS, text);
 }

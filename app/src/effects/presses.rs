@@ -19,11 +19,9 @@ use web_sys::{
     PointerEvent,
 };
 
-/// How often the controls are checked.
 const EVERY: Duration = Duration::from_millis(100);
 /// Attribute with the action of a press.
 const ACT: &str = "data-moves";
-/// Attribute with the element's number.
 const NUMBER: &str = "data-control";
 const GUARDED: &str = "[data-moves]";
 
@@ -62,7 +60,6 @@ fn listen(name: &str, heard: impl FnMut(Event) + 'static) {
     heard.forget();
 }
 
-/// Result of the last check.
 #[derive(Default)]
 struct Looks {
     number: Cell<u32>,
@@ -120,7 +117,6 @@ impl Looks {
         Some(MovingControl { id, act, edges_px, usable: !element.has_attribute("disabled") })
     }
 
-    /// The guarded control that an event hits.
     fn under(&self, event: &Event) -> Option<MovingControl> {
         let target = event.target()?.dyn_into::<Element>().ok()?;
         let element = target.closest(GUARDED).ok().flatten()?;

@@ -92,16 +92,13 @@ struct Open {
     port: Port,
     reader: Reader,
     writer: Writer,
-    /// Number of read errors.
     disturbed: u32,
 }
 
-/// Result of the search for the port to open.
 enum Found {
     /// The port; true if it is exactly the chosen one, false if only its USB identifiers match.
     One(Port, bool),
     Nobody,
-    /// Several ports match.
     Several,
 }
 
@@ -120,14 +117,12 @@ pub(super) struct Serial {
     waits: RefCell<Option<Worker>>,
 }
 
-/// USB vendor and product identifiers of the device at a port.
 fn usb(port: &Port) -> [Option<f64>; 2] {
     let info = port.info();
     ["usbVendorId", "usbProductId"]
         .map(|name| Reflect::get(&info, &name.into()).ok().and_then(|number| number.as_f64()))
 }
 
-/// The USB identifiers as text.
 fn usb_words(port: &Port) -> String {
     usb(port).map(|number| number.map_or_else(|| "-".to_owned(), |number| number.to_string())).join(":")
 }
@@ -164,7 +159,6 @@ fn failed(code: &str, error: &JsValue) -> Diagnostic {
     Diagnostic::error(code).with("reason", name_of(error, "message"))
 }
 
-/// The ports that the user has granted this page.
 async fn known() -> Vec<Port> {
     let Some(ports) = ports() else { return Vec::new() };
     let list = ports.get_ports().await.map(JsCast::unchecked_into::<Array>).unwrap_or_default();
@@ -244,7 +238,6 @@ impl Serial {
         });
     }
 
-    /// Opens the port and returns the worker for the device.
     pub(super) fn connect(self: &Rc<Self>) -> Option<Drill> {
         let this = Rc::clone(self);
         let drill = drill::hire(CONTROLLER, move |word| this.word(word))?;

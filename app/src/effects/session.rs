@@ -60,12 +60,10 @@ pub(super) fn keep_control(had: bool) {
     }
 }
 
-/// True if this tab used a controller before the reload.
 pub(super) fn had_controller() -> bool {
     tab_storage().and_then(|storage| storage.get_item(CONTROLLER).ok().flatten()).is_some()
 }
 
-/// Remembers whether this tab uses a controller.
 pub(super) fn keep_controller(on: bool) {
     if let Some(storage) = tab_storage() {
         let _ = if on { storage.set_item(CONTROLLER, "1") } else { storage.remove_item(CONTROLLER) };
@@ -77,7 +75,6 @@ const PORT: &str = "annulus.port";
 /// Identity of the controller at that port.
 const BOARD: &str = "annulus.board";
 
-/// Remembers the port by its USB identifiers.
 pub(super) fn keep_port(usb: &str) {
     if let Some(storage) = tab_storage() {
         let _ = storage.set_item(PORT, usb);
@@ -89,7 +86,6 @@ pub(super) fn kept_port() -> Option<String> {
     tab_storage()?.get_item(PORT).ok()?
 }
 
-/// Remembers the controller's identity.
 pub(super) fn keep_board(greeting: &str) {
     if let Some(storage) = tab_storage() {
         let _ = storage.set_item(BOARD, greeting);
@@ -101,7 +97,6 @@ pub(super) fn kept_board() -> Option<String> {
     tab_storage()?.get_item(BOARD).ok()?
 }
 
-/// Forgets a session that the bridge no longer accepts.
 pub(super) fn forget() {
     if let Some(storage) = tab_storage() {
         let _ = storage.remove_item(KEPT_AS);

@@ -16,7 +16,6 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{MessageEvent, ServiceWorkerContainer, ServiceWorkerRegistration, ServiceWorkerState};
 
-/// The service worker.
 const KEEPER: &str = "service-worker.js";
 
 /// How often an open page checks for a new version.
@@ -34,7 +33,6 @@ fn keepers() -> Option<ServiceWorkerContainer> {
     (!keepers.is_undefined()).then_some(keepers)
 }
 
-/// Reports whether the browser is online.
 fn watch_network() {
     let tell = || send(FrameEvent::Online { on: window().navigator().on_line() });
     let changed = Closure::<dyn FnMut()>::new(tell);

@@ -34,12 +34,10 @@ impl Drop for Open {
     }
 }
 
-/// The connection to the bridge, or to a worker of this page.
 #[derive(Default)]
 pub(super) struct Line {
     open: RefCell<Option<Open>>,
     drill: RefCell<Option<Drill>>,
-    /// The serial port, if the page uses one.
     pub(super) serial: Rc<Serial>,
     renews: Cell<Option<IntervalHandle>>,
 }
@@ -72,7 +70,6 @@ impl Line {
         self.serial.leave();
     }
 
-    /// Opens a new socket, or starts the drill of this page.
     pub(super) fn connect(&self) {
         if site::alone() {
             // The worker before must release its files first.
@@ -109,7 +106,6 @@ impl Line {
         }
     }
 
-    /// Uploads a program to the bridge or the worker.
     pub(super) fn upload(&self, number: u32, bytes: Vec<u8>, session: Option<Paired>) {
         match &*self.drill.borrow() {
             Some(drill) => drill.upload(number, bytes),
@@ -117,7 +113,6 @@ impl Line {
         }
     }
 
-    /// Fetches a program from the bridge or the worker.
     pub(super) fn fetch(&self, number: u32, key: String, session: Option<Paired>) {
         match &*self.drill.borrow() {
             Some(drill) => drill.fetch(number, key),

@@ -16,15 +16,12 @@ use web_sys::{
     IdbDatabase, IdbObjectStore, IdbOpenDbRequest, IdbRequest, IdbTransaction, IdbTransactionMode,
 };
 
-/// Name of the database.
 const BASE: &str = "annulus";
-/// Name of its only table.
 const TABLE: &str = "projects";
 
 /// Prefix of the lock names; the slot's number follows.
 const LOCK: &str = "annulus project ";
 
-/// The slots that this tab has.
 #[derive(Clone)]
 pub(super) struct Places(Claims);
 
@@ -75,7 +72,6 @@ impl Places {
         });
     }
 
-    /// Writes the job, and the files if given.
     pub(super) fn write(
         &self,
         place: Option<u32>,
@@ -105,7 +101,6 @@ impl Places {
         });
     }
 
-    /// Releases a slot.
     pub(super) fn let_go(&self, place: u32) {
         self.0.let_go(place);
     }
@@ -163,7 +158,6 @@ async fn keep_for_good() {
     }
 }
 
-/// True if the storage quota was exceeded.
 fn is_full(why: &JsValue) -> bool {
     let name = why.dyn_ref::<web_sys::DomException>().map(web_sys::DomException::name);
     matches!(name.as_deref(), Some("QuotaExceededError" | "NS_ERROR_DOM_QUOTA_REACHED"))
@@ -238,7 +232,6 @@ pub(super) async fn table(mode: IdbTransactionMode) -> Result<(IdbObjectStore, I
     Ok((transaction.object_store(TABLE)?, transaction))
 }
 
-/// Waits for a request and returns its result.
 pub(super) async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
     wait(|done, failed| {
         request.set_onsuccess(Some(done));
@@ -257,7 +250,6 @@ pub(super) async fn finished(transaction: &IdbTransaction) -> Result<(), JsValue
     done.await.map_err(|event| transaction.error().map_or(event, JsValue::from))
 }
 
-/// Waits for one of two callbacks.
 async fn wait(set: impl FnOnce(&Function, &Function)) -> Result<(), JsValue> {
     let mut set = Some(set);
     let promise = Promise::new(&mut |done, failed| {
@@ -285,7 +277,6 @@ impl LeftTexts {
         }
     }
 
-    /// The text saved after `at_ms`, and its time.
     pub(super) fn since(self, place: u32, at_ms: f64) -> Option<(f64, String)> {
         let text = kept_storage()?.get_item(&self.key(place)).ok()??;
         let (left_ms, text) = text.split_once(' ')?;

@@ -12,7 +12,6 @@ use annulus_core::code;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Region;
 
-/// Reads the files.
 pub(super) fn artwork(wanted: &ToRead, progress: &mut dyn FnMut(u64, u64)) -> Artwork {
     drawing::read_under_telling(&wanted.files, &wanted.said.numbers.overrides(), progress)
 }
@@ -24,12 +23,10 @@ pub(super) fn as_said(wanted: &ToRead, mut artwork: Artwork) -> Artwork {
     artwork
 }
 
-/// Indices of the files that are used.
 pub(super) fn used(wanted: &ToRead, artwork: &Artwork) -> Vec<usize> {
     wanted.said.used_of(artwork).unwrap_or_else(|| artwork.default_use())
 }
 
-/// The files with drawings applied, the indices of those used, the board, and its problems.
 pub(super) fn board(
     wanted: &ToRead,
     mut artwork: Artwork,

@@ -16,29 +16,22 @@ use std::rc::Rc;
 /// Planned operations remembered beyond those of the current job, for undo and sliders.
 const MORE_PARTS: usize = 16;
 
-/// How many proofs are remembered.
 const MOST_PROOFS: usize = 8;
 
-/// The last plan.
 #[derive(Debug)]
 pub(super) struct Last {
     pub(super) planned: Planned,
-    /// Titles of its operations.
     pub(super) titles: Vec<String>,
-    /// Key of its program.
     pub(super) program: String,
-    /// Key of its placement.
     pub(super) laid_key: String,
 }
 
 /// Counts of work that was not in the cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Made {
-    /// Planned operations.
     pub parts: u32,
     /// Groups of neighbouring copper islands that were offset or followed by toolpaths.
     pub families: u32,
-    /// Proved programs.
     pub proofs: u32,
 }
 
@@ -46,16 +39,13 @@ pub struct Made {
 #[derive(Debug, Default)]
 pub struct Cache {
     board: Option<(u32, Board)>,
-    /// The copper's display layers for a box.
     copper: Option<(Option<Bounds>, Vec<LayerRow>)>,
     /// Codes of the errors of the board's files.
     lost: Vec<String>,
-    /// The last plan with its placed board.
     last: Option<Last>,
     parts: VecDeque<(String, PlannedOperation)>,
     /// Proofs by a digest of their inputs, the latest last.
     proofs: VecDeque<(String, Rc<Verdict>)>,
-    /// Results of isolation, on this board or an earlier one.
     kept: Kept,
     made: Made,
 }
@@ -68,12 +58,10 @@ impl Cache {
         *self = Self { board: Some((key, board)), lost, kept, made, ..Self::default() };
     }
 
-    /// Stores the copper's display layers for the box `body`.
     pub(super) fn keep_copper(&mut self, body: Option<Bounds>, layers: Vec<LayerRow>) {
         self.copper = Some((body, layers));
     }
 
-    /// The display layers of `board` in the box `body`, if its copper is that of the board that was read.
     pub(super) fn copper(&self, board: &Board, body: Option<Bounds>) -> Option<Vec<LayerRow>> {
         let (_, read) = self.board.as_ref()?;
         let (known, layers) = self.copper.as_ref()?;
@@ -95,13 +83,11 @@ impl Cache {
         self.last = Some(last);
     }
 
-    /// The last plan of the board `key`.
     pub(super) fn last(&self, key: u32) -> Result<&Last, Vec<Diagnostic>> {
         self.board(key)?;
         self.last.as_ref().ok_or_else(gone)
     }
 
-    /// Counts since this cache was created.
     pub fn made(&self) -> Made {
         Made { families: self.kept.made(), ..self.made }
     }
@@ -134,7 +120,6 @@ impl Cache {
         verdict
     }
 
-    /// The planned operation under `key`.
     pub(super) fn part(&self, key: &str) -> Option<PlannedOperation> {
         self.parts.iter().find(|(kept, _)| kept == key).map(|(_, part)| part.clone())
     }

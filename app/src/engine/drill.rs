@@ -22,13 +22,10 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::spawn_local;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent, Worker};
 
-/// Name of the worker with the virtual drill.
 pub const VIRTUAL: &str = "annulus drill";
 
-/// Name of the worker for a device at a port.
 pub const CONTROLLER: &str = "annulus controller";
 
-/// Longest time between two turns.
 const LONGEST_MS: u128 = 1_000;
 
 enum Served {
@@ -37,12 +34,10 @@ enum Served {
     Adapter(Box<Alone<Store>>, Port),
 }
 
-/// The machine that the page starts.
 #[derive(Clone, Copy)]
 enum Wanted {
     /// The machine of the worker's name, with this time scale.
     Named(f64),
-    /// The machine of the adapter at the port.
     Adapter,
 }
 
@@ -98,14 +93,12 @@ fn scope() -> Option<DedicatedWorkerGlobalScope> {
     js_sys::global().dyn_into().ok()
 }
 
-/// Time since the worker started.
 fn time() -> Duration {
     let now_ms =
         scope().and_then(|scope| scope.performance()).map_or_else(js_sys::Date::now, |clock| clock.now());
     Duration::from_secs_f64(now_ms.max(0.0) * 1e-3)
 }
 
-/// True if this worker is to run a machine.
 pub fn is_here() -> bool {
     scope().is_some_and(|scope| [VIRTUAL, CONTROLLER].contains(&scope.name().as_str()))
 }
@@ -149,7 +142,6 @@ pub fn tell(worker: &Worker, message: &ToDrill) -> bool {
     postcard::to_allocvec(message).is_ok_and(|bytes| send(bytes).is_ok())
 }
 
-/// Reads a message of the worker.
 pub fn told(data: &JsValue) -> Option<FromDrill> {
     postcard::from_bytes(&Uint8Array::new(data).to_vec()).ok()
 }
@@ -211,7 +203,6 @@ async fn begin(room: Shared, wanted: Wanted) {
     }
 }
 
-/// Handles a message of the page.
 fn hear(room: &Shared, message: ToDrill) {
     {
         let mut room = room.borrow_mut();

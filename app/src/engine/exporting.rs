@@ -30,7 +30,6 @@ const PLANNED: u64 = 50;
 /// Name of a board without a name.
 const NAMELESS: &str = "board";
 
-/// Writes a job, or returns the number of unread problems.
 pub(super) fn export(
     wanted: &ToExport,
     cache: &mut Cache,
@@ -94,7 +93,6 @@ fn planned(
     if sides.is_empty() { Err(vec![error!("cam.nothing_to_do")]) } else { Ok(sides) }
 }
 
-/// The files of all sides, and the contents of the run sheet.
 fn written(
     sides: Vec<(Face, Side)>,
     wanted: &ToExport,
@@ -124,10 +122,8 @@ fn briefed(sides: &[(Face, Side)], wanted: &ToExport, machine: &Machine) -> Brie
     briefed
 }
 
-/// Writes one side of a job.
 type Writer = Box<dyn Fn(&Program, &Briefing, usize) -> Result<Vec<OutputFile>, Diagnostic>>;
 
-/// The writer for the selected postprocessor.
 fn dialect(wanted: &ToExport, manner: &Manner) -> Result<Writer, Vec<Diagnostic>> {
     if let Some(text) = &wanted.text {
         let dialect = Dialect::parse(OWN, text).map_err(|why| vec![why])?.in_manner(manner);

@@ -16,14 +16,11 @@ use web_sys::{
     FileSystemSyncAccessHandle,
 };
 
-/// Folder of the virtual drill and of controllers.
 pub(super) const DRILL: &str = "annulus-drill";
 
-/// Folder of the machine with a USB step adapter.
 pub(super) const ADAPTER: &str = "annulus-adapter";
 
 pub(super) enum Store {
-    /// In the site's private folder.
     Kept(BTreeMap<File, FileSystemSyncAccessHandle>),
     /// In memory, lost with the page.
     Memory(BTreeMap<File, Vec<u8>>),
@@ -87,7 +84,6 @@ async fn handle(
     JsFuture::from(file.create_sync_access_handle()).await?.dyn_into()
 }
 
-/// Writes all of `bytes` at offset `at`.
 fn put(file: &FileSystemSyncAccessHandle, at: f64, bytes: &[u8]) -> Result<(), JsValue> {
     let place = FileSystemReadWriteOptions::new();
     place.set_at(at);

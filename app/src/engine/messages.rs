@@ -18,7 +18,6 @@ use annulus_core::proof::Verdict;
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// A request with its number.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Envelope {
     /// Repeated in the answer.
@@ -29,31 +28,21 @@ pub struct Envelope {
 /// Requests to a worker. A new worker has no board: it must be sent the files first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// Unpack a saved project.
     Open(ToOpen),
-    /// Pack a project into one file.
     Save(Project),
-    /// Read files and build the board.
     Read(ToRead),
-    /// Read the objects of files, for drawing over them.
     Trace(ToRead),
     /// Export a drawing over files, as files or as a picture.
     WriteOver(ToWriteOver),
-    /// Plan the operations of a job and build the program.
     Plan(ToPlan),
-    /// Prove the copper that a program leaves.
     Prove(ToProve),
     /// Write all sides of a job as G-code.
     Export(ToExport),
     /// Write the side that is up, for the list of lines in the simulation.
     Lines(ToExport),
-    /// Check a postprocessor and show its output.
     Check(ToWrite),
-    /// Turn a program into moves and steps.
     Time(ToTime),
-    /// Compare a board with an earlier version of its files.
     Compare(Box<ToCompare>),
-    /// Carve the side that was made before.
     Underside(ToUnderside),
 }
 
@@ -64,10 +53,8 @@ pub struct ToOpen {
     pub bytes: Vec<u8>,
 }
 
-/// A drawing over files to export.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToWriteOver {
-    /// The files, including the drawing.
     pub read: ToRead,
     /// As a picture; else as files in a zip.
     pub picture: bool,
@@ -75,10 +62,8 @@ pub struct ToWriteOver {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WrittenOver {
-    /// File name.
     pub name: String,
     pub bytes: Vec<u8>,
-    /// The file is a picture.
     pub is_picture: bool,
     /// Parts of the drawing that no longer match their files.
     pub lost: Vec<Diagnostic>,
@@ -86,7 +71,6 @@ pub struct WrittenOver {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToRead {
-    /// Identifies the board in later requests.
     pub board_key: u32,
     /// Names and bytes. Zips are unpacked; drawings are applied to the other files.
     pub files: Vec<(String, Vec<u8>)>,
@@ -108,7 +92,6 @@ pub struct ToCompare {
     pub work: Work,
 }
 
-/// The comparison of two versions of a board.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
     /// The changes; those of the copper without areas.
@@ -138,19 +121,15 @@ pub struct Reading {
     pub boards: Vec<BoardRow>,
     /// The board without areas of copper.
     pub board: Board,
-    /// Identifies the board in later requests.
     pub board_key: u32,
     /// Box of the board: its outline, or everything with a margin.
     pub body: Option<Bounds>,
     /// Layers to display, the lowest first.
     pub layers: Vec<LayerRow>,
-    /// The job that the board opens with.
     pub work: Work,
-    /// Problems of the board.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// One of several boards to choose from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoardRow {
     pub name: String,
@@ -162,7 +141,6 @@ pub struct BoardRow {
     pub mesh: Mesh,
 }
 
-/// A layer to display.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerRow {
     /// Index in [`Reading::files`], if the layer is that of a single file.
@@ -175,12 +153,10 @@ pub struct LayerRow {
     pub mesh: Mesh,
 }
 
-/// A file in the import review.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileRow {
     /// Without its contents.
     pub read: FileRead,
-    /// Contents of a drill file.
     pub drill: Option<Counts>,
 }
 
@@ -224,11 +200,9 @@ pub struct ToProve {
 /// A job to write as G-code: all sides, if no problem is unread.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToExport {
-    /// The job and its planning options; any side may be up.
     pub plan: ToPlan,
     /// Names of the problems that were read.
     pub read: Vec<String>,
-    /// Name of a shipped postprocessor.
     pub target: String,
     /// Text of the user's own postprocessor, which takes precedence over `target`.
     pub text: Option<String>,
@@ -259,18 +233,15 @@ impl Exported {
     }
 }
 
-/// A program and a postprocessor text to check.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ToWrite {
     /// The program's bytes; empty if there is no program yet.
     pub program: Vec<u8>,
-    /// Text of the postprocessor.
     pub text: String,
     /// The machine, if known: its rapid heights, tool change height and times affect the output.
     pub machine: Option<Settings>,
 }
 
-/// Request for the underside of a board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToUnderside {
     /// The job and its planning options; the side that is up is displayed.
@@ -288,14 +259,12 @@ pub struct UnderTile {
     pub depths_um: Vec<u16>,
 }
 
-/// Result of a postprocessor check.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checked {
     /// Errors in the order of the text.
     pub faults: Vec<Diagnostic>,
     /// Warnings, if there are no errors.
     pub warnings: Vec<Diagnostic>,
-    /// Output for the program, or for a small sample.
     pub output: String,
     /// The output is that of the program.
     pub of_program: bool,
@@ -323,11 +292,9 @@ pub struct Laid {
     /// Without areas of copper.
     pub board: Board,
     pub body: Option<Bounds>,
-    /// Layers to display.
     pub layers: Vec<LayerRow>,
 }
 
-/// A plan and its program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanReady {
     /// Position in the files' coordinates that becomes the work zero.
@@ -336,7 +303,6 @@ pub struct PlanReady {
     pub zones: Vec<Bounds>,
     /// For every toolpath of the program, the index of its operation.
     pub toolpath_operations: Vec<u16>,
-    /// Key of the placement.
     pub laid_key: String,
     /// The placed board, if the page does not have it.
     pub laid: Option<Laid>,
@@ -354,11 +320,9 @@ pub struct PlanReady {
     pub program: Vec<u8>,
     /// SHA-256 of the bytes.
     pub key: String,
-    /// Problems of the plan.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A drilling tool of a plan.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlannedBit {
     pub diameter: Length,
@@ -381,14 +345,11 @@ pub struct ToTime {
     pub machine: Settings,
 }
 
-/// A timed program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timed {
-    /// All moves, for the playback.
     pub timeline: Timeline,
     /// SHA-256 of the step stream, compared with the bridge's before the start.
     pub stream_digest: String,
-    /// Duration in s.
     pub total_s: f64,
     /// Steps of X, Y and Z.
     pub steps: [u64; 3],
@@ -409,17 +370,14 @@ impl Settings {
         Self(serde_json::to_string(values).unwrap_or_default())
     }
 
-    /// The machine, or the problems of its settings.
     pub fn machine(&self) -> Result<Machine, Vec<Diagnostic>> {
         let values: Vec<(String, Value)> = serde_json::from_str(&self.0).unwrap_or_default();
         machine::apply(&machine::virtual_drill(), &values)
     }
 }
 
-/// Messages from a worker.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum WorkerReport {
-    /// Progress of a request.
     Progress {
         id: u32,
         done: u64,
@@ -435,13 +393,11 @@ pub enum WorkerReport {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Traced {
-    /// The selectable objects.
     pub imported: Vec<Imported>,
     /// The board's outline, in mm from the files' origin.
     pub outline_mm: Vec<Vec<[f32; 2]>>,
 }
 
-/// Answers, one variant per request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer {
     Opened(Project),
@@ -461,36 +417,41 @@ pub enum Answer {
     Underside(Vec<UnderTile>),
 }
 
-/// Messages to the worker of a machine.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum ToDrill {
     /// Start the machine of the worker's name, at this multiple of real time.
-    Start { speed: f64 },
+    Start {
+        speed: f64,
+    },
     /// The port of an adapter is open: start its machine, or continue after a replug.
     AdapterOpened,
     /// A message of `wire`, as JSON.
     Frame(String),
-    /// Bytes from the port.
     Bytes(Vec<u8>),
     /// The bytes for the port were passed on.
     Carried,
-    /// The port is gone.
     Unplugged,
-    /// Store a program.
-    Upload { number: u32, key: String, program: Vec<u8> },
-    /// Return a program.
-    Fetch { number: u32, key: String },
+    Upload {
+        number: u32,
+        key: String,
+        program: Vec<u8>,
+    },
+    Fetch {
+        number: u32,
+        key: String,
+    },
 }
 
-/// Messages from the worker of a machine.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum FromDrill {
     /// A message of `wire`, as JSON.
     Frame(String),
-    /// Bytes for the port.
     Bytes(Vec<u8>),
     /// Answer to an upload, without bytes, or to a fetch.
-    Program { number: u32, answer: Result<Vec<u8>, Diagnostic> },
+    Program {
+        number: u32,
+        answer: Result<Vec<u8>, Diagnostic>,
+    },
     /// This browser keeps no files for this site.
     NothingKept,
     /// Nothing answered at this baud rate.

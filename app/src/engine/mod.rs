@@ -50,7 +50,6 @@ mod handle {
     pub struct Engine(Rc<RefCell<requests::Requests>>);
 
     impl Engine {
-        /// The worker starts with the first request.
         pub fn new() -> Self {
             Self::default()
         }
@@ -76,7 +75,6 @@ mod handle {
         }
     }
 
-    /// A weak reference to an engine.
     #[derive(Clone, Default)]
     pub struct PassingEngine(Weak<RefCell<requests::Requests>>);
 

@@ -27,18 +27,15 @@ use annulus_core::wire::program;
 use annulus_core::{cam, motion, proof};
 use std::collections::BTreeSet;
 
-/// A planned side of a job.
 pub(super) struct Side {
     pub(super) planned: toolpaths::Planned,
     pub(super) program: Program,
     pub(super) diagnostics: Vec<Diagnostic>,
     /// Areas that tools must avoid, on the placed board.
     zones: Vec<Bounds>,
-    /// Key of the placement.
     pub(super) laid_key: String,
 }
 
-/// Plans the side that is up.
 pub(super) fn side(
     wanted: &ToPlan,
     cache: &mut Cache,
@@ -99,7 +96,6 @@ fn parts(
     Ok(parts)
 }
 
-/// Plans a job and prepares the answer for the page.
 pub(super) fn plan(
     wanted: &ToPlan,
     cache: &mut Cache,
@@ -141,7 +137,6 @@ fn laid_key(board_key: u32, work: &Work) -> String {
     format!("{board_key} {}", serde_json::to_string(&work.setup).unwrap_or_default())
 }
 
-/// The placed board for the display.
 fn laid(board: &Board, work: &Work, cache: &Cache) -> Laid {
     let panel = work.setup.panel;
     let turned = work.setup.face == Face::Bottom || panel.columns > 1 || panel.rows > 1;
@@ -150,7 +145,6 @@ fn laid(board: &Board, work: &Work, cache: &Cache) -> Laid {
     Laid { turned, board: board.without_areas(), body, layers }
 }
 
-/// The drilling tools in order of use, each with its holes.
 fn bits(parts: &[PlannedOperation], board: &Board) -> Vec<PlannedBit> {
     let mut bits: Vec<PlannedBit> = Vec::new();
     for task in parts.iter().flat_map(|part| &part.tasks) {

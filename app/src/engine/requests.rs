@@ -34,7 +34,6 @@ pub(super) struct Requests {
     staff: Option<Staff>,
     next: u32,
     pending: BTreeMap<u32, Pending>,
-    /// The worker's panic message.
     last_words: Option<String>,
 }
 

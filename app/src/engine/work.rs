@@ -19,7 +19,6 @@ use annulus_core::{motion, steps};
 /// How many layers are painted in addition to the copper.
 const MOST_LAYERS: usize = 24;
 
-/// How many boards get a preview.
 const MOST_PICTURES: usize = 12;
 
 /// Progress of a reading in per cent when all files are read.
@@ -34,7 +33,6 @@ const TIMED: u64 = 30;
 /// Progress when the steps are computed.
 const STEPPED: u64 = 95;
 
-/// Handles a request. `progress` receives the amount done and the total.
 pub fn perform(
     request: Request,
     cache: &mut Cache,
@@ -245,7 +243,6 @@ mod tests {
         }
     }
 
-    /// A job that drills in this order.
     fn drilling(order: cam::HoleOrder) -> Work {
         let mut work = reading().0.work;
         for operation in &mut work.operations {

@@ -7,13 +7,11 @@ use annulus_core::job::Briefing;
 use annulus_core::post::{self, Dialect, Manner};
 use annulus_core::wire::program;
 
-/// Output options for the machine.
 fn manner(wanted: &ToWrite) -> Result<Manner, Vec<Diagnostic>> {
     let machine = wanted.machine.as_ref().map(Settings::machine).transpose()?;
     Ok(machine.as_ref().map(Manner::on).unwrap_or_default())
 }
 
-/// Problems of a postprocessor, and its output.
 pub(super) fn check(wanted: &ToWrite) -> Checked {
     let text = wanted.text.as_str();
     let mut faults = post::check(OWN, text);

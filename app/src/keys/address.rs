@@ -6,11 +6,11 @@ pub enum AddressPart {
         /// Position in the list, from 1.
         number: usize,
     },
-    /// A time of the playback.
-    Second { at_s: f64 },
+    Second {
+        at_s: f64,
+    },
 }
 
-/// Parses that part of `address`.
 pub fn named(address: &str) -> Option<AddressPart> {
     if let Some(number) = address.strip_prefix("#/cam/op/") {
         return number

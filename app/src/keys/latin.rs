@@ -19,7 +19,6 @@ pub fn latin(key: &str, code: &str) -> String {
     }
 }
 
-/// The letter, digit or sign at a position.
 fn at(code: &str) -> Option<String> {
     if let Some(sign) = code.strip_prefix("Key").or_else(|| code.strip_prefix("Digit")) {
         return Some(sign.to_lowercase());

@@ -25,12 +25,9 @@ pub struct Press {
     pub ctrl: bool,
     pub shift: bool,
     pub alt: bool,
-    /// The key is held and repeats.
     pub repeat: bool,
-    /// An input method is composing.
     pub composing: bool,
     pub focus: KeyFocus,
-    /// A dialog is open.
     pub in_dialog: bool,
 }
 
@@ -40,7 +37,6 @@ pub enum KeyFocus {
     /// On nothing that uses keys.
     #[default]
     Elsewhere,
-    /// In a single-line field.
     Text,
     /// In a multi-line field, which has its own undo.
     Lines,
@@ -85,7 +81,6 @@ pub enum KeyAction {
         onwards: bool,
     },
     Fit,
-    /// Selects the next hole in this direction.
     Walk {
         /// 1 for right, -1 for left.
         x: i8,
@@ -94,7 +89,6 @@ pub enum KeyAction {
     },
     FitChosen,
     ActualSize,
-    /// Toggles the grid.
     Grid,
     /// Looks from the other side of the board.
     Flip,
@@ -105,19 +99,15 @@ pub enum KeyAction {
     Space,
     ZoomIn,
     ZoomOut,
-    /// Plays or pauses the playback.
     Play,
     Step(Stride),
-    /// The start of the playback.
     Beginning,
     End,
     Faster {
         more: bool,
     },
     Pause,
-    /// Arms or disarms the jog keys.
     ArmKeys,
-    /// Announces the position to screen readers.
     Speak,
     /// Does nothing, and also suppresses the browser's shortcut.
     Nothing,
@@ -130,13 +120,10 @@ pub enum KeyAction {
     },
     /// A command of the Lab's queue.
     Queue(QueueKey),
-    /// A command of the job.
     Cam(CamKey),
-    /// A command of the drawing.
     Draw(DrawKey),
     /// Keys, first steps and glossary.
     Help,
-    /// The command palette.
     Palette,
     Save,
 }
@@ -146,15 +133,11 @@ pub enum KeyAction {
 pub enum Keyless {
     NewExports,
     CloseBoard,
-    /// Exports the programs.
     Export,
-    /// The run sheet for the operator.
     RunSheet,
     /// Repeats the selection of the drawing in columns and rows.
     Array,
-    /// Draws tracks on the edge layer.
     Edge,
-    /// Makes the drawing the open board.
     UseBoard,
     NewDrawing,
     /// As Gerber and Excellon.
@@ -171,7 +154,6 @@ pub enum Keyless {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CamKey {
     Add,
-    /// Moves the selected operation up or down.
     Move {
         up: bool,
     },
@@ -179,9 +161,7 @@ pub enum CamKey {
         /// Undo, else redo.
         back: bool,
     },
-    /// Removes the selected operation.
     Remove,
-    /// Shows the next or previous problem.
     Problem {
         /// The next, else the previous.
         next: bool,
@@ -191,14 +171,12 @@ pub enum CamKey {
 /// Runs the queue in the page only. If the machine is the target, these keys show a message instead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QueueKey {
-    /// Toggles a breakpoint.
     Break,
     Step,
     /// To the next breakpoint.
     Run,
 }
 
-/// A step of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stride {
     Segment {
@@ -335,7 +313,6 @@ fn back(press: &Press, key: &str) -> Option<bool> {
     }
 }
 
-/// One undo for all fields of the Lab.
 fn in_lab(press: &Press, key: &str) -> Option<KeyAction> {
     match key.to_ascii_lowercase().as_str() {
         "f8" | "f9" | "f10" if press.repeat || press.ctrl || press.shift => None,
@@ -352,7 +329,6 @@ fn undo_of_job(press: &Press, key: &str) -> Option<CamKey> {
     back(press, key).filter(|_| !press.focus.is_text()).map(|back| CamKey::Undo { back })
 }
 
-/// The keys of the CAM screen.
 fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     if press.alt {
         let up = key == "ArrowUp";
@@ -623,7 +599,6 @@ mod tests {
         }
     }
 
-    /// The press of a shortcut as a browser reports it.
     fn pressed(shortcut: &Shortcut) -> Press {
         let mut press = press(&shortcut.keys.replace("++", "+Plus"));
         if press.key == "Plus" {

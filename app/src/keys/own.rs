@@ -28,7 +28,6 @@ struct Own {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OwnKeys(Vec<Own>);
 
-/// The sign of a shortcut that is a single character.
 fn sign_of(shortcut: &Shortcut) -> Option<char> {
     single(shortcut.keys)
 }
@@ -54,7 +53,6 @@ fn meet(one: Option<Tab>, other: Option<Tab>) -> bool {
     one.is_none() || other.is_none() || one == other
 }
 
-/// True if the sign is reserved.
 fn is_kept_back(sign: char) -> bool {
     TAKEN.contains(sign) || sign.is_control() || sign.is_whitespace()
 }
@@ -79,7 +77,6 @@ impl OwnKeys {
         Some(moved.map_or(from, |own| own.to))
     }
 
-    /// The displayed key of a shortcut.
     pub fn written(&self, shortcut: &Shortcut) -> String {
         match self.sign(shortcut) {
             Some(sign) => sign.to_uppercase().collect(),

@@ -68,13 +68,11 @@ pub struct Shortcut {
     pub tab: Option<Tab>,
     /// How the key is written; empty if there is none.
     pub keys: &'static str,
-    /// Key of its description in the locale tables.
     pub name: &'static str,
     pub action: KeyAction,
 }
 
 impl Shortcut {
-    /// The displayed key.
     pub fn written(&self) -> String {
         let signs = [
             ("ArrowUp", "↑"),
@@ -322,7 +320,6 @@ pub const COMMANDS: &[Shortcut] = &[
     command(Tab::Machine, key!("page.key.all_of_machine"), Keyless::LargeView { on: false }),
 ];
 
-/// What a jog key does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HandKey {
     Move {
@@ -331,16 +328,14 @@ pub enum HandKey {
         /// Positive direction: right, back or up.
         up: bool,
     },
-    /// Changes the step size.
-    Step { finer: bool },
+    Step {
+        finer: bool,
+    },
 }
 
-/// A jog key as shown in the help.
 #[derive(Clone, Copy, Debug)]
 pub struct HandKeyRow {
-    /// How the key is written.
     pub written: &'static str,
-    /// Key of its description in the locale tables.
     pub name: &'static str,
     pub key: &'static str,
     pub does: HandKey,
@@ -362,7 +357,6 @@ pub const HAND_KEYS: [HandKeyRow; 8] = [
     row("=", "=", key!("page.key.step_coarser"), HandKey::Step { finer: false }),
 ];
 
-/// The action of an armed key, if it has one.
 pub fn by_hand(key: &str) -> Option<HandKey> {
     // With Shift, the `=` key types a plus.
     let key = if key == "+" { "=" } else { key };

@@ -16,7 +16,6 @@ use annulus_core::steps::TICK_HZ;
 
 pub const HOLES: usize = 4;
 
-/// Points per stroke or rapid.
 const POINTS: usize = 60;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +24,6 @@ pub struct CycleShown {
     pub speed: Vec<[f64; 2]>,
     /// Height of the tip above the board in mm over ms.
     pub height: Vec<[f64; 2]>,
-    /// The times of each hole.
     pub cycles: Vec<Cycle>,
     /// Height above which XY may move, mm.
     pub clear_mm: f64,
@@ -45,7 +43,6 @@ pub fn shown(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     if drill_cycles::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
 }
 
-/// XY and spindles overlap.
 fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     let limits = Limits::of_axis(machine, &machine.x);
     let shape = match machine.motion.plane {

@@ -12,13 +12,10 @@ use std::ops::RangeInclusive;
 /// Motors with a phase table: X, Y, Z.
 pub const MOTORS: usize = 3;
 
-/// Key of the interrupt frequency, both of the setting and of its field.
 pub const INTERRUPTS: &str = "drive.interrupt_frequency";
 
-/// Allowed range, Hz.
 pub const INTERRUPTS_HZ: RangeInclusive<f64> = 10.0..=20_000.0;
 
-/// The edits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LabEdits {
@@ -28,7 +25,6 @@ pub struct LabEdits {
     pub dynamics: Option<Vec<StateRow>>,
     /// Typed texts of the fields, by name; missing fields have their default.
     pub fields: BTreeMap<String, String>,
-    /// Work commands.
     pub queue: Vec<QueueLine>,
 }
 
@@ -75,7 +71,6 @@ impl LabEdits {
         Self { tables: Default::default(), ..self.without_dynamics() }
     }
 
-    /// The changes that applying would make to `machine`.
     pub fn changes(&self, machine: &Machine) -> Vec<(String, Value)> {
         let tables = self.tables.iter().enumerate().filter_map(|(motor, table)| {
             let columns = table.as_ref().filter(|table| **table != machine.axis(motor).phases.columns)?;

@@ -20,12 +20,10 @@ pub struct KnownInputs {
 }
 
 impl KnownInputs {
-    /// True if `input` is on.
     pub fn on(&self, input: Input) -> bool {
         self.bits.is_some_and(|bits| bits & input.bit() != 0)
     }
 
-    /// Takes a status with `bits`.
     #[must_use]
     pub fn seen(mut self, at_ms: f64, bits: u32) -> Self {
         let changed = self.bits.map_or(0, |before| before ^ bits);
@@ -39,7 +37,6 @@ impl KnownInputs {
         self
     }
 
-    /// With all counts reset.
     #[must_use]
     pub fn counted_anew(self) -> Self {
         Self { bits: self.bits, ..Self::default() }
@@ -49,7 +46,6 @@ impl KnownInputs {
 /// The result of a sensor's check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// Turned on and off again.
     Good,
     /// Turned on, but not off before the user continued.
     StuckOn,
@@ -64,14 +60,11 @@ pub struct Check {
     /// Index of the current sensor in [`Input::ALL`]; past the end when done.
     pub at: usize,
     found: [Option<Found>; INPUTS],
-    /// The current sensor was on at the start of its turn.
     was_on: bool,
-    /// The current sensor has changed.
     changed: bool,
 }
 
 impl Check {
-    /// Starts with the first sensor; the inputs are `bits`.
     pub fn begin(bits: u32) -> Self {
         let first = Self { at: 0, found: [None; INPUTS], was_on: false, changed: false };
         Self { was_on: first.is_on(bits), ..first }
@@ -81,17 +74,14 @@ impl Check {
         Input::ALL.get(self.at).is_some_and(|input| bits & input.bit() != 0)
     }
 
-    /// The current sensor.
     pub fn input(&self) -> Option<Input> {
         Input::ALL.get(self.at).copied()
     }
 
-    /// The result of the sensor at `index`.
     pub fn found(&self, index: usize) -> Option<Found> {
         self.found.get(index).copied().flatten()
     }
 
-    /// True if all sensors were checked.
     pub fn done(&self) -> bool {
         self.at >= INPUTS
     }
@@ -110,7 +100,6 @@ impl Check {
         Self { changed: self.changed || on != self.was_on, ..self }
     }
 
-    /// The user skips the current sensor.
     #[must_use]
     pub fn skipped(self, bits: u32) -> Self {
         if self.done() {

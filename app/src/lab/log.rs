@@ -10,7 +10,6 @@ use annulus_core::magazine::ChangeStep;
 use annulus_core::wire::Status;
 use std::collections::VecDeque;
 
-/// Older entries are dropped.
 const MOST_ENTRIES: usize = 500;
 
 /// Keys of a state's name and sentence, if they say more than the state alone.
@@ -18,48 +17,36 @@ type OwnWords = Option<[&'static str; 2]>;
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum LogEvent {
-    /// The machine's state changed.
     State(State, OwnWords),
-    /// The machine starts this step of a tool change.
     Change(ChangeStep),
     Alarm(Diagnostic),
-    /// A job ended, with the number of completed holes and toolpaths.
     Ended {
         ending: Ending,
         holes: u32,
         toolpaths: u32,
     },
-    /// A request was rejected.
     Refused(Diagnostic),
     /// A request of this page, by its name on the wire.
     Asked(String),
-    /// Control was taken or released.
     Control {
-        /// This page has control.
         yours: bool,
         taken: bool,
     },
-    /// The machine's settings changed.
     Settings,
-    /// The link opened or closed.
     Link {
         open: bool,
     },
 }
 
-/// The topic of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// The machine and its jobs.
     Machine,
     Trouble,
-    /// Requests of this page.
     Asked,
     Link,
 }
 
 impl Topic {
-    /// In the order of the filter.
     pub const ALL: [Self; 4] = [Self::Machine, Self::Trouble, Self::Asked, Self::Link];
 }
 
@@ -74,7 +61,6 @@ impl LogEvent {
     }
 }
 
-/// An entry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogEntry {
     /// Counts from 1; never reused.
@@ -101,7 +87,6 @@ impl Log {
         }
     }
 
-    /// True if the status, or the `words` for it, differ from the last ones.
     pub fn is_news(&self, status: &Status, words: OwnWords) -> bool {
         self.state != Some((status.state, words)) || self.alarm != status.alarm
     }
@@ -122,7 +107,6 @@ impl Log {
         self.count > before
     }
 
-    /// The entries of the `wanted` topics, newest first.
     pub fn newest(&self, wanted: impl Fn(Topic) -> bool) -> Vec<LogEntry> {
         self.entries.iter().rev().filter(|entry| wanted(entry.event.kind())).cloned().collect()
     }
@@ -137,7 +121,6 @@ impl Log {
     }
 }
 
-/// A CSV field, quoted if necessary.
 pub fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

@@ -25,10 +25,8 @@ pub struct StateRow {
 /// A longer move isn't shown step by step.
 pub const MOST_STEPS: u64 = 20_000;
 
-/// Points of a curve per phase of a profile.
 const POINTS: usize = 32;
 
-/// A column of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
     Period,
@@ -75,7 +73,6 @@ pub fn dynamics(rows: &[StateRow]) -> Result<Dynamics, Vec<(usize, Column)>> {
     if wrong.is_empty() { Ok(table) } else { Err(wrong) }
 }
 
-/// With another text in one cell.
 pub fn with_cell(rows: &[StateRow], state: usize, column: Column, text: String) -> Vec<StateRow> {
     let mut next = rows.to_vec();
     if let Some(row) = next.get_mut(state) {
@@ -138,7 +135,6 @@ pub fn rates(steps: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
     points
 }
 
-/// The state over time.
 pub fn states(steps: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
     let points = steps.iter().map(|(at, step)| [*at as f64 / interrupt_hz, f64::from(step.state)]);
     std::iter::once([0.0, 0.0]).chain(points).collect()

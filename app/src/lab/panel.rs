@@ -7,33 +7,27 @@ use annulus_core::code;
 pub enum PanelPart {
     #[default]
     Dynamics,
-    /// Profiles in closed form.
     Profiles,
-    /// Table and spindles together.
     Cycle,
 }
 
 impl PanelPart {
-    /// In display order.
     pub const ALL: [Self; 3] = [Self::Dynamics, Self::Profiles, Self::Cycle];
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LabPanel {
     Io,
-    /// Work commands.
     Queue,
     #[default]
     Phases,
     Motion,
     Servo,
-    /// Faults of the virtual drill.
     Faults,
     Log,
 }
 
 impl LabPanel {
-    /// In display order.
     pub const ALL: [Self; 7] =
         [Self::Io, Self::Queue, Self::Phases, Self::Motion, Self::Servo, Self::Faults, Self::Log];
 
@@ -60,7 +54,6 @@ impl LabPanel {
         self.row().1
     }
 
-    /// The panel of a URL, if it names one.
     pub fn of_address(hash: &str) -> Option<Self> {
         let word = hash.strip_prefix("#/lab/")?.split(['/', '?']).next()?;
         Self::ALL.into_iter().find(|sheet| sheet.word() == word)

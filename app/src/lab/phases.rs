@@ -6,7 +6,6 @@
 //! 1a    0     x x x x x x        block = the cells between anchor and cursor
 //! ```
 
-/// Maximum number of columns.
 pub const MOST_COLUMNS: usize = 64;
 
 /// A line of the table: one bit of the output byte.
@@ -46,12 +45,9 @@ pub struct Cell {
     pub column: usize,
 }
 
-/// A block of cells between two corners, inclusive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellBlock {
-    /// Where the selection started.
     pub anchor: Cell,
-    /// Where the selection ends.
     pub cursor: Cell,
 }
 
@@ -60,13 +56,11 @@ impl CellBlock {
         Self { anchor: cell, cursor: cell }
     }
 
-    /// First and last line.
     pub fn lines(self) -> (usize, usize) {
         let (a, b) = (self.anchor.line, self.cursor.line);
         (a.min(b), a.max(b).min(LINES.len() - 1))
     }
 
-    /// First and last column in a table of `count` columns.
     pub fn columns(self, count: usize) -> (usize, usize) {
         let (a, b) = (self.anchor.column, self.cursor.column);
         let last = count.saturating_sub(1);
@@ -78,7 +72,6 @@ impl CellBlock {
         (top..=bottom).contains(&cell.line) && (left..=right).contains(&cell.column)
     }
 
-    /// True for a single cell.
     pub fn single(self) -> bool {
         self.anchor == self.cursor
     }
@@ -107,9 +100,7 @@ pub enum TableEdit {
     Toggle(CellBlock),
     Clear(CellBlock),
     Invert(CellBlock),
-    /// Mirrors left and right within the block.
     Mirror(CellBlock),
-    /// Rotates all columns.
     Rotate {
         /// Number of columns; negative to the left.
         by: isize,
@@ -120,7 +111,6 @@ pub enum TableEdit {
     },
     /// Pastes a block; drops cells outside the table.
     Paste {
-        /// Position of its first cell.
         at: Cell,
         clip: Clip,
     },
@@ -190,14 +180,12 @@ pub fn is_on(columns: &[u8], cell: Cell) -> bool {
     line.zip(columns.get(cell.column)).is_some_and(|(line, byte)| byte & line.mask() != 0)
 }
 
-/// Copies the cells of `block`.
 pub fn copied(columns: &[u8], block: CellBlock) -> Clip {
     let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
     let row = |line| (left..=right).map(|column| is_on(columns, Cell { line, column })).collect();
     Clip { cells: (top..=bottom).map(row).collect() }
 }
 
-/// The block of all cells in a table of `count` columns.
 pub fn whole(count: usize) -> CellBlock {
     let last = Cell { line: LINES.len() - 1, column: count.saturating_sub(1) };
     CellBlock { anchor: Cell::default(), cursor: last }

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 /// Further lines are dropped; the core rejects longer queues.
 pub const MOST_LINES: usize = 2_000;
 
-/// A line as typed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct QueueLine {
     /// A run stops before this line.
@@ -28,39 +27,30 @@ pub enum QueueEdit {
     Insert {
         at: usize,
     },
-    /// Duplicates a line.
     Double {
         at: usize,
     },
     Delete {
         at: usize,
     },
-    /// Moves a line by one.
     Move {
         at: usize,
         down: bool,
     },
-    /// Toggles a breakpoint.
     Break {
         at: usize,
     },
-    /// Changes the command of a line.
     Word {
         at: usize,
         word: String,
-        /// The initial arguments.
         arguments: String,
     },
-    /// Changes the arguments of a line.
     Arguments {
         at: usize,
-        /// As typed.
         text: String,
     },
-    /// Changes the note of a line.
     Note {
         at: usize,
-        /// As typed.
         text: String,
     },
     Text(String),
@@ -124,7 +114,6 @@ fn one_line(text: &str) -> String {
     text.replace(['\n', '\r'], " ")
 }
 
-/// Splits a text into lines.
 pub fn of_text(text: &str) -> Vec<QueueLine> {
     text.lines().take(MOST_LINES).map(of_line).collect()
 }

@@ -19,7 +19,6 @@ const PIECES: usize = 8;
 /// A virtual drill starts at a random position; this seed always gives the same one.
 const SEED: u64 = 1;
 
-/// A queue being run.
 pub struct Trial {
     machine: Machine,
     twin: VirtualDrill,
@@ -27,7 +26,6 @@ pub struct Trial {
     holes: Arc<AtomicU32>,
 }
 
-/// A virtual drill, and its hole count.
 fn drill(machine: &Machine) -> (VirtualDrill, Arc<AtomicU32>) {
     let holes = Arc::new(AtomicU32::new(0));
     let count = holes.clone();
@@ -56,7 +54,6 @@ impl Trial {
         self.rehearsal.go(&self.machine, mode, &mut self.twin, PIECES)
     }
 
-    /// Results, one per row.
     pub fn results(&self) -> &[RowResult] {
         self.rehearsal.run().results()
     }
@@ -80,7 +77,6 @@ impl Trial {
         self.rehearsal.trail()
     }
 
-    /// Number of holes that the virtual drill has drilled.
     pub fn holes(&self) -> u32 {
         self.holes.load(Ordering::Relaxed)
     }

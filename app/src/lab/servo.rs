@@ -13,7 +13,6 @@ use annulus_core::servo::{
 
 pub const CONTROLLERS: usize = 4;
 
-/// Parameters of all controllers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Typed {
     /// Gains at rule output 0; also those of the plain PID.
@@ -22,7 +21,6 @@ pub struct Typed {
     /// While travelling, the integral is active only below this error, mm.
     pub e0_mm: f64,
     pub u_max_v: f64,
-    /// Sample time, s.
     pub sample_s: f64,
     /// Load in V: in the second half of a step; during a stroke, while cutting.
     pub load_v: f64,
@@ -30,9 +28,7 @@ pub struct Typed {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoStep {
-    /// Target position, mm.
     pub setpoint_mm: f64,
-    /// Duration of the run, s.
     pub duration_s: f64,
 }
 
@@ -42,9 +38,7 @@ pub struct ServoStroke {
     pub height_mm: f64,
     /// From the board's surface to the lowest point, mm.
     pub depth_mm: f64,
-    /// Limits of the plunge.
     pub down: Limits,
-    /// Limits of the retract.
     pub up: Limits,
     /// Feed forward the reference's speed and acceleration.
     pub feed_forward: bool,

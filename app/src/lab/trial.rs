@@ -22,7 +22,6 @@ const MOST_INTERRUPTS: u64 = 2_000_000;
 pub struct TrialOutcome {
     pub interrupt_hz: u32,
     pub sent: u64,
-    /// Number of lost steps.
     pub lost: u64,
     /// The first loss: number of the step, from 1, and cause.
     pub first: Option<(u64, Cause)>,

@@ -4,10 +4,8 @@
 //! past … before ◀─ undo ─ now ─ redo ─▶ after … future      typing in one field is one step
 //! ```
 
-/// Older steps are dropped.
 const MOST_STEPS: usize = 200;
 
-/// A state with its past and future.
 #[derive(Clone, Debug)]
 pub struct LabHistory<T> {
     past: Vec<T>,

@@ -17,7 +17,6 @@ use annulus_core::machine::SECTIONS;
 /// version.
 pub const OWN_SECTIONS: [&str; 3] = ["general", "data", "about"];
 
-/// The section of the settings in `address`.
 fn section(address: &str) -> Option<&'static str> {
     let word = address.strip_prefix("#/settings/")?;
     let of_machine = SECTIONS.iter().map(|(section, _)| *section);
@@ -36,7 +35,6 @@ pub(super) fn go(model: &mut Model, address: &str) -> Vec<Effect> {
     sheet.map_or_else(Vec::new, |sheet| lab::update(model, LabEvent::Show { sheet }))
 }
 
-/// Shows the named part once it exists.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     match model.frame.named {
         Some(AddressPart::Operation { number }) => {

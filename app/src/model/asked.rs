@@ -10,10 +10,8 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A running task of a worker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorkerTask {
-    /// Key of its name.
     pub word: &'static str,
     /// Progress from 0 to 1.
     pub share: f64,
@@ -84,7 +82,6 @@ pub(super) fn files_first(model: &mut Model, of: &ToPlan, request: Request) -> O
     Some((number, vec![Effect::ask(first, files), Effect::ask(number, request)]))
 }
 
-/// True if the worker does not know the board.
 pub(super) fn board_is_gone(answer: &Result<Answer, Stopped>) -> bool {
     matches!(answer, Err(Stopped::Refused(why)) if why.iter().any(|diagnostic| diagnostic.code == code!("engine.board_gone")))
 }

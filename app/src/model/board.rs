@@ -10,19 +10,15 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Files and their reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Document {
     /// Names and bytes as opened.
     pub files: Vec<(String, Vec<u8>)>,
     /// The user's choices for the import.
     pub said: SaidOfFiles,
-    /// The job of a saved project.
     pub job: Option<String>,
     pub reading: Reading,
-    /// Triangles of each layer.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Triangles of each board to choose from.
     pub boards: Vec<Arc<Mesh>>,
 }
 
@@ -89,7 +85,6 @@ impl Document {
 /// Why a review is needed, the first reason first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Unseen {
-    /// The files belong to several boards.
     Several,
     /// Something could not be read.
     Unread,
@@ -97,7 +92,6 @@ pub enum Unseen {
     Board,
 }
 
-/// Moves the triangles out of `layers`.
 pub(super) fn take_meshes(layers: &mut [LayerRow]) -> Vec<Arc<Mesh>> {
     layers.iter_mut().map(|layer| Arc::new(std::mem::take(&mut layer.mesh))).collect()
 }
@@ -105,11 +99,9 @@ pub(super) fn take_meshes(layers: &mut [LayerRow]) -> Vec<Arc<Mesh>> {
 /// The board as placed for a plan: repeated, flipped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaidBoard {
-    /// Key of the placement.
     pub key: String,
     /// The board without copper, its box, and its layers without triangles.
     pub laid: Laid,
-    /// Triangles of each layer.
     pub meshes: Vec<Arc<Mesh>>,
 }
 
@@ -125,31 +117,22 @@ pub struct Job {
     pub stream_digest: String,
 }
 
-/// How many problems are shown at most.
 const MOST_PROBLEMS: usize = 100;
-/// How many errors of a plan are listed at most.
 const MOST_ERRORS: usize = 200;
 
-/// The open board and everything derived from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OpenBoard {
     pub document: Option<Arc<Document>>,
-    /// The import review is shown.
     pub reviewing: bool,
     /// Codes of the errors that the user has accepted.
     pub accepted: BTreeSet<String>,
     /// Diameter of the tool in the spindle, if it is used first.
     pub loaded: Option<Length>,
     pub plan: Option<Arc<PlanReady>>,
-    /// The timed plan.
     pub timed: Option<Arc<Timed>>,
-    /// The board as placed for the plan.
     pub laid: Option<Arc<LaidBoard>>,
-    /// The plan as a program.
     pub program: Option<Arc<Program>>,
-    /// The proof of the plan.
     pub proved: Option<Arc<Verdict>>,
-    /// The planned job, once it is timed.
     pub job: Option<Arc<Job>>,
     pub refused: Vec<Diagnostic>,
     /// The displayed plan belongs to an older job.
@@ -186,7 +169,6 @@ impl OpenBoard {
         self.plan.iter().flat_map(move |plan| plan.diagnostics.iter().filter(errors)).take(MOST_ERRORS)
     }
 
-    /// The gravest reason for a review of the files.
     pub fn unseen(&self) -> Option<Unseen> {
         self.document.as_ref()?.unseen(&self.accepted)
     }

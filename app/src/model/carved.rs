@@ -30,7 +30,6 @@ const UNSEEN_CELLS: u64 = 200_000;
 /// Margin of the blank around the cut area.
 const RIM: Length = Length::from_um(1_500);
 
-/// Carves towards the second `at_s` within one frame's limit and updates `shown`.
 pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Stock>>) {
     carving.seek(at_s, FRAME_CELLS);
     if shown.as_deref() != Some(carving.stock()) {
@@ -58,7 +57,6 @@ pub(super) fn begin(model: &Model) -> Option<Carving> {
     Some(Carving::new(Arc::clone(playback), program.bits.clone(), stock))
 }
 
-/// The warnings of the playback.
 pub(super) fn warned(model: &Model) -> Arc<Vec<Warning>> {
     let (Some(program), Some(playback)) = (&model.board.program, &model.play.playback) else {
         return Arc::default();
@@ -107,14 +105,12 @@ fn travel(program: &Program, machine: &Machine) -> Option<Bounds> {
 pub struct Underside {
     /// Empty for the first side of a job.
     pub tiles: Arc<Vec<UnderTile>>,
-    /// The timed plan that the tiles belong to.
     of: Option<Arc<Timed>>,
     /// The awaited request, its contents, and whether the worker was sent the board again.
     asked: Option<(u32, Box<ToUnderside>, bool)>,
 }
 
 impl Underside {
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         self.asked.as_ref().is_some_and(|(number, ..)| *number == wanted)
     }

@@ -4,10 +4,8 @@ use super::Event;
 use crate::engine::messages::Request;
 use annulus_core::wire::Paired;
 
-/// Which worker handles a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// The worker that holds the board.
     Board,
     /// Computes the times of the plan that the board's worker proves; ends with its answer.
     Times,
@@ -27,20 +25,22 @@ pub enum Effect {
         request: Box<Request>,
     },
     /// Terminate a worker; its waiting request is answered as cancelled.
-    CallOff { lane: Lane },
-    /// Send `event` after a delay.
-    Wake { after_ms: u32, event: Box<Event> },
+    CallOff {
+        lane: Lane,
+    },
+    Wake {
+        after_ms: u32,
+        event: Box<Event>,
+    },
     /// Download a file.
     Save {
         name: String,
-        /// MIME type.
         kind: &'static str,
         bytes: Vec<u8>,
     },
     /// Open the file dialog; answered by [`super::FilesEvent::Chosen`], or by [`super::AnewEvent::Chosen`]
     /// for new exports.
     ChooseFiles {
-        /// The files are new exports of the open board.
         anew: bool,
     },
     /// Open the file dialog for a postprocessor; answered by [`super::TemplateEvent::Keep`].
@@ -48,11 +48,15 @@ pub enum Effect {
     /// Fetch the sample board; answered by [`super::FilesEvent::Chosen`].
     Sample,
     /// Fetch a linked file; answered by [`super::FilesEvent::Chosen`], or the page shows the error.
-    FollowLink { address: String },
+    FollowLink {
+        address: String,
+    },
     /// Request an animation frame; answered by [`super::PlayEvent::Frame`].
     Frame,
     /// Exchange the token in the address for a session; answered by [`super::LinkEvent::Paired`].
-    Pair { token: String },
+    Pair {
+        token: String,
+    },
     /// Open a socket; sends [`super::LinkEvent::Heard`] for each message and [`super::LinkEvent::Closed`] at
     /// the end.
     Connect,
@@ -65,22 +69,24 @@ pub enum Effect {
         /// This tab owns the machine and confirms STOP to the others.
         heard: bool,
     },
-    /// Close the port.
     LeavePort,
     /// Remember across a reload whether this tab uses a controller.
-    KeepController { on: bool },
+    KeepController {
+        on: bool,
+    },
     /// Remember across a reload the identity of this tab's controller.
     KeepBoard {
         /// Firmware, version and settings, as one text.
         greeting: String,
     },
     /// Turn the browser's confirmation before leaving the page on or off.
-    Guard { on: bool },
+    Guard {
+        on: bool,
+    },
     /// Send feed hold to the controller at once: the page is closing.
     HoldPort,
     /// Send a text on the socket; answered by [`super::LinkEvent::NotSent`] if the socket isn't open.
     Send {
-        /// A message of `wire`, as JSON.
         text: String,
     },
     /// Remember across a reload whether this tab has control.
@@ -89,13 +95,20 @@ pub enum Effect {
         had: bool,
     },
     /// Remember the Lab's setup across a reload of this tab.
-    KeepBench { text: String },
-    /// Forget this tab's session.
+    KeepBench {
+        text: String,
+    },
     ForgetSession,
     /// Start or stop the timer that sends [`super::LinkEvent::Renew`] while the machine jogs.
-    Renew { on: bool },
+    Renew {
+        on: bool,
+    },
     /// Upload a program to the bridge; answered by [`super::StartEvent::Uploaded`].
-    Upload { number: u32, bytes: Vec<u8>, session: Option<Paired> },
+    Upload {
+        number: u32,
+        bytes: Vec<u8>,
+        session: Option<Paired>,
+    },
     /// Fetch a program from the bridge; answered by [`super::StartEvent::Fetched`].
     Fetch {
         number: u32,
@@ -104,8 +117,9 @@ pub enum Effect {
         session: Option<Paired>,
     },
     /// Load the table of a language; answered by [`super::FrameEvent::Spoken`].
-    Speak { language: String },
-    /// Apply a colour scheme and save the choice.
+    Speak {
+        language: String,
+    },
     Colours {
         /// The scheme's name in the style sheet.
         word: &'static str,
@@ -117,20 +131,24 @@ pub enum Effect {
     },
     /// Save the widths of the panels.
     KeepPanels {
-        /// Empty for the default widths.
         text: String,
     },
     /// Save whether shortcuts of a single character are on.
-    KeepSigns { on: bool },
+    KeepSigns {
+        on: bool,
+    },
     /// Open or close the camera; answered by [`super::SecondSideEvent::Eye`].
-    Camera { on: bool },
-    /// Save the camera's offset.
+    Camera {
+        on: bool,
+    },
     KeepCamera {
         /// From the spindle axis, mm.
         offset_mm: [f64; 2],
     },
     /// Take or release the screen wake lock; answered by [`super::FrameEvent::Awake`].
-    StayAwake { on: bool },
+    StayAwake {
+        on: bool,
+    },
     /// List the saved projects; answered by [`super::KeepEvent::Found`].
     LookInStore,
     /// Save a job, with its files if they are not in the store yet; answered by
@@ -138,7 +156,6 @@ pub enum Effect {
     WriteStore {
         /// `None`: a free slot, else the slot written longest ago that no tab holds.
         place: Option<u32>,
-        /// Name of the board.
         name: String,
         job: String,
         files: Option<Vec<u8>>,
@@ -149,11 +166,12 @@ pub enum Effect {
     LeaveInStore {
         place: u32,
         job: String,
-        /// Ms since 1970.
         at_ms: f64,
     },
     /// Release a slot, so that other tabs can use it.
-    LetGoOfPlace { place: u32 },
+    LetGoOfPlace {
+        place: u32,
+    },
     /// Read a slot, and hold it unless another tab does; answered by [`super::KeepEvent::Taken`].
     TakeFromStore {
         place: u32,
@@ -167,7 +185,6 @@ pub enum Effect {
     },
     /// Save a drawing; answered by [`super::DrawEvent::Kept`].
     KeepDrawing {
-        /// Number of the drawing in this visit.
         of: u32,
         /// `None` for a free slot.
         place: Option<u32>,
@@ -180,13 +197,16 @@ pub enum Effect {
     LeaveDrawing {
         place: u32,
         text: String,
-        /// Ms since 1970.
         at_ms: f64,
     },
     /// Read a saved drawing; answered by [`super::DrawEvent::Opened`].
-    TakeDrawing { place: u32 },
+    TakeDrawing {
+        place: u32,
+    },
     /// Delete a saved drawing; answered by [`super::DrawEvent::Found`].
-    DropDrawing { place: u32 },
+    DropDrawing {
+        place: u32,
+    },
     /// Remember across a reload which saved drawing this tab has open.
     OwnDrawing {
         /// `None` if the drawing isn't saved yet.
@@ -198,7 +218,9 @@ pub enum Effect {
     /// instead.
     TakeUpdate,
     /// Delete a saved project; answered by [`super::KeepEvent::Dropped`].
-    DropFromStore { place: u32 },
+    DropFromStore {
+        place: u32,
+    },
 }
 
 impl Effect {

@@ -18,7 +18,6 @@ use annulus_core::post::RunSheet;
 use annulus_core::project;
 use annulus_core::project::saved::Project;
 
-/// File name of the run sheet.
 pub const RUN_SHEET: &str = "run-sheet.html";
 
 /// Largest deviation of line segments from the arc that they replace, in mm.
@@ -29,27 +28,20 @@ pub enum ExportOutcome {
     /// Names of the saved files, in running order.
     Saved { names: Vec<String> },
     /// Nothing was saved, because the user has not read all problems.
-    Unread {
-        /// The sides and their number of unread problems.
-        sides: Vec<(Face, u32)>,
-    },
+    Unread { sides: Vec<(Face, u32)> },
     /// The files could not be packed.
     Refused { why: Diagnostic },
 }
 
-/// Use of the written files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     Files,
     RunSheet,
 }
 
-/// The running request.
 #[derive(Clone, Debug, PartialEq)]
 enum OnTheWay {
-    /// The job is written as G-code.
     Writing { number: u32, purpose: Purpose, wanted: Box<ToExport>, reread: bool, share: f64 },
-    /// The project is packed into one file.
     Saving { number: u32 },
 }
 
@@ -58,33 +50,27 @@ pub struct Export {
     on_the_way: Option<OnTheWay>,
     pub lines_only: bool,
     pub outcome: Option<ExportOutcome>,
-    /// Why nothing was written.
     pub refused: Vec<Diagnostic>,
-    /// The displayed run sheet.
     pub run_sheet: Option<RunSheet>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportEvent {
-    /// The export panel was opened.
     Shown,
     /// Replace arcs by lines or not.
     LinesOnly {
         on: bool,
     },
-    /// Write all sides of the job.
     Write {
         purpose: Purpose,
     },
     /// Save the project: files, import choices and job.
     SaveProject,
-    /// Save the displayed run sheet.
     SaveRunSheet,
     CloseRunSheet,
 }
 
 impl Export {
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         matches!(
             &self.on_the_way,
@@ -92,7 +78,6 @@ impl Export {
         )
     }
 
-    /// The task to display.
     pub fn task(&self) -> Option<WorkerTask> {
         match &self.on_the_way {
             Some(OnTheWay::Writing { share, .. }) => {
@@ -175,7 +160,6 @@ fn project(model: &Model) -> Option<Project> {
     Some(Project { files: model.draw.files_of(document), said: document.said.clone(), job })
 }
 
-/// Packs the project into one file.
 pub(super) fn save_project(model: &mut Model) -> Vec<Effect> {
     let Some(project) = project(model) else { return Vec::new() };
     let number = model.next_request();
@@ -183,7 +167,6 @@ pub(super) fn save_project(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(Request::Save(project)) }]
 }
 
-/// Base name for files.
 fn board_name(model: &Model) -> String {
     let name = model.board.document.as_ref().map(|open| open.reading.board.name.clone());
     name.filter(|name| !name.is_empty()).unwrap_or_else(|| "board".to_owned())

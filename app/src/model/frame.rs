@@ -12,32 +12,22 @@ use annulus_core::artwork::Side;
 use annulus_core::locale;
 use annulus_core::machine::SECTIONS;
 
-/// The action that a toast offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToastAct {
-    /// Show the import review.
     Review,
-    /// Activate the new version of the site.
     Update,
-    /// Go back to the drawing that was open before.
     DrawnBefore,
-    /// Go back to the board that was open before.
     BoardBefore,
     /// Read files again that changed on disk.
     TakeAnew,
-    /// Undo the discard of a saved board.
     TakeBackBoard {
-        /// Storage slot.
         place: u32,
     },
-    /// Undo the discard of a saved drawing.
     TakeBackDrawing {
-        /// Storage slot.
         place: u32,
     },
 }
 
-/// A notification in the corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Toast {
     pub number: u32,
@@ -45,29 +35,21 @@ pub struct Toast {
     pub act: Option<ToastAct>,
 }
 
-/// How long a toast stays, in ms.
 pub(super) const TOAST_MS: u32 = 8_000;
 
-/// Overlays that the user opens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overlay {
-    /// Shortcuts, first steps, glossary.
     Help,
-    /// The command palette.
     Palette,
-    /// The form for repeating the selection of the drawing.
     Array,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     pub tab: Tab,
-    /// Displayed unit of length.
     pub unit: Unit,
     pub theme: Theme,
-    /// Code of the language in the locale tables.
     pub language: String,
-    /// The hole selected in the view or the table.
     pub selected: Option<u32>,
     /// Show the paths in file order instead of the planned ones.
     pub show_before: bool,
@@ -75,36 +57,28 @@ pub struct Frame {
     pub show_travel: bool,
     /// Shortcuts of a single character are on; else only those with Ctrl or Alt and keys that type nothing.
     pub signs: bool,
-    /// Shortcuts that the user changed.
     pub own_keys: OwnKeys,
     /// The character that was refused as a shortcut, and the shortcut that uses it; `None` if the page
     /// reserves it.
     pub own_key_refused: Option<(String, Option<&'static Shortcut>)>,
-    /// The view shows a grid.
     pub grid: bool,
     /// The browser keeps the screen on; `None` if it was not asked to.
     pub awake: Option<bool>,
     /// Operator view: only the machine, large.
     pub operator: bool,
-    /// The displayed section of the settings.
     pub section: &'static str,
     /// A part named by the address that does not exist yet.
     pub named: Option<AddressPart>,
     pub panels: Panels,
-    /// How each layer is displayed.
     pub layers: Vec<LayerLook>,
     pub overlay: Option<Overlay>,
-    /// The board is viewed from below.
     pub flipped: bool,
     /// Position of the pointer, work coordinates in mm.
     pub cursor_mm: Option<[f64; 2]>,
-    /// Camera of the view, once there is one.
     pub camera: Option<Camera>,
     /// Key of the renderer's name.
     pub backend: Option<&'static str>,
-    /// The last action requested of the view, and the count of requests.
     pub asked: (u32, Option<KeyAction>),
-    /// Toasts on screen.
     pub toasts: Vec<Toast>,
     /// The site has no bridge.
     pub alone: bool,
@@ -113,7 +87,6 @@ pub struct Frame {
     pub update_ready: bool,
     /// Number of the last toast.
     toast: u32,
-    /// The browser was asked to keep the screen on.
     awake_wanted: bool,
 }
 
@@ -158,11 +131,9 @@ pub enum FrameEvent {
     Show {
         tab: Tab,
     },
-    /// The user went to an address.
     Go {
         address: String,
     },
-    /// Show a section of the settings.
     Section {
         section: &'static str,
     },
@@ -173,7 +144,6 @@ pub enum FrameEvent {
     Colours {
         theme: Theme,
     },
-    /// Switch to another language.
     Language {
         language: String,
     },
@@ -187,7 +157,6 @@ pub enum FrameEvent {
     },
     /// Show the paths in file order, or as planned.
     Before {
-        /// In file order.
         on: bool,
     },
     Travel {
@@ -196,7 +165,6 @@ pub enum FrameEvent {
     Overlay {
         overlay: Option<Overlay>,
     },
-    /// Enter or leave the operator view.
     Operator {
         on: bool,
     },
@@ -208,101 +176,73 @@ pub enum FrameEvent {
     OwnKeysKept {
         text: String,
     },
-    /// Change a shortcut.
     OwnKey {
         shortcut: &'static Shortcut,
-        /// The new character.
         sign: String,
     },
-    /// Reset all shortcuts.
     OwnKeysForgotten,
-    /// Toggle the grid.
     Grid,
-    /// Whether the browser keeps the screen on.
     Awake {
         held: bool,
     },
-    /// View the board from below or above.
     Flip {
         /// From below; `None` toggles.
         below: Option<bool>,
     },
-    /// The user resizes a panel of the current screen.
     Panel {
         right: bool,
         /// CSS pixels; 0 for the default width.
         px: u16,
     },
-    /// The panel widths from the last visit.
     PanelsKept {
         text: String,
     },
-    /// Toggle a layer's visibility.
     LayerEye {
-        /// Row in the layers panel.
         index: usize,
     },
-    /// Bring a layer to the front and dim the others, or undo that.
     LayerFront {
-        /// Row in the layers panel.
         index: usize,
     },
     /// Toggle a layer's lock: a locked layer can't be selected or changed.
     LayerLock {
-        /// Row in the layers panel.
         index: usize,
     },
-    /// Set a layer's opacity.
     LayerOpacity {
-        /// Row in the layers panel.
         index: usize,
         /// From 0 to 100.
         percent: u8,
     },
-    /// Set a layer's colour.
     LayerColour {
-        /// Row in the layers panel.
         index: usize,
         /// `None` for its default colour.
         colour: Option<Colour>,
     },
-    /// Show a group of layers and hide the others.
     LayerPreset {
         preset: Preset,
     },
-    /// The pointer moved over the view, or left it.
     Cursor {
         /// Work coordinates in mm.
         at_mm: Option<[f64; 2]>,
     },
-    /// The camera moved.
     Moved {
         camera: Camera,
     },
-    /// Fit or zoom the view.
     Look {
         action: KeyAction,
     },
-    /// The renderer is known.
     Backend {
-        /// Key of its name.
         word: &'static str,
     },
-    /// The site has no bridge.
     Alone,
-    /// The browser went online or offline.
     Online {
         on: bool,
     },
     /// The site is cached: the page opens offline.
     SiteKept,
-    /// A new version of the site is cached and can be activated.
     UpdateReady,
-    /// Show a toast for a while.
     Say {
         text: Text,
     },
-    /// Show a toast until it is closed.
     Tell {
         text: Text,
     },
@@ -316,19 +256,16 @@ pub enum FrameEvent {
     },
 }
 
-/// Shows a toast for [`TOAST_MS`].
 pub(super) fn toast(model: &mut Model, text: Text, act: Option<ToastAct>) -> Effect {
     let number = put(&mut model.frame, text, act);
     let event = Event::Frame(FrameEvent::Said { number });
     Effect::Wake { after_ms: TOAST_MS, event: Box::new(event) }
 }
 
-/// Shows a toast until it is closed.
 pub(super) fn say(model: &mut Model, text: Text) {
     put(&mut model.frame, text, None);
 }
 
-/// Shows a toast with an action until it is closed.
 pub(super) fn offer(model: &mut Model, text: Text, act: ToastAct) {
     put(&mut model.frame, text, Some(act));
 }
@@ -342,7 +279,6 @@ fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     number
 }
 
-/// Removes the toast with this text.
 pub(super) fn withdraw(frame: &mut Frame, text: &Text) {
     frame.toasts.retain(|toast| toast.text != *text);
 }
@@ -447,7 +383,6 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Changes how layers are displayed.
 fn change_layers(frame: &mut Frame, event: &FrameEvent) {
     match *event {
         FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
@@ -476,7 +411,6 @@ fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<
     }
 }
 
-/// Removes a toast and returns its action.
 pub(super) fn taken(frame: &mut Frame, number: u32) -> Option<ToastAct> {
     let found = frame.toasts.iter().position(|toast| toast.number == number)?;
     frame.toasts.remove(found).act

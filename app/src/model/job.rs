@@ -17,7 +17,6 @@ pub struct JobEdit {
     pub work: Option<Arc<Work>>,
     /// Index of the selected operation.
     pub chosen: usize,
-    /// Names of the problems that the user has read.
     pub read: BTreeSet<String>,
     /// The problem marked in the view.
     pub marked: Option<usize>,
@@ -29,56 +28,60 @@ pub struct JobEdit {
 pub enum JobEvent {
     /// Replace the job. Consecutive changes of one field are one undo step.
     Change {
-        /// The field that changed, if any.
         field: Option<&'static str>,
         work: Box<Work>,
     },
-    /// Undo or redo.
-    Undo { back: bool },
-    /// Turn the board to this side.
-    Turn { face: Face },
-    /// Select an operation.
-    Choose { at: usize },
-    /// Move an operation in the list and select it.
-    Move { from: usize, to: usize },
-    /// Move the selected operation up or down among those of its side.
-    Shift { up: bool },
-    /// Add an operation after the selected one and select it.
-    Add {
-        /// Name of its kind.
-        word: String,
+    Undo {
+        back: bool,
     },
-    /// Remove the selected operation.
-    Remove,
-    /// Set the order of holes for all drill operations.
-    DrillOrder { order: HoleOrder },
-    /// Mark problems as read or unread.
-    Read { names: Vec<String>, on: bool },
-    /// Accept all errors of the displayed plan and mark all its problems as read.
-    AllSeen,
-    /// Mark a problem in the view.
-    Mark {
-        /// Index of the problem.
+    Turn {
+        face: Face,
+    },
+    Choose {
         at: usize,
     },
-    /// Toggle a group of problems.
-    TurnGroup { name: String },
+    /// Move an operation in the list and select it.
+    Move {
+        from: usize,
+        to: usize,
+    },
+    /// Move the selected operation up or down among those of its side.
+    Shift {
+        up: bool,
+    },
+    /// Add an operation after the selected one and select it.
+    Add {
+        word: String,
+    },
+    Remove,
+    DrillOrder {
+        order: HoleOrder,
+    },
+    Read {
+        names: Vec<String>,
+        on: bool,
+    },
+    /// Accept all errors of the displayed plan and mark all its problems as read.
+    AllSeen,
+    Mark {
+        at: usize,
+    },
+    TurnGroup {
+        name: String,
+    },
 }
 
 impl JobEdit {
-    /// Starts with the default job of a new board.
     pub(super) fn open(&mut self, work: Work) {
         let first = edit::of_face(&work, work.setup.face).first().copied().unwrap_or(0);
         *self = Self { history: Some(LabHistory::new(work)), chosen: first, ..Self::default() };
         self.renew();
     }
 
-    /// True if the user has changed the job.
     pub fn edited(&self) -> bool {
         self.history.as_ref().is_some_and(LabHistory::can_undo)
     }
 
-    /// Whether undo and redo are possible.
     pub fn can_undo(&self) -> (bool, bool) {
         self.history.as_ref().map_or((false, false), |history| (history.can_undo(), history.can_redo()))
     }

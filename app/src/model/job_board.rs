@@ -17,12 +17,9 @@ use std::collections::BTreeSet;
 /// Tolerance for matching a program's hole to a board's hole.
 const SAME_PLACE: Length = Length::from_um(1);
 
-/// The board opened for the machine's job.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JobBoard {
-    /// The last job for which a board was opened.
     job: Option<String>,
-    /// Storage slot of that board.
     place: Option<u32>,
 }
 
@@ -56,7 +53,6 @@ pub fn to_restore<'o>(broken_off: Option<&str>, offers: &'o [Offer]) -> Option<&
     broken_off.and_then(of_job).or_else(|| offers.first())
 }
 
-/// True if `program` is the name of a program for a side of the board `name`.
 fn is_called(program: &str, name: &str) -> bool {
     let face = program.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
     !name.is_empty()

@@ -27,9 +27,7 @@ pub const PLACES: u32 = 12;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Offer {
-    /// Storage slot.
     pub place: u32,
-    /// Name of the board.
     pub name: String,
     /// When it was saved last, ms since 1970.
     pub at_ms: f64,
@@ -40,9 +38,7 @@ pub struct Offer {
 /// A project of this visit, and which part of it is in the store.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KeptAs {
-    /// Number of the project in this visit.
     project: u32,
-    /// Storage slot, once there is one.
     place: Option<u32>,
     /// The board whose files are saved there.
     files: Option<Arc<Document>>,
@@ -58,7 +54,6 @@ impl KeptAs {
     }
 }
 
-/// A board and its job that are to be saved.
 #[derive(Clone, Debug)]
 struct Record {
     document: Arc<Document>,
@@ -90,7 +85,6 @@ impl Store {
     }
 }
 
-/// The projects saved in this browser.
 #[derive(Clone, Debug, Default)]
 pub struct Keeping {
     /// Projects to restore, the latest first.
@@ -102,7 +96,6 @@ pub struct Keeping {
     open: KeptAs,
     /// Counts the projects of this visit.
     projects: u32,
-    /// Slots that this tab holds.
     held: BTreeSet<u32>,
     store: Store,
     /// The open project changed while the store was busy.
@@ -114,25 +107,19 @@ pub struct Keeping {
     kept_change: u32,
     /// Board and job at the last check for changes.
     seen: (Option<Arc<Document>>, Option<Arc<Work>>),
-    /// The project that is being restored.
     wanted: Option<Offer>,
-    /// Slots that are being read.
     taking: BTreeSet<u32>,
-    /// Slots that the user discarded and can still undo.
     discarded: BTreeSet<u32>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum KeepEvent {
-    /// The store's contents.
     Found {
         offers: Vec<Offer>,
     },
-    /// The page is visible again.
     Looked,
     /// List the saved projects, even if a board is open.
     Listed,
-    /// Storage that the browser uses for the page.
     Measured {
         /// Some browsers round the value.
         bytes: u64,
@@ -145,14 +132,11 @@ pub enum KeepEvent {
     },
     /// The page is closing or hidden: the last chance to save.
     Leaving,
-    /// The store finished a write, or failed.
     Written {
         /// The slot; `None` if the write failed.
         place: Option<u32>,
-        /// The storage is full.
         full: bool,
     },
-    /// Open an offered project.
     Restore {
         offer: Offer,
     },
@@ -168,7 +152,6 @@ pub enum KeepEvent {
     Discard {
         offer: Offer,
     },
-    /// The time to undo a discard is over.
     Drop {
         place: u32,
     },
@@ -181,17 +164,14 @@ impl Keeping {
         self.change
     }
 
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         matches!(&self.store, Store::Packing { number, .. } if *number == wanted)
     }
 
-    /// True if the project in this slot is being restored.
     fn wants(&self, place: u32) -> bool {
         self.wanted.as_ref().is_some_and(|wanted| wanted.place == place)
     }
 
-    /// The records still to be written, in order.
     fn records(&self) -> impl Iterator<Item = &Record> {
         self.store.record().into_iter().chain(&self.parting)
     }
@@ -229,7 +209,6 @@ fn let_go(model: &mut Model) -> Vec<Effect> {
     gone.into_iter().map(|place| Effect::LetGoOfPlace { place }).collect()
 }
 
-/// Starts the delay after which a change is saved.
 fn rest(model: &mut Model) -> Vec<Effect> {
     model.keeping.change += 1;
     let event = Event::Keep(KeepEvent::Rested { change: model.keeping.change });
@@ -303,7 +282,6 @@ fn drop_all(model: &mut Model) -> Vec<Effect> {
     gone.chain([frame::toast(model, Text::of(key!("page.data.deleted")), None)]).collect()
 }
 
-/// Undoes a discard.
 pub(super) fn taken_back(model: &mut Model, place: u32) -> Vec<Effect> {
     model.keeping.discarded.remove(&place);
     vec![Effect::LookInStore]
@@ -373,7 +351,6 @@ fn left(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// The project was closed; it is now among the offers.
 pub(super) fn closed(model: &mut Model) -> Vec<Effect> {
     another(model, None);
     vec![Effect::LookInStore]
@@ -404,7 +381,6 @@ pub(super) fn say_elsewhere(model: &mut Model, name: &str) {
     frame::say(model, Text::Key { key: key!("page.kept.copy"), args });
 }
 
-/// The open project as a record for the store.
 fn record(model: &Model) -> Option<Record> {
     let (document, work) = model.board.document.clone().zip(model.job.work.as_ref())?;
     let name = document.reading.board.name.clone();

@@ -34,12 +34,10 @@ impl fmt::Debug for Running {
 #[derive(Debug, Default)]
 pub struct LabRun {
     trial: Option<Running>,
-    /// One result per line.
     pub results: Arc<Vec<RowResult>>,
     /// The next line of a held run.
     pub next: Option<usize>,
     pub running: bool,
-    /// How the run ended, or why it is held.
     pub said: Option<Text>,
     /// Counts runs; steps of an older run are dropped.
     number: u32,
@@ -47,31 +45,24 @@ pub struct LabRun {
 
 #[derive(Debug)]
 pub struct Lab {
-    /// The displayed sheet.
     pub sheet: LabPanel,
     history: LabHistory<LabEdits>,
     /// The current setup; an unchanged one keeps its handle.
     pub bench: Arc<LabEdits>,
     /// The displayed motor: 0 X, 1 Y, 2 Z.
     pub motor: usize,
-    /// Selected cells of the phase table.
     pub block: CellBlock,
     pub clip: Option<Clip>,
-    /// The selected line of the queue.
     pub row: usize,
     /// Show the queue as text.
     pub as_text: bool,
-    /// Run the queue on the machine instead of in the page.
     pub on_machine: bool,
     /// The queue's run in the page.
     pub run: LabRun,
-    /// The displayed part of the motion sheet.
     pub part: PanelPart,
     /// The servo simulates a drill cycle instead of a step response.
     pub stroke: bool,
-    /// The inputs and their recorded changes.
     pub inputs: KnownInputs,
-    /// The guided sensor check, if started.
     pub check: Option<Check>,
     /// Text for screen readers.
     pub said: Option<Text>,
@@ -101,7 +92,6 @@ impl Default for Lab {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum LabEvent {
-    /// The setup saved in this tab.
     Kept {
         text: String,
     },
@@ -110,13 +100,11 @@ pub enum LabEvent {
     },
     /// Replace the setup. Consecutive changes of one field are one undo step.
     Change {
-        /// The field that changed, if any.
         field: Option<String>,
         bench: Box<LabEdits>,
     },
     /// The user left a field, which ends its undo step.
     Rest,
-    /// Undo or redo.
     Undo {
         back: bool,
     },
@@ -130,19 +118,15 @@ pub enum LabEvent {
     Copy {
         clip: Clip,
     },
-    /// Select a line of the queue.
     Row {
         at: usize,
     },
-    /// Show the queue as text or as rows.
     AsText {
         on: bool,
     },
-    /// Run the queue on the machine or in the page.
     OnMachine {
         on: bool,
     },
-    /// Show another part of the motion sheet.
     Part {
         part: PanelPart,
     },
@@ -150,17 +134,12 @@ pub enum LabEvent {
     Stroke {
         on: bool,
     },
-    /// Reset the counters of input changes.
     CountAnew,
-    /// Start the guided sensor check.
     Check,
-    /// Skip a sensor.
     Skip,
-    /// Announce a text to screen readers.
     Say {
         text: Text,
     },
-    /// Run the queue in the page.
     Run {
         mode: Mode,
     },
@@ -174,7 +153,6 @@ pub enum LabEvent {
 }
 
 impl Lab {
-    /// Whether undo and redo are possible.
     pub fn can_undo(&self) -> (bool, bool) {
         (self.history.can_undo(), self.history.can_redo())
     }
@@ -198,7 +176,6 @@ impl Lab {
         self.inputs.bits.unwrap_or_default()
     }
 
-    /// Records the inputs of a status.
     pub(super) fn told(&mut self, wall_ms: f64, bits: u32) {
         if self.inputs.bits != Some(bits) {
             self.inputs = self.inputs.seen(wall_ms, bits);
@@ -255,7 +232,6 @@ pub(super) fn update(model: &mut Model, event: LabEvent) -> Vec<Effect> {
     keep(model, &before)
 }
 
-/// Saves a changed setup in this tab.
 fn keep(model: &Model, before: &Arc<LabEdits>) -> Vec<Effect> {
     let now = &model.lab.bench;
     if Arc::ptr_eq(now, before) { Vec::new() } else { vec![Effect::KeepBench { text: now.kept() }] }
@@ -272,7 +248,6 @@ fn undo(lab: &mut Lab, back: bool) {
     }));
 }
 
-/// Continues a held run according to `mode`, or starts one.
 fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
     let lines: &[QueueLine] = &model.lab.bench.queue;
     let Ok(queue) = queue::read("", &to_text(lines)) else { return Vec::new() };

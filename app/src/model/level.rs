@@ -13,7 +13,6 @@ use annulus_core::units::Length;
 use annulus_core::wire::Ask;
 use std::sync::Arc;
 
-/// Selectable spacings of the grid, mm.
 pub const SPACINGS_MM: [u8; 4] = [5, 10, 15, 20];
 /// Distance of the grid from the edge of the cut area.
 const MARGIN: Length = Length::from_um(2_000);
@@ -22,23 +21,18 @@ const CLEAR_UM: u32 = 1_000;
 /// How far a point may be below the one before, µm.
 const DEPTH_UM: u32 = 2_000;
 
-/// The grid to probe and its job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedMap {
     pub grid: ProbeGrid,
-    /// Key of the job.
     pub job: String,
 }
 
 #[derive(Clone, Debug)]
 pub struct Leveling {
-    /// The dialog is open.
     pub open: bool,
-    /// Spacing of the grid, mm.
     pub spacing_mm: u8,
     /// The planned map, or why there is none; `None` without a job.
     pub planned: Option<Result<PlannedMap, Diagnostic>>,
-    /// The job and spacing that `planned` was computed for.
     of: Option<(Arc<Job>, u8)>,
 }
 
@@ -50,10 +44,12 @@ impl Default for Leveling {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelEvent {
-    /// Open or close the dialog.
-    Show { on: bool },
-    /// Select the spacing.
-    Space { mm: u8 },
+    Show {
+        on: bool,
+    },
+    Space {
+        mm: u8,
+    },
     /// Probe the board. The machine moves.
     Touch,
 }

@@ -30,7 +30,6 @@ pub struct WrittenProgram {
 }
 
 impl WrittenProgram {
-    /// From `files` in running order.
     pub fn of(files: &[OutputFile]) -> Self {
         let mut written = Self::default();
         let mut commands = Vec::new();
@@ -50,7 +49,6 @@ impl WrittenProgram {
         written
     }
 
-    /// Number of rows.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
@@ -69,7 +67,6 @@ impl WrittenProgram {
         Some(((number > 0).then_some(number), self.text.get(start..end)?))
     }
 
-    /// True if both rows belong to the same command.
     pub fn are_together(&self, row: usize, other: usize) -> bool {
         self.lines.are_together(row, other)
     }
@@ -79,7 +76,6 @@ impl WrittenProgram {
 pub struct Listing {
     /// The list is shown instead of the steps.
     pub shown: bool,
-    /// The program, once it is written.
     pub written: Option<Arc<WrittenProgram>>,
     /// Why it could not be written.
     pub refused: Vec<Diagnostic>,
@@ -93,24 +89,23 @@ pub struct Listing {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ListingEvent {
-    /// Show the list or the steps.
-    Show { on: bool },
-    /// Jump to a row's second.
-    Press { row: usize },
+    Show {
+        on: bool,
+    },
+    Press {
+        row: usize,
+    },
     /// Jump to a row relative to the current one.
     Walk {
-        /// Number of rows.
         by: i64,
     },
 }
 
 impl Listing {
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         self.number.as_ref().is_some_and(|(number, ..)| *number == wanted)
     }
 
-    /// True while the program is being written.
     pub fn is_on_the_way(&self) -> bool {
         self.number.is_some()
     }
@@ -120,7 +115,6 @@ impl Listing {
     }
 }
 
-/// The current row at the displayed second.
 pub fn row_now(model: &Model) -> Option<usize> {
     let (lines, play) = (&model.lines, &model.play);
     let written = lines.written.as_ref().filter(|_| lines.shown)?;

@@ -69,7 +69,6 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use std::sync::Arc;
 
-/// The time of the event that is being handled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clocks {
     /// Milliseconds since the page was opened; monotonic.
@@ -78,28 +77,22 @@ pub struct Clocks {
     pub wall_ms: f64,
 }
 
-/// The whole state of the page.
 #[derive(Debug)]
 pub struct Model {
     pub clock: Clocks,
     pub frame: Frame,
     /// The machine that jobs are planned for: that of the bridge or controller, else the virtual drill.
     pub machine: Arc<Machine>,
-    /// The open board and everything derived from it.
     pub board: OpenBoard,
     /// The board that was open before the review on screen, to go back to.
     pub before: Option<Arc<BoardBefore>>,
     pub job: JobEdit,
     /// Requests that wait for a worker's answer.
     pub on_the_way: OnTheWay,
-    /// The job as G-code.
     pub export: Export,
     pub template: Template,
-    /// The link to the bridge or to another machine.
     pub link: Link,
-    /// Programs for the machine, and the preflight checks.
     pub start: Start,
-    /// The planned height map.
     pub level: Leveling,
     pub touch_off: TouchOff,
     pub second_side: SecondSide,
@@ -114,13 +107,10 @@ pub struct Model {
     pub underside: Underside,
     /// Edits of the machine's settings that are not applied yet.
     pub settings: SettingsDraft,
-    /// Projects saved in this browser.
     pub keeping: Keeping,
-    /// The board opened for the job that the machine runs.
     job_board: job_board::JobBoard,
     /// Newer exports of the open board's files.
     pub anew: Anew,
-    /// The inputs of the latest plan request.
     asked: Option<asked::Basis>,
     /// When the plan's inputs changed last; `None` while a board is planned for the first time.
     changed_ms: Option<f64>,
@@ -133,10 +123,8 @@ pub enum Event {
     Clock {
         clock: Clocks,
     },
-    /// The page was opened.
     Begun,
     Frame(FrameEvent),
-    /// Files, their reading and their review.
     Files(FilesEvent),
     Job(JobEvent),
     Export(ExportEvent),
@@ -147,20 +135,17 @@ pub enum Event {
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
-    /// Presses of buttons that move the machine.
     Press(PressEvent),
     Lines(ListingEvent),
     Settings(SettingsEvent),
     Keep(KeepEvent),
     /// Newer exports of the open board's files.
     Anew(AnewEvent),
-    /// A request reports its progress.
     Progress {
         number: u32,
         /// From 0 to 1.
         share: f64,
     },
-    /// A request is answered.
     Answered {
         /// The request's number; only answers that the model waits for are used.
         number: u32,
@@ -170,11 +155,8 @@ pub enum Event {
     Rested {
         number: u32,
     },
-    /// The user cancels the worker's task.
     Cancelled,
-    /// The link to the bridge or to another machine.
     Link(LinkEvent),
-    /// The preflight checks, and programs for the machine.
     Start(StartEvent),
 }
 
@@ -252,7 +234,6 @@ impl Model {
         }
     }
 
-    /// The running task that the page shows with its progress.
     pub fn task(&self) -> Option<WorkerTask> {
         self.export.task().or_else(|| self.on_the_way.task())
     }
@@ -386,7 +367,6 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects
 }
 
-/// Performs the action that a toast offers.
 fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
     match frame::taken(&mut model.frame, number) {
         Some(ToastAct::Review) => files::update(model, FilesEvent::Review),

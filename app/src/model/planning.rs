@@ -27,36 +27,28 @@ use std::sync::Arc;
 /// Delay from a change to the proof, in ms; a dragged slider sends its next change sooner.
 const REST_MS: f64 = 200.0;
 
-/// New exports of the open board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Brought {
     /// Their effect on the open files.
     pub anew: ExportedAnew,
-    /// The files as the user opened them.
     pub files: Vec<(String, Vec<u8>)>,
 }
 
-/// A request to read files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
     pub files: Vec<(String, Vec<u8>)>,
     /// The user's choices for the import.
     pub said: SaidOfFiles,
-    /// The job that belongs to the files.
     pub job: Option<String>,
     /// The files are open already: keep the user's job and the screen.
     pub again: bool,
-    /// Storage slot in this browser.
     pub place: Option<u32>,
-    /// The files are new exports of the open board.
     pub anew: Option<Box<Brought>>,
 }
 
-/// Step of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlanStep {
     Plan,
-    /// Waits for further changes.
     Rest {
         planned: Arc<PlanReady>,
     },
@@ -74,8 +66,9 @@ pub enum PlanStep {
 /// The times, which are computed during the proof.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Times {
-    /// Requested.
-    Asked { number: u32 },
+    Asked {
+        number: u32,
+    },
     /// Received before the proof ended; may be an error.
     Came(Box<Result<Answer, Stopped>>),
 }
@@ -85,12 +78,10 @@ pub enum Times {
 pub enum OnTheWay {
     #[default]
     Nothing,
-    /// A saved project is unpacked.
     Opening {
         number: u32,
         /// Replaces the project's own job.
         job: Option<String>,
-        /// Storage slot in this browser.
         place: Option<u32>,
     },
     Reading {
@@ -113,7 +104,6 @@ pub enum OnTheWay {
 }
 
 impl OnTheWay {
-    /// The awaited request.
     pub fn number(&self) -> Option<u32> {
         match self {
             Self::Nothing => None,
@@ -123,7 +113,6 @@ impl OnTheWay {
         }
     }
 
-    /// The request for times that runs during the proof.
     pub(super) fn times_number(&self) -> Option<u32> {
         match self {
             Self::Planning { step: PlanStep::Prove { times: Times::Asked { number }, .. }, .. } => {
@@ -140,7 +129,6 @@ impl OnTheWay {
         times.then_some(Effect::CallOff { lane: Lane::Times })
     }
 
-    /// Storage slot of the project that is being opened.
     pub(super) fn place(&self) -> Option<u32> {
         match self {
             Self::Opening { place, .. } => *place,
@@ -149,7 +137,6 @@ impl OnTheWay {
         }
     }
 
-    /// The task to display.
     pub fn task(&self) -> Option<WorkerTask> {
         match self {
             Self::Nothing | Self::Opening { .. } => None,
@@ -168,7 +155,6 @@ impl OnTheWay {
     }
 }
 
-/// Plans again if the inputs of the plan changed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     if model.board.reviewing {
         model.asked = None;
@@ -210,7 +196,6 @@ fn plan(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Cancels the running request.
 pub(super) fn called_off(model: &mut Model) -> Vec<Effect> {
     let before = std::mem::take(&mut model.on_the_way);
     if matches!(before, OnTheWay::Planning { .. }) {
@@ -229,7 +214,6 @@ pub(super) fn cancelled(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Clears the plan and the selection.
 pub(super) fn clear(model: &mut Model) {
     model.board.clear_plan();
     model.frame.selected = None;
@@ -353,13 +337,11 @@ pub(super) fn times_came(model: &mut Model, answer: Result<Answer, Stopped>) {
     }
 }
 
-/// Plans the latest inputs.
 fn plan_again(model: &mut Model) -> Vec<Effect> {
     model.board.stale = true;
     plan(model)
 }
 
-/// Starts the next step of the plan.
 fn proceed(model: &mut Model, number: u32, step: PlanStep, wanted: ToPlan) {
     let wanted = Box::new(wanted);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };

@@ -11,7 +11,6 @@ use annulus_core::sim::{Carving, Playback, Stock, Warning, nearest};
 use annulus_core::units::TICK_HZ;
 use std::sync::Arc;
 
-/// Selectable time scales.
 pub const SPEEDS: [f64; 9] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0];
 /// Longest advance per frame in ms, so that a page that was hidden does not leap.
 const LEAP_MS: f64 = 200.0;
@@ -33,15 +32,11 @@ pub struct Play {
     /// The stock at the displayed second, in the 3D view.
     pub carved: Option<Arc<Stock>>,
     pub warnings: Arc<Vec<Warning>>,
-    /// Carves the stock towards the displayed second.
     carving: Option<Carving>,
     /// Everything was carved once, so every second is reached quickly.
     explored: bool,
-    /// Time of the last frame.
     last_ms: Option<f64>,
-    /// A frame was requested and has not arrived.
     awaits: bool,
-    /// The plan that is played.
     of: Option<Arc<Timed>>,
 }
 
@@ -70,7 +65,6 @@ impl Default for Play {
 pub enum PlayEvent {
     /// Start or hold; at the end, start from the beginning.
     Toggle,
-    /// Hold and show this second.
     Hold {
         at_s: f64,
     },
@@ -86,12 +80,10 @@ pub enum PlayEvent {
         more: bool,
     },
     Speed {
-        /// Time scale.
         speed: f64,
     },
     /// Vary the time scale for this speed of the tool head.
     Working {
-        /// In m/s.
         m_per_s: f64,
     },
     /// Jump to the moment when the tool cuts nearest to a position.
@@ -99,7 +91,6 @@ pub enum PlayEvent {
         /// Work coordinates, mm.
         place_mm: [f64; 2],
     },
-    /// Jump to the next or previous warning.
     Wrong {
         on: bool,
     },
@@ -112,19 +103,15 @@ pub enum PlayEvent {
     Space {
         there: bool,
     },
-    /// Animation frame of the browser.
     Frame,
 }
 
-/// Distance within which a press hits a cut, mm.
 const BESIDE_MM: f64 = 1.5;
-/// Within this time of a warning, the playback is at it, s.
 const AT_MARK_S: f64 = 0.25;
 /// Steps per frame for the variable time scale.
 const PIECES: u32 = 16;
 
 impl Play {
-    /// Total duration.
     pub fn total_s(&self) -> f64 {
         self.playback.as_ref().map_or(0.0, |playback| playback.total_s())
     }
@@ -155,7 +142,6 @@ impl Play {
         }
     }
 
-    /// Requests a frame if the playback runs.
     fn run(&mut self) -> Vec<Effect> {
         if !self.running {
             return Vec::new();
@@ -165,7 +151,6 @@ impl Play {
         self.ask_for_frame()
     }
 
-    /// The displayed second after `gone_s` of real time.
     fn after(&self, gone_s: f64) -> f64 {
         let (Some(m_per_s), Some(playback)) = (self.working_m_per_s, &self.playback) else {
             return self.at_s + gone_s * self.speed;
@@ -246,7 +231,6 @@ fn next_speed(speed: f64, more: bool) -> f64 {
     found.unwrap_or(speed)
 }
 
-/// Holds and shows this second.
 pub(super) fn hold(play: &mut Play, at_s: f64) {
     play.running = false;
     play.seek(at_s);

@@ -11,15 +11,12 @@ use crate::said::{Text, key};
 pub const STEADY_MS: f64 = 1000.0;
 /// Edges within this distance count as unchanged, in px.
 const SAME_EDGE_PX: i32 = 2;
-/// Presses within this distance are at the same point, in px.
 const SAME_POINT_PX: f64 = 16.0;
 
-/// A guarded control as displayed now.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingControl {
     /// Number of its element; a new element has a new number.
     pub id: u32,
-    /// The action of a press now.
     pub act: String,
     /// Left, top, right and bottom edge in the page, without scrolling, in px.
     pub edges_px: [i32; 4],
@@ -37,7 +34,9 @@ impl MovingControl {
 #[derive(Clone, Debug, PartialEq)]
 pub enum PressEvent {
     /// All guarded controls on screen.
-    Shown { controls: Vec<MovingControl> },
+    Shown {
+        controls: Vec<MovingControl>,
+    },
     /// A pointer or a key presses a control, or a pointer presses anything else.
     Pressed {
         /// The guarded control under the press, as it is at this moment.
@@ -45,19 +44,15 @@ pub enum PressEvent {
         /// Position of the pointer in the window, px; `None` for a key.
         at_px: Option<[f64; 2]>,
     },
-    /// The click that ends a press.
     Clicked {
-        /// The guarded control that was clicked, as it is at this moment.
         control: MovingControl,
     },
 }
 
-/// A press of a pointer.
 #[derive(Clone, Debug, PartialEq)]
 struct Press {
     ms: f64,
     at_px: [f64; 2],
-    /// Element and action of the guarded control under it.
     control: Option<(u32, String)>,
 }
 

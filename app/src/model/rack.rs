@@ -14,7 +14,6 @@ pub const RACK_KEY: &str = "rack.tools";
 pub const NUMBER: &str = "number";
 pub const FORM: &str = "form";
 pub const DIAMETER: &str = "diameter";
-/// Default fields of a new V-bit.
 const VEE: &str = " tip 0.1 angle 30";
 
 /// The edited lines, else those of the machine.
@@ -25,7 +24,6 @@ pub fn lines(typed: Option<&String>, machine: &Machine) -> Vec<String> {
     }
 }
 
-/// The text in a column of a line.
 pub fn cell(line: &str, column: &str) -> String {
     let mut words = line.split_whitespace();
     let fixed = [NUMBER, FORM, DIAMETER].iter().position(|fixed| *fixed == column);
@@ -55,7 +53,6 @@ pub fn edited(line: &str, column: &str, text: &str) -> String {
     if is_vee && cell(line, FORM) != form { out + VEE } else { out }
 }
 
-/// Appends a drill with the next number.
 pub fn added(mut lines: Vec<String>) -> Vec<String> {
     let numbers = lines.iter().filter_map(|line| cell(line, NUMBER).parse::<u32>().ok());
     let next = numbers.max().unwrap_or(0).saturating_add(1);

@@ -33,36 +33,29 @@ const SAME_ZERO_MM: f64 = 0.01;
 /// State of the camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Eye {
-    /// Not requested.
     #[default]
     Shut,
     /// The browser asks the user, or the camera is starting.
     Opening,
     Open,
-    /// Failed, and why.
     Blind(Diagnostic),
 }
 
-/// A hole to locate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoughtHole {
     /// Planned position, work coordinates.
     pub planned: Point,
-    /// Located position, machine mm.
     pub found_mm: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct SecondSide {
-    /// The panel is open.
     pub open: bool,
     pub holes: Vec<SoughtHole>,
-    /// Index of the hole to locate next.
     pub aimed: usize,
     pub eye: Eye,
     /// From the spindle axis to the crosshair, mm; `None` until it is learnt.
     pub offset_mm: Option<[f64; 2]>,
-    /// Position of the dot made by the tip, machine mm.
     pub dot_mm: Option<[f64; 2]>,
     /// Position of the board, or why it can't be computed; `None` until two holes are located.
     pub fit: Option<Result<BoardFit, Diagnostic>>,
@@ -70,45 +63,46 @@ pub struct SecondSide {
     pub applied: bool,
     /// Located holes were dropped. Reset by a start, by [`SecondSideEvent::Apply`] and by other holes.
     pub forgotten: bool,
-    /// The aligned job, once it is timed.
     pub job: Option<Arc<Job>>,
     /// The work zero when a hole was taken last, machine mm.
     zero_mm: Option<[f64; 2]>,
-    /// The planned job that `holes` belong to.
     of: Option<Arc<Job>>,
     /// The fit used for `job`, and the request if the job is still being timed.
     made: Option<(BoardFit, Option<u32>)>,
-    /// All holes that can be located.
     places: Arc<Vec<Point>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum SecondSideEvent {
-    /// Open or close the panel.
-    Show { on: bool },
-    /// Select a hole to locate.
-    Aim { hole: usize },
-    /// The selected hole is under the tip or the crosshair.
-    Take { by_camera: bool },
+    Show {
+        on: bool,
+    },
+    Aim {
+        hole: usize,
+    },
+    Take {
+        by_camera: bool,
+    },
     /// Drop the selected hole's located position.
     Forget,
     /// Use another hole of the board instead of the selected one.
     Other,
-    /// Turn the camera on or off.
-    Look { on: bool },
-    /// The camera's state changed.
-    Eye { eye: Eye },
-    /// The tip made a dot at its position.
+    Look {
+        on: bool,
+    },
+    Eye {
+        eye: Eye,
+    },
     Dot,
     /// The crosshair is on the dot.
     OnDot,
-    /// The camera offset from an earlier visit.
     Kept {
         /// From the spindle axis, mm.
         offset_mm: [f64; 2],
     },
-    /// Turn the alignment of the job on or off.
-    Apply { on: bool },
+    Apply {
+        on: bool,
+    },
 }
 
 impl SecondSide {
@@ -117,7 +111,6 @@ impl SecondSide {
         matches!(self.made, Some((_, Some(_))))
     }
 
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, number: u32) -> bool {
         matches!(self.made, Some((_, Some(wanted))) if wanted == number)
     }
@@ -128,7 +121,6 @@ impl SecondSide {
     }
 }
 
-/// Describes a fit as a message.
 pub fn told(fit: &BoardFit) -> Diagnostic {
     let mm = |mm: f64| format!("{mm:.3}");
     let told = warning!("align.lies", degrees = mm(fit.degrees()), ..);
@@ -313,7 +305,6 @@ fn believed(
     Err(why.with("mm", mm(far_mm(fit.shift_mm))))
 }
 
-/// The aligned job is timed.
 pub(super) fn timed(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let side = &mut model.second_side;
     let (Some((fit, number)), Some(of)) = (&mut side.made, &side.of) else { return Vec::new() };

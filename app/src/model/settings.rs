@@ -24,11 +24,9 @@ pub struct SettingsDraft {
 #[derive(Clone, Debug, PartialEq)]
 pub enum SettingsEvent {
     Type {
-        /// Key of the setting.
         key: &'static str,
         text: String,
     },
-    /// A cell of the rack's table was typed.
     TypeTool {
         row: usize,
         /// See [`rack`].
@@ -40,12 +38,10 @@ pub enum SettingsEvent {
         row: usize,
     },
     Discard,
-    /// Send all changes to the machine.
     Apply,
 }
 
 impl SettingsDraft {
-    /// The changes to `machine`, in the order of the table.
     pub fn changes(&self, machine: &Machine) -> Vec<(String, Value)> {
         let staged = machine::settings().filter_map(|setting| {
             let value = setting.kind.typed(self.typed.get(setting.key)?);
@@ -54,7 +50,6 @@ impl SettingsDraft {
         staged.collect()
     }
 
-    /// The edited lines of the rack, else those of the machine.
     pub fn rack(&self, machine: &Machine) -> Vec<String> {
         rack::lines(self.typed.get(rack::RACK_KEY), machine)
     }
@@ -95,7 +90,6 @@ pub(super) fn update(model: &mut Model, event: SettingsEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Edits the lines of the rack.
 fn change_rack(model: &mut Model, change: impl FnOnce(Vec<String>) -> Vec<String>) {
     let lines = change(model.settings.rack(&model.machine));
     model.settings.typed.insert(rack::RACK_KEY, lines.join("\n"));

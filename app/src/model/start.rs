@@ -22,17 +22,13 @@ use annulus_core::{code, warning};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The displayed preflight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preflight {
-    /// Key of the program.
     pub job: String,
     pub from_leg: u32,
-    /// Digest of the step stream, computed by this page.
     pub own_digest: String,
     /// `own_digest` includes the height map.
     pub levelled: bool,
-    /// The request for the digest with the height map.
     levelling: Option<u32>,
     /// The machine plans its own motion, so there is no digest to compare.
     pub own_motion: bool,
@@ -42,18 +38,19 @@ pub struct Preflight {
     pub map_age_min: Option<u64>,
 }
 
-/// Purpose of a program that is being fetched.
 #[derive(Clone, Debug, PartialEq)]
 enum Then {
     /// Only to show the machine's job.
     Nothing,
-    /// Preflight, starting at this segment.
-    Preflight { from_leg: u32 },
+    Preflight {
+        from_leg: u32,
+    },
     /// Preflight of the missing parts.
-    Again { missing: MissingReport },
+    Again {
+        missing: MissingReport,
+    },
 }
 
-/// A program that is being fetched or timed.
 #[derive(Clone, Debug, PartialEq)]
 enum Coming {
     Fetched { number: u32, key: String, then: Then },
@@ -68,20 +65,14 @@ impl Coming {
     }
 }
 
-/// Programs of the machine, and the preflight.
 #[derive(Clone, Debug, Default)]
 pub struct Start {
     /// The machine's job, if this page did not plan it.
     pub fetched: Option<Arc<Job>>,
-    /// The job on the Machine screen.
     pub shown: Option<Arc<Job>>,
-    /// The displayed preflight.
     pub preflight: Option<Preflight>,
-    /// Warnings that the user has ticked, see [`ticked_as`].
     pub ticked: BTreeSet<String>,
-    /// Programs that are being fetched or timed.
     coming: Vec<Coming>,
-    /// The awaited upload.
     upload: Option<u32>,
     /// The machine's job at the last update.
     running: Option<String>,
@@ -89,26 +80,27 @@ pub struct Start {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartEvent {
-    /// Open the preflight of the planned job.
     Open,
-    /// Open the preflight of an interrupted job.
-    Resume { offer: InterruptedJob },
+    Resume {
+        offer: InterruptedJob,
+    },
     /// Open the preflight of the parts that the last run left out.
-    Again { missing: MissingReport },
-    /// A program was fetched from the bridge, or not.
-    Fetched { number: u32, answer: Result<Vec<u8>, Diagnostic> },
-    /// A program was uploaded to the bridge, or not.
+    Again {
+        missing: MissingReport,
+    },
+    Fetched {
+        number: u32,
+        answer: Result<Vec<u8>, Diagnostic>,
+    },
     Uploaded {
         number: u32,
         /// The program's key, or the error.
         answer: Result<String, Diagnostic>,
     },
-    /// Toggle a warning's tick.
     Tick {
         /// See [`ticked_as`].
         warning: String,
     },
-    /// Close the preflight.
     Close,
     /// Start the job. The machine moves.
     Start,
@@ -155,7 +147,6 @@ fn wakeful(awake: bool) -> PreflightRow {
     PreflightRow { finding: Diagnostic::new(severity, code), verdict }
 }
 
-/// The rows of the displayed preflight, once the bridge has checked its job.
 pub fn rows_now(
     preflight: Option<&Preflight>,
     armed: Option<&ArmedJob>,
@@ -210,7 +201,6 @@ pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
     }
 }
 
-/// Opens the preflight of `job`, starting at `from_leg`.
 fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
     // Results for an earlier job must not appear in this preflight.
     (model.link.armed, model.link.refused, model.link.checked) = (None, None, None);
@@ -294,7 +284,6 @@ fn level_too(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// The height map with the fields that levelling needs.
 fn map_of(report: &HeightMapReport) -> Option<HeightMap> {
     let heights = report.heights.iter().copied().collect::<Option<Vec<_>>>()?;
     let (grid, job, measured_s) = (report.grid?, report.job.clone(), report.measured_s);
@@ -360,7 +349,6 @@ fn fetched(model: &mut Model, number: u32, answer: Result<Vec<u8>, Diagnostic>) 
     }
 }
 
-/// Times a program that was not planned here, for its digest.
 fn time(model: &mut Model, program: Program, bytes: Vec<u8>, key: String, then: Then) -> Vec<Effect> {
     let number = model.next_request();
     let request = Request::Time(ToTime { program: bytes.clone(), machine: Settings::of(&model.machine) });
@@ -370,7 +358,6 @@ fn time(model: &mut Model, program: Program, bytes: Vec<u8>, key: String, then: 
 }
 
 impl Start {
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, number: u32) -> bool {
         self.coming.iter().any(|coming| coming.number() == number) || self.levels(number)
     }

@@ -12,7 +12,6 @@ use std::sync::Arc;
 
 /// Name of the user's own postprocessor in the menu.
 pub const OWN: &str = "own";
-/// Pause in typing before the text is checked, in ms.
 const REST_MS: u32 = 200;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -24,11 +23,9 @@ pub struct Template {
     pub open: bool,
     /// Position of the cursor, in bytes.
     pub cursor: usize,
-    /// Problems and output of the last check.
     pub checked: Option<Arc<Checked>>,
     /// Counts changes; a timer of an older change is outdated.
     change: u32,
-    /// The awaited request.
     number: Option<u32>,
     /// Text and program key at the last check.
     seen: Option<(Option<Arc<str>>, Option<String>)>,
@@ -51,21 +48,17 @@ impl Default for Template {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum TemplateEvent {
-    /// Select a postprocessor.
     Target {
         /// A shipped name, or [`OWN`].
         name: String,
     },
-    /// Open the editor with the selected postprocessor.
     Open,
     Close,
-    /// Open the file dialog.
     Load,
     /// Store the text as the user's own postprocessor and select it.
     Keep {
         text: String,
     },
-    /// The cursor moved.
     Cursor {
         at: usize,
     },
@@ -86,7 +79,6 @@ impl Template {
         Some(line.split('"').nth(1).unwrap_or(OWN).to_owned())
     }
 
-    /// True if the model waits for the answer to this request.
     pub(super) fn waits_for(&self, number: u32) -> bool {
         self.number == Some(number)
     }

@@ -13,7 +13,6 @@ use crate::format::typed_in;
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 
-/// Search distance for an edge, µm.
 const REACH_UM: u32 = 10_000;
 /// Search depth for the board from the top of Z, µm.
 const DEPTH_UM: u32 = 45_000;
@@ -29,15 +28,12 @@ pub struct TouchTarget {
     pub y: i8,
 }
 
-/// One probing step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TouchedPart {
     /// The board, or a plate on it, from above.
     Height,
     Edge {
-        /// 0 X, 1 Y.
         axis: u8,
-        /// The tool moves in the positive direction.
         up: bool,
     },
 }
@@ -64,12 +60,15 @@ impl Default for TouchOff {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum TouchOffEvent {
-    /// Select the target.
-    Target { target: TouchTarget },
-    /// The tool diameter was typed.
-    Tool { text: String },
-    /// The plate thickness was typed.
-    Plate { text: String },
+    Target {
+        target: TouchTarget,
+    },
+    Tool {
+        text: String,
+    },
+    Plate {
+        text: String,
+    },
     /// Do the next step. The machine moves.
     Touch,
 }
@@ -80,7 +79,6 @@ fn um(text: &str) -> Option<u32> {
 }
 
 impl TouchTarget {
-    /// The steps of the target, in order.
     pub fn parts(self) -> Vec<TouchedPart> {
         let edge = |axis, side: i8| (side != 0).then_some(TouchedPart::Edge { axis, up: side < 0 });
         let edges: Vec<_> = [edge(0, self.x), edge(1, self.y)].into_iter().flatten().collect();

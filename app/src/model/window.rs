@@ -7,7 +7,6 @@ use crate::said::key;
 /// Whether the browser is offline, and whether the page works offline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Network {
-    /// The browser is offline.
     pub offline: bool,
     /// The site is cached: the page opens offline.
     pub kept: bool,
@@ -40,7 +39,6 @@ pub enum Theme {
 }
 
 impl Theme {
-    /// In the order of the menu.
     pub const ALL: [Self; 4] = [Self::Auto, Self::Light, Self::Dark, Self::Contrast];
 
     /// Name in the style sheet and in the browser's storage.

@@ -49,7 +49,6 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
     }
 }
 
-/// Handles the answer to the request of the board's worker.
 fn of_board(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match (std::mem::take(&mut model.on_the_way), answer) {
         (OnTheWay::Opening { job, place, .. }, Ok(Answer::Opened(project))) => {

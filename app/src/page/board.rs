@@ -33,7 +33,6 @@ pub fn left_out() -> Memo<Vec<Diagnostic>> {
     memo(|| of_plan(|m| m.board.left_out().cloned().collect()))
 }
 
-/// The gravest reason for a review of the files.
 pub fn unseen() -> Option<Unseen> {
     memo(|| of_plan(|m| m.board.unseen())).get()
 }
@@ -62,7 +61,6 @@ pub fn cleared() -> bool {
     memo(|| of_plan(Model::cleared)).get()
 }
 
-/// The paths of the planned program.
 pub fn toolpaths() -> Memo<Option<Arc<Toolpaths>>> {
     memo(|| {
         let program = shared(|m| &m.board.program).get()?;
@@ -72,7 +70,6 @@ pub fn toolpaths() -> Memo<Option<Arc<Toolpaths>>> {
     })
 }
 
-/// The selected operation.
 pub fn operation() -> Memo<Option<Operation>> {
     memo(|| {
         shared(|m| &m.job.work).track();
@@ -88,7 +85,6 @@ pub fn change_job(field: Option<&'static str>, act: impl FnOnce(&Work) -> Work) 
     }
 }
 
-/// The displayed moment of the playback.
 pub fn moment() -> Option<Moment> {
     let at_s = read(|m| m.play.at_s);
     shared(|m| &m.play.playback).with(|playback| playback.as_ref()?.at(at_s))

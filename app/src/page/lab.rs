@@ -18,7 +18,6 @@ pub fn lines() -> Memo<Vec<QueueLine>> {
     memo(|| shared(|m| &m.lab.bench).with(|bench| bench.queue.clone()))
 }
 
-/// The lines as rows that can run, or their problems.
 pub fn queue() -> Memo<Result<Queue, Vec<Diagnostic>>> {
     memo(|| queue::read("", &lines().with(|lines| to_text(lines))))
 }

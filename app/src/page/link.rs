@@ -5,7 +5,6 @@ use crate::model::LinkEvent;
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
 
-/// Sends a request to the bridge.
 pub fn ask(wish: Ask) {
     send(LinkEvent::Ask { wish });
 }
@@ -29,7 +28,6 @@ pub fn may_act() -> bool {
     read(|m| m.link.may_act())
 }
 
-/// True if this page may request motion, and nothing moves.
 pub fn ready() -> bool {
     read(|m| m.link.may_act() && m.link.state() == Some(State::Ready))
 }

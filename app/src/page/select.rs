@@ -55,7 +55,6 @@ impl Selectors {
         Self { owner: Owner::new(), made: RefCell::default(), updates: RefCell::default() }
     }
 
-    /// Sets the signals of all parts that changed.
     pub(super) fn show(&self, model: &Model) {
         let mut index = 0;
         loop {
@@ -67,7 +66,6 @@ impl Selectors {
         }
     }
 
-    /// What `make` makes for this selector at its first use.
     fn once<S: Copy + 'static>(&self, selector: usize, make: impl FnOnce() -> S) -> S {
         let key = (selector, TypeId::of::<S>());
         let known = self.made.borrow().get(&key).and_then(|made| made.downcast_ref().copied());

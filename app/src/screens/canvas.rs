@@ -18,7 +18,6 @@ pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
     }
 }
 
-/// Applies a fit or zoom command.
 pub(super) fn look(view: &View, action: KeyAction) {
     match action {
         KeyAction::Fit => view.fit(),

@@ -105,7 +105,6 @@ pub(crate) fn panel() -> impl IntoView {
     ))
 }
 
-/// True if nothing of this kind can be selected in the picture.
 pub(crate) fn kind_locked(kind: LayerKind) -> bool {
     watch(|m| &m.frame.layers)
         .with_untracked(|looks| looks.iter().any(|look| look.kind == kind && look.locked))

@@ -74,7 +74,6 @@ fn choose(action: KeyAction) {
     });
 }
 
-/// Runs a command that has no key.
 fn do_command(command: Keyless) {
     match command {
         Keyless::NewExports => send(AnewEvent::Choose),

@@ -16,7 +16,6 @@ use std::time::Duration;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, KeyboardEvent};
 
-/// Listens to keys and to URL changes for the life of the page.
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
         let tab = peek(|m| m.frame.tab);
@@ -125,7 +124,6 @@ fn press(event: &KeyboardEvent) -> Press {
     }
 }
 
-/// Runs the action of a key.
 pub(crate) fn act(action: KeyAction) {
     match action {
         KeyAction::Stop => link::stop(),
@@ -185,7 +183,6 @@ pub(crate) fn act(action: KeyAction) {
     }
 }
 
-/// Announces the work position to screen readers.
 fn speak() {
     let unit = peek(|m| m.frame.unit);
     if peek(|m| m.frame.tab == Tab::Draw) {
@@ -204,7 +201,6 @@ fn speak() {
     }
 }
 
-/// Moves the focus to the next or the previous region of the page.
 fn next_region(onwards: bool) {
     let Ok(found) = document().query_selector_all(
         "header.top-bar, main > :is(.top, .left, .stage, .under, .right, .bottom, .whole), footer.status-bar",

@@ -44,7 +44,6 @@ fn zero(shown: Memo<Option<Arc<Shown>>>) -> Option<[f64; 2]> {
     }
 }
 
-/// Both rulers, if the screen has them.
 pub(super) fn rulers(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     let along = move |axis: usize, class: &'static str, side: &'static str| {
         move || {
@@ -80,7 +79,6 @@ fn pointer(camera: &Camera, axis: usize) -> Option<f64> {
     Some(camera.to_px([at.x.mm(), at.y.mm()])[axis])
 }
 
-/// A label in the picture.
 #[derive(Clone, Debug, PartialEq)]
 struct PictureWords {
     at_mm: [f64; 2],

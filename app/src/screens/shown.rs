@@ -13,11 +13,9 @@ use annulus_core::job::{Command, Leg, Mark, Program, Stage};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// A board with its drill order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shown {
     pub board: Arc<Board>,
-    /// Hole indices in drill order.
     pub order: Vec<u32>,
     /// The work zero, on the board as placed on the machine.
     pub work_zero: Point,
@@ -59,7 +57,6 @@ impl Shown {
         cut.map_or(0, |cut| cut.bit as usize)
     }
 
-    /// Converts mm of the picture to work coordinates.
     pub(crate) fn work_of_picture(&self, at_mm: [f64; 2]) -> [f64; 2] {
         let origin = picture::origin(self.body);
         [at_mm[0] + (origin.x - self.work_zero.x).mm(), at_mm[1] + (origin.y - self.work_zero.y).mm()]
@@ -71,10 +68,8 @@ impl Shown {
     }
 }
 
-/// Progress on the shown board.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
-    /// Completed holes and toolpaths.
     pub progress: OrderProgress,
     /// The tool's position in work coordinates.
     pub head_mm: Option<[f64; 2]>,
@@ -186,7 +181,6 @@ fn turned_back(at: Point, body: Option<Bounds>) -> Point {
     }
 }
 
-/// The outline of the open board, if `job` is for this board.
 fn outline_of(job: &Job) -> Region {
     let origin = read(|m| m.board.plan.as_ref().map(|plan| plan.origin));
     let outline = shared(|m| &m.board.laid)
@@ -250,7 +244,6 @@ fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Leng
     Some(Hole { at, diameter, plated: None, source: 0, tool_code: 0, line: 0 })
 }
 
-/// Progress on the current screen.
 pub(crate) fn moment() -> Moment {
     match read(|m| m.frame.tab) {
         Tab::Simulate => at_playback(),

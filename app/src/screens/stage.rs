@@ -89,7 +89,6 @@ fn zoom(model: &Model) -> f64 {
 /// Maximum length of a scale bar, CSS pixels.
 const SCALE_PX: f64 = 120.0;
 
-/// The scale bar.
 fn scale() -> impl IntoView {
     // In the 3D view, lengths depend on the distance.
     let flat = move || read(|m| m.frame.tab != Tab::Simulate || !m.play.in_space());
@@ -127,7 +126,6 @@ fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
     }
 }
 
-/// The selected hole in words, for screen readers.
 fn chosen(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     let words = move || {
         let shown = shown.get()?;
@@ -192,7 +190,6 @@ fn act_flip() {
     send(FrameEvent::Flip { below: None });
 }
 
-/// Width of board in view when a problem is shown, mm.
 const FINDING_MM: f64 = 6.0;
 
 fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
@@ -284,7 +281,6 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
     });
 }
 
-/// Passes the grid and the side to look from.
 fn show_ground(picture: Picture, ready: RwSignal<bool>) {
     Effect::new(move |_| {
         let grid = read(|m| m.frame.grid);
@@ -346,7 +342,6 @@ fn zero_in_machine() -> Memo<Option<[f64; 2]>> {
     })
 }
 
-/// The travel limits around the board.
 fn reach(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Vec<Line> {
     let place = |at_mm: [f64; 2]| shown.picture_of_work(at_mm);
     zero_mm.map_or_else(Vec::new, |zero_mm| {
@@ -354,7 +349,6 @@ fn reach(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Vec<Lin
     })
 }
 
-/// Adds holes and lines in the order of the plan.
 fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
     if read(|m| m.frame.tab == Tab::Board) {
         let (holes, outline) = (layers::kind_seen(LayerKind::Holes), layers::kind_seen(LayerKind::Outline));
@@ -408,10 +402,8 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
     scene
 }
 
-/// Opacity of changed copper over the existing copper.
 const CHANGED_ALPHA: u8 = 210;
 
-/// Copper added and removed by new exports, on the Board screen.
 fn changed_copper(palette: &Palette) -> Vec<FilledLayer> {
     let anew = shared(|m| &m.anew.shown).get().filter(|_| read(|m| m.frame.tab == Tab::Board));
     let compared = anew.and_then(|anew| anew.compared.clone());
@@ -424,7 +416,6 @@ fn changed_copper(palette: &Palette) -> Vec<FilledLayer> {
     marks.flat_map(|side| [layer(&side.gone, palette.failed), layer(&side.added, palette.done)]).collect()
 }
 
-/// Holes and slots changed by new exports.
 fn changed(shown: &Shown, palette: &Palette) -> Vec<Line> {
     let compared = shared(|m| &m.anew.shown).get().and_then(|anew| anew.compared.clone());
     let corner = picture::origin(shown.body);
@@ -446,7 +437,6 @@ fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     })
 }
 
-/// The picture in words, for screen readers.
 fn describe(shown: &Shown) -> String {
     let sizes = picture::sizes(&shown.board).len();
     say!("page.view.summary", name = shown.board.name, holes = shown.board.holes.len(), sizes = sizes)

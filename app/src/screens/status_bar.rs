@@ -48,7 +48,6 @@ pub(crate) fn status_bar() -> impl IntoView {
         ))
 }
 
-/// Shows that the page works offline, or that there is no network.
 fn network() -> impl IntoView {
     let words = move || read(|m| m.frame.network.words(m.frame.alone));
     move || {

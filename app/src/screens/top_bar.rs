@@ -43,7 +43,6 @@ fn project() -> String {
     computed(|m| m.title().map(str::to_owned)).get().unwrap_or_else(|| say!("page.name"))
 }
 
-/// The window title, so that the tab can be found among others.
 fn window_title() {
     Effect::new(|_| {
         let own = say!("page.name");

@@ -64,7 +64,6 @@ fn link_to() -> impl IntoView {
     })
 }
 
-/// The most recent saved project.
 pub(super) fn last() -> impl IntoView {
     move || {
         watch(|m| &m.keeping.offers)
@@ -73,7 +72,6 @@ pub(super) fn last() -> impl IntoView {
     }
 }
 
-/// The other saved projects, in a collapsible list.
 fn earlier() -> impl IntoView {
     let rows = rows(1);
     let count = rows.len();
@@ -103,7 +101,6 @@ pub(super) fn others() -> impl IntoView {
     move || read(|m| !m.keeping.offers.is_empty()).then(list)
 }
 
-/// The saved projects after the first `skipped`, one row each.
 fn rows(skipped: usize) -> Vec<AnyView> {
     let offers = watch(|m| &m.keeping.offers).get();
     offers.into_iter().skip(skipped).map(|offer| li().child(kept(offer, None)).into_any()).collect()

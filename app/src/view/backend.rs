@@ -5,10 +5,8 @@ use super::gpu::Gpu;
 use wasm_bindgen::JsCast;
 use web_sys::{HtmlCanvasElement, HtmlElement};
 
-/// The wanted renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PainterChoice {
-    /// The best available.
     #[default]
     Auto,
     /// WebGPU, else 2D.
@@ -31,7 +29,6 @@ impl PainterChoice {
     }
 }
 
-/// The renderer in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
     WebGpu,

@@ -58,7 +58,6 @@ pub(super) fn at_px(view: &View) -> impl Fn([f64; 2]) -> [u8; 3] + use<> {
     }
 }
 
-/// Reads by positions of the 2D view, in mm.
 pub(super) fn pixels(view: &View) -> impl Fn([f32; 2]) -> [u8; 3] + use<> {
     let (read, camera) = (at_px(view), view.camera());
     move |mm| read(camera.to_px(mm.map(f64::from)))

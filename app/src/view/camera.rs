@@ -12,16 +12,12 @@ const ACTUAL_PX_PER_MM: f64 = 96.0 / 25.4;
 const LOWEST_PX_PER_MM: f64 = 0.05;
 /// 0.25 µm per pixel.
 const HIGHEST_PX_PER_MM: f64 = 4000.0;
-/// Maximum number of marks on a ruler.
 const MOST_RULER_MARKS: u16 = 100;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The board position in the middle of the window.
     pub centre_mm: [f64; 2],
-    /// CSS pixels per millimetre.
     pub px_per_mm: f64,
-    /// Size of the window, CSS pixels.
     pub viewport_px: [f64; 2],
     /// Seen from below: X points left.
     pub mirrored: bool,
@@ -39,7 +35,6 @@ impl Camera {
         if self.mirrored { -1.0 } else { 1.0 }
     }
 
-    /// Converts a board position to window pixels.
     pub fn to_px(&self, mm: [f64; 2]) -> [f64; 2] {
         [
             self.viewport_px[0] / 2.0 + (mm[0] - self.centre_mm[0]) * self.px_per_mm * self.hand(),
@@ -47,7 +42,6 @@ impl Camera {
         ]
     }
 
-    /// Converts window pixels to a board position.
     pub fn to_mm(&self, px: [f64; 2]) -> [f64; 2] {
         [
             self.centre_mm[0] + (px[0] - self.viewport_px[0] / 2.0) / self.px_per_mm * self.hand(),
@@ -55,7 +49,6 @@ impl Camera {
         ]
     }
 
-    /// Drags the board by pixels.
     pub fn pan_px(&mut self, by_px: [f64; 2]) {
         self.centre_mm[0] -= by_px[0] / self.px_per_mm * self.hand();
         self.centre_mm[1] += by_px[1] / self.px_per_mm;
@@ -70,14 +63,12 @@ impl Camera {
         self.centre_mm[1] += fixed[1] - moved[1];
     }
 
-    /// Zooms about the middle of the window, within limits.
     pub fn set_zoom(&mut self, px_per_mm: f64) {
         if px_per_mm.is_finite() {
             self.px_per_mm = px_per_mm.clamp(LOWEST_PX_PER_MM, HIGHEST_PX_PER_MM);
         }
     }
 
-    /// Shows the whole box with a margin of `margin_px`.
     pub fn fit(&mut self, bounds_mm: [[f64; 2]; 2], margin_px: f64) {
         let [low, high] = bounds_mm;
         let room =

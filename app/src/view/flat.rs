@@ -9,7 +9,6 @@ use std::f64::consts::TAU;
 use wasm_bindgen::JsCast;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
 
-/// A canvas drawn by the CPU.
 pub(super) struct Flat {
     canvas: HtmlCanvasElement,
     context: CanvasRenderingContext2d,
@@ -215,7 +214,6 @@ fn mesh_corners(mesh: &Mesh) -> impl Iterator<Item = [f32; 2]> + '_ {
     mesh.triangles.iter().flatten().map(corner)
 }
 
-/// Fills triangles, three corners each, as one path.
 fn fill(
     context: &CanvasRenderingContext2d,
     look: &Look<'_>,

@@ -104,7 +104,6 @@ fn down(view: &View, event: &PointerEvent) {
     }
 }
 
-/// Reports a pointer event while drawing.
 fn stroke(view: &View, event: &PointerEvent, touch: Touch) {
     let act = view.0.borrow().gestures.on_stroke.clone();
     let at_mm = view.place_of(place(event));
@@ -112,7 +111,6 @@ fn stroke(view: &View, event: &PointerEvent, touch: Touch) {
     tell(act, PointerStroke { touch, at_mm, shift: event.shift_key(), ctrl });
 }
 
-/// True for the pointer that draws.
 fn draws(view: &View, event: &PointerEvent) -> bool {
     view.0.borrow().gestures.stroke == Some(event.pointer_id())
 }

@@ -26,7 +26,6 @@ const COARSE_PX: u32 = 3;
 /// A tile without cuts.
 const UNCUT: &[u16] = &[0; PATCH * PATCH];
 
-/// The input of a frame.
 pub(super) struct Look<'a> {
     pub(super) camera: &'a Camera,
     pub(super) density: f64,
@@ -42,20 +41,15 @@ pub(super) struct Look<'a> {
     pub(super) sharp: bool,
 }
 
-/// A canvas with its device.
 pub(super) struct Gpu {
     device: Device,
     size_px: [u32; 2],
-    /// Maximum texture size of the device.
     most_px: u32,
     /// A graphics card, not a software renderer.
     hardware: bool,
-    /// Number of marks in the scene.
     count: u32,
     first_disc: usize,
-    /// Simplified lines for small zooms.
     afar: Afar,
-    /// Meshes that the device already has, with their numbers there.
     meshes: Vec<(Arc<Mesh>, u32)>,
 }
 
@@ -91,7 +85,6 @@ impl Gpu {
         true
     }
 
-    /// Updates one tile of the 3D view.
     pub(super) fn patch(&self, patch: &Patch) {
         self.write(patch, false);
     }
@@ -109,7 +102,6 @@ impl Gpu {
         self.device.is_webgpu()
     }
 
-    /// In device pixels.
     pub(super) fn resize(&mut self, width: u32, height: u32) {
         self.size_px = [width, height].map(|px| px.clamp(1, self.most_px));
         self.device.resize(self.size_px[0], self.size_px[1]);
@@ -146,13 +138,11 @@ impl Gpu {
         self.device.add_mesh(mesh.corners_mm.as_flattened(), triangles, edges.as_flattened())
     }
 
-    /// Updates only the overlay.
     pub(super) fn set_over(&mut self, over: &[Line]) {
         let marks: Vec<Mark> = over.iter().map(marks::line).collect();
         self.device.set_over(bytemuck::cast_slice(&marks));
     }
 
-    /// Updates only these discs.
     pub(super) fn set_discs(&self, scene: &Scene, range: Range<usize>, emphasis: &Emphasis) {
         let first = (self.first_disc + range.start) as u32;
         let Some(discs) = scene.discs.get(range.clone()) else { return };
@@ -190,7 +180,6 @@ impl Gpu {
         )
     }
 
-    /// Destroys the device, for tests.
     pub(super) fn lose(&self) {
         self.device.lose();
     }

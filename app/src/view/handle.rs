@@ -11,13 +11,10 @@ use std::cell::RefCell;
 use std::rc::{Rc, Weak};
 use wasm_bindgen::prelude::*;
 
-/// Tolerance for picking a disc, CSS pixels.
 const PICK_TOLERANCE_PX: f64 = 6.0;
-/// Minimum width of board in view when the selection is fitted, mm.
 const CHOSEN_MM: f32 = 6.0;
 /// A position this far from the edge counts as in view, CSS pixels.
 const BROUGHT_PX: f64 = 24.0;
-/// Margin around a fitted selection, CSS pixels.
 const CHOSEN_MARGIN_PX: f64 = 60.0;
 
 /// The picture. Clones share it; it is dropped with the last clone.
@@ -34,7 +31,6 @@ pub(super) fn keep(view: &View) {
     STAGES.with_borrow_mut(|stages| stages.push(Rc::downgrade(&view.0)));
 }
 
-/// Requests a frame for every picture.
 pub(super) fn wake_all() {
     STAGES.with_borrow_mut(|stages| {
         stages.retain(|stage| stage.strong_count() > 0);
@@ -104,7 +100,6 @@ impl View {
         self.repaint();
     }
 
-    /// Puts a halo around these discs only.
     pub fn set_selected(&self, discs: &[usize]) {
         {
             let mut stage = self.0.borrow_mut();
@@ -156,7 +151,6 @@ impl View {
         self.repaint();
     }
 
-    /// Sets the description for screen readers.
     pub fn describe(&self, text: &str) {
         let _ = self.0.borrow().canvas.set_attribute("aria-label", text);
     }
@@ -186,7 +180,6 @@ impl View {
         });
     }
 
-    /// Zooms about the middle of the window.
     pub fn zoom_by(&self, factor: f64) {
         if self.move_orbit(|orbit, window| orbit.zoom_at(window.map(|px| px / 2.0), factor, window)) {
             return;
@@ -223,7 +216,6 @@ impl View {
         self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), 1.0 / camera.zoom()));
     }
 
-    /// Shows or hides the grid.
     pub fn set_grid(&self, on: bool) {
         self.0.borrow_mut().grid = on;
         self.repaint();
@@ -260,7 +252,6 @@ impl View {
         stage.picker.as_ref().and_then(|picker| picker.nearest(at_mm, tolerance))
     }
 
-    /// Called with a click or tap and the disc under it, if any.
     pub fn on_press(&self, act: impl FnMut(Pressed) + 'static) {
         self.0.borrow_mut().gestures.on_press = Some(Rc::new(RefCell::new(act)));
     }
@@ -270,7 +261,6 @@ impl View {
         self.0.borrow_mut().gestures.on_hover = Some(Rc::new(RefCell::new(act)));
     }
 
-    /// Called after the camera moved.
     pub fn on_camera(&self, act: impl FnMut(Camera) + 'static) {
         self.0.borrow_mut().gestures.on_camera = Some(Rc::new(RefCell::new(act)));
     }
@@ -319,7 +309,6 @@ impl View {
         self.repaint();
     }
 
-    /// Requests a frame, once.
     pub(super) fn repaint(&self) {
         // A device can be lost while the picture is borrowed; the borrower requests a frame itself
         // afterwards.

@@ -39,7 +39,6 @@ pub(super) struct Marks {
     pub(super) afar: Afar,
 }
 
-/// Simplified lines for small zooms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Afar {
     /// The full lines, as marks.
@@ -116,7 +115,6 @@ pub(super) fn disc(index: usize, disc: &Disc, emphasis: &Emphasis) -> Mark {
     Mark { a_mm: at, b_mm: at, radius_mm: disc.radius_mm, radius_px: 0.0, colour: disc.colour, bits }
 }
 
-/// The tool's cross-hair.
 pub(super) fn head(at: [f32; 2], palette: &Palette) -> Mark {
     let bits = UNORDERED << 8;
     Mark { a_mm: at, b_mm: at, radius_mm: 0.0, radius_px: HEAD_PX, colour: palette.head, bits }

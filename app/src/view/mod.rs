@@ -64,7 +64,6 @@ pub use handle::View;
 #[cfg(target_arch = "wasm32")]
 pub use stage::{Frames, PointerStroke, Pressed};
 
-/// Pointer events in drawing mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
     /// Moves while up.

@@ -15,10 +15,8 @@ use super::scene::{OrderProgress, Plate};
 const LONG_DIAMETERS: f32 = 7.0;
 const LEAST_LONG_MM: f32 = 8.0;
 
-/// The result of painting a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Painted {
-    /// On the screen.
     Shown,
     /// On the screen at reduced resolution, because full resolution takes long on this device.
     Coarse,
@@ -66,7 +64,6 @@ pub(super) struct FlatNumbers {
     colours: [[f32; 4]; 10],
 }
 
-/// Uniforms of the 3D view.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SpaceNumbers {
@@ -170,7 +167,6 @@ impl SpaceNumbers {
         }
     }
 
-    /// Size of the picture in pixels.
     pub(super) fn drawn_px(&self) -> [u32; 2] {
         self.window.map(|px| px as u32)
     }
@@ -181,7 +177,6 @@ mod tests {
     use super::*;
     use crate::view::Relief;
 
-    /// Uniform buffers must be a multiple of 16 bytes.
     #[test]
     fn uniform_buffers_are_multiples_of_16_bytes() {
         assert_eq!((size_of::<FlatNumbers>(), size_of::<SpaceNumbers>()), (240, 160));

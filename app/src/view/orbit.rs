@@ -11,7 +11,6 @@
 const HALF_VIEW_RAD: f64 = 0.2;
 /// Minimum and maximum of [`Orbit::across_mm`].
 const ACROSS_MM: [f64; 2] = [0.2, 5_000.0];
-/// Initial tilt and turn, degrees.
 const HOME_DEG: [f64; 2] = [52.0, -18.0];
 /// At a flatter tilt the board would be only a line.
 const LEAST_TILT_DEG: f64 = 8.0;
@@ -25,13 +24,11 @@ pub(super) type Spot = [f64; 3];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// The point of the surface in the middle of the window.
     pub centre_mm: [f64; 2],
     /// From 90, straight down, to −90, straight up from underneath.
     pub tilt_deg: f64,
     /// About the vertical axis.
     pub turn_deg: f64,
-    /// Millimetres of board in the height of the window.
     pub across_mm: f64,
 }
 
@@ -43,7 +40,6 @@ pub struct Rays {
     pub forward: Spot,
     /// From the middle to the right edge.
     pub right: Spot,
-    /// From the middle to the upper edge.
     pub up: Spot,
 }
 
@@ -97,12 +93,10 @@ impl Orbit {
         self.tilt_deg < 0.0
     }
 
-    /// To the other side of the board.
     pub fn flip(&mut self) {
         self.tilt_deg = -self.tilt_deg;
     }
 
-    /// Turns by a drag of pixels.
     pub fn turn_px(&mut self, by_px: [f64; 2]) {
         self.turn_deg = (self.turn_deg + by_px[0] * DEG_PER_PX).rem_euclid(360.0);
         let tilt = self.tilt_deg + by_px[1] * DEG_PER_PX;
@@ -197,7 +191,6 @@ mod tests {
         assert!(right(below)[0] < 10.0 && up(below)[1] > 5.0, "{:?}", up(below));
     }
 
-    /// Position of a corner in a window from −1 to 1.
     fn seen(orbit: &Orbit, at_mm: [f64; 2], window: [f64; 2]) -> [f64; 2] {
         let rays = orbit.rays(window);
         let way = [at_mm[0] - rays.eye[0], at_mm[1] - rays.eye[1], -rays.eye[2]];

@@ -31,7 +31,6 @@ impl Colour {
         u32::from_str_radix(digits, 16).ok().map(Self::rgb)
     }
 
-    /// As in CSS.
     pub fn css(self) -> String {
         let [red, green, blue, alpha] = self.0;
         format!("#{red:02x}{green:02x}{blue:02x}{alpha:02x}")
@@ -62,19 +61,15 @@ pub struct Palette {
     /// Body of the board.
     pub plate: Colour,
     pub edge: Colour,
-    /// Grid lines, over plate and background.
     pub grid: Colour,
-    /// Outline from a file.
     pub outline: Colour,
     pub copper_top: Colour,
     pub copper_bottom: Colour,
     pub silk: Colour,
     pub mask: Colour,
-    /// Copper that cannot be isolated.
     pub joined: Colour,
     /// A problem found by the proof.
     pub finding: Colour,
-    /// Inside of a planned hole.
     pub bore: Colour,
     /// A drilled hole.
     pub done: Colour,
@@ -84,15 +79,11 @@ pub struct Palette {
     pub failed: Colour,
     /// Halo of the selection.
     pub selected: Colour,
-    /// Cross-hair of the tool.
     pub head: Colour,
-    /// Travel to come.
     pub travel: Colour,
-    /// Travel done.
     pub travelled: Colour,
     /// One colour per tool, distinguishable with all common kinds of colour blindness.
     pub tools: [Colour; 8],
-    /// One colour per operation, for its toolpaths.
     pub operations: [Colour; 6],
 }
 

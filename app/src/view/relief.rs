@@ -2,16 +2,13 @@
 
 use std::sync::Arc;
 
-/// Cells per side of a tile.
 pub const PATCH: usize = 64;
 
 /// The blank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
     pub low_mm: [f32; 2],
-    /// Size of a cell.
     pub cell_mm: f32,
-    /// Cells in X and Y.
     pub cells: [usize; 2],
     pub thickness_mm: f32,
     pub copper_mm: f32,
@@ -47,7 +44,6 @@ pub struct ReliefField {
 }
 
 impl Relief {
-    /// Tiles in X and Y.
     pub fn tiles(&self) -> [usize; 2] {
         self.cells.map(|cells| cells.div_ceil(PATCH))
     }
@@ -67,7 +63,6 @@ impl ReliefField {
         Self { relief, tiles: vec![None; across * up], under: Vec::new() }
     }
 
-    /// Updates a tile.
     pub fn set(&mut self, patch: &Patch) {
         let [x, y] = patch.first.map(|cell| cell / PATCH);
         let across = self.relief.tiles()[0];
@@ -76,12 +71,10 @@ impl ReliefField {
         }
     }
 
-    /// Replaces all cuts from below.
     pub fn set_under(&mut self, under: Vec<Patch>) {
         self.under = under;
     }
 
-    /// The tiles with cuts from below.
     pub fn under(&self) -> &[Patch] {
         &self.under
     }

@@ -27,7 +27,6 @@ pub struct Scene {
     pub discs: Vec<Disc>,
     /// Corners of the box to fit into the window; none for everything.
     pub wanted_mm: Option<[[f32; 2]; 2]>,
-    /// Bounding box of the selection, apart from discs.
     pub chosen_mm: Option<[[f32; 2]; 2]>,
 }
 
@@ -40,7 +39,6 @@ pub struct FilledLayer {
     pub openings: bool,
 }
 
-/// Triangles with shared corners.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     pub corners_mm: Vec<[f32; 2]>,
@@ -54,7 +52,6 @@ pub struct Mesh {
 pub struct Plate {
     pub min_mm: [f32; 2],
     pub max_mm: [f32; 2],
-    /// Corner radius.
     pub corner_mm: f32,
 }
 
@@ -76,11 +73,9 @@ pub enum HoleState {
     #[default]
     Planned = 0,
     Done = 1,
-    /// A second ring around it.
     Current = 2,
     /// Left out: struck through.
     Skipped = 3,
-    /// Crossed, with a second ring around it.
     Failed = 4,
     /// Not relevant now: faint.
     Dimmed = 5,
@@ -92,7 +87,6 @@ pub struct Line {
     pub a_mm: [f32; 2],
     pub b_mm: [f32; 2],
     pub width: Width,
-    /// Its colour until progress has passed it.
     pub colour: Colour,
     /// Index in the plan's order, or [`UNORDERED`].
     pub order: u32,
@@ -100,7 +94,6 @@ pub struct Line {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Width {
-    /// Constant on the screen, CSS pixels.
     Px(f32),
     /// Constant on the board.
     Mm(f32),
@@ -121,7 +114,6 @@ pub struct SceneSlot {
 pub struct OrderProgress {
     /// Discs with a lower number are done.
     pub discs: u32,
-    /// Disc number `discs` is being drilled.
     pub drilling: bool,
     /// Lines with a lower number are done.
     pub lines: u32,

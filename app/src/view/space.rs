@@ -26,7 +26,6 @@ impl View {
         self.look_home(false);
     }
 
-    /// Updates these tiles.
     pub fn patch(&self, patches: &[Patch]) {
         {
             let mut stage = self.0.borrow_mut();
@@ -42,7 +41,6 @@ impl View {
         self.repaint();
     }
 
-    /// Replaces all cuts from below.
     pub fn set_under(&self, under: Vec<Patch>) {
         {
             let mut stage = self.0.borrow_mut();
@@ -75,13 +73,11 @@ impl View {
         self.repaint();
     }
 
-    /// To the other side of the board.
     pub fn look_flipped(&self) {
         self.0.borrow_mut().solid.orbit.flip();
         self.repaint();
     }
 
-    /// True if the camera is below the board.
     pub fn is_from_below(&self) -> bool {
         self.0.borrow().solid.orbit.is_below()
     }

@@ -57,7 +57,6 @@ async fn view(wanted: PainterChoice) -> View {
     view
 }
 
-/// Materials and depths seen straight from above.
 fn seen(view: &View) -> Vec<(&'static str, u16)> {
     let _ = pixels(view);
     let read = super::browser_tests::at_px(view);

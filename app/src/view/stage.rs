@@ -17,18 +17,15 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlCanvasElement, HtmlElement, PointerEvent, ResizeObserver, WheelEvent};
 
-/// Margin around a fitted board, CSS pixels.
 const FIT_MARGIN_PX: f64 = 36.0;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frames {
-    /// Number of painted frames.
     pub painted: u64,
     /// CPU time of the last frame on the page's thread, ms.
     pub last_ms: f64,
     /// The longest of the last 60 frames, ms.
     pub longest_ms: f64,
-    /// Number of lost devices.
     pub losses: u32,
 }
 
@@ -41,7 +38,6 @@ pub(super) struct Stage {
     /// The overlay: marks that follow the pointer.
     pub(super) over: Vec<Line>,
     pub(super) palette: Palette,
-    /// Show the grid.
     pub(super) grid: bool,
     pub(super) camera: Camera,
     pub(super) density: f64,
@@ -98,7 +94,6 @@ impl Stage {
         }
     }
 
-    /// Uploads everything to a new renderer.
     pub(super) fn write_all(&mut self) {
         self.solid.fits = match &mut self.painter {
             Painter::Gpu(gpu) => {
@@ -188,7 +183,6 @@ impl Stage {
         }
     }
 
-    /// Cancels the request for a sharp frame.
     pub(super) fn forget_rest(&mut self) {
         if let (Some(window), Some(asked)) = (web_sys::window(), self.sharp_asked.take()) {
             window.clear_timeout_with_handle(asked);
@@ -202,7 +196,6 @@ impl Stage {
         self.frames.longest_ms = self.recent_ms.iter().copied().fold(0.0, f64::max);
     }
 
-    /// Publishes the state in attributes of the canvas, for tests.
     fn publish(&self) {
         let states = self.scene.discs.iter().map(|disc| self.progress.state(disc.order, disc.state));
         let count = |wanted| states.clone().filter(|state| *state == wanted).count();
@@ -250,7 +243,6 @@ pub(super) struct Solid {
     pub(super) field: Option<ReliefField>,
     pub(super) orbit: Orbit,
     pub(super) tool: Option<Cutting>,
-    /// The device supports a board of this size.
     pub(super) fits: bool,
     /// Shown instead of the 2D view.
     pub(super) shown: bool,
@@ -281,31 +273,25 @@ impl Solid {
     }
 }
 
-/// A press on the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressed {
-    /// Board position.
     pub at_mm: [f64; 2],
     pub disc: Option<usize>,
     /// Shift, Ctrl or Command: add to the selection.
     pub adding: bool,
 }
 
-/// A pointer event in drawing mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointerStroke {
     pub touch: Touch,
-    /// Board position.
     pub at_mm: [f64; 2],
     pub shift: bool,
     /// Ctrl or Command.
     pub ctrl: bool,
 }
 
-/// A callback.
 type Act<T> = Option<Rc<RefCell<dyn FnMut(T)>>>;
 
-/// Pointers that are down, and the callbacks.
 #[derive(Default)]
 pub(super) struct Gestures {
     pub(super) held: Vec<Held>,

@@ -15,7 +15,6 @@ const LEVELS_MM: [f32; 4] = [0.004, 0.016, 0.064, 0.256];
 /// A level must have at most this share of the previous level's lines. Then all levels add at most a third to
 /// the memory.
 const WORTH_SHARE: f64 = 0.25;
-/// Maximum number of segments merged into one line.
 const MOST_PIECES: usize = 64;
 /// An error of this share of a pixel is invisible.
 const UNSEEN_PX: f64 = 0.25;
@@ -81,7 +80,6 @@ fn turns_back(last: Option<&Line>, line: &Line) -> bool {
     })
 }
 
-/// Distance of `at` from the line between `a` and `b`.
 fn distance_mm(a: [f32; 2], b: [f32; 2], at: [f32; 2]) -> f32 {
     let (way, off) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let squared = way[0] * way[0] + way[1] * way[1];

@@ -20,7 +20,6 @@ pub fn dialog_is_open() -> bool {
     document().query_selector("dialog[open]").ok().flatten().is_some()
 }
 
-/// A dialog that follows `open`. Calls `closed` if the user closes it.
 pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Dialog) -> impl IntoView {
     let element = NodeRef::<html::Dialog>::new();
     Effect::new(move |_| {

@@ -45,7 +45,6 @@ fn pushed(class: &'static str, text: Words, act: Act) -> impl IntoView {
     button().attr("type", "button").class(class).on(ev::click, act).child(text)
 }
 
-/// A button that can be disabled.
 pub fn push_if(
     class: &'static str,
     enabled: impl Fn() -> bool + Send + Sync + 'static,
@@ -103,7 +102,6 @@ pub fn picture_button(
     picture_button_if(picture, || true, name, act)
 }
 
-/// An icon button that can be disabled.
 pub fn picture_button_if(
     picture: Icon,
     enabled: impl Fn() -> bool + Send + Sync + 'static,
@@ -130,7 +128,6 @@ fn pictured(
         .child(icon(picture))
 }
 
-/// One button of a row of alternatives.
 pub fn choice(
     chosen: impl Fn() -> bool + Send + Sync + 'static,
     text: impl Fn() -> String + Send + Sync + 'static,
@@ -198,7 +195,6 @@ fn worded(word: &'static str, chosen: Flag, text: Words) -> impl IntoView {
     html::option().attr("value", word).prop("selected", chosen).child(text)
 }
 
-/// Text for screen readers only.
 pub fn unseen(text: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
     let text: Words = Box::new(text);
     span().class("unseen").child(text)

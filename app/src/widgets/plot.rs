@@ -18,10 +18,8 @@ use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, ResizeObserver};
 
-/// Cursor steps across the plot.
 const STEPS: f64 = 200.0;
 
-/// A plot of `height_px` that fills the available width.
 pub fn plotted(name: Words, shown: Memo<Arc<Plot>>, height_px: f64) -> impl IntoView {
     let name = Memo::new(move |_| name());
     let frame = NodeRef::<html::Div>::new();
@@ -64,7 +62,6 @@ pub fn plotted(name: Words, shown: Memo<Arc<Plot>>, height_px: f64) -> impl Into
     ))
 }
 
-/// Keeps `width` equal to the frame's width.
 fn follow_width(frame: NodeRef<html::Div>, width: RwSignal<f64>) {
     let observer = StoredValue::new_local(None::<(ResizeObserver, Closure<dyn FnMut(JsValue)>)>);
     Effect::new(move |_| {

@@ -39,7 +39,6 @@ pub fn stop_zone() -> impl IntoView {
     (div().class("stop-zone").child(stop_button()), not_confirmed())
 }
 
-/// The warning that STOP was pressed and not answered.
 fn not_confirmed() -> impl IntoView {
     move || {
         read(|m| m.link.stop_unconfirmed).then(|| {

@@ -24,7 +24,6 @@ fn whole(text: &Text) -> String {
     }
 }
 
-/// The area for notifications.
 pub fn toasts() -> impl IntoView {
     let lines = || {
         watch(|m| &m.frame.toasts).get().into_iter().map(|toast| line(toast).into_any()).collect::<Vec<_>>()

@@ -16,10 +16,8 @@ use web_sys::KeyboardEvent;
 
 const ROW_PX: f64 = 28.0;
 const MORE: usize = 4;
-/// Maximum height of the filler.
 const TALLEST_PX: f64 = 8e6;
 
-/// CSS `top` of row `index`.
 pub fn row_top(index: usize) -> String {
     format!("calc({}px - var(--lifted, 0px))", index as f64 * ROW_PX)
 }

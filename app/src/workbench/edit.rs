@@ -10,10 +10,8 @@ use annulus_core::machine::{Field, Machine, Value};
 use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
 
-/// How many operations a job has at most.
 const MOST_OPERATIONS: usize = 100;
 
-/// Moves the operation at index `from` to index `to`.
 pub fn moved(work: &Work, from: usize, to: usize) -> Work {
     let mut work = work.clone();
     if from < work.operations.len() && to < work.operations.len() {
@@ -44,7 +42,6 @@ pub fn removed(work: &Work, at: usize) -> Work {
     work
 }
 
-/// Changes the operation at `at`.
 pub fn changed(work: &Work, at: usize, act: impl FnOnce(&mut Operation)) -> Work {
     let mut work = work.clone();
     if let Some(operation) = work.operations.get_mut(at) {
@@ -53,14 +50,12 @@ pub fn changed(work: &Work, at: usize, act: impl FnOnce(&mut Operation)) -> Work
     work
 }
 
-/// Turns the board to side `face`.
 pub fn turned(work: &Work, face: Face) -> Work {
     let mut work = work.clone();
     work.setup.face = face;
     work
 }
 
-/// Indices of the operations that belong to side `face`.
 pub fn of_face(work: &Work, face: Face) -> Vec<usize> {
     let on = work.operations.iter().enumerate().filter(|(_, operation)| operation.face == face);
     on.map(|(at, _)| at).collect()

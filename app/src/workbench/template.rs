@@ -9,7 +9,6 @@
 
 use annulus_core::post::{BLOCKS, Block, TemplateKind};
 
-/// The template and the block at byte `at` of `text`.
 pub fn place(text: &str, at: usize) -> (Option<TemplateKind>, Option<Block>) {
     let (mut part, mut block, mut inside) = (None, None, false);
     let mut start = 0;

@@ -19,54 +19,42 @@ use annulus_core::board::drawing::{self, History, Layer};
 use annulus_core::project::saved::SaidOfFiles;
 use std::sync::{Arc, Weak};
 
-/// A board that is being made from the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Using {
-    /// Change of the drawing that is used.
     changes: u32,
-    /// Screen to show the board on.
     tab: Tab,
 }
 
-/// Relation of the drawing to the open files and board.
 #[derive(Clone, Debug, Default)]
 pub(super) struct WithBoard {
     /// The open files are drawn over.
     pub over: bool,
-    /// The document at the last update.
     seen: Option<Arc<Document>>,
-    /// The request for the objects of the files.
     tracing: Option<u32>,
     /// The editor has the objects of the document's files.
     traced: bool,
-    /// A board is being made from the drawing.
     using: Option<Using>,
     /// Change of the drawing that the open board was made from.
     pub(super) used: Option<u32>,
     /// The board that was replaced by one made from a drawing.
     replaced: Weak<Document>,
-    /// The screen at the last update.
     tab: Tab,
 }
 
-/// The drawing among a document's files: name and text.
 fn drawn(document: &Document) -> Option<(&str, &str)> {
     let found = document.files.iter().find(|(_, bytes)| drawing::is_one(bytes))?;
     Some((found.0.as_str(), std::str::from_utf8(&found.1).ok()?))
 }
 
 impl Draw {
-    /// True if the model waits for the answer to this request.
     pub fn waits_for(&self, number: u32) -> bool {
         [self.with_board.tracing, self.saving].contains(&Some(number))
     }
 
-    /// The document at the last update.
     pub(super) fn document(&self) -> Option<Arc<Document>> {
         self.with_board.seen.clone()
     }
 
-    /// Whether the open files are drawn over, and whether there are any.
     pub fn over(&self) -> (bool, bool) {
         let files = self.with_board.seen.as_ref().is_some_and(|seen| plain(seen).next().is_some());
         (self.with_board.over && files, files)
@@ -77,7 +65,6 @@ impl Draw {
         self.shown.of_files && !self.over().1
     }
 
-    /// True while a board is being made from the drawing.
     pub(in crate::model) fn is_making(&self) -> bool {
         self.with_board.using.is_some()
     }
@@ -93,7 +80,6 @@ impl Draw {
         self.with_board.used.is_some() || self.over().0
     }
 
-    /// The drawing as a file.
     pub(super) fn file(&self) -> (String, Vec<u8>) {
         let name = format!("{}.drawing.json", drawing::stem(self.editor.drawing().name()));
         (name, drawing::write(self.editor.history()).into_bytes())
@@ -107,7 +93,6 @@ impl Draw {
         plain(document).cloned().chain([self.file()]).collect()
     }
 
-    /// Removes the objects of files from the editor.
     pub(super) fn forget_files(&mut self) {
         self.with_board.traced = false;
         self.with_board.tracing = None;
@@ -128,7 +113,6 @@ impl Draw {
     }
 }
 
-/// Follows changes of the open document and of the screen.
 pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     let mut effects = Vec::new();
     let now = model.board.document.clone();
@@ -171,7 +155,6 @@ fn locked(looks: &[LayerLook]) -> Locked {
     locked
 }
 
-/// Another document is open, or none.
 fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> {
     let draw = &mut model.draw;
     let before = std::mem::replace(&mut draw.with_board.seen, now.clone());
@@ -295,7 +278,6 @@ pub(in crate::model) fn answered(
     Vec::new()
 }
 
-/// Turns drawing over the open files on or off.
 pub(super) fn over(model: &mut Model, on: bool) -> Vec<Effect> {
     model.draw.with_board.over = on;
     if !on {

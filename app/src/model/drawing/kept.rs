@@ -17,34 +17,28 @@ const REST_MS: u32 = 500;
 /// How many drawings are saved at most. One more replaces the one used longest ago.
 pub const PLACES: u32 = 8;
 
-/// A saved drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Earlier {
     pub place: u32,
     pub name: String,
     /// When it was saved last, ms since 1970.
     pub at_ms: f64,
-    /// Open in another tab.
     pub elsewhere: bool,
 }
 
 /// The drawing's state in the store.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Kept {
-    /// The store was listed.
     looked: bool,
     /// Counts the drawings of this visit.
     drawing: u32,
-    /// Storage slot.
     place: Option<u32>,
     /// The latest change that is saved or being saved.
     change: u32,
     /// The latest change that [`follow`] has seen.
     seen: u32,
-    /// The delay before saving an edit is running.
     waiting: bool,
     writing: bool,
-    /// The last write failed.
     pub failed: bool,
     /// Slots that the user discarded and can still undo.
     leaving: BTreeSet<u32>,
@@ -54,21 +48,18 @@ pub(super) struct Kept {
     pub came: bool,
     /// Slot being read because its drawing may continue this one.
     asked: Option<u32>,
-    /// The drawing that was open before.
     before: Option<Before>,
 }
 
 /// A drawing that was closed, and its state then.
 #[derive(Clone, Debug)]
 struct Before {
-    /// Number of the drawing in this visit.
     of: u32,
     history: History,
     place: Option<u32>,
     with_board: lying::Lying,
 }
 
-/// Lists the saved drawings once.
 pub(super) fn look(model: &mut Model) -> Vec<Effect> {
     if std::mem::replace(&mut model.draw.kept.looked, true) {
         return Vec::new();
@@ -76,7 +67,6 @@ pub(super) fn look(model: &mut Model) -> Vec<Effect> {
     vec![Effect::LookForDrawings { own: true }]
 }
 
-/// Starts the save delay if the drawing changed.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let change = model.draw.editor.changes();
     let kept = &mut model.draw.kept;
@@ -257,7 +247,6 @@ pub(in crate::model) fn drop_all(model: &mut Model) -> Vec<Effect> {
     go.into_iter().map(|one| Effect::DropDrawing { place: one.place }).collect()
 }
 
-/// Lists the saved drawings.
 pub(in crate::model) fn listed(model: &mut Model) -> Vec<Effect> {
     if model.draw.kept.looked { vec![Effect::LookForDrawings { own: false }] } else { look(model) }
 }
@@ -281,7 +270,6 @@ fn offer_back(model: &mut Model) -> Effect {
     frame::toast(model, Text::of(key!("page.draw.put_aside")), Some(ToastAct::DrawnBefore))
 }
 
-/// Reopens the drawing that was open before this one.
 pub(super) fn back(model: &mut Model) -> Vec<Effect> {
     let Some(Before { history, place, with_board, .. }) = model.draw.kept.before.take() else {
         return Vec::new();
@@ -292,7 +280,6 @@ pub(super) fn back(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Opens a drawing, with its storage slot if it has one.
 fn put_on(model: &mut Model, history: History, place: Option<u32>) -> Option<Effect> {
     let draw = &mut model.draw;
     draw.open(history);

@@ -15,7 +15,6 @@ pub(super) fn as_seen(key: DrawKey, mirrored: bool) -> DrawKey {
     }
 }
 
-/// Handles a key; `group` is the name for a new group.
 pub(super) fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
     let editor = &mut draw.editor;
     match key {
@@ -44,7 +43,6 @@ pub(super) fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
     }
 }
 
-/// Selects the object under the crosshair.
 fn choose_at_aim(editor: &mut Editor) {
     let reach = Length::from_nm(editor.grid.step.nm() / 2);
     if let Some(hit) = editor.hit(editor.aim.at(), reach, false) {

@@ -13,13 +13,11 @@ pub(super) struct Lying {
     used: Option<bool>,
 }
 
-/// Relation of the open drawing to the open board.
 pub(super) fn lying(draw: &Draw) -> Lying {
     let with_board = &draw.with_board;
     Lying { over: with_board.over, used: with_board.used.map(|used| used == draw.editor.changes()) }
 }
 
-/// Restores the relation when the drawing is opened again.
 pub(super) fn lie_as_before(draw: &mut Draw, Lying { over, used }: Lying) {
     draw.with_board.over = over;
     let changes = draw.editor.changes();
@@ -54,7 +52,6 @@ pub(super) fn lies_over(drawing: &Drawing, document: &Document) -> bool {
     over_files(drawing) && files.collect::<BTreeSet<_>>().into_iter().all(is_open)
 }
 
-/// True if the drawing refers to objects of imported files.
 pub(super) fn over_files(drawing: &Drawing) -> bool {
     drawing.things().any(|(_, entry)| matches!(entry.thing, Thing::Imported { .. }))
 }

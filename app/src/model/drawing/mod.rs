@@ -46,18 +46,15 @@ pub enum Least {
     Hole,
 }
 
-/// The displayed parts of the drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
     pub sheet: Arc<DrawnPieces>,
     /// The outline of the open files that are drawn over, in mm.
     pub under: Arc<Vec<Vec<[f32; 2]>>>,
-    /// The highlighted selection.
     pub chosen: Arc<Chosen>,
     /// Marks that follow the pointer.
     pub marks: Arc<Marks>,
     pub tree: Arc<Vec<TreeRow>>,
-    /// The fields of the selection.
     pub fields: Arc<Vec<FieldRow>>,
     /// The drawing refers to objects of files.
     pub of_files: bool,
@@ -71,17 +68,13 @@ pub struct Draw {
     pub shown: Shown,
     /// Position to show, `None` to fit everything; the count of requests.
     pub look: (u32, Option<[f64; 2]>),
-    /// Relation to the open files and board.
     with_board: board::WithBoard,
-    /// The request that writes the drawing over files for an export.
     saving: Option<u32>,
-    /// State in the store.
     kept: kept::Kept,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum DrawEvent {
-    /// A pointer event in the view.
     Point {
         touch: Touch,
         at_mm: [f64; 2],
@@ -96,67 +89,52 @@ pub enum DrawEvent {
     Take {
         tool: Tool,
     },
-    /// Changes how the next object is drawn.
     Pen {
         pen: Pen,
     },
-    /// A size of the pen was typed.
     PenSize {
         /// Width of tracks, size of pads or diameter of holes.
         field: Field,
         text: String,
     },
     Grid {
-        /// Spacing of its lines, as typed.
         text: String,
     },
-    /// Save the drawing or its project as a file.
     Save,
-    /// A position was typed.
     Typed {
         text: String,
     },
-    /// A property of the selection was typed.
     Set {
         field: Field,
         text: String,
     },
-    /// A row of the tree was clicked.
     Choose {
         id: Id,
-        /// Add to the selection.
         adding: bool,
     },
-    /// Select an object of a file.
     ChooseImported {
         /// Index in the list of imported objects.
         of: u32,
     },
-    /// Toggle a group in the tree.
     Open {
         id: Id,
     },
-    /// Show the smallest dimension of a kind.
     Find {
         least: Least,
     },
-    /// Apply an action to the selection.
     Act {
         act: Act,
     },
-    /// Group the selection.
     Group,
     /// Move an object into a group, together with the selection if it is selected.
     Regroup {
         id: Id,
-        /// `None` for the top level.
         group: Option<Id>,
     },
     /// Move the selection into the nearest other group of the tree, or out of its own.
     Beside {
         into: bool,
     },
-    /// Go back to the drawing that was open before.
     Back,
     /// Draw over the open files or not.
     Over {
@@ -164,7 +142,6 @@ pub enum DrawEvent {
     },
     /// Start a new drawing; the current one stays in the store.
     New,
-    /// Make the board from the drawing and show it on this screen.
     Use {
         tab: Tab,
     },
@@ -173,16 +150,13 @@ pub enum DrawEvent {
     },
     /// Open the manual's example.
     Example,
-    /// The text of a drawing was loaded.
     Opened {
-        /// Its storage slot, if it has one.
         place: Option<u32>,
         /// Another tab has the drawing open: this is a copy.
         is_copy: bool,
         /// `None` if it could not be loaded.
         text: Option<String>,
     },
-    /// The store's contents.
     Found {
         /// This tab's drawing: its slot (`None` if another tab holds it) and its text.
         own: Option<(Option<u32>, String)>,
@@ -190,9 +164,7 @@ pub enum DrawEvent {
     },
     /// The save delay is over.
     Rested,
-    /// The store finished a write.
     Kept {
-        /// Number of the drawing in this visit.
         of: u32,
         /// The slot; `None` if the write failed.
         place: Option<u32>,
@@ -246,14 +218,12 @@ impl Draw {
         }
     }
 
-    /// Opens a drawing.
     fn open(&mut self, history: History) {
         let imported = self.editor.finder().imported().clone();
         self.editor = self.editor.with(history, imported);
         self.look_at_all();
     }
 
-    /// Requests a view of everything.
     fn look_at_all(&mut self) {
         self.look = (self.look.0.wrapping_add(1), None);
     }
@@ -280,7 +250,6 @@ impl Draw {
     }
 }
 
-/// The default name of a new group, numbered.
 fn group_name(model: &Model) -> String {
     let groups = model.draw.editor.drawing().things();
     let count = groups.filter(|(_, entry)| entry.thing.word() == "group").count() + 1;

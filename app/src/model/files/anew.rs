@@ -25,27 +25,20 @@ type Files = Vec<(String, Vec<u8>)>;
 /// The displayed comparison with new exports.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NewExports {
-    /// Names of files with new contents.
     pub replaced: Vec<String>,
-    /// Names of new files.
     pub added: Vec<String>,
     /// Names of files that no longer exist.
     pub gone: Vec<String>,
     /// The changes of the board; `None` until they are known.
     pub compared: Option<Arc<Compared>>,
-    /// The comparison failed.
     pub failed: bool,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Anew {
-    /// The displayed comparison.
     pub shown: Option<Arc<NewExports>>,
-    /// The board before the new exports.
     before: Option<BoardBefore>,
-    /// The files as the user opened them.
     brought: Files,
-    /// The awaited request, and the job sent with it.
     asked: Option<(u32, Arc<Work>)>,
     /// The job was carried over to the changed board, which happens only once.
     carried: bool,
@@ -53,38 +46,35 @@ pub struct Anew {
     on_disk: Files,
     /// For files opened under new names: the name of the file that each one replaced.
     open_names: BTreeMap<String, String>,
-    /// The user accepts the files that changed on disk.
     wanted: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum AnewEvent {
-    /// Open the file dialog.
     Choose,
     /// The user opened files as new exports of the board, under any names.
-    Chosen { files: Vec<(String, Vec<u8>)> },
+    Chosen {
+        files: Vec<(String, Vec<u8>)>,
+    },
     /// Files of the open board were written again on disk.
-    OnDisk { files: Vec<(String, Vec<u8>)> },
-    /// The user closed the list of changes.
+    OnDisk {
+        files: Vec<(String, Vec<u8>)>,
+    },
     Seen,
-    /// Go back to the files and job before.
     Back,
     /// The files belong to another board: open them separately.
     Another,
 }
 
 impl Anew {
-    /// Accepts the files that changed on disk.
     pub(in crate::model) fn want(&mut self) {
         self.wanted = true;
     }
 
-    /// Ends the comparison.
     pub(super) fn end(&mut self) {
         *self = Self { on_disk: std::mem::take(&mut self.on_disk), ..Self::default() };
     }
 
-    /// True if the model waits for the answer to this request.
     pub(in crate::model) fn waits_for(&self, wanted: u32) -> bool {
         self.asked.as_ref().is_some_and(|(number, _)| *number == wanted)
     }
@@ -111,7 +101,6 @@ pub(super) fn exports(model: &Model, files: &[(String, Vec<u8>)]) -> Option<Expo
     exported_anew(&open.files, files).filter(|anew| anew.files != open.files)
 }
 
-/// Reads the open board again with the new files.
 pub(super) fn read(model: &mut Model, brought: Brought) -> Vec<Effect> {
     let Some(open) = model.board.document.clone() else { return Vec::new() };
     let mut said = open.said.clone();
@@ -142,7 +131,6 @@ fn bytes_of<'a>(files: &'a [(String, Vec<u8>)], name: &str) -> Option<&'a [u8]> 
     files.iter().find(|(other, _)| other == name).map(|(_, bytes)| bytes.as_slice())
 }
 
-/// The files replace all files of the board.
 fn whole(open: &[(String, Vec<u8>)], files: &[(String, Vec<u8>)]) -> ExportedAnew {
     let mut anew = ExportedAnew { files: files.to_vec(), ..ExportedAnew::default() };
     for (name, bytes) in files {
@@ -232,7 +220,6 @@ pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: 
     ask(model)
 }
 
-/// Requests the comparison, if there is a board to compare with.
 pub(super) fn ask(model: &mut Model) -> Vec<Effect> {
     let to_read = |document: &Document| ToRead {
         files: document.files.clone(),
@@ -250,7 +237,6 @@ pub(super) fn ask(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// The comparison is done or failed.
 pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     let asked = model.anew.asked.take();
     let same_job =
@@ -282,13 +268,11 @@ fn forget_where_seen(model: &mut Model) {
     }
 }
 
-/// Restores the files and job before.
 fn back(model: &mut Model) -> Vec<Effect> {
     let before = model.anew.before.take();
     before.map_or_else(Vec::new, |before| files::reopen(model, &before))
 }
 
-/// Restores the board before, and opens the new files as another board.
 fn another(model: &mut Model) -> Vec<Effect> {
     let brought = std::mem::take(&mut model.anew.brought);
     let Some(before) = model.anew.before.take() else { return Vec::new() };

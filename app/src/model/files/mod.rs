@@ -27,52 +27,57 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct BoardBefore {
     pub document: Arc<Document>,
-    /// The job with its history.
     job: JobEdit,
-    /// Codes of the errors that the user has accepted.
     accepted: BTreeSet<String>,
     reviewing: bool,
-    /// Storage of its project.
     pub(super) kept: KeptAs,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum FilesEvent {
-    /// Open the file dialog.
     Choose,
-    /// Open the sample board.
     Sample,
-    /// Open a linked board.
-    Link { address: String },
-    /// The user opened or dropped files.
-    Chosen { files: Vec<(String, Vec<u8>)> },
-    /// Open the import review.
+    Link {
+        address: String,
+    },
+    Chosen {
+        files: Vec<(String, Vec<u8>)>,
+    },
     Review,
     /// A linked file was downloaded; a board opened meanwhile stays open.
-    Fetched { files: Vec<(String, Vec<u8>)> },
-    /// The user finished the review.
+    Fetched {
+        files: Vec<(String, Vec<u8>)>,
+    },
     Reviewed,
     /// Close the board.
     Discarded,
-    /// Go back to the board before the review.
     Back,
-    /// Select one of several boards.
-    Board { name: String },
-    /// Change the number format of drill files.
-    Numbers { numbers: NumberReading },
-    /// Toggle whether a file belongs to the board.
+    Board {
+        name: String,
+    },
+    Numbers {
+        numbers: NumberReading,
+    },
     FlipUse {
         /// Index in the reading's list of files.
         row: u32,
     },
-    /// Change the role of a layer.
-    Role { file: String, role: String, side: Option<String> },
+    Role {
+        file: String,
+        role: String,
+        side: Option<String>,
+    },
     /// Turn alignment of the layers to the copper on or off.
-    Aligned { on: bool },
-    /// Toggle the acceptance of an error.
-    FlipAccepted { code: String },
+    Aligned {
+        on: bool,
+    },
+    FlipAccepted {
+        code: String,
+    },
     /// The tool in the spindle, which is used first; `None` for ascending sizes.
-    Loaded { bit: Option<Length> },
+    Loaded {
+        bit: Option<Length>,
+    },
 }
 
 pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
@@ -128,7 +133,6 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// True if `files` is a single saved project.
 fn is_project(files: &[(String, Vec<u8>)]) -> bool {
     matches!(files, [(name, bytes)] if saved::looks_like_one(bytes) || saved::is_called_one(name))
 }
@@ -146,7 +150,6 @@ pub(super) fn chosen(model: &mut Model, mut files: Vec<(String, Vec<u8>)>) -> Ve
     }
 }
 
-/// Opens files as another board.
 pub(super) fn read_chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
     // Opening the same files again keeps the user's job.
     let again = model.board.document.as_ref().is_some_and(|open| open.files == files);
@@ -237,7 +240,6 @@ fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
     say(model, |said| said.used = Some(used))
 }
 
-/// Requests the reading of files.
 pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
     let mut effects = planning::called_off(model);
     let number = model.next_request();
@@ -315,7 +317,6 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Updates the layers panel from the reading.
 pub(super) fn layers(model: &mut Model) {
     model.frame.layers = frame::layers_of(model.board.document.as_deref(), &model.frame.layers);
 }

@@ -8,7 +8,6 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Mark, Program};
 use std::collections::BTreeMap;
 
-/// The contact heights of one job.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contacts {
     /// SHA-256 of the program's bytes.
@@ -17,14 +16,12 @@ pub struct Contacts {
     heights_um: BTreeMap<u32, f64>,
 }
 
-/// One contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactRow {
     /// Position of the hole, work coordinates.
     pub at: Point,
     /// Height of the tool tip above the work zero.
     pub height_mm: f64,
-    /// Height above the median of all contacts.
     pub off_mm: f64,
 }
 

@@ -17,17 +17,13 @@ use std::sync::Arc;
 /// Whether the browser offers Web Serial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Support {
-    /// Not checked yet.
     #[default]
     Unknown,
     Yes,
-    /// The browser has no Web Serial.
     Missing,
-    /// The page was loaded over an insecure connection.
     Insecure,
 }
 
-/// The controller at a serial port, if there is one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Controller {
     pub support: Support,
@@ -37,13 +33,10 @@ pub struct Controller {
     pub chosen: bool,
     /// A USB step adapter: the page plans the motion, as for the virtual drill.
     pub is_adapter: bool,
-    /// Known once the controller has identified itself.
     pub who: Option<Arc<ControllerReport>>,
-    /// The browser asks before the page is left.
     guarded: bool,
     /// The port is exactly the one that the user chose, not only one like it.
     very: bool,
-    /// Identity of the controller that this tab used last.
     before: Option<String>,
     /// The disturbed line was already reported since the port was opened.
     disturbed: bool,
@@ -72,19 +65,17 @@ pub enum ControllerEvent {
     /// The page was opened; sent before the link starts.
     Looked {
         support: Support,
-        /// This tab used a controller before the reload.
         kept: bool,
-        /// Identity of the controller that this tab used last.
         before: Option<String>,
     },
     /// Whether the user has granted this page any port.
-    Known { any: bool },
-    /// Connect to a controller.
+    Known {
+        any: bool,
+    },
     Wanted {
         /// Show the port dialog; else use the known port.
         ask: bool,
     },
-    /// The user chose a port.
     Chosen,
     Opened {
         /// A USB step adapter, recognized by its USB identifiers.
@@ -98,16 +89,15 @@ pub enum ControllerEvent {
     Disturbed {
         /// The browser's name of the error.
         kind: String,
-        /// Count since the port was opened.
         times: u32,
     },
     /// The port could not be chosen or opened, or nothing answers.
-    Failed { why: Diagnostic },
+    Failed {
+        why: Diagnostic,
+    },
     /// Nothing answers at this baud rate: try the next one.
     OtherSpeed,
-    /// A known device was plugged in.
     Plugged,
-    /// The user disconnects.
     LetGo,
     /// The page is closing; the browser's confirmation is over.
     PageLeft,

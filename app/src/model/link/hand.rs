@@ -14,7 +14,6 @@ use annulus_core::control::State;
 
 /// Steps of the jog pad, in µm; millimetres in every display unit.
 pub const STEPS_UM: [i32; 4] = [10, 100, 1_000, 10_000];
-/// Name of the jog buttons for the guard of presses.
 pub const JOG: &str = "jog";
 /// From this duration a press is long and no longer a click, in ms.
 const LONG_MS: u32 = 300;
@@ -26,7 +25,6 @@ const IDLE_MS: u32 = 30_000;
 /// The axis (0 X, 1 Y, 2 Z), and whether in its positive direction.
 pub type JogDirection = (u8, bool);
 
-/// A press that has not ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Press {
     number: u32,
@@ -78,11 +76,9 @@ pub enum HandEvent {
         way: JogDirection,
         pointer: i32,
     },
-    /// A pointer went down elsewhere.
     OtherDown {
         pointer: i32,
     },
-    /// A pointer was released, or left its button.
     Up {
         pointer: i32,
         /// Released on the button, as in a click.
@@ -97,31 +93,25 @@ pub enum HandEvent {
         way: Option<JogDirection>,
         /// Ten steps in one move.
         ten: bool,
-        /// Key repeat of the operating system.
         repeat: bool,
     },
     KeyUp {
         way: Option<JogDirection>,
         shift: bool,
     },
-    /// The press became a long one.
     Long {
         number: u32,
     },
     /// The button that allows X and Y went down.
     InsistDown,
-    /// That button was released or left.
     InsistUp,
-    /// That button was held long enough.
     Insisted {
         /// Value of `insists` at the start of the press.
         number: u32,
     },
     /// Raise Z until the tool is out of the board.
     LiftFirst,
-    /// Arm or disarm the keys.
     Arm {
-        /// `None` toggles.
         on: Option<bool>,
     },
     FocusLeft,
@@ -132,7 +122,6 @@ pub enum HandEvent {
 }
 
 impl Hand {
-    /// Direction of the held key.
     pub fn key_held(&self) -> Option<JogDirection> {
         self.press.filter(|press| press.pointer.is_none()).map(|press| press.way)
     }
@@ -144,7 +133,6 @@ fn jogs_in(state: Option<State>, plans: bool) -> bool {
     state == Some(State::Ready) || state == Some(State::NotHomed) && !plans
 }
 
-/// True if the machine can jog in its present state.
 pub fn may_jog(link: &Link) -> bool {
     jogs_in(link.state(), link.controller.plans()) || link.touches_off()
 }
@@ -290,7 +278,6 @@ fn disarm(model: &mut Model) -> Vec<Effect> {
     if by_key { end(model, false) } else { Vec::new() }
 }
 
-/// Restarts the time until the keys are disarmed.
 fn use_keys(model: &mut Model) -> Effect {
     model.link.hand.used += 1;
     wake(IDLE_MS, HandEvent::Idle { used: model.link.hand.used })

@@ -18,7 +18,6 @@ const FAR_UM: i32 = 2_000_000;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Jog {
     renews: bool,
-    /// When the jog was requested.
     asked_ms: f64,
 }
 
@@ -33,12 +32,10 @@ pub(super) fn jog(model: &mut Model, axis: u8, distance_um: i32) -> Vec<Effect> 
     effects
 }
 
-/// Moves `axis` until [`let_go`].
 pub(super) fn hold(model: &mut Model, axis: u8, up: bool) -> Vec<Effect> {
     jog(model, axis, if up { FAR_UM } else { -FAR_UM })
 }
 
-/// Stops the keep-alive, which stops the jog.
 pub(super) fn let_go(model: &mut Model) -> Vec<Effect> {
     let renews = std::mem::take(&mut model.link.jog.renews);
     renews.then_some(Effect::Renew { on: false }).into_iter().collect()

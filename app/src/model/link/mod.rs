@@ -32,7 +32,6 @@ pub use hand::{Hand, HandEvent};
 use jog::Jog;
 use std::sync::Arc;
 
-/// Interval of [`LinkEvent::Tick`], in ms.
 pub const TICK_MS: u32 = 250;
 const PING_EVERY_MS: f64 = 800.0;
 
@@ -47,11 +46,9 @@ pub enum LinkPhase {
     Lost,
 }
 
-/// How the last job ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LastJob {
     pub end: JobEnd,
-    /// The job was stopped, and STOP was pressed in this page.
     pub by_you: bool,
 }
 
@@ -61,11 +58,9 @@ pub struct MachineQueue {
     pub text: String,
     /// The latest status, without results.
     pub status: QueueStatus,
-    /// One result per row.
     pub results: Vec<RowResult>,
 }
 
-/// The link and everything received over it.
 #[derive(Clone, Debug, Default)]
 pub struct Link {
     pub phase: LinkPhase,
@@ -79,18 +74,14 @@ pub struct Link {
     /// Injected faults; `None` if the machine cannot inject faults.
     pub faults: Option<Vec<String>>,
     pub fingerprint: String,
-    /// The latest preflight result.
     pub armed: Option<ArmedJob>,
     /// Result of a job in the controller's check mode.
     pub checked: Option<Arc<CheckModeReport>>,
-    /// A job that can be resumed.
     pub interrupted: Option<InterruptedJob>,
     pub ended: Option<LastJob>,
     /// Timing quality of the bridge; `None` for a virtual drill.
     pub timing: Option<Arc<Timing>>,
-    /// Why the latest request was refused.
     pub refused: Option<Diagnostic>,
-    /// Why this page lost control.
     pub ousted: Option<Ousted>,
     /// The adapter's firmware has another version; `None` once the user closed the notice.
     pub other_firmware: Option<OtherFirmware>,
@@ -110,26 +101,20 @@ pub struct Link {
     pub magazine: Option<Arc<MagazineReport>>,
     /// Contact heights of the drill cycles of the running or last job.
     pub contacts: Arc<Contacts>,
-    /// The session of this page with the bridge.
     pub(super) session: Option<Paired>,
     /// Failed attempts since the link was open last.
     attempt: u32,
     /// Counts attempts, made or planned: a due retry runs only if no other attempt happened since.
     pub(in crate::model) tries: u32,
-    /// When the bridge was last heard.
     heard_ms: f64,
     pinged_ms: f64,
     /// The bridge does not know this page's session.
     unknown: bool,
-    /// Whether this page claims control.
     claim: Claim,
     /// The latest of requesting and releasing control was releasing it.
     released: bool,
-    /// Progress of a pressed STOP.
     stop: StopWay,
-    /// When STOP was pressed.
     pressed_ms: Option<f64>,
-    /// When Escape was pressed last.
     escaped_ms: Option<f64>,
     pub hand: Hand,
     /// A controller at a serial port of this computer, which replaces the bridge.
@@ -139,81 +124,60 @@ pub struct Link {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkEvent {
-    /// The page was opened.
     Begun {
-        /// From the page's address.
         token: Option<String>,
         /// This tab's session, if it survived a reload.
         kept: Option<Paired>,
         /// This tab had control before the reload and did not release it.
         had_control: bool,
     },
-    /// The token was exchanged for a session, or was rejected.
     Paired {
         session: Option<Paired>,
     },
-    /// The delay before the next attempt is over.
     Retry {
         /// Value of `tries` when the attempt was planned; an outdated one is ignored.
         number: u32,
     },
-    /// The user wants to reconnect at once.
     ReconnectNow,
-    /// A message arrived.
     Heard {
         /// `None` if the message could not be read.
         tell: Option<Box<Tell>>,
     },
-    /// The socket was closed.
     Closed,
     /// A message could not be sent because the socket is not open.
     NotSent,
-    /// Sent every [`TICK_MS`].
     Tick,
-    /// Send a request to the bridge.
     Ask {
         wish: Ask,
     },
     Stop,
-    /// STOP was pressed in another tab of this site.
     StopBeside,
     /// The tab that owns the machine confirmed STOP.
     StopHeardBeside,
-    /// STOP should be confirmed by now.
     StopLooked,
     /// Escape was pressed while no overlay was open.
     Escape,
-    /// Pause a job that this page controls.
     Pause,
     Hand(HandEvent),
     /// Send the next keep-alive of a jog.
     Renew {
-        /// The page is hidden.
         hidden: bool,
     },
-    /// The user closed a notice.
     Close {
         notice: Notice,
     },
-    /// Forget the interrupted job.
     Forget,
     ClearLog,
-    /// An event of the controller at a serial port.
     Controller(ControllerEvent),
 }
 
 /// Notices that stay until the user closes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
-    /// The last request was refused.
     Refused,
-    /// Control was lost.
     Ousted,
-    /// The last job ended.
     Ended,
-    /// The adapter's firmware has another version.
     OtherFirmware,
-    /// STOP was not confirmed.
     Stop,
 }
 
@@ -229,7 +193,6 @@ impl Link {
         self.controller.touches_off(self.state()) || (changes && self.state() == Some(State::ToolChange))
     }
 
-    /// True if the machine moves or is about to.
     pub fn busy(&self) -> bool {
         !matches!(self.state(), None | Some(State::Ready | State::NotHomed | State::Alarm))
     }
@@ -371,7 +334,6 @@ pub(super) fn ask(model: &mut Model, wish: &Ask) -> Vec<Effect> {
     effects
 }
 
-/// Stores the claim, also across a reload.
 fn claim(link: &mut Link, now: Claim) -> Option<Effect> {
     (std::mem::replace(&mut link.claim, now) != now).then_some(Effect::KeepControl { had: now.had })
 }

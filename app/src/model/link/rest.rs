@@ -49,16 +49,12 @@ pub fn resumes(interrupted: Option<&InterruptedJob>, planned: Option<&str>) -> b
     interrupted.is_some_and(|interrupted| planned.is_none_or(|planned| planned == interrupted.job))
 }
 
-/// A condition for a safe tool change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChangeCheck {
-    /// The spindle does not turn.
     SpindleOff,
     /// The tool tip is above the board, at the height of rapids or higher.
     Up,
-    /// The tool tip is at the change height of our own drill, or higher.
     AtHeight,
-    /// The tool head is at the change position of the program or of the drill.
     AtPlace,
 }
 

@@ -8,10 +8,8 @@ use annulus_core::wire::Ask;
 
 /// A job that ends within this time after STOP counts as stopped by it.
 const BY_THIS_MS: f64 = 60_000.0;
-/// A second Escape within this time stops.
 const ESCAPE_TWICE_MS: f64 = 1500.0;
 
-/// True if STOP was pressed in this page recently.
 pub(super) fn pressed_here(link: &Link, now_ms: f64) -> bool {
     link.pressed_ms.is_some_and(|pressed_ms| now_ms - pressed_ms <= BY_THIS_MS)
 }
@@ -56,7 +54,6 @@ fn send(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Warns if STOP is overdue.
 pub(super) fn look(model: &mut Model) {
     if model.link.stop.overdue(model.clock.page_ms) {
         model.link.stop_unconfirmed = true;

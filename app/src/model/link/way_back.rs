@@ -20,7 +20,6 @@ pub enum BackStep {
     Read,
     /// The tool is out of the board.
     Lift,
-    /// Homing makes the position trusted again.
     Home,
     /// On a machine without limit switches, setting zero makes the position trusted again.
     Zero,
@@ -34,7 +33,6 @@ pub enum BackMark {
     Done,
     /// The step to do next.
     Now,
-    /// Other steps come first.
     Later,
 }
 

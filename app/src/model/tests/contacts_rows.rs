@@ -33,14 +33,12 @@ fn tell(model: &mut Model, tell: Tell) {
     update(model, LinkEvent::Heard { tell: Some(Box::new(tell)) }.into());
 }
 
-/// A status of `job` with this number of finished holes.
 fn works(model: &mut Model, job: Option<&str>, holes_done: u32) {
     let mut now = status(if job.is_some() { State::Running } else { State::Ready }, job);
     now.holes_done = holes_done;
     tell(model, Tell::Status(Box::new(now)));
 }
 
-/// X of every hole and its deviation, µm.
 fn rows(model: &Model) -> Vec<(i64, i64)> {
     let um = |mm: f64| (mm * 1e3).round() as i64;
     let rows = model.link.contacts.rows(&program()).into_iter();

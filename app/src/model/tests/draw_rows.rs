@@ -173,7 +173,6 @@ impl DrawnBoard {
         format!("{kinds} {back}/{on} {}", self.model.draw.editor.chosen.len())
     }
 
-    /// Both ends of every track, in order.
     fn tracks(&self) -> Vec<[Point; 2]> {
         let ends = |id: &Id| match self.drawing().thing(*id) {
             Some(Thing::Track { from, to, .. }) => {

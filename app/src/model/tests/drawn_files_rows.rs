@@ -16,7 +16,6 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// Handles a request as the worker does.
 fn alone(request: Request) -> Result<Answer, Vec<Diagnostic>> {
     perform(request, &mut Cache::default(), &mut |_, _| {})
 }
@@ -58,7 +57,6 @@ const COPPER: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX33Y33*%%MOMM*%%ADD
 X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
 const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
 
-/// Opens files, with their objects in the editor.
 pub(super) fn over_files() -> DrawnBoard {
     let sheet = over(DRILL);
     assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
@@ -93,7 +91,6 @@ fn over(drill: &[u8]) -> DrawnBoard {
     sheet
 }
 
-/// Opens files, with their objects in the editor.
 fn open_over(sheet: &mut DrawnBoard, drill: &[u8]) {
     open_files(sheet, vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())]);
 }
@@ -179,7 +176,6 @@ fn file_objects_can_be_removed_moved_and_extended() {
     assert!(sheet.drawing().is_empty());
 }
 
-/// Positions of the files' copper and holes, and of their copies.
 pub(super) fn places(sheet: &DrawnBoard) -> Vec<(f64, f64)> {
     let editor = &sheet.model.draw.editor;
     let objects = (0..editor.finder().imported().len() as u32).map(Catch::Imported);
@@ -382,7 +378,6 @@ fn file_object_is_selected_by_its_list_index() {
     assert!(sheet.model.draw.editor.chosen.is_empty(), "what was taken out is not chosen");
 }
 
-/// Makes a board from the drawing that the words create.
 pub(super) fn board_of(words: &str) -> DrawnBoard {
     let mut sheet = DrawnBoard::tell(words);
     sheet.event(DrawEvent::Use { tab: Tab::Cam });
@@ -391,7 +386,6 @@ pub(super) fn board_of(words: &str) -> DrawnBoard {
     sheet
 }
 
-/// Answers the request as the worker does.
 pub(super) fn answer(sheet: &mut DrawnBoard) {
     let (number, request) = asked(&sheet.out).unwrap();
     let answer = alone(request);

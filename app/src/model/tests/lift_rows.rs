@@ -21,7 +21,6 @@ fn hand(line: &mut Line, event: HandEvent) -> Vec<Effect> {
     update(&mut line.model, event.into())
 }
 
-/// The requests to the machine.
 fn asked(effects: &[Effect]) -> Vec<String> {
     let text = |effect: &Effect| match effect {
         Effect::Send { text } => Some(text.clone()),

@@ -126,7 +126,6 @@ fn armed(job: &str, digest: &str, levelled: bool, verdict: Option<RowVerdict>) -
     tell(Tell::Armed(ArmedJob { job: job.to_owned(), stream_digest: digest.to_owned(), levelled, checks }))
 }
 
-/// The height map of a flat board.
 fn map() -> HeightMapReport {
     let bounds = Bounds { min: Point::default(), max: Point::from_mm(20.0, 20.0) };
     let grid = ProbeGrid::over(bounds, Length::from_um(10_000), Length::ZERO).unwrap();
@@ -162,7 +161,6 @@ fn controller_event(word: &str) -> Option<ControllerEvent> {
 }
 
 impl Line {
-    /// Sends all of `words`.
     pub(super) fn told(words: &str) -> Self {
         let mut line = Self {
             model: Model::default(),
@@ -426,7 +424,6 @@ impl Line {
         Some(event.into())
     }
 
-    /// The effects of the last word, in words.
     pub(super) fn out(&self) -> String {
         let wakes = |effect: &&Effect| matches!(effect, Effect::StayAwake { .. });
         self.out.iter().filter(|effect| !wakes(effect)).map(word).collect::<Vec<_>>().join(" ")
@@ -450,7 +447,6 @@ impl Line {
         }
     }
 
-    /// The kinds of the log entries, the oldest first.
     pub(super) fn log(&self) -> String {
         use crate::lab::log::LogEvent as Noted;
         let mut entries = self.model.link.log.newest(|_| true);

@@ -122,7 +122,6 @@ fn line_and_playback_time_select_each_other() {
 }
 
 impl Story {
-    /// The event of a word about the lines.
     pub(super) fn lines_event(word: &str) -> Option<crate::model::Event> {
         Some(match word {
             "simulate" => FrameEvent::Show { tab: Tab::Simulate }.into(),

@@ -7,7 +7,6 @@ use annulus_core::sim::Stock;
 use annulus_core::units::Length;
 use std::sync::Arc;
 
-/// Edge length of a board.
 const MM: Length = Length::from_um(1_000);
 
 #[test]

@@ -14,7 +14,6 @@ fn um(um: i64) -> Length {
     Length::from_um(um)
 }
 
-/// A model with a playback of ten seconds.
 pub(super) fn playing(at_s: f64, speed: f64) -> Model {
     let mut model = Model::default();
     model.board.timed = Some(Arc::new(Timed::default()));

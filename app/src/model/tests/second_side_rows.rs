@@ -16,7 +16,6 @@ use std::sync::Arc;
 
 /// True position of the board: rotated by nearly a degree and shifted by about a millimetre.
 const TRUTH: BoardFit = BoardFit { turn_rad: 0.016, shift_mm: [1.25, -0.5], left_over_mm: 0.0 };
-/// The work zero, and the camera's offset from the spindle.
 const ZERO_MM: [f64; 2] = [40.0, 30.0];
 const CAMERA_MM: [f64; 2] = [55.5, -12.25];
 
@@ -52,7 +51,6 @@ fn stands(model: &mut Model, [x, y]: [f64; 2]) {
     model.link.status = Some(Arc::new(now));
 }
 
-/// A planned job, with the panel open.
 fn begun() -> Model {
     let mut model = Model::default();
     let program = program();
@@ -181,7 +179,6 @@ fn goes_along() -> Model {
     model
 }
 
-/// The warning about the alignment before a start.
 fn said_before_start(model: &mut Model) -> Option<String> {
     update(model, StartEvent::Open.into());
     model.start.preflight.clone().and_then(|preflight| preflight.lies).map(|why| why.code)

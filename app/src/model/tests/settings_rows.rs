@@ -7,7 +7,6 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{ToolWear, Value, apply, setting, virtual_drill};
 use annulus_core::wire::{Tell, ToolsReport};
 
-/// The Settings screen with these edits.
 fn typed(rows: &[(&'static str, &str)]) -> Model {
     let mut model = Model::default();
     update(&mut model, FrameEvent::Show { tab: Tab::Settings }.into());
@@ -83,7 +82,6 @@ fn theme_is_shown_and_restored_by_its_word() {
     assert_eq!(Theme::called("pink"), Theme::Auto);
 }
 
-/// A machine with two tools in its rack.
 fn with_rack() -> Model {
     let mut model = typed(&[]);
     let lines = ["T1 drill 0.8", "T7 vee 3.175 tip 0.1 angle 30 life 50"].map(str::to_owned).to_vec();

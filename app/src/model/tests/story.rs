@@ -28,11 +28,8 @@ use annulus_core::wire::{Tell, program};
 #[derive(Default)]
 pub(super) struct Story {
     pub(super) model: Model,
-    /// Kind and number of each request, in order.
     asked: Vec<(&'static str, u32)>,
-    /// The effects of the last word.
     pub(super) out: Vec<Effect>,
-    /// Makes each edit different from the one before.
     count: i64,
 }
 
@@ -243,7 +240,6 @@ fn saved_project() -> Vec<(String, Vec<u8>)> {
     vec![("a.annulus".to_owned(), annulus_core::project::saved::write(&project).unwrap())]
 }
 
-/// Files of another board.
 fn other_files() -> Vec<(String, Vec<u8>)> {
     vec![("c.drl".to_owned(), vec![2]), ("d.drl".to_owned(), vec![2])]
 }
@@ -272,7 +268,6 @@ pub(super) fn offer(place: u32, at_ms: f64) -> Offer {
 }
 
 impl Story {
-    /// Sends all of `words`.
     pub(super) fn told(words: &str) -> Self {
         let mut story = Self::default();
         words.split_whitespace().for_each(|word| story.tell(word));
@@ -319,7 +314,6 @@ impl Story {
         }
     }
 
-    /// The event of a word that is not an answer.
     fn event(&mut self, word: &str) -> Option<Event> {
         let lines = || Self::lines_event(word);
         self.file_event(word)
@@ -485,12 +479,10 @@ impl Story {
         })
     }
 
-    /// The effects of the last word, in words.
     pub(super) fn out(&self) -> String {
         self.out.iter().map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// The request in progress, in a word.
     pub(super) fn way(&self) -> &'static str {
         match &self.model.on_the_way {
             OnTheWay::Nothing => "nothing",
@@ -504,7 +496,6 @@ impl Story {
         }
     }
 
-    /// The known parts of the board, in words.
     pub(super) fn known(&self) -> String {
         let board = &self.model.board;
         let facts = [
@@ -524,7 +515,6 @@ impl Story {
         format!("{} | {} | {}", self.way(), self.known(), self.out())
     }
 
-    /// The keys of the toasts on screen.
     pub(super) fn toasts(&self) -> Vec<String> {
         let key = |text: &Text| match text {
             Text::Key { key, .. } => (*key).to_owned(),

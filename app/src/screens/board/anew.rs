@@ -35,7 +35,6 @@ fn shown(anew: &NewExports) -> impl IntoView + use<> {
     ))
 }
 
-/// Replaced, added and missing files.
 fn files(anew: &NewExports) -> Vec<String> {
     let rows = [
         (!anew.replaced.is_empty()).then(|| say!("page.anew.replaced", names = anew.replaced.join(", "))),
@@ -45,7 +44,6 @@ fn files(anew: &NewExports) -> Vec<String> {
     rows.into_iter().flatten().map(|row| row + " ").collect()
 }
 
-/// The summary of the changes.
 fn lines(anew: &NewExports) -> AnyView {
     let Some(compared) = &anew.compared else {
         let word = if anew.failed { say!("page.anew.failed") } else { say!("page.anew.looking") };
@@ -73,7 +71,6 @@ fn changed(anew: &NewExports) -> impl IntoView + use<> {
     })
 }
 
-/// The values before and after.
 fn pair<T>(changed: &Changed<T>, words: impl Fn(&T) -> Option<String>) -> String {
     let (before, now) = (changed.before.as_ref().and_then(&words), changed.now.as_ref().and_then(&words));
     let text = match (before, now) {
@@ -89,7 +86,6 @@ fn at(place: Point) -> String {
     format!("X {x} Y {y}")
 }
 
-/// A diameter or width, if the file gives one.
 fn size(length: Option<Length>) -> Option<String> {
     Some(read(|m| m.frame.unit).size(length?.mm()))
 }
@@ -132,7 +128,6 @@ fn slot_row(changed: &Changed<Slot>) -> AnyView {
     still(fate(changed.fate, what))
 }
 
-/// A row that can't be pressed.
 fn still(words: String) -> AnyView {
     span().class("quiet").child(words).into_any()
 }

@@ -126,7 +126,6 @@ fn gains() -> impl IntoView {
     ))
 }
 
-/// Id of the problems block.
 const PROBLEMS: &str = "problems";
 
 pub(crate) fn show_problems() {

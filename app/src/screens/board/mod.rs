@@ -11,7 +11,6 @@ use super::{layers, welcome};
 use leptos::html::div;
 use leptos::prelude::*;
 
-/// The panels next to the picture.
 pub(crate) fn board() -> impl IntoView {
     (
         div().class("panel left holes").child((anew::block(), layers::panel(), holes::holes())),

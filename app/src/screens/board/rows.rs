@@ -13,18 +13,14 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) struct Tool {
     /// None before there is a plan, and for holes that aren't drilled.
     pub bit: Option<Length>,
-    /// The hole sizes in the files that this tool drills.
     pub sizes: Vec<Length>,
-    /// Hole indices in drill order.
     pub holes: Vec<u32>,
     /// Number of holes that the files call plated, and not plated.
     pub plated: (usize, usize),
 }
 
-/// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Row {
-    /// Index of the tool.
     Tool(usize),
     /// A hole, and its number in the drill order, from 1.
     Hole(u32, usize),

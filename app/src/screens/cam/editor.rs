@@ -24,7 +24,6 @@ use leptos::html::{
 use leptos::prelude::*;
 use web_sys::HtmlTextAreaElement;
 
-/// Maximum number of output lines shown.
 const MOST_LINES: usize = 400;
 fn text_of() -> String {
     peek(|m| m.template.text.as_deref().unwrap_or_default().to_owned())
@@ -90,7 +89,6 @@ fn units_of_bytes(text: &str, bytes: usize) -> u32 {
     text.get(..bytes).unwrap_or(text).encode_utf16().count() as u32
 }
 
-/// Inserts `word` at the cursor.
 fn insert(area: NodeRef<html::Textarea>, word: &str) {
     let mut text = text_of();
     let at = peek(|m| m.template.cursor).min(text.len());
@@ -210,7 +208,6 @@ fn faults(area: NodeRef<html::Textarea>) -> impl IntoView {
     }
 }
 
-/// A warning about the template.
 fn warning(diagnostic: Diagnostic) -> AnyView {
     let cure = diagnostic.clone();
     let said = (strong().child(move || message(&diagnostic)), " ", move || advice(&cure));

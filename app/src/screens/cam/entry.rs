@@ -23,7 +23,6 @@ fn name_of(key: &str) -> String {
     i18n::text(&if known { short } else { format!("work.{plain}") }, &[])
 }
 
-/// The displayed word of a choice.
 fn word_of(word: &str) -> String {
     i18n::text(&format!("page.cam.word.{word}"), &[])
 }

@@ -16,7 +16,6 @@ use leptos::ev;
 use leptos::html::{div, h2, header, label, li, ol, option, p, section, select, span};
 use leptos::prelude::*;
 
-/// The menu of postprocessors.
 pub(crate) fn controller() -> impl IntoView {
     let names = post::targets().into_iter().map(|name| {
         option()
@@ -63,7 +62,6 @@ pub(super) fn export() -> impl IntoView {
     ))
 }
 
-/// True if export is allowed.
 fn ready() -> bool {
     read(|m| m.board.job.is_some()) && board::cleared()
 }

@@ -65,7 +65,6 @@ fn turn(group: &Group) {
     send(JobEvent::TurnGroup { name: name_of(group) });
 }
 
-/// Opens the group of finding `at`.
 pub(super) fn open_for(proved: &Verdict, at: usize) {
     let Some(finding) = proved.findings.get(at) else { return };
     let own = |group: &&Group| (group.kind, group.must_be_read, group.tool) == finding.cause();
@@ -152,7 +151,6 @@ fn line(proved: Arc<Verdict>, group: Group, members: Vec<usize>) -> impl IntoVie
     ))
 }
 
-/// A checkbox that accepts all findings in `names`.
 fn seen_of(names: Arc<Vec<String>>) -> impl IntoView {
     let all = names.clone();
     let every =
@@ -223,7 +221,6 @@ fn text(finding: &Finding) -> String {
     say!("page.cam.place_of", nets = finding.nets_from(zero), width = width, x = x, y = y)
 }
 
-/// The element id of the line of finding `at`.
 pub(super) fn line_id(at: usize) -> String {
     format!("finding-{at}")
 }

@@ -23,7 +23,6 @@ use leptos::html::{button, details, div, dl, h2, header, input, li, ol, section,
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// The displayed name of an operation.
 pub(crate) fn name_of(operation: &Operation) -> String {
     if operation.name.is_empty() {
         i18n::text(&operation.action.title_key(), &[])
@@ -121,7 +120,6 @@ fn operations() -> impl IntoView {
     ))
 }
 
-/// Element id of the "Add" menu.
 pub(super) const ADD: &str = "cam-add";
 
 fn add() -> impl IntoView {
@@ -195,7 +193,6 @@ fn line(number: usize, at: usize) -> impl IntoView {
         ))
 }
 
-/// Time of the whole job.
 fn totals() -> impl IntoView {
     let time = move || {
         shared(|m| &m.board.timed).with(|timed| {

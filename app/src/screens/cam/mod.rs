@@ -27,7 +27,6 @@ use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 
-/// The panels next to the picture.
 pub(crate) fn cam() -> impl IntoView {
     (
         div().class("panel left cam-job").child(job::job()),
@@ -47,7 +46,6 @@ fn called(name: &str) -> String {
     title.unwrap_or_else(|| name.to_owned())
 }
 
-/// Runs a CAM shortcut.
 pub(crate) fn act(key: CamKey) {
     match key {
         CamKey::Add => {

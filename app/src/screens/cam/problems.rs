@@ -87,7 +87,6 @@ pub(super) fn problems() -> impl IntoView {
         ))
 }
 
-/// The result of the proof, worded as on the command line.
 fn outcome_text(outcome: &ProofResult, unread: usize) -> String {
     let (key, words) = outcome.sentence(unread);
     text(key, &words)
@@ -139,7 +138,6 @@ fn whole_line(whole: Whole) -> impl IntoView {
     ))
 }
 
-/// The diagnostic with the displayed name of its tool.
 fn with_bit_called(told: &Diagnostic) -> Diagnostic {
     let mut told = told.clone();
     let bits = told.args.iter_mut().filter(|(name, _)| name == "bit");
@@ -147,7 +145,6 @@ fn with_bit_called(told: &Diagnostic) -> Diagnostic {
     told
 }
 
-/// An error of the plan.
 fn missing_line(error: Diagnostic) -> impl IntoView {
     let (what, meaning, flip) = (error.clone(), error.clone(), error.code.clone());
     li().class("finding tone-alarm").child((

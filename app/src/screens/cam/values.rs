@@ -28,7 +28,6 @@ const SLIDERS: [(&str, (f64, f64, f64)); 6] = [
     ("drill.tolerance", (0.0, 0.3, 0.01)),
 ];
 
-/// Parameters that are shown elsewhere.
 const ELSEWHERE: [&str; 3] = ["operation.on", "operation.bit", "operation.face"];
 
 pub(super) fn values() -> impl IntoView {
@@ -128,7 +127,6 @@ fn through(at: usize) -> impl IntoView {
     p().class("quiet").attr("role", "status").child(words)
 }
 
-/// The tool's name, and the width that it cuts at this depth.
 fn bit(at: usize) -> impl IntoView {
     let names = Memo::new(move |_| {
         shared(|m| &m.job.work).with(|work| {
@@ -202,7 +200,6 @@ fn width(at: usize) -> impl IntoView {
     }
 }
 
-/// All tools of the job, editable.
 fn bits() -> impl IntoView {
     let count = |m: &Model| m.job.work.as_ref().map_or(0, |work| work.bits.len());
     let chosen = RwSignal::new(0_usize);

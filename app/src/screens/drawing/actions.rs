@@ -10,7 +10,6 @@ use annulus_core::board::drawing::{Align, Sides};
 use leptos::html::{div, h2, h3, header, section};
 use leptos::prelude::*;
 
-/// True if a command is possible now.
 pub(in crate::screens) fn may(when: When) -> bool {
     let (copied, files) = read(|m| (m.draw.editor.clip.is_some(), m.draw.over().0));
     watch(|m| &m.draw.editor.chosen).with(|chosen| when.holds(AtHand { chosen, copied, files }))

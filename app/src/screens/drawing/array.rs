@@ -12,7 +12,6 @@ use leptos::ev;
 use leptos::html::{div, p};
 use leptos::prelude::*;
 
-/// Maximum number of copies in one direction.
 const MOST: u32 = 1_000;
 
 pub(super) fn open() {

@@ -44,7 +44,6 @@ pub(super) fn board() -> impl IntoView {
     ))
 }
 
-/// The saved drawings.
 fn earlier() -> impl IntoView {
     let lines = move || {
         watch(|m| m.draw.earlier()).get().into_iter().map(|one| line(one).into_any()).collect::<Vec<_>>()

@@ -94,7 +94,6 @@ fn row(field: Field) -> Option<AnyView> {
     })
 }
 
-/// The menu of groups to move the selection to.
 fn group_menu(id: String, value: Memo<Option<FieldValue>>, act: impl Fn(String) + 'static) -> impl IntoView {
     let options = move || {
         let Some(FieldValue::Group(now, groups)) = value.get() else { return Vec::new() };

@@ -64,11 +64,9 @@ pub(super) struct Choices<T: 'static> {
 
 pub(super) const LAYERS: Choices<Layer> = Choices { all: &Layer::ALL, word: Layer::word, name: layer_word };
 
-/// The layers for pads.
 pub(super) const COPPER: Choices<Layer> =
     Choices { all: &[Layer::Top, Layer::Bottom, Layer::Both], word: Layer::word, name: layer_word };
 
-/// Pad shapes.
 pub(super) const SHAPES: Choices<PadShape> =
     Choices { all: &PadShape::ALL, word: PadShape::word, name: shape_word };
 
@@ -95,7 +93,6 @@ impl<T: Copy + PartialEq + Send + Sync> Choices<T> {
             .child((several, words.collect::<Vec<_>>()))
     }
 
-    /// A row of buttons, one per choice.
     pub(super) fn buttons(
         &self,
         label: impl Fn() -> String + Send + Sync + 'static,
@@ -111,7 +108,6 @@ impl<T: Copy + PartialEq + Send + Sync> Choices<T> {
     }
 }
 
-/// A menu with its label.
 pub(super) fn labelled(id: String, field: Field, menu: impl IntoView) -> impl IntoView {
     label().class("field").attr("for", id).child((span().child(move || i18n::text(word(field), &[])), menu))
 }

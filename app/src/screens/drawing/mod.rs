@@ -32,7 +32,6 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-/// The panels next to the picture.
 pub(crate) fn drawing() -> impl IntoView {
     (
         div().class("panel left draw-left").child((tools::tools(), tree::tree())),
@@ -47,7 +46,6 @@ pub(crate) fn drawing() -> impl IntoView {
     )
 }
 
-/// Focuses the first element that matches `selector`.
 fn focus(selector: &str) {
     let found = document().query_selector(selector).ok().flatten();
     if let Some(element) = found.and_then(|found| found.dyn_into::<HtmlElement>().ok()) {
@@ -55,7 +53,6 @@ fn focus(selector: &str) {
     }
 }
 
-/// Gives the keyboard focus to the picture.
 fn focus_picture() {
     if let Ok(Some(stage)) = document().query_selector("main .stage") {
         let _ = stage.set_attribute("tabindex", "-1");
@@ -71,7 +68,6 @@ pub(crate) fn escape() {
     }
 }
 
-/// Runs a key of the editor.
 pub(crate) fn key(key: DrawKey) {
     match key {
         DrawKey::Rename => fields::rename(),

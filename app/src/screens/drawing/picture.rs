@@ -15,7 +15,6 @@ use web_sys::KeyboardEvent;
 /// Width of board in view when one position is shown, mm.
 const LOOK_MM: f64 = 12.0;
 
-/// Handles a pointer event while drawing.
 pub(crate) fn stroke(stroke: PointerStroke) {
     let PointerStroke { touch, at_mm, shift, ctrl } = stroke;
     if touch == Touch::Down {
@@ -55,7 +54,6 @@ fn space_moves(picture: Picture) {
     });
 }
 
-/// Passes changes to the picture while the screen is shown.
 pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<Palette>) {
     let on = Memo::new(move |_| ready.get() && read(|m| m.frame.tab == Tab::Draw));
     let front = Memo::new(move |_| (front(), read(|m| m.draw.editor.dim.then_some(m.draw.editor.pen.layer))));

@@ -18,7 +18,6 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlInputElement;
 
-/// Id of the coordinates field.
 const PLACE: &str = "draw-place";
 
 fn field() -> Option<HtmlInputElement> {
@@ -92,7 +91,6 @@ fn aim() -> String {
     )
 }
 
-/// The measurement, or the length of the track segment that is being drawn.
 fn measured() -> Option<String> {
     let aim = read(|m| m.draw.editor.aim.at());
     let (from, to) = match watch(|m| &m.draw.editor.doing).get() {

@@ -80,14 +80,12 @@ fn change(edit: impl FnOnce(&mut Pen)) {
     send(DrawEvent::Pen { pen });
 }
 
-/// Starts drawing tracks on the edge layer.
 pub(crate) fn draw_edge() {
     change(|pen| pen.layer = Layer::Edge);
     send(DrawEvent::Key { key: DrawKey::Tool(Tool::Track) });
     focus_picture();
 }
 
-/// The properties that the active tool uses.
 fn pen() -> impl IntoView {
     move || match read(|m| m.draw.editor.tool) {
         Tool::Track => div().class("draw-pen").child((layers(&LAYERS), size(Field::Width))).into_any(),
@@ -100,7 +98,6 @@ fn pen() -> impl IntoView {
     }
 }
 
-/// The layers that the active tool can draw on.
 fn layers(choices: &'static Choices<Layer>) -> impl IntoView {
     let now = move || {
         read(|m| {
@@ -142,7 +139,6 @@ fn plated() -> impl IntoView {
     )
 }
 
-/// Grid on or off, and its step.
 fn grid() -> impl IntoView {
     let grid = watch(|m| &m.draw.editor.grid);
     let step = Memo::new(move |_| grid.get().step);

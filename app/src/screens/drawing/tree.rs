@@ -13,7 +13,6 @@ use leptos::ev::{self, DragEvent, KeyboardEvent, MouseEvent};
 use leptos::html::{div, h2, header, p, section, span};
 use leptos::prelude::*;
 
-/// MIME type of a dragged row.
 const DRAGGED: &str = "application/x-annulus-thing";
 
 pub(super) fn tree() -> impl IntoView {
@@ -96,7 +95,6 @@ fn is_line(event: &DragEvent) -> bool {
     is_line
 }
 
-/// Opens or closes the selected group.
 fn open_button() -> impl IntoView {
     let group = Memo::new(move |_| {
         let shown = read(|m| m.draw.editor.chosen.first().copied())?;
@@ -119,7 +117,6 @@ fn place(at: Point) -> String {
     format!("{} {}", number(unit.short(at.x.mm())), number(unit.short(at.y.mm())))
 }
 
-/// The text of a row.
 fn words(row: &TreeRow) -> String {
     let unit = read(|m| m.frame.unit);
     let size = |length: Length| number(unit.short(length.mm()));

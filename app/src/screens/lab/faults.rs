@@ -18,7 +18,6 @@ use leptos::html::{div, h3, input, label, li, p, section, span, ul};
 use leptos::prelude::*;
 use std::collections::BTreeMap;
 
-/// The selected faults by name, with the number of holes after which each occurs.
 type Chosen = BTreeMap<&'static str, u32>;
 
 fn of_words(words: &[String]) -> Chosen {
@@ -70,7 +69,6 @@ fn table() -> impl IntoView {
     ))
 }
 
-/// The active faults in words.
 fn in_force(words: &[String]) -> String {
     if words.is_empty() {
         return say!("page.lab.faults.none");

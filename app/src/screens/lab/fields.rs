@@ -13,14 +13,12 @@ pub(super) struct Field {
     /// Key in the Lab's edits.
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
-    /// Minimum and maximum.
     pub(super) range: (f64, f64),
     /// The default value.
     pub(super) own: Memo<f64>,
 }
 
 impl Field {
-    /// The displayed text.
     pub(super) fn text(self) -> String {
         let typed = shared(|m| &m.lab.bench).with(|bench| bench.fields.get(self.name).cloned());
         typed.unwrap_or_else(|| number(plain(self.own.get())))
@@ -31,7 +29,6 @@ impl Field {
         typed_in(&self.text(), self.range)
     }
 
-    /// The field with its label.
     pub(super) fn view(self, words: impl Fn() -> String + Send + Sync + 'static) -> impl IntoView {
         let why = Memo::new(move |_| number_refusal(&self.text(), self.range));
         let input = typed_input("decimal", move || self.text(), move || why.with(Option::is_some))
@@ -46,7 +43,6 @@ impl Field {
     }
 }
 
-/// Asks the user to correct the fields.
 pub(super) fn mend() -> impl IntoView {
     leptos::html::p().class("quiet empty").child(t!("page.lab.mend"))
 }

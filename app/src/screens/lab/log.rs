@@ -48,7 +48,6 @@ fn in_words(event: &LogEvent) -> String {
     }
 }
 
-/// ISO 8601 date and time, for files.
 pub(super) fn date_and_clock(at_ms: f64) -> String {
     js_sys::Date::new(&at_ms.into()).to_iso_string().as_string().unwrap_or_default()
 }

@@ -16,7 +16,6 @@ use leptos::prelude::*;
 
 const LEASE_MINUTES: u8 = 5;
 
-/// Length of a pulse, ms.
 const PULSE_MS: u32 = 200;
 
 pub(super) fn outputs() -> impl IntoView {

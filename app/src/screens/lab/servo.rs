@@ -239,7 +239,6 @@ fn drawn(found: &Found) -> Plot {
     Plot { title: String::new(), panels }
 }
 
-/// A table with one row per controller.
 fn numbers(heads: Vec<String>, rows: Vec<Vec<String>>) -> impl IntoView {
     let heads = heads.into_iter().map(|head| th().attr("scope", "col").class("number").child(head));
     let rows = rows.into_iter().enumerate().map(|(at, cells)| {

@@ -15,7 +15,6 @@ use annulus_core::wire::{Ask, DrilledReport};
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
 
-/// The state, its meaning, and who has control.
 pub(crate) fn banner() -> impl IntoView {
     // A memo, because statuses arrive every 40 ms: the button must not be replaced while it is pressed.
     let look = Memo::new(|_| words::of());
@@ -176,7 +175,6 @@ fn other_firmware() -> impl IntoView {
     }
 }
 
-/// What happened, and what to do.
 fn said(why: Diagnostic) -> [Words; 2] {
     let cure = why.clone();
     [Box::new(move || message(&why)), Box::new(move || advice(&cure))]

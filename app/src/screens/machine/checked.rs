@@ -40,7 +40,6 @@ pub(super) fn checked() -> impl IntoView {
     }
 }
 
-/// The progress or the result.
 fn words(report: &CheckModeReport) -> String {
     let (done, of, refused) = (report.done, report.of, report.refused);
     match &report.why {
@@ -51,7 +50,6 @@ fn words(report: &CheckModeReport) -> String {
     }
 }
 
-/// The rejected lines, as far as they are reported.
 fn lines(report: &CheckModeReport) -> impl IntoView + use<> {
     let row = |line: u32, what: String| li().child(say!("page.check.line", line = line, what = what));
     let all = report.lines.iter().map(|why| row(why.place.as_ref().map_or(0, |at| at.line), message(why)));

@@ -13,9 +13,7 @@ use leptos::html::{details, div, p, summary, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use leptos::svg::{circle, svg};
 
-/// Holes in the table.
 const LISTED: usize = 12;
-/// Minimum deviation for the full colour, mm.
 const FULL_MM: f64 = 0.1;
 
 fn mm(mm: f64) -> String {
@@ -66,7 +64,6 @@ pub(super) fn contacts() -> impl IntoView {
     }
 }
 
-/// The holes with the largest deviation.
 fn listed(rows: Memo<Vec<ContactRow>>) -> impl IntoView {
     let cell = |words: fn() -> String| th().attr("scope", "col").child(words);
     let row = |row: ContactRow| {

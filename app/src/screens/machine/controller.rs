@@ -11,7 +11,6 @@ use annulus_core::wire::Ask;
 use leptos::html::{details, div, h2, header, li, p, section, summary, ul};
 use leptos::prelude::*;
 
-/// Maximum probe depth, µm.
 const PROBE_UM: u32 = 10_000;
 
 fn wish(event: ControllerEvent) {
@@ -23,7 +22,6 @@ pub(super) fn chosen() -> bool {
     read(|m| m.link.controller.chosen)
 }
 
-/// True if the machine is a controller that plans its own motion.
 pub(super) fn plans() -> bool {
     read(|m| m.link.controller.plans())
 }

@@ -28,7 +28,6 @@ pub(super) fn is_to_be_told(closed: Option<DrilledReport>) -> bool {
     }
 }
 
-/// The notice. Closing it stores the report in `closed`.
 pub(super) fn ended(closed: RwSignal<Option<DrilledReport>>) -> impl IntoView {
     let differs = Memo::new(move |_| differs());
     move || match (differs.get(), watch(|m| &m.link.ended).get()) {
@@ -58,7 +57,6 @@ pub fn elsewhere() -> impl IntoView {
     move || told.get().map(|ended| as_told(ended, there()))
 }
 
-/// The notice and its buttons.
 fn as_told(ended: LastJob, buttons: impl IntoView + 'static) -> impl IntoView {
     let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
     let word = by_you.unwrap_or_else(|| words::ending(ended.end.ending));

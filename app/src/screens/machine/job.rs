@@ -136,7 +136,6 @@ fn progress() -> impl IntoView {
     ))
 }
 
-/// The current hole or toolpath of its part.
 fn within(part: Memo<Option<(Named, u32)>>) -> impl Fn() -> Option<String> + Send + Sync + 'static {
     move || {
         part.get().map(|(part, done)| {
@@ -150,7 +149,6 @@ fn within(part: Memo<Option<(Named, u32)>>) -> impl Fn() -> Option<String> + Sen
     }
 }
 
-/// A part of the running job with its names.
 #[derive(Clone, PartialEq)]
 struct Named {
     part: WorkPart,
@@ -193,7 +191,6 @@ fn part_in_work() -> Memo<Option<(Named, u32)>> {
     })
 }
 
-/// A sentence about the current work, and which part of the job it is.
 fn sentence_of(named: &Named) -> String {
     let work = named.operation.clone().unwrap_or_else(|| {
         crate::i18n::text(
@@ -219,7 +216,6 @@ fn stages() -> impl IntoView {
     div().class("stages").attr("role", "group").attr("aria-label", t!("page.stage.title")).child(chips)
 }
 
-/// *Resume* for an interrupted job, and *Start…*.
 fn begin_or_resume(can_start: impl Fn() -> bool + Copy + Send + Sync + 'static) -> impl IntoView {
     let interrupted = offer::of_main_button();
     // After STOP the user most likely wants to resume: that button is first.
@@ -295,14 +291,12 @@ fn controls() -> impl IntoView {
     ))
 }
 
-/// Percent values of a menu with their texts.
 type Percents = &'static [(u8, &'static str)];
 
 const HUNDREDS: Percents =
     &[(10, "10"), (25, "25"), (50, "50"), (75, "75"), (100, "100"), (125, "125"), (150, "150"), (200, "200")];
 const RAPIDS: Percents = &[(25, "25"), (50, "50"), (100, "100")];
 
-/// An override of the machine.
 #[derive(Clone, Copy)]
 struct Overridden {
     name: &'static str,

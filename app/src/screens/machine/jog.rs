@@ -14,7 +14,6 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::{HtmlElement, KeyboardEvent, Node, PointerEvent};
 
-/// Element id, for focusing.
 const PAD: &str = "jog-pad";
 
 /// The button of one direction. Needs the pad's [`listen`] for the release.
@@ -235,7 +234,6 @@ fn arm() {
     }
 }
 
-/// The direction of a key.
 fn way(event: &KeyboardEvent) -> Option<JogDirection> {
     match keys::by_hand(&event.key()) {
         Some(HandKey::Move { axis, up }) => Some((axis, up)),

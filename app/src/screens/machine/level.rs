@@ -22,7 +22,6 @@ use leptos::html::{div, p};
 use leptos::prelude::*;
 use leptos::svg::{circle, rect, svg};
 
-/// Hues of the lowest and the highest point.
 const HUES_DEG: [f64; 2] = [220.0, 25.0];
 
 pub(super) fn level() -> impl IntoView {
@@ -30,7 +29,6 @@ pub(super) fn level() -> impl IntoView {
     (show, box_of())
 }
 
-/// The distance between the points.
 fn spacings() -> impl IntoView {
     let choices = SPACINGS_MM.map(|mm| {
         choice(
@@ -95,7 +93,6 @@ fn box_of() -> impl IntoView {
     )
 }
 
-/// The progress or the result.
 fn says(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) -> String {
     let mm = |length: Length| crate::i18n::number(format!("{:.3}", length.mm()));
     if report.goes {
@@ -112,7 +109,6 @@ fn says(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) 
     }
 }
 
-/// Problems of the saved map, of the planned one, and of the last request.
 fn troubles(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) -> Vec<AnyView> {
     let other = match &plan {
         Some(Ok(plan)) if report.grid.is_some() && !same_job(&plan.job, &report.job) => {

@@ -24,7 +24,6 @@ fn name(step: ChangeStep) -> String {
     crate::i18n::text(step.sentence_key(), &[])
 }
 
-/// The slots, and the spindle.
 fn list(stock: &ToolStock) -> impl IntoView + use<> {
     let row = |what: String, holds: String| li().child((strong().child(what), " ", holds));
     let held = match &stock.spindle {
@@ -147,7 +146,6 @@ fn needed() -> Option<Vec<Option<StockedTool>>> {
     Some(shared(|m| &m.machine).with(|machine| laid_out(&bits, machine, &known)))
 }
 
-/// The user states what is in the slots.
 fn edit() -> impl IntoView {
     let tools = Memo::new(move |_| needed());
     let says = |places: Vec<Option<StockedTool>>| link::ask(Ask::Stock { places, spindle: Held::Nothing });
@@ -177,7 +175,6 @@ fn edit() -> impl IntoView {
     ))
 }
 
-/// The block of a machine with a magazine.
 pub(super) fn magazine() -> impl IntoView {
     let report = move || shared(|m| &m.link.magazine).get();
     // In a tool change that waits for the user, the dialog asks.

@@ -58,7 +58,6 @@ fn operate() -> impl IntoView {
         ))
 }
 
-/// True if the set-up, which contains some dialogs, is visible.
 pub(crate) fn set_up_is_seen() -> bool {
     let found = document().query_selector(".set-up").ok().flatten();
     found.and_then(|found| found.dyn_into::<HtmlElement>().ok()).is_some_and(|one| one.offset_width() > 0)
@@ -73,7 +72,6 @@ fn large() -> impl IntoView {
     })
 }
 
-/// Everything around the map.
 pub fn machine() -> impl IntoView {
     let met = || read(|m| m.link.ever);
     let sides = move || {

@@ -36,7 +36,6 @@ fn spindle_words(state: SpindleState, wanted_rpm: u32) -> Option<String> {
     })
 }
 
-/// The tone of a machine state of the same urgency.
 fn spindle_tone(state: SpindleState) -> &'static str {
     match state {
         SpindleState::AtSpeed { .. } => "tone-run",

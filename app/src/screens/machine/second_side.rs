@@ -135,7 +135,6 @@ fn camera() -> impl IntoView {
     ))
 }
 
-/// The camera's offset, calibrated with a dot.
 fn learnt() -> impl IntoView {
     let mm = |mm: f64| number(format!("{mm:.2}"));
     let says = move || match (read(|m| m.second_side.offset_mm), read(|m| m.second_side.dot_mm)) {

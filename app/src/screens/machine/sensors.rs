@@ -56,7 +56,6 @@ fn cause(name: &str) -> &'static str {
     }
 }
 
-/// A position where steps were lost.
 fn slip(slip: &SlipReport) -> impl IntoView + use<> {
     let (axis, place) = (axis_name(usize::from(slip.axis)), format!("{:.2}", slip.place_mm));
     let (lost, why) = (slip.lost, cause(&slip.cause));

@@ -12,7 +12,6 @@ use leptos::ev;
 use leptos::html::{button, div, h2, header, p, section, span};
 use leptos::prelude::*;
 
-/// Element id of the text below Home.
 const HOME_IS: &str = "home-is";
 
 /// Key of the reason why homing is disabled; none if it is enabled.

@@ -16,7 +16,6 @@ use annulus_core::wire::{Ask, LengthKnown};
 use leptos::html::{div, li, ol, p, span, ul};
 use leptos::prelude::*;
 
-/// The tool before leg `leg`, and the one that it asks for.
 fn bits(program: &Program, leg: usize) -> (Option<u32>, Option<u32>) {
     let asked = |commands: &[Command]| {
         commands.iter().rev().find_map(|command| match command {
@@ -41,13 +40,11 @@ fn tool(number: Option<u32>) -> Option<(String, RackTool, ToolWear)> {
     })
 }
 
-/// The wanted tool if it is worn: then a new one must be put in.
 fn worn() -> Option<(String, RackTool, ToolWear)> {
     let wanted = tool(read(|m| m.link.tools.wanted));
     wanted.filter(|(_, tool, wear)| wear.is_over(tool.life))
 }
 
-/// The names of the previous and the wanted tool.
 fn change() -> (Option<String>, Option<String>) {
     let (before, wanted) = read(|m| (m.link.tools.in_spindle, m.link.tools.wanted));
     let (bit_before, bit_wanted) = bits_of_change();
@@ -80,7 +77,6 @@ fn named(tool: Option<String>) -> String {
     tool.unwrap_or_else(|| say!("page.change.none"))
 }
 
-/// The steps of an automatic tool measurement, with the current one marked.
 fn measurement() -> impl IntoView {
     let now = Memo::new(move |_| words::measuring());
     let rows = words::MEASUREMENT.into_iter().enumerate().map(move |(row, word)| {
@@ -98,7 +94,6 @@ fn by_itself(changes: Memo<Option<[u32; 2]>>) -> impl IntoView {
     })
 }
 
-/// The previous and the wanted tool.
 fn from_to() -> impl IntoView {
     let from = move || {
         let before = div().child((
@@ -146,7 +141,6 @@ fn checks() -> impl IntoView {
         .child(move || rows.get().unwrap_or_default().into_iter().map(row).collect_view())
 }
 
-/// The steps for the user.
 fn steps() -> impl IntoView {
     let measures =
         |m: &Model| m.link.controller.who.as_ref().is_some_and(|who| who.lengths.in_force().is_some());
@@ -197,7 +191,6 @@ fn length_words(known: LengthKnown) -> String {
     }
 }
 
-/// The ways to make the tool length known, within the dialog.
 fn length_asks() -> impl IntoView {
     let has_setter = || read(|m| m.machine.change.setter.on);
     let is_asked = Memo::new(move |_| match length_known() {

@@ -43,7 +43,6 @@ pub(super) fn touch_off() -> impl IntoView {
     ))
 }
 
-/// The button of a point of the board.
 fn place(target: Memo<TouchTarget>, own: TouchTarget) -> impl IntoView {
     const ARROWS: [[&str; 3]; 3] = [["↗", "↑", "↖"], ["→", "⊙", "←"], ["↘", "↓", "↙"]];
     let index = |side: i8| usize::from((side + 1).unsigned_abs());
@@ -69,7 +68,6 @@ fn place(target: Memo<TouchTarget>, own: TouchTarget) -> impl IntoView {
         .child(arrow)
 }
 
-/// Instruction for the next step.
 fn step(next: Option<TouchedPart>) -> String {
     match next {
         None => say!("page.touch.done"),

@@ -14,14 +14,10 @@ use annulus_core::steps::Stage;
 use annulus_core::wire::RowVerdict;
 use leptos::prelude::With;
 
-/// How a state is shown.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Key of its name.
     pub word: &'static str,
-    /// Key of the explanation.
     pub meaning: &'static str,
-    /// CSS class of the colour.
     pub tone: &'static str,
     pub icon: Icon,
 }
@@ -159,7 +155,6 @@ pub fn mills() -> bool {
     read(|m| m.link.status.as_ref().is_some_and(|status| status.toolpath.is_some()))
 }
 
-/// The stages of a hole or a toolpath, in order.
 pub const fn stages(mills: bool) -> [(Stage, &'static str); 4] {
     let work =
         if mills { (Stage::Mill, key!("page.stage.mill")) } else { (Stage::Drill, key!("page.stage.drill")) };

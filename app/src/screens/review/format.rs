@@ -95,7 +95,6 @@ pub(super) fn rival(document: &Document, file: &FileRow) -> Option<AnyView> {
     Some(figure.into_any())
 }
 
-/// The format of a drill file, and its contents.
 pub(crate) fn format(numbers: NumberReading, file: &FileRead, drill: Counts) -> impl IntoView + use<> {
     let counts =
         t!("page.review.counts", holes = drill.hits, slots = drill.slots, routes = drill.routed_paths);

@@ -47,7 +47,6 @@ pub(crate) fn review() -> impl IntoView {
     div().class("whole").child(div().class("review").child((head, unseen, body)))
 }
 
-/// The button back to the board that was open before.
 fn back() -> impl IntoView {
     let before = shared(|m| &m.before);
     move || {
@@ -133,7 +132,6 @@ fn line(document: &Arc<Document>, index: u32, row: &FileRow) -> impl IntoView + 
 const ROLES: [Role; 6] = [Role::Copper, Role::Mask, Role::Silk, Role::Paste, Role::Outline, Role::Other];
 const SIDES: [Option<Side>; 4] = [Some(Side::Top), Some(Side::Bottom), Some(Side::Inner), None];
 
-/// Reads the board again with another role for this file.
 fn say_role(file: &str, role: &str, side: &str) {
     let side = Some(side.to_owned()).filter(|side| !side.is_empty());
     send(FilesEvent::Role { file: file.to_owned(), role: role.to_owned(), side });

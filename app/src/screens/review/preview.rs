@@ -26,7 +26,6 @@ const HEIGHT: u32 = 72;
 /// Further triangles of a mesh are not drawn.
 const MOST: usize = 60_000;
 
-/// The thumbnail of file `index`, if there is one.
 pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> Option<AnyView> {
     let colour = LayerKind::of(file.read.role, file.read.side).colour(&Palette::DARK);
     let mut boards = document.reading.boards.iter().zip(&document.boards);
@@ -73,7 +72,6 @@ fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
 
-/// Holes at these positions, with the board's frame.
 pub(super) fn holes_of(places: &[Point], body: Option<Bounds>) -> Option<AnyView> {
     let around =
         Bounds::around(places.iter().copied().chain(body.iter().flat_map(|body| [body.min, body.max])))?;
@@ -124,7 +122,6 @@ fn discs(holes: impl Iterator<Item = (Point, Length)>) -> Mesh {
     mesh
 }
 
-/// Draws a mesh as a thumbnail.
 fn picture(mesh: Arc<Mesh>, colour: Colour) -> AnyView {
     let element = NodeRef::<html::Canvas>::new();
     element.on_load(move |element| draw(&element, &mesh, colour));
@@ -160,7 +157,6 @@ fn draw(element: &HtmlCanvasElement, mesh: &Mesh, colour: Colour) {
     context.fill();
 }
 
-/// Maximum number of file names shown per board.
 const MOST_NAMES: usize = 4;
 
 /// The menu, if there are several boards. The files of the boards that aren't chosen are left out.

@@ -10,7 +10,6 @@ use leptos::ev;
 use leptos::html::{details, div, input, label, p, span, summary};
 use leptos::prelude::*;
 
-/// The command of a shortcut, and its screen.
 fn name(shortcut: &Shortcut) -> String {
     let does = i18n::text(shortcut.name, &[]);
     match shortcut.tab {

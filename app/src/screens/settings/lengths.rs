@@ -45,7 +45,6 @@ pub(super) fn lengths() -> impl IntoView {
     ))
 }
 
-/// Two tools of different lengths, each with its tip on the board.
 fn against_board() -> impl IntoView {
     let picture =
         svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true");
@@ -58,7 +57,6 @@ fn against_board() -> impl IntoView {
     div().class("length-picture").child((picture, p().class("quiet").child(t!("page.lengths.board_is"))))
 }
 
-/// The body of a spindle.
 fn spindle(x: i32, y: i32) -> impl IntoView {
     rect().attr("x", x).attr("y", y).attr("width", 20).attr("height", 24)
 }

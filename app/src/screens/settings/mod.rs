@@ -25,7 +25,6 @@ fn section_name(section: &str) -> String {
         .map_or_else(|| i18n::text(&format!("page.section.{section}"), &[]), |key| i18n::text(key, &[]))
 }
 
-/// Pending changes, in the order of the table.
 fn changes() -> Vec<(String, Value)> {
     let machine = shared(|m| &m.machine).get();
     watch(|m| &m.settings).with(|draft| draft.changes(&machine))
@@ -71,7 +70,6 @@ pub(crate) fn settings() -> impl IntoView {
     )))
 }
 
-/// Settings of a controller that plans its own motion.
 fn of_controller() -> impl IntoView {
     (controller::mill(), lengths::lengths(), controller::changer(), controller::opening())
 }
@@ -87,7 +85,6 @@ fn signs() -> impl IntoView {
     ))
 }
 
-/// Why the bridge rejected the last request.
 fn refused_by_bridge() -> impl IntoView {
     let refused = watch(|m| &m.link.refused);
     move || refused.get().map(|why| refusal_text(message(&why)))

@@ -19,7 +19,6 @@ pub(super) fn name(section: &str) -> Option<&'static str> {
     })
 }
 
-/// The content of a section.
 pub(super) fn body(section: &str) -> AnyView {
     match section {
         "general" => general().into_any(),
@@ -90,7 +89,6 @@ fn forget() -> impl IntoView {
     )
 }
 
-/// Version, licence and other facts.
 fn about() -> impl IntoView {
     let row = |name: fn() -> String, value: AnyView| (dt().child(name), dd().child(value));
     let network = move || {

@@ -125,7 +125,6 @@ fn entry(now: Memo<String>, row: usize, column: &'static str, why: Memo<Option<D
         .into_any()
 }
 
-/// The tool of a line, and its wear.
 fn worn(line: &str) -> Option<(RackTool, ToolWear)> {
     let tool = RackTool::read(line).ok()?;
     let machine = shared(|m| &m.machine).with(|machine| machine.name.clone());
@@ -133,7 +132,6 @@ fn worn(line: &str) -> Option<(RackTool, ToolWear)> {
     Some((tool, wear))
 }
 
-/// The wear in words, with a bar if the tool has a life limit.
 fn wear(now: Memo<String>) -> impl IntoView {
     let said = Memo::new(move |_| now.with(|line| worn(line)));
     let share = move || said.with(|said| said.as_ref().and_then(|(tool, wear)| wear.share(tool.life)));

@@ -18,7 +18,6 @@ use leptos::ev;
 use leptos::html::{button, div, label, option, select, span};
 use leptos::prelude::*;
 
-/// A span of time with one operation and one tool.
 #[derive(Clone, Debug, PartialEq)]
 struct Band {
     /// Index into the operations of the job.
@@ -46,7 +45,6 @@ fn operation_of(mark: Mark) -> Option<usize> {
     }
 }
 
-/// The displayed name of a leg's operation.
 pub(super) fn operation(mark: Mark) -> Option<String> {
     name(operation_of(mark)?)
 }
@@ -162,7 +160,6 @@ fn sentence(warning: &Warning) -> String {
     }
 }
 
-/// The text of the mark at the current time.
 pub(super) fn said() -> Option<String> {
     let at_s = read(|m| m.play.at_s);
     shared(|m| &m.play.warnings).with(|warnings| mark_at(warnings, at_s).map(sentence))

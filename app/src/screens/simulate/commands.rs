@@ -12,7 +12,6 @@ use leptos::ev;
 use leptos::html::{div, h2, header, section, span};
 use leptos::prelude::*;
 
-/// Legs of the job, or lines of the program.
 pub(super) fn commands() -> impl IntoView {
     let shown = || read(|m| m.lines.shown);
     let choices = segmented(

@@ -20,7 +20,6 @@ use crate::page::send;
 use leptos::html::div;
 use leptos::prelude::*;
 
-/// Runs a playback shortcut.
 pub(crate) fn act(action: KeyAction) {
     send(match action {
         KeyAction::Play => PlayEvent::Toggle,
@@ -32,7 +31,6 @@ pub(crate) fn act(action: KeyAction) {
     });
 }
 
-/// The panels around the picture.
 pub(crate) fn simulate() -> impl IntoView {
     (
         div().class("panel right commands").child(commands::commands()),

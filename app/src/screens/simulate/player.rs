@@ -70,7 +70,6 @@ pub(super) fn controls() -> impl IntoView {
     ))
 }
 
-/// View options, and the number of problems on the way.
 fn looks() -> impl IntoView {
     use crate::i18n::key;
     let flat = label().class("row check").child((
@@ -118,7 +117,6 @@ fn looks() -> impl IntoView {
     div().class("row").child((views, flat, travel, wrong, said, none))
 }
 
-/// Tool speeds to choose from, mm/s.
 const WORKING_MM_PER_S: [f64; 7] = [1.0, 5.0, 10.0, 20.0, 50.0, 200.0, 1000.0];
 
 /// The speed: a factor of the planned speed, or a tool speed.

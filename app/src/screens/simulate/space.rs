@@ -21,7 +21,6 @@ use std::sync::Arc;
 
 const _: () = assert!(TILE == PATCH, "tiles of the stock are tiles of the picture");
 
-/// Passes changes of the carved board to the picture.
 pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>) {
     let low = Memo::new(move |_| {
         let low_mm = read(|m| m.play.carved.as_ref().map(|stock| stock.low_mm()))?;
@@ -62,7 +61,6 @@ pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Opti
     });
 }
 
-/// The content of the picture.
 #[derive(Clone)]
 struct Seen {
     low_mm: [f32; 2],
@@ -98,7 +96,6 @@ fn relief(stock: &Stock, low_mm: [f32; 2]) -> Relief {
     }
 }
 
-/// The tool at its current position.
 fn cutting(shown: Memo<Option<Arc<Shown>>>) -> Option<Cutting> {
     let now = board::moment()?;
     let [x, y, z] = now.position_mm;

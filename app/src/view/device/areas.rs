@@ -95,7 +95,6 @@ impl Layers {
         self.order.is_empty()
     }
 
-    /// Uploads a mesh and returns its number.
     pub(super) fn add(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mesh: Corners<'_>) -> u32 {
         self.next += 1;
         self.areas.insert(self.next, area(device, queue, mesh));
@@ -121,7 +120,6 @@ impl Layers {
         fill(device, queue, &mut self.tints, tints.as_flattened());
     }
 
-    /// Draws each layer, and its edges if `edged`.
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, cover: &Cover<'_>, edged: bool) {
         for (number, drawn) in &self.order {
             let Some(area) = self.areas.get(number) else { continue };

@@ -12,7 +12,6 @@ use super::pipelines::{
     INSTEAD, NUMBERS, group, group_layout, numbers_buffer, pipeline, pipeline_layout, texture_of,
 };
 
-/// The pipeline and, once there is a board, its depths.
 pub(super) struct Carved {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
@@ -31,7 +30,6 @@ struct Depths {
 }
 
 impl Carved {
-    /// For targets of this format.
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let stage = wgpu::ShaderStages::FRAGMENT;
         let depths = texture_of(wgpu::TextureSampleType::Uint);
@@ -70,7 +68,6 @@ impl Carved {
         }
     }
 
-    /// Draws over `view`, a window of this size.
     pub(super) fn draw(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),

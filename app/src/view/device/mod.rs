@@ -30,7 +30,6 @@ use still::Still;
 use strokes::{Kind, Sheaf, Strokes};
 use web_sys::HtmlCanvasElement;
 
-/// A canvas and its renderer.
 pub struct Device {
     surface: wgpu::Surface<'static>,
     device: wgpu::Device,
@@ -141,12 +140,10 @@ impl Device {
         self.strokes.set(&mut self.marks, (&self.device, &self.queue), marks);
     }
 
-    /// Replaces the marks over the scene.
     pub fn set_over(&mut self, marks: &[u8]) {
         self.strokes.set(&mut self.over, (&self.device, &self.queue), marks);
     }
 
-    /// Overwrites marks of the scene from index `first` on.
     pub fn write_marks(&self, first: u32, marks: &[u8]) {
         self.marks.write(&self.queue, first, marks);
     }
@@ -291,7 +288,6 @@ fn watch(device: &wgpu::Device, when_lost: impl FnOnce() + 'static) -> Arc<Atomi
     lost
 }
 
-/// The uniforms of the 2D view as a binding.
 fn frame_group(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout, wgpu::BindGroup) {
     let numbers = numbers_buffer(device, size_of::<FlatNumbers>());
     let layout = group_layout(device, &[(wgpu::ShaderStages::VERTEX_FRAGMENT, NUMBERS)]);
@@ -326,7 +322,6 @@ fn fill(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &mut wgpu::Buffer, b
     queue.write_buffer(buffer, 0, bytes);
 }
 
-/// A vertex buffer of this size.
 fn vertex_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("vertices"),

@@ -2,7 +2,6 @@
 
 use super::pipelines::{INSTEAD, group, group_layout, pipeline, pipeline_layout, texture_of};
 
-/// Composes off-screen pictures onto the window.
 pub(super) struct Laying {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
@@ -20,13 +19,11 @@ pub(super) struct OffScreen {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fit {
-    /// Same size as the window.
     Same,
     Stretched,
 }
 
 impl Laying {
-    /// For windows of `format`.
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, fit: Fit) -> Self {
         let stage = wgpu::ShaderStages::FRAGMENT;
         let picture = texture_of(wgpu::TextureSampleType::Float { filterable: true });
@@ -45,7 +42,6 @@ impl Laying {
         Self { pipeline, layout, between, format }
     }
 
-    /// Creates a picture with this many samples per pixel.
     pub(super) fn picture(&self, device: &wgpu::Device, size_px: [u32; 2], samples: u32) -> OffScreen {
         let [width, height] = size_px;
         let texture = |sample_count, usage| {
@@ -68,7 +64,6 @@ impl Laying {
         OffScreen { size_px, view, samples, group }
     }
 
-    /// Draws the picture over the window.
     pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>, picture: &OffScreen) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &picture.group, &[]);
@@ -77,7 +72,6 @@ impl Laying {
 }
 
 impl OffScreen {
-    /// Starts a pass on the picture, cleared to black.
     pub(super) fn begin<'a>(&self, encoder: &'a mut wgpu::CommandEncoder) -> wgpu::RenderPass<'a> {
         let resolved = self.samples.as_ref().map(|_| &self.view);
         begin(encoder, self.samples.as_ref().unwrap_or(&self.view), resolved)

@@ -6,21 +6,17 @@ pub(super) struct Paint {
     pub(super) writes: wgpu::ColorWrites,
 }
 
-/// Blends over the existing content.
 pub(super) const OVER: Paint =
     Paint { blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING), writes: wgpu::ColorWrites::ALL };
 
-/// Replaces the existing content.
 pub(super) const INSTEAD: Paint = Paint { blend: None, writes: wgpu::ColorWrites::ALL };
 
-/// A uniform buffer binding.
 pub(super) const NUMBERS: wgpu::BindingType = wgpu::BindingType::Buffer {
     ty: wgpu::BufferBindingType::Uniform,
     has_dynamic_offset: false,
     min_binding_size: None,
 };
 
-/// A texture binding, with or without filtering.
 pub(super) const fn texture_of(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     wgpu::BindingType::Texture {
         sample_type,
@@ -29,14 +25,11 @@ pub(super) const fn texture_of(sample_type: wgpu::TextureSampleType) -> wgpu::Bi
     }
 }
 
-/// The names of vertex and fragment shader, and the primitive type.
 pub(super) type Drawing = ([&'static str; 2], wgpu::PrimitiveTopology);
 
-/// Creates a pipeline.
 pub(super) type Make<'a> =
     dyn Fn(&Paint, Drawing, &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline + 'a;
 
-/// A uniform buffer of this size.
 pub(super) fn numbers_buffer(device: &wgpu::Device, bytes: usize) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("numbers"),
@@ -58,7 +51,6 @@ pub(super) fn group_layout(
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// A bind group for `layout`.
 pub(super) fn group<const N: usize>(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
@@ -69,7 +61,6 @@ pub(super) fn group<const N: usize>(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
-/// A pipeline layout with these bind groups.
 pub(super) fn pipeline_layout(
     device: &wgpu::Device,
     groups: &[&wgpu::BindGroupLayout],
@@ -82,7 +73,6 @@ pub(super) fn pipeline_layout(
     })
 }
 
-/// A pipeline for targets of this format and sample count.
 pub(super) fn pipeline(
     device: &wgpu::Device,
     (layout, shader): (&wgpu::PipelineLayout, &wgpu::ShaderModule),

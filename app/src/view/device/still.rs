@@ -64,12 +64,10 @@ impl Still {
         self.drawn_with = None;
     }
 
-    /// Uploads a mesh and returns its number.
     pub(super) fn add_mesh(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mesh: Corners<'_>) -> u32 {
         self.layers.add(device, queue, mesh)
     }
 
-    /// Replaces the layers, three numbers per row.
     pub(super) fn set_layers(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, rows: &[u32]) {
         self.layers.set(device, queue, rows);
         self.drawn_with = None;
@@ -108,7 +106,6 @@ impl Still {
         self.drawn_with = Some(with.to_vec());
     }
 
-    /// Draws the picture over the window.
     pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(picture) = &self.picture {
             self.laying.lay(pass, picture);

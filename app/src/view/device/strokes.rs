@@ -12,14 +12,12 @@ use std::ops::Range;
 
 /// Marks per texture row; the shader has the same number.
 const ROW: u32 = 1024;
-/// Bytes per mark.
 const BYTES: u32 = 32;
 /// Texels per mark, 16 bytes each.
 const TEXELS: u32 = BYTES / 16;
 /// Vertices per mark: two triangles.
 const CORNERS: u32 = 6;
 
-/// The pipelines for marks.
 pub(super) struct Strokes {
     lines: wgpu::RenderPipeline,
     discs: wgpu::RenderPipeline,
@@ -31,7 +29,6 @@ pub(super) struct Strokes {
 pub(super) enum Kind {
     Lines,
     Discs,
-    /// The tool's cross-hair.
     Head,
 }
 
@@ -60,7 +57,6 @@ impl Strokes {
         Self { lines, discs, head, layout }
     }
 
-    /// An empty set of marks.
     pub(super) fn sheaf(&self, device: &wgpu::Device) -> Sheaf {
         self.with_rows(device, 1)
     }

@@ -45,7 +45,6 @@ pub(super) fn motion() -> impl IntoView {
 /// The edited dynamics table, and the core's checks of it.
 #[derive(Clone, Copy)]
 struct Shown {
-    /// Rows as typed.
     rows: Memo<Vec<StateRow>>,
     /// None if a cell isn't a number.
     table: Memo<Option<Dynamics>>,
@@ -54,7 +53,6 @@ struct Shown {
     /// True if the table may be used.
     sound: Memo<bool>,
     interrupts: Field,
-    /// Length of the move in steps.
     steps: Field,
 }
 
@@ -90,7 +88,6 @@ fn shown() -> Shown {
     }
 }
 
-/// Names of the axes whose speed is plotted.
 fn axes() -> [String; 3] {
     [0, 1, 2].map(axis_name)
 }

@@ -31,7 +31,6 @@ struct Typed {
     order: Field,
 }
 
-/// The three laws for one move.
 #[derive(Clone, Debug, PartialEq)]
 struct Compared {
     length_mm: f64,
@@ -208,7 +207,6 @@ fn numbers(compared: Compared) -> impl IntoView {
     ))
 }
 
-/// The automatic choice of a law, and the reason.
 fn chosen(compared: Compared) -> impl IntoView {
     let Compared { choice, length_mm, least_s, .. } = compared;
     let law = usize::from(choice.choice != MotionLaw::Linear);

@@ -23,7 +23,6 @@ use annulus_core::machine::{Machine, PhaseTable};
 use leptos::html::{div, h3, li, p, section, span, strong, ul};
 use leptos::prelude::*;
 
-/// The edited table and the current step.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
     columns: Memo<Vec<u8>>,
@@ -38,19 +37,16 @@ impl Table {
         lab::change(None, |bench| bench.with_table(motor, &columns, edit));
     }
 
-    /// Index of the current column.
     fn column(self) -> usize {
         let steps = self.driver.with(Commutator::steps);
         self.columns.with(|columns| steps.saturating_sub(1).rem_euclid(columns.len().max(1) as i64) as usize)
     }
 }
 
-/// The machine's table of `motor`.
 fn of_machine(machine: &Machine, motor: usize) -> Vec<u8> {
     machine.axis(motor).phases.columns.clone()
 }
 
-/// Settings of the tables, by motor.
 const KEYS: [&str; 3] = ["x.phases", "y.phases", "z.phases"];
 
 pub(super) fn phases() -> impl IntoView {
@@ -86,7 +82,6 @@ pub(super) fn phases() -> impl IntoView {
     ))
 }
 
-/// The errors of the table, as sentences.
 fn verdict(findings: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let count = move || findings.with(Vec::len);
     section().class("block findings").attr("aria-label", t!("page.lab.phases.findings")).child((

@@ -100,7 +100,6 @@ fn breakpoint(at: usize) -> impl IntoView {
         .child(span())
 }
 
-/// Initial arguments for `word`.
 fn beginning(word: &Word) -> String {
     let each =
         word.arguments.iter().filter(|argument| !argument.optional).map(|argument| match argument.kind {
@@ -199,7 +198,6 @@ fn result(at: usize, wrong: Option<Diagnostic>) -> AnyView {
     }
 }
 
-/// Focuses row `at`.
 pub(super) fn focus(at: usize) {
     request_animation_frame(move || {
         let found =

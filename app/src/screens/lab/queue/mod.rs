@@ -35,7 +35,6 @@ fn edit(field: Option<&str>, edit: &QueueEdit) {
     send(LabEvent::Row { at });
 }
 
-/// All errors of the queue.
 fn refusals() -> Vec<Diagnostic> {
     if let Some(wrong) = lab::queue().with(|queue| queue.as_ref().err().cloned()) {
         return wrong;
@@ -45,13 +44,11 @@ fn refusals() -> Vec<Diagnostic> {
     lab::checked().with(refused).into_iter().collect()
 }
 
-/// The error of line `at`, if any.
 fn refusal_of(at: usize) -> Option<Diagnostic> {
     let line = |diagnostic: &Diagnostic| diagnostic.place.as_ref().map(|place| place.line as usize);
     refusals().into_iter().find(|diagnostic| line(diagnostic) == Some(at + 1))
 }
 
-/// The result of line `at`, if it has run.
 fn result_of(at: usize) -> Option<RowResult> {
     if read(|m| m.lab.on_machine) {
         return watch(|m| &m.link.queue.results).with(|results| results.get(at).cloned());
@@ -59,17 +56,14 @@ fn result_of(at: usize) -> Option<RowResult> {
     shared(|m| &m.lab.run.results).with(|results| results.get(at).cloned())
 }
 
-/// The line to run next.
 fn next_row() -> Option<usize> {
     read(|m| if m.lab.on_machine { m.link.queue.status.row.map(|row| row as usize) } else { m.lab.run.next })
 }
 
-/// True if it may run.
 fn sound() -> bool {
     lab::lines().with(|lines| !lines.is_empty()) && refusals().is_empty()
 }
 
-/// True if the machine has this queue and is stopped in it.
 fn held_on_machine() -> bool {
     let text = lab::lines().with(|lines| to_text(lines));
     watch(|m| &m.link.queue.text).with(|held| *held == text)

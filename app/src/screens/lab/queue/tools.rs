@@ -12,7 +12,6 @@ use annulus_core::wire::{Ask, QueuePhase};
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
-/// An example queue: home, two holes, three more in a row.
 const EXAMPLE: &str = "HOME ALL\nSPINDLE 20000\nREPEAT 3  ; three holes in a row\nMOVE_BY 200 0\nDRILL_DOWN\nDRILL_UP\nEND\nSPINDLE 0\n";
 
 pub(super) fn tools() -> impl IntoView {
@@ -84,7 +83,6 @@ pub(super) fn tools() -> impl IntoView {
     ))
 }
 
-/// The target (page or machine), and the run buttons.
 fn runs() -> impl IntoView {
     let on_machine = || read(|m| m.lab.on_machine);
     let ready = move || {

@@ -10,7 +10,6 @@ use annulus_core::wire::QueuePhase;
 use leptos::html::{div, li, p, span, strong, ul};
 use leptos::prelude::*;
 
-/// The foot of the panel.
 pub(super) fn verdict() -> impl IntoView {
     let wrong = Memo::new(move |_| super::refusals());
     let headline = move || {
@@ -39,7 +38,6 @@ pub(super) fn verdict() -> impl IntoView {
         ))
 }
 
-/// State of the run, in the page or on the machine.
 fn running() -> String {
     if !read(|m| m.lab.on_machine) {
         return watch(|m| &m.lab.run.said).get().map(|text| sentence(&text)).unwrap_or_default();
