@@ -16,7 +16,6 @@ impl<'a> Writer<'a> {
         Self { out, length: 0 }
     }
 
-    /// Raw bytes.
     pub fn bytes(&mut self, bytes: &[u8]) {
         if let Some(place) = self.out.get_mut(self.length..self.length + bytes.len()) {
             place.copy_from_slice(bytes);
@@ -59,14 +58,12 @@ impl<'a> Reader<'a> {
         Self { bytes }
     }
 
-    /// The next `count` bytes.
     pub fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.bytes.split_at_checked(count)?;
         self.bytes = rest;
         Some(taken)
     }
 
-    /// A number that is usually small.
     pub fn short(&mut self) -> Option<u32> {
         let mut number = 0_u32;
         for shift in [0, 7, 14, 21, 28] {
@@ -110,13 +107,11 @@ impl<'a> Reader<'a> {
         Some(())
     }
 
-    /// The unread bytes.
     pub fn rest(self) -> &'a [u8] {
         self.bytes
     }
 }
 
-/// A value with one fixed byte layout.
 pub trait Plain: Sized {
     /// All zeros.
     const NONE: Self;

@@ -57,12 +57,10 @@ pub fn places(first: [i32; AXES], last: [i32; AXES]) -> u32 {
     bytes.fold(Crc::new(), Crc::with).value()
 }
 
-/// State of an axis before a chunk, as its pulses see it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Before {
     /// Ticks since its last step.
     pub since: u32,
-    /// Direction of that step.
     pub forward: bool,
     /// Direction that its pin shows now: the next step's, as announced by the last chunk.
     pub shown: bool,

@@ -29,7 +29,6 @@ impl Crc {
         Self(!0)
     }
 
-    /// Adds one byte.
     #[inline]
     pub const fn with(self, byte: u8) -> Self {
         Self(TABLE[((self.0 ^ byte as u32) & 0xFF) as usize] ^ self.0 >> 8)
@@ -47,7 +46,6 @@ impl Default for Crc {
     }
 }
 
-/// The checksum of `bytes`.
 pub const fn crc32c(bytes: &[u8]) -> u32 {
     let (mut crc, mut at) = (Crc::new(), 0);
     while at < bytes.len() {

@@ -11,17 +11,14 @@ use crate::frame::PAYLOAD;
 use crate::message::Chunk;
 use crate::run::{Cursor, Run};
 
-/// Most runs of one axis in a chunk.
 const MOST: usize = 240;
 
 /// Most runs of all axes in a chunk: the adapter checks a chunk without a pause, and must still make words
 /// in time.
 const ALL: usize = 128;
 
-/// How to cut chunks.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// Length in ticks.
     pub ticks: u32,
     /// Largest fall or rise of the rate in a slice of [`SLICE`] ticks, in 1/65,536 of full rate.
     pub fall: u16,
@@ -37,7 +34,6 @@ impl Rule {
     }
 }
 
-/// Runs of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Runs {
     list: [Run; MOST],
@@ -61,7 +57,6 @@ impl Runs {
     }
 }
 
-/// A chunk, cut from the path.
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// Its head; [`write()`] sets the run counts.
@@ -76,7 +71,6 @@ impl Piece {
     }
 }
 
-/// Position of an axis in its runs.
 #[derive(Clone, Copy, Debug)]
 struct Place<'a> {
     run: Option<Run>,
@@ -124,7 +118,6 @@ impl Place<'_> {
     }
 }
 
-/// The path that is left to cut.
 #[derive(Clone, Debug)]
 pub struct ChunkCutter<'a> {
     axes: [Place<'a>; AXES],
@@ -145,12 +138,10 @@ impl<'a> ChunkCutter<'a> {
         Self { axes, at: 0, left: ticks, number, index }
     }
 
-    /// Returns `true` if everything is cut.
     pub fn is_done(&self) -> bool {
         self.left == 0
     }
 
-    /// Number of the next chunk.
     pub fn number(&self) -> u32 {
         self.number
     }

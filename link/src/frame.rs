@@ -14,7 +14,6 @@ pub const PAYLOAD: usize = 1024;
 /// Bytes of header and checksum.
 pub const AROUND: usize = 13;
 
-/// Longest frame before stuffing.
 pub const FRAME: usize = PAYLOAD + AROUND;
 
 /// Longest frame on the line.

@@ -54,13 +54,11 @@ pub const AXES: usize = 4;
 /// Inputs of one adapter, without the emergency stop.
 pub const INPUTS: usize = 8;
 
-/// Ticks per second.
 pub const TICK_HZ: u32 = 10_000_000;
 
 /// Clock cycles per tick: at 120 MHz, a whole number.
 pub const CYCLES_PER_TICK: u32 = 12;
 
-/// Newest version of the link that this build speaks.
 pub const NEWEST: u16 = 1;
 
 /// Oldest version of the link that this build still speaks.

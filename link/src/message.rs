@@ -5,7 +5,6 @@
 use crate::bytes::{Plain, Reader, Writer};
 use crate::{AXES, INPUTS};
 
-/// Most columns of a phase table.
 pub const COLUMNS: usize = 64;
 
 macro_rules! messages {
@@ -35,7 +34,6 @@ macro_rules! messages {
         pub enum $name { $($message($message),)* }
 
         impl $name {
-            /// Its kind in the header of a frame.
             pub fn kind(&self) -> u8 { match self { $(Self::$message(_) => $kind,)* } }
 
             pub const fn name(&self) -> &'static str {
@@ -134,7 +132,6 @@ words! {
         Tail,
         /// More bytes than the room left.
         Room,
-        /// Settings out of range.
         Settings,
         /// The emergency stop or a limit switch is still active.
         Input,
@@ -142,18 +139,15 @@ words! {
 }
 
 messages! {
-    /// Messages of the bridge.
     Ask {
         /// First frame of a session, unnumbered. Ends every older session; repeating it changes nothing.
         1 Hello {
-            /// Oldest version of the link that the bridge speaks.
             oldest: u16,
             newest: u16,
         }
         /// Keep-alive, unnumbered. Every frame of the session keeps the outputs on; this one does nothing
         /// else.
         2 Beat {}
-        /// Settings of the session.
         3 Configure {
             /// Length of a pulse in ticks, 2 … 33.
             pulse: u8,
@@ -177,7 +171,6 @@ messages! {
             number: u32,
             /// CRC-32C of the index of every axis before it and after it.
             places: u32,
-            /// Duration in ticks.
             ticks: u32,
             /// Largest fall of the rate in a slice, in 1/65,536 of full rate.
             fall: u16,
@@ -187,7 +180,6 @@ messages! {
             ahead: u8,
             /// 1 if the path is stopped at its end, so that nothing must follow.
             rests: u8,
-            /// Number of runs of every axis.
             runs: [u8; AXES],
         }
         5 Begin {}
@@ -196,18 +188,14 @@ messages! {
             /// 0 … 65,536.
             wanted: u32,
         }
-        /// Stop on the path and drop the rest of it.
         7 Stop {}
         /// Outputs, one bit each; bit 0 is the spindle. They go off 250 ms after the session's last frame.
         8 Outputs {
-            /// Outputs to switch on.
             on: u8,
         }
         /// The cause of a stop was acknowledged: ready again.
         9 Clear {}
-        /// Sets the machine position, while stopped.
         10 Place {
-            /// Index of every axis.
             index: [i32; AXES],
         }
         /// Inputs that stop all pulses from now on; only while stopped. Moving off a limit switch requires
@@ -220,7 +208,6 @@ messages! {
             axis: u8,
             /// How long a winding stays forced without another step, in ticks.
             forcing: u32,
-            /// Number of columns.
             count: u8,
             /// The columns of the machine's table, in order.
             columns: [u8; COLUMNS],
@@ -245,7 +232,6 @@ messages! {
             version: u16,
             /// CRC-32C of the firmware's sources.
             firmware: u32,
-            /// Clock in Hz.
             clock_hz: u32,
             /// Room for chunks, in bytes.
             buffer: u32,
@@ -261,14 +247,12 @@ messages! {
             stop_pin: u8,
             input_pin: u8,
             output_pin: u8,
-            /// Highest step rate on every axis at once, Hz.
             max_rate_hz: u32,
             /// 1 if the watchdog caused the last reset.
             by_watchdog: u8,
         }
         /// The adapter's state and the frames received; sent every 10 ms and at every change.
         130 Status {
-            /// Number of the next expected frame.
             next: u32,
             /// Later frames that have already arrived: bit 0 is `next` + 1.
             held: u8,
@@ -281,19 +265,15 @@ messages! {
             input: u8,
             /// Index of every axis: exact when stopped, at most 2 ms ahead of the pins in motion.
             index: [i32; AXES],
-            /// Number of the next expected chunk.
             chunk: u32,
             /// Path that has arrived and is not yet made into pulses, in ticks.
             resident: u32,
-            /// Current rate of stream time.
             rate: u32,
             /// Inputs that are on; bit 15 is the emergency stop.
             inputs: u16,
-            /// Outputs that are on.
             outputs: u8,
             /// CRC-32C of the settings' payload; 0 without settings.
             settings: u32,
-            /// Reason of the latest refusal.
             refusal: Refusal,
             refused: u32,
             /// The adapter's clock, in µs.
@@ -301,7 +281,6 @@ messages! {
         }
         /// Answer to a hello without a common version: no session starts.
         131 Refused {
-            /// Oldest version of the link that the adapter speaks.
             oldest: u16,
             newest: u16,
         }

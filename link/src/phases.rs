@@ -74,7 +74,6 @@ pub struct PhaseMotor {
     table: Windings,
     /// Forcing bits used anywhere in its table, as in a column.
     forced: u8,
-    /// The current column.
     at: u8,
     is_on: bool,
     /// Forcing bits of the pattern, and the machine tick at which they end.

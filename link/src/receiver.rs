@@ -58,7 +58,6 @@ impl Receiver {
         (0..WINDOW - 1).filter(here).fold(0, |held, ahead| held | 1 << ahead)
     }
 
-    /// Stores a frame until its turn.
     pub fn keep(&mut self, number: u32, kind: u8, payload: &[u8]) {
         let ahead = number.wrapping_sub(self.next);
         if ahead < WINDOW && payload.len() <= PAYLOAD {

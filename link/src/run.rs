@@ -28,13 +28,11 @@ const PHASE: u8 = 1 << 6;
 const EVEN: u8 = 1 << 5;
 const ZEROS: u32 = 31;
 
-/// Longest run, in steps.
 const MOST: u32 = 1 << 20;
 
 /// Longest interval, in ticks: more than any tail.
 const LONGEST: u32 = 1 << 24;
 
-/// Steps of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
     /// Counts up.
@@ -111,7 +109,6 @@ impl Run {
         Some(Self { forward: flags & FORWARD != 0, count, interval, fraction: parts as u16, change, phase })
     }
 
-    /// Skips a run.
     pub fn skip(from: &mut Reader<'_>) -> Option<()> {
         let &[flags] = from.bytes(1)? else { return None };
         let numbers = if flags & EVEN == 0 { 3 } else { 2 };
@@ -141,7 +138,6 @@ impl Run {
     }
 }
 
-/// The extent of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
     /// Shortest interval between its steps, in whole ticks.
@@ -173,7 +169,6 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// The machine tick of a chunk tick within the slice.
     #[inline(always)]
     pub fn machine_tick(&self, tick: u32) -> u32 {
         let parts = tick.wrapping_sub(self.from).wrapping_mul(self.inverse).wrapping_add(self.offset);

@@ -20,7 +20,6 @@ impl Store {
         Self { ring: [0; ROOM], from: 0, length: 0 }
     }
 
-    /// Returns `true` if a payload of this length fits.
     pub fn has_room(&self, length: usize) -> bool {
         self.length + length + AROUND <= ROOM
     }

@@ -11,19 +11,16 @@ use annulus_link::phases::MOTORS;
 /// Patterns of a motor's pins, each with its first tick or cycle.
 pub(crate) type Shown = Vec<(u64, u8)>;
 
-/// The table of a motor as a message.
 pub(crate) fn windings(axis: usize, table: &PhaseTable, forcing: u32) -> Windings {
     let mut columns = [0; COLUMNS];
     columns[..table.columns.len()].copy_from_slice(&table.columns);
     Windings { axis: axis as u8, forcing, count: table.columns.len() as u8, columns }
 }
 
-/// The pattern of a motor's pins for a phase byte.
 pub(crate) fn pattern(byte: u8) -> u8 {
     byte & 0b1111 | (byte & FORCING) >> 1
 }
 
-/// A card with three motors.
 pub(crate) struct Card {
     motors: [Commutator; MOTORS],
     is_on: [bool; MOTORS],
@@ -43,7 +40,6 @@ impl Card {
         }
     }
 
-    /// The patterns while playing some segments of the stream in sequence.
     pub(crate) fn played(mut self, segments: &[Segment]) -> [Shown; MOTORS] {
         let motors = Motors::of(&virtual_drill());
         let mut line = Playhead::default();

@@ -33,7 +33,6 @@ fn stuffed_bytes_match_cobs() {
     }
 }
 
-/// A random payload of any length, with or without zeros.
 fn payload(chance: &mut Chance) -> Vec<u8> {
     let length = if chance.below(2) == 0 { chance.below(8) } else { chance.below(PAYLOAD + 1) };
     let zeros = chance.below(3);

@@ -36,7 +36,6 @@ const SETTINGS: Configure = Configure {
 struct Line {
     chance: Chance,
     bad: f64,
-    /// Frames on their way; the last one arrives next.
     frames: Vec<Vec<u8>>,
 }
 
@@ -63,7 +62,6 @@ impl Line {
     }
 }
 
-/// Everything from the bridge to the pins.
 struct World {
     now: u64,
     sender: Sender,
@@ -96,7 +94,6 @@ impl World {
         }
     }
 
-    /// One millisecond of both ends.
     fn turn(&mut self) {
         self.now += 1000;
         let mut line = [0; ON_LINE];
@@ -162,7 +159,6 @@ impl World {
         panic!("it never came about: {:?}", self.status);
     }
 
-    /// Sends `ask`, and waits until it is confirmed.
     fn say(&mut self, ask: impl Into<Ask>) -> Status {
         let ask = ask.into();
         self.until(|world| world.welcome.is_some());
@@ -372,7 +368,6 @@ fn invalid_commands_are_refused_and_change_nothing() {
     assert_eq!(world.say(Rate { wanted: 2 * FULL_RATE }).state, State::Ready);
 }
 
-/// A motionless chunk of 9 ms.
 fn still() -> Chunk {
     let nowhere = places([0; AXES], [0; AXES]);
     Chunk { places: nowhere, ticks: 90_000, fall: 1000, rise: 1000, rests: 1, ..Chunk::default() }

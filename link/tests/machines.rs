@@ -4,15 +4,12 @@ use crate::support::PULSE;
 use annulus_link::player::{BEFORE_PULSE, WITHOUT_PULSE, Words};
 use annulus_link::{AXES, CYCLES_PER_TICK};
 
-/// One step at the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Step {
-    /// First cycle of the pulse.
     pub(crate) cycle: u64,
     pub(crate) forward: bool,
 }
 
-/// The state machines.
 #[derive(Debug, Default)]
 pub(crate) struct Machines {
     now: [u64; AXES],
@@ -29,7 +26,6 @@ impl Machines {
         Self { shortest_setup: u64::MAX, ..Self::default() }
     }
 
-    /// Cycle up to which each axis has words.
     pub(crate) fn now(&self) -> [u64; AXES] {
         self.now
     }

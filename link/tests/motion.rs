@@ -38,10 +38,8 @@ fn payload(piece: &Piece) -> Vec<u8> {
     bytes[..length].to_vec()
 }
 
-/// State before a chunk, and the index there.
 type Place = ([Before; AXES], [i32; AXES]);
 
-/// Checks a piece as the adapter does.
 fn checked(bytes: &[u8], (before, first): &Place) -> Result<Place, Refusal> {
     let (ask, runs) = annulus_link::message::Ask::take(4, bytes).ok_or(Refusal::Form)?;
     let annulus_link::message::Ask::Chunk(head) = ask else { return Err(Refusal::Form) };
@@ -107,7 +105,6 @@ fn full_rate_steps_are_in_their_tick_in_any_chunks() {
     assert!(steps > 50_000, "{steps}");
 }
 
-/// Plays with random orders. Returns how it ended, and the steps.
 fn played(chance: &mut Chance, runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule) -> (End, Player, Machines) {
     let (mut player, mut store, mut machines) = (Player::new(), Box::new(Store::new()), Machines::new());
     player.want(FULL_RATE);

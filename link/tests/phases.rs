@@ -25,20 +25,17 @@ pub(crate) fn tables() -> Vec<PhaseTable> {
     all
 }
 
-/// Random tables for the three motors.
 fn any_tables(chance: &mut Chance) -> [PhaseTable; MOTORS] {
     let all = tables();
     std::array::from_fn(|_| all[chance.below(all.len())].clone())
 }
 
-/// The patterns by cycle, and the counted steps.
 #[derive(Default)]
 struct Patterns {
     now: [u64; AXES],
     shown: [Shown; MOTORS],
     steps: [Vec<bool>; MOTORS],
     words: [Vec<u32>; AXES],
-    /// Words of the current slice.
     most: [u32; AXES],
 }
 
@@ -129,7 +126,6 @@ fn harmful_tables_are_refused_and_change_nothing() {
     assert!(tables_crc(&all) != tables_crc(&other) && tables_crc(&all) != 0);
 }
 
-/// Chunks of some segments, each from stop to stop, as bytes.
 fn pieces(segments: &[([Vec<annulus_link::run::Run>; AXES], u32)], rule: &Rule) -> Vec<(Chunk, Vec<u8>)> {
     let (mut all, mut number, mut index) = (Vec::new(), 0, [0; AXES]);
     for (runs, ticks) in segments {
@@ -155,7 +151,6 @@ fn player(tables: &[PhaseTable; MOTORS], forcing: u32) -> Player {
     player
 }
 
-/// Plays chunks. Returns the patterns.
 fn played(
     player: &mut Player,
     pieces: &[(Chunk, Vec<u8>)],

@@ -13,7 +13,6 @@ const PULSES: &str = include_str!("../../bridge/firmware/src/pulses.pio");
 const PHASES: &str = include_str!("../../bridge/firmware/src/phases.pio");
 const WATCHER: &str = include_str!("../../bridge/firmware/src/watcher.pio");
 
-/// One state machine, cycle by cycle.
 struct Model {
     /// Operation, operands, level of the side pin, delay cycles.
     program: Vec<(String, Vec<String>, Option<bool>, u32)>,
@@ -26,7 +25,6 @@ struct Model {
     out: u32,
     into: u32,
     words: VecDeque<u32>,
-    /// Input levels, and the level of the pin that it tests.
     inputs: u32,
     asked: bool,
     side: bool,

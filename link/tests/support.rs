@@ -6,10 +6,8 @@ use annulus_core::steps;
 use annulus_link::AXES;
 use annulus_link::run::Run;
 
-/// Length of a pulse in ticks.
 pub(crate) const PULSE: u32 = 10;
 
-/// Ticks from a turn to the next pulse.
 pub(crate) const SETUP: u32 = 50;
 
 /// Seeds of a property test, more of them with `ANNULUS_LONG`. Each is printed when used.
@@ -81,7 +79,6 @@ pub(crate) fn slow_path(
     (runs, end + rest)
 }
 
-/// The path as a segment of the step stream.
 pub(crate) fn segment(runs: &[Vec<Run>; AXES], ticks: u32) -> steps::Segment {
     let of = |(axis, own): (usize, &Vec<Run>)| {
         own.iter()

@@ -48,7 +48,6 @@ pub enum Order {
     Begin,
 }
 
-/// All orders, by priority.
 const ORDERS: [Order; 3] = [Order::Settle, Order::Clear, Order::Begin];
 
 /// State of the inputs, from the hardware.
@@ -60,12 +59,10 @@ pub struct Inputs {
     pub stop: bool,
 }
 
-/// The inputs that exist with these settings, one bit each.
 fn inputs_of(settings: &Configure) -> u8 {
     if settings.phases == 0 { u8::MAX } else { phases::INPUTS }
 }
 
-/// The state of an adapter.
 #[derive(Debug)]
 pub struct Adapter<'a> {
     line: Unstuffer<FRAME>,
@@ -103,7 +100,6 @@ pub struct Adapter<'a> {
     refused: u32,
     /// The next piece of the path was refused, so later ones are refused too.
     is_torn: bool,
-    /// Pending orders, one bit each.
     orders: u8,
     answer: Option<(Header, Tell)>,
     is_status_due: bool,
@@ -157,7 +153,6 @@ impl<'a> Adapter<'a> {
         self.state
     }
 
-    /// Inputs that stop all pulses.
     pub fn limits(&self) -> u8 {
         self.limits
     }
@@ -172,13 +167,11 @@ impl<'a> Adapter<'a> {
         self.is_asked && self.answer.is_none()
     }
 
-    /// Takes the touch counters.
     pub fn touched(&mut self, touches: Touches) {
         let header = Header { session: self.session, number: 0, kind: 0 };
         (self.is_asked, self.answer) = (false, Some((header, touches.into())));
     }
 
-    /// Requested outputs.
     pub fn outputs(&self) -> u8 {
         self.outputs
     }
@@ -193,7 +186,6 @@ impl<'a> Adapter<'a> {
         self.session != 0 && now_us.wrapping_sub(self.heard) < OUTPUTS_US
     }
 
-    /// Index of every axis after the last word.
     pub fn index(&self) -> [i32; AXES] {
         self.player.index()
     }
@@ -203,7 +195,6 @@ impl<'a> Adapter<'a> {
         self.player.machine()
     }
 
-    /// Takes the next order for the hardware.
     pub fn order(&mut self) -> Option<Order> {
         let order = ORDERS.into_iter().find(|order| self.orders >> *order as u8 & 1 == 1)?;
         self.orders &= !(1 << order as u8);
@@ -270,7 +261,6 @@ impl<'a> Adapter<'a> {
         self.orders |= 1 << Order::Settle as u8;
     }
 
-    /// Drops the path that has not started.
     fn forget(&mut self) {
         self.player.forget(self.store);
         self.accepted = self.player.index();

@@ -27,7 +27,6 @@ pub const BEFORE_PULSE: u32 = 7;
 /// Cycles of a word without a pulse, in addition to its wait.
 pub const WITHOUT_PULSE: u32 = 6;
 
-/// Bytes of the head of a chunk.
 const HEAD: usize = 22;
 
 /// Below this rate stream time stops.
@@ -40,7 +39,6 @@ pub trait Words {
     /// The next free words of an axis; at least one.
     fn places(&mut self, axis: usize) -> &mut [u32];
 
-    /// Marks this many of them as filled.
     fn filled(&mut self, axis: usize, count: u32);
 }
 
@@ -65,7 +63,6 @@ pub fn without(word: u32, index: i32) -> i32 {
     }
 }
 
-/// How the path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     Rested,
@@ -74,7 +71,6 @@ pub enum End {
     Stopped,
 }
 
-/// One axis being played.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     cursor: Cursor,
@@ -91,7 +87,6 @@ struct Axis {
 #[derive(Debug)]
 pub struct Player {
     axes: [Axis; AXES],
-    /// The current chunk.
     payload: [u8; PAYLOAD],
     head: Chunk,
     in_tail: bool,
@@ -110,7 +105,6 @@ pub struct Player {
     owed: u32,
     length: u32,
     is_stopping: bool,
-    /// Length of a pulse in ticks.
     pulse: u32,
     /// Whether the pins drive windings, and the motors of the first axes.
     is_phases: bool,
@@ -160,7 +154,6 @@ impl Player {
         self.axes.map(|axis| axis.index)
     }
 
-    /// Sets the position.
     pub fn place(&mut self, index: [i32; AXES]) {
         self.axes.iter_mut().zip(index).for_each(|(axis, index)| axis.index = index);
     }
@@ -175,7 +168,6 @@ impl Player {
         self.machine
     }
 
-    /// Current rate of stream time.
     pub fn rate(&self) -> u32 {
         self.rate
     }
@@ -200,7 +192,6 @@ impl Player {
         is_kept
     }
 
-    /// Drops all waiting chunks.
     pub fn forget(&mut self, store: &mut Store) {
         store.clear();
         (self.waiting, self.resting) = (0, 0);
@@ -231,7 +222,6 @@ impl Player {
         self.is_stopping = true;
     }
 
-    /// Clears an earlier stop.
     pub fn ready(&mut self) {
         (self.is_stopping, self.in_tail) = (false, false);
     }
@@ -288,7 +278,6 @@ impl Player {
         }
     }
 
-    /// Sets the rate of the next slice.
     fn steer(&mut self) {
         let wanted = if self.is_stopping { 0 } else { self.wanted };
         let (wanted, slope) = match (self.in_tail, self.head.fall) {
@@ -369,7 +358,6 @@ impl Player {
         }
     }
 
-    /// The extent of the next slice.
     fn span(&self) -> Span {
         let rate = self.rate;
         let inverse = if rate == FULL_RATE { FULL_RATE } else { u32::MAX / rate };
@@ -417,7 +405,6 @@ struct Span {
 }
 
 impl Axis {
-    /// Advances to the first step of the next run.
     fn next_run(&mut self, payload: &[u8; PAYLOAD], before: u32) {
         let (at, count) = self.later;
         let Some(count) = count.checked_sub(1) else {
@@ -430,7 +417,6 @@ impl Axis {
         self.later = ((PAYLOAD - from.rest().len()) as u16, count);
     }
 
-    /// Waits until a machine tick.
     #[inline(always)]
     fn wait(&mut self, index: usize, until: u32, words: &mut impl Words) {
         let ticks = until.wrapping_sub(self.word);
@@ -440,7 +426,6 @@ impl Axis {
         }
     }
 
-    /// Makes its words of one slice.
     #[inline(always)]
     fn play(
         &mut self,

@@ -56,7 +56,6 @@ impl Player {
         }
     }
 
-    /// A slice without steps.
     pub(super) fn hold(&mut self, words: &mut impl Words) {
         for (index, (axis, motor)) in self.axes.iter_mut().zip(&mut self.motors).enumerate() {
             axis.hold(index, motor, (self.machine, false), words);

@@ -58,7 +58,6 @@ fn four_axes_at_500_khz_are_exact_to_the_cycle() {
     assert!(steps >= 1_000_000 * paths);
 }
 
-/// Edges of the step and direction pins, counted from the first.
 fn counted(edges: &[Edge]) -> Vec<(u64, u8, bool)> {
     let own: Vec<_> = edges.iter().filter(|edge| (2..10).contains(&edge.pin)).collect();
     own.iter().map(|edge| (edge.cycle - own[0].cycle, edge.pin, edge.level)).collect()

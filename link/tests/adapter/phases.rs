@@ -18,10 +18,8 @@ use annulus_link::{AXES, CYCLES_PER_TICK};
 
 const RULE: Rule = Rule { ticks: 20_000, fall: 2000, rise: 2000 };
 
-/// Pins of the motors.
 const PINS: std::ops::Range<u8> = 0..18;
 
-/// Returns `true` for forcing pins.
 fn forces(pin: u8) -> bool {
     pin % 6 > 3
 }
@@ -110,7 +108,6 @@ fn three_motors_at_twice_the_maximum_rate_are_exact() {
     }
 }
 
-/// Plays until the middle of the path.
 fn amid(rig: &mut Rig, path: &([Vec<Run>; AXES], u32), phase: u64) {
     let mut turns = 0;
     rig.play(&path.0, path.1, &RULE, 400_000, |rig| {
@@ -138,7 +135,6 @@ fn holds_at_its_index(rig: &Rig, wanted: &[Shown; MOTORS]) {
     }
 }
 
-/// Four steps, each with forcing and its own pattern.
 const FORCED: [u8; 4] = [0x25, 0x49, 0x2A, 0x46];
 
 fn forced() -> [PhaseTable; MOTORS] {

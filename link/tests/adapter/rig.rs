@@ -29,9 +29,7 @@ pub(crate) const SETTINGS: Configure = Configure {
     phases: 0,
 };
 
-/// Cycles per microsecond.
 pub(crate) const MICRO: u64 = 120;
-/// Cycles per millisecond.
 pub(crate) const MILLI: u64 = 1000 * MICRO;
 
 pub(crate) const STOP_PIN: u8 = 10;
@@ -39,7 +37,6 @@ pub(crate) const RUN_PIN: u8 = 19;
 pub(crate) const ALIVE_PIN: u8 = 21;
 pub(crate) const INPUT_PIN: u8 = 11;
 pub(crate) const SPINDLE_PIN: u8 = 20;
-/// High on a Pico that is powered by USB.
 const USB_POWER_PIN: u8 = 24;
 pub(crate) const PHASES_STOP_PIN: u8 = 18;
 pub(crate) const PHASES_INPUT_PIN: u8 = 19;
@@ -47,7 +44,6 @@ pub(crate) const PHASES_SPINDLE_PIN: u8 = 26;
 const STEP_PIN: u8 = 2;
 const DIRECTION_PIN: u8 = 6;
 
-/// A change of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Edge {
     pub(crate) cycle: u64,
@@ -55,7 +51,6 @@ pub(crate) struct Edge {
     pub(crate) level: bool,
 }
 
-/// A step at the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pulse {
     pub(crate) cycle: u64,
@@ -74,21 +69,17 @@ pub(crate) struct Rig {
     touches: Option<Touches>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) cycle: u64,
-    /// Cycle of a reset during the latest order.
     pub(crate) reset: Option<u64>,
     /// Bytes that wait for room in the adapter; the level that drives each pin, 2 if none.
     pub(crate) waiting: u64,
     pub(crate) driven: Vec<u64>,
     connected: bool,
-    /// The chip's boot ROM is running.
     pub(crate) boots: bool,
-    /// Cycles in which the processor made words.
     pub(crate) busy: u64,
     /// Most bytes of stack since the reset, at the last request.
     pub(crate) stack: u64,
     /// Number of packets that still arrive; all later ones are lost.
     pub(crate) packets: Option<u64>,
-    /// Bytes sent to it.
     pub(crate) said: u64,
     /// Flips a bit in one of this many bytes on their way.
     pub(crate) garble: Option<(Chance, usize)>,
@@ -197,7 +188,6 @@ impl Rig {
         self.order(json!({"do": "pin", "pin": pin, "level": level}));
     }
 
-    /// Requests the largest stack use.
     pub(crate) fn look_at_stack(&mut self) {
         self.order(json!({"do": "stack"}));
     }
@@ -210,12 +200,10 @@ impl Rig {
         self.order(json!({"do": "unplug"}));
     }
 
-    /// Opens the port at this speed and closes it.
     pub(crate) fn touch(&mut self, bits: u32) {
         self.order(json!({"do": "touch", "bits": bits}));
     }
 
-    /// Lets cycles pass in silence.
     pub(crate) fn pass(&mut self, cycles: u64) {
         self.order(json!({"do": "run", "cycles": cycles}));
     }
@@ -267,7 +255,6 @@ impl Rig {
         self.status.map_or(State::Unset, |status| status.state)
     }
 
-    /// Sends `ask`, and waits until it is confirmed.
     pub(crate) fn say(&mut self, ask: impl Into<Ask>) -> Status {
         let ask = ask.into();
         self.until("no welcome", |rig| rig.welcome.is_some());
@@ -277,7 +264,6 @@ impl Rig {
         self.status.unwrap()
     }
 
-    /// Requests the counts of touches shorter than their filter.
     pub(crate) fn count_touches(&mut self) -> Touches {
         self.touches = None;
         let mut line = [0; ON_LINE];
@@ -287,7 +273,6 @@ impl Rig {
         self.touches.unwrap()
     }
 
-    /// Ready to move, at index 0.
     pub(crate) fn ready() -> Self {
         let mut rig = Self::new();
         assert_eq!(rig.say(SETTINGS).state, State::Ready);
@@ -295,7 +280,6 @@ impl Rig {
         rig
     }
 
-    /// Ready to drive motors by `tables`, at index 0.
     pub(crate) fn with_phases(tables: &[Windings; MOTORS]) -> Self {
         let mut rig = Self::new();
         rig.pin(PHASES_STOP_PIN, true);
@@ -308,7 +292,6 @@ impl Rig {
         rig
     }
 
-    /// Rewires it for motors whose tables it has.
     pub(crate) fn drive(&mut self, tables: &[Windings; MOTORS]) {
         let phases = tables_crc(tables);
         let settings = Configure { pulse: 2, setup: 0, phases, ..SETTINGS };
@@ -363,7 +346,6 @@ impl Rig {
         panic!("it never ended: {:?}", self.status);
     }
 
-    /// The pulses of an axis.
     pub(crate) fn pulses(&self, axis: usize) -> Vec<Pulse> {
         let (step, direction) = (STEP_PIN + axis as u8, DIRECTION_PIN + axis as u8);
         let (mut pulses, mut forward, mut since) = (Vec::new(), false, None);
@@ -380,7 +362,6 @@ impl Rig {
         pulses
     }
 
-    /// The patterns of every motor, each with its first cycle.
     pub(crate) fn shown(&self) -> [Shown; MOTORS] {
         std::array::from_fn(|axis| {
             let (mut shown, mut pattern): (Shown, u8) = (Vec::new(), 0);
@@ -400,7 +381,6 @@ impl Rig {
         self.edges = (0..AXES as u8).filter_map(|axis| last(DIRECTION_PIN + axis)).collect();
     }
 
-    /// Returns `true` if every step pin is driven low.
     pub(crate) fn are_steps_low(&self) -> bool {
         (0..AXES).all(|axis| self.driven[usize::from(STEP_PIN) + axis] == 0)
     }

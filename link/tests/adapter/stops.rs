@@ -86,7 +86,6 @@ fn dead_bridge_at_random_packets_stops_on_the_path() {
 }
 
 impl Rig {
-    /// Stays silent until it stops.
     fn until_silent(&mut self) {
         for _ in 0..400 {
             self.pass(MILLI);
@@ -178,7 +177,6 @@ fn silent_bridge_stops_motion_before_the_spindle() {
     assert!((ended..ended + 20 * MILLI as i64).contains(&off), "{ended} {off}");
 }
 
-/// An adapter some turns into a motion, with its spindle on.
 fn amid_motion(runs: &[Vec<Run>; AXES], ticks: u32) -> Rig {
     let mut rig = Rig::ready();
     rig.say(Outputs { on: 1 });

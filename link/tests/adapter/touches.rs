@@ -7,7 +7,6 @@ use annulus_link::message::{Begin, Clear, Configure, Filters, Guard, Place, Refu
 use annulus_link::run::Run;
 use annulus_link::{AXES, INPUTS};
 
-/// Filters of the inputs, in µs.
 const LEAST_US: [u16; INPUTS] = [20, 100, 5, 0, 1_000, 0, 0, 40];
 
 fn filtered() -> Rig {
