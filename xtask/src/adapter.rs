@@ -59,7 +59,6 @@ const SOURCES: &str = "\
 ¹ their sources: gnea/grbl of January 2021, Klipper3d/klipper of August 2026. ² Klipper's manual, Features. ³ GRBL 1.1h measured in simavr.
 This adapter: its firmware in rp2040js, its host natively; no hardware.";
 
-/// Measures, and prints the table.
 pub(crate) fn bench() -> Done {
     let elf = firmware::emulated()?;
     let (flash, memory) = firmware::sizes(&elf)?;
@@ -77,7 +76,6 @@ pub(crate) fn bench() -> Done {
     Ok(())
 }
 
-/// Output of some tests.
 fn told(tests: &mut Command) -> Done<String> {
     tests.stderr(Stdio::inherit());
     say(&shown(tests));
@@ -92,7 +90,6 @@ fn seconds(text: &str) -> u64 {
     text.lines().filter_map(of).sum::<f64>().round() as u64
 }
 
-/// The table of measurements.
 fn table<'a>(lines: impl Iterator<Item = &'a str>) -> Done<String> {
     let measured: Vec<(&str, &str)> =
         lines.filter_map(|line| line.strip_prefix("measured ")?.split_once(": ")).collect();

@@ -7,10 +7,8 @@ use std::path::{Path, PathBuf};
 
 /// Headers that the simulator includes.
 const HEADERS: [&str; 2] = ["/usr/include/simavr/sim_avr.h", "/usr/include/libelf.h"];
-/// Packages with those headers.
 const PACKAGES: [&str; 4] = ["gcc", "libc6-dev", "libsimavr-dev", "libelf-dev"];
 
-/// Returns `true` if the simulator can be built.
 pub(crate) fn buildable() -> bool {
     which("cc").is_some() && HEADERS.iter().all(|header| Path::new(header).is_file())
 }

@@ -7,7 +7,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// The folder with `package.json`.
 pub(crate) fn folder() -> PathBuf {
     root().join("tests/browser")
 }
@@ -44,7 +43,6 @@ pub(crate) fn ensure_in(folder: &Path) -> Done {
     fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}.", stamp.display()))
 }
 
-/// The browser tests, sorted by name.
 pub(crate) fn tests() -> Vec<PathBuf> {
     let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut files: Vec<_> = entries.map(|entry| entry.path()).collect();

@@ -15,15 +15,12 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use std::{fs, io};
 
-/// Default sizes.
 const PADS: [usize; 4] = [1_000, 10_000, 100_000, 300_000];
 /// Distance between pads in nm, and diameter of a pad in mm.
 const PITCH_NM: usize = 1_270_000;
 const PAD_MM: f64 = 0.8;
-/// Interval between memory readings.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Measures the sizes in `arguments`, or the default ones.
 pub(crate) fn bench(arguments: &[String]) -> Done {
     let sizes: Vec<usize> = arguments.iter().filter_map(|word| word.parse().ok()).collect();
     if sizes.len() != arguments.len() {
@@ -60,7 +57,6 @@ fn write_board(folder: &Path, pads: usize) -> io::Result<()> {
     fs::write(folder.join("board/pads-outline.gbr"), outline + "M02*\n")
 }
 
-/// Measures one run.
 fn measured(folder: &Path, pads: usize) -> Done<String> {
     let program = target().join("release/annulus");
     let mut cam =

@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// The folder of the built page.
 pub(crate) fn folder() -> PathBuf {
     root().join("target/www")
 }
@@ -23,7 +22,6 @@ pub(crate) fn folder() -> PathBuf {
 /// The WebAssembly files: the window's first one, its GPU drawing, and its workers.
 pub(crate) const PARTS: [&str; 3] = ["page", "painter", "engine"];
 
-/// How small the page is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Effort {
     Whole,
@@ -89,7 +87,6 @@ pub(crate) fn anonymous() -> String {
     format!("target.{}.rustflags=[{}]", wasm::TRIPLE, flags.join(", "))
 }
 
-/// A digest of all inputs of the page.
 fn stamp(effort: Effort, compiled: &[PathBuf]) -> Done<String> {
     let mut digest = Sha256::new();
     digest.update(format!("{effort:?}"));
@@ -102,7 +99,6 @@ fn stamp(effort: Effort, compiled: &[PathBuf]) -> Done<String> {
     Ok(format!("{:x}", digest.finalize()))
 }
 
-/// The files below a folder, sorted.
 pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
@@ -189,7 +185,6 @@ fn compress(file: &Path) -> Done {
     save("gz", &gzip(&bytes)?)
 }
 
-/// Compresses as servers do.
 pub(crate) fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {
     let mut packed = Vec::new();
     let mut writer = brotli::CompressorWriter::new(&mut packed, 1 << 16, 11, 22);

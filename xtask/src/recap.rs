@@ -24,14 +24,12 @@ enum Place {
     Tap,
 }
 
-/// A failed test and its output.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Failure {
     name: String,
     lines: Vec<String>,
 }
 
-/// The failures of one suite.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recap {
     place: Place,
@@ -39,7 +37,6 @@ pub(crate) struct Recap {
 }
 
 impl Recap {
-    /// Takes the next line.
     pub(crate) fn hear(&mut self, line: &str) {
         let words = line.trim();
         if let Some(name) = words.strip_prefix("not ok ") {
@@ -70,7 +67,6 @@ impl Recap {
         }
     }
 
-    /// Makes `name` the last failure.
     fn note(&mut self, name: &str) {
         let known = self.failures.iter().position(|failure| failure.name == name);
         let failure = known.map(|at| self.failures.remove(at));
@@ -92,7 +88,6 @@ impl Recap {
         self.failures.push(Failure { name: "failed outside of its tests".to_owned(), lines });
     }
 
-    /// The failures as lines, each with the name of its `suite`.
     pub(crate) fn told(&self, suite: &str) -> Vec<String> {
         let mut told = Vec::new();
         for failure in &self.failures {
@@ -116,7 +111,6 @@ fn verdict(words: &str) -> Option<&str> {
     rest.strip_suffix(" ... FAILED").or_else(|| rest.strip_suffix(" ... FAIL"))
 }
 
-/// The name in `---- NAME stdout ----`.
 fn heading(line: &str) -> Option<&str> {
     let name = line.strip_prefix("---- ")?.strip_suffix(" ----")?;
     name.strip_suffix(" stdout").or_else(|| name.strip_suffix(" output"))

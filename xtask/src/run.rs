@@ -11,7 +11,6 @@ pub(crate) fn run(arguments: &[String]) -> Done {
     call(command(bridge, &["serve"]).args(arguments))
 }
 
-/// Builds the bridge in release, with the page in it.
 pub(crate) fn build_bridge() -> Done<PathBuf> {
     call(&mut command("cargo", &["build", "--release", "--package", "annulus-bridge"]))?;
     Ok(target().join("release/annulus"))

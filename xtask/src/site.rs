@@ -13,7 +13,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folder of the site.
 fn folder() -> PathBuf {
     root().join("target/site")
 }
@@ -21,13 +20,11 @@ fn folder() -> PathBuf {
 /// First tag of the page, and its replacement for a site.
 const OPENING: (&str, &str) = ("<html lang=\"en\">", "<html lang=\"en\" data-alone=\"true\">");
 
-/// Placeholder for the list of files in the service worker.
 const LIST: &str = "const SITE = { version: \"\", files: {} };";
 
 /// The service worker, which caches the other files.
 const KEEPER: &str = "service-worker.js";
 
-/// Builds the page and writes the site.
 pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
     let page = page::build(effort)?;
     write(&page, &folder())?;
@@ -35,7 +32,6 @@ pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
     Ok(folder())
 }
 
-/// Writes the site to `site` from the page in `page`.
 fn write(page: &Path, site: &Path) -> Done {
     let failed = |place: &Path| {
         let place = place.display().to_string();
@@ -65,7 +61,6 @@ fn write(page: &Path, site: &Path) -> Done {
     put(&site.join(KEEPER), &replaced(&keeper, LIST, &list(&digests), KEEPER)?)
 }
 
-/// The list of files with their digests, and a version computed from it.
 fn list(digests: &BTreeMap<String, String>) -> String {
     let rows: Vec<_> = digests.iter().map(|(name, digest)| format!("{name:?}: {digest:?}")).collect();
     let rows = rows.join(", ");

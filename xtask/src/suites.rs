@@ -14,10 +14,8 @@ use std::process::Command;
 /// Every package except xtask: with it, cargo would build their common dependencies a second time.
 pub(crate) const ALL: [&str; 3] = ["--workspace", "--exclude", "xtask"];
 
-/// A suite.
 #[derive(Clone, Copy)]
 pub(crate) struct Suite {
-    /// Its name on the command line.
     pub(crate) name: &'static str,
     /// Suites that must end first.
     pub(crate) after: &'static [&'static str],
@@ -27,7 +25,6 @@ pub(crate) struct Suite {
     pub(crate) command: fn() -> Done<Command>,
 }
 
-/// A suite that counts tests.
 const fn tests(name: &'static str, after: &'static [&'static str], command: fn() -> Done<Command>) -> Suite {
     Suite { name, after, counts: true, command }
 }
@@ -37,7 +34,6 @@ const fn check(name: &'static str, after: &'static [&'static str], command: fn()
     Suite { name, after, counts: false, command }
 }
 
-/// All suites, in their order of start.
 pub(crate) const SUITES: &[Suite] = &[
     check("fmt", &[], || Ok(command("cargo", &["fmt", "--all", "--check"]))),
     check("page", &[], || this("site")),
@@ -71,7 +67,6 @@ fn cargo(word: &str, arguments: &[&str]) -> Command {
     command("cargo", &[&[word][..], &ALL, arguments].concat())
 }
 
-/// The command at low priority.
 fn patient(eager: Command) -> Command {
     if which("nice").is_none() {
         return eager;
@@ -105,7 +100,6 @@ fn native() -> Done<Command> {
     Ok(native)
 }
 
-/// One at a time.
 fn clocks() -> Done<Command> {
     let mut clocks = cargo("test", &["--test", "bridge", "--", "--show-output", "--test-threads=1"]);
     clocks.args(CLOCKS);
@@ -154,7 +148,6 @@ fn in_browser() -> Done<Command> {
     Ok(pack)
 }
 
-/// Tests of the page.
 fn pages() -> Done<Command> {
     let browser = browser::ensure()?;
     npm::ensure()?;

@@ -17,7 +17,6 @@ const LAST_LINES: usize = 40;
 /// A suite without output for this long hangs. It is killed, and its last lines are printed.
 const SILENCE: Duration = Duration::from_mins(20);
 
-/// Counts of tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Count {
     passed: i64,
@@ -36,7 +35,6 @@ impl Count {
 /// Suites at a time: compiling suites use every core, and suites that wait for a machine use none.
 const WORKERS: usize = 2;
 
-/// Results of all workers.
 #[derive(Default)]
 struct Total {
     begun: BTreeSet<&'static str>,
@@ -48,7 +46,6 @@ struct Total {
     broken: BTreeSet<&'static str>,
 }
 
-/// Runs the requested suites.
 pub(crate) fn run(arguments: &[String]) -> Done {
     let long = arguments.iter().any(|argument| argument == "--long");
     if let Some(unknown) =
@@ -112,7 +109,6 @@ fn next(chosen: &BTreeSet<&str>, total: &Mutex<Total>, turn: &Condvar) -> Option
     }
 }
 
-/// Runs `suite` and adds its result.
 fn one(suite: &'static Suite, long: bool, total: &Mutex<Total>) {
     let began = Instant::now();
     let ended = possible(suite, total)

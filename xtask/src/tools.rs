@@ -50,7 +50,6 @@ fn is_there(tool: &Tool) -> bool {
     said.is_some_and(|said| said.split_whitespace().any(|word| word == tool.version))
 }
 
-/// Tools that are missing or have another version.
 pub(crate) fn missing() -> Vec<&'static str> {
     TOOLS.iter().filter(|tool| !is_there(tool)).map(|tool| tool.program).collect()
 }

@@ -5,7 +5,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The target triple of the page.
 pub(crate) const TRIPLE: &str = "wasm32-unknown-unknown";
 
 /// A rustup toolchain that can compile for [`TRIPLE`]; `None` for the current one.
@@ -13,7 +12,6 @@ pub(crate) const TRIPLE: &str = "wasm32-unknown-unknown";
 pub(crate) struct Toolchain(Option<&'static str>);
 
 impl Toolchain {
-    /// Makes `command` use it.
     pub(crate) fn apply<'a>(&self, command: &'a mut Command) -> &'a mut Command {
         if let Some(name) = self.0 {
             command.env("RUSTUP_TOOLCHAIN", name).env_remove("CARGO").env_remove("RUSTC");
@@ -40,7 +38,6 @@ pub(crate) fn ensure() -> Done<Toolchain> {
     debian()
 }
 
-/// Returns `true` if the current toolchain has the target.
 pub(crate) fn present() -> bool {
     let sysroot = output(&mut command("rustc", &["--print", "sysroot"])).map(PathBuf::from);
     sysroot.is_some_and(|sysroot| has_std(&sysroot.join("lib/rustlib").join(TRIPLE).join("lib")))

@@ -18,7 +18,6 @@ use std::fs;
 /// Rows of crates or modules to print, and of single functions.
 const ROWS: usize = 40;
 
-/// Section numbers.
 const CUSTOM: u8 = 0;
 const IMPORT: u8 = 2;
 const CODE: u8 = 10;
@@ -45,7 +44,6 @@ pub(crate) fn run(arguments: &[String]) -> Done {
 /// Contents of a WebAssembly file.
 #[derive(Default)]
 struct Module<'a> {
-    /// Names and bodies of its functions.
     functions: Vec<(String, &'a [u8])>,
     data: &'a [u8],
 }
@@ -144,7 +142,6 @@ fn functions_imported(section: &mut Reader<'_>) -> Option<usize> {
     Some(functions)
 }
 
-/// The names of functions by index.
 fn function_names(section: &mut Reader<'_>) -> Option<BTreeMap<usize, String>> {
     while !section.0.is_empty() {
         let (kind, content) = (section.byte()?, section.counted()?);
