@@ -84,6 +84,7 @@ pub(super) fn unpack(zip: &[u8], budget: &mut Budget) -> Result<Vec<Member>, Dia
             continue;
         }
         budget.members = budget.members.saturating_sub(1);
+        // Windows and macOS ignore case: one such file would replace the other.
         let clash = seen.insert(name.to_lowercase(), members.len()).is_some();
         let taken = match take(zip, &row, &name, budget) {
             Ok(_) if clash => Taken::Refused(refused(code!("archive.name_clash"))),
@@ -163,6 +164,7 @@ pub fn packed(members: &[(String, Vec<u8>)]) -> Result<Vec<u8>, Diagnostic> {
     zip.extend([count.to_le_bytes(), count.to_le_bytes()].concat());
     zip.extend([(directory.len() as u32).to_le_bytes(), at.to_le_bytes()].concat());
     zip.extend([0; 2]);
+    // Read back, so that no file is written that cannot be opened.
     self::members(&zip).map(|_| zip)
 }
 

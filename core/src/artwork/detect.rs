@@ -32,6 +32,7 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return What::Refused(code!("refused.empty"));
     }
+    // An empty zip starts with its end record.
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return What::Archive;
     }
@@ -45,6 +46,7 @@ pub(super) fn detect(bytes: &[u8], text: &[u8]) -> What {
     if is_binary(head) {
         return What::Refused(code!("refused.binary"));
     }
+    // A failed download often leaves a web page in place of the file.
     if head.trim_ascii_start().starts_with(b"<") {
         return What::Refused(code!("refused.web_page"));
     }
@@ -80,8 +82,10 @@ fn packed(bytes: &[u8]) -> Option<&'static str> {
         (b"\xFD7zXZ\x00", "xz (.xz)"),
     ];
     let mark = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format);
+    // LHA has its mark behind the length and the checksum of the header.
     let lzh = bytes.get(2..5) == Some(b"-lh") && bytes.get(6) == Some(&b'-');
     let mark = mark.or_else(|| lzh.then_some("LHA (.lzh)"));
+    // A tar file starts with the name of its first member; the mark comes at byte 257.
     mark.or_else(|| (bytes.get(257..262) == Some(b"ustar")).then_some("tar (.tar)"))
 }
 
@@ -132,6 +136,7 @@ fn is_row(text: &[u8]) -> bool {
 
 /// EIA tape code has an odd number of holes in every row, and 0x80 ends a block.
 fn is_eia_tape(head: &[u8]) -> bool {
+    // EIA characters have odd parity; a few read errors are allowed. 0x80 ends a block.
     let odd = head.iter().filter(|byte| byte.count_ones() % 2 == 1).count();
     head.len() >= 16 && odd * 100 >= head.len() * 95 && head.contains(&0x80)
 }

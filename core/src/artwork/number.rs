@@ -64,12 +64,14 @@ pub(super) fn exact(mantissa: i64, decimals: i32, units: Units) -> Option<Length
     let unit = i128::from(nm_per(units));
     let scaled = i128::from(mantissa) * unit;
     let nm = if decimals <= 0 {
+        // Beyond this, only 0 stays within the limit of a length.
         if decimals < -12 && mantissa != 0 {
             return None;
         }
         scaled * 10_i128.pow(decimals.unsigned_abs().min(12))
     } else {
         let divisor = 10_i128.pow(decimals.unsigned_abs().min(30));
+        // Rounds half away from zero, so the sign does not change the amount.
         let half = if scaled < 0 { -divisor / 2 } else { divisor / 2 };
         (scaled + half) / divisor
     };
@@ -107,6 +109,7 @@ impl Scale {
         let mut value = nm_per(reading.units);
         for slot in &mut nm {
             *slot = value;
+            // 0 where a step is no whole number of nanometres; `exact` rounds those.
             value = if value % 10 == 0 { value / 10 } else { 0 };
         }
         Self { reading, nm }

@@ -133,6 +133,7 @@ impl Copper {
     /// than by chance.
     pub(super) fn votes(&self, holes: &[Point], fit: Fit) -> bool {
         let place = |hole: &Point| [hole.x.mm() + fit.shift_mm.0, hole.y.mm() + fit.shift_mm.1];
+        // In 0.1 µm, because floats cannot be keys.
         let key = |[x, y]: [f64; 2]| ((x * 1e4) as i64, (y * 1e4) as i64);
         let mut under: BTreeSet<(i64, i64)> = BTreeSet::new();
         let mut on_pads = 0_usize;
@@ -146,6 +147,7 @@ impl Copper {
         let shifted = |(x, y): (f64, f64)| (fit.shift_mm.0 + x, fit.shift_mm.1 + y);
         let chance: f64 = BESIDE_MM.iter().map(|by| share(&self.layers, holes, shifted(*by))).sum();
         let more = fit.share - chance / BESIDE_MM.len() as f64;
+        // On a board with large copper areas chance is high, so holes on pad centers count on their own.
         under.len() >= VOTERS && more.max(on_pads as f64 / all) >= SPEAKS_SHARE
     }
 
@@ -230,6 +232,7 @@ fn vote(layers: &[Layer], holes: &[Point]) -> Option<(f64, f64)> {
         let middle = |index: i64| (index as f64 + 0.5) * VOTE_CELL_MM;
         (dx - middle(best.0)).abs() <= VOTE_CELL_MM && (dy - middle(best.1)).abs() <= VOTE_CELL_MM
     };
+    // The median: a few wrong pairs in the cell do not move it.
     let mut xs: Vec<f64> = places.iter().filter(in_cell).map(|place| place.0).collect();
     let mut ys: Vec<f64> = places.iter().filter(in_cell).map(|place| place.1).collect();
     xs.sort_unstable_by(f64::total_cmp);

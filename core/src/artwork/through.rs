@@ -107,6 +107,7 @@ pub(super) fn settle(files: &mut [FileRead], spans: &[Option<Span>], pairs: &[Pa
             return Some((at, Span { from: 0, to: 0, found: excerpt(pair.layers.as_bytes()), line: 0 }));
         }
         let span = spans.get(at).cloned().flatten().or_else(|| own(file))?;
+        // Without inner layers in the set, the deepest drill file tells how many the board has.
         let is_short = span.from > 1 || span.to < last_layer(files, &file.board).max(deepest(&file.board));
         is_short.then_some((at, span))
     };
@@ -127,6 +128,7 @@ fn last_layer(files: &[FileRead], board: &str) -> u32 {
         function.strip_prefix("Copper,L")?.split(',').next()?.parse().ok()
     };
     let outer = |side: Side| u32::from(copper().any(|file| file.side == Some(side)));
+    // By content: a layer that is in the set twice counts once.
     let inner: BTreeSet<u64> =
         copper().filter(|file| file.side == Some(Side::Inner)).map(|file| file.fingerprint).collect();
     let count = outer(Side::Top) + outer(Side::Bottom) + u32::try_from(inner.len()).unwrap_or(0);

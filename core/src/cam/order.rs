@@ -49,6 +49,7 @@ pub(super) fn arrange(
     };
     let before = way(from, holes.iter().map(|(_, at)| *at).chain([from]), cost);
     let after = way(from, tour.iter().map(|&stop| places[stop as usize]).chain([from]), cost);
+    // The search is a heuristic and may end worse than the file's own order.
     if before <= after {
         return Some(in_file);
     }
@@ -64,6 +65,7 @@ fn shortest(
     tick: &mut dyn FnMut(u64) -> bool,
 ) -> Option<Vec<u32>> {
     let ring = tour::closed(places, &straight_rapid(places), effort, tick)?;
+    // The order of the file is often good already; the search must not lose to it.
     let by_first_hole = file_ring(stops);
     let length = |ring: &[u32]| ring_length(places, ring);
     let ring = if length(&by_first_hole) <= length(&ring) { by_first_hole } else { ring };
@@ -81,6 +83,7 @@ fn fastest(
     points.extend_from_slice(places);
     let rapid = remembered(|a, b| rapid_time(points[a as usize], points[b as usize]));
     let path = tour::open(&points, &rapid, effort, tick)?;
+    // Node 0 is the start, which is no stop.
     Some(path.into_iter().filter(|&node| node != 0).map(|node| node - 1).collect())
 }
 
@@ -88,7 +91,9 @@ fn fastest(
 fn remembered(rapid: impl Fn(u32, u32) -> f64) -> impl Fn(u32, u32) -> f64 {
     let slots = vec![Cell::new((u32::MAX, u32::MAX, 0.0)); REMEMBERED];
     move |a, b| {
+        // The cost is equal in both directions, so one slot serves both.
         let (a, b) = (a.min(b), a.max(b));
+        // Odd factors spread neighbouring numbers over the slots.
         let mixed = a.wrapping_mul(0x9E37_79B9) ^ b.wrapping_mul(0x85EB_CA6B);
         let slot = &slots[(mixed >> 16) as usize % REMEMBERED];
         let (from, to, known) = slot.get();
@@ -114,6 +119,7 @@ pub(super) fn straight_rapid(places: &[Point]) -> impl Fn(u32, u32) -> f64 + use
 /// Distinct positions, ascending, and the holes at each.
 fn stops(holes: &[(u32, Point)]) -> (Vec<Point>, Vec<Vec<u32>>) {
     let mut sorted = holes.to_vec();
+    // Equal places become neighbours; they are one stop.
     sorted.sort_unstable_by_key(|&(hole, at)| (at, hole));
     let mut places: Vec<Point> = Vec::new();
     let mut stops: Vec<Vec<u32>> = Vec::new();

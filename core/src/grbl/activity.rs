@@ -346,9 +346,11 @@ impl Activity {
         cx.known.height = BoardHeight::Unknown;
         cx.known.zero_refused |= plane;
         let why = error!("grbl.zero_not_taken");
+        // Without limit switches, only the zero defines the position.
         if plane && !cx.known.homes() {
             cx.known.lose_place();
         }
+        // The rest of the job would be cut next to what is already cut.
         if plane && self.job().is_some() {
             return self.trouble(cx, why);
         }
@@ -366,6 +368,7 @@ impl Activity {
     pub(super) fn on_missing_answer(mut self, cx: &mut Context) -> Self {
         let why = || error!("grbl.answer_missing");
         match &mut self {
+            // Both end without answers: by the reset at standstill, and by Idle reports.
             Self::Stopping(_) | Self::Homing(_) => {}
             Self::Running(running) if running.moves() => return self.trouble(cx, why()),
             Self::Changing(_) => return self.trouble(cx, why()),

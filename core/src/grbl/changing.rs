@@ -59,8 +59,10 @@ impl Changing {
         };
         let Some((changer, safe_mm)) = job.changes() else { return Running::go(job) };
         let left = changer.lines.of_tool(changer.number(tool));
+        // Forget the modal words, so that a lost `$G` answer is noticed.
         cx.known.modes = None;
         send_modal_defaults(cx);
+        // A macro may start sideways: it begins at the safe height only.
         if place[2] < safe_mm - SAME_MM {
             cx.send(&format!("G90G0Z{}", number(safe_mm)), Meaning::Changer(ChangerLine::Word));
             cx.send("G4P0", Meaning::Changer(ChangerLine::Word));
@@ -184,6 +186,7 @@ impl Changing {
         self.job.tool = JobTool::In(self.tool);
         cx.out.push(EngineAction::ToolFetched { tool: self.tool });
         let Some(setter) = self.job.setter() else {
+            // All tools are equally long, or the macro compensates their lengths.
             cx.known.height = BoardHeight::OfThisBit;
             return Running::continue_with_tool(cx, self.job, place);
         };

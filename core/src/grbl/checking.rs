@@ -132,6 +132,7 @@ impl Checking {
         routine: &Arc<Routine>,
         written: Arc<[WrittenLine]>,
     ) -> Result<Box<Self>, Diagnostic> {
+        // Soft limits apply in check mode too: without homing they would refuse good lines.
         if settings::on(&cx.known.info.values, 20) && cx.known.trust != Trust::Trusted {
             return Err(error!("grbl.check_not_homed"));
         }
@@ -172,6 +173,7 @@ impl Checking {
             cx.send(&text, Meaning::Check { section, line });
             return true;
         }
+        // Only after the last answer: the reset that leaves check mode drops unread lines.
         if cx.line.buffer.is_empty() {
             self.leave(cx, None);
         }
@@ -247,7 +249,9 @@ impl Checking {
         let reads = self.stage == Stage::Reading;
         (self.stage, self.why) = (Stage::Ending { ms: cx.now_ms, reads }, why);
         cx.line.queue.clear();
+        // If the controller left check mode unnoticed, the hold stops what it runs.
         cx.write(realtime::HOLD);
+        // A report that is still due may show the state before the hold.
         cx.line.asked_ms = None;
     }
 

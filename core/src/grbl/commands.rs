@@ -67,6 +67,7 @@ impl Activity {
             (EngineAsk::Resume, Self::Surveying(surveying)) if surveying.is_held() => surveying.resume(cx),
             (EngineAsk::Resume, Self::Running(running)) if running.is_held() => running.resume(cx),
             (EngineAsk::Resume, activity) if activity.is_held_at_machine(cx) => {
+                // Lines got no answer during the hold: their time starts again.
                 (cx.hold_reports, cx.line.rests_overdue, cx.line.moved_ms) = (0, 0, cx.now_ms);
                 cx.write(realtime::RESUME);
                 activity
@@ -155,6 +156,7 @@ impl Activity {
             }
             EngineAsk::Set { number: setting, value } => {
                 cx.send(&format!("${setting}={}", number(value)), Meaning::Written);
+                // Read back, because the line has no checksum.
                 cx.send("$$", Meaning::Written);
                 Ok(Self::Ready)
             }

@@ -32,6 +32,7 @@ impl TipDepth {
     }
 
     pub(super) fn lose_place(&mut self) {
+        // Only once: UNSURE_MM covers all losses until the board is known again.
         if !std::mem::replace(&mut self.is_unsure, true) {
             self.out_mm = self.out_mm.map(|out| out + UNSURE_MM);
         }

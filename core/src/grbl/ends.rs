@@ -67,6 +67,7 @@ impl Info {
 
     /// True if zero is where homing leaves the axis.
     fn zero_is_left(&self) -> bool {
+        // Option letter Z: homing sets the machine position to zero.
         self.options.letters.contains('Z')
     }
 

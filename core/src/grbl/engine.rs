@@ -89,6 +89,7 @@ impl Controller {
     /// Takes over how far down the tip may be from `before`, the same machine at a port that was lost.
     pub fn succeed(&mut self, before: &Self) {
         let depth = before.context.known.depth.restarted();
+        // Keep the worse of two estimates: a tip taken as too deep only costs a longer lift.
         if depth.lift_first_mm() > self.lift_first_mm() {
             self.context.known.depth = depth;
         }
@@ -227,6 +228,7 @@ impl Controller {
                 self.advance(|activity, cx| activity.on_reset_wanted(cx));
             }
             HeardLine::Options(options) => {
+                // Some firmwares leave the size out: the usual one stays.
                 if options.rx_bytes > 0 {
                     cx.line.buffer.resize(usize::from(options.rx_bytes));
                 }
@@ -243,6 +245,7 @@ impl Controller {
             if let Activity::Locked(locked) = &activity {
                 locked.on_restart(cx);
             }
+            // A restart empties the receive buffer: lines in flight are never answered.
             cx.line.drop_lines();
             cx.line.needs_reset = false;
             cx.known.info.banner = banner;
@@ -258,6 +261,7 @@ impl Controller {
                 cx.out.push(check.on_banner());
             }
             work.end(cx, codes, ending.unwrap_or(Ending::Alarm));
+            // A restart sets all overrides back to 100 %.
             cx.overrides = OverrideWishes::default();
             Activity::Identify(Identify::greeted(cx))
         });
@@ -269,6 +273,7 @@ impl Controller {
         let sent = line.buffer.answered();
         self.advance(|activity, cx| match sent {
             Some(sent) => activity.on_answer(cx, sent, error),
+            // More answers than lines: answers can no longer be matched to lines.
             None => activity.trouble(cx, error!("grbl.answer_extra")),
         });
     }
@@ -282,6 +287,7 @@ impl Controller {
         let doing = status.doing;
         let is_overdue = cx.line.is_overdue(cx.now_ms);
         cx.line.rests_overdue += u32::from(fresh && doing.is_at_rest() && is_overdue);
+        // An older report may not show the override steps sent since.
         let overrides = status.overrides.filter(|_| fresh);
         let before = cx.known.report(status);
         if before.as_ref().is_some_and(|before| self.has_restarted(before)) {
@@ -373,9 +379,11 @@ impl Controller {
             Activity::Locked(_) if cx.line.needs_reset => cx.line.heard_ms = now_ms,
             _ => {}
         }
+        // A new phase gets the full time, even if the line was silent before it.
         if now_ms >= cx.line.heard_ms.max(cx.since_ms) + SILENT_MS && cx.line.asked_ms.is_some() {
             return self.on_silence();
         }
+        // A reset discards everything unread, so a query during it gets no answer.
         if cx.line.reset_at.is_none() && now_ms >= cx.line.last_ask_ms + self.query_interval_ms() {
             self.context.query();
             self.activity.on_query(&self.context);
@@ -391,6 +399,7 @@ impl Controller {
         let soon = is_paced
             || matches!(self.phase, Stopping | Measuring | Changing | Surveying)
             || self.activity.job().is_some_and(|job| job.batch.closed);
+        // One query at a time: GRBL merges queries that arrive before it reports.
         let wait_ms = match line.asked_ms {
             Some(_) => ASK_AGAIN_MS,
             None if soon && (is_paced || line.late_reports < LATE_REPORTS) => ASK_SOON_MS,

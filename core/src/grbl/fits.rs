@@ -34,6 +34,7 @@ pub struct MachineRange<'m> {
 /// Problems, worst first.
 pub fn compare(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
+    // In laser mode GRBL keeps moving while the spindle changes its speed.
     if settings::on(machine.values, 32) {
         found.push(error!("grbl.laser_mode"));
     }
@@ -135,6 +136,7 @@ fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnosti
     });
     let mut found: Vec<_> = stuck.collect();
     let Some(all) = settings::axes(machine.values, 120) else { return found };
+    // A cut in XY accelerates like its slower axis.
     let slower = usize::from(all[1] < all[0]);
     for (axis, down) in [(slower, false), (2, true)] {
         let Some((feed, reached)) = quickest_cut(routine, all[axis], down) else { continue };
@@ -203,6 +205,7 @@ fn speeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
 }
 
 fn round(value: f64) -> f64 {
+    // `+ 0.0` turns −0 into 0.
     libm::round(value * 100.0) / 100.0 + 0.0
 }
 

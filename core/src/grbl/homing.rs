@@ -41,6 +41,7 @@ pub(super) struct Homing {
 impl Homing {
     pub(super) fn start(cx: &mut Context) -> Activity {
         cx.send("$H", Meaning::Home);
+        // An earlier query may be answered only after homing: that report must not count as fresh.
         cx.line.asked_ms = None;
         Activity::Homing(Self::default())
     }
@@ -63,6 +64,7 @@ impl Homing {
 
     /// Notices output that homing never produces.
     pub(super) fn on_line(&mut self, heard: &HeardLine) {
+        // A damaged `$H` can arrive as `$X`, `$`, `$I`, `$$` or `$G`.
         self.other |= match heard {
             HeardLine::Message(text) => text.contains("Unlocked"),
             HeardLine::Other(text) => text.starts_with("[HLP"),
@@ -136,6 +138,7 @@ impl Activity {
         if cx.known.trust != Trust::Trusted {
             cx.known.height = BoardHeight::Unknown;
         }
+        // Homing that fails halfway leaves the axes anywhere.
         cx.known.trust = Trust::Lost;
         if cx.line.needs_reset {
             cx.line.after_reset = Some(AfterReset::Home);

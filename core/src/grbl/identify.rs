@@ -96,6 +96,7 @@ impl Identify {
     /// A status report from a controller that sent no banner.
     fn on_unidentified_report(&mut self, cx: &mut Context, doing: ReportedState) {
         use ReportedState::{Alarm, Door, Hold, Home, Idle, Jog, Run};
+        // What it runs may have the tool in the board.
         if matches!(doing, Run | Hold { .. } | Door { .. }) {
             cx.known.depth.may_be_low();
         }

@@ -111,6 +111,7 @@ pub(super) struct Job {
 impl Job {
     pub(super) fn start(known: &Known, start: &EngineStart, place_mm: [f64; 3]) -> Self {
         let lengths = match start.setter {
+            // What the user states takes precedence over a setter and a macro.
             _ if start.same_length => Lengths::Alike,
             Some(setter) => Lengths::Measured(setter),
             None if start.changer.is_some() => Lengths::ByMacro,
@@ -165,6 +166,7 @@ impl Job {
     }
 
     pub(super) fn line(&self) -> Option<u32> {
+        // Lines that the engine adds have no line in the file.
         let here = self.path.pieces.iter().map(|(_, line)| *line).find(|line| *line > 0);
         here.or_else(|| self.section().map(|section| section.line))
     }
@@ -183,6 +185,7 @@ impl Job {
 
     fn batch(&mut self, lines: Vec<WireLine>, after: After) {
         let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
+        // A batch starts at a checked position: everything before it is passed.
         self.path = Path::default();
         self.batch = Batch { lines: lines.into(), after, expected_s, ..Batch::default() };
     }

@@ -22,6 +22,7 @@ pub(super) const SAME_ZERO_MM: f64 = 0.01;
 const SAME_HEIGHT_SHARE: f64 = 1.5;
 /// Steps per millimetre if unknown.
 const USUAL_STEPS: f64 = 80.0;
+/// A device that sends such rows without end must not fill the memory.
 const MOST_ABOUT: usize = 64;
 const MOST_OFFSETS: usize = 32;
 
@@ -226,6 +227,7 @@ impl Known {
         (status.machine_mm, status.work_mm, status.offset_mm) =
             (scaled(status.machine_mm), scaled(status.work_mm), scaled(status.offset_mm));
         status.feed_mm_per_min = status.feed_mm_per_min.map(|feed| feed * unit);
+        // GRBL adds the work offset, and the overrides, only to some reports.
         if status.offset_mm.is_some() {
             self.zero_mm = status.offset_mm;
         }
@@ -243,6 +245,7 @@ impl Known {
     /// report `before`. A controller with limit switches would be locked then.
     pub(super) fn may_have_restarted(&self, before: &ControllerStatus) -> bool {
         let Some(now) = &self.status else { return false };
+        // A machine that was at zero already looks the same after a restart.
         let was_elsewhere = before.machine_mm.is_some_and(|place| place != [0.0; 3]);
         let is_at_zero = now.doing == ReportedState::Idle && now.machine_mm == Some([0.0; 3]);
         self.trust == Trust::Trusted && !self.homes() && was_elsewhere && is_at_zero

@@ -86,8 +86,10 @@ impl Context {
     fn keeps_place(&self, number: u16) -> bool {
         let Some(sent) = self.line.buffer.waiting().next() else { return false };
         match number {
+            // GRBL brakes to standstill before it raises a soft limit alarm: no step is lost.
             SOFT_LIMIT => settings::on(&self.known.info.values, SOFT_LIMITS) && moves(&sent.text),
             PROBE_CLOSED => sent.text.contains("G38."),
+            // G38.3 that meets nothing raises no alarm.
             PROBE_MISSED => sent.text.contains("G38.2"),
             _ => false,
         }
@@ -161,6 +163,7 @@ impl Activity {
 /// True if one of our lines moves an axis and is subject to soft limit alarms. Jogs are refused there
 /// instead.
 fn moves(line: &str) -> bool {
+    // G10 has axis words, but only stores a zero.
     !line.starts_with('$') && !line.contains("G10") && line.contains(['X', 'Y', 'Z'])
 }
 

@@ -53,6 +53,7 @@ const CLOSED: u16 = 4;
 
 impl Known {
     pub(super) fn setter_refused(&self, setter: &ToolSetter) -> Option<Diagnostic> {
+        // The setter is at a machine position, which only homing restores after a restart.
         if !self.homes() {
             return Some(error!("setter.no_homing"));
         }
@@ -106,6 +107,7 @@ impl Measuring {
             return Err(job);
         }
         let Some([_, top_mm]) = cx.known.room_mm(2) else { return Err(job) };
+        // Forget the modal words, so that a lost `$G` answer is noticed.
         cx.known.modes = None;
         // The spindle is off. Send no spindle word: a damaged character could turn it into a start.
         cx.send("G21G17G90G94", Meaning::Setter(None));
@@ -144,6 +146,7 @@ impl Measuring {
             SetterStep::Over => move_to(cx, &format!("G90G53G0X{}Y{}", number(x), number(y)), step),
             // G38.3 raises no alarm if it meets nothing, which is expected here.
             SetterStep::Near => probe(cx, &down("G38.3", top_mm - from_mm, fast_mm_per_min), step),
+            // The setter must be met: G38.2 raises an alarm if it isn't.
             SetterStep::Touch => probe(cx, &down("G38.2", depth_mm, fast_mm_per_min), step),
             SetterStep::Again => probe(cx, &down("G38.2", AGAIN_MM, slow_mm_per_min), step),
             SetterStep::Same => probe(cx, "$#", step),
@@ -180,6 +183,7 @@ impl Measuring {
             return self.fail(cx, error!("level.no_answer"));
         };
         let (from_mm, first_mm, [x, y]) = (self.setter.from_mm, self.first_mm, self.setter.place_mm);
+        // A damaged line may have moved X or Y.
         let aside = libm::fabs(place[0] - x) > SAME_MM || libm::fabs(place[1] - y) > SAME_MM;
         match step {
             _ if aside => self.fail(cx, elsewhere()),
@@ -200,6 +204,7 @@ impl Measuring {
                 self.met_mm = place;
                 self.go(cx, SetterStep::Same)
             }
+            // The line has no checksum: the position must arrive twice.
             _ if place != self.met_mm => self.fail(cx, error!("level.no_answer")),
             _ => self.go(cx, SetterStep::Lift),
         }
@@ -232,6 +237,7 @@ impl Measuring {
             SetterStep::Over if self.top_mm - self.setter.from_mm > NONE_MM => self.go(cx, SetterStep::Near),
             SetterStep::Over => self.go(cx, SetterStep::Touch),
             SetterStep::Touch => {
+                // The axis brakes after the touch, so the tip rests below it.
                 let back = number((self.first_mm - at[2]).max(0.0) + BACK_MM);
                 move_to(cx, &format!("G91G0Z{back}"), SetterStep::Back);
                 self.go(cx, SetterStep::Back)
@@ -314,6 +320,7 @@ impl Measuring {
     /// The measurement failed; the tool must be measured again. The tip moves straight up, where nothing can
     /// be in its way.
     fn fail(self, cx: &mut Context, why: Diagnostic) -> Activity {
+        // Lines of this step must not run after the failure.
         cx.line.queue.clear();
         cx.found(why);
         // A jog, because STOP ends a jog.

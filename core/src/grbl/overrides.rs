@@ -38,6 +38,7 @@ impl OverrideOf {
 
     /// The steps between two values; if `from` is unknown, via 100 %.
     fn steps(self, from: Option<u16>, to: u16) -> VecDeque<Step> {
+        // GRBL 1.1: this character sets 100 %, the next four are +10, −10, +1 and −1 %.
         let full = match self {
             Self::Feed => 0x90,
             Self::Spindle => 0x99,
@@ -50,6 +51,7 @@ impl OverrideOf {
                 return [Step { sign, change: Change::To(to) }].into();
             }
         };
+        // 100 % has a character of its own, which works from any value.
         let anew = from.is_none() || to == 100;
         let from = from.filter(|_| !anew).unwrap_or(100);
         let (ten, one) = if to < from { (2, 4) } else { (1, 3) };
@@ -79,6 +81,7 @@ impl Step {
     fn leads_to(self, percent: Option<u16>) -> Option<u16> {
         match self.change {
             Change::To(percent) => Some(percent),
+            // GRBL limits overrides to 10 … 200 %.
             Change::By(step) => Some(percent?.saturating_add_signed(step).clamp(10, 200)),
         }
     }
@@ -140,6 +143,7 @@ impl OverrideWishes {
             let Some(sent) = wish.as_mut().filter(seen) else { continue };
             if told != sent.percent && sent.tries < TRIES {
                 sent.tries += 1;
+                // Characters were lost: step again from the reported value.
                 (sent.reckoned, sent.left) = (Some(told), of.steps(Some(told), sent.percent));
                 continue;
             }

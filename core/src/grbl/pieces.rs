@@ -131,6 +131,7 @@ impl Pieces {
         let values = &cx.known.info.values;
         let own = |first| settings::axes(values, first).map(|values: [f64; 3]| values[axis]);
         let is_fit = |value: &f64| value.is_finite() && *value > 0.0;
+        // The controller limits each axis to `$110` to `$112`, whatever feed is asked for.
         let fastest = own(110).filter(is_fit).unwrap_or(f64::INFINITY);
         Some(Self {
             axis,
@@ -161,6 +162,7 @@ impl Pieces {
         }
         let Some(um) = self.next_um(cx.now_ms, blocks) else { return false };
         let mm = if self.back { -um } else { um } as f64 / 1e3;
+        // A jog line names its own modes: `$J=` neither uses nor changes those in force.
         let text = format!("$J=G91G21{}{}F{}", AXES[self.axis], number(mm), number(self.mm_per_min));
         cx.send(&text, Meaning::Jog);
         true

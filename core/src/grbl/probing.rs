@@ -21,6 +21,7 @@ pub(super) struct Probing {
 
 impl Probing {
     pub(super) fn down(cx: &mut Context, job: Option<Box<Job>>, down: &str, meaning: Meaning) -> Activity {
+        // Until the new zero is confirmed, no height may be used.
         cx.known.height = BoardHeight::Unknown;
         Self::start(cx, job, down, meaning)
     }

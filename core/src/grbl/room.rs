@@ -119,6 +119,7 @@ impl Known {
     /// Largest tip height above the work zero: where homing leaves Z. `None` if Z was not homed.
     fn most_height(&self) -> Option<Length> {
         let top = self.room_mm(2)?[1];
+        // Rounded down: the axis must not reach its end. 1e-6 absorbs the error of the subtraction.
         let um = libm::floor((top - self.zero_mm?[2]) * 1e3 + 1e-6);
         Some(Length::from_um(um as i64))
     }

@@ -27,12 +27,14 @@ impl Stopping {
         }
         let late = cx.now_ms >= cx.since_ms + REST_MS;
         match report.doing {
+            // At standstill a reset keeps the position.
             doing if doing == ReportedState::Check || doing.is_held_at_rest() => cx.reset(),
             doing if late || matches!(doing, ReportedState::Alarm | ReportedState::Sleep) => {
                 cx.known.lose_place();
                 cx.reset();
             }
             ReportedState::Idle => {
+                // The hold may have come when nothing moved, or got lost: repeat it, then reset.
                 self.idle_reports += 1;
                 if self.idle_reports >= IDLE_REPORTS {
                     cx.reset();
@@ -54,6 +56,7 @@ impl Activity {
         }
         cx.line.queue.clear();
         cx.write(realtime::HOLD);
+        // A report that is still due may show the state before the hold.
         cx.line.asked_ms = None;
         Self::Stopping(Stopping { work: self.into_work(), ending, idle_reports: 0 })
     }

@@ -109,6 +109,7 @@ impl Surveying {
 
     /// Straight up, unless the tip is already up.
     fn rise(&mut self, cx: &mut Context) {
+        // Never down: the tip may already be higher.
         let up = self.up_mm().max(self.wanted_mm[2]);
         self.wanted_mm[2] = up;
         cx.send("G21G17G90G94", Meaning::Survey(None));
@@ -130,6 +131,7 @@ impl Surveying {
         (self.wanted_mm[0], self.wanted_mm[1]) = (to[0], to[1]);
         if far > NONE_MM {
             let feed = number(self.start.over_mm_per_min);
+            // A probing move sideways: if the tip meets something, it stops there.
             let text = format!("G90G38.3X{}Y{}F{feed}", number(to[0]), number(to[1]));
             probe(cx, &text, step);
             return Activity::Surveying(self);
@@ -140,6 +142,7 @@ impl Surveying {
     /// A report. With the tip up, a closed probe input could detect nothing.
     pub(super) fn on_report(mut self: Box<Self>, cx: &mut Context, report: Report) -> Activity {
         let asked_ms = cx.line.last_ask_ms;
+        // A query from before the lift may show the contact still closed.
         let shows_up = report.fresh && self.up_since_ms.is_some_and(|up| asked_ms >= up);
         if !shows_up || self.hold == Hold::Held {
             return Activity::Surveying(self);
@@ -208,6 +211,7 @@ impl Surveying {
             return self.fail(cx, why);
         }
         self.last_mm = height_mm;
+        // Later moves must clear every point touched so far.
         self.highest_mm = self.highest_mm.max(height_mm);
         self.wanted_mm[2] = height_mm;
         let (done, of) = self.survey.progress();
@@ -219,6 +223,7 @@ impl Surveying {
     /// Ready after the final position is reported.
     fn finish(self: Box<Self>, cx: &mut Context) -> Activity {
         cx.out.push(EngineAction::Survey(SurveyNews::Over { survey: Some(Box::new(self.survey)) }));
+        // Waits for standstill as after a jog.
         Jogging::sent(None)
     }
 

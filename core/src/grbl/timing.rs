@@ -12,6 +12,7 @@ use super::settings::{self, Values};
 
 /// Look-ahead of an 8-bit controller, in blocks.
 pub const USUAL_BLOCKS: usize = 15;
+/// GRBL's MINIMUM_FEED_RATE: 1 mm/min.
 const SLOWEST_MM_PER_S: f64 = 1.0 / 60.0;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +33,7 @@ impl PlannerLimits {
         Some(Self {
             fastest_mm_per_s: settings::axes(values, 110)?.map(|rate| rate / 60.0),
             acceleration_mm_per_s2: settings::axes(values, 120)?,
+            // GRBL's defaults of `$11` and `$12`.
             junction_mm: values.get(&11).copied().filter(|value| *value > 0.0).unwrap_or(0.01),
             arc_mm: values.get(&12).copied().filter(|value| *value > 0.0).unwrap_or(0.002),
             blocks: if blocks == 0 { USUAL_BLOCKS } else { blocks },
@@ -90,6 +92,7 @@ impl Clockwork {
             return self.line(piece.from_mm, piece.to_mm, piece.feed_mm_per_min);
         };
         let arc = self.limits.arc_mm;
+        // As `mc_arc` of GRBL splits an arc.
         let reach = arc * (2.0 * bow.radius_mm - arc);
         let parts = if reach > 0.0 { libm::floor(0.5 * bow.length() / libm::sqrt(reach)) } else { 0.0 };
         let parts = parts.clamp(1.0, 100_000.0) as u32;
@@ -129,6 +132,7 @@ impl Clockwork {
     }
 
     fn corner(&self, before: &[f64; 3], unit: &[f64; 3]) -> f64 {
+        // As GRBL's planner: 1 is a reversal, −1 straight on; both need no square root.
         let cos = -(0..3).map(|axis| before[axis] * unit[axis]).sum::<f64>();
         if cos > 0.999_999 {
             return 0.0;

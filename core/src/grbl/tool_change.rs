@@ -62,6 +62,7 @@ impl ToolChange {
             cx.error(code!("grbl.no_report"));
             return Activity::ToolChange(self);
         };
+        // Before the height is known, the room above the board can't be judged.
         if let Some(why) = cx.known.no_room(&self.job).filter(|_| known) {
             cx.found(why);
             return Activity::ToolChange(self);

@@ -36,6 +36,7 @@ const GRACE_US: u64 = 500_000;
 pub fn home_edge(machine: &Machine, axis: usize) -> i64 {
     let settings = machine.axis(axis);
     match settings.home {
+        // The switch is one step beyond the travel.
         HomeEnd::Min => settings.scale.steps(settings.min) - 1,
         HomeEnd::Max => settings.scale.steps(settings.max) + 1,
     }
@@ -107,6 +108,7 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
             let steps = settings.scale.steps(way);
             to[axis] += steps + steps.signum() * play;
         }
+        // `give_grace` sets the deadline once the duration is known.
         let gate = input.map(|input| Gate { input, deadline_us: 0, otherwise: Otherwise::Alarm });
         writer.line(stage, to, speed, gate)?;
     }
@@ -117,6 +119,7 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
 
 /// Homing of the whole machine: first Z, to clear the board, then X, then Y, each from its current position.
 pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Diagnostic> {
+    // Z first, so that no tool is dragged through a board.
     [2, 0, 1].into_iter().map(|axis| Ok((axis, home_axis(machine, axis)?))).collect()
 }
 
@@ -156,6 +159,7 @@ pub fn stroke(
     if down == from {
         return Ok(writer.done());
     }
+    // XY must settle before the tool goes down.
     writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Switching::None);
     writer.line(Stage::Approach, over, f64::INFINITY, None)?;
     writer.line(Stage::Drill, down, process.feed_mm_per_s, gate)?;

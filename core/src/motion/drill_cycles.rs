@@ -302,6 +302,7 @@ pub fn down(
     let law = shape(machine, machine.motion.down, length_mm, limits)?;
     if feed_mm_per_s < limits.speed_mm_per_s {
         let slow_mm = machine.process.feed_height.mm().min(height_mm);
+        // If the way is too short for two speeds, all of it is at feed.
         if let Ok(stroke) = two_speeds(law, height_mm - slow_mm, depth_mm + slow_mm, feed_mm_per_s, limits) {
             return Ok(stroke);
         }

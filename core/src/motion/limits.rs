@@ -47,6 +47,7 @@ impl Limits {
     /// Limits of X, Y and Z along a milled path. Z may move in both directions there, so both limits apply.
     pub fn of_path(machine: &Machine) -> [Self; 3] {
         let [x, y, z] = [&machine.x, &machine.y, &machine.z].map(|axis| Self::of_axis(machine, axis));
+        // A path goes up and down: both limits of Z apply.
         [x, y, z.with_share(Self::of_down(machine), 1.0)]
     }
 
@@ -67,6 +68,7 @@ impl Limits {
 
 /// Highest speed that the drive of `axis` permits, mm/s.
 fn drive_speed(machine: &Machine, axis: &Axis) -> f64 {
+    // Whole ticks, rounded up: never faster than the limit.
     let ticks = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1)));
     TICK_HZ as f64 / ticks as f64 / axis.scale.steps_per_mm()
 }
@@ -145,6 +147,7 @@ pub fn rapid_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
             steps(machine, axis, scale.steps(to) - scale.steps(from), f64::INFINITY)
                 .map_or(f64::INFINITY, |steps| steps.duration_ticks() as f64 / TICK_HZ as f64)
         };
+        // Axes on a table start together and run on their own: the slower one decides.
         return way(0, from.x, to.x).max(way(1, from.y, to.y));
     }
     let length_mm = from.distance_mm(to);

@@ -54,6 +54,7 @@ pub(super) fn rates(later: &Replay<'_>, limits: &[f64; AXES]) -> Vec<Rate> {
 }
 
 fn rate(ticks: &[u64], limit: f64) -> Option<Rate> {
+    // A single tick gives no speed, so it limits nothing.
     let [first, .., last] = ticks else { return None };
     let middle = ticks.get(ticks.len() / 2)?;
     let mean = |from: u64, to: u64, steps: usize| steps as f64 / (to - from).max(1) as f64;
@@ -109,6 +110,7 @@ impl FeedOverride {
     }
 
     pub(super) fn want(&mut self, rate_share: f64) {
+        // Squares: at constant braking they change linearly over the distance.
         self.wanted = rate_share * rate_share;
     }
 
@@ -141,6 +143,7 @@ impl FeedOverride {
             self.square = 0.0;
             return;
         }
+        // The mean rate between two steps is the mean of the rates at both.
         self.stretch = (2.0 / (libm::sqrt(before) + libm::sqrt(reached))).max(1.0);
         self.square = reached;
     }

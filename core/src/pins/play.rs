@@ -189,6 +189,7 @@ fn guard(segment: &Segment) -> u32 {
     let moves = !segment.runs.is_empty();
     let mut guard = if moves && by_itself { Input::CoverOpen.bit() } else { 0 };
     for run in &segment.runs {
+        // A pressed foot would drag the board along.
         if run.axes & PLANE != 0 {
             guard |= Input::FootDown.bit();
         }
@@ -203,6 +204,7 @@ fn guard(segment: &Segment) -> u32 {
             };
         }
     }
+    // The input of the gate is what the move waits for, not a fault.
     guard & !segment.gate.map_or(0, |gate| gate.input.bit())
 }
 
@@ -337,6 +339,7 @@ impl Play<'_> {
             }
             Switching::None | Switching::AwaitBit { .. } => {}
         }
+        // The inputs count before the first pulse, too.
         self.look();
         self.pulses(pulses).await
     }
@@ -482,6 +485,7 @@ impl Play<'_> {
             if self.end.is_some() {
                 return;
             }
+            // In slices, so that STOP and the inputs are noticed during a long rest.
             self.wait(at.min(self.line.tick + SLICE)).await;
             self.look();
         }
@@ -518,6 +522,7 @@ impl Play<'_> {
         let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };
         let guard = inputs & (self.guard | contact);
         let goes_down = matches!(self.segment.stage, Stage::Approach | Stage::Drill);
+        // With the foot down, the tool goes down only while the sensor confirms it.
         let needed = if goes_down && self.line.foot_down { self.motors.pressed } else { 0 };
         let missing = if self.is_untouched(inputs) { Input::Contact.bit() } else { needed & !inputs };
         let first = |inputs: u32| Input::ALL.into_iter().find(|input| inputs & input.bit() != 0);
@@ -553,6 +558,7 @@ impl Play<'_> {
     fn is_early(&self, inputs: u32) -> bool {
         let ways = [Stage::Approach, Stage::Drill, Stage::NextHole];
         let Some([_, from]) = self.touches_within(&ways) else { return false };
+        // Only on the way down: on its way up the tip may still touch.
         let falls = self.line.down & !PLANE != 0;
         falls && inputs & Input::Contact.bit() != 0 && self.lowest() > from
     }
@@ -600,6 +606,7 @@ impl Play<'_> {
 
     /// Passes the current order to the feed override.
     fn want(&mut self) {
+        // Every reason to end brakes first.
         let order = if self.end.is_some() { Order::Stop } else { self.operator.order() };
         self.feed_override.want(match order {
             Order::Go => 1.0,

@@ -37,6 +37,7 @@ impl<P: Pins> Pins for Steady<P> {
     fn inputs(&mut self, at_tick: u64) -> u32 {
         let pins = &mut self.pins;
         let mut read = || pins.inputs(at_tick);
+        // Without an earlier value, the majority decides.
         let believed = *self.believed.get_or_insert_with(|| majority(&std::array::from_fn(|_| read())));
         let mut changed = read() ^ believed;
         for _ in 1..AGREE {

@@ -222,6 +222,7 @@ fn parabola(times: &[f64], base: f64, least: f64) -> Result<Found, usize> {
     let (end, mid) = (times[count - 1] - base, times[middle - 1] - base);
     let (interval_bits, change_bits) = fineness(count as u32);
     let each = f64::from(1_u32 << change_bits);
+    // The curvature through start, middle and end.
     let bend = 2.0 * (end / steps - mid / half) / (steps - half) * PARTS as f64 / each;
     let near = libm::round(bend);
     let mut good = 1;

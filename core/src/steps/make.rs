@@ -82,6 +82,7 @@ impl Pile {
     fn take(&mut self, moves: &[Move]) -> Result<(), Diagnostic> {
         for planned in moves {
             let mut segment = self.maker.segment(planned);
+            // A job has many thousands of segments: spare capacity adds up.
             segment.runs.shrink_to_fit();
             self.runs += segment.runs.len();
             if self.runs > MOST_RUNS {
@@ -124,6 +125,7 @@ struct Cursor<'a> {
 
 impl Maker {
     fn new(machine: &Machine) -> Self {
+        // Rounded up: never faster than the limit.
         let least_interval = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1))) as i64;
         let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
         let turn_s = direction_s.max(least_interval as f64 / TICK_HZ as f64) + TURN_ROOM_S;
@@ -155,6 +157,7 @@ impl Maker {
             let mut cursor = Cursor { axes, last_tick: 0, runs: &mut runs };
             for part in planned.parts.iter().filter(|part| part.moves(axis)) {
                 match &part.motion {
+                    // Spindles repeat few strokes, which are cached; lines in XY all differ.
                     Motion::Line(stroke) if axis >= 2 => self.stroke(part, axis, stroke, &mut cursor),
                     Motion::Line(stroke) => self.line(part, axis, stroke, &mut cursor),
                     Motion::TableSteps(steps) => step_runs(part, axis, steps, &mut cursor),
@@ -240,6 +243,7 @@ impl Maker {
             first_alone,
             even: None,
         };
+        // A step is due halfway to its position: the error stays within half a step.
         let place_mm = |step: u64| (step as f64 - 0.5) * step_mm;
         cursor.last_tick = match stroke {
             Stroke::One(profile) => {
@@ -264,6 +268,7 @@ fn sets(planned: &Move) -> Vec<(usize, u8)> {
     let mut sets: Vec<(usize, u8)> = Vec::new();
     let way = |part: &AxisMove, axis: usize| part.to[axis] - part.from[axis];
     for axis in (0..AXES).filter(|axis| planned.parts.iter().any(|part| part.moves(*axis))) {
+        // Spindles that go equally far step at the same ticks: one run for all.
         let alike = |(first, _): &&mut (usize, u8)| {
             axis >= 2 && *first >= 2 && planned.parts.iter().all(|part| way(part, axis) == way(part, *first))
         };

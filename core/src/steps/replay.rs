@@ -133,6 +133,7 @@ pub fn replay(segment: &Segment) -> Replay<'_> {
 pub fn replay_stream(stream: &StepStream) -> impl Iterator<Item = Pulse> {
     let starts = stream.segments.iter().scan(0_u64, |now, segment| {
         let start = *now;
+        // Saturating, because the checker also replays invalid streams.
         *now = now.saturating_add(segment.duration_ticks);
         Some((start, segment))
     });
@@ -152,6 +153,7 @@ impl Cursor<'_> {
                 self.change = i64::from(run.change);
                 self.left = run.count;
                 self.base = self.tick + if run.forward { 0 } else { std::mem::take(&mut self.put_off) };
+                // Half a tick more, so that cutting off the fraction rounds.
                 self.parts = PARTS / 2 + self.interval;
                 self.find_tick();
                 return true;

@@ -103,12 +103,14 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
     /// Processes every node, in the order of the ring; false if `go_on` cancelled.
     pub(crate) fn settle(&mut self, go_on: &mut dyn FnMut() -> bool) -> bool {
         let mut all = self.ring.from(0);
+        // The queue is taken from its end; reversed, the nodes come in the order of the ring.
         all.reverse();
         all.into_iter().for_each(|node| self.look_again(node));
         let mut looked = 0_u32;
         while self.improve_next().is_some() {
             self.turns.clear();
             looked = looked.wrapping_add(1);
+            // Asking costs time, so only at every 1,024th node.
             if looked & 0x3FF == 0 && !go_on() {
                 return false;
             }
@@ -126,6 +128,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         let Some([a, b, c]) = self.three_near(chance) else { return 0.0 };
         let (a2, b2, c2) = (self.ring.next(a), self.ring.next(b), self.ring.next(c));
         let cut = [(a, a2), (b, b2), (c, c2)].map(|(from, to)| self.rapid(from, to));
+        // The rapid that must stay may not be cut.
         if cut.contains(&FIXED) {
             return 0.0;
         }
@@ -176,6 +179,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
     fn undo(&mut self, keep: usize) {
         while self.turns.len() > keep {
             if let Some((first, last, mirrored)) = self.turns.pop() {
+                // In a mirrored ring the ends of a stretch are exchanged.
                 let (first, last) = if mirrored == self.mirrored { (last, first) } else { (first, last) };
                 self.ring.reverse(first, last);
             }
@@ -195,6 +199,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         self.queued[node as usize] = false;
         let mut gained = 0.0;
         let mut failed = 0;
+        // One failure for each direction of the ring.
         while failed < 2 {
             match self.improve_forward(node) {
                 Some(gain) => (gained, failed) = (gained + gain, 0),
@@ -253,6 +258,7 @@ impl<'a, C: Fn(u32, u32) -> f64> Search<'a, C> {
         let mut best = [(0.0, 0, 0); 5];
         let mut count = 0;
         for &(rapid, t3) in &self.near[t2 as usize] {
+            // The list is sorted by cost: the rest is no better.
             if open - rapid <= EPSILON {
                 break;
             }

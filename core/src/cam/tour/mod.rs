@@ -31,6 +31,7 @@ pub(crate) fn closed(
 ) -> Option<Vec<u32>> {
     let near = near::lists(points, QUADRANT, NEAR);
     let ring = Ring::new(start::greedy(points, &near, rapid));
+    // All rings through three points have the same length.
     if points.len() < 4 {
         return Some(ring.from(0));
     }
@@ -60,12 +61,14 @@ pub(crate) fn open(
     let mut order = Ring::new(start::greedy(points, &near, &rapid)).from(0);
     order.push(end);
     let mut near = priced(&near, &rapid);
+    // Any node but the first may be the last one, at no cost.
     near.iter_mut().skip(1).for_each(|list| list.insert(0, (0.0, end)));
     near.push(Vec::new());
     let mut search = Search::new(Ring::new(order), &near, rapid);
     if points.len() > 2 && !anneal(&mut search, effort, tick) {
         return None;
     }
+    // The end is a neighbour of the first node, on one side or the other.
     if search.ring.next(0) == end {
         search.ring.mirror();
     }
@@ -93,6 +96,7 @@ fn anneal<C: Fn(u32, u32) -> f64>(
     }
     let mut chance = Chance::new(effort.seed);
     for done in 0..effort.kicks {
+        // Asking costs time, so only at every 256th kick.
         if done & 0xFF == 0 && !tick(done) {
             return false;
         }
