@@ -63,6 +63,7 @@ impl Hands {
         let Ok(mut thread) = self.thread.lock() else { return };
         if let Some((ring, thread)) = thread.take() {
             self.say(why);
+            // Covers every ticket, so no task delays the end.
             self.shared.stop(u64::MAX);
             let _ = ring.send(last);
             let _ = thread.join();
@@ -71,12 +72,14 @@ impl Hands {
 
     /// Returns `true` if the thread ended without an order.
     fn died(&self) -> bool {
+        // Whoever ends the thread holds the lock while it joins; that is no death.
         let Ok(thread) = self.thread.try_lock() else { return false };
         thread.as_ref().is_some_and(|(_, thread)| thread.is_finished())
     }
 
     fn say(&self, why: &'static str) {
         if let Ok(mut place) = self.why.lock()
+            // The first reason is the cause; later ones only follow from it.
             && *place == RUNNING
         {
             *place = why;
@@ -267,6 +270,7 @@ fn write(frames_up: &Receiver<Up>, hands: &Hands, trouble: &Trouble) {
                 told = latest;
                 frames::send(&mut pipe, &Up::Glimpse(latest))
             }
+            // Without a sign of life the bridge would take this process for dead.
             Err(RecvTimeoutError::Timeout) => frames::send(&mut pipe, &Up::Alive),
             Err(RecvTimeoutError::Disconnected) => return,
         };

@@ -79,9 +79,11 @@ pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>>
     match pipe.read(&mut length)? {
         0 => return Ok(None),
         4 => {}
+        // A pipe may hand over only part of the length at first.
         some => pipe.read_exact(&mut length[some..])?,
     }
     let length = u32::from_le_bytes(length) as usize;
+    // A damaged length must not make us allocate gigabytes.
     if length > LIMIT {
         return Err(io::ErrorKind::InvalidData.into());
     }

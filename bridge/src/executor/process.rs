@@ -80,6 +80,7 @@ pub(crate) fn start(
     frames::send(&mut stdin, &Down::Start { settings, record: record.to_owned(), measured })
         .map_err(failed)?;
     let (orders, frames_down) = channel();
+    // These may have changed before the process existed; it starts with defaults.
     for said in [
         Said::Stop { upto: shared.stopped() },
         Said::Durable { legs: shared.durable() },
@@ -180,6 +181,7 @@ impl Link {
             }
             thread::sleep(BEAT);
             let heard = self.heard.load(Ordering::SeqCst);
+            // Before its first frame the process measures the clock, which takes longer than the patience.
             silent = if heard == 0 || heard != before { Duration::ZERO } else { silent + BEAT };
             before = heard;
             if silent >= patience {
@@ -205,6 +207,7 @@ impl Link {
                 Ok(None) if since.elapsed() < patience => {}
                 _ => break,
             }
+            // Another thread must be able to kill the process meanwhile.
             drop(child);
             thread::sleep(Duration::from_millis(2));
         }
@@ -272,6 +275,8 @@ impl Reader {
     /// The process is gone, or ends: switches its outputs off at once. Returns `why`, or a worse problem if
     /// that failed.
     fn end(&self, why: Diagnostic) -> Diagnostic {
+        // A writer that is blocked on a full pipe holds the lock; waiting for it could hang. A closed pipe
+        // tells the process to end.
         if let Ok(mut pipe) = self.link.pipe.try_lock() {
             *pipe = None;
         }

@@ -43,6 +43,7 @@ pub(super) struct Recorded<P> {
 
 impl<P: Pins> Recorded<P> {
     pub(super) fn new(pins: P, path: &Path, offsets: Offsets, why: Why) -> io::Result<Self> {
+        // A record that is too long starts again, so it cannot fill the disk.
         let long = std::fs::metadata(path).is_ok_and(|file| file.len() > LONGEST);
         let mut options = OpenOptions::new();
         let file = own::open(
@@ -57,6 +58,7 @@ impl<P: Pins> Recorded<P> {
 
     fn write(&mut self, event: &str) {
         let at_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64);
+        // The host may correct the position; the counted steps alone do not know that.
         let offset = |axis: usize| self.offsets[axis].load(Ordering::SeqCst);
         let position: Steps = std::array::from_fn(|axis| self.counted[axis] + offset(axis));
         let line = json!({ "at_ms": at_ms, "event": event, "position": position, "steps": self.steps });

@@ -35,6 +35,7 @@ pub(super) struct Bit {
 impl Bit {
     /// The bit with this number; `None` for a signal without a wire.
     pub(super) fn of(number: i8) -> Option<Self> {
+        // A negative number means that the signal has no wire.
         let number = usize::try_from(number).ok().filter(|number| *number < 8 * BYTES)?;
         Some(Self { byte: number / 8, mask: 1 << (number % 8) })
     }
@@ -62,6 +63,7 @@ pub(super) fn all_off(wiring: &Wiring, port: &mut dyn Port) -> io::Result<()> {
     for (byte, low) in wired(wiring).into_iter().enumerate() {
         if let Some(off) = low {
             let one = port.write(byte, off);
+            // Every byte gets its chance to go off; only the first refusal is reported.
             all = all.and(one);
         }
     }
@@ -111,6 +113,8 @@ impl Bytes {
         }
         for (byte, value) in wanted.into_iter().enumerate() {
             let value = value ^ self.low[byte];
+            // Each write costs bus time, so an unchanged byte is left out. After a refusal the levels are
+            // unknown.
             if self.shadow[byte].is_none_or(|shadow| shadow == value) || self.trouble.get().is_some() {
                 continue;
             }
@@ -135,6 +139,7 @@ impl SharedBytes {
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, Bytes> {
+        // Even if another thread panicked, the outputs must still go off.
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
@@ -165,6 +170,7 @@ impl Life {
     /// Returns `true` if the pump may continue at the time `since`.
     fn goes_on(&self, since: Duration) -> bool {
         let heard = Duration::from_nanos(self.heard_ns.load(Ordering::Relaxed));
+        // At rest no thread reports in; only during motion does silence mean that the loop hangs.
         !self.moves.load(Ordering::Relaxed) || since.saturating_sub(heard) <= SILENCE
     }
 }
@@ -180,6 +186,7 @@ pub(super) struct Pump {
 
 impl Pump {
     pub(super) fn new(wiring: &Wiring, bytes: &SharedBytes) -> Self {
+        // One period has two edges.
         let half = Duration::from_secs(1) / (2 * wiring.drivers.charge_pump_hz.max(1));
         let waits = Bit::of(wiring.drivers.charge_pump).map(|_| (half, bytes.clone()));
         let trouble = bytes.lock().trouble().clone();

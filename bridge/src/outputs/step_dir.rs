@@ -28,6 +28,7 @@ struct Span {
 impl Span {
     fn of(times_ns: &[u32], axis: usize) -> Self {
         let ns = times_ns.get(axis).copied().map_or(0, u64::from);
+        // Rounded up: a driver may miss a pulse that is too short.
         Self { ticks: ns.div_ceil(TICK_NS), life: Duration::from_nanos(ns) }
     }
 }
@@ -118,6 +119,7 @@ impl Driver {
         if self.turns() {
             return self.turn();
         }
+        // The driver needs both: DIR stable before the edge, and STEP off long enough since the last one.
         (Edge::On, (self.spent.turned + self.setup.life).max(self.spent.off + self.space.life))
     }
 

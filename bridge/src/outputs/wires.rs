@@ -102,6 +102,7 @@ impl Wires {
         let mut bytes = Bytes::new(wiring, port)?;
         let mut believed = [None; BYTES];
         for sensor in &sensors {
+            // The glitch filter compares with the previous reading; this is its first.
             believed[sensor.at.byte] = Some(bytes.read(sensor.at.byte)?);
         }
         let trouble = bytes.trouble().clone();
@@ -209,6 +210,7 @@ impl Wires {
         if !self.is_enabled && self.motors.iter().enumerate().any(counts) {
             self.is_enabled = true;
             self.put();
+            // A driver ignores steps until it has woken up.
             self.wait_until((self.now)() + self.enable_delay);
         }
     }
@@ -249,6 +251,7 @@ impl Wires {
             return Ok(known);
         }
         let second = bytes.read(byte)?;
+        // A single differing reading may be noise from the motors or the spindle.
         let changed = (first ^ known) & (second ^ known);
         Ok(known ^ changed)
     }
@@ -296,6 +299,7 @@ impl Pins for Wires {
         self.relax(at_tick);
         self.put();
         for axis in (0..WIRED_AXES).filter(|axis| axes >> axis & 1 == 1) {
+            // Taken after the write, so a pulse can only be longer than asked, never shorter.
             let now = (self.now)();
             if let Some(driver) = self.driver(axis) {
                 driver.is_out(Edge::On, now);
@@ -347,6 +351,7 @@ impl Pins for Wires {
         }
         self.put();
         self.beat(at_tick);
+        // At rest the pump must go on without signs of life.
         if self.moves_since.take().is_some() {
             self.pump.hear(false);
         }

@@ -27,6 +27,7 @@ impl Names {
     pub(crate) fn new(port: u16) -> Self {
         let mut hosts: Vec<String> =
             ["127.0.0.1", "localhost", "[::1]"].map(|name| format!("{name}:{port}")).into();
+        // Browsers leave the default port out.
         if port == 80 {
             hosts.extend(["127.0.0.1", "localhost", "[::1]"].map(str::to_owned));
         }
@@ -39,16 +40,19 @@ pub(crate) fn check<B>(names: &Names, request: &Request<B>) -> Result<(), Refuse
     let headers = request.headers();
     let refused = |code| Refused::new(StatusCode::FORBIDDEN, code);
     let target = request.uri().authority();
+    // A foreign name that points to this computer (DNS rebinding) shows here.
     match only(headers, &header::HOST) {
         Ok(Some(host))
             if names.hosts.iter().any(|name| name == host) && target.is_none_or(|name| name == host) => {}
         _ => return Err(refused(code!("door.host"))),
     }
     match only(headers, &HeaderName::from_static("sec-fetch-site")) {
+        // Older browsers and command-line tools send no such header.
         Ok(None | Some("same-origin" | "none")) => {}
         _ => return Err(refused(code!("door.cross_site"))),
     }
     let reading = matches!(*request.method(), Method::GET | Method::HEAD);
+    // Browsers let any site open a socket, and only `Origin` tells which.
     let upgrade = headers.contains_key(header::UPGRADE) || request.uri().path() == SOCKET_PATH;
     match only(headers, &header::ORIGIN) {
         Ok(Some(origin)) if names.origins.iter().any(|name| name == origin) => Ok(()),
@@ -63,6 +67,7 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>
     match (values.next(), values.next()) {
         (None, _) => Ok(None),
         (Some(value), None) => value.to_str().map(Some).map_err(|_| ()),
+        // With two values, a proxy and this server might each believe another one.
         _ => Err(()),
     }
 }

@@ -29,6 +29,7 @@ pub(crate) async fn put(
     let size = bytes.len();
     let job = key.clone();
     let stored = tokio::task::spawn_blocking(move || {
+        // Hashing a large program takes time, hence not on the async thread.
         if auth::sha256(&bytes) != key {
             return Err(Refused::new(StatusCode::UNPROCESSABLE_ENTITY, code!("upload.other_hash")));
         }
@@ -110,6 +111,7 @@ pub(crate) async fn read_body(
         let mut chunks = body.into_data_stream();
         while let Some(chunk) = chunks.next().await {
             let chunk = chunk.map_err(|_| Refused::new(StatusCode::BAD_REQUEST, code!("door.broken_off")))?;
+            // The announced length may be missing or wrong.
             if bytes.len() + chunk.len() > limit {
                 return Err(too_large());
             }

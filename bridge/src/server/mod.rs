@@ -173,6 +173,7 @@ impl Bridge {
 
     /// Stops at once; any page may do that.
     fn stop(&self, viewer: Viewer) {
+        // Before the log: writing it may block.
         self.machine.stop();
         tracing::info!(viewer, "stop");
     }
@@ -200,6 +201,7 @@ pub(crate) async fn run(bridge: Arc<Bridge>, listeners: Vec<TcpListener>, end: i
     let _ = tokio::task::spawn_blocking(move || machine.shutdown()).await;
     bridge.watchers().close();
     let all = u32::try_from(SOCKETS).unwrap_or(u32::MAX);
+    // All permits are back once every socket has closed.
     let _ = timeout(Duration::from_secs(2), bridge.sockets.acquire_many(all)).await;
     pump.abort();
 }
@@ -222,6 +224,7 @@ async fn pump(bridge: Arc<Bridge>) {
 async fn accept(bridge: Arc<Bridge>, listener: TcpListener, routes: Router) {
     loop {
         let Ok((stream, peer)) = listener.accept().await else {
+            // Usually out of file descriptors; without a pause this would spin.
             sleep(Duration::from_millis(50)).await;
             continue;
         };
@@ -260,6 +263,7 @@ async fn connection(
                     refused.into_response()
                 }
             };
+            // A refused client must not keep its connection slot.
             if response.status().is_client_error() || response.status().is_server_error() {
                 response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
             }
@@ -359,6 +363,7 @@ async fn socket(
     let upgrade = upgrade
         .max_message_size(socket::TRANSPORT_LIMIT)
         .max_frame_size(socket::TRANSPORT_LIMIT)
+        // A frame must leave at once, not when the buffer is full.
         .write_buffer_size(0)
         .max_write_buffer_size(socket::TRANSPORT_LIMIT);
     Ok(upgrade.on_upgrade(async move |socket| {

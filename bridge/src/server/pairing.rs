@@ -89,9 +89,11 @@ impl Pairing {
     /// alike, and 128 bits cannot be guessed. Only senders of wrong tokens must wait, for longer each time.
     pub(crate) fn pair(&mut self, claimed: &str, peer: IpAddr, now_ms: u64) -> Result<Paired, Rejection> {
         self.tokens.retain(|token| now_ms < token.end_ms);
+        // Compares with all tokens, so the time tells nothing about a match.
         let found = self.tokens.iter().enumerate().fold(None, |found, (index, token)| {
             if auth::same(token.text.as_bytes(), claimed.as_bytes()) { Some(index) } else { found }
         });
+        // A correct token is accepted even while its address has to wait.
         let Some(index) = found else { return Err(self.wrong(peer, now_ms)) };
         let id = secret::<16>().map_err(Rejection::NoSecret)?;
         let key = secret::<32>().map_err(Rejection::NoSecret)?;
@@ -128,6 +130,7 @@ impl Pairing {
     /// The session `id`; marks it as used now.
     pub(crate) fn session(&mut self, id: &str) -> Option<Session> {
         let index = self.sessions.iter().position(|session| session.id == id)?;
+        // Moved to the end: the least recently used session is dropped first.
         let session = self.sessions.remove(index);
         self.sessions.push(session.clone());
         Some(session)

@@ -48,6 +48,7 @@ impl Claim {
         make_folder(folder)?;
         let path = folder.join("bridge.json");
         let mut file = open(&path).map_err(|error| trouble(&path, &error))?;
+        // The lock ends with its process, even after a crash; a file alone would remain.
         match file.try_lock() {
             Ok(()) => Ok(Ok(Self { file })),
             Err(TryLockError::WouldBlock) => Ok(Err(read(&mut file))),
@@ -85,6 +86,7 @@ pub(crate) fn running(folder: &Path) -> Option<Note> {
 
 fn read(file: &mut File) -> Option<Note> {
     let mut text = String::new();
+    // A note is much shorter; this guards against a foreign file.
     file.take(4096).read_to_string(&mut text).ok()?;
     serde_json::from_str(&text).ok()
 }

@@ -161,6 +161,7 @@ async fn listen(
         last = now;
         let text = match frame {
             _ if allowance < 0.0 => {
+                // STOP works even from a page that sends too fast.
                 if is_stop(&frame) {
                     bridge.stop(viewer);
                 }
@@ -203,12 +204,14 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     match ask {
         // Sent twenty times per second; its answer is ignored.
         Ask::JogOn => drop(bridge.machine.begin(ask, Some(ticket))),
+        // These must not wait in the queue behind a long request.
         Ask::Pause | Ask::LiftTool | Ask::StopAfterHole | Ask::FeedOverride { percent: ..=100 } => {
             tracing::info!(viewer, ?ask, "ask");
             let begun = bridge.machine.begin(ask, Some(ticket));
             let bridge = Arc::clone(bridge);
             tokio::task::spawn_blocking(move || bridge.finish(viewer, begun));
         }
+        // First the place, then the start: a started request must also be finished.
         ask => match queue.try_reserve() {
             Ok(place) => {
                 tracing::info!(viewer, ?ask, "ask");
@@ -235,6 +238,7 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
     let mut pulse = interval(PULSE);
     loop {
         let message = tokio::select! {
+            // Reports first: the status is replaced by a newer one, a report is not.
             biased;
             tell = seat.tells.recv() => match tell {
                 Some(text) => Message::Text(text),
@@ -251,6 +255,7 @@ async fn write(mut seat: Seat, mut sink: SplitSink<WebSocket, Message>) {
         }
     }
     let _ = timeout(SEND_TIME, sink.send(goodbye(close_code::AWAY))).await;
+    // So that the last frames arrive before the connection closes.
     sleep(LINGER).await;
 }
 

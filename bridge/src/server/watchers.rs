@@ -53,6 +53,7 @@ impl Watchers {
             tracing::warn!(viewer = goes, "too many pages: one gave its seat to another");
             self.viewers.remove(&goes);
         }
+        // Numbers are never reused, so a late message cannot act for a newer page.
         let viewer = self.next;
         self.next += 1;
         let (queue, tells) = mpsc::channel(QUEUE);
@@ -104,6 +105,7 @@ impl Watchers {
 
     pub(crate) fn tell(&mut self, viewer: Viewer, tell: &Tell) {
         if let Some(page) = self.viewers.get(&viewer)
+            // Never waits: one slow page must not hold up the others.
             && page.queue.try_send(text(tell)).is_err()
         {
             tracing::warn!(viewer, "page reads too slowly: dropped");
@@ -114,6 +116,7 @@ impl Watchers {
     pub(crate) fn tell_all(&mut self, tell: &Tell) {
         if let Tell::Status(status) = tell {
             self.note(status);
+            // Only the newest status matters, so it does not go through the queue.
             self.status.send_replace(text(tell));
             return;
         }
