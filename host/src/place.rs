@@ -85,6 +85,7 @@ impl Place {
                 }
                 Next::Over => break,
                 Next::Late => {
+                    // Only once: a lifted tool may wait as long as it takes.
                     if std::mem::take(&mut self.follows) {
                         self.lift().await;
                         self.leave(None);
@@ -94,6 +95,7 @@ impl Place {
                 }
             };
             match message {
+                // Its first move no longer starts where the tool is: the tool was lifted.
                 Instruction::Task(task) if std::mem::take(&mut starved) => {
                     report(self.report(&task, 0, Ended::Starved, self.line.tick));
                 }
@@ -158,6 +160,7 @@ impl Place {
 
     /// Lifts the tool if the position is trusted, even after a stop.
     async fn lift(&mut self) {
+        // A tool that is already higher must not go down.
         let Some(top) = self.lift_to.filter(|top| self.machine.lowest(&self.line.position) < *top) else {
             return;
         };
@@ -225,6 +228,7 @@ impl Place {
         orders: &mut impl Orders,
     ) -> Result<(), Ended> {
         let on_path = self.line.position;
+        // The tool first leaves the board: one that stops in it may break.
         if let Some(top) = task.lift_to.filter(|top| self.machine.lowest(&on_path) < *top) {
             self.way(task, cycles::retract(&self.machine, on_path, top)).await?;
         }
@@ -243,6 +247,7 @@ impl Place {
         }
         self.shared.change_glimpse(|glimpse| (glimpse.held, glimpse.lifted) = (0, false));
         self.rpm = rpm;
+        // At speed before it goes down.
         self.turn_again(task, rpm, orders).await?;
         self.way(task, cycles::back_down(&self.machine, self.line.position, on_path)).await?;
         self.leave(Some(segment));
