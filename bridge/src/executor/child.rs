@@ -72,7 +72,7 @@ impl Hands {
 
     /// Returns `true` if the thread ended without an order.
     fn died(&self) -> bool {
-        // Whoever ends the thread holds the lock while it joins; that is no death.
+        // `end` holds the lock while it joins the thread; that is no death.
         let Ok(thread) = self.thread.try_lock() else { return false };
         thread.as_ref().is_some_and(|(_, thread)| thread.is_finished())
     }

@@ -275,8 +275,8 @@ impl Reader {
     /// The process is gone, or ends: switches its outputs off at once. Returns `why`, or a worse problem if
     /// that failed.
     fn end(&self, why: Diagnostic) -> Diagnostic {
-        // A writer that is blocked on a full pipe holds the lock; waiting for it could hang. A closed pipe
-        // tells the process to end.
+        // A writer that is blocked on a full pipe holds the lock; waiting for it could hang. Closing the pipe
+        // ends the process.
         if let Ok(mut pipe) = self.link.pipe.try_lock() {
             *pipe = None;
         }
