@@ -1,7 +1,7 @@
 //! Probes a board on the drill of this computer and saves its height map, like a page does.
 
 use super::job;
-use super::run::{self, PlayArgs};
+use super::run::{self, PlayArgs, RealArgs};
 use super::{Answer, Refusal};
 use annulus_core::error;
 use annulus_core::job::touched;
@@ -20,6 +20,8 @@ const CLEAR_UM: u32 = 1_000;
 pub(crate) struct LevelArgs {
     #[command(flatten)]
     play: PlayArgs,
+    #[command(flatten)]
+    real: RealArgs,
     /// Set the largest distance between two probed positions.
     #[arg(long = "spacing", alias = "grid", value_name = "MM", default_value_t = 10.0)]
     grid: f64,
@@ -39,5 +41,5 @@ pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let now_s = now.map_or(0, |since| since.as_secs());
     let job_key = key_of(&job.program);
     let ask = Ask::Survey { grid, job: job_key, clear_um: CLEAR_UM, depth_um: DEPTH_UM, now_s };
-    run::touch(&args.play, job::low_corner(&job.program), ask, json)
+    run::touch(&args.play, &args.real, (job::low_corner(&job.program), ask), json)
 }

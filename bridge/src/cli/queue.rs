@@ -2,6 +2,7 @@
 //!
 //! Both assume that the machine is homed and the work zero is set at the position after homing.
 
+use super::run::{typed_line, typed_lines};
 use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, mm, rounded};
 use crate::drill::Drill;
 use crate::hosted::Hosted;
@@ -9,17 +10,18 @@ use crate::machine_file;
 use crate::signals::Signals;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::error;
-use annulus_core::machine::Machine;
+use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, CheckedQueue, Mode, Queue, RowState, Standing, check, print, read};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
+use annulus_core::{error, warning};
 use serde::Serialize;
 use serde_json::json;
 use std::fs;
-use std::io::{self, BufRead, IsTerminal};
+use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
+use tokio::sync::mpsc::UnboundedReceiver;
 
 /// Arguments of `annulus queue`.
 #[derive(Debug, clap::Args)]
@@ -64,6 +66,9 @@ struct RunArgs {
     /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     fault: Vec<String>,
+    /// Move a real machine without a question.
+    #[arg(long)]
+    yes: bool,
 }
 
 impl RunArgs {
@@ -87,7 +92,10 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
             })
         }
         What::Run(run) => {
-            let known = super::run::without_hardware(&run.file.machine)?;
+            let known = super::run::own_machine(&run.file.machine)?;
+            if known.machine.output != Output::Virtual {
+                super::run::may_move_real(&run.file.machine, run.yes, &run.fault)?;
+            }
             let text = text_of(&run.file)?;
             match checked(&run.file, &text, &known.machine) {
                 Ok((queue, _)) => perform(run, known, &queue, text),
@@ -159,11 +167,12 @@ fn perform(
     text: String,
 ) -> Result<Answer, Refusal> {
     let (runtime, signals) = super::run::runtime()?;
+    let asks = known.machine.output != Output::Virtual && !args.yes;
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
     let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
-    let mut operator = Operator { drill: &drill, signals, interrupted: false };
-    let ran = runtime.block_on(operator.run(args.mode(), queue, text));
+    let mut operator = Operator { drill: &drill, signals, lines: typed_lines(), interrupted: false };
+    let ran = runtime.block_on(operator.run(args.mode(), asks, queue, text));
     let answer = ran.map(|()| operator.answer(queue));
     drill.shutdown();
     answer
@@ -173,6 +182,8 @@ fn perform(
 struct Operator<'a> {
     drill: &'a Drill,
     signals: Signals,
+    /// Lines typed at the terminal.
+    lines: Option<UnboundedReceiver<String>>,
     interrupted: bool,
 }
 
@@ -193,9 +204,20 @@ impl Operator<'_> {
         (status, queue)
     }
 
-    async fn run(&mut self, mode: Mode, queue: &Queue, text: String) -> Result<(), Refusal> {
+    /// Runs the queue. `asks`: waits for Enter before the machine moves.
+    async fn run(&mut self, mode: Mode, asks: bool, queue: &Queue, text: String) -> Result<(), Refusal> {
         if let Some(alarm) = self.stands().0.and_then(|status| status.alarm) {
             return Err(Refusal::content(alarm));
+        }
+        if asks {
+            let why = warning!("queue.moves");
+            super::say(format_args!("{} {}", why.message("en"), why.advice("en")));
+            if !self.enter().await {
+                return Err(Refusal {
+                    exit: Exit::Interrupted,
+                    ..Refusal::content(error!("run.not_started"))
+                });
+            }
         }
         self.ask(Ask::Home)?;
         self.settle(|status, _| at_rest(status)).await;
@@ -218,11 +240,13 @@ impl Operator<'_> {
             if stands.phase != QueuePhase::Held {
                 break;
             }
-            if io::stdin().is_terminal() {
+            if self.lines.is_some() {
                 if let Some(row) = stands.row.filter(|_| !step) {
                     super::say(format_args!("Breakpoint before row {}. Press Enter to continue.", row + 1));
                 }
-                let _ = io::stdin().lock().read_line(&mut String::new());
+                if !self.enter().await {
+                    return Ok(());
+                }
             } else if !step {
                 // Without a terminal, nobody can continue the queue. A held queue never reports rest, so don't wait.
                 return Ok(());
@@ -242,14 +266,29 @@ impl Operator<'_> {
             }
             tokio::select! {
                 () = tokio::time::sleep(Duration::from_millis(5)) => {}
-                _ = self.signals.wait() => {
-                    if !self.interrupted {
-                        self.interrupted = true;
-                        super::say("Stopping.");
-                        let _ = self.drill.ask(Ask::Stop);
-                    }
-                }
+                _ = self.signals.wait() => self.stop(),
             }
+        }
+    }
+
+    /// Waits for Enter. Returns `false` if a signal or the end of the terminal came first.
+    async fn enter(&mut self) -> bool {
+        // What was typed before the question does not answer it.
+        while self.lines.as_mut().is_some_and(|lines| lines.try_recv().is_ok()) {}
+        tokio::select! {
+            line = typed_line(&mut self.lines) => line.is_some(),
+            _ = self.signals.wait() => {
+                self.stop();
+                false
+            }
+        }
+    }
+
+    fn stop(&mut self) {
+        if !self.interrupted {
+            self.interrupted = true;
+            super::say("Stopping.");
+            let _ = self.drill.ask(Ask::Stop);
         }
     }
 

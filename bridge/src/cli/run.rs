@@ -5,7 +5,9 @@ mod answer;
 mod attended;
 
 pub(super) use self::answer::lost;
-use self::attended::{Zero, typed_line, typed_lines};
+use self::attended::Zero;
+pub(super) use self::attended::{may_move_real, typed_line, typed_lines};
+use super::grbl::how::{Place, place};
 use super::{Answer, Exit, Refusal, counted, grbl, job};
 use crate::drill::{Drill, RECORD};
 use crate::hosted::Hosted;
@@ -20,7 +22,7 @@ use annulus_core::machine::{self, Lengths, Machine, Output};
 use annulus_core::magazine::{Held, laid_out};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
-use annulus_core::{code, error};
+use annulus_core::{code, error, warning};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -109,12 +111,10 @@ fn own_controller(name: &str) -> Result<(), Refusal> {
     if has_own { Err(grbl::no_port(Some(preset))) } else { Ok(()) }
 }
 
-/// The named machine, which must have the virtual drill as its output.
-pub(super) fn without_hardware(name: &str) -> Result<machine_file::Known, Refusal> {
+/// The named machine, which Annulus drives itself.
+pub(super) fn own_machine(name: &str) -> Result<machine_file::Known, Refusal> {
     own_controller(name)?;
-    let known = machine_file::named(name)?;
-    let needs_page = || Refusal::usage(error!("run.needs_page"));
-    if known.machine.output == Output::Virtual { Ok(known) } else { Err(needs_page()) }
+    machine_file::named(name)
 }
 
 /// A runtime for one command, and the signals that interrupt it.
@@ -198,6 +198,17 @@ pub(crate) struct PlayArgs {
     pub(crate) same_length: bool,
 }
 
+/// Options of a machine that Annulus drives itself and that is not the virtual drill.
+#[derive(Debug, clap::Args)]
+pub(crate) struct RealArgs {
+    /// Set the work zero of a real machine in machine coordinates, in mm [default: the saved one].
+    #[arg(long, value_name = "X,Y", value_parser = place, allow_hyphen_values = true)]
+    zero_at: Option<Place>,
+    /// Move a real machine without a question.
+    #[arg(long)]
+    yes: bool,
+}
+
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     match driver(args)? {
         Driver::Controller => grbl::run_job(&args.at, json),
@@ -224,7 +235,7 @@ fn drill(args: &RunArgs, driver: Driver, json: bool) -> Result<Answer, Refusal> 
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
-    let zero = driver.is_real().then(|| Zero::of(&args.at.board.how, &known.machine)).transpose()?;
+    let zero = driver.is_real().then(|| Zero::of(args.at.board.how.zero_at, &known.machine)).transpose()?;
     let loads = args.load_magazine.then_some(&known.machine);
     let how = BoardHow { level: args.at.height_map().is_some(), from_start: args.at.from_start, loads, zero };
     job.program.machine = known.machine.fingerprint();
@@ -272,12 +283,28 @@ fn opened(
     Ok((drill, operator, runtime))
 }
 
-/// Probes the board as in `ask`, with the work zero at the machine's corner. Saves the map.
-pub(super) fn touch(args: &PlayArgs, low: Point, ask: Ask, json: bool) -> Result<Answer, Refusal> {
-    let known = without_hardware(args.job.on.name())?;
-    let (drill, operator, runtime) =
-        opened(args, (&known, Driver::Virtual { rehearsal: false }), true, json)?;
-    let touched = runtime.block_on(operator.touch(low, ask, &args.job.accept));
+/// Probes the board as in `ask`, and saves the map. The work zero of the virtual drill is at its corner.
+pub(super) fn touch(
+    args: &PlayArgs,
+    real: &RealArgs,
+    (low, ask): (Point, Ask),
+    json: bool,
+) -> Result<Answer, Refusal> {
+    let name = args.job.on.name();
+    let known = own_machine(name)?;
+    let driver = match known.machine.output {
+        Output::Virtual => Driver::Virtual { rehearsal: false },
+        output => Driver::Own(output),
+    };
+    let zero = if driver.is_real() {
+        attended::may_move_real(name, real.yes, &args.fault)?;
+        Some(Zero::of(real.zero_at, &known.machine)?)
+    } else {
+        None
+    };
+    let (drill, operator, runtime) = opened(args, (&known, driver), true, json)?;
+    let operator = Operator { says_yes: real.yes, ..operator };
+    let touched = runtime.block_on(operator.touch((low, zero), ask, &args.job.accept));
     drill.shutdown();
     touched
 }
@@ -388,7 +415,7 @@ impl Operator {
         let interrupted = interrupted(greeting).filter(|_| !how.from_start);
         let offer = interrupted.as_ref().filter(|offer| offer.job == key);
         if let Some(zero) = &how.zero {
-            self.may_move(zero, (interrupted.as_ref(), offer)).await?;
+            self.may_move(zero, (interrupted.as_ref(), offer), &warning!("run.homes")).await?;
         }
         if let Some(answer) = self.home().await? {
             return Ok(answer);
@@ -428,13 +455,26 @@ impl Operator {
     }
 
     /// Probes the board and returns the saved map.
-    async fn touch(mut self, low: Point, ask: Ask, accept: &[String]) -> Result<Answer, Refusal> {
+    async fn touch(
+        mut self,
+        (low, zero): (Point, Option<Zero>),
+        ask: Ask,
+        accept: &[String],
+    ) -> Result<Answer, Refusal> {
         self.may_begin(accept)?;
+        if let Some(zero) = &zero {
+            self.may_move(zero, (None, None), &warning!("level.moves")).await?;
+        }
         if let Some(answer) = self.home().await? {
             return Ok(answer);
         }
-        self.make_room(low).await?;
-        self.ask(Ask::SetZero)?;
+        match zero {
+            Some(zero) => self.set_zero(zero).await?,
+            None => {
+                self.make_room(low).await?;
+                self.ask(Ask::SetZero)?;
+            }
+        }
         let begun_s = if let Ask::Survey { now_s, .. } = ask { now_s } else { 0 };
         self.ask(ask)?;
         let rested = self.settle().await;

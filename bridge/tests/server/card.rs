@@ -487,7 +487,7 @@ fn unusable_card_device_is_refused_before_listening() {
     let board = folder.path().join("board.drl").display().to_string();
     let (code, object, _) =
         super::client::output(&folder, &["queue", "run", &board, "--machine", &file, "--json"]);
-    assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_page")), "{object}");
+    assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.needs_yes")), "{object}");
     let words = ["run", &board, "--machine", &file, "--port", "nowhere", "--json"];
     let (code, object, _) = super::client::output(&folder, &words);
     assert_eq!((code, object["error"]["code"].as_str()), (2, Some("run.port_of_output")), "{object}");

@@ -224,3 +224,61 @@ fn terminal_confirms_motion_and_measures_tools() {
     assert_eq!(child.0.wait().unwrap().code(), Some(0));
     assert_eq!(desk.holes(), [[20, 40], [50, 40]]);
 }
+
+#[test]
+fn typed_probe_measures_a_tool() {
+    let desk = Desk::new(&[("change.lengths", text("touch"))]);
+    let (mut child, mut hand) = desk.at_a_terminal("board --zero-at 2,3 --yes");
+    desk.says("must not cut yet", 1);
+    hand.write_all(b"p 12\n").unwrap();
+    desk.says("the machine moves back and the spindle starts", 1);
+    hand.write_all(b"\n").unwrap();
+    desk.says("must not cut yet", 2);
+    assert_eq!(desk.holes().len(), 1, "the second tool is requested after the first hole");
+    hand.write_all(b"p 12\n").unwrap();
+    desk.says("the machine moves back and the spindle starts", 2);
+    hand.write_all(b"\n").unwrap();
+    desk.says("Card: 2 holes drilled.", 1);
+    assert_eq!(child.0.wait().unwrap().code(), Some(0));
+    assert_eq!(desk.holes(), [[20, 40], [50, 40]]);
+}
+
+#[test]
+fn level_and_queue_drive_a_card_after_consent() {
+    let desk = Desk::new(&[]);
+    let corners = [(0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0)];
+    let at = corners.into_iter().map(|(x, y)| Point::from_mm(x, y));
+    let square = drill::holes(&desk.machine, vec![drill::spin_up(50_000)], (at, 10_000), drill::back());
+    fs::write(desk.home.path().join("square"), program::encode(&square)).unwrap();
+    let queue = "SPINDLE 20000\nMOVE_TO 3 4\nDRILL_DOWN\nDRILL_UP\n";
+    fs::write(desk.home.path().join("queue.txt"), queue).unwrap();
+    let stands = desk.twin.seen.lock().unwrap().drill.real();
+    let level = "level --machine card.toml square --spacing 3 --margin 0.5";
+    let run = "queue run --machine card.toml queue.txt";
+    for (words, exit, code) in [
+        (level.to_owned(), 2, "run.needs_yes"),
+        (run.to_owned(), 2, "run.needs_yes"),
+        (format!("{level} --yes"), 1, "run.no_zero"),
+        (format!("{level} --yes --zero-at 2,99"), 2, "run.zero_outside"),
+        (format!("{level} --yes --zero-at 2,3 --fault late"), 2, "run.fault_is_virtual"),
+        (format!("{run} --yes --fault late"), 2, "run.fault_is_virtual"),
+    ] {
+        let (found, object, said) = desk.annulus(&words);
+        assert_eq!((found, &object["error"]["code"]), (exit, &code.into()), "{words}: {object} {said}");
+    }
+    assert_eq!(desk.twin.seen.lock().unwrap().drill.real(), stands, "nothing moved");
+
+    let (exit, object, said) = desk.annulus(&format!("{level} --yes --zero-at 2,3"));
+    assert_eq!((exit, &object["columns"], &object["rows"]), (0, &3.into(), &3.into()), "{object} {said}");
+    let (exit, object, said) = desk.run("square --yes --height-map saved");
+    assert_eq!((exit, &object["holes_done"]), (0, &4.into()), "{object} {said}");
+    assert_eq!(desk.holes(), [[20, 30], [80, 30], [80, 90], [20, 90]]);
+
+    let (exit, object, said) = desk.annulus(&format!("{run} --yes"));
+    assert_eq!(
+        (exit, &object["ended"], &object["rows_done"]),
+        (0, &"done".into(), &4.into()),
+        "{object} {said}"
+    );
+    assert_eq!(desk.holes().len(), 5);
+}

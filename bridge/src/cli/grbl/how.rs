@@ -283,7 +283,7 @@ impl Place {
 }
 
 /// Parses two or three numbers separated by commas.
-fn place(text: &str) -> Result<Place, String> {
+pub(in crate::cli) fn place(text: &str) -> Result<Place, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
     match numbers.as_deref() {

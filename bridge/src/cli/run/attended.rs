@@ -5,7 +5,7 @@
 //! ```
 
 use super::{Driver, Operator, RunArgs, other_of_controller};
-use crate::cli::grbl::how::How;
+use crate::cli::grbl::how::Place;
 use crate::cli::{Exit, Refusal, say};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
@@ -38,16 +38,22 @@ pub(super) fn may_run(args: &RunArgs, machine: &Machine) -> Result<(), Refusal> 
     if let Some(flag) = flag {
         return refuse(error!("run.flag_of_controller", flag = flag, ..));
     }
-    if !args.fault.is_empty() {
-        return refuse(error!("run.fault_is_virtual", ..));
-    }
     if how.zero_here {
         return refuse(error!("run.zero_here_homes", ..));
     }
-    if !how.yes && !stdin().is_terminal() {
-        return refuse(error!("run.needs_yes", ..));
+    may_move_real(name, how.yes, &args.fault)?;
+    Zero::of(how.zero_at, machine).map(drop)
+}
+
+/// Refuses faults on the real machine `name`, and to move it without a terminal or `--yes`.
+pub(in crate::cli) fn may_move_real(name: &str, yes: bool, faults: &[String]) -> Result<(), Refusal> {
+    if !faults.is_empty() {
+        return Err(Refusal::usage(error!("run.fault_is_virtual", machine = name)));
     }
-    Zero::of(how, machine).map(drop)
+    if !yes && !stdin().is_terminal() {
+        return Err(Refusal::usage(error!("run.needs_yes", machine = name)));
+    }
+    Ok(())
 }
 
 /// The work zero of a real machine.
@@ -58,9 +64,9 @@ pub(super) struct Zero {
 }
 
 impl Zero {
-    /// The zero of these options; an error if it has a height, or is outside the travel.
-    pub(super) fn of(how: &How, machine: &Machine) -> Result<Self, Refusal> {
-        let Some(place) = how.zero_at else { return Ok(Self { at_mm: None }) };
+    /// The given or the saved zero; an error if it has a height, or is outside the travel.
+    pub(super) fn of(zero_at: Option<Place>, machine: &Machine) -> Result<Self, Refusal> {
+        let Some(place) = zero_at else { return Ok(Self { at_mm: None }) };
         if place.z.is_some() {
             return Err(Refusal::usage(error!("run.zero_at_plane")));
         }
@@ -76,7 +82,7 @@ impl Zero {
 }
 
 /// Lines typed at the terminal, from now on; `None` without a terminal.
-pub(super) fn typed_lines() -> Option<UnboundedReceiver<String>> {
+pub(in crate::cli) fn typed_lines() -> Option<UnboundedReceiver<String>> {
     let (sends, lines) = unbounded_channel();
     let reads = move || {
         for line in stdin().lines().map_while(Result::ok) {
@@ -90,7 +96,7 @@ pub(super) fn typed_lines() -> Option<UnboundedReceiver<String>> {
 }
 
 /// The next typed line; never, if there is no terminal. `None` if the terminal was closed.
-pub(super) async fn typed_line(lines: &mut Option<UnboundedReceiver<String>>) -> Option<String> {
+pub(in crate::cli) async fn typed_line(lines: &mut Option<UnboundedReceiver<String>>) -> Option<String> {
     let Some(all) = lines else { return pending().await };
     let line = all.recv().await;
     if line.is_none() {
@@ -136,6 +142,7 @@ impl Operator {
         &mut self,
         zero: &Zero,
         (interrupted, offer): (Option<&InterruptedJob>, Option<&InterruptedJob>),
+        question: &Diagnostic,
     ) -> Result<(), Refusal> {
         let refuse = |code| Err(Refusal::content(Diagnostic::error(code)));
         if let Some(job) =
@@ -151,7 +158,7 @@ impl Operator {
             }
             _ => {}
         }
-        self.confirm(&warning!("run.homes")).await
+        self.confirm(question).await
     }
 
     /// Waits for Enter, unless the user answered in advance. Fails if the user ends the command.
