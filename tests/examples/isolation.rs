@@ -37,6 +37,8 @@ const SAMPLE_MM: f64 = 0.05;
 const INSIDE_MM: f64 = 0.005;
 /// A toolpath this near to its place beside an edge counts as there.
 const THERE: Length = Length::from_um(30);
+/// A board of which pcb2gcode misses a larger share of the edges is not in the sum.
+const UNDONE: f64 = 0.01;
 
 /// What toolpaths do to the copper of a board.
 #[derive(Clone, Copy, Default)]
@@ -315,6 +317,10 @@ fn main() {
                 let retracts = share(found.retracts as f64, theirs.retracts as f64);
                 let travel = share(found.travel_mm, theirs.travel_mm);
                 println!("    pcb2gcode: {}; ours × {retracts:.2}, × {travel:.2}", shown(&theirs));
+                if theirs.copper.missed_mm > UNDONE * theirs.milled_mm {
+                    println!("    not in the sum: pcb2gcode leaves copper of this board together");
+                    continue;
+                }
                 let sum = &mut sums[passes as usize - 1];
                 let all = [found.retracts as f64, theirs.retracts as f64, found.travel_mm, theirs.travel_mm];
                 sum.iter_mut().zip(all).for_each(|(sum, more)| *sum += more);
