@@ -1,6 +1,6 @@
 //! Tests of `annulus run` on a machine on a card. The twin at its wires judges the holes.
 
-use super::{SPINDLE, Twin, driven, text, wired};
+use super::{SPINDLE, Twin, driven, number, text, wired};
 use crate::server::client::PATIENCE;
 use crate::server::drill;
 use annulus_core::geometry::Point;
@@ -23,6 +23,9 @@ use tempfile::TempDir;
 const NOT_MINE: i32 = 0o400;
 /// Longest wait for a message; homing takes long on a busy computer.
 const MOST: Duration = Duration::from_secs(3 * PATIENCE.as_secs());
+
+/// Steps per mm of Z for a probe: a step of 0.1 mm into the board breaks a tool that stands still.
+const FINE: f64 = 40.0;
 
 /// Holes 3 mm apart, the second with another tool.
 fn two_tools(machine: &Machine, holes: u32) -> Program {
@@ -227,7 +230,7 @@ fn terminal_confirms_motion_and_measures_tools() {
 
 #[test]
 fn typed_probe_measures_a_tool() {
-    let desk = Desk::new(&[("change.lengths", text("touch"))]);
+    let desk = Desk::new(&[("change.lengths", text("touch")), ("z.scale", number(FINE))]);
     let (mut child, mut hand) = desk.at_a_terminal("board --zero-at 2,3 --yes");
     desk.says("must not cut yet", 1);
     hand.write_all(b"p 12\n").unwrap();
@@ -245,7 +248,7 @@ fn typed_probe_measures_a_tool() {
 
 #[test]
 fn level_and_queue_drive_a_card_after_consent() {
-    let desk = Desk::new(&[]);
+    let desk = Desk::new(&[("z.scale", number(FINE))]);
     let corners = [(0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0)];
     let at = corners.into_iter().map(|(x, y)| Point::from_mm(x, y));
     let square = drill::holes(&desk.machine, vec![drill::spin_up(50_000)], (at, 10_000), drill::back());

@@ -82,6 +82,10 @@ fn played(row: &Row) -> (Option<String>, usize, Option<String>) {
     if row.work == Work::DrillWithContact {
         more.push(("stroke.contact_tolerance", number(0.2)));
     }
+    if row.work == Work::Touch {
+        // A coarse step into the board would break the tool, which then never touches.
+        more.push(("z.scale", number(40.0)));
+    }
     if row.work == Work::Change {
         more.extend(with_magazine().into_iter().filter(|(key, _)| *key == "rack.change"));
     }
