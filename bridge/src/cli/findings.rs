@@ -1,6 +1,6 @@
 //! Prints the problems of a proof: for scripts one by one and in groups, for people in groups.
 
-use super::{mm, sentence};
+use super::{mm, sentence, verbosity};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::proof::{
     Cure, Finding, FindingKind, Group, Pair, ProofResult, Shallower, Whole, to_be_read,
@@ -11,7 +11,7 @@ use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 
-/// Maximum number of problems shown per group as text.
+/// Maximum number of problems shown per group as text without `--verbose`.
 const SHOWN: usize = 12;
 
 /// Returns `true` if a problem was accepted by its name, its code or the last word of its code.
@@ -187,9 +187,10 @@ impl GroupReport {
         let members = findings.iter().filter(|finding| finding.must_be_read == self.must_be_read);
         let by_id: BTreeMap<&str, _> = members.map(|finding| (finding.id.as_str(), finding)).collect();
         let ids = self.pairs.iter().flat_map(|pair| &pair.ids);
-        let listed = ids.filter_map(|id| by_id.get(id.as_str())).take(SHOWN);
+        let most = if verbosity::is_verbose() { usize::MAX } else { SHOWN };
+        let listed = ids.filter_map(|id| by_id.get(id.as_str())).take(most);
         out.extend(listed.map(|finding| finding.lines()));
-        let more = (self.count as usize).saturating_sub(SHOWN);
+        let more = (self.count as usize).saturating_sub(most);
         if more > 0 {
             out += &format!("    {}\n", sentence("proof.report.more", &[("count", &more)]));
         }

@@ -1,7 +1,7 @@
 //! Lists the contents of files. Fails only if a file can't be opened, never because of its content.
 
 use super::against::{self, corners};
-use super::{Answer, Exit, Refusal, counted, mm, rounded};
+use super::{Answer, Exit, Refusal, counted, mm, rounded, verbosity};
 use crate::cli::files;
 use crate::refusal;
 use annulus_core::artwork::{
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Maximum number of diagnostics per file in the text output.
+/// Maximum number of diagnostics per file in the text output without `--verbose`.
 const SHOWN_REMARKS: usize = 12;
 
 /// Above this number of objects, a silkscreen is measured with the page's coarser arcs, because it is never
@@ -161,13 +161,14 @@ fn file_text(file: &FileRead) -> String {
         let (lines, arcs) = (counted(counts.lines, "line"), counted(counts.arcs, "arc"));
         let _ = writeln!(text, "  {flashes}, {lines}, {arcs}, {}", counted(counts.regions, "contour"));
     }
-    for diagnostic in file.diagnostics.iter().skip(said).take(SHOWN_REMARKS) {
+    let most = if verbosity::is_verbose() { file.diagnostics.len() } else { SHOWN_REMARKS };
+    for diagnostic in file.diagnostics.iter().skip(said).take(most) {
         let line = diagnostic.place.as_ref().map_or(0, |place| place.line);
         let place = if line > 0 { format!("line {line}: ") } else { String::new() };
         let (message, advice) = (diagnostic.message("en"), diagnostic.advice("en"));
         let _ = writeln!(text, "  {}: {place}{message} {advice}", diagnostic.severity.word());
     }
-    if let Some(more) = file.diagnostics.len().checked_sub(said + SHOWN_REMARKS + 1) {
+    if let Some(more) = file.diagnostics.len().checked_sub(said + most + 1) {
         let _ = writeln!(text, "  … {} more", more + 1);
     }
     text.push('\n');

@@ -7,7 +7,7 @@
 
 use super::files::{self, ReadFiles};
 use super::saving::Given;
-use super::{Group, JobArgs, ReadingArgs};
+use super::{Group, JobArgs, ReadingArgs, verbosity};
 use crate::machine_file;
 use crate::refusal::Refusal;
 use annulus_core::board::{Board, Face, Hole};
@@ -27,6 +27,7 @@ use annulus_core::sim;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
 use annulus_core::{code, error};
+use indicatif::ProgressBar;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Read};
@@ -253,7 +254,7 @@ fn planned(
         work.operations.retain(|operation| !operation.uses_bit());
     }
     diagnostics.extend(machine::warnings(&machine));
-    let bar = indicatif::ProgressBar::new(0);
+    let bar = if verbosity::is_quiet() { ProgressBar::hidden() } else { ProgressBar::new(0) };
     let mut tell = |at: PlanningProgress| {
         bar.set_length(at.total);
         bar.set_position(at.done);

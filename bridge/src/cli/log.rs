@@ -3,7 +3,8 @@
 //! If the terminal is paused or the pipe is full, lines are dropped, because STOP must not wait for a
 //! terminal.
 
-use std::io::{self, IsTerminal, Write};
+use super::verbosity;
+use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
@@ -30,10 +31,16 @@ impl Write for Line {
     }
 }
 
-/// Starts the log with the filter in `ANNULUS_LOG`.
-pub(super) fn begin() {
+/// Starts the log with the filter in `ANNULUS_LOG`, or else as detailed as the user asked for. `is_brief`
+/// leaves out what is no warning.
+pub(super) fn begin(is_brief: bool) {
     let filter = tracing_subscriber::EnvFilter::try_from_env("ANNULUS_LOG");
-    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
+    let usual = match (verbosity::is_verbose(), is_brief || verbosity::is_quiet()) {
+        (true, _) => "info,annulus=debug",
+        (false, true) => "warn",
+        (false, false) => "info",
+    };
+    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(usual));
     let (lines, written) = sync_channel::<Vec<u8>>(WAITING);
     let write = move || {
         while let Ok(line) = written.recv() {
@@ -45,7 +52,7 @@ pub(super) fn begin() {
     }
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_ansi(io::stderr().is_terminal())
+        .with_ansi(verbosity::has_color())
         .with_writer(|| Line)
         .try_init();
 }

@@ -4,6 +4,7 @@ mod against;
 mod browser;
 mod cam;
 mod cam_files;
+mod completions;
 mod cures;
 mod doctor;
 mod executor;
@@ -13,6 +14,7 @@ mod findings;
 mod firmware;
 mod grbl;
 mod height_map;
+mod help;
 mod inspect;
 pub(crate) mod job;
 mod judged;
@@ -36,6 +38,7 @@ mod serve;
 mod simulate;
 mod templates;
 mod tools;
+mod verbosity;
 
 use crate::refusal::{Exit, Refusal};
 use annulus_core::{error, note};
@@ -45,7 +48,7 @@ use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ColorChoice, FromArgMatches, Parser, Subcommand, ValueEnum};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 use std::fmt::Display;
@@ -53,13 +56,22 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Drill and mill printed circuit boards.
+/// The command line.
 #[derive(Debug, Parser)]
-#[command(name = "annulus", version, about)]
+#[command(name = "annulus", version, about = help::ABOUT)]
 pub(crate) struct Arguments {
     /// Print exactly one JSON object to standard output.
     #[arg(long, global = true)]
     pub(crate) json: bool,
+    /// Print no notes and no progress, only results, warnings and errors.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Print long lists in full, and a detailed log.
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    /// Choose when help and messages are colored. NO_COLOR is respected.
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    color: ColorChoice,
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
 }
@@ -105,6 +117,10 @@ pub(crate) enum Command {
     Lab(lab::LabArgs),
     /// Check this computer: folders, ports, timing.
     Doctor(doctor::DoctorArgs),
+    /// Print the completions for your shell.
+    Completions(completions::CompletionsArgs),
+    /// Write the manual pages, one per command.
+    Man(completions::ManArgs),
     /// Generate pulses for the bridge, which starts this command.
     #[command(hide = true)]
     Executor,
@@ -338,15 +354,17 @@ fn diagnostic_lines(diagnostics: &[Diagnostic]) -> String {
         let at = place.map_or(String::new(), |place| format!("{}:{}: ", place.file, place.line));
         format!("- {at}{} {} ({})\n", diagnostic.message("en"), diagnostic.advice("en"), diagnostic.code)
     };
-    diagnostics.iter().map(line).collect()
+    diagnostics.iter().filter(|one| verbosity::is_shown(one)).map(line).collect()
 }
 
 /// Reads the command line, runs the command and prints the result.
 pub(crate) fn main() -> ExitCode {
     let words = old_flags::joined(std::env::args_os());
-    match Arguments::try_parse_from(&words) {
+    let parsed = help::command().color(verbosity::asked_color(&words)).try_get_matches_from(&words);
+    match parsed.and_then(|mut found| Arguments::from_arg_matches_mut(&mut found)) {
         Ok(arguments) => {
-            old_flags::notes(&words).iter().for_each(|note| say(note.message("en")));
+            verbosity::choose(&arguments);
+            tell(&old_flags::notes(&words));
             run(arguments)
         }
         Err(error) => explain(&error),
@@ -382,6 +400,12 @@ fn print(text: impl Display) -> io::Result<()> {
 /// Prints a line to standard error. A closed pipe is ignored.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Prints messages to standard error, without their advice. `--quiet` leaves out notes.
+fn tell(messages: &[Diagnostic]) {
+    let shown = messages.iter().filter(|message| verbosity::is_shown(message));
+    shown.for_each(|message| say(message.message("en")));
 }
 
 /// A count with its noun in the right number: `1 hole`, `2 holes`.
@@ -420,7 +444,7 @@ fn run(arguments: Arguments) -> ExitCode {
         }
         Ok(answer) => ended(answer.exit, print(answer.text)),
         Err(refusal) => {
-            say(&refusal);
+            say(verbosity::in_red(&refusal));
             let object = if json { format!("{}\n", refusal.object()) } else { String::new() };
             ended(refusal.exit, print(object))
         }
@@ -449,7 +473,9 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Tools(args)) => tools::run(&args),
         Some(Command::Lab(args)) => lab::run(&args, json),
         Some(Command::Doctor(args)) => doctor::run(&args),
+        Some(Command::Completions(args)) => Ok(completions::run(&args)),
+        Some(Command::Man(args)) => completions::write_manual(&args),
         Some(Command::Executor) => executor::run(),
-        None => serve::run(&serve::ServeArgs::default(), json),
+        None => serve::run(&serve::ServeArgs { is_default: true, ..serve::ServeArgs::default() }, json),
     }
 }

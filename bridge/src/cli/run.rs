@@ -8,7 +8,7 @@ pub(super) use self::answer::lost;
 use self::attended::Zero;
 pub(super) use self::attended::{may_move_real, typed_line, typed_lines};
 use super::grbl::how::{Place, place};
-use super::{Answer, Exit, Refusal, counted, grbl, job};
+use super::{Answer, Exit, Refusal, counted, grbl, job, verbosity};
 use crate::drill::{Drill, RECORD};
 use crate::hosted::Hosted;
 use crate::machine_file;
@@ -227,9 +227,7 @@ fn drill(args: &RunArgs, driver: Driver, json: bool) -> Result<Answer, Refusal> 
     }
     job::can_be_accepted(&wanted.accept)?;
     let mut job = job::open_for_machine(wanted)?;
-    for diagnostic in &job.diagnostics {
-        super::say(diagnostic.message("en"));
-    }
+    super::tell(&job.diagnostics);
     if let Some(why) = args.at.board.how.unattended() {
         super::say(format_args!("{} {}", why.message("en"), why.advice("en")));
     }
@@ -344,7 +342,7 @@ impl Operator {
         json: bool,
         (args, known, driver): (&PlayArgs, &machine_file::Known, Driver),
     ) -> Self {
-        let shown = std::io::stderr().is_terminal() && !json;
+        let shown = std::io::stderr().is_terminal() && !json && !verbosity::is_quiet();
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
         let on = if driver.is_real() { "" } else { " on the virtual drill" };
         let style = format!("{{bar:40}} {{pos}}/{{len}} holes and toolpaths{on}  {{msg}}");

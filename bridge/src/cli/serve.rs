@@ -1,7 +1,7 @@
 //! Serves the page on this computer. Ends on Ctrl-C or a signal, after the machine has stopped.
 
 use super::browser;
-use super::{Answer, Exit, Refusal};
+use super::{Answer, Exit, Refusal, sentence};
 use crate::drill::Drill;
 use crate::hosted::Hosted;
 use crate::machine_file::{self, Known};
@@ -45,10 +45,13 @@ pub(crate) struct ServeArgs {
     /// Inject a fault of the virtual drill, from a number of holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     pub(crate) fault: Vec<String>,
+    /// The user named no command: print how to get help, and log warnings only.
+    #[arg(skip)]
+    pub(crate) is_default: bool,
 }
 
 pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
-    super::log::begin();
+    super::log::begin(args.is_default);
     let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
     let mut claim =
         Claim::take(&runtime::folder())?.map_err(|note| already_running(note.map(|note| note.port)))?;
@@ -71,6 +74,9 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
         let listeners =
             listeners.into_iter().map(tokio::net::TcpListener::from_std).collect::<io::Result<Vec<_>>>()?;
         announce(&url, port, timing.as_ref(), json);
+        if args.is_default && !json {
+            announce_line(&sentence("serve.help", &[]));
+        }
         if !args.no_open && !browser::open(&url) {
             tracing::info!("no browser opened: copy the address into one");
         }
@@ -114,6 +120,10 @@ fn announce(url: &str, port: u16, timing: Option<&Timing>, json: bool) {
     } else {
         url.to_owned()
     };
+    announce_line(&line);
+}
+
+fn announce_line(line: &str) {
     let mut out = io::stdout().lock();
     let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
