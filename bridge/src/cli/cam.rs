@@ -40,7 +40,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Name of the target for Annulus' own program format.
-const OWN_FORM: &str = "program";
+pub(super) const OWN_FORM: &str = "program";
 
 /// Arguments of `annulus cam`.
 #[derive(Debug, clap::Args)]
@@ -59,8 +59,8 @@ pub(crate) struct CamArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Write for this controller, for a postprocessor of your own (FILE.toml), or `program` for Annulus' own
-    /// format.
-    #[arg(long, value_name = "NAME|FILE")]
+    /// format. `annulus export --help` lists the controllers.
+    #[arg(long, value_name = "NAME|FILE", value_parser = export::target_name)]
     to: String,
     /// Replace arcs by lines that deviate at most MM [default without MM: 0.005].
     #[arg(long = "arcs-to-lines", alias = "lines-only", value_name = "MM", num_args = 0..=1,

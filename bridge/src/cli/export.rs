@@ -1,6 +1,6 @@
-//! Writes a program for a controller.
+//! Writes a program for a controller; `export_board` writes the board itself.
 
-use super::{Answer, Refusal, as_objects, diagnostic_lines, sentence};
+use super::{Answer, Refusal, as_objects, diagnostic_lines, export_board, sentence};
 use crate::cli::job;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::error;
@@ -10,6 +10,7 @@ use annulus_core::post::{self, FileSplit, Manner, OutputFile};
 use annulus_core::proof;
 use annulus_core::wire::program;
 use serde::Serialize;
+use std::convert::Infallible;
 use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +28,7 @@ pub(crate) struct ExportArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct TargetArgs {
     /// Write for this controller, or with a postprocessor file.
-    #[arg(long, value_name = "NAME|FILE", help = known_targets())]
+    #[arg(long, value_name = "NAME|FILE", help = known_targets(), value_parser = target_name)]
     pub(crate) to: String,
     /// Replace arcs by lines that deviate at most MM [default without MM: 0.005].
     #[arg(long = "arcs-to-lines", alias = "lines-only", value_name = "MM", num_args = 0..=1,
@@ -38,9 +39,20 @@ pub(crate) struct TargetArgs {
     pub(crate) output: PathBuf,
 }
 
-/// Help text that lists every controller.
+/// Help text that lists every controller and format.
 fn known_targets() -> String {
-    format!("Controller: {}, or your own postprocessor file, FILE.toml", post::targets().join(", "))
+    let ([gerber, svg], controllers) = (export_board::FORMATS, post::targets().join(", "));
+    format!(
+        "Write for {controllers}, or with your own postprocessor, FILE.toml. {gerber} and {svg} write the \
+         board itself"
+    )
+}
+
+/// A target's own spelling: its name counts in any case. Anything else is the path of a file.
+pub(super) fn target_name(text: &str) -> Result<String, Infallible> {
+    let mut known = post::targets().into_iter().chain(export_board::FORMATS).chain([super::cam::OWN_FORM]);
+    let name = known.find(|name| name.eq_ignore_ascii_case(text)).unwrap_or(text);
+    Ok(name.to_owned())
 }
 
 pub(super) fn chord_error(text: &str) -> Result<f64, String> {
@@ -58,6 +70,9 @@ pub(crate) struct Written {
 }
 
 pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
+    if export_board::FORMATS.contains(&args.target.to.as_str()) {
+        return export_board::run(args);
+    }
     let target = Target::named(&args.target.to)?;
     let job = job::open(&args.job)?;
     let mut program = job.program;

@@ -130,7 +130,7 @@ pub(crate) fn program_file(path: &Path) -> Result<Option<Program>, Refusal> {
 
 /// The files at `paths`, their board, messages about it, and all messages about both. Refuses an error that is
 /// not accepted.
-fn accepted_board(
+pub(super) fn accepted_board(
     paths: &[PathBuf],
     reading: &ReadingArgs,
     accept: &[String],
@@ -318,7 +318,7 @@ fn spindles(numbers: &[u8]) -> Result<Option<u8>, Refusal> {
 
 /// The holes of a program as a board, in the coordinates of its files. Its milling can't be planned again: an
 /// error that must be accepted.
-fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnostic>), Refusal> {
+pub(super) fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnostic>), Refusal> {
     let mut holes = Vec::new();
     let mut bit = 0;
     for (line, leg) in (1..).zip(&program.legs) {

@@ -9,6 +9,7 @@ mod cures;
 mod doctor;
 mod executor;
 pub(crate) mod export;
+mod export_board;
 pub(crate) mod files;
 mod findings;
 mod firmware;

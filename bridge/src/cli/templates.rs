@@ -11,7 +11,7 @@ use std::fmt::Write;
 pub(crate) struct TemplatesArgs {
     /// Print this built-in postprocessor, or check a file of your own (FILE.toml) [default: list blocks and
     /// parameters].
-    #[arg(value_name = "NAME|FILE")]
+    #[arg(value_name = "NAME|FILE", value_parser = export::target_name)]
     pub(crate) dialect: Option<String>,
 }
 

@@ -40,7 +40,7 @@ pub use files::{files, stem};
 pub use find::{Catch, Finder, Snap, whole};
 pub use history::History;
 pub use imported::{Imported, imported};
-pub use over::{files_over, lay_over, lay_over_all, read_under, read_under_telling};
+pub use over::{files_of, files_over, lay_over, lay_over_all, read_under, read_under_telling};
 pub use selection::{Align, Selection, Sides, put_back};
 pub use svg::{board_svg, svg};
 pub use text::{is_one, read, write};

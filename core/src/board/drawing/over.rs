@@ -77,19 +77,30 @@ pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>)
 pub fn files_over(drawing: &Drawing, mut artwork: Artwork) -> (Vec<(String, String)>, Vec<Diagnostic>) {
     let (rows, lost) = changed(drawing, &mut artwork);
     let mut texts = files(drawing);
-    for file in rows.into_iter().filter_map(|row| artwork.files.get(row)) {
-        let text = match (&file.drill, &file.gerber) {
-            (Some(drill), _) => excellon_text(drill, file.plated),
-            (None, Some(gerber)) => gerber_text(gerber),
-            (None, None) => continue,
-        };
-        let own = file.name.rsplit(['/', '\\']).next().unwrap_or_default();
-        let taken = |name: &str| texts.iter().any(|(other, _)| other == name);
-        let again = (2..).map(|count| format!("{count}-{own}"));
-        let name = std::iter::once(own.to_owned()).chain(again).find(|name| !taken(name));
-        texts.extend(name.map(|name| (name, text)));
-    }
+    rows.into_iter().filter_map(|row| artwork.files.get(row)).for_each(|file| add_text(file, &mut texts));
     (texts, lost)
+}
+
+/// Exported files of the files in `rows`, as they were read: layers as Gerber X2, holes as Excellon, each
+/// under its name without its folder. Other files are left out.
+pub fn files_of(artwork: &Artwork, rows: &[usize]) -> Vec<(String, String)> {
+    let mut texts = Vec::new();
+    rows.iter().filter_map(|row| artwork.files.get(*row)).for_each(|file| add_text(file, &mut texts));
+    texts
+}
+
+/// Adds the text of a layer or drill file, under a name that is still free.
+fn add_text(file: &FileRead, texts: &mut Vec<(String, String)>) {
+    let text = match (&file.drill, &file.gerber) {
+        (Some(drill), _) => excellon_text(drill, file.plated),
+        (None, Some(gerber)) => gerber_text(gerber),
+        (None, None) => return,
+    };
+    let own = file.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let taken = |name: &str| texts.iter().any(|(other, _)| other == name);
+    let again = (2..).map(|count| format!("{count}-{own}"));
+    let name = std::iter::once(own.to_owned()).chain(again).find(|name| !taken(name));
+    texts.extend(name.map(|name| (name, text)));
 }
 
 /// Adds a drawn file to the layer that the board uses for its role, or as a new layer.
