@@ -16,7 +16,7 @@ use super::findings::{
 };
 use super::memory;
 use super::saving;
-use super::{Answer, ReadingArgs, Refusal, ToolReport, as_objects, diagnostic_lines, rounded, sentence};
+use super::{Answer, ReadingArgs, Refusal, ToolReport, as_objects, diagnostic_lines, mm, rounded, sentence};
 use crate::cli::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
@@ -28,7 +28,7 @@ use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
 use annulus_core::geometry::{Point, Region};
-use annulus_core::job::{Command, Mark, Program, milled_mm, travel_mm};
+use annulus_core::job::{Briefing, Command, Mark, Program, milled_mm, travel_mm};
 use annulus_core::machine::{self, Machine};
 use annulus_core::post::{FileSplit, Manner};
 use annulus_core::proof::{self, ProofResult, Verdict};
@@ -132,8 +132,9 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
     }
     let unread: usize = sides.iter().map(|side| unread(&side.verdict.groups, &args.accept)).sum();
     let why = unready(args, &sides, unread);
+    let briefed = briefed(args, &sides, &work, &machine);
     let written = match &why {
-        None => written(args, target.as_ref(), &mut sides, (&work, &machine))?,
+        None => written(args, target.as_ref(), &mut sides, (&briefed, &machine))?,
         Some(_) => Written::default(),
     };
     let why = why.or_else(|| written.why.clone());
@@ -145,6 +146,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         machine: args.on.name(),
         files: written.files.iter().flatten().collect(),
         run_sheet: written.run_sheet.as_deref(),
+        assumed: Assumed::of(&briefed),
         programs: programs.collect(),
         findings_unread: unread,
         errors_unacknowledged: unseen(args, &sides).count(),
@@ -159,6 +161,7 @@ struct CamReport<'a> {
     machine: &'a str,
     files: Vec<&'a FileReport>,
     run_sheet: Option<&'a str>,
+    assumed: Assumed,
     programs: Vec<SideReport<'a>>,
     findings_unread: usize,
     errors_unacknowledged: usize,
@@ -172,7 +175,26 @@ impl CamReport<'_> {
         if let Some(sheet) = self.run_sheet {
             text += &(sentence("cam.report.run_sheet", &[("file", &sheet)]) + "\n");
         }
+        let Assumed { board_mm, zero } = &self.assumed;
+        let zero = sentence(&format!("run_sheet.zero_{zero}"), &[]);
+        text += &(sentence("cam.report.assumed", &[("thickness", board_mm), ("zero", &zero)]) + "\n");
         text + &diagnostic_lines(self.diagnostics)
+    }
+}
+
+/// What the job takes for granted: the user checks it at the machine.
+#[derive(Serialize)]
+struct Assumed {
+    /// Thickness of the board.
+    board_mm: f64,
+    /// Position of the work zero, as on the run sheet.
+    zero: String,
+}
+
+impl Assumed {
+    fn of(briefed: &Briefing) -> Self {
+        let board_mm = briefed.thickness.map(mm).unwrap_or_default();
+        Self { board_mm, zero: briefed.zero.clone().unwrap_or_default() }
     }
 }
 
@@ -309,24 +331,35 @@ fn planned(
     toolpaths::assemble(scene, work, machine, means, parts)
 }
 
-fn written(
-    args: &CamArgs,
-    target: Option<&Target>,
-    sides: &mut [Side],
-    (work, machine): (&Work, &Machine),
-) -> Result<Written, Refusal> {
-    let stem = job::stem(args.jobs.first().unwrap_or(&args.output)).display().to_string();
+/// Name of the job in the names of files.
+fn stem(args: &CamArgs) -> String {
+    job::stem(args.jobs.first().unwrap_or(&args.output)).display().to_string()
+}
+
+/// The summary of all sides for the operator.
+fn briefed(args: &CamArgs, sides: &[Side], work: &Work, machine: &Machine) -> Briefing {
+    let stem = stem(args);
     let name = sides.iter().map(|side| side.planned.board.name.as_str()).find(|name| !name.is_empty());
     let mut briefed = briefing::briefing(name.unwrap_or(&stem), work, machine);
-    for side in &*sides {
+    for side in sides {
         let times_s = side.times_s.as_ref().map_or(&[][..], |(_, by_bit)| by_bit);
         let planned = (&side.planned, &side.program);
         briefing::add_side(&mut briefed, side.face, work, planned, times_s);
     }
+    briefed
+}
+
+fn written(
+    args: &CamArgs,
+    target: Option<&Target>,
+    sides: &mut [Side],
+    (briefed, machine): (&Briefing, &Machine),
+) -> Result<Written, Refusal> {
+    let stem = stem(args);
     let programs: Vec<&mut Program> = sides.iter_mut().map(|side| &mut side.program).collect();
     let files = args.one_file.then_some(FileSplit::Job);
     let manner = Manner { lines_only_mm: args.lines_only, files, ..Manner::on(machine) };
-    cam_files::write(target, &manner, (&args.output, &stem), programs, (&briefed, &args.accept))
+    cam_files::write(target, &manner, (&args.output, &stem), programs, (briefed, &args.accept))
 }
 
 #[derive(Serialize)]
@@ -396,10 +429,9 @@ impl<'a> SideReport<'a> {
                 ("retracts", &self.retracts),
             ],
         );
-        let file = |file: &FileReport| sentence("cam.report.file", &[("file", &file.file)]) + "\n";
         let unread = self.groups.iter().map(|group| group.unread).sum();
         head + "\n"
-            + &self.files.iter().map(file).collect::<String>()
+            + &self.files.iter().map(FileReport::row).collect::<String>()
             + &outcome_line(&self.outcome, unread)
             + &finding_lines(&self.groups, &self.findings)
             + &whole_lines(self.whole.as_ref())

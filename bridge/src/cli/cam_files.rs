@@ -1,16 +1,17 @@
 //! Writes the files of a planned job: its programs, numbered in running order, and the run sheet.
 
 use super::export::Target;
-use super::{Refusal, ToolReport, rounded};
+use super::{Refusal, ToolReport, rounded, sentence};
 use crate::cli::job;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::error;
-use annulus_core::job::{Briefing, Program, SideBriefing, ToolBriefing};
+use annulus_core::job::{Briefing, Command, Mark, Program, SideBriefing, ToolBriefing};
 use annulus_core::locale;
 use annulus_core::post::{self, Manner, OutputFile};
 use annulus_core::wire::program;
 use serde::Serialize;
 use std::borrow::Cow;
+use std::fmt::Display;
 use std::path::Path;
 
 const RUN_SHEET: &str = "run-sheet.html";
@@ -31,9 +32,74 @@ pub(super) struct FileReport {
     /// The tool, if it is the only one.
     tool: Option<ToolReport>,
     time_s: Option<f64>,
+    /// The deepest cut, below the board's surface.
+    depth_mm: f64,
+    /// The feed, if all tools have the same: in XY, or of a drill downward.
+    feed_mm_per_min: Option<f64>,
     tools: Vec<ToolReport>,
     bytes: usize,
     sha256: String,
+}
+
+impl FileReport {
+    /// One row for the person at the machine: tool, time, depth and feed.
+    pub(super) fn row(&self) -> String {
+        let names: Vec<&str> = self.tools.iter().map(|tool| tool.name.as_str()).collect();
+        let time = self.time_s.map_or_else(|| "–".to_owned(), minutes);
+        let feed = self.feed_mm_per_min.map_or_else(|| "–".to_owned(), |feed| format!("{feed:.0}"));
+        let words: [(&str, &dyn Display); 5] = [
+            ("file", &self.file),
+            ("tool", &names.join(", ")),
+            ("time", &time),
+            ("depth", &format!("{:.2}", self.depth_mm)),
+            ("feed", &feed),
+        ];
+        sentence("cam.report.row", &words) + "\n"
+    }
+}
+
+/// A duration, rounded to seconds.
+fn minutes(seconds: f64) -> String {
+    let seconds = seconds.round();
+    let (whole, rest) = ((seconds / 60.0).floor(), seconds % 60.0);
+    if whole > 0.0 { format!("{whole} min {rest} s") } else { format!("{rest} s") }
+}
+
+/// How deep and how fast one tool cuts.
+#[derive(Clone, Copy, Default)]
+struct ToolCut {
+    depth_mm: f64,
+    plunge_um_per_s: u32,
+    /// 0 for a tool that only drills.
+    mill_um_per_s: u32,
+}
+
+/// The cuts of each tool of `program`, in its order.
+fn cuts(program: &Program) -> Vec<ToolCut> {
+    let mut cuts = vec![ToolCut::default(); program.bits.len()];
+    let mut bit = 0;
+    for leg in &program.legs {
+        if let Mark::ToolChange(next) = leg.mark {
+            bit = next as usize;
+        }
+        let Some(cut) = cuts.get_mut(bit) else { continue };
+        for command in &leg.commands {
+            let height = match *command {
+                Command::Plunge { to, feed_um_per_s, .. } => {
+                    cut.plunge_um_per_s = cut.plunge_um_per_s.max(feed_um_per_s);
+                    to
+                }
+                Command::Mill { height, feed_um_per_s, .. }
+                | Command::MillArc { height, feed_um_per_s, .. } => {
+                    cut.mill_um_per_s = cut.mill_um_per_s.max(feed_um_per_s);
+                    height
+                }
+                _ => continue,
+            };
+            cut.depth_mm = cut.depth_mm.max(-height.mm());
+        }
+    }
+    cuts
 }
 
 #[derive(Default)]
@@ -61,6 +127,7 @@ pub(super) fn write(
     let mut written = Written::default();
     let mut made = Vec::new();
     let mut posted = Vec::new();
+    let by_side: Vec<Vec<ToolCut>> = programs.iter().map(|program| cuts(program)).collect();
     for (index, (program, side)) in programs.into_iter().zip(&briefing.sides).enumerate() {
         let name = format!("{stem}-{}", side.side);
         let Some(target) = target else {
@@ -89,7 +156,8 @@ pub(super) fn write(
         let reports = files.into_iter().map(|file| {
             let path = folder.join(&*file.name);
             job::write_output(&path, &file.bytes)?;
-            Ok(report(&path, &file, briefing.sides.get(index)))
+            let cuts = by_side.get(index).map(Vec::as_slice).unwrap_or_default();
+            Ok(report(&path, &file, briefing.sides.get(index), cuts))
         });
         written.files.push(reports.collect::<Result<Vec<_>, Refusal>>()?);
     }
@@ -115,7 +183,7 @@ fn own_form(name: String, program: &Program) -> Output<'static> {
     Output { name: Cow::Owned(name + ".program"), bytes: Cow::Owned(program::encode(program)), bits }
 }
 
-fn report(path: &Path, file: &Output<'_>, side: Option<&SideBriefing>) -> FileReport {
+fn report(path: &Path, file: &Output<'_>, side: Option<&SideBriefing>, cuts: &[ToolCut]) -> FileReport {
     let tools: &[ToolBriefing] = side.map_or(&[][..], |side| &side.tools);
     let own: Vec<&ToolBriefing> = file.bits.iter().filter_map(|bit| tools.get(*bit as usize)).collect();
     let mut operations: Vec<&str> = Vec::new();
@@ -125,6 +193,12 @@ fn report(path: &Path, file: &Output<'_>, side: Option<&SideBriefing>) -> FileRe
         }
     }
     let tools: Vec<ToolReport> = own.iter().map(|tool| ToolReport::of(&tool.tool)).collect();
+    let cuts: Vec<&ToolCut> = file.bits.iter().filter_map(|bit| cuts.get(*bit as usize)).collect();
+    let feed = |cut: &ToolCut| {
+        let um_per_s = if cut.mill_um_per_s > 0 { cut.mill_um_per_s } else { cut.plunge_um_per_s };
+        rounded(f64::from(um_per_s) * 60.0 / 1e3)
+    };
+    let same_feed = |first: f64| cuts.iter().all(|cut| feed(cut) == first);
     let time_s: Option<f64> = own.iter().map(|tool| tool.time_s).sum();
     FileReport {
         file: path.display().to_string(),
@@ -132,6 +206,8 @@ fn report(path: &Path, file: &Output<'_>, side: Option<&SideBriefing>) -> FileRe
         operation: operations.join("+"),
         tool: if let [only] = tools.as_slice() { Some(only.clone()) } else { None },
         time_s: time_s.map(rounded),
+        depth_mm: rounded(cuts.iter().map(|cut| cut.depth_mm).fold(0.0, f64::max)),
+        feed_mm_per_min: cuts.first().map(|cut| feed(cut)).filter(|first| same_feed(*first)),
         tools,
         bytes: file.bytes.len(),
         sha256: program::key(&file.bytes),
