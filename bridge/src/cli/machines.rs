@@ -1,6 +1,6 @@
 //! Lists the known machines. A file that can't be read becomes a row with the reason.
 
-use super::{Answer, Refusal};
+use super::{Answer, Refusal, machine_table};
 use crate::machine_file;
 use crate::outputs::rehearsal;
 use annulus_core::machine::{self, Axis};
@@ -22,19 +22,21 @@ pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
         return make_rehearsal(path);
     }
     let mut rows = Vec::new();
-    let mut text = String::new();
+    let (mut table, mut unread) = (Vec::new(), String::new());
     for name in machine_file::words() {
         let known = match machine_file::named(&name) {
             Ok(known) => known,
             Err(refusal) => {
-                let _ = writeln!(text, "{name:<16} {refusal}");
+                let _ = writeln!(unread, "{name:<16} {refusal}");
                 rows.push(json!({ "name": name, "ok": false, "error": refusal.object()["error"] }));
                 continue;
             }
         };
         let machine = &known.machine;
-        let (x, y) = (travel_mm(&machine.x), travel_mm(&machine.y));
-        let _ = writeln!(text, "{name:<16} {}, {x:.0} × {y:.0} mm. {}", machine.name, machine.description);
+        let alias_of = machine_table::alias_of(&name);
+        if alias_of.is_none() {
+            table.push(machine_table::row(&name, machine));
+        }
         let range = |axis: &Axis| [axis.min.mm(), axis.max.mm()];
         rows.push(json!({
             "name": name,
@@ -45,13 +47,11 @@ pub(crate) fn run(args: &MachinesArgs) -> Result<Answer, Refusal> {
             "output": machine::setting("machine.output").map(|setting| setting.value(machine)),
             "range_mm": { "x": range(&machine.x), "y": range(&machine.y), "z": range(&machine.z) },
             "fingerprint": machine.fingerprint(),
+            "driven_by": machine_table::driver(&name, machine),
+            "alias_of": alias_of,
         }));
     }
-    Ok(Answer::new(&json!({ "machines": rows }), text))
-}
-
-fn travel_mm(axis: &Axis) -> f64 {
-    (axis.max - axis.min).mm()
+    Ok(Answer::new(&json!({ "machines": rows }), machine_table::text(&table) + &unread))
 }
 
 /// Creates a simulated port, unless the file exists.

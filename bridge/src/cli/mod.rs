@@ -23,6 +23,7 @@ mod lab;
 mod level;
 mod link;
 mod log;
+mod machine_table;
 mod machines;
 mod memory;
 mod numbers;
