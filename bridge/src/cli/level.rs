@@ -1,5 +1,6 @@
 //! Probes a board on the drill of this computer and saves its height map, like a page does.
 
+use super::dry_run::{DryRun, Zero};
 use super::job;
 use super::run::{self, PlayArgs, RealArgs};
 use super::{Answer, Refusal};
@@ -28,6 +29,9 @@ pub(crate) struct LevelArgs {
     /// Keep the outermost probed positions this far inside the cut area.
     #[arg(long, value_name = "MM", default_value_t = 2.0)]
     margin: f64,
+    /// Print what would be probed, then end. Moves nothing.
+    #[arg(long)]
+    dry_run: bool,
 }
 
 /// Probes the board; the drill saves its map.
@@ -37,6 +41,11 @@ pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let bounds = bounds.ok_or_else(|| Refusal::content(error!("level.nothing_cut")))?;
     let mm = Length::from_mm;
     let grid = ProbeGrid::over(bounds, mm(args.grid), mm(args.margin)).map_err(Refusal::content)?;
+    if args.dry_run {
+        let dry = DryRun::on(Some(job.machine.name), "virtual_drill", None);
+        let (points, diagnostics) = (Some(grid.count()), job.diagnostics);
+        return Ok(DryRun { points, zero: Zero::Homed, diagnostics, ..dry }.answer());
+    }
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     let now_s = now.map_or(0, |since| since.as_secs());
     let job_key = key_of(&job.program);

@@ -7,6 +7,7 @@ mod cam_files;
 mod completions;
 mod cures;
 mod doctor;
+mod dry_run;
 mod executor;
 pub(crate) mod export;
 mod export_board;

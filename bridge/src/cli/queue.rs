@@ -3,7 +3,7 @@
 //! Both assume that the machine is homed and the work zero is set at the position after homing.
 
 use super::run::{typed_line, typed_lines};
-use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, mm, rounded};
+use super::{Answer, Exit, Refusal, counted, diagnostic_lines, diagnostic_objects, dry_run, mm, rounded};
 use crate::drill::Drill;
 use crate::hosted::Hosted;
 use crate::machine_file;
@@ -69,6 +69,9 @@ struct RunArgs {
     /// Move a real machine without a question.
     #[arg(long)]
     yes: bool,
+    /// Print what would move, then end. Moves nothing.
+    #[arg(long)]
+    dry_run: bool,
 }
 
 impl RunArgs {
@@ -94,10 +97,13 @@ pub(crate) fn run(args: &QueueArgs) -> Result<Answer, Refusal> {
         What::Run(run) => {
             let known = super::run::own_machine(&run.file.machine)?;
             if known.machine.output != Output::Virtual {
-                super::run::may_move_real(&run.file.machine, run.yes, &run.fault)?;
+                super::run::may_move_real(&run.file.machine, run.yes || run.dry_run, &run.fault)?;
             }
             let text = text_of(&run.file)?;
             match checked(&run.file, &text, &known.machine) {
+                Ok((queue, done)) if run.dry_run => {
+                    Ok(dry_run::marked(promised(&run.file, &queue, &done, &known.machine)))
+                }
                 Ok((queue, _)) => perform(run, known, &queue, text),
                 Err(findings) => Ok(refused(&findings)),
             }

@@ -7,6 +7,7 @@ mod attended;
 pub(super) use self::answer::lost;
 use self::attended::Zero;
 pub(super) use self::attended::{may_move_real, typed_line, typed_lines};
+use super::dry_run::{self, DryRun};
 use super::grbl::how::{Place, place};
 use super::{Answer, Exit, Refusal, counted, grbl, job, verbosity};
 use crate::drill::{Drill, RECORD};
@@ -16,13 +17,14 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::Bit;
+use annulus_core::job::{Bit, Mark};
 use annulus_core::level::{key_of, same_job};
 use annulus_core::machine::{self, Lengths, Machine, Output};
 use annulus_core::magazine::{Held, laid_out};
+use annulus_core::sim;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{ArmedJob, Ask, InterruptedJob, JobEnd, RowVerdict, Status, Tell, program};
-use annulus_core::{code, error, warning};
+use annulus_core::{code, error, note, warning};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -136,8 +138,13 @@ fn driver(args: &RunArgs) -> Result<Driver, Refusal> {
     if args.rehearse {
         return only_virtual(args).map(|()| Driver::Virtual { rehearsal: true });
     }
+    let is_gcode = grbl::program::is_gcode(&args.job().job);
+    // A dry run needs no port.
+    if how.dry_run && (is_gcode || own_controller(name).is_err()) {
+        return Ok(Driver::Controller);
+    }
     own_controller(name)?;
-    if grbl::program::is_gcode(&args.job().job) {
+    if is_gcode {
         return Err(grbl::no_port(None));
     }
     if output != Output::Virtual {
@@ -227,9 +234,14 @@ fn drill(args: &RunArgs, driver: Driver, json: bool) -> Result<Answer, Refusal> 
     }
     job::can_be_accepted(&wanted.accept)?;
     let mut job = job::open_for_machine(wanted)?;
+    if args.at.board.how.dry_run {
+        return dry(args, driver, &known.machine, job);
+    }
     super::tell(&job.diagnostics);
     if let Some(why) = args.at.board.how.unattended() {
         super::say(format_args!("{} {}", why.message("en"), why.advice("en")));
+    } else if !driver.is_real() {
+        super::tell(&[note!("run.changes_confirmed")]);
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
@@ -246,6 +258,26 @@ fn drill(args: &RunArgs, driver: Driver, json: bool) -> Result<Answer, Refusal> 
     let mut answer = played?;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
     Ok(answer)
+}
+
+/// What the job would move on the drill of this computer.
+fn dry(args: &RunArgs, driver: Driver, machine: &Machine, job: job::Job) -> Result<Answer, Refusal> {
+    let how = &args.at.board.how;
+    let zero = match driver {
+        Driver::Virtual { .. } => dry_run::Zero::Homed,
+        _ => Zero::of(how, machine).map(|_| dry_run::Zero::of(how))?,
+    };
+    let changes = job.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::ToolChange(_))).count();
+    Ok(DryRun {
+        holes: job.program.hole_count(),
+        toolpaths: job.program.toolpath_count(),
+        time_s: sim::times_s(&job.program, machine).ok().map(|(total_s, _)| total_s),
+        tool_changes: changes,
+        zero,
+        diagnostics: job.diagnostics,
+        ..DryRun::on(Some(machine.name.clone()), driver.names()[0], how.port.port.clone())
+    }
+    .answer())
 }
 
 /// The machine with the virtual drill as its output.

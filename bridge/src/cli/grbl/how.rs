@@ -87,6 +87,9 @@ pub(in crate::cli) struct How {
     /// Set the thickness of the touch plate on the board, in mm; 0 for bare copper [default: 0].
     #[arg(long = "plate-thickness", alias = "plate", value_name = "MM")]
     plate: Option<f64>,
+    /// Print what would move, then end. Opens no port and moves nothing.
+    #[arg(long)]
+    pub(in crate::cli) dry_run: bool,
     /// Model of the machine, if named.
     #[arg(skip)]
     pub(super) mill: Option<&'static MillProfile>,

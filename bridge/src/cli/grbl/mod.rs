@@ -2,6 +2,7 @@
 
 mod alone;
 mod check;
+mod dry;
 mod held;
 pub(super) mod how;
 mod keys;
@@ -285,8 +286,10 @@ pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
         GrblCommand::Ports => Ok(ports()),
         GrblCommand::Info(port) => info(port),
         GrblCommand::Check(args) => check::run(args),
+        GrblCommand::Level(args) if args.how.dry_run => dry::level(args),
         GrblCommand::Level(args) => level::run(args, json),
         GrblCommand::Run(args) => run_job(args, json),
+        GrblCommand::Resume(args) if args.how.dry_run => dry::resume(args),
         GrblCommand::Resume(args) => resume(args, json),
     }
 }
@@ -365,19 +368,13 @@ fn text_of(info: &Info) -> String {
 
 pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let board = &args.board;
+    if board.how.dry_run {
+        return dry::run(args);
+    }
     no_controller(&board.job.on, board.how.port.port.as_deref())?;
     let ledger = own_ledger()?;
     let programs = aligned(program::read(&board.job, &board.more, &ledger)?, &board.how)?;
-    let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
-    if let Some(entry) = begun.filter(|_| !args.from_start) {
-        let why = if entry.key == programs.routine.key {
-            error!("grbl.interrupted", ..)
-        } else {
-            error!("grbl.forgets", name = &entry.name, ..)
-        };
-        let why = why.with("holes", entry.holes).with("toolpaths", entry.toolpaths);
-        return Err(Refusal::content(why));
-    }
+    refuse_interrupted(&ledger, &programs.routine.key, args.from_start)?;
     let how = board.how();
     let (files, given) = (programs.files.clone(), how.given());
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
@@ -386,6 +383,19 @@ pub(super) fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     operator.tells(how.unattended().into_iter().collect());
     let level = args.height_map().map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
+}
+
+/// Refuses to start the job `key` if another one, or this one, was interrupted.
+fn refuse_interrupted(ledger: &Ledger, key: &str, from_start: bool) -> Result<(), Refusal> {
+    let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
+    let Some(entry) = begun.filter(|_| !from_start) else { return Ok(()) };
+    let why = if entry.key == key {
+        error!("grbl.interrupted", ..)
+    } else {
+        error!("grbl.forgets", name = &entry.name, ..)
+    };
+    let why = why.with("holes", entry.holes).with("toolpaths", entry.toolpaths);
+    Err(Refusal::content(why))
 }
 
 impl BoardArgs {

@@ -15,6 +15,7 @@ use annulus_core::grbl::{self, Routine, WrittenLine, level_key};
 use annulus_core::job::Program;
 use annulus_core::level::key_of;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
+use annulus_core::sim;
 use annulus_host::grbl::{JobTools, SectionWear, gcode_of};
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -134,6 +135,30 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf], ledger: &Ledger) -> Result<
     programs.keeps(counted);
     programs.diagnostics.splice(0..0, [opened.diagnostics, proved].concat());
     Ok(programs)
+}
+
+/// A job as a run reads it, without saving its G-code.
+pub(super) struct Preview {
+    pub(super) routine: Arc<Routine>,
+    /// Time of a board on its machine, s, without tool changes.
+    pub(super) time_s: Option<f64>,
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads the job of the command line, and writes nothing.
+pub(super) fn preview(args: &JobArgs, more: &[PathBuf]) -> Result<Preview, Refusal> {
+    if is_gcode(&args.job) {
+        let all: Vec<PathBuf> = std::iter::once(&args.job).chain(more).cloned().collect();
+        let Programs { routine, diagnostics, .. } = read_again(&all)?;
+        return Ok(Preview { routine, time_s: None, diagnostics });
+    }
+    let opened = job::open(args)?;
+    let (text, proved) = gcode_of(&opened.program, &opened.machine).map_err(Refusal::content)?;
+    let name = opened.program.name.clone();
+    let (routine, _) = grbl::read_written(&name, &[(name.clone(), text)]).map_err(Refusal::content)?;
+    let time_s = sim::times_s(&opened.program, &opened.machine).ok().map(|(total_s, _)| total_s);
+    let diagnostics = [opened.diagnostics, proved, routine.warnings.clone()].concat();
+    Ok(Preview { routine: Arc::new(routine), time_s, diagnostics })
 }
 
 /// The G-code file that the interrupted job does not use.

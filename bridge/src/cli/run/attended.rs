@@ -41,7 +41,7 @@ pub(super) fn may_run(args: &RunArgs, machine: &Machine) -> Result<(), Refusal> 
     if how.zero_here {
         return refuse(error!("run.zero_here_homes", ..));
     }
-    may_move_real(name, how.yes, &args.fault)?;
+    may_move_real(name, how.yes || how.dry_run, &args.fault)?;
     Zero::of(how.zero_at, machine).map(drop)
 }
 
