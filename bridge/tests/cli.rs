@@ -379,3 +379,164 @@ fn against_reports_moved_and_resized_holes() {
     let output = annulus(home, "inspect old --against missing --json").output().unwrap();
     assert_eq!(output.status.code(), Some(3));
 }
+
+#[test]
+fn help_is_grouped_and_ends_with_examples() {
+    let folder = folder();
+    for (arguments, parts) in [
+        (
+            "--help",
+            vec!["Annulus reads the fabrication files", "Examples:\n  annulus\n", "Manual: docs/manual/"],
+        ),
+        ("cam --help", vec!["Input:", "Planning:", "Output:", "-o, --output", "-m, --machine"]),
+        ("run --help", vec!["Running:", "--dry-run", "-q, --quiet", "-v, --verbose"]),
+        ("export --help", vec!["grbl, linuxcnc", "gerber and svg"]),
+    ] {
+        let output = annulus(folder.path(), arguments).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{arguments}");
+        for part in parts {
+            assert!(text.contains(part), "{arguments}: {part} in {text}");
+        }
+    }
+}
+
+#[test]
+fn color_is_used_only_if_asked_for() {
+    let folder = folder();
+    for (arguments, is_colored) in [
+        ("plan --help", false),
+        ("plan --help --color always", true),
+        ("--color=never plan --help", false),
+        ("plan missing.drl --color always", true),
+        ("plan missing.drl", false),
+        ("plan missing.drl --color never", false),
+    ] {
+        let output = annulus(folder.path(), arguments).output().unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        assert_eq!(text.contains(&0x1b), is_colored, "{arguments}");
+    }
+}
+
+#[test]
+fn completions_and_manual_pages_cover_every_command() {
+    let folder = folder();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let output = annulus(folder.path(), &format!("completions {shell}")).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success() && text.contains("inspect") && text.contains("dry-run"), "{shell}");
+    }
+    let told = answer(folder.path(), "man pages");
+    let files: Vec<&str> =
+        told["files"].as_array().unwrap().iter().filter_map(|file| file.as_str()).collect();
+    for name in ["annulus.1", "annulus-cam.1", "annulus-grbl-run.1", "annulus-completions.1"] {
+        assert!(files.contains(&name) && folder.path().join("pages").join(name).is_file(), "{name}: {told}");
+    }
+    assert!(!files.contains(&"annulus-executor.1"), "{told}");
+}
+
+#[test]
+fn dry_run_opens_no_port_and_writes_nothing() {
+    let folder = folder();
+    let home = folder.path();
+    fs::write(home.join("home.queue"), "HOME ALL\nMOVE_TO 5.0 10.0\n").unwrap();
+    answer(home, "export board.drl --to GRBL -o out.nc");
+    let saved = |name: &str| home.join("home").join(name).exists();
+    for (arguments, driver, port) in [
+        ("run board.drl", "virtual_drill", None),
+        ("run board.drl -m 3018", "controller", None),
+        ("run board.drl -m 3018 --port missing", "controller", Some("missing")),
+        ("run board.drl -m 3018 --rehearse", "virtual_drill", None),
+        ("grbl run board.drl --port missing --zero-here", "controller", Some("missing")),
+        ("grbl run out.nc --port missing", "controller", Some("missing")),
+        ("run out.nc", "controller", None),
+    ] {
+        let told = answer(home, &format!("{arguments} --dry-run"));
+        assert_eq!(told["dry_run"], true, "{arguments}: {told}");
+        assert_eq!((&told["holes"], &told["driven_by"]), (&4.into(), &driver.into()), "{arguments}: {told}");
+        assert_eq!(told["port"].as_str(), port, "{arguments}: {told}");
+        for key in ["machine", "toolpaths", "time_s", "tool_changes", "zero", "diagnostics"] {
+            assert!(told.get(key).is_some(), "{arguments}: {key} in {told}");
+        }
+    }
+    let told = answer(home, "level board.drl --dry-run");
+    assert!(told["dry_run"] == true && told["points"].as_u64() > Some(3), "{told}");
+    let told = answer(home, "queue run home.queue --dry-run");
+    assert_eq!((&told["dry_run"], &told["rows_done"]), (&true.into(), &2.into()), "{told}");
+    let output = annulus(home, "grbl resume --port missing --dry-run --json").output().unwrap();
+    let told = json(&output);
+    let code = &told["error"]["code"];
+    assert_eq!((output.status.code(), code), (Some(1), &"grbl.nothing_interrupted".into()));
+    assert!(!saved("grbl") && !saved("controller.nc"), "nothing is saved");
+}
+
+#[test]
+fn board_is_exported_as_gerber_and_svg() {
+    let folder = folder();
+    let home = folder.path();
+    for (arguments, files) in [
+        ("export board.drl --to gerber -o layers", vec!["layers/board.drl"]),
+        ("export board.drl --to SVG -o pictures", vec!["pictures/board.svg"]),
+        ("export board.drl --to svg -o one.svg", vec!["one.svg"]),
+    ] {
+        let told = answer(home, arguments);
+        assert_eq!(told["files"], serde_json::json!(files), "{arguments}: {told}");
+        assert_eq!(told["holes"], 4, "{arguments}: {told}");
+        assert!(files.iter().all(|file| home.join(file).is_file()), "{arguments}");
+    }
+    let holes =
+        |name: &str| answer(home, &format!("inspect {name} --ignore-siblings"))["files"][0]["totals"].clone();
+    assert_eq!(holes("layers/board.drl"), holes("board.drl"));
+    answer(home, "plan board.drl -o board.program");
+    answer(home, "export board.program --to svg -o program.svg");
+    for (arguments, exit, code) in [
+        ("export board.drl --to gerber -o .", 2, "export.over_input"),
+        ("export board.program --to gerber -o layers", 1, "export.no_layers"),
+        ("export board.drl --to svg -o x --arcs-to-lines", 2, "export.flag_of_program"),
+    ] {
+        let output = annulus(home, &format!("{arguments} --json")).output().unwrap();
+        let told = json(&output);
+        assert_eq!((output.status.code(), &told["error"]["code"]), (Some(exit), &code.into()), "{told}");
+    }
+    assert_eq!(fs::read_to_string(home.join("board.drl")).unwrap(), BOARD);
+}
+
+#[test]
+fn targets_are_named_in_any_case() {
+    let folder = folder();
+    for target in ["GRBL", "LinuxCNC", "excellon", "Fanuc_TP"] {
+        let told = answer(folder.path(), &format!("export board.drl --to {target} -o ."));
+        assert_eq!(told["to"], target.to_lowercase());
+    }
+    assert_eq!(answer(folder.path(), "templates Grbl")["name"], "grbl");
+}
+
+#[test]
+fn virtual_drill_says_that_it_confirms_tool_changes() {
+    let folder = folder();
+    for (arguments, is_said) in [("", true), ("--quiet", false), ("--unattended-tool-change 0", false)] {
+        let run = format!("run board.drl --time-scale 2000 {arguments}");
+        let output = annulus(folder.path(), &run).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(said.contains("confirms every tool change"), is_said, "{arguments}: {said}");
+    }
+}
+
+#[test]
+fn machines_are_a_table_with_one_row_each() {
+    let folder = folder();
+    let output = annulus(folder.path(), "machines").output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for (start, driver) in [
+        ("3018, hobby ", "its GRBL controller"),
+        ("g540 ", "Annulus, by the parallel port"),
+        ("virtual ", "Annulus, simulated"),
+    ] {
+        let row = text.lines().find(|line| line.starts_with(start));
+        assert!(row.is_some_and(|row| row.ends_with(driver)), "{start}: {text}");
+    }
+    assert!(!text.lines().any(|line| line.starts_with("hobby")), "{text}");
+    let rows = answer(folder.path(), "machines")["machines"].clone();
+    let hobby = rows.as_array().unwrap().iter().find(|row| row["name"] == "hobby").unwrap();
+    assert_eq!((&hobby["alias_of"], &hobby["driven_by"]), (&"3018".into(), &"grbl".into()));
+}

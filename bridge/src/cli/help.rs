@@ -113,7 +113,7 @@ type Page = (&'static str, &'static str, [[&'static str; 2]; 2]);
 const PAGES: &[Page] = &[
     (
         "",
-        "try.md",
+        "command-line.md",
         [
             ["annulus", "open the page in a browser"],
             ["annulus cam board.zip --to grbl -o out", "plan, prove and write a whole board"],
@@ -424,7 +424,7 @@ const PAGES: &[Page] = &[
     ),
     (
         "completions",
-        "install.md",
+        "command-line.md",
         [
             ["annulus completions bash", "print the completions, to save as your shell expects them"],
             ["annulus completions zsh", "the same for zsh"],
@@ -432,7 +432,7 @@ const PAGES: &[Page] = &[
     ),
     (
         "man",
-        "install.md",
+        "command-line.md",
         [
             ["annulus man man1", "write the manual pages to the folder man1"],
             ["annulus man man1 --json", "list their files for a script"],
