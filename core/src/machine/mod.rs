@@ -38,10 +38,12 @@ pub use magazine::{MOST_PLACES, Magazine};
 pub use parallel::Parallel;
 pub use park::{Park, ParkAt};
 pub use presets::{
-    MILL_KEY, MILLS, MillProfile, VIRTUAL_NAME, hobby_3018, lab, mill, preset, preset_name, preset_words,
-    presets, six_spindles, virtual_drill,
+    MILL_KEY, MILLS, MillProfile, MotionPlanner, VIRTUAL, VIRTUAL_NAME, catalogue, hobby_3018, lab, mill,
+    played, preset, preset_name, preset_words, presets, six_spindles, virtual_drill,
 };
-pub use settings::{apply, is_adapter_wiring, is_in_file_only, read, setting, settings};
+pub use settings::{
+    apply, differences, is_adapter_wiring, is_in_file_only, read, setting, settings, without_hardware,
+};
 pub use spindles::OwnStroke;
 pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::SECTIONS;

@@ -100,6 +100,19 @@ pub fn read(machine: &Machine) -> Vec<(String, Value)> {
     settings().map(|setting| (setting.key.to_owned(), setting.value(machine))).collect()
 }
 
+/// The values that a page may set: all but those that choose the hardware.
+pub fn without_hardware(machine: &Machine) -> Vec<(String, Value)> {
+    let rows = settings().filter(|setting| !setting.is_in_file_only());
+    rows.map(|setting| (setting.key.to_owned(), setting.value(machine))).collect()
+}
+
+/// The values of `machine` that differ from those of `base` and that a page may set.
+pub fn differences(machine: &Machine, base: &Machine) -> Vec<(String, Value)> {
+    let rows = settings().filter(|setting| !setting.is_in_file_only());
+    let rows = rows.map(|setting| (setting.key, setting.value(machine), setting.value(base)));
+    rows.filter(|(_, own, of_base)| own != of_base).map(|(key, own, _)| (key.to_owned(), own)).collect()
+}
+
 /// `machine` with all `changes`, or all errors. Any error rejects every change.
 pub fn apply(machine: &Machine, changes: &[(String, Value)]) -> Result<Machine, Vec<Diagnostic>> {
     let mut changed = machine.clone();
