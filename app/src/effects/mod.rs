@@ -124,6 +124,7 @@ fn run(running: &Running, effect: Effect) {
         Effect::KeepSigns { on } => preferences::keep_signs(on),
         Effect::KeepOwnKeys { text } => preferences::keep_own_keys(&text),
         Effect::KeepPanels { text } => preferences::keep_panels(&text),
+        Effect::KeepMachines { text } => preferences::keep_machines(&text),
         Effect::StayAwake { on } => awake.want(on),
         Effect::Camera { on } => camera.want(on),
         Effect::KeepCamera { offset_mm } => camera::keep(offset_mm),

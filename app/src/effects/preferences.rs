@@ -1,4 +1,4 @@
-//! What the user prefers, saved for the next visit: language, colour scheme, shortcuts, panel widths.
+//! What the user prefers, saved for the next visit: language, colour scheme, shortcuts, panel widths, machine.
 //!
 //! ```text
 //! ?lang=pl │ chosen last time │ the browser's languages ─▶ FrameEvent::Language ─▶ locales/pl.toml ─▶ Spoken
@@ -8,7 +8,7 @@
 //! service worker caches them for offline use like other files of the site.
 
 use crate::browser::{kept_storage, request, window};
-use crate::model::{FrameEvent, Theme};
+use crate::model::{FrameEvent, MachineEvent, Theme};
 use crate::page::send;
 use annulus_core::locale;
 use leptos::task::spawn_local;
@@ -19,6 +19,7 @@ const THEME: &str = "annulus.theme";
 const SIGNS_OFF: &str = "annulus.signs_off";
 const OWN_KEYS: &str = "annulus.own_keys";
 const PANELS: &str = "annulus.panels";
+const MACHINES: &str = "annulus.machines";
 
 /// Restores or selects the language, and restores the other choices of the last visit.
 pub(super) fn begin() {
@@ -40,11 +41,22 @@ pub(super) fn begin() {
     if let Some(text) = kept(PANELS) {
         send(FrameEvent::PanelsKept { text });
     }
+    if let Some(text) = kept(MACHINES) {
+        send(MachineEvent::Kept { text });
+    }
+    if let Some(name) = in_address("machine") {
+        send(MachineEvent::Linked { name });
+    }
 }
 
 fn asked() -> Option<&'static str> {
+    locale::serving(&in_address("lang")?)
+}
+
+/// The value of `name` in the page's address.
+fn in_address(name: &str) -> Option<String> {
     let search = window().location().search().ok()?;
-    locale::serving(&UrlSearchParams::new_with_str(&search).ok()?.get("lang")?)
+    UrlSearchParams::new_with_str(&search).ok()?.get(name)
 }
 
 /// The first of the browser's languages that this page offers.
@@ -92,6 +104,10 @@ pub(super) fn keep_signs(on: bool) {
 
 pub(super) fn keep_own_keys(text: &str) {
     put(OWN_KEYS, text);
+}
+
+pub(super) fn keep_machines(text: &str) {
+    put(MACHINES, text);
 }
 
 pub(super) fn keep_panels(text: &str) {

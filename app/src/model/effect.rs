@@ -133,6 +133,10 @@ pub enum Effect {
     KeepPanels {
         text: String,
     },
+    /// Save the chosen machine and the user's own machines.
+    KeepMachines {
+        text: String,
+    },
     /// Save whether shortcuts of a single character are on.
     KeepSigns {
         on: bool,

@@ -18,6 +18,8 @@ pub enum ToastAct {
     Update,
     DrawnBefore,
     BoardBefore,
+    /// The machine that was chosen before.
+    MachineBefore,
     /// Read files again that changed on disk.
     TakeAnew,
     TakeBackBoard {
@@ -42,6 +44,8 @@ pub enum Overlay {
     Help,
     Palette,
     Array,
+    /// The choice of the machine.
+    Machines,
 }
 
 #[derive(Clone, Debug, PartialEq)]

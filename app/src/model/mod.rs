@@ -22,6 +22,7 @@ pub mod lab;
 pub mod level;
 pub mod lines;
 pub mod link;
+pub mod machines;
 pub mod planning;
 pub mod play;
 pub mod presses;
@@ -52,6 +53,7 @@ pub use lab::{Lab, LabEvent};
 pub use level::{LevelEvent, Leveling, PlannedMap};
 pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
+pub use machines::{ChoiceOrigin, MachineEvent, MachineOwner, Machines};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use presses::{PressEvent, Presses};
@@ -81,8 +83,11 @@ pub struct Clocks {
 pub struct Model {
     pub clock: Clocks,
     pub frame: Frame,
-    /// The machine that jobs are planned for: that of the bridge or controller, else the virtual drill.
+    /// The machine that jobs are planned for: that of the bridge or controller, else the chosen one, else the
+    /// virtual drill.
     pub machine: Arc<Machine>,
+    /// The choice of the machine, and the user's own machines.
+    pub machines: Machines,
     pub board: OpenBoard,
     /// The board that was open before the review on screen, to go back to.
     pub before: Option<Arc<BoardBefore>>,
@@ -137,6 +142,7 @@ pub enum Event {
     Play(PlayEvent),
     Press(PressEvent),
     Lines(ListingEvent),
+    Machines(MachineEvent),
     Settings(SettingsEvent),
     Keep(KeepEvent),
     /// Newer exports of the open board's files.
@@ -185,6 +191,7 @@ from_parts!(
     Play(PlayEvent),
     Press(PressEvent),
     Lines(ListingEvent),
+    Machines(MachineEvent),
     Settings(SettingsEvent),
     Link(LinkEvent),
     Start(StartEvent)
@@ -196,6 +203,7 @@ impl Default for Model {
             clock: Clocks::default(),
             frame: Frame::default(),
             machine: Arc::new(machine::virtual_drill()),
+            machines: Machines::default(),
             board: OpenBoard::default(),
             before: None,
             job: JobEdit::default(),
@@ -225,15 +233,6 @@ impl Default for Model {
 }
 
 impl Model {
-    /// Applies the bridge's settings; settings that this page doesn't know stay as in the virtual drill.
-    fn describe_machine(&mut self) {
-        let preset = machine::virtual_drill();
-        let described = machine::apply(&preset, &self.link.settings).unwrap_or(preset);
-        if *self.machine != described {
-            self.machine = Arc::new(described);
-        }
-    }
-
     pub fn task(&self) -> Option<WorkerTask> {
         self.export.task().or_else(|| self.on_the_way.task())
     }
@@ -279,7 +278,7 @@ impl From<HandEvent> for Event {
 
 /// What follows from the new state after every event. Each makes one part of the model agree with the others;
 /// the order matters.
-const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 18] = [
+const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 19] = [
     // Before `keeping`, which saves the board to go back to only while it is offered.
     files::follow,
     // These two may start a reading, which planning waits for.
@@ -305,6 +304,8 @@ const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 18] = [
     level::follow,
     // A touched part is done once the machine is idle again.
     touch_off::follow,
+    // The page's virtual drill plays the chosen machine.
+    machines::follow,
     // What the browser must know: confirm before leaving, keep the screen on.
     link::controller::follow,
     frame::follow,
@@ -356,6 +357,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Play(event) => play::update(model, event),
         Event::Press(event) => presses::update(model, event),
         Event::Lines(event) => lines::update(model, event),
+        Event::Machines(event) => machines::update(model, event),
         Event::Settings(event) => settings::update(model, event),
         Event::Start(event) => start::update(model, event),
     };
@@ -374,6 +376,7 @@ fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
         Some(ToastAct::TakeBackDrawing { place }) => drawing::kept::taken_back(model, place),
         Some(ToastAct::DrawnBefore) => drawing::update(model, DrawEvent::Back),
         Some(ToastAct::BoardBefore) => files::update(model, FilesEvent::Back),
+        Some(ToastAct::MachineBefore) => machines::taken_back(model),
         Some(ToastAct::TakeAnew) => {
             model.anew.want();
             Vec::new()

@@ -3,7 +3,7 @@
 use super::rest::rest_words;
 use super::{LastJob, Link, LinkPhase, MachineQueue, Noted, ask, claim, controller, hand, ping_if_due, stop};
 use crate::health::{self, Freshness};
-use crate::model::{Effect, Model};
+use crate::model::{Effect, Model, machines};
 use annulus_core::code;
 use annulus_core::control::Ending;
 use annulus_core::diagnostic::Diagnostic;
@@ -46,7 +46,7 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             if !link.settings.iter().any(by_itself) {
                 link.magazine = None;
             }
-            model.describe_machine();
+            return machines::described(model);
         }
         Tell::Status(status) => told(model, *status),
         Tell::Control(now) => return control(model, now),
@@ -115,6 +115,7 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
     model.link.attempt = 0;
     // Another controller may answer now: nothing is known of it until it has identified itself.
     model.link.controller.who = None;
+    model.machines.reconnected();
     if model.link.controller.chosen {
         model.link.status = None;
     }
